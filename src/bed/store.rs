@@ -1,0 +1,40 @@
+//! Riverbed particles, one for each cell of the lattice, one `Vec` for each quantity.
+
+use crate::lattice::Lattice;
+use crate::math::{Sym2, Vec2};
+
+/// The riverbed particles of a lattice. All vectors have `lattice.len()` entries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BedParticles {
+    /// Where the particles lie: at the centres of the cells.
+    pub lattice: Lattice,
+    /// Bed elevation z_b (m); NaN where there is no terrain: the edge of such an area is a wall.
+    pub elevation: Vec<f64>,
+    /// Bed slope ∇z_b (dimensionless).
+    pub slope: Vec<Vec2>,
+    /// Curvature, the Hessian of z_b (1/m).
+    pub curvature: Vec<Sym2>,
+    /// Manning roughness n (s·m^(−1/3)).
+    pub manning: Vec<f64>,
+}
+
+impl BedParticles {
+    /// Whether there is terrain at a cell.
+    #[inline]
+    pub fn has_terrain(&self, index: usize) -> bool {
+        !self.elevation[index].is_nan()
+    }
+
+    /// A bed from elevations alone, with zero slope and curvature and one roughness: for tests and made cases.
+    pub fn from_elevation(lattice: Lattice, elevation: Vec<f64>, manning: f64) -> Self {
+        debug_assert_eq!(lattice.len(), elevation.len());
+        let cells = lattice.len();
+        BedParticles {
+            lattice,
+            elevation,
+            slope: vec![Vec2::ZERO; cells],
+            curvature: vec![Sym2::default(); cells],
+            manning: vec![manning; cells],
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! Inundation maps from terrain rasters and reservoir polygons, by smoothed particle hydrodynamics for the shallow-water
+//! equations.
+//!
+//! Data flows one way, and the modules stand in its order:
+//! scenario → terrain → bed → seeding → solver → output → maps. `pipeline` shows one whole run on one screen.
+
+pub mod error;
+pub mod lattice;
+pub mod math;
+pub mod scenario;
+pub mod terrain;
+pub mod bed;
+pub mod solver;

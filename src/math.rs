@@ -1,0 +1,159 @@
+//! Vectors and symmetric matrices of the plane.
+
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+/// A vector of the plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Vec2 {
+    /// Component to the east.
+    pub x: f64,
+    /// Component to the north.
+    pub y: f64,
+}
+
+impl Vec2 {
+    /// The zero vector.
+    pub const ZERO: Vec2 = Vec2 { x: 0.0, y: 0.0 };
+
+    /// A vector from its components.
+    #[inline]
+    pub const fn new(x: f64, y: f64) -> Self {
+        Vec2 { x, y }
+    }
+
+    /// Scalar product.
+    #[inline]
+    pub fn dot(self, other: Vec2) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// The z component of the vector product: positive when `other` lies to the left of `self`.
+    #[inline]
+    pub fn cross(self, other: Vec2) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// Square of the length.
+    #[inline]
+    pub fn norm_squared(self) -> f64 {
+        self.dot(self)
+    }
+
+    /// Length.
+    #[inline]
+    pub fn norm(self) -> f64 {
+        self.norm_squared().sqrt()
+    }
+
+    /// The vector turned by 90 degrees to the left.
+    #[inline]
+    pub fn perpendicular(self) -> Vec2 {
+        Vec2::new(-self.y, self.x)
+    }
+}
+
+impl Add for Vec2 {
+    type Output = Vec2;
+    #[inline]
+    fn add(self, other: Vec2) -> Vec2 {
+        Vec2::new(self.x + other.x, self.y + other.y)
+    }
+}
+
+impl AddAssign for Vec2 {
+    #[inline]
+    fn add_assign(&mut self, other: Vec2) {
+        *self = *self + other;
+    }
+}
+
+impl Sub for Vec2 {
+    type Output = Vec2;
+    #[inline]
+    fn sub(self, other: Vec2) -> Vec2 {
+        Vec2::new(self.x - other.x, self.y - other.y)
+    }
+}
+
+impl Neg for Vec2 {
+    type Output = Vec2;
+    #[inline]
+    fn neg(self) -> Vec2 {
+        Vec2::new(-self.x, -self.y)
+    }
+}
+
+impl Mul<f64> for Vec2 {
+    type Output = Vec2;
+    #[inline]
+    fn mul(self, factor: f64) -> Vec2 {
+        Vec2::new(self.x * factor, self.y * factor)
+    }
+}
+
+impl Div<f64> for Vec2 {
+    type Output = Vec2;
+    #[inline]
+    fn div(self, divisor: f64) -> Vec2 {
+        Vec2::new(self.x / divisor, self.y / divisor)
+    }
+}
+
+/// A symmetric 2 by 2 matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sym2 {
+    /// First diagonal entry.
+    pub xx: f64,
+    /// Off-diagonal entry.
+    pub xy: f64,
+    /// Second diagonal entry.
+    pub yy: f64,
+}
+
+impl Sym2 {
+    /// The unit matrix.
+    pub const IDENTITY: Sym2 = Sym2 { xx: 1.0, xy: 0.0, yy: 1.0 };
+
+    /// Determinant.
+    #[inline]
+    pub fn determinant(self) -> f64 {
+        self.xx * self.yy - self.xy * self.xy
+    }
+
+    /// Half the sum of the diagonal.
+    #[inline]
+    pub fn half_trace(self) -> f64 {
+        0.5 * (self.xx + self.yy)
+    }
+
+    /// Matrix times vector.
+    #[inline]
+    pub fn apply(self, v: Vec2) -> Vec2 {
+        Vec2::new(self.xx * v.x + self.xy * v.y, self.xy * v.x + self.yy * v.y)
+    }
+
+    /// The eigenvalues, smaller one first.
+    #[inline]
+    pub fn eigenvalues(self) -> (f64, f64) {
+        let half_difference = 0.5 * (self.xx - self.yy);
+        let radius = (half_difference * half_difference + self.xy * self.xy).sqrt();
+        (self.half_trace() - radius, self.half_trace() + radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cross_product_is_positive_to_the_left() {
+        assert!(Vec2::new(1.0, 0.0).cross(Vec2::new(0.0, 1.0)) > 0.0);
+        assert_eq!(Vec2::new(1.0, 0.0).perpendicular(), Vec2::new(0.0, 1.0));
+    }
+
+    #[test]
+    fn eigenvalues_of_a_known_matrix() {
+        let (small, large) = Sym2 { xx: 2.0, xy: 1.0, yy: 2.0 }.eigenvalues();
+        assert!((small - 1.0).abs() < 1e-15 && (large - 3.0).abs() < 1e-15);
+    }
+}

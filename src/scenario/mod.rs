@@ -1,0 +1,3 @@
+//! The scenario: what the user writes in YAML, checked and resolved to SI units with every default filled in.
+
+pub mod methods;

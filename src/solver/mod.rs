@@ -1,0 +1,119 @@
+//! The shallow-water core: from a bed, walls and still water to moving water. Opens no file, prints nothing, knows no YAML.
+
+use crate::bed::BedParticles;
+use crate::error::NumericalFailure;
+use crate::lattice::WaterOnLattice;
+use crate::math::Vec2;
+
+/// Water that leaves the terrain through an open edge is booked; at all other edges the terrain ends at a wall.
+///
+/// Edges of the lattice and of no-data areas are walls. A lattice or no-data edge face is open when its midpoint lies
+/// within `reach` of one of these lines.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OpenEdges {
+    /// Straight pieces of lines in local coordinates (m).
+    pub segments: Vec<[Vec2; 2]>,
+    /// Distance up to which a line opens a face of the edge (m).
+    pub reach: f64,
+}
+
+/// Everything the core needs to know about a place; local coordinates throughout.
+#[derive(Clone, Debug)]
+pub struct FlowProblem {
+    /// The riverbed.
+    pub bed: BedParticles,
+    /// Walls without thickness that no water crosses, as straight pieces (m).
+    pub walls: Vec<[Vec2; 2]>,
+    /// Where water may leave.
+    pub open_edges: OpenEdges,
+    /// Still water at the start: depth (m) at each cell of the lattice.
+    pub initial_depth: Vec<f64>,
+    /// Gravity (m/s²).
+    pub gravity: f64,
+    /// Courant number.
+    pub courant: f64,
+    /// Depth (m) below which water does not move.
+    pub dry_depth: f64,
+}
+
+/// What limits a time step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepLimit {
+    /// Celerity plus velocity against the spacing.
+    Courant,
+    /// Acceleration against the smoothing length.
+    Acceleration,
+    /// The end of the run.
+    EndOfRun,
+    /// There is no water to limit it.
+    NoWater,
+}
+
+impl StepLimit {
+    /// The name in logs and in `run.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            StepLimit::Courant => "courant",
+            StepLimit::Acceleration => "acceleration",
+            StepLimit::EndOfRun => "end of run",
+            StepLimit::NoWater => "no water",
+        }
+    }
+}
+
+/// The next time step and what limits it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepChoice {
+    /// Length of the step (s).
+    pub time_step: f64,
+    /// What limits it.
+    pub limit: StepLimit,
+    /// Where (local coordinates, m).
+    pub position: Vec2,
+    /// Greatest speed of the water now (m/s).
+    pub max_speed: f64,
+}
+
+/// The books of the core: volumes in cubic metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Water at the start.
+    pub initial: f64,
+    /// Water that came in since.
+    pub inflow: f64,
+    /// Water that left since.
+    pub outflow: f64,
+    /// Water there now, summed afresh over the particles.
+    pub stored: f64,
+}
+
+impl Ledger {
+    /// (stored − initial − inflow + outflow) / (initial + inflow); 0 where there never was water.
+    pub fn relative_error(&self) -> f64 {
+        let supplied = self.initial + self.inflow;
+        if supplied > 0.0 { (self.stored - self.initial - self.inflow + self.outflow) / supplied } else { 0.0 }
+    }
+}
+
+/// A core that moves water, in whichever formulation and motion.
+pub trait FlowSolver: Send {
+    /// Simulated time (s).
+    fn time(&self) -> f64;
+    /// Number of steps taken.
+    fn steps(&self) -> u64;
+    /// The step that stability allows now, before any cut to the end of the run.
+    fn choose_step(&mut self) -> StepChoice;
+    /// Takes one step of the given length (s), at most the chosen one.
+    ///
+    /// # Errors
+    /// When the state is no longer finite, or the step has collapsed.
+    fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure>;
+    /// The water on the lattice now. Moving particles are gridded here, with their volume conserved.
+    fn water(&mut self) -> WaterOnLattice<'_>;
+    /// The volumes.
+    fn ledger(&self) -> Ledger;
+    /// Number of particles that carry water now.
+    fn particles(&self) -> usize;
+    /// Evaluations of the rates of one particle so far.
+    fn particle_evaluations(&self) -> u64;
+}
