@@ -10,4 +10,5 @@ pub mod math;
 pub mod scenario;
 pub mod terrain;
 pub mod bed;
+pub mod output;
 pub mod solver;

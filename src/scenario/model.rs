@@ -1,0 +1,196 @@
+//! The resolved scenario: SI units, every default filled in, paths as given relative to the scenario file.
+//!
+//! Stops at `pipeline` and `prepare`, which hand each stage a small plain struct.
+
+use std::path::PathBuf;
+
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use crate::error::Place;
+
+/// A value with its key path and place in the scenario file, for messages.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sourced<T> {
+    /// The value.
+    pub value: T,
+    /// Key path, such as `initial[0].level`.
+    pub key: String,
+    /// Place in the file, where known.
+    pub place: Option<Place>,
+}
+
+/// A vector file, with the layer when the scenario says `file.gpkg:layer`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VectorSource {
+    /// Absolute or working-directory-relative path (already joined with the folder of the scenario).
+    pub path: PathBuf,
+    /// Layer name; the first layer when absent.
+    pub layer: Option<String>,
+}
+
+/// One terrain layer; later layers win.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TerrainLayer {
+    /// A raster file that GDAL reads.
+    Raster {
+        /// The file.
+        path: PathBuf,
+        /// Added to every elevation (m).
+        offset: f64,
+        /// Factor from the file's unit to metres.
+        unit: f64,
+    },
+    /// Bare survey points.
+    Points {
+        /// Text file with columns x y z (comma, semicolon or blank separated, optional header, optionally gzipped), or a vector file.
+        path: PathBuf,
+        /// How elevations between the points are found.
+        interpolation: PointInterpolation,
+        /// Distance (m) to the nearest point beyond which there is no terrain.
+        max_gap: f64,
+        /// Added to every elevation (m).
+        offset: f64,
+    },
+}
+
+/// Interpolation between survey points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointInterpolation {
+    /// Inverse squared distance over the nearest points.
+    InverseDistance,
+    /// Natural neighbour (Sibson).
+    NaturalNeighbour,
+}
+
+/// The coordinate reference system of the run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CrsChoice {
+    /// That of the first terrain layer.
+    FromTerrain,
+    /// Plain metres without a place on Earth (`crs: local`).
+    Local,
+    /// As named, such as `EPSG:27572`.
+    Named(String),
+}
+
+/// A body of still water at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InitialWater {
+    /// The polygon file.
+    pub polygons: Sourced<VectorSource>,
+    /// The level (m); from the attribute `level_field` of the file when absent.
+    pub level: Option<Sourced<f64>>,
+    /// Attribute that holds the level; `level_m`, `level` or their first ten letters when absent.
+    pub level_field: Option<String>,
+}
+
+/// Which part of the outline of the terrain is open.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OpenBoundary {
+    /// A side of the raster rectangle.
+    Side(Side),
+    /// Edge faces near these lines.
+    Lines(Sourced<VectorSource>),
+}
+
+/// A side of the rectangle of the terrain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Greatest y.
+    North,
+    /// Greatest x.
+    East,
+    /// Least y.
+    South,
+    /// Least x.
+    West,
+    /// The whole outline of the terrain, no-data edges included.
+    All,
+}
+
+/// What to write.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outputs {
+    /// Run folder, unless `--out` says otherwise.
+    pub folder: PathBuf,
+    /// Edge of a cell of the output grids (m).
+    pub cell: f64,
+    /// Interval of the frames of `fields.nc` (s).
+    pub every: f64,
+    /// Interval of the gauge series (s).
+    pub gauges_every: f64,
+    /// Gauge file.
+    pub gauges: Option<Sourced<VectorSource>>,
+    /// Depths (m) for which arrival and duration are mapped; the first one gives `arrival_time` and the isochrones.
+    pub thresholds: Vec<f64>,
+    /// Rise above the initial level (m) that counts as arrival where there was water at the start.
+    pub rise_on_wet: f64,
+    /// Times of the isochrones (s).
+    pub isochrones: Vec<f64>,
+}
+
+/// Chosen methods and their numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Numerics {
+    /// Formulation.
+    pub formulation: Formulation,
+    /// Motion.
+    pub motion: Motion,
+    /// Stabilisation.
+    pub stabilisation: Stabilisation,
+    /// Kernel.
+    pub kernel: Kernel,
+    /// Integrator.
+    pub integrator: Integrator,
+    /// Bed.
+    pub bed: BedMethod,
+    /// Courant number.
+    pub cfl: f64,
+    /// Gravity (m/s²).
+    pub gravity: f64,
+    /// Depth (m) below which water does not move.
+    pub dry_depth: f64,
+}
+
+/// Limits that are checked before anything is allocated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Memory (bytes).
+    pub memory: f64,
+    /// Particles, riverbed and fluid together.
+    pub particles: f64,
+}
+
+/// A scenario as the program runs it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// The scenario file.
+    pub file: PathBuf,
+    /// Title.
+    pub title: String,
+    /// Coordinate reference system.
+    pub crs: Sourced<CrsChoice>,
+    /// Terrain layers, later ones win.
+    pub layers: Vec<Sourced<TerrainLayer>>,
+    /// Whether terrain in another or a geographic CRS is warped to the CRS of the run.
+    pub reproject: bool,
+    /// Manning roughness (s·m^(−1/3)).
+    pub manning: f64,
+    /// Water at the start.
+    pub initial: Vec<InitialWater>,
+    /// Polylines that no water crosses.
+    pub walls: Vec<Sourced<VectorSource>>,
+    /// Open parts of the outline.
+    pub open: Vec<OpenBoundary>,
+    /// Distance of two particles (m).
+    pub resolution: Sourced<f64>,
+    /// End time (s).
+    pub end_time: f64,
+    /// Date and time of t = 0 as `YYYY-MM-DD HH:MM:SS` (UTC), if given.
+    pub reference_time: Option<String>,
+    /// Outputs.
+    pub outputs: Outputs,
+    /// Methods.
+    pub numerics: Numerics,
+    /// Limits.
+    pub limits: Limits,
+}
