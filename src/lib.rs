@@ -4,11 +4,11 @@
 //! Data flows one way, and the modules stand in its order:
 //! scenario → terrain → bed → seeding → solver → output → maps. `pipeline` shows one whole run on one screen.
 
+pub mod bed;
 pub mod error;
 pub mod lattice;
 pub mod math;
-pub mod scenario;
-pub mod terrain;
-pub mod bed;
 pub mod output;
+pub mod scenario;
 pub mod solver;
+pub mod terrain;

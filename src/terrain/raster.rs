@@ -31,10 +31,7 @@ impl Raster {
     /// Map coordinates of the centre of a cell.
     #[inline]
     pub fn centre(&self, column: usize, row: usize) -> Vec2 {
-        Vec2::new(
-            self.west + (column as f64 + 0.5) * self.cell_x,
-            self.north - (row as f64 + 0.5) * self.cell_y,
-        )
+        Vec2::new(self.west + (column as f64 + 0.5) * self.cell_x, self.north - (row as f64 + 0.5) * self.cell_y)
     }
 
     /// Map coordinate of the eastern edge (m).
