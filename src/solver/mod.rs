@@ -1,5 +1,9 @@
 //! The shallow-water core: from a bed, walls and still water to moving water. Opens no file, prints nothing, knows no YAML.
 
+mod eulerian;
+
+pub use eulerian::EulerianSolver;
+
 use crate::bed::BedParticles;
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
