@@ -62,8 +62,10 @@ fn smaller(a: f64, b: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn hll(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) {
     let (c_l, c_r) = ((g * d_l).sqrt(), (g * d_r).sqrt());
-    let s_l = if d_l > 0.0 { smaller(u_l - c_l, if d_r > 0.0 { u_r - c_r } else { u_l - c_l }) } else { u_r - 2.0 * c_r };
-    let s_r = if d_r > 0.0 { larger(u_r + c_r, if d_l > 0.0 { u_l + c_l } else { u_r + c_r }) } else { u_l + 2.0 * c_l };
+    let s_l =
+        if d_l > 0.0 { smaller(u_l - c_l, if d_r > 0.0 { u_r - c_r } else { u_l - c_l }) } else { u_r - 2.0 * c_r };
+    let s_r =
+        if d_r > 0.0 { larger(u_r + c_r, if d_l > 0.0 { u_l + c_l } else { u_r + c_r }) } else { u_l + 2.0 * c_l };
     let (low, high) = (smaller(s_l, 0.0), larger(s_r, 0.0));
     let width = high - low;
     let per_width = if width > 0.0 { 1.0 / width } else { 0.0 };
@@ -86,11 +88,11 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
             let (here, north) = (side(row), side(row + 1));
             let (from, to) = (run.start, run.end);
             let (axis, diagonal) = (scale.weights.axis, scale.weights.diagonal);
-            let (dx, g) = (scale.spacing, scale.gravity);
-            row_faces::<EAST>(here, from, here, from + 1, to - from, dx, g, axis, &mut flux[EAST]);
-            row_faces::<NORTH>(here, from, north, from, to - from, dx, g, axis, &mut flux[NORTH]);
-            row_faces::<NORTH_EAST>(here, from, north, from + 1, to - from, dx, g, diagonal, &mut flux[NORTH_EAST]);
-            row_faces::<NORTH_WEST>(here, from, north, from - 1, to - from, dx, g, diagonal, &mut flux[NORTH_WEST]);
+            let numbers = Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth };
+            row_faces::<EAST>(here, from, here, from + 1, to - from, numbers, axis, &mut flux[EAST]);
+            row_faces::<NORTH>(here, from, north, from, to - from, numbers, axis, &mut flux[NORTH]);
+            row_faces::<NORTH_EAST>(here, from, north, from + 1, to - from, numbers, diagonal, &mut flux[NORTH_EAST]);
+            row_faces::<NORTH_WEST>(here, from, north, from - 1, to - from, numbers, diagonal, &mut flux[NORTH_WEST]);
         }
     });
 }
@@ -101,6 +103,14 @@ struct Side<'a> {
     water: &'a PrimitiveRow,
     slope: &'a GradientRow,
     ground: &'a GroundRow,
+}
+
+/// Spacing (m), gravity (m/s²) and dry depth (m).
+#[derive(Clone, Copy)]
+struct Numbers {
+    dx: f64,
+    g: f64,
+    dry_depth: f64,
 }
 
 /// One particle of a pair: depth, surface, bed, normal and tangential velocity, and the increments of surface, depth and
@@ -119,8 +129,8 @@ struct Half {
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
-fn pair(i: Half, j: Half, g: f64) -> (f64, f64, f64, f64) {
-    let jump_eta = surface_difference(i.d, i.eta, j.d, j.eta);
+fn pair(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
+    let jump_eta = surface_difference(i.d, i.eta, j.d, j.eta, dry_depth);
     let a_1 = 0.5 * van_leer(2.0 * i.rise_eta - jump_eta, jump_eta);
     let a_2 = 0.5 * van_leer(2.0 * j.rise_eta - jump_eta, jump_eta);
     let jump_d = j.d - i.d;
@@ -135,21 +145,26 @@ fn pair(i: Half, j: Half, g: f64) -> (f64, f64, f64, f64) {
     let d_r = clamp(eta_r - sill, 0.0, d_j);
     let (f_d, f_n) = hll(d_l, u_l, d_r, u_r, g);
     let v_t = if f_d > 0.0 { i.v_t } else { j.v_t };
-    let lost = f_n - 0.5 * g * d_l * d_l + 0.5 * g * (i.d + d_i) * a_1;
-    let gained = f_n - 0.5 * g * d_r * d_r - 0.5 * g * (j.d + d_j) * a_2;
-    (f_d, f_d * v_t, lost, gained)
+    // A film gives nothing: the face before it is one of still water.
+    let giver = if f_d > 0.0 { i.d } else { j.d };
+    let open = if giver > dry_depth { 1.0 } else { 0.0 };
+    let lost = open * (f_n - 0.5 * g * d_l * d_l) + 0.5 * g * (i.d + d_i) * a_1;
+    let gained = open * (f_n - 0.5 * g * d_r * d_r) - 0.5 * g * (j.d + d_j) * a_2;
+    (open * f_d, open * f_d * v_t, lost, gained)
 }
 
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-#[expect(clippy::too_many_arguments, reason = "two sides of a row of faces with their offsets; a struct would only rename them")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "two sides of a row of faces with their offsets; a struct would only rename them"
+)]
 fn row_faces<const DIRECTION: usize>(
     left: Side<'_>,
     left_from: usize,
     right: Side<'_>,
     right_from: usize,
     len: usize,
-    dx: f64,
-    g: f64,
+    numbers: Numbers,
     weight: f64,
     out: &mut FaceRow,
 ) {
@@ -178,6 +193,7 @@ fn row_faces<const DIRECTION: usize>(
             )
         };
     }
+    let Numbers { dx, g, dry_depth } = numbers;
     let (li, ls, lv) = columns!(left, left_from);
     let (ri, rs, rv) = columns!(right, right_from);
     let mass = &mut out.mass[left_from..][..len];
@@ -204,7 +220,7 @@ fn row_faces<const DIRECTION: usize>(
     for k in 0..len {
         let i = half!(k, li, ls, lv);
         let j = half!(k, ri, rs, rv);
-        let (f_d, f_t, lost, gained) = pair(i, j, g);
+        let (f_d, f_t, lost, gained) = pair(i, j, g, dry_depth);
         mass[k] = weight * f_d;
         tangential[k] = weight * f_t;
         normal_left[k] = weight * lost;

@@ -17,7 +17,7 @@ pub(crate) enum Source {
 
 /// Fills the primitive rows of all cells in work.
 ///
-/// Water that is not deeper than the dry depth stays where it is: the pairs see a dry particle there.
+/// Water that is not deeper than the dry depth is a film: the pairs see its depth, but it has no velocity and gives nothing.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, source: Source) {
     let (ground, water) = (&state.ground, &state.water);
     state.primitive.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, primitive)| {
@@ -31,7 +31,7 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, sou
         for run in &active.work[row] {
             for i in run.clone() {
                 let wet = depth[i] > scale.dry_depth;
-                let d = if wet { depth[i] } else { 0.0 };
+                let d = depth[i];
                 let per_depth = if wet { 1.0 / depth[i] } else { 0.0 };
                 let (u, v) = (discharge_x[i] * per_depth, discharge_y[i] * per_depth);
                 primitive.depth[i] = d;
@@ -39,7 +39,8 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, sou
                 primitive.velocity_x[i] = u;
                 primitive.velocity_y[i] = v;
                 let speed_squared = u * u + v * v;
-                flow_speed_squared = if speed_squared > flow_speed_squared { speed_squared } else { flow_speed_squared };
+                flow_speed_squared =
+                    if speed_squared > flow_speed_squared { speed_squared } else { flow_speed_squared };
                 let signal_speed = if wet { speed_squared.sqrt() + (scale.gravity * d).sqrt() } else { 0.0 };
                 // A value that is not a number must win, so that the watch sees it.
                 if signal_speed > fastest.signal_speed || signal_speed.is_nan() {

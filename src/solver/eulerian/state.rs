@@ -60,9 +60,9 @@ pub(crate) struct WaterRow {
 /// What the pairs see of a particle.
 #[derive(Clone, Debug)]
 pub(crate) struct PrimitiveRow {
-    /// Depth that moves (m): d above the dry depth, 0 below it.
+    /// Depth d (m).
     pub depth: Vec<f64>,
-    /// Surface level η = z_b + moving depth (m).
+    /// Surface level η = z_b + d (m).
     pub surface: Vec<f64>,
     /// Velocity (m/s).
     pub velocity_x: Vec<f64>,
@@ -146,9 +146,10 @@ impl State {
         }
         let primitive = ground
             .iter()
-            .map(|row| PrimitiveRow {
-                depth: zeros(),
-                surface: row.bed.clone(),
+            .zip(&water)
+            .map(|(ground, water)| PrimitiveRow {
+                depth: water.depth.clone(),
+                surface: ground.bed.iter().zip(&water.depth).map(|(bed, depth)| bed + depth).collect(),
                 velocity_x: zeros(),
                 velocity_y: zeros(),
                 fastest: Fastest::default(),
@@ -180,11 +181,11 @@ impl State {
         self.ground[row].bed[column] < NO_TERRAIN
     }
 
-    /// Makes a padded cell that leaves the work a dry one at rest, whatever water film it keeps.
+    /// Brings a padded cell that leaves the work to rest: no velocity, no gradient, no flux; its film stays.
     pub fn rest(&mut self, row: usize, column: usize) {
         let primitive = &mut self.primitive[row];
-        primitive.depth[column] = 0.0;
-        primitive.surface[column] = self.ground[row].bed[column];
+        primitive.depth[column] = self.water[row].depth[column];
+        primitive.surface[column] = self.ground[row].bed[column] + self.water[row].depth[column];
         primitive.velocity_x[column] = 0.0;
         primitive.velocity_y[column] = 0.0;
         let gradient = &mut self.gradient[row];
@@ -220,13 +221,10 @@ impl State {
 
     /// The greatest speeds of all rows.
     pub fn fastest(&self) -> Fastest {
-        self.primitive
-            .iter()
-            .map(|row| row.fastest)
-            .fold(Fastest::default(), |greatest, row| Fastest {
-                flow_speed: row.flow_speed.max(greatest.flow_speed),
-                ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
-            })
+        self.primitive.iter().map(|row| row.fastest).fold(Fastest::default(), |greatest, row| Fastest {
+            flow_speed: row.flow_speed.max(greatest.flow_speed),
+            ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
+        })
     }
 }
 

@@ -114,7 +114,11 @@ fn row_update(
         let raised = depth + time_step * gained_depth;
         let new_depth = if raised > 0.0 { raised } else { 0.0 };
         let (q_x, q_y) = (discharge_x + time_step * gained_x, discharge_y + time_step * gained_y);
-        let kept = if new_depth > dry_depth { kept_by_friction(new_depth, q_x, q_y, ground.friction[i] * time_step) } else { 0.0 };
+        let kept = if new_depth > dry_depth {
+            kept_by_friction(new_depth, q_x, q_y, ground.friction[i] * time_step)
+        } else {
+            0.0
+        };
         let (new_x, new_y) = (kept * q_x, kept * q_y);
         match stage {
             Stage::First => {

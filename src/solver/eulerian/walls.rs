@@ -67,15 +67,15 @@ pub(crate) fn segments_cross(a: [Vec2; 2], b: [Vec2; 2]) -> bool {
 fn distance_to_segment(point: Vec2, segment: [Vec2; 2]) -> f64 {
     let along = segment[1] - segment[0];
     let length_squared = along.norm_squared();
-    let share = if length_squared > 0.0 { ((point - segment[0]).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+    let share =
+        if length_squared > 0.0 { ((point - segment[0]).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
     (point - (segment[0] + along * share)).norm()
 }
 
 impl Walls {
     pub fn new(problem: &FlowProblem, state: &State) -> Self {
         let spacing = problem.bed.lattice.spacing;
-        let mut walls =
-            Walls { faces: vec![Vec::new(); state.rows + 2], cells: vec![Vec::new(); state.rows + 2] };
+        let mut walls = Walls { faces: vec![Vec::new(); state.rows + 2], cells: vec![Vec::new(); state.rows + 2] };
         let mut blocked = vec![vec![0u8; state.columns + 2]; state.rows + 2];
         let cut = crossed_faces(problem, state);
         for row in 0..=state.rows {
@@ -101,9 +101,8 @@ impl Walls {
                             .iter()
                             .any(|segment| distance_to_segment(middle, *segment) <= problem.open_edges.reach);
                     walls.faces[row].push(SpecialFace { column, direction, open });
-                    let mark = |offset: (isize, isize)| {
-                        NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k)
-                    };
+                    let mark =
+                        |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
                     blocked[row][column] |= mark((dc, dr));
                     blocked[r][c] |= mark((-dc, -dr));
                 }
@@ -127,7 +126,7 @@ impl Walls {
             if active.work[row].is_empty() {
                 return;
             }
-            for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > 0.0) {
+            for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
                 correct(primitive, row, *cell, scale, gradient);
             }
         });
@@ -155,11 +154,11 @@ impl Walls {
                         let behind = (2 * inside.0 - outside.0, 2 * inside.1 - outside.1);
                         bed_drop(&ground[behind.0], behind.1, &ground[inside.0], inside.1)
                     };
-                    if a.depth > 0.0 {
+                    if a.depth > scale.dry_depth {
                         let (mass, normal) = leaving(a.depth, a.normal, drop(left, right), scale.gravity);
                         (out.mass[i], out.tangential[i]) = (weight * mass, weight * mass * a.tangent);
                         out.normal_left[i] = weight * normal;
-                    } else if b.depth > 0.0 {
+                    } else if b.depth > scale.dry_depth {
                         let (mass, normal) = leaving(b.depth, -b.normal, drop(right, left), scale.gravity);
                         (out.mass[i], out.tangential[i]) = (-weight * mass, -weight * mass * b.tangent);
                         out.normal_right[i] = weight * normal;
@@ -239,7 +238,13 @@ fn correct(primitive: &[PrimitiveRow], row: usize, cell: WallCell, scale: &Scale
         } else {
             let (there, j) = (&primitive[shift(row, dr)], shift(i, dc));
             [
-                super::gradient::surface_difference(here.depth[i], here.surface[i], there.depth[j], there.surface[j]),
+                super::gradient::surface_difference(
+                    here.depth[i],
+                    here.surface[i],
+                    there.depth[j],
+                    there.surface[j],
+                    scale.dry_depth,
+                ),
                 there.depth[j] - here.depth[i],
                 there.velocity_x[j] - velocity.x,
                 there.velocity_y[j] - velocity.y,
