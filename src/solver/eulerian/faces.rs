@@ -125,6 +125,7 @@ struct Half {
     rise_eta: f64,
     rise_d: f64,
     rise_u: f64,
+    rise_t: f64,
 }
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
@@ -144,7 +145,10 @@ fn pair(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
     let (f_d, f_n) = hll(d_l, u_l, d_r, u_r, g);
-    let v_t = if f_d > 0.0 { i.v_t } else { j.v_t };
+    let jump_t = j.v_t - i.v_t;
+    let v_l = i.v_t + 0.5 * van_leer(2.0 * i.rise_t - jump_t, jump_t);
+    let v_r = j.v_t - 0.5 * van_leer(2.0 * j.rise_t - jump_t, jump_t);
+    let v_t = if f_d > 0.0 { v_l } else { v_r };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 { i.d } else { j.d };
     let open = if giver > dry_depth { 1.0 } else { 0.0 };
@@ -214,6 +218,7 @@ fn row_faces<const DIRECTION: usize>(
                 rise_eta: dx * rise::<DIRECTION>($s.0[k], $s.1[k]),
                 rise_d: dx * rise::<DIRECTION>($s.2[k], $s.3[k]),
                 rise_u: dx * normal_rise::<DIRECTION>($v.0[k], $v.1[k], $v.2[k], $v.3[k]),
+                rise_t: dx * tangential_rise::<DIRECTION>($v.0[k], $v.1[k], $v.2[k], $v.3[k]),
             }
         }};
     }
@@ -262,6 +267,18 @@ fn normal_rise<const DIRECTION: usize>(u_x: f64, u_y: f64, v_x: f64, v_y: f64) -
         NORTH => v_y,
         NORTH_EAST => HALF_ROOT * ((u_x + u_y) + (v_x + v_y)),
         _ => HALF_ROOT * ((v_y - v_x) - (u_y - u_x)),
+    }
+}
+
+/// Increment of the tangential velocity over the pair, per spacing.
+#[inline(always)]
+fn tangential_rise<const DIRECTION: usize>(u_x: f64, u_y: f64, v_x: f64, v_y: f64) -> f64 {
+    const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    match DIRECTION {
+        EAST => v_x,
+        NORTH => u_y,
+        NORTH_EAST => HALF_ROOT * ((v_x + v_y) - (u_x + u_y)),
+        _ => HALF_ROOT * ((u_y - u_x) + (v_y - v_x)),
     }
 }
 
