@@ -6,6 +6,7 @@
 
 pub mod bed;
 pub mod error;
+pub mod geodata;
 pub mod lattice;
 pub mod math;
 pub mod output;
