@@ -13,3 +13,4 @@ pub mod output;
 pub mod scenario;
 pub mod solver;
 pub mod terrain;
+pub mod vector;

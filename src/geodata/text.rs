@@ -85,8 +85,13 @@ enum Separator {
 }
 
 impl Separator {
+    /// The first that makes at least three fields of a line; a lone tabulator may stand among blanks.
     fn of(line: &str) -> Self {
-        [';', '\t', ','].into_iter().find(|c| line.contains(*c)).map_or(Separator::Blank, Separator::Character)
+        [';', '\t', ',']
+            .map(Separator::Character)
+            .into_iter()
+            .find(|separator| separator.split(line).len() >= 3)
+            .unwrap_or(Separator::Blank)
     }
 
     /// The fields of a line; double quotes keep a separator inside a field, a doubled quote stands for one.
