@@ -85,13 +85,13 @@ enum Separator {
 }
 
 impl Separator {
-    /// The first that makes at least three fields of a line; a lone tabulator may stand among blanks.
+    /// The first that divides a line; a lone tabulator may stand among blanks.
     fn of(line: &str) -> Self {
-        [';', '\t', ',']
-            .map(Separator::Character)
+        [(';', 2), ('\t', 3), (',', 2)]
+            .map(|(character, fields)| (Separator::Character(character), fields))
             .into_iter()
-            .find(|separator| separator.split(line).len() >= 3)
-            .unwrap_or(Separator::Blank)
+            .find(|(separator, fields)| separator.split(line).len() >= *fields)
+            .map_or(Separator::Blank, |(separator, _)| separator)
     }
 
     /// The fields of a line; double quotes keep a separator inside a field, a doubled quote stands for one.
