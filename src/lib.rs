@@ -6,9 +6,11 @@
 
 pub mod bed;
 pub mod error;
+pub mod geodata;
 pub mod lattice;
 pub mod math;
 pub mod output;
 pub mod scenario;
 pub mod solver;
 pub mod terrain;
+pub mod vector;

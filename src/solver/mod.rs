@@ -19,6 +19,8 @@ pub struct OpenEdges {
     pub segments: Vec<[Vec2; 2]>,
     /// Distance up to which a line opens a face of the edge (m).
     pub reach: f64,
+    /// Every edge face is open, those of no-data areas included, whatever the lines say.
+    pub whole_outline: bool,
 }
 
 /// Everything the core needs to know about a place; local coordinates throughout.
