@@ -80,7 +80,8 @@ impl Survey {
         let origin = Vec2::new(least(|p| p.position.x), least(|p| p.position.y));
         let local = |p: &SurveyPoint| p.position - origin;
         let coordinates: Vec<[f64; 2]> = points.iter().map(|p| [local(p).x, local(p).y]).collect();
-        let tree = ImmutableKdTree::new_from_slice(&coordinates).map_err(|error| format!("the points cannot be indexed: {error:?}"))?;
+        let tree = ImmutableKdTree::new_from_slice(&coordinates)
+            .map_err(|error| format!("the points cannot be indexed: {error:?}"))?;
         let delaunay = match method {
             PointInterpolation::InverseDistance => None,
             PointInterpolation::NaturalNeighbour => {
@@ -88,7 +89,8 @@ impl Survey {
                     .iter()
                     .map(|p| Vertex { position: Point2::new(local(p).x, local(p).y), elevation: p.elevation })
                     .collect();
-                let delaunay = Delaunay::bulk_load(vertices).map_err(|error| format!("the points cannot be triangulated: {error}"))?;
+                let delaunay = Delaunay::bulk_load(vertices)
+                    .map_err(|error| format!("the points cannot be triangulated: {error}"))?;
                 if delaunay.num_inner_faces() == 0 {
                     return Err("all points lie on one line".to_string());
                 }
@@ -126,7 +128,11 @@ impl Survey {
     }
 
     /// Squared distances (m²) and indices of the nearest points, nearest first.
-    fn nearest(&self, map: Vec2, count: NonZeroUsize) -> impl ExactSizeIterator<Item = (f64, usize)> + DoubleEndedIterator {
+    fn nearest(
+        &self,
+        map: Vec2,
+        count: NonZeroUsize,
+    ) -> impl ExactSizeIterator<Item = (f64, usize)> + DoubleEndedIterator {
         let local = map - self.origin;
         self.tree
             .query(&[local.x, local.y])
@@ -177,12 +183,8 @@ impl Survey {
     /// Indices of the points within a radius (m), in the order of the file.
     pub fn within(&self, map: Vec2, radius: f64) -> Vec<usize> {
         let local = map - self.origin;
-        let found = self
-            .tree
-            .query(&[local.x, local.y])
-            .within::<SquaredEuclidean<f64>>(radius * radius)
-            .unsorted()
-            .execute();
+        let found =
+            self.tree.query(&[local.x, local.y]).within::<SquaredEuclidean<f64>>(radius * radius).unsorted().execute();
         let mut indices: Vec<usize> = found.into_iter().map(|f| f.item as usize).collect();
         indices.sort_unstable();
         indices
@@ -212,7 +214,8 @@ fn natural_neighbour(delaunay: &Delaunay, local: Vec2) -> Option<f64> {
 mod tests {
     use super::*;
 
-    const METHODS: [PointInterpolation; 2] = [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour];
+    const METHODS: [PointInterpolation; 2] =
+        [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour];
 
     fn grid(elevation: impl Fn(Vec2) -> f64) -> Vec<SurveyPoint> {
         // A regular grid has many equal coordinates, which is what trees and triangulations stumble over.
@@ -282,6 +285,8 @@ mod tests {
     fn a_line_of_points_is_no_surface() {
         let line = grid(tilted).into_iter().take(30).collect();
         assert!(Survey::new(line, PointInterpolation::NaturalNeighbour, 25.0).unwrap_err().contains("one line"));
-        assert!(Survey::new(grid(tilted).into_iter().take(2).collect(), PointInterpolation::InverseDistance, 25.0).is_err());
+        assert!(
+            Survey::new(grid(tilted).into_iter().take(2).collect(), PointInterpolation::InverseDistance, 25.0).is_err()
+        );
     }
 }

@@ -24,6 +24,9 @@ mod state;
 mod update;
 mod walls;
 
+#[cfg(test)]
+mod tests;
+
 use super::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;

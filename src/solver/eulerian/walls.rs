@@ -64,14 +64,6 @@ pub(crate) fn segments_cross(a: [Vec2; 2], b: [Vec2; 2]) -> bool {
     differ(a0, a1) && touches(b0, b1)
 }
 
-fn distance_to_segment(point: Vec2, segment: [Vec2; 2]) -> f64 {
-    let along = segment[1] - segment[0];
-    let length_squared = along.norm_squared();
-    let share =
-        if length_squared > 0.0 { ((point - segment[0]).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-    (point - (segment[0] + along * share)).norm()
-}
-
 impl Walls {
     pub fn new(problem: &FlowProblem, state: &State) -> Self {
         let spacing = problem.bed.lattice.spacing;
@@ -94,12 +86,7 @@ impl Walls {
                         continue;
                     }
                     let middle = (State::position(row, column, spacing) + State::position(r, c, spacing)) * 0.5;
-                    let open = is_edge
-                        && problem
-                            .open_edges
-                            .segments
-                            .iter()
-                            .any(|segment| distance_to_segment(middle, *segment) <= problem.open_edges.reach);
+                    let open = is_edge && problem.open_edges.is_open(middle);
                     walls.faces[row].push(SpecialFace { column, direction, open });
                     let mark =
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
