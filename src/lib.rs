@@ -6,6 +6,7 @@
 
 pub mod bed;
 pub mod error;
+pub mod geodata;
 pub mod lattice;
 pub mod math;
 pub mod output;
@@ -13,3 +14,4 @@ pub mod scenario;
 pub mod seeding;
 pub mod solver;
 pub mod terrain;
+pub mod vector;
