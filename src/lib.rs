@@ -11,6 +11,7 @@ pub mod lattice;
 pub mod math;
 pub mod output;
 pub mod scenario;
+pub mod seeding;
 pub mod solver;
 pub mod terrain;
 pub mod vector;
