@@ -7,8 +7,10 @@
 pub mod bed;
 pub mod error;
 pub mod lattice;
+pub mod maps;
 pub mod math;
 pub mod output;
+pub mod report;
 pub mod scenario;
 pub mod solver;
 pub mod terrain;
