@@ -66,7 +66,8 @@ pub(crate) fn hll(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) 
         if d_r > 0.0 { larger(u_r + c_r, if d_l > 0.0 { u_l + c_l } else { u_r + c_r }) } else { u_l + 2.0 * c_l };
     let (low, high) = (smaller(s_l, 0.0), larger(s_r, 0.0));
     let width = high - low;
-    let per_width = if width > 0.0 { 1.0 / width } else { 0.0 };
+    // Without water on either side the speeds are meaningless and may be as small as numbers get.
+    let per_width = if d_l + d_r > 0.0 { 1.0 / width } else { 0.0 };
     let (q_l, q_r) = (d_l * u_l, d_r * u_r);
     let momentum_l = q_l * u_l + 0.5 * g * d_l * d_l;
     let momentum_r = q_r * u_r + 0.5 * g * d_r * d_r;
@@ -247,6 +248,7 @@ mod tests {
     #[test]
     fn dry_sides_give_no_flux() {
         assert_eq!(hll(0.0, 0.0, 0.0, 0.0, 9.81), (0.0, 0.0));
+        assert_eq!(hll(0.0, 1e-320, 0.0, -1e-320, 9.81), (0.0, 0.0));
     }
 
     #[test]

@@ -104,7 +104,7 @@ fn row_update(
         } else {
             0.0
         };
-        let (new_x, new_y) = (kept * q_x, kept * q_y);
+        let (new_x, new_y) = (counted(kept * q_x), counted(kept * q_y));
         match stage {
             Stage::First => {
                 water.stage_depth[i] = new_depth;
@@ -120,6 +120,12 @@ fn row_update(
             }
         }
     }
+}
+
+/// A discharge, or 0 where it is so small (m²/s) that arithmetic with it would leave the range of normal numbers and be slow.
+#[inline(always)]
+fn counted(discharge: f64) -> f64 {
+    if discharge.abs() > 1e-100 { discharge } else { 0.0 }
 }
 
 /// Share of the velocity that is left after one step of Manning friction alone (M18); `roughness` is Δt g n².
