@@ -10,6 +10,7 @@ pub mod geodata;
 pub mod lattice;
 pub mod math;
 pub mod output;
+pub mod prepare;
 pub mod scenario;
 pub mod solver;
 pub mod terrain;
