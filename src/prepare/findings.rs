@@ -1,0 +1,39 @@
+//! The list of problems while it grows: each finding gets the key and the place of the scenario value it belongs to.
+
+use crate::error::{Place, Problem, Severity};
+use crate::scenario::Sourced;
+
+/// Problems found so far.
+#[derive(Debug, Default)]
+pub(super) struct Findings {
+    problems: Vec<Problem>,
+}
+
+impl Findings {
+    /// Adds a problem of a scenario value.
+    pub fn add<T>(&mut self, source: &Sourced<T>, problem: Problem) {
+        self.add_at(&source.key, source.place.clone(), problem);
+    }
+
+    /// Adds a problem with a key and a place in the scenario.
+    pub fn add_at(&mut self, key: &str, place: Option<Place>, mut problem: Problem) {
+        problem.key = key.to_string();
+        self.problems.push(problem.with_place(place));
+    }
+
+    /// Adds the problem of a failed result; hands on the value of another.
+    pub fn take<T, V>(&mut self, source: &Sourced<T>, result: Result<V, Problem>) -> Option<V> {
+        result.map_err(|problem| self.add(source, problem)).ok()
+    }
+
+    /// Adds several.
+    pub fn add_all<T>(&mut self, source: &Sourced<T>, problems: impl IntoIterator<Item = Problem>) {
+        problems.into_iter().for_each(|problem| self.add(source, problem));
+    }
+
+    /// All of them, errors first, each kind in the order in which they were found.
+    pub fn into_problems(mut self) -> Vec<Problem> {
+        self.problems.sort_by_key(|problem| problem.severity == Severity::Warning);
+        self.problems
+    }
+}

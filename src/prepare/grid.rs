@@ -1,0 +1,190 @@
+//! The lattice of a run: where it lies, what it costs, and which of its edges are open.
+
+use rayon::prelude::*;
+
+use super::polygons::distance_to_segment;
+use super::rim::neighbours;
+use super::GapReport;
+use crate::error::{Problem, ProblemKind};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::scenario::{Limits, Side};
+use crate::solver::OpenEdges;
+use crate::terrain::{Layer, Terrain};
+
+/// Memory (bytes) that a cell takes in the whole run: riverbed 56, water and its rates about 200, maps and frames about 150.
+pub const BYTES_PER_CELL: f64 = 400.0;
+/// Memory (bytes) that a moving particle takes: state, rates, neighbours and their sorted copy.
+pub const BYTES_PER_FLUID_PARTICLE: f64 = 300.0;
+/// A terrain of fewer cells than this on a side has no flow in it.
+const LEAST_CELLS: f64 = 3.0;
+/// Share of a cell by which sums of map coordinates may miss a whole number of cells.
+const ROUND_OFF: f64 = 1e-6;
+
+/// The lattice that covers the data of a terrain, refused before anything is allocated when it is too large or too coarse.
+///
+/// Its cells count from the south-western corner of the first raster, so that they coincide with raster cells when one
+/// spacing is a whole multiple of the other; without a raster they count from zero.
+///
+/// # Errors
+/// The problem, without key and place.
+pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Result<Lattice, Problem> {
+    let anchor = terrain.layers().iter().find_map(|layer| match layer {
+        Layer::Raster(raster) => Some(Vec2::new(raster.west, raster.south())),
+        Layer::Survey(_) => None,
+    });
+    let anchor = anchor.unwrap_or(Vec2::ZERO);
+    let (min, max) = terrain.extent();
+    let first = |low: f64, anchor: f64| ((low - anchor) / spacing + ROUND_OFF).floor();
+    let last = |high: f64, anchor: f64| ((high - anchor) / spacing - ROUND_OFF).ceil();
+    let (west, south) = (first(min.x, anchor.x), first(min.y, anchor.y));
+    let (columns, rows) = (last(max.x, anchor.x) - west, last(max.y, anchor.y) - south);
+    if (max.x - min.x).min(max.y - min.y) < LEAST_CELLS * spacing {
+        let message = format!("the resolution of {spacing} m is too coarse for a terrain of {:.0} m by {:.0} m", max.x - min.x, max.y - min.y);
+        let fitting = 0.01 * (max.x - min.x).min(max.y - min.y);
+        return Err(Problem::error(ProblemKind::Scenario, "resolution-too-coarse", "", message)
+            .with_remedy(format!("choose at most a hundredth of its width, {fitting:.3} m")));
+    }
+    let cells = columns * rows;
+    let memory = cells * BYTES_PER_CELL;
+    if !cells.is_finite() || cells >= f64::from(u32::MAX) || memory > limits.memory {
+        let message = format!(
+            "{columns:.0} by {rows:.0} cells of {spacing} m need about {:.1} GB of memory; the limit is {:.1} GB",
+            memory / 1e9,
+            limits.memory / 1e9
+        );
+        return Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message)
+            .with_remedy(coarser(spacing, memory / limits.memory, "limits.memory")));
+    }
+    let origin = Vec2::new(anchor.x + west * spacing, anchor.y + south * spacing);
+    Ok(Lattice { origin, columns: columns as usize, rows: rows as usize, spacing })
+}
+
+/// The remedy when a need exceeds its limit by a factor: particles go with the square of the resolution.
+fn coarser(spacing: f64, excess: f64, limit: &str) -> String {
+    let fitting = spacing * excess.sqrt();
+    let digits = 10f64.powf(fitting.log10().floor() - 1.0);
+    format!("take a resolution of {} m or more, cut the terrain to the valley, or raise `{limit}`", (fitting / digits).ceil() * digits)
+}
+
+/// Refuses more particles than the limit allows.
+pub(super) fn check_particles(bed: usize, fluid: usize, spacing: f64, limits: &Limits) -> Option<Problem> {
+    let particles = (bed + fluid) as f64;
+    (particles > limits.particles).then(|| {
+        let message = format!("{bed} riverbed and about {fluid} fluid particles exceed the limit of {:.0}", limits.particles);
+        Problem::error(ProblemKind::Limit, "particle-limit", "", message)
+            .with_remedy(coarser(spacing, particles / limits.particles, "limits.particles"))
+    })
+}
+
+/// Elevation (m) at the centre of each cell, NaN without terrain.
+pub(super) fn sample(terrain: &Terrain, lattice: &Lattice) -> Vec<f64> {
+    let at = |index| terrain.elevation(lattice.to_map(lattice.centre(index))).unwrap_or(f64::NAN);
+    (0..lattice.len()).into_par_iter().map(at).collect()
+}
+
+/// How far riverbed particles lie from the survey points that they come from; none where no survey is used.
+pub(super) fn gap_report(terrain: &Terrain, lattice: &Lattice) -> Option<GapReport> {
+    if terrain.layers().iter().all(|layer| matches!(layer, Layer::Raster(_))) {
+        return None;
+    }
+    let at = |index| {
+        let place = lattice.to_map(lattice.centre(index));
+        Some((terrain.gap(place)?, place))
+    };
+    let mut gaps: Vec<(f64, Vec2)> = (0..lattice.len()).into_par_iter().filter_map(at).collect();
+    gaps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let &(largest, place) = gaps.last()?;
+    Some(GapReport { largest, place, percentile_95: gaps[(gaps.len() - 1) * 95 / 100].0, median: gaps[gaps.len() / 2].0 })
+}
+
+/// Distance (in cells) from a line within which it opens an edge face: lines are drawn along the edge of the data, and
+/// the lattice follows that edge in steps.
+pub(super) const REACH: f64 = 1.5;
+
+/// Adds a side of the lattice to the open edges.
+///
+/// It stops short of the corners by a little more than the reach, so that it does not open the faces around the corner.
+pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice) {
+    let size = lattice.size();
+    // A face around the corner has its midpoint half a cell away from it: 1.45² + 0.5² > 1.5².
+    let short = 1.45 * lattice.spacing;
+    let (x, y) = ([short, size.x - short], [short, size.y - short]);
+    let piece = match side {
+        Side::North => [Vec2::new(x[0], size.y), Vec2::new(x[1], size.y)],
+        Side::South => [Vec2::new(x[0], 0.0), Vec2::new(x[1], 0.0)],
+        Side::East => [Vec2::new(size.x, y[0]), Vec2::new(size.x, y[1])],
+        Side::West => [Vec2::new(0.0, y[0]), Vec2::new(0.0, y[1])],
+        Side::All => {
+            open.whole_outline = true;
+            return;
+        }
+    };
+    open.segments.push(piece);
+}
+
+/// Number of edge faces (of the lattice or of areas without terrain) that the given lines open.
+pub(super) fn faces_opened(segments: &[[Vec2; 2]], lattice: &Lattice, bed: &[f64]) -> usize {
+    let reach = REACH * lattice.spacing;
+    let is_open = |midpoint: Vec2| segments.iter().any(|piece| distance_to_segment(midpoint, *piece) <= reach);
+    let open_faces = |cell: usize| {
+        let centre = lattice.centre(cell);
+        let inner = neighbours(lattice, cell).filter(|&n| bed[n].is_nan()).map(|n| (centre + lattice.centre(n)) * 0.5);
+        let half = 0.5 * lattice.spacing;
+        let outer = [Vec2::new(half, 0.0), Vec2::new(-half, 0.0), Vec2::new(0.0, half), Vec2::new(0.0, -half)]
+            .into_iter()
+            .filter(move |step| lattice.cell_at(centre + *step * 2.0).is_none())
+            .map(move |step| centre + step);
+        inner.chain(outer).filter(|&midpoint| is_open(midpoint)).count()
+    };
+    (0..lattice.len()).into_par_iter().filter(|&cell| !bed[cell].is_nan()).map(open_faces).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terrain::Raster;
+
+    fn terrain(cell: f64, columns: usize, rows: usize) -> Terrain {
+        let raster = Raster { columns, rows, west: 1005.0, north: 2003.0, cell_x: cell, cell_y: cell, values: vec![1.0; columns * rows] };
+        Terrain::new(vec![Layer::Raster(raster)]).unwrap()
+    }
+
+    const LIMITS: Limits = Limits { memory: 1e9, particles: 1e6 };
+
+    #[test]
+    fn cells_coincide_with_raster_cells_when_spacings_divide() {
+        let terrain = terrain(20.0, 30, 20);
+        let equal = lattice(&terrain, 20.0, &LIMITS).unwrap();
+        assert_eq!(equal, Lattice { origin: Vec2::new(1005.0, 1603.0), columns: 30, rows: 20, spacing: 20.0 });
+        let half = lattice(&terrain, 10.0, &LIMITS).unwrap();
+        assert_eq!((half.origin, half.columns, half.rows), (equal.origin, 60, 40));
+        let double = lattice(&terrain, 40.0, &LIMITS).unwrap();
+        assert_eq!((double.origin, double.columns, double.rows), (equal.origin, 15, 10));
+        let odd = lattice(&terrain, 7.0, &LIMITS).unwrap();
+        assert_eq!((odd.origin, odd.columns, odd.rows), (equal.origin, 86, 58));
+    }
+
+    #[test]
+    fn too_many_and_too_few_cells_are_refused_before_allocation() {
+        let terrain = terrain(20.0, 3000, 2000);
+        let problem = lattice(&terrain, 1e-3, &LIMITS).unwrap_err();
+        assert_eq!((problem.kind, problem.code), (ProblemKind::Limit, "memory-limit"));
+        // 60 km by 40 km in 400 bytes a cell fit into 1 GB at 30.98 m.
+        assert!(problem.remedy.unwrap().contains("31 m or more"), "the remedy names a resolution that fits");
+        assert_eq!(lattice(&terrain, 20_000.0, &LIMITS).unwrap_err().code, "resolution-too-coarse");
+        assert_eq!(check_particles(900_000, 200_000, 20.0, &LIMITS).unwrap().kind, ProblemKind::Limit);
+        assert_eq!(check_particles(900_000, 100_000, 20.0, &LIMITS), None);
+    }
+
+    #[test]
+    fn a_side_opens_its_own_faces_and_no_other() {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 12, rows: 9, spacing: 5.0 };
+        let bed = vec![0.0; lattice.len()];
+        for (side, faces) in [(Side::North, 12), (Side::South, 12), (Side::East, 9), (Side::West, 9)] {
+            let mut open = OpenEdges::default();
+            open_side(&mut open, side, &lattice);
+            assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
+        }
+    }
+}

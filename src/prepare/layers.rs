@@ -1,0 +1,174 @@
+//! The coordinate reference system of the run, and the terrain layers in it.
+
+use gdal::spatial_ref::SpatialRef;
+
+use super::findings::Findings;
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::{Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, transform};
+use crate::math::Vec2;
+use crate::scenario::{CrsChoice, Scenario, Sourced, TerrainLayer};
+use crate::terrain::{Layer, RasterFile, RasterRequest, Survey, SurveyFile, SurveyPoint, Terrain, read_survey};
+
+/// A terrain file that is open, with its place in the scenario.
+enum Opened<'a> {
+    Raster(&'a Sourced<TerrainLayer>, RasterFile),
+    Survey(&'a Sourced<TerrainLayer>, SurveyFile),
+}
+
+impl Opened<'_> {
+    fn crs(&self) -> Option<&SpatialRef> {
+        match self {
+            Opened::Raster(_, file) => file.crs(),
+            Opened::Survey(_, file) => file.crs.as_ref(),
+        }
+    }
+}
+
+/// The CRS of the run and its terrain, as far as they can be had.
+pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>, Option<Terrain>) {
+    let mut opened = Vec::new();
+    for source in &scenario.layers {
+        let file = match &source.value {
+            TerrainLayer::Raster { path, .. } => RasterFile::open(path).map(|file| Opened::Raster(source, file)),
+            TerrainLayer::Points { path, .. } => read_survey(path).map(|file| Opened::Survey(source, file)),
+        };
+        opened.extend(findings.take(source, file));
+    }
+    let crs = run_crs(scenario, &opened, findings);
+    let Some(run) = &crs else {
+        return (None, None);
+    };
+    let all_opened = opened.len() == scenario.layers.len();
+    let layers: Vec<Option<Layer>> = opened
+        .into_iter()
+        .map(|file| match file {
+            Opened::Raster(source, file) => read_raster(source, file, scenario, run, findings).map(Layer::Raster),
+            Opened::Survey(source, file) => read_points(source, file, scenario, run, findings).map(Layer::Survey),
+        })
+        .collect();
+    // Checks against a terrain with a missing layer would only report its absence many times.
+    let complete: Option<Vec<Layer>> = layers.into_iter().collect();
+    (crs, complete.filter(|_| all_opened).and_then(Terrain::new))
+}
+
+fn run_crs(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> Option<Crs> {
+    let choice = &scenario.crs;
+    match &choice.value {
+        CrsChoice::Local => Some(Crs::Local),
+        CrsChoice::Named(name) => match spatial_ref(name) {
+            Err(cause) => {
+                let problem = Problem::error(ProblemKind::Scenario, "unknown-crs", "", format!("`{name}` is not a coordinate reference system"));
+                findings.add(choice, problem.with_cause(cause).with_remedy("write a code such as `EPSG:25832`, or `local`"));
+                None
+            }
+            Ok(crs) => match is_metric(&crs) {
+                Ok(()) => Some(run_crs_of(&crs)),
+                Err(why) => {
+                    findings.add(choice, not_metric(ProblemKind::Scenario, &crs, &why, "choose a projected system in metres, such as the UTM zone of the place"));
+                    None
+                }
+            },
+        },
+        CrsChoice::FromTerrain => {
+            let first = scenario.layers.first()?;
+            let Some((file, crs)) = opened.iter().find_map(|file| Some((file, file.crs()?))) else {
+                // A layer that could not be opened might have had one.
+                if opened.len() == scenario.layers.len() {
+                    let problem = Problem::error(ProblemKind::Input, "no-crs", "", "neither the terrain nor the scenario states a coordinate reference system");
+                    findings.add(first, problem.with_remedy("add `crs: EPSG:...` with the code of the survey, or `crs: local` for plain metres"));
+                }
+                return None;
+            };
+            match is_metric(crs) {
+                Ok(()) => Some(run_crs_of(crs)),
+                Err(why) => {
+                    let (source, remedy) = match file {
+                        Opened::Raster(source, raster) => (source, raster.remedy_for_degrees()),
+                        Opened::Survey(source, _) => (source, "set `terrain.reproject: true` and `crs:` to a metric system".to_string()),
+                    };
+                    findings.add(source, not_metric(ProblemKind::Input, crs, &why, &remedy));
+                    None
+                }
+            }
+        }
+    }
+}
+
+fn not_metric(kind: ProblemKind, crs: &SpatialRef, why: &CrsProblem, remedy: &str) -> Problem {
+    let name = describe(crs);
+    let (code, message) = match why {
+        CrsProblem::Geographic => ("geographic-crs", format!("{name} counts in degrees, and a run needs metres")),
+        CrsProblem::NotMetres(unit) => ("not-metric-crs", format!("{name} counts in `{unit}`, and a run needs metres")),
+        CrsProblem::NotProjected => ("not-metric-crs", format!("{name} is not a projected system, and a run needs metres")),
+    };
+    Problem::error(kind, code, "", message).with_remedy(remedy)
+}
+
+fn read_raster(
+    source: &Sourced<TerrainLayer>,
+    file: RasterFile,
+    scenario: &Scenario,
+    run: &Crs,
+    findings: &mut Findings,
+) -> Option<crate::terrain::Raster> {
+    let TerrainLayer::Raster { path, offset, unit } = &source.value else {
+        return None;
+    };
+    let request = RasterRequest {
+        path,
+        unit: *unit,
+        offset: *offset,
+        reproject: scenario.reproject,
+        resolution: scenario.resolution.value,
+        memory: scenario.limits.memory,
+    };
+    let (raster, warnings) = findings.take(source, file.read(&request, run))?;
+    findings.add_all(source, warnings);
+    let cell = raster.cell_x.min(raster.cell_y);
+    if scenario.resolution.value < 0.5 * cell {
+        let message = format!("the resolution of {} m is finer than the cells of {} ({cell} m)", scenario.resolution.value, path.display());
+        let problem = Problem::warning(ProblemKind::Scenario, "finer-than-terrain", "", message);
+        findings.add(&scenario.resolution, problem.with_remedy("a finer resolution costs time and adds nothing that the terrain knows"));
+    }
+    Some(raster)
+}
+
+fn read_points(
+    source: &Sourced<TerrainLayer>,
+    file: SurveyFile,
+    scenario: &Scenario,
+    run: &Crs,
+    findings: &mut Findings,
+) -> Option<Survey> {
+    let TerrainLayer::Points { path, interpolation, max_gap, offset } = &source.value else {
+        return None;
+    };
+    findings.add_all(source, file.warnings);
+    let mut points = file.points;
+    if let (Crs::Projected(run), Some(own)) = (run, &file.crs)
+        && !same_horizontal(run, own)
+    {
+        let moved = if scenario.reproject {
+            moved(&points, own, run).map_err(|cause| {
+                Problem::error(ProblemKind::Input, "no-transformation", "", format!("{} could not be brought to {}", path.display(), describe(run)))
+                    .with_cause(cause)
+            })
+        } else {
+            let message = format!("{} has the CRS {}, the run has {}", path.display(), describe(own), describe(run));
+            Err(Problem::error(ProblemKind::Input, "different-crs", "", message)
+                .with_remedy("set `terrain.reproject: true` to bring it to the CRS of the run"))
+        };
+        points = findings.take(source, moved)?;
+    }
+    points.iter_mut().for_each(|point| point.elevation += offset);
+    let survey = Survey::new(points, *interpolation, *max_gap).map_err(|cause| {
+        Problem::error(ProblemKind::Input, "no-surface", "", format!("the points of {} make no surface", path.display())).with_cause(cause)
+    });
+    findings.take(source, survey)
+}
+
+fn moved(points: &[SurveyPoint], from: &SpatialRef, to: &SpatialRef) -> Result<Vec<SurveyPoint>, String> {
+    let mut places: Vec<Vec2> = points.iter().map(|point| point.position).collect();
+    transform(&mut places, from, to)?;
+    Ok(points.iter().zip(places).map(|(point, position)| SurveyPoint { position, ..*point }).collect())
+}

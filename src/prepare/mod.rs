@@ -1,0 +1,241 @@
+//! Opens every input of a scenario and checks it: all problems at once, nothing computed, nothing written.
+//!
+//! What a run needs is handed on in [`Prepared`]: terrain and lattice for the riverbed, bodies of still water for the
+//! seeding, walls and open edges for the solver, gauges and the reference system for the outputs.
+
+mod findings;
+mod grid;
+mod layers;
+mod places;
+mod polygons;
+mod rim;
+mod water;
+
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
+pub use rim::Leak;
+
+use crate::error::{Problem, ProblemKind, Severity};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::output::{Gauge, OutputCrs};
+use crate::scenario::methods::Motion;
+use crate::scenario::{OpenBoundary, Scenario, TerrainLayer};
+use crate::solver::OpenEdges;
+use crate::terrain::Terrain;
+use findings::Findings;
+use water::{Bed, SourcedBody};
+
+/// Water that stands still at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StillBody {
+    /// Its area in map coordinates (m). Bodies of equal level do not overlap.
+    pub polygon: geo::MultiPolygon<f64>,
+    /// Its level (m).
+    pub level: f64,
+    /// The key of the scenario that it comes from, such as `initial[0].reservoir`.
+    pub key: String,
+}
+
+/// An input file and the checksum of its bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InputFile {
+    /// The file.
+    pub path: PathBuf,
+    /// SHA-256 in hexadecimal digits.
+    pub sha256: String,
+}
+
+/// How far riverbed particles lie from the survey points that their elevation comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GapReport {
+    /// The largest distance (m).
+    pub largest: f64,
+    /// Where that is (map coordinates).
+    pub place: Vec2,
+    /// The distance (m) that 95 % of the particles do not exceed.
+    pub percentile_95: f64,
+    /// The distance (m) that half of the particles do not exceed.
+    pub median: f64,
+}
+
+/// What the run will need, estimated before anything large is allocated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Needs {
+    /// Riverbed particles: cells with terrain.
+    pub bed_particles: usize,
+    /// Cells that hold water at the start; as many fluid particles are seeded when they move.
+    pub wet_cells: usize,
+    /// Memory (bytes).
+    pub memory: f64,
+}
+
+/// Everything that a scenario names, opened and checked. Without an error in `problems`, every part is complete.
+#[derive(Debug)]
+pub struct Prepared {
+    /// What was found, errors first.
+    pub problems: Vec<Problem>,
+    /// The terrain.
+    pub terrain: Option<Terrain>,
+    /// The lattice of the riverbed particles.
+    pub lattice: Option<Lattice>,
+    /// The reference system of the outputs.
+    pub crs: OutputCrs,
+    /// Walls as straight pieces in local coordinates (m).
+    pub walls: Vec<[Vec2; 2]>,
+    /// Where water may leave, in local coordinates.
+    pub open_edges: OpenEdges,
+    /// Still water at the start.
+    pub waters: Vec<StillBody>,
+    /// Where each leaking body would run out, with its index in `waters`.
+    pub leaks: Vec<(usize, Leak)>,
+    /// Gauges.
+    pub gauges: Vec<Gauge>,
+    /// Every input file, each once, in the order of the scenario.
+    pub inputs: Vec<InputFile>,
+    /// The gaps of a survey, where one is used.
+    pub gap: Option<GapReport>,
+    /// The estimate of particles and memory.
+    pub needs: Needs,
+}
+
+impl Prepared {
+    /// Whether a run must be refused.
+    pub fn has_errors(&self) -> bool {
+        self.problems.iter().any(|problem| problem.severity == Severity::Error)
+    }
+}
+
+/// Opens and checks everything that a scenario names. Never fails: what is wrong is in `problems`.
+pub fn prepare(scenario: &Scenario) -> Prepared {
+    let mut findings = Findings::default();
+    let spacing = scenario.resolution.value;
+    if !(spacing.is_finite() && spacing > 0.0) {
+        let problem = Problem::error(ProblemKind::Scenario, "bad-resolution", "", format!("a resolution of {spacing} m is not possible"));
+        findings.add(&scenario.resolution, problem.with_remedy("give a positive length, such as `20 m`"));
+    }
+    if scenario.layers.is_empty() {
+        let problem = Problem::error(ProblemKind::Scenario, "no-terrain", "", "the scenario names no terrain");
+        findings.add_at("terrain.layers", None, problem.with_remedy("add `terrain: {layers: [{raster: FILE}]}`"));
+    }
+    let (crs, terrain) = layers::open(scenario, &mut findings);
+    // Every file is opened even where the terrain failed, so that one check reports all that is missing.
+    let walls: Vec<_> =
+        scenario.walls.iter().map(|source| places::pieces(source, crs.as_ref(), scenario, &mut findings)).collect();
+    let open_lines: Vec<_> = scenario
+        .open
+        .iter()
+        .map(|boundary| match boundary {
+            OpenBoundary::Side(_) => None,
+            OpenBoundary::Lines(source) => places::pieces(source, crs.as_ref(), scenario, &mut findings),
+        })
+        .collect();
+    let bodies = scenario.initial.iter().flat_map(|water| {
+        let bodies = water::bodies(water, crs.as_ref(), scenario, &mut findings);
+        bodies.into_iter().map(|body| SourcedBody { source: &water.polygons, body })
+    });
+    let bodies: Vec<SourcedBody> = bodies.collect();
+    let gauges = scenario
+        .outputs
+        .gauges
+        .as_ref()
+        .map(|source| places::gauges(source, crs.as_ref(), scenario.reproject, &mut findings))
+        .unwrap_or_default();
+    let mut prepared = Prepared {
+        problems: Vec::new(),
+        terrain,
+        lattice: None,
+        crs: crs.map_or(OutputCrs::Local, |crs| crs.to_output()),
+        walls: Vec::new(),
+        open_edges: OpenEdges::default(),
+        waters: Vec::new(),
+        leaks: Vec::new(),
+        gauges,
+        inputs: inputs(scenario),
+        gap: None,
+        needs: Needs::default(),
+    };
+    if spacing.is_finite() && spacing > 0.0 {
+        place_on_lattice(scenario, &mut prepared, walls, open_lines, bodies, &mut findings);
+    }
+    prepared.problems = findings.into_problems();
+    prepared
+}
+
+/// The lattice, and everything that is checked on it.
+fn place_on_lattice(
+    scenario: &Scenario,
+    prepared: &mut Prepared,
+    walls: Vec<Option<Vec<[Vec2; 2]>>>,
+    open_lines: Vec<Option<Vec<[Vec2; 2]>>>,
+    mut bodies: Vec<SourcedBody>,
+    findings: &mut Findings,
+) {
+    let Some(terrain) = &prepared.terrain else {
+        return;
+    };
+    let lattice = grid::lattice(terrain, scenario.resolution.value, &scenario.limits);
+    let Some(lattice) = findings.take(&scenario.resolution, lattice) else {
+        return;
+    };
+    let elevation = grid::sample(terrain, &lattice);
+    for (source, pieces) in scenario.walls.iter().zip(walls) {
+        prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
+    }
+    prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &elevation, findings);
+    let bed = Bed { lattice: &lattice, elevation: &elevation, walls: &prepared.walls };
+    let (wet_cells, leaks) = water::check(&mut bodies, &bed, findings);
+    if let Some(source) = &scenario.outputs.gauges {
+        places::check_gauges(source, &prepared.gauges, terrain, findings);
+    }
+    let bed_particles = elevation.iter().filter(|z| !z.is_nan()).count();
+    let moving = scenario.numerics.motion == Motion::Lagrangian;
+    let fluid = if moving { wet_cells } else { 0 };
+    let memory = lattice.len() as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
+    if let Some(problem) = grid::check_particles(bed_particles, fluid, lattice.spacing, &scenario.limits) {
+        findings.add(&scenario.resolution, problem);
+    }
+    prepared.needs = Needs { bed_particles, wet_cells, memory };
+    prepared.gap = grid::gap_report(terrain, &lattice);
+    prepared.waters = bodies.into_iter().map(|body| body.body).collect();
+    prepared.leaks = leaks;
+    prepared.lattice = Some(lattice);
+}
+
+/// Every input file that can be read, each once, with the side files of a Shapefile.
+fn inputs(scenario: &Scenario) -> Vec<InputFile> {
+    let layers = scenario.layers.iter().map(|layer| match &layer.value {
+        TerrainLayer::Raster { path, .. } | TerrainLayer::Points { path, .. } => path,
+    });
+    let open = scenario.open.iter().filter_map(|boundary| match boundary {
+        OpenBoundary::Lines(source) => Some(&source.value.path),
+        OpenBoundary::Side(_) => None,
+    });
+    let vectors = scenario.initial.iter().map(|water| &water.polygons.value.path);
+    let walls = scenario.walls.iter().map(|source| &source.value.path);
+    let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for path in layers.chain(vectors).chain(walls).chain(open).chain(gauges) {
+        let is_shapefile = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("shp"));
+        let side_files = ["dbf", "shx", "prj"].iter().filter(|_| is_shapefile).map(|e| path.with_extension(e));
+        for file in std::iter::once(path.clone()).chain(side_files) {
+            if !paths.contains(&file) {
+                paths.push(file);
+            }
+        }
+    }
+    paths.into_iter().filter_map(|path| Some(InputFile { sha256: sha256(&path)?, path })).collect()
+}
+
+fn sha256(path: &Path) -> Option<String> {
+    let mut file = std::fs::File::open(path).ok()?;
+    let mut hasher = Sha256::new();
+    std::io::copy(&mut file, &mut hasher).ok()?;
+    Some(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests;

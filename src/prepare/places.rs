@@ -1,0 +1,200 @@
+//! Gauges, walls and open lines.
+
+use geo::LineString;
+
+use super::findings::Findings;
+use super::grid::{REACH, faces_opened, open_side};
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::{Crs, Table, read_text, readable_file};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::output::Gauge;
+use crate::scenario::{OpenBoundary, Scenario, Sourced, VectorSource};
+use crate::solver::OpenEdges;
+use crate::terrain::Terrain;
+use crate::vector::{self, Feature};
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// The features of a vector file in the coordinates of the run; as they stand where the CRS of the run is not known.
+pub(super) fn features(
+    source: &Sourced<VectorSource>,
+    crs: Option<&Crs>,
+    reproject: bool,
+    findings: &mut Findings,
+) -> Option<Vec<Feature>> {
+    let VectorSource { path, layer } = &source.value;
+    let file = findings.take(source, vector::open(path, layer.as_deref()))?;
+    let Some(crs) = crs else {
+        return Some(file.features);
+    };
+    let (features, warnings) = findings.take(source, file.in_run_crs(path, crs, reproject))?;
+    findings.add_all(source, warnings);
+    Some(features)
+}
+
+/// The straight pieces of the lines of a file (map coordinates); outlines of polygons count as lines.
+pub(super) fn pieces(
+    source: &Sourced<VectorSource>,
+    crs: Option<&Crs>,
+    scenario: &Scenario,
+    findings: &mut Findings,
+) -> Option<Vec<[Vec2; 2]>> {
+    let features = features(source, crs, scenario.reproject, findings)?;
+    let as_vec = |c: geo::Coord<f64>| Vec2::new(c.x, c.y);
+    let lines = features.iter().flat_map(|feature| feature.lines.iter().chain(feature.polygons.iter().map(|p| p.exterior())));
+    let pieces: Vec<[Vec2; 2]> =
+        lines.flat_map(LineString::lines).map(|line| [as_vec(line.start), as_vec(line.end)]).filter(|[a, b]| a != b).collect();
+    if pieces.is_empty() {
+        findings.add(source, input_error("no-lines", format!("{} holds no line", source.value.path.display())));
+        return None;
+    }
+    Some(pieces)
+}
+
+/// Brings lines to local coordinates; refuses those that lie beside the terrain altogether.
+pub(super) fn on_lattice(
+    source: &Sourced<VectorSource>,
+    pieces: Vec<[Vec2; 2]>,
+    lattice: &Lattice,
+    findings: &mut Findings,
+) -> Vec<[Vec2; 2]> {
+    let local: Vec<[Vec2; 2]> = pieces.iter().map(|piece| piece.map(|p| lattice.to_local(p))).collect();
+    let (size, margin) = (lattice.size(), REACH * lattice.spacing);
+    let beside = |[a, b]: &[Vec2; 2]| {
+        a.x.max(b.x) < -margin || a.y.max(b.y) < -margin || a.x.min(b.x) > size.x + margin || a.y.min(b.y) > size.y + margin
+    };
+    if let Some(first) = pieces.first()
+        && local.iter().all(beside)
+    {
+        let problem = input_error("outside-terrain", format!("the lines of {} lie outside the terrain", source.value.path.display()))
+            .with_remedy("check that the file and the terrain have the same CRS")
+            .with_at(first[0]);
+        findings.add(source, problem);
+        return Vec::new();
+    }
+    local
+}
+
+/// The open edges of the scenario; `bed` is the elevation at the cells, NaN without terrain.
+pub(super) fn open_edges(
+    scenario: &Scenario,
+    lines: Vec<Option<Vec<[Vec2; 2]>>>,
+    lattice: &Lattice,
+    bed: &[f64],
+    findings: &mut Findings,
+) -> OpenEdges {
+    let mut open = OpenEdges { reach: REACH * lattice.spacing, ..OpenEdges::default() };
+    for (boundary, pieces) in scenario.open.iter().zip(lines) {
+        match (boundary, pieces) {
+            (OpenBoundary::Side(side), _) => open_side(&mut open, *side, lattice),
+            (OpenBoundary::Lines(source), Some(pieces)) => {
+                let local = on_lattice(source, pieces, lattice, findings);
+                if !local.is_empty() && faces_opened(&local, lattice, bed) == 0 {
+                    let message = format!("the lines of {} open no edge of the terrain", source.value.path.display());
+                    let problem = Problem::warning(ProblemKind::Input, "opens-nothing", "", message)
+                        .with_cause(format!("no edge face lies within {} m of them", REACH * lattice.spacing))
+                        .with_remedy("draw them along the edge of the terrain data");
+                    findings.add(source, problem);
+                }
+                open.segments.extend(local);
+            }
+            (OpenBoundary::Lines(_), None) => {}
+        }
+    }
+    open
+}
+
+/// The gauges of a file: CSV with columns id, x, y, or any vector file of points with an attribute `id` or `name`.
+pub(super) fn gauges(
+    source: &Sourced<VectorSource>,
+    crs: Option<&Crs>,
+    reproject: bool,
+    findings: &mut Findings,
+) -> Vec<Gauge> {
+    let path = &source.value.path;
+    let is_table = path.extension().is_some_and(|e| ["csv", "txt", "tsv"].iter().any(|t| e.eq_ignore_ascii_case(t)));
+    let gauges = if is_table {
+        findings.take(source, gauges_of_table(path))
+    } else {
+        features(source, crs, reproject, findings).map(|features| features.iter().flat_map(gauges_of_feature).collect())
+    };
+    let Some(gauges) = gauges else {
+        return Vec::new();
+    };
+    if gauges.is_empty() {
+        findings.add(source, input_error("no-gauges", format!("{} holds no gauge", path.display())));
+    }
+    for (i, gauge) in gauges.iter().enumerate() {
+        if gauges[..i].iter().any(|earlier| earlier.id == gauge.id) {
+            let message = format!("{} holds more than one gauge `{}`", path.display(), gauge.id);
+            findings.add(source, input_error("duplicate-gauge", message).with_remedy("give each gauge its own id").with_at(gauge.position));
+        }
+    }
+    gauges
+}
+
+fn gauges_of_table(path: &std::path::Path) -> Result<Vec<Gauge>, Problem> {
+    readable_file(path)?;
+    let name = path.display();
+    let text = read_text(path).map_err(|error| {
+        input_error("not-a-table", format!("{name} is no table of gauges")).with_cause(error.to_string())
+    })?;
+    let table = Table::parse(&text, |_| true);
+    let header = table.header.clone().unwrap_or_default();
+    let column = |names: &[&str]| {
+        table.column(names).ok_or_else(|| {
+            input_error("missing-column", format!("{name} has no column `{}`", names[0]))
+                .with_cause(format!("its columns are {}", header.join(", ")))
+                .with_remedy("give it a first line with the names id,x,y; further columns are kept")
+        })
+    };
+    let (id, x, y) = (column(&["id", "name"])?, column(&["x", "easting"])?, column(&["y", "northing"])?);
+    let mut gauges = Vec::with_capacity(table.rows.len());
+    for (line, fields) in &table.rows {
+        let number = |column: usize| fields.get(column).and_then(|f| f.parse::<f64>().ok()).filter(|v| v.is_finite());
+        let (Some(easting), Some(northing), Some(id_text)) = (number(x), number(y), fields.get(id)) else {
+            return Err(input_error("bad-gauge-line", format!("line {line} of {name} does not give a gauge with two finite numbers x and y"))
+                .with_cause(format!("it reads `{}`", fields.join(","))));
+        };
+        let kept = |i: &usize| ![id, x, y].contains(i);
+        let attributes =
+            (0..fields.len().min(header.len())).filter(kept).map(|i| (header[i].clone(), fields[i].clone())).collect();
+        gauges.push(Gauge { id: id_text.clone(), position: Vec2::new(easting, northing), attributes });
+    }
+    Ok(gauges)
+}
+
+fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
+    let named = feature.attribute("id").or_else(|| feature.attribute("name"));
+    let id = named.map_or_else(|| feature.number.to_string(), ToString::to_string);
+    let is_other = |name: &str| !["id", "x", "y"].iter().any(|known| name.eq_ignore_ascii_case(known));
+    let attributes: Vec<(String, String)> =
+        feature.attributes.iter().filter(|(name, _)| is_other(name)).map(|(name, value)| (name.clone(), value.to_string())).collect();
+    let several = feature.points.len() > 1;
+    let gauge = |(i, (position, _)): (usize, &(Vec2, Option<f64>))| Gauge {
+        id: if several { format!("{id}.{}", i + 1) } else { id.clone() },
+        position: *position,
+        attributes: attributes.clone(),
+    };
+    feature.points.iter().enumerate().map(gauge).collect()
+}
+
+/// Warns of gauges that no water can reach.
+pub(super) fn check_gauges(source: &Sourced<VectorSource>, gauges: &[Gauge], terrain: &Terrain, findings: &mut Findings) {
+    let (min, max) = terrain.extent();
+    for gauge in gauges {
+        let Vec2 { x, y } = gauge.position;
+        let (code, what) = if x < min.x || y < min.y || x > max.x || y > max.y {
+            ("gauge-outside-terrain", "lies outside the terrain")
+        } else if terrain.elevation(gauge.position).is_none() {
+            ("gauge-on-nodata", "lies where the terrain has no data")
+        } else {
+            continue;
+        };
+        let problem = Problem::warning(ProblemKind::Input, code, "", format!("gauge `{}` {what} and will stay dry", gauge.id));
+        findings.add(source, problem.with_at(gauge.position));
+    }
+}

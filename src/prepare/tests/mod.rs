@@ -1,0 +1,5 @@
+//! The checks on tiny made inputs, one for each kind of bad input, and on real ones.
+
+mod bad_inputs;
+mod malpasset;
+mod scene;

@@ -1,0 +1,275 @@
+//! Still water at the start: polygons and levels, and what can be wrong with them.
+
+use geo::Area;
+
+use super::findings::Findings;
+use super::places::features;
+use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
+use super::rim::Rim;
+use super::{Leak, StillBody};
+use crate::error::{Problem, ProblemKind, Severity};
+use crate::geodata::Crs;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
+use crate::vector::Feature;
+
+/// Names of the attribute that holds the level, when the scenario names none.
+const LEVEL_NAMES: [&str; 2] = ["level_m", "level"];
+/// A body of fewer cells than this is not resolved.
+const RESOLVED_CELLS: usize = 16;
+/// Cells without terrain at most this far from the outline (in cells) are a polygon that pokes out of the data, not a hole.
+const RIM_OF_DATA: f64 = 2.0;
+/// Share of a body's cells that may lie beyond the data in this way.
+const TOLERATED_NODATA: f64 = 0.01;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// The bodies of one entry of the scenario: one for the whole file when the scenario gives the level, else one for each feature.
+pub(super) fn bodies(water: &InitialWater, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Vec<StillBody> {
+    let source = &water.polygons;
+    let name = source.value.path.display();
+    let Some(features) = features(source, crs, scenario.reproject, findings) else {
+        return Vec::new();
+    };
+    let features: Vec<Feature> = features.into_iter().filter(|feature| !feature.polygons.is_empty()).collect();
+    if features.is_empty() {
+        findings.add(source, input_error("empty-polygon", format!("{name} holds no polygon")).with_remedy("draw the outline of the water as a polygon"));
+        return Vec::new();
+    }
+    let mut sound = true;
+    for feature in &features {
+        for polygon in &feature.polygons {
+            sound &= check_polygon(source, feature.number, polygon, findings);
+        }
+    }
+    if !sound {
+        return Vec::new();
+    }
+    let body = |polygons, level| StillBody { polygon: polygons::union(polygons), level, key: source.key.clone() };
+    if let Some(level) = &water.level {
+        warn_of_other_levels(water, level, &features, findings);
+        return vec![body(features.into_iter().flat_map(|feature| feature.polygons).collect(), level.value)];
+    }
+    let mut bodies = Vec::new();
+    for feature in features {
+        match level_of(water, &feature) {
+            Some(level) => bodies.push(body(feature.polygons, level)),
+            None => findings.add(source, no_level(water, &feature)),
+        }
+    }
+    bodies
+}
+
+fn level_names(water: &InitialWater) -> Vec<&str> {
+    water.level_field.as_deref().map_or(LEVEL_NAMES.to_vec(), |field| vec![field])
+}
+
+fn level_of(water: &InitialWater, feature: &Feature) -> Option<f64> {
+    level_names(water).iter().find_map(|name| feature.number(name)).filter(|level| level.is_finite())
+}
+
+fn no_level(water: &InitialWater, feature: &Feature) -> Problem {
+    let names: Vec<&str> = feature.attributes.iter().map(|(name, _)| name.as_str()).collect();
+    let message = format!("neither the scenario nor feature {} of {} gives a level", feature.number, water.polygons.value.path.display());
+    input_error("no-level", message)
+        .with_cause(format!("looked for {}; the attributes are: {}", level_names(water).join(", "), names.join(", ")))
+        .with_remedy("add `level: 100 m` to the entry, or name the attribute with `level_field`")
+}
+
+fn warn_of_other_levels(water: &InitialWater, level: &Sourced<f64>, features: &[Feature], findings: &mut Findings) {
+    let other = features.iter().filter_map(|feature| level_of(water, feature)).find(|own| (own - level.value).abs() > 1e-6);
+    if let Some(own) = other {
+        let message = format!("the scenario's level of {} m is used, although {} says {own} m", level.value, water.polygons.value.path.display());
+        findings.add(level, Problem::warning(ProblemKind::Input, "two-levels", "", message));
+    }
+}
+
+/// Reports the fault of a polygon; says whether it can be used.
+fn check_polygon(source: &Sourced<VectorSource>, number: usize, polygon: &geo::Polygon<f64>, findings: &mut Findings) -> bool {
+    let name = source.value.path.display();
+    let problem = match polygons::fault(polygon) {
+        None => return true,
+        Some(PolygonFault::Empty) => input_error("empty-polygon", format!("polygon {number} of {name} has no area")),
+        Some(PolygonFault::NotFinite) => input_error("not-a-number", format!("polygon {number} of {name} has a coordinate that is not a finite number")),
+        Some(PolygonFault::Crossing(place)) => {
+            input_error("self-crossing", format!("the outline of polygon {number} of {name} crosses itself"))
+                .with_remedy("mend it, for example with `Fix geometries` in QGIS or `ogr2ogr -makevalid`")
+                .with_at(place)
+        }
+        Some(PolygonFault::Untidy(cause)) => {
+            let message = format!("polygon {number} of {name} is not a simple polygon, but its area is clear");
+            Problem::warning(ProblemKind::Input, "untidy-polygon", "", message).with_cause(cause)
+        }
+    };
+    let usable = problem.severity == Severity::Warning;
+    findings.add(source, problem);
+    usable
+}
+
+/// What the checks of water on the lattice need.
+pub(super) struct Bed<'a> {
+    pub lattice: &'a Lattice,
+    /// Elevation at the cells (m), NaN without terrain.
+    pub elevation: &'a [f64],
+    /// Walls in local coordinates (m).
+    pub walls: &'a [[Vec2; 2]],
+}
+
+/// A body with the scenario value that it comes from.
+pub(super) struct SourcedBody<'a> {
+    pub source: &'a Sourced<VectorSource>,
+    pub body: StillBody,
+}
+
+/// Checks the bodies against the terrain and against each other, and cuts shared area out of the later of two of equal level.
+///
+/// Returns the number of wet cells, and the leaks with the index of their body.
+pub(super) fn check(bodies: &mut [SourcedBody], bed: &Bed, findings: &mut Findings) -> (usize, Vec<(usize, Leak)>) {
+    let mut cells: Vec<Vec<usize>> = bodies.iter().map(|b| cells_inside(&b.body.polygon, bed.lattice)).collect();
+    for (body, cells) in bodies.iter().zip(&cells) {
+        if let Err(problem) = check_body(body, cells, bed, findings) {
+            findings.add(body.source, problem);
+        }
+    }
+    let mut owner = vec![usize::MAX; bed.lattice.len()];
+    for i in 0..bodies.len() {
+        let shared: Vec<usize> = cells[i].iter().copied().filter(|&cell| owner[cell] != usize::MAX).collect();
+        if let Some(&cell) = shared.first() {
+            settle_overlap(bodies, owner[cell], i, bed.lattice.to_map(bed.lattice.centre(cell)), shared.len(), findings);
+            cells[i].retain(|&cell| owner[cell] == usize::MAX);
+        }
+        cells[i].iter().for_each(|&cell| owner[cell] = i);
+    }
+    let in_water: Vec<bool> = owner.iter().map(|&i| i != usize::MAX).collect();
+    let rim = Rim { lattice: bed.lattice, bed: bed.elevation, walls: bed.walls, in_water: &in_water };
+    let mut leaks = Vec::new();
+    for (i, (body, cells)) in bodies.iter().zip(&cells).enumerate() {
+        if let Some(leak) = rim.leak(cells, body.body.level) {
+            findings.add(body.source, leak_warning(&body.body, &leak));
+            leaks.push((i, leak));
+        }
+    }
+    let is_wet = |(i, cell): (usize, &usize)| bed.elevation[*cell] < bodies[i].body.level;
+    let wet = cells.iter().enumerate().map(|(i, cells)| cells.iter().filter(|cell| is_wet((i, cell))).count()).sum();
+    (wet, leaks)
+}
+
+/// A body against the terrain below it.
+fn check_body(body: &SourcedBody, cells: &[usize], bed: &Bed, findings: &mut Findings) -> Result<(), Problem> {
+    let name = body.source.value.path.display();
+    let (level, lattice) = (body.body.level, bed.lattice);
+    let map = |cell: usize| lattice.to_map(lattice.centre(cell));
+    if lies_outside(&body.body, lattice) {
+        return Err(input_error("outside-terrain", format!("the polygon of {name} lies outside the terrain"))
+            .with_remedy("check that the file and the terrain have the same CRS")
+            .with_at(first_place(&body.body)));
+    }
+    if cells.is_empty() {
+        let message = format!("the polygon of {name} ({:.0} m²) holds no cell of {} m", body.body.polygon.unsigned_area(), lattice.spacing);
+        return Err(input_error("resolution-too-coarse", message).with_remedy("take a finer resolution"));
+    }
+    check_nodata(body, cells, bed, findings)?;
+    let lowest = cells.iter().copied().filter(|&cell| !bed.elevation[cell].is_nan()).min_by(|&a, &b| bed.elevation[a].total_cmp(&bed.elevation[b]));
+    let Some(lowest) = lowest else {
+        return Err(input_error("nodata-in-water", format!("the terrain has no data anywhere in the polygon of {name}")).with_at(map(cells[0])));
+    };
+    if bed.elevation[lowest] >= level {
+        let message = format!("the level of {level} m lies below the bed everywhere in the polygon of {name}");
+        return Err(input_error("level-below-bed", message)
+            .with_cause(format!("its lowest bed is {:.2} m", bed.elevation[lowest]))
+            .with_remedy("check the level, its unit, and the vertical datum of the terrain")
+            .with_at(map(lowest)));
+    }
+    let wet = cells.iter().filter(|&&cell| bed.elevation[cell] < level).count();
+    if wet < RESOLVED_CELLS {
+        let message = format!("only {wet} cells of {} m hold the water of {name}", lattice.spacing);
+        let problem = Problem::warning(ProblemKind::Scenario, "resolution-too-coarse", "", message);
+        findings.add(body.source, problem.with_remedy("take a finer resolution"));
+    }
+    Ok(())
+}
+
+/// An error for holes in the terrain under the water; a warning for a polygon that pokes out of the data a little.
+fn check_nodata(body: &SourcedBody, cells: &[usize], bed: &Bed, findings: &mut Findings) -> Result<(), Problem> {
+    let lattice = bed.lattice;
+    let map = |cell: usize| lattice.to_map(lattice.centre(cell));
+    let missing: Vec<usize> = cells.iter().copied().filter(|&cell| bed.elevation[cell].is_nan()).collect();
+    // Cells beyond the lattice are missing, too; the polygon's area tells of them.
+    let beyond = body.body.polygon.unsigned_area() - (cells.len() - missing.len()) as f64 * lattice.cell_area();
+    let area = beyond.max(missing.len() as f64 * lattice.cell_area());
+    let deep = |cell: usize| distance_to_outline(&body.body.polygon, map(cell)) > RIM_OF_DATA * lattice.spacing;
+    let hole = missing.iter().copied().find(|&cell| deep(cell));
+    let tolerated = TOLERATED_NODATA * body.body.polygon.unsigned_area() + rim_allowance(&body.body, lattice);
+    let name = body.source.value.path.display();
+    let message = format!("the terrain has no data on {area:.0} m² inside the polygon of {name} ({} cells of the lattice)", missing.len());
+    if hole.is_some() || area > tolerated {
+        let place = hole.or(missing.first().copied()).map_or(first_place(&body.body), map);
+        return Err(input_error("nodata-in-water", message)
+            .with_remedy("fill the holes with `gdal_fillnodata.py`, add a layer below, or cut the polygon to the terrain")
+            .with_at(place));
+    }
+    if let Some(&first) = missing.first() {
+        let problem = Problem::warning(ProblemKind::Input, "polygon-beyond-data", "", message);
+        findings.add(body.source, problem.with_cause("its outline pokes out of the data by less than two cells").with_at(map(first)));
+    }
+    Ok(())
+}
+
+/// Area (m²) by which counting cells may miss the area of a polygon: half a cell along its outline.
+fn rim_allowance(body: &StillBody, lattice: &Lattice) -> f64 {
+    use geo::{Euclidean, Length};
+    let outline: f64 = body.polygon.iter().map(|p| Euclidean.length(p.exterior())).sum();
+    0.5 * lattice.spacing * outline
+}
+
+fn lies_outside(body: &StillBody, lattice: &Lattice) -> bool {
+    use geo::BoundingRect;
+    let size = lattice.size();
+    body.polygon.bounding_rect().is_none_or(|rectangle| {
+        let min = lattice.to_local(Vec2::new(rectangle.min().x, rectangle.min().y));
+        let max = lattice.to_local(Vec2::new(rectangle.max().x, rectangle.max().y));
+        max.x < 0.0 || max.y < 0.0 || min.x > size.x || min.y > size.y
+    })
+}
+
+fn first_place(body: &StillBody) -> Vec2 {
+    use geo::CoordsIter;
+    body.polygon.coords_iter().next().map_or(Vec2::ZERO, |c| Vec2::new(c.x, c.y))
+}
+
+/// Two bodies that share cells: refused at different levels; at equal levels the later one loses what they share.
+fn settle_overlap(bodies: &mut [SourcedBody], first: usize, second: usize, place: Vec2, cells: usize, findings: &mut Findings) {
+    let (one, other) = (&bodies[first], &bodies[second]);
+    if (one.body.level - other.body.level).abs() > 0.0 {
+        let message = format!(
+            "the water of {} (level {} m) and that of {} (level {} m) overlap in {cells} cells",
+            one.source.value.path.display(),
+            one.body.level,
+            other.source.value.path.display(),
+            other.body.level
+        );
+        findings.add(other.source, input_error("overlapping-water", message).with_remedy("cut one polygon to the other").with_at(place));
+        return;
+    }
+    for earlier in 0..second {
+        if (bodies[earlier].body.level - bodies[second].body.level).abs() > 0.0 {
+            continue;
+        }
+        bodies[second].body.polygon = polygons::without(&bodies[second].body.polygon, &bodies[earlier].body.polygon);
+    }
+}
+
+fn leak_warning(body: &StillBody, leak: &Leak) -> Problem {
+    let places: Vec<String> = leak.lowest.iter().map(|(z, p)| format!("{z:.2} m at {:.0}, {:.0}", p.x, p.y)).collect();
+    let message = format!("at {} m the water runs out over {:.0} m of the polygon's rim", body.level, leak.length);
+    let problem = Problem::warning(ProblemKind::Input, "leaking-rim", "", message)
+        .with_cause(format!("lowest places of the rim: {}", places.join("; ")))
+        .with_remedy("right where the dam breaks; elsewhere extend the polygon, lower the level, or draw a wall along the rim");
+    match leak.lowest.first() {
+        Some((_, place)) => problem.with_at(*place),
+        None => problem,
+    }
+}
