@@ -78,9 +78,9 @@ impl RunFolder {
             let parent = path.ancestors().skip(1).find(|parent| parent.exists())?;
             return (!parent.is_dir()).then(|| unwritable(path, &format!("{} is a file", parent.display())));
         }
-        match fs::read_dir(path) {
+        match fs::read_dir(path).map(Iterator::count) {
             Err(cause) => Some(unwritable(path, &cause.to_string())),
-            Ok(entries) if !overwrite && entries.count() > 0 => Some(
+            Ok(entries) if !overwrite && entries > 0 => Some(
                 Problem::error(
                     ProblemKind::Output,
                     "output-folder-not-empty",
