@@ -116,11 +116,7 @@ impl RunFolder {
     ///
     /// # Errors
     /// Those of `write`, and when the file cannot be flushed or renamed.
-    pub(super) fn write_with(
-        &self,
-        name: &str,
-        write: impl FnOnce(&Path) -> Result<(), Error>,
-    ) -> Result<(), Error> {
+    pub(super) fn write_with(&self, name: &str, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
         let (temporary, path) = (self.temporary(name), self.file(name));
         let written = write(&temporary).and_then(|()| {
             let flush = || fs::File::open(&temporary)?.sync_all();
@@ -259,6 +255,9 @@ mod tests {
             Err(output_error(path, "disk full"))
         });
         assert!(result.is_err());
-        assert_eq!(fs::read_dir(place.path()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_file()).count(), 0);
+        assert_eq!(
+            fs::read_dir(place.path()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_file()).count(),
+            0
+        );
     }
 }

@@ -114,11 +114,9 @@ mod tests {
     #[test]
     fn end_at_a_multiple_is_not_named_twice() {
         let mut schedule = Schedule::new(10.0, 20.0);
-        assert_eq!([schedule.due(20.0), schedule.due(20.0), schedule.due(20.0), schedule.due(20.0)], [
-            Some(0.0),
-            Some(10.0),
-            Some(20.0),
-            None
-        ]);
+        assert_eq!(
+            [schedule.due(20.0), schedule.due(20.0), schedule.due(20.0), schedule.due(20.0)],
+            [Some(0.0), Some(10.0), Some(20.0), None]
+        );
     }
 }

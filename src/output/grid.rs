@@ -177,9 +177,8 @@ impl OutputGrid {
         let terrain = |value: fn(&LatticeMaps, usize) -> f64| {
             self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { value(maps, index) })
         };
-        let of_threshold = |values: &[f64]| {
-            self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { values[index] })
-        };
+        let of_threshold =
+            |values: &[f64]| self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { values[index] });
         GridMaps {
             bed_elevation: self.sample(|index| bed_elevation[index]),
             max_depth: terrain(|maps, index| maps.max_depth[index]),

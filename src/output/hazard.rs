@@ -76,17 +76,17 @@ mod tests {
         // Each row by hand from the table: which of the three conditions decides.
         for (depth, speed, expected) in [
             (0.2, 0.5, 1),
-            (0.3, 0.0, 1),   // at the limit of the depth
-            (0.31, 0.0, 2),  // depth
-            (0.2, 1.6, 2),   // d v = 0.32
-            (0.6, 0.5, 3),   // depth
-            (0.5, 1.9, 4),   // d v = 0.95
-            (1.9, 0.1, 4),   // depth
-            (0.1, 2.1, 5),   // speed
-            (3.0, 1.0, 5),   // d v = 3
-            (0.01, 4.1, 6),  // speed
-            (4.1, 0.0, 6),   // depth
-            (3.9, 3.9, 6),   // d v = 15
+            (0.3, 0.0, 1),  // at the limit of the depth
+            (0.31, 0.0, 2), // depth
+            (0.2, 1.6, 2),  // d v = 0.32
+            (0.6, 0.5, 3),  // depth
+            (0.5, 1.9, 4),  // d v = 0.95
+            (1.9, 0.1, 4),  // depth
+            (0.1, 2.1, 5),  // speed
+            (3.0, 1.0, 5),  // d v = 3
+            (0.01, 4.1, 6), // speed
+            (4.1, 0.0, 6),  // depth
+            (3.9, 3.9, 6),  // d v = 15
         ] {
             assert_eq!(hazard_class(depth, speed), expected, "d = {depth}, v = {speed}");
         }

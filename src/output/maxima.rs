@@ -104,7 +104,8 @@ impl Maxima {
     /// An empty record for `cells` cells in rows of `columns`; `thresholds` (m) must not be empty.
     pub(super) fn new(cells: usize, columns: usize, thresholds: &[f64], rise_on_wet: f64) -> Self {
         assert!(!thresholds.is_empty(), "invariant: a resolved scenario has at least one threshold");
-        let never = ThresholdRecord { arrival: f64::NAN, under_water_since: f64::NAN, last_fall: f64::NAN, duration: 0.0 };
+        let never =
+            ThresholdRecord { arrival: f64::NAN, under_water_since: f64::NAN, last_fall: f64::NAN, duration: 0.0 };
         Maxima {
             columns,
             thresholds: thresholds.to_vec(),

@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn rectangle_has_four_corners() {
         let regions = of(&["....", ".##.", ".##.", "...."]);
-        assert_eq!(regions, [Region { rings: vec![vec![(3, 1), (1, 1), (1, 3), (3, 3)]] }]);
+        assert_eq!(regions, [Region { rings: vec![vec![(1, 1), (1, 3), (3, 3), (3, 1)]] }]);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Follows a run step by step and keeps what becomes its maps, frames, gauge series and mass balance.
 
+use super::Gauge;
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
 use super::gauges::{GaugeRecorder, GaugeResult, GaugeSample};
 use super::grid::{GridMaps, OutputGrid};
 use super::maxima::{LatticeMaps, Maxima};
-use super::Gauge;
 use crate::error::Error;
 use crate::lattice::{Lattice, WaterOnLattice};
 

@@ -56,7 +56,8 @@ fn record(every: f64, time_step: f64) -> (Recording, Vec<Frame>) {
     for step in 0..=(100.0 / time_step).round() as u32 {
         let t = f64::from(step) * time_step;
         let (depth, discharge_x, discharge_y) = state(t);
-        let water = WaterOnLattice { depth: &depth, discharge_x: &discharge_x, discharge_y: &discharge_y, spans: &spans };
+        let water =
+            WaterOnLattice { depth: &depth, discharge_x: &discharge_x, discharge_y: &discharge_y, spans: &spans };
         let volumes = Volumes { stored: depth.iter().sum::<f64>() * 100.0, ..Volumes::default() };
         if step == 0 {
             recorder.start(&water, volumes, &mut sink).unwrap();
@@ -177,9 +178,8 @@ fn films_have_no_speed_and_no_class() {
 fn threads_do_not_change_a_bit() {
     // Large enough that the step is shared between threads.
     let lattice = Lattice { origin: Vec2::ZERO, columns: 130, rows: 70, spacing: 1.0 };
-    let spans: Vec<Span> = (0..70)
-        .flat_map(|row| [Span { row, from: 0, to: 60 }, Span { row, from: 61, to: 130 }])
-        .collect();
+    let spans: Vec<Span> =
+        (0..70).flat_map(|row| [Span { row, from: 0, to: 60 }, Span { row, from: 61, to: 130 }]).collect();
     let record = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let plan =

@@ -39,7 +39,8 @@ pub fn write_cogs(
             let failed = |cause: gdal::errors::GdalError| output_error(path, cause);
             let source = in_memory(&map, grid, &crs, provenance).map_err(failed)?;
             let mut options = CslStringList::new();
-            for option in ["COMPRESS=DEFLATE", "PREDICTOR=YES", "BLOCKSIZE=512", "OVERVIEWS=AUTO", "RESAMPLING=NEAREST"] {
+            for option in ["COMPRESS=DEFLATE", "PREDICTOR=YES", "BLOCKSIZE=512", "OVERVIEWS=AUTO", "RESAMPLING=NEAREST"]
+            {
                 options.add_string(option).map_err(failed)?;
             }
             let driver = DriverManager::get_driver_by_name("COG").map_err(failed)?;

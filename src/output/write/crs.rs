@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use gdal::config::{clear_thread_local_config_option, set_thread_local_config_option};
 use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, SpatialRef};
 use netcdf::AttributeValue;
 
@@ -40,8 +41,7 @@ impl WritableCrs {
             attributes.push(("epsg_code", authority.as_str().into()));
         }
         attributes.push(("long_name", "coordinate reference system".into()));
-        let esri = spatial_ref.clone();
-        let esri_wkt = esri.morph_to_esri().and_then(|()| esri.to_wkt()).ok();
+        let esri_wkt = esri_wkt(&spatial_ref).ok();
         Ok(Some(WritableCrs { spatial_ref, attributes, esri_wkt }))
     }
 
@@ -66,4 +66,12 @@ impl WritableCrs {
             ("geospatial_lon_max", rounded(east)),
         ]
     }
+}
+
+/// The system in the dialect of ArcGIS, whatever dialect the rest of the program has asked GDAL for.
+fn esri_wkt(spatial_ref: &SpatialRef) -> gdal::errors::Result<String> {
+    set_thread_local_config_option("OSR_WKT_FORMAT", "WKT1_ESRI")?;
+    let wkt = spatial_ref.to_wkt();
+    clear_thread_local_config_option("OSR_WKT_FORMAT")?;
+    wkt
 }

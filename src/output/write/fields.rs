@@ -14,13 +14,13 @@ use std::thread::JoinHandle;
 
 use netcdf::Options;
 
+use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
 use super::super::frames::Frame;
 use super::super::grid::{FILL, OutputGrid};
-use super::super::OutputCrs;
+use super::Provenance;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
-use super::Provenance;
 use crate::error::Error;
 
 /// Frames that may wait for the disk.

@@ -22,6 +22,9 @@ use crate::error::{Error, Problem, Severity};
 /// The stand-in for the dates that the format asks for.
 const FIXED_DATE: &str = "2000-01-01T00:00:00.000Z";
 
+/// The system without a place on Earth, by the name under which the format has a number for it (-1).
+const PLAIN_METRES: &str = r#"ENGCRS["Undefined Cartesian SRS",EDATUM[""],CS[Cartesian,2],AXIS["x",east,ORDER[1]],AXIS["y",north,ORDER[2]],LENGTHUNIT["metre",1]]"#;
+
 /// A value of a column.
 enum Value {
     Text(String),
@@ -59,7 +62,11 @@ pub fn write_geopackage(
                 findings_layer(findings)?,
             ];
             layers.push(style_layer(isochrones));
-            write_layers(path, crs.as_ref().map(|crs| &crs.spatial_ref), layers)
+            let spatial_ref = match crs {
+                Some(crs) => crs.spatial_ref,
+                None => SpatialRef::from_wkt(PLAIN_METRES)?,
+            };
+            write_layers(path, &spatial_ref, layers)
         };
         set_thread_local_config_option("OGR_CURRENT_DATE", FIXED_DATE).map_err(|cause| output_error(path, cause))?;
         let written = write().map_err(|cause| output_error(path, cause));
@@ -68,7 +75,7 @@ pub fn write_geopackage(
     })
 }
 
-fn write_layers(path: &Path, spatial_ref: Option<&SpatialRef>, layers: Vec<Layer<'_>>) -> GdalResult<()> {
+fn write_layers(path: &Path, spatial_ref: &SpatialRef, layers: Vec<Layer<'_>>) -> GdalResult<()> {
     let driver = DriverManager::get_driver_by_name("GPKG")?;
     let mut dataset = driver.create_vector_only(path)?;
     for layer in layers {
@@ -78,16 +85,14 @@ fn write_layers(path: &Path, spatial_ref: Option<&SpatialRef>, layers: Vec<Layer
 }
 
 /// One transaction for each layer: without, each feature would be one.
-fn write_layer(dataset: &mut Dataset, spatial_ref: Option<&SpatialRef>, layer: Layer<'_>) -> GdalResult<()> {
+fn write_layer(dataset: &mut Dataset, spatial_ref: &SpatialRef, layer: Layer<'_>) -> GdalResult<()> {
     let mut transaction = dataset.start_transaction()?;
     {
-        // -1 is the format's own number for plain metres.
-        let options = spatial_ref.is_none().then_some(&["SRID=-1"][..]);
         let table = transaction.create_layer(LayerOptions {
             name: layer.name,
-            srs: spatial_ref.filter(|_| layer.geometry != OGRwkbGeometryType::wkbNone),
+            srs: (layer.geometry != OGRwkbGeometryType::wkbNone).then_some(spatial_ref),
             ty: layer.geometry,
-            options: options.filter(|_| layer.geometry != OGRwkbGeometryType::wkbNone),
+            options: None,
         })?;
         for (name, kind) in &layer.columns {
             FieldDefn::new(name, *kind)?.add_to_layer(&table)?;
@@ -206,8 +211,16 @@ fn gauge_layer<'a>(gauges: &[Gauge], recording: &Recording) -> GdalResult<Layer<
         let mut values = vec![Value::Text(gauge.id.clone())];
         let minutes = result.arrival.map(|time| time / 60.0);
         values.extend(
-            [result.bed, result.arrival, minutes, result.max_depth, result.max_level, result.time_of_max, result.max_speed]
-                .map(Value::Number),
+            [
+                result.bed,
+                result.arrival,
+                minutes,
+                result.max_depth,
+                result.max_level,
+                result.time_of_max,
+                result.max_speed,
+            ]
+            .map(Value::Number),
         );
         for column in &own {
             let value = gauge.attributes.iter().find(|(name, _)| name == column);
@@ -257,7 +270,8 @@ fn style_layer<'a>(isochrones: &[f64]) -> Layer<'a> {
         ("gauges", LayerStyle::Point("255,215,0,255", "id")),
         ("findings", LayerStyle::Point("215,25,28,255", "code")),
     ];
-    let names = ["f_table_catalog", "f_table_schema", "f_table_name", "f_geometry_column", "styleName", "styleQML", "styleSLD"];
+    let names =
+        ["f_table_catalog", "f_table_schema", "f_table_name", "f_geometry_column", "styleName", "styleQML", "styleSLD"];
     let mut columns = text_columns(&names);
     columns.push(("useAsDefault".into(), OGRFieldType::OFTInteger));
     columns.extend(text_columns(&["description", "owner", "ui"]));

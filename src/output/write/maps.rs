@@ -1,18 +1,18 @@
 //! `maps.nc`: the maps of the run, one variable each, on `(y, x)`.
 //!
-//! Maxima carry the scalar coordinate `time` with the period as its bounds; arrival, duration and recession carry their
-//! threshold as a scalar coordinate.
+//! Maxima carry the end of the run as the scalar coordinate `time`; arrival, duration and recession carry their threshold
+//! as a scalar coordinate. The time has no bounds: CF gives those of a scalar one dimension, its checker asks for two.
 
 use netcdf::Options;
 
+use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
 use super::super::hazard::HAZARD_CLASSES;
-use super::super::OutputCrs;
+use super::Provenance;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
 use super::variables::{MapKind, MapVariable, map_variables, threshold_name};
-use super::Provenance;
 use crate::error::Error;
 
 /// The value for "outside the terrain" in the class map, the same number as in the others.
@@ -56,14 +56,11 @@ pub fn write_maps(
     })
 }
 
-/// The scalar coordinate `time` at the end of the run, with the whole run as its bounds.
+/// The scalar coordinate `time` at the end of the run.
 fn define_period(file: &mut NetcdfFile<'_>, provenance: &Provenance, end_time: f64) -> netcdf::Result<()> {
-    file.file.add_dimension("bound", 2)?;
     file.define_time(&[], provenance)?;
-    file.describe_variable("time", &[("bounds", "time_bounds")])?;
-    file.file.add_variable::<f64>("time_bounds", &["bound"])?;
-    file.variable("time")?.put_value(end_time, ())?;
-    file.variable("time_bounds")?.put_values(&[0.0, end_time], ..)
+    file.describe_variable("time", &[("comment", "end of the run; maxima are over all its compute steps")])?;
+    file.variable("time")?.put_value(end_time, ())
 }
 
 fn threshold_variable(threshold: f64) -> String {
@@ -84,8 +81,10 @@ fn define_map(file: &mut NetcdfFile<'_>, map: &MapVariable<'_>, grid: &OutputGri
     if map.kind == MapKind::Class {
         file.file.add_variable::<i16>(name, &["y", "x"])?;
         file.compress(name, &[grid.rows, grid.columns])?;
-        let meanings: Vec<String> =
-            HAZARD_CLASSES.iter().map(|class| format!("{}_{}", class.name, class.meaning.replace(", ", "_").replace(' ', "_"))).collect();
+        let meanings: Vec<String> = HAZARD_CLASSES
+            .iter()
+            .map(|class| format!("{}_{}", class.name, class.meaning.replace(", ", "_").replace(' ', "_")))
+            .collect();
         let mut variable = file.variable(name)?;
         variable.put_attribute("_FillValue", CLASS_FILL)?;
         variable.put_attribute("flag_values", (0..=HAZARD_CLASSES.len() as i16).collect::<Vec<i16>>())?;

@@ -7,11 +7,11 @@ use std::path::Path;
 
 use netcdf::{AttributeValue, FileMut, VariableMut};
 
+use super::super::OutputCrs;
 use super::super::folder::output_error;
 use super::super::grid::OutputGrid;
-use super::super::OutputCrs;
-use super::crs::WritableCrs;
 use super::Provenance;
+use super::crs::WritableCrs;
 use crate::error::Error;
 
 /// Greatest edge of a chunk of a compressed variable, in cells.
@@ -23,7 +23,6 @@ const DEFLATE: i32 = 1;
 /// A NetCDF file while its contents are defined.
 pub(super) struct NetcdfFile<'a> {
     pub(super) file: FileMut,
-    pub(super) path: &'a Path,
     pub(super) crs: &'a Option<WritableCrs>,
 }
 
@@ -39,11 +38,11 @@ impl<'a> NetcdfFile<'a> {
     /// Defines dimensions, coordinates, `crs` and global attributes in a file that was just created.
     pub(super) fn describe(
         file: FileMut,
-        path: &'a Path,
+        path: &Path,
         crs: &'a Option<WritableCrs>,
         description: &FileDescription,
     ) -> Result<Self, Error> {
-        let mut netcdf = NetcdfFile { file, path, crs };
+        let mut netcdf = NetcdfFile { file, crs };
         netcdf.define(description).map_err(|cause| output_error(path, cause))?;
         Ok(netcdf)
     }

@@ -62,7 +62,8 @@ impl Ellipsoid {
             entry.as_f64().or_else(|| entry.get("value")?.as_f64())
         };
         let semi_major = length("semi_major_axis").or_else(|| length("radius"))?;
-        let flattening_of = |semi_minor: f64| if semi_major > semi_minor { semi_major / (semi_major - semi_minor) } else { 0.0 };
+        let flattening_of =
+            |semi_minor: f64| if semi_major > semi_minor { semi_major / (semi_major - semi_minor) } else { 0.0 };
         let inverse_flattening = length("inverse_flattening").or_else(|| length("semi_minor_axis").map(flattening_of));
         Some(Ellipsoid { semi_major, inverse_flattening: inverse_flattening.unwrap_or(0.0) })
     }
@@ -89,7 +90,8 @@ impl Conversion<'_> {
     /// The parameter with the first of the names that is there; angles in degrees.
     fn parameter(&self, names: &[&str]) -> Option<f64> {
         let parameters = self.value.get("parameters")?.as_array()?;
-        let has_name = |parameter: &&Value| parameter.get("name").and_then(Value::as_str).is_some_and(|n| names.contains(&n));
+        let has_name =
+            |parameter: &&Value| parameter.get("name").and_then(Value::as_str).is_some_and(|n| names.contains(&n));
         let parameter = parameters.iter().find(has_name)?;
         angle(parameter.get("value")?, parameter.get("unit"))
     }
@@ -118,7 +120,8 @@ fn method_attributes(conversion: &Conversion<'_>, ellipsoid: &Ellipsoid) -> Opti
         "Longitude of projection centre",
         "Longitude of origin",
     ])?;
-    let scale = get(&["Scale factor at natural origin", "Scale factor on initial line", "Scale factor at projection centre"]);
+    let scale =
+        get(&["Scale factor at natural origin", "Scale factor on initial line", "Scale factor at projection centre"]);
     let first_parallel = get(&["Latitude of 1st standard parallel", "Latitude of standard parallel"]);
     let both_parallels = || Some(vec![first_parallel?, get(&["Latitude of 2nd standard parallel"])?]);
     let (name, specific): (&str, Vec<(&'static str, AttributeValue)>) = match conversion.method() {
@@ -260,8 +263,8 @@ mod tests {
             (2056, "oblique_mercator"),
             (5070, "albers_conical_equal_area"),
             (3031, "polar_stereographic"),
-            (7415, ""),  // Dutch: oblique stereographic, compound
-            (5514, ""),  // Krovak
+            (7415, ""), // Dutch: oblique stereographic, compound
+            (5514, ""), // Krovak
         ] {
             let found = attributes_of(epsg).map(|attributes| attributes[0].1.clone());
             assert_eq!(found, (!name.is_empty()).then(|| AttributeValue::from(name)), "EPSG:{epsg}");

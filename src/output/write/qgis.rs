@@ -30,7 +30,9 @@ pub(super) fn raster_style(map: &MapVariable<'_>) -> String {
         MapKind::Class => hazard_renderer(),
         MapKind::Depth => discrete_renderer(&limits(&DEPTHS, &BLUES, map.units)),
         MapKind::Speed => discrete_renderer(&limits(&SPEEDS, &REDS, map.units)),
-        MapKind::Time => discrete_renderer(&equal_classes(map, &TIMES, 60.0, "min", map.name.starts_with("flood_duration"))),
+        MapKind::Time => {
+            discrete_renderer(&equal_classes(map, &TIMES, 60.0, "min", map.name.starts_with("flood_duration")))
+        }
         MapKind::Level => discrete_renderer(&equal_classes(map, &LEVELS, 1.0, "m", false)),
     };
     format!(
@@ -76,7 +78,12 @@ fn equal_classes(
         let (from, to) = (least + index as f64 * step, least + (index + 1) as f64 * step);
         let is_last = index + 1 == colours.len();
         let upper = if is_last { "inf".into() } else { format!("{to:.3}") };
-        classes.push(Class { upper, colour, drawn: true, label: format!("{:.1} - {:.1} {unit}", from / size, to / size) });
+        classes.push(Class {
+            upper,
+            colour,
+            drawn: true,
+            label: format!("{:.1} - {:.1} {unit}", from / size, to / size),
+        });
     }
     classes
 }
@@ -147,7 +154,9 @@ pub(super) fn vector_style(style: &LayerStyle<'_>) -> String {
 }
 
 fn single_symbol(symbol: &str) -> String {
-    format!("  <renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\">\n    <symbols>\n{symbol}    </symbols>\n  </renderer-v2>\n")
+    format!(
+        "  <renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\">\n    <symbols>\n{symbol}    </symbols>\n  </renderer-v2>\n"
+    )
 }
 
 fn option(name: &str, value: &str) -> String {
@@ -163,7 +172,13 @@ fn symbol(name: &str, kind: &str, class: &str, options: &[(&str, &str)]) -> Stri
 }
 
 fn fill_symbol(name: &str, fill: &str, rim: &str) -> String {
-    let options = [("color", fill), ("style", "solid"), ("outline_color", rim), ("outline_width", "0.3"), ("outline_style", "solid")];
+    let options = [
+        ("color", fill),
+        ("style", "solid"),
+        ("outline_color", rim),
+        ("outline_width", "0.3"),
+        ("outline_style", "solid"),
+    ];
     symbol(name, "fill", "SimpleFill", &options)
 }
 
@@ -188,7 +203,8 @@ fn categories(column: &str, values: &[f64]) -> String {
         let part = |from: usize| u8::from_str_radix(&hexadecimal[from..from + 2], 16).unwrap_or(0);
         let fill = format!("{},{},{},150", part(1), part(3), part(5));
         let label = format!("within {} min", value / 60.0);
-        entries += &format!("      <category value=\"{value}\" symbol=\"{index}\" label=\"{label}\" render=\"true\"/>\n");
+        entries +=
+            &format!("      <category value=\"{value}\" symbol=\"{index}\" label=\"{label}\" render=\"true\"/>\n");
         symbols += &fill_symbol(&index.to_string(), &fill, "35,35,35,120");
     }
     format!(
@@ -216,7 +232,9 @@ mod tests {
             values: &values,
         };
         let style = raster_style(&map);
-        assert!(style.contains("value=\"120.000\"") && style.contains("value=\"inf\"") && style.contains("1.0 - 2.0 min"));
+        assert!(
+            style.contains("value=\"120.000\"") && style.contains("value=\"inf\"") && style.contains("1.0 - 2.0 min")
+        );
         let empty = raster_style(&MapVariable { values: &[FILL], ..map });
         assert!(!empty.contains("NaN") && !empty.contains("inf -"), "{empty}");
     }

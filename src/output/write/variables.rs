@@ -117,9 +117,23 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
     let time_of_max = Some("time_of_maximum_flood_depth");
     let mut variables = vec![
         map("bed_elevation", bed, Some("ground_level_altitude"), metres, "area: mean", &maps.bed_elevation[..]),
-        map("max_depth", "greatest depth", Some("flood_water_thickness"), ("m", MapKind::Depth), MAXIMUM, &maps.max_depth),
+        map(
+            "max_depth",
+            "greatest depth",
+            Some("flood_water_thickness"),
+            ("m", MapKind::Depth),
+            MAXIMUM,
+            &maps.max_depth,
+        ),
         map("max_water_level", "greatest water level", level, metres, MAXIMUM, &maps.max_water_level),
-        map("max_speed", "greatest speed", Some("flood_water_speed"), ("m s-1", MapKind::Speed), MAXIMUM, &maps.max_speed),
+        map(
+            "max_speed",
+            "greatest speed",
+            Some("flood_water_speed"),
+            ("m s-1", MapKind::Speed),
+            MAXIMUM,
+            &maps.max_speed,
+        ),
         map(
             "max_depth_velocity",
             "greatest depth times speed of one moment",
@@ -128,8 +142,22 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
             MAXIMUM,
             &maps.max_depth_velocity,
         ),
-        map("time_of_max_depth", "time of greatest depth", time_of_max, ("s", MapKind::Time), "", &maps.time_of_max_depth),
-        map("hazard_class", "greatest hazard class of one moment", None, ("1", MapKind::Class), MAXIMUM, &maps.hazard_class),
+        map(
+            "time_of_max_depth",
+            "time of greatest depth",
+            time_of_max,
+            ("s", MapKind::Time),
+            "",
+            &maps.time_of_max_depth,
+        ),
+        map(
+            "hazard_class",
+            "greatest hazard class of one moment",
+            None,
+            ("1", MapKind::Class),
+            MAXIMUM,
+            &maps.hazard_class,
+        ),
     ];
     for variable in &mut variables {
         variable.comment = match variable.name.as_str() {
