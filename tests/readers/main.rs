@@ -4,6 +4,8 @@
 //! `read_back.py` open them. The Python packages live in `target/readers-venv`; `scripts/readers.sh` puts them there. Without
 //! them the tests say that they are skipped, unless `FLOODSIM_REQUIRE_READERS=1` asks for them.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -134,6 +136,7 @@ fn origin_of(epsg: Option<u32>) -> Vec2 {
     match epsg {
         Some(2056) => Vec2::new(2_600_000.0, 1_200_000.0),
         Some(27572) => Vec2::new(953_000.0, 1_832_000.0),
+        Some(28992) => Vec2::new(155_000.0, 463_000.0),
         Some(3035) => Vec2::new(4_321_000.0, 3_210_000.0),
         Some(_) => Vec2::new(500_000.0, 5_190_000.0),
         None => Vec2::new(1000.0, 2000.0),
@@ -230,6 +233,25 @@ fn french_lambert() {
 #[test]
 fn european_equal_area() {
     check(Some(3035), SPACING);
+}
+
+/// A grid whose projection CF has no name for.
+#[test]
+fn dutch() {
+    check(Some(28992), SPACING);
+}
+
+#[test]
+fn fields_cannot_start_in_a_folder_that_is_gone() {
+    let folder = RunFolder::create(&place("gone"), true).unwrap();
+    std::fs::remove_dir_all(folder.path()).unwrap();
+    let recorder = Recorder::new(plan(Vec2::ZERO, SPACING));
+    let provenance = provenance("2026-11-21T00:00:00Z");
+    let Err(error) = FieldsWriter::start(&folder, recorder.grid(), &OutputCrs::Local, &provenance) else {
+        panic!("a file was created in a folder that is not there")
+    };
+    assert_eq!(error.exit_code(), floodsim::error::ExitCode::Output);
+    assert!(error.to_string().contains("fields.partial.nc"), "{error}");
 }
 
 #[test]

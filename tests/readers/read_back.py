@@ -5,6 +5,7 @@ usage: read_back.py FOLDER (EPSG | local) WEST NORTH CELL
 """
 
 import json
+import os
 import pathlib
 import shutil
 import subprocess
@@ -16,8 +17,10 @@ import numpy
 import rasterio
 import rioxarray  # noqa: F401  (adds .rio to xarray)
 import xarray
+from compliance_checker.runner import CheckSuite, ComplianceChecker
 
 FILL = -9999.0
+NO_CF_PROJECTION = "None is not a valid grid_mapping_name. See Appendix F for valid grid mappings"
 complaints = []
 
 
@@ -81,20 +84,20 @@ def check_values(maps, fields):
     expect(((fields.depth.values == 0.0).any()), "fields.nc: no dry ground in depth")
 
 
-def check_cf(path):
-    """No complaint of the CF checker at its highest and middle priority, which are its errors and warnings."""
+def check_cf(path, epsg=None):
+    """No complaint of the CF checker, not even at its lowest priority."""
     with tempfile.TemporaryDirectory() as place:
         report = pathlib.Path(place) / "report.json"
-        checker = pathlib.Path(sys.executable).parent / "compliance-checker"
-        command = [checker, "--test=cf:1.11", "--format=json", f"--output={report}", path]
-        result = subprocess.run(command, capture_output=True, text=True)
-        expect(report.exists(), f"the CF checker gave no report: {result.stdout}{result.stderr}")
-        for checked in json.loads(report.read_text()).values() if report.exists() else []:
+        options = {"verbose": 0, "criteria": "strict", "output_filename": str(report), "output_format": "json"}
+        ComplianceChecker.run_checker(str(path), ["cf:1.11"], **options)
+        for checked in json.loads(report.read_text()).values():
             expect(checked["scored_points"] > 0, f"{path.name}: the CF checker checked nothing")
             for priority in ["high_priorities", "medium_priorities", "low_priorities"]:
                 for finding in checked[priority]:
                     score, full = finding["value"]
-                    expect(score == full, f"{path.name}: CF: {finding['name']}: {finding['msgs']}")
+                    # CF has no name for the projection of the Dutch grid: the WKT alone carries it, and the checker minds.
+                    is_known = epsg == 28992 and set(finding["msgs"]) == {NO_CF_PROJECTION}
+                    expect(score == full or is_known, f"{path.name}: CF: {finding['name']}: {finding['msgs']}")
 
 
 def check_styles(folder):
@@ -119,37 +122,25 @@ def check_cogs(folder, epsg, west, north, cell):
                 expect(raster.crs.to_epsg() == epsg, f"{path.name}: rasterio sees {raster.crs}")
 
 
-def check_mesh_reader(folder):
-    """QGIS's mesh layer, where the system's Python has QGIS."""
-    python = shutil.which("python3", path="/usr/bin:/usr/local/bin")
-    probe = python and subprocess.run([python, "-c", "import qgis.core"], capture_output=True).returncode == 0
-    if not probe:
-        print("skipped: QGIS's mesh reader, since python3 has no module qgis (Debian: python3-qgis)")
+def check_qgis(folder, epsg):
+    """QGIS, where the system's Python has it."""
+    python = shutil.which("python3", path="/usr/local/bin:/usr/bin")
+    if not python or subprocess.run([python, "-c", "import qgis.core"], capture_output=True).returncode != 0:
+        print("skipped: QGIS, since python3 has no module qgis (Debian: python3-qgis)")
         return
-    script = """
-import sys
-from qgis.core import QgsApplication, QgsMeshLayer
-application = QgsApplication([], False)
-application.initQgis()
-layer = QgsMeshLayer(sys.argv[1], "fields", "mdal")
-assert layer.isValid(), "the layer is not valid"
-names = [layer.datasetGroupMetadata(index).name() if False else layer.dataProvider().datasetGroupMetadata(index).name()
-         for index in range(layer.dataProvider().datasetGroupCount())]
-print(layer.crs().authid(), names)
-assert any("depth" in name for name in names), names
-assert any("velocity" in name for name in names), names
-"""
+    script = pathlib.Path(__file__).with_name("read_in_qgis.py")
     result = subprocess.run(
-        [python, "-c", script, folder / "fields.nc"],
+        [python, script, folder, str(epsg or "local")],
         capture_output=True,
         text=True,
-        env={"QT_QPA_PLATFORM": "offscreen", "PATH": "/usr/bin:/bin"},
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
     )
-    expect(result.returncode == 0, f"QGIS's mesh reader: {result.stdout}{result.stderr}")
-    print(f"QGIS's mesh reader: {result.stdout.strip()}")
+    expect(result.returncode == 0, f"QGIS: {result.stdout}{result.stderr}")
+    print(result.stdout.strip())
 
 
 def main():
+    CheckSuite.load_all_available_checkers()
     folder = pathlib.Path(sys.argv[1])
     if sys.argv[2] == "partial":
         path = folder / "fields.partial.nc"
@@ -167,11 +158,11 @@ def main():
         maps = check_xarray(folder / "maps.nc", epsg, west, north, cell)
         fields = check_xarray(folder / "fields.nc", epsg, west, north, cell)
         check_values(maps, fields)
-        check_cf(folder / "maps.nc")
-        check_cf(folder / "fields.nc")
+        check_cf(folder / "maps.nc", epsg)
+        check_cf(folder / "fields.nc", epsg)
         check_cogs(folder, epsg, west, north, cell)
         check_styles(folder)
-        check_mesh_reader(folder)
+        check_qgis(folder, epsg)
     for complaint in complaints:
         print(f"complaint: {complaint}")
     sys.exit(bool(complaints))
