@@ -5,6 +5,7 @@
 //! scenario → terrain → bed → seeding → solver → output → maps. `pipeline` shows one whole run on one screen.
 
 pub mod bed;
+pub mod cli;
 pub mod error;
 pub mod lattice;
 pub mod math;
@@ -12,3 +13,4 @@ pub mod output;
 pub mod scenario;
 pub mod solver;
 pub mod terrain;
+pub mod version;

@@ -43,7 +43,9 @@ impl<K> Quantity<K> {
 }
 
 impl<K: Kind> FromNode for Quantity<K> {
-    const EXAMPLE: &'static str = K::EXAMPLE;
+    fn example() -> String {
+        K::EXAMPLE.to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         let text = reader.text(node, K::DIMENSION.name, K::EXAMPLE)?;
@@ -131,10 +133,12 @@ kinds! {
 pub struct Text(pub Sourced<String>);
 
 impl FromNode for Text {
-    const EXAMPLE: &'static str = "a text";
+    fn example() -> String {
+        "a text".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let text = reader.text(node, "a text", Self::EXAMPLE)?.to_owned();
+        let text = reader.text(node, "a text", &Self::example())?.to_owned();
         Some(Text(reader.sourced(node, text)))
     }
 }
@@ -150,10 +154,12 @@ impl JsonSchema for Sourced<String> {
 }
 
 impl FromNode for bool {
-    const EXAMPLE: &'static str = "true";
+    fn example() -> String {
+        "true".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        match reader.text(node, "true or false", Self::EXAMPLE)? {
+        match reader.text(node, "true or false", &Self::example())? {
             "true" => Some(true),
             "false" => Some(false),
             _ => {
@@ -169,10 +175,12 @@ impl FromNode for bool {
 pub struct FormatVersion;
 
 impl FromNode for FormatVersion {
-    const EXAMPLE: &'static str = "1";
+    fn example() -> String {
+        "1".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let text = reader.text(node, "the version of the scenario format", Self::EXAMPLE)?;
+        let text = reader.text(node, "the version of the scenario format", &Self::example())?;
         if text == "1" {
             return Some(FormatVersion);
         }
@@ -197,10 +205,12 @@ impl JsonSchema for FormatVersion {
 pub struct InputFile(pub Sourced<PathBuf>);
 
 impl FromNode for InputFile {
-    const EXAMPLE: &'static str = "dem.tif";
+    fn example() -> String {
+        "dem.tif".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let name = file_name(node, reader, Self::EXAMPLE)?;
+        let name = file_name(node, reader, &Self::example())?;
         let path = reader.folder.join(name);
         let file = reader.sourced(node, path);
         reader.files.push(file.clone());
@@ -223,10 +233,12 @@ impl JsonSchema for InputFile {
 pub struct VectorFile(pub Sourced<VectorSource>);
 
 impl FromNode for VectorFile {
-    const EXAMPLE: &'static str = "reservoir.geojson";
+    fn example() -> String {
+        "reservoir.geojson".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let (path, layer) = split_layer(file_name(node, reader, Self::EXAMPLE)?);
+        let (path, layer) = split_layer(file_name(node, reader, &Self::example())?);
         let source = VectorSource { path: reader.folder.join(path), layer: layer.map(str::to_owned) };
         let file = reader.sourced(node, source.path.clone());
         reader.files.push(file);
@@ -282,7 +294,9 @@ pub trait Choice: Sized + Copy + 'static {
 pub struct Chosen<T>(pub Sourced<T>);
 
 impl<T: Choice> FromNode for Chosen<T> {
-    const EXAMPLE: &'static str = "a name";
+    fn example() -> String {
+        "a name".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         let choices = T::choices();
@@ -389,13 +403,15 @@ impl Choice for super::model::PointInterpolation {
 pub struct DateTime(pub String);
 
 impl FromNode for DateTime {
-    const EXAMPLE: &'static str = "\"2026-06-01 06:00:00\"";
+    fn example() -> String {
+        "\"2026-06-01 06:00:00\"".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let text = reader.text(node, "a date and time", Self::EXAMPLE)?;
+        let text = reader.text(node, "a date and time", &Self::example())?;
         let date = normalised_date(text);
         if date.is_none() {
-            let remedy = format!("write it as {} (UTC, in quotes)", Self::EXAMPLE);
+            let remedy = format!("write it as {} (UTC, in quotes)", &Self::example());
             reader.error(node, "date", format!("`{text}` is not a date and time"), remedy);
         }
         date.map(DateTime)

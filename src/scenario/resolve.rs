@@ -85,10 +85,7 @@ pub fn resolve(text: &str, file: &Path, overrides: &[String]) -> Result<Loaded, 
 }
 
 fn read_text(file: &Path) -> Result<String, Problem> {
-    let problem = |code, message: String| {
-        let place = Place { file: file.to_owned(), line: 1, column: 1 };
-        Problem::error(ProblemKind::Scenario, code, "", message).with_place(Some(place))
-    };
+    let problem = |code, message: String| Problem::error(ProblemKind::Scenario, code, "", message);
     let unreadable = |cause: std::io::Error| {
         let code = if cause.kind() == std::io::ErrorKind::NotFound { "missing-file" } else { "unreadable-file" };
         problem(code, format!("the scenario file `{}` cannot be read", file.display()))
@@ -107,7 +104,7 @@ fn read_text(file: &Path) -> Result<String, Problem> {
     let opened = std::fs::File::open(file).map_err(unreadable)?;
     opened.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(problem("too-large", "the scenario file is larger than 1 MiB".to_owned())
+        return Err(problem("too-large", format!("the scenario file `{}` is larger than 1 MiB", file.display()))
             .with_remedy("a scenario names its data; rasters, polygons and tables stay in files of their own"));
     }
     String::from_utf8(bytes).map_err(|error| {

@@ -59,7 +59,9 @@ pub enum Terrain {
 }
 
 impl FromNode for Terrain {
-    const EXAMPLE: &'static str = "dem.tif";
+    fn example() -> String {
+        InputFile::example()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         // Text with a colon and a blank is a section with wrong indentation rather than the name of a file.
