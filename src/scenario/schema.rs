@@ -7,9 +7,10 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
+use super::choices::{Chosen, ElevationUnit, OpenType};
 use super::fields::{
-    Chosen, Count, Courant, DateTime, Duration, ElevationUnit, EndTime, FormatVersion, Gravity, InputFile, Length,
-    Level, Manning, Memory, Offset, OpenType, Quantity, Text, VectorFile,
+    Count, Courant, DateTime, Duration, EndTime, FormatVersion, Gravity, InputFile, Length, Level, Manning, Memory,
+    Offset, Quantity, Text, VectorFile,
 };
 use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
 use super::model::{PointInterpolation, Side};

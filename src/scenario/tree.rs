@@ -98,7 +98,7 @@ impl Node {
 ///
 /// # Errors
 /// When the text is not YAML, or exceeds the limits.
-pub fn parse(text: &str, file: &Path) -> Result<(Node, Vec<Problem>), Problem> {
+pub fn parse(text: &str, file: &Path) -> Result<(Node, Vec<Problem>), Box<Problem>> {
     let mut problems = Vec::new();
     let raw = match read_raw(text, DuplicateKeyPolicy::Error) {
         Err(error) if is_duplicate_key(&error) => {
@@ -107,7 +107,7 @@ pub fn parse(text: &str, file: &Path) -> Result<(Node, Vec<Problem>), Problem> {
         }
         other => other,
     };
-    let raw = raw.map_err(|error| syntax_problem(&error, file))?;
+    let raw = raw.map_err(|error| Box::new(syntax_problem(&error, file)))?;
     Ok((Node::build(raw, String::new(), Some(file)), problems))
 }
 
