@@ -7,10 +7,15 @@
 pub mod bed;
 pub mod cli;
 pub mod error;
+pub mod geodata;
 pub mod lattice;
+pub mod maps;
 pub mod math;
 pub mod output;
+pub mod report;
 pub mod scenario;
+pub mod seeding;
 pub mod solver;
 pub mod terrain;
+pub mod vector;
 pub mod version;
