@@ -5,11 +5,13 @@
 
 mod page;
 mod read;
+#[cfg(test)]
+mod tests;
 
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::maps::{Classes, Mark, Panel, Series, Sheet, clock, hydrograph, map_sheet};
+use crate::maps::{Classes, Mark, Panel, Sheet, clock, hydrograph, map_sheet};
 use read::RunFolder;
 
 /// Most lines that one hydrograph can show and still be read.
@@ -49,75 +51,93 @@ struct Figure {
     svg: String,
 }
 
-fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
-    let marks: Vec<Mark> = run.gauges.iter().map(|gauge| gauge.mark(run.gauges.len())).collect();
-    let note = run.note();
-    let sheet = |subtitle: &'static str, panels: Vec<Panel>| {
+/// What all sheets of a report share.
+struct Common<'a> {
+    run: &'a RunFolder,
+    marks: Vec<Mark>,
+    note: String,
+}
+
+impl Common<'_> {
+    fn sheet(&self, subtitle: &str, panels: Vec<Panel>) -> String {
+        let run = self.run;
         map_sheet(&Sheet {
             title: &run.title,
             subtitle,
             grid: &run.grid,
             bed: &run.bed,
             panels,
-            marks: &marks,
+            marks: &self.marks,
             crs: &run.crs,
-            note: &note,
+            note: &self.note,
         })
-    };
-    let panel = |caption: String, values, classes, under| Panel { caption, values, classes, under, wide: true };
+    }
+
+    /// A figure of one map.
+    fn figure(&self, name: &'static str, caption: &'static str, map: Panel) -> Figure {
+        Figure { name, caption, svg: self.sheet(caption, vec![map]) }
+    }
+}
+
+fn map_panel<'a>(values: &'a [f64], classes: &'a Classes) -> Panel<'a> {
+    Panel { caption: String::new(), values, classes, under: None, wide: true }
+}
+
+fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
+    let marks = run.gauges.iter().map(|gauge| gauge.mark(run.gauges.len())).collect();
+    let common = Common { run, marks, note: run.note() };
     let mut figures = Vec::new();
 
-    let max_depth = run.map("max_depth")?;
-    let depth_classes = max_depth.as_deref().map(|values| Classes::depth(greatest(values)));
-    let initial = run.initial_depth()?;
-    let still_classes = depth_classes.as_ref().map(|classes| Classes {
-        title: "Before the failure".to_string(),
-        entries: vec![(classes.entries[0].0, [0xb4, 0xbc, 0xc8], "water at the start".to_string())],
-    });
-    let under = initial.as_deref().zip(still_classes.as_ref());
-    if let (Some(values), Some(classes)) = (&max_depth, &depth_classes) {
-        let svg = sheet("Greatest water depth at any time", vec![panel(String::new(), values, classes, None)]);
-        figures.push(Figure { name: "max_depth", caption: "Greatest water depth at any time", svg });
+    let max_depth = run.map("max_depth")?.unwrap_or_default();
+    let depth_classes = Classes::depth(greatest(&max_depth));
+    if !max_depth.is_empty() {
+        figures.push(common.figure(
+            "max_depth",
+            "Greatest water depth at any time",
+            map_panel(&max_depth, &depth_classes),
+        ));
     }
-    let arrival = run.map("arrival_time")?;
-    let arrival_classes = arrival.as_deref().map(|values| Classes::arrival(&isochrones(greatest(values))));
-    if let (Some(values), Some(classes)) = (&arrival, &arrival_classes) {
-        let svg = sheet(
+    let arrival = run.map("arrival_time")?.unwrap_or_default();
+    let arrival_classes = Classes::arrival(&isochrones(greatest(&arrival)));
+    let initial = run.initial_depth()?.unwrap_or_default();
+    let still_classes = Classes {
+        title: "Before the failure".to_string(),
+        entries: vec![(depth_classes.entries[0].0, [0xb4, 0xbc, 0xc8], "water at the start".to_string())],
+    };
+    let under = (!initial.is_empty()).then_some((&initial[..], &still_classes));
+    let arrival_panel = Panel { under, ..map_panel(&arrival, &arrival_classes) };
+    if !arrival.is_empty() {
+        figures.push(common.figure(
+            "arrival",
             "Time from the failure to the arrival of the flood",
-            vec![panel(String::new(), values, classes, under)],
-        );
-        figures.push(Figure { name: "arrival", caption: "Arrival of the flood", svg });
+            arrival_panel.clone(),
+        ));
     }
     if let Some(values) = run.map("hazard_class")? {
         let classes = Classes::hazard();
-        let svg = sheet("Greatest momentary hazard class", vec![panel(String::new(), &values, &classes, None)]);
-        figures.push(Figure { name: "hazard", caption: "Greatest momentary hazard class", svg });
+        figures.push(common.figure("hazard", "Greatest momentary hazard class", map_panel(&values, &classes)));
     }
     if let Some(values) = run.map("max_speed")? {
         let classes = Classes::speed(greatest(&values));
-        let svg = sheet("Greatest speed at any time", vec![panel(String::new(), &values, &classes, None)]);
-        figures.push(Figure { name: "max_speed", caption: "Greatest speed at any time", svg });
+        figures.push(common.figure("max_speed", "Greatest speed at any time", map_panel(&values, &classes)));
     }
     let frames = run.four_frames()?;
-    if let Some(classes) = depth_classes.as_ref().filter(|_| !frames.is_empty()) {
-        let mut panels: Vec<Panel> = frames
-            .iter()
-            .map(|(time, values)| Panel {
-                wide: false,
-                ..panel(format!("{} after the failure", clock(*time)), values, classes, None)
-            })
-            .collect();
-        if let (Some(values), Some(classes)) = (&arrival, &arrival_classes) {
-            panels.push(panel("Arrival of the flood".to_string(), values, classes, under));
+    if !frames.is_empty() {
+        let caption = |time: f64| format!("{} after the failure", clock(time));
+        let mut panels: Vec<Panel> = Vec::new();
+        for (time, values) in &frames {
+            panels.push(Panel { caption: caption(*time), wide: false, ..map_panel(values, &depth_classes) });
         }
-        let svg = sheet("Water depth at four times, and arrival of the flood", panels);
-        figures.push(Figure { name: "four_times", caption: "The flood at four times, and its arrival", svg });
+        if !arrival.is_empty() {
+            panels.push(Panel { caption: "Arrival of the flood".to_string(), ..arrival_panel });
+        }
+        let caption = "The flood at four times, and its arrival";
+        figures.push(Figure { name: "four_times", caption, svg: common.sheet(caption, panels) });
     }
-    let series: Vec<Series> =
-        run.series.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect();
-    if !series.is_empty() {
-        let svg = hydrograph("Water depth at the gauges", "depth (m)", &series);
-        figures.push(Figure { name: "gauges", caption: "Water depth at the gauges", svg });
+    let lines = run.series.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect::<Vec<_>>();
+    if !lines.is_empty() {
+        let caption = "Water depth at the gauges";
+        figures.push(Figure { name: "gauges", caption, svg: hydrograph(caption, "depth (m)", &lines) });
     }
     Ok(figures)
 }

@@ -1,4 +1,4 @@
-//! The values of a scenario: quantities with their range, names of files and methods, dates. Each knows its unit, its
+//! The values of a scenario: quantities with their range, names of files, dates. Each knows its unit, its
 //! range, an example, and its JSON Schema.
 
 use std::borrow::Cow;
@@ -7,9 +7,8 @@ use std::path::PathBuf;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
-use super::model::{Side, Sourced, VectorSource};
-use super::read::{FromNode, Reader, nearest};
+use super::model::{Sourced, VectorSource};
+use super::read::{FromNode, Reader};
 use super::tree::Node;
 use super::units::{self, Dimension};
 
@@ -43,7 +42,9 @@ impl<K> Quantity<K> {
 }
 
 impl<K: Kind> FromNode for Quantity<K> {
-    const EXAMPLE: &'static str = K::EXAMPLE;
+    fn example() -> String {
+        K::EXAMPLE.to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         let text = reader.text(node, K::DIMENSION.name, K::EXAMPLE)?;
@@ -131,10 +132,12 @@ kinds! {
 pub struct Text(pub Sourced<String>);
 
 impl FromNode for Text {
-    const EXAMPLE: &'static str = "a text";
+    fn example() -> String {
+        "a text".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let text = reader.text(node, "a text", Self::EXAMPLE)?.to_owned();
+        let text = reader.text(node, "a text", &Self::example())?.to_owned();
         Some(Text(reader.sourced(node, text)))
     }
 }
@@ -150,10 +153,12 @@ impl JsonSchema for Sourced<String> {
 }
 
 impl FromNode for bool {
-    const EXAMPLE: &'static str = "true";
+    fn example() -> String {
+        "true".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        match reader.text(node, "true or false", Self::EXAMPLE)? {
+        match reader.text(node, "true or false", &Self::example())? {
             "true" => Some(true),
             "false" => Some(false),
             _ => {
@@ -169,10 +174,12 @@ impl FromNode for bool {
 pub struct FormatVersion;
 
 impl FromNode for FormatVersion {
-    const EXAMPLE: &'static str = "1";
+    fn example() -> String {
+        "1".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let text = reader.text(node, "the version of the scenario format", Self::EXAMPLE)?;
+        let text = reader.text(node, "the version of the scenario format", &Self::example())?;
         if text == "1" {
             return Some(FormatVersion);
         }
@@ -197,10 +204,12 @@ impl JsonSchema for FormatVersion {
 pub struct InputFile(pub Sourced<PathBuf>);
 
 impl FromNode for InputFile {
-    const EXAMPLE: &'static str = "dem.tif";
+    fn example() -> String {
+        "dem.tif".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let name = file_name(node, reader, Self::EXAMPLE)?;
+        let name = file_name(node, reader, &Self::example())?;
         let path = reader.folder.join(name);
         let file = reader.sourced(node, path);
         reader.files.push(file.clone());
@@ -223,10 +232,12 @@ impl JsonSchema for InputFile {
 pub struct VectorFile(pub Sourced<VectorSource>);
 
 impl FromNode for VectorFile {
-    const EXAMPLE: &'static str = "reservoir.geojson";
+    fn example() -> String {
+        "reservoir.geojson".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let (path, layer) = split_layer(file_name(node, reader, Self::EXAMPLE)?);
+        let (path, layer) = split_layer(file_name(node, reader, &Self::example())?);
         let source = VectorSource { path: reader.folder.join(path), layer: layer.map(str::to_owned) };
         let file = reader.sourced(node, source.path.clone());
         reader.files.push(file);
@@ -269,133 +280,20 @@ fn has_extension(path: &str) -> bool {
     std::path::Path::new(path).extension().is_some_and(|extension| !extension.is_empty())
 }
 
-/// One name of a fixed list.
-pub trait Choice: Sized + Copy + 'static {
-    /// What is chosen, for messages.
-    const WHAT: &'static str;
-    /// The names and what they stand for.
-    fn choices() -> Vec<(&'static str, Self)>;
-}
-
-/// A chosen name with its place.
-#[derive(Clone, Debug)]
-pub struct Chosen<T>(pub Sourced<T>);
-
-impl<T: Choice> FromNode for Chosen<T> {
-    const EXAMPLE: &'static str = "a name";
-
-    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let choices = T::choices();
-        let names = || choices.iter().map(|(name, _)| *name);
-        let list = names().collect::<Vec<_>>().join(", ");
-        let text = reader.text(node, T::WHAT, choices[0].0)?;
-        if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
-            return Some(Chosen(reader.sourced(node, *value)));
-        }
-        let remedy = match nearest(text, names()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("use one of {list}"),
-        };
-        reader.error(node, "unknown-name", format!("`{text}` is not {}", T::WHAT), remedy);
-        None
-    }
-}
-
-impl<T: Choice> JsonSchema for Chosen<T> {
-    fn schema_name() -> Cow<'static, str> {
-        T::WHAT.into()
-    }
-
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({"enum": T::choices().iter().map(|(name, _)| *name).collect::<Vec<_>>()})
-    }
-}
-
-macro_rules! method_choices {
-    ($($family:ident: $what:literal,)+) => {
-        $(impl Choice for $family {
-            const WHAT: &'static str = $what;
-
-            fn choices() -> Vec<(&'static str, Self)> {
-                $family::ALL.iter().map(|member| (member.name(), *member)).collect()
-            }
-        })+
-    };
-}
-
-method_choices! {
-    Formulation: "a formulation",
-    Motion: "a motion",
-    Stabilisation: "a stabilisation",
-    Kernel: "a kernel",
-    Integrator: "an integrator",
-    BedMethod: "a method for the bed",
-}
-
-impl Choice for Side {
-    const WHAT: &'static str = "a side of the terrain";
-
-    fn choices() -> Vec<(&'static str, Self)> {
-        vec![
-            ("north", Side::North),
-            ("east", Side::East),
-            ("south", Side::South),
-            ("west", Side::West),
-            ("all", Side::All),
-        ]
-    }
-}
-
-/// What happens at a boundary.
-#[derive(Clone, Copy, Debug)]
-pub struct OpenType;
-
-impl Choice for OpenType {
-    const WHAT: &'static str = "a type of boundary";
-
-    fn choices() -> Vec<(&'static str, Self)> {
-        vec![("open", OpenType)]
-    }
-}
-
-/// The unit of the elevations of a raster, as its factor to metres.
-#[derive(Clone, Copy, Debug)]
-pub struct ElevationUnit(pub f64);
-
-impl Choice for ElevationUnit {
-    const WHAT: &'static str = "a unit of elevation";
-
-    fn choices() -> Vec<(&'static str, Self)> {
-        [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("us_ft", 1200.0 / 3937.0)]
-            .map(|(name, factor)| (name, ElevationUnit(factor)))
-            .to_vec()
-    }
-}
-
-impl Choice for super::model::PointInterpolation {
-    const WHAT: &'static str = "an interpolation between points";
-
-    fn choices() -> Vec<(&'static str, Self)> {
-        vec![("inverse_distance", Self::InverseDistance), ("natural_neighbour", Self::NaturalNeighbour)]
-    }
-}
-
 /// A date and time as `YYYY-MM-DD HH:MM:SS` (UTC).
 #[derive(Clone, Debug)]
 pub struct DateTime(pub String);
 
 impl FromNode for DateTime {
-    const EXAMPLE: &'static str = "\"2026-06-01 06:00:00\"";
+    fn example() -> String {
+        "\"2026-06-01 06:00:00\"".to_owned()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let text = reader.text(node, "a date and time", Self::EXAMPLE)?;
+        let text = reader.text(node, "a date and time", &Self::example())?;
         let date = normalised_date(text);
         if date.is_none() {
-            let remedy = format!("write it as {} (UTC, in quotes)", Self::EXAMPLE);
+            let remedy = format!("write it as {} (UTC, in quotes)", &Self::example());
             reader.error(node, "date", format!("`{text}` is not a date and time"), remedy);
         }
         date.map(DateTime)

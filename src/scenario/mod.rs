@@ -3,6 +3,8 @@
 //! A text goes through `tree` (values with places), `read` and `schema` (typed sections, all problems), and `resolve`
 //! (defaults) into the `Scenario` of `model`; `resolved_yaml` writes it down again.
 
+pub mod choices;
+mod defaults;
 pub mod fields;
 pub mod methods;
 mod model;

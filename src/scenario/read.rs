@@ -22,7 +22,7 @@ pub struct Reader {
 /// A type that can be read from a node of the tree.
 pub trait FromNode: Sized {
     /// An example for the remedy of a missing key.
-    const EXAMPLE: &'static str;
+    fn example() -> String;
 
     /// Reads the node; none after a problem, which the reader holds.
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self>;
@@ -35,7 +35,7 @@ pub trait FromNode: Sized {
             parent.key_of(name),
             format!("the required key `{name}` is missing"),
         );
-        problem.remedy = Some(format!("add `{name}: {}`", Self::EXAMPLE));
+        problem.remedy = Some(format!("add `{name}: {}`", Self::example()));
         reader.report(parent, problem);
         None
     }
@@ -50,7 +50,9 @@ pub trait FromNode: Sized {
 }
 
 impl<T: FromNode> FromNode for Option<T> {
-    const EXAMPLE: &'static str = T::EXAMPLE;
+    fn example() -> String {
+        T::example()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         if node.value == Value::Empty { Some(None) } else { T::from_node(node, reader).map(Some) }
@@ -62,7 +64,9 @@ impl<T: FromNode> FromNode for Option<T> {
 }
 
 impl<T: FromNode> FromNode for Vec<T> {
-    const EXAMPLE: &'static str = "[...]";
+    fn example() -> String {
+        format!("[{}]", T::example())
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         let Value::List(items) = &node.value else {
@@ -81,7 +85,9 @@ impl<T: FromNode> FromNode for Vec<T> {
 pub struct NonEmpty<T>(#[schemars(length(min = 1))] pub Vec<T>);
 
 impl<T: FromNode> FromNode for NonEmpty<T> {
-    const EXAMPLE: &'static str = "[...]";
+    fn example() -> String {
+        format!("[{}]", T::example())
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         if node.value == Value::List(Vec::new()) {
@@ -255,7 +261,9 @@ macro_rules! section {
         }
 
         impl $crate::scenario::read::FromNode for $section {
-            const EXAMPLE: &'static str = $example;
+            fn example() -> String {
+                $example.to_owned()
+            }
 
             fn from_node(
                 node: &$crate::scenario::tree::Node,

@@ -3,7 +3,12 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::fields::{ElevationUnit, VectorFile};
+use super::choices::ElevationUnit;
+use super::defaults::{
+    DRY_DEPTH, FRAMES, GRAVITY, MAX_PARTICLES, MEMORY_SHARE, RISE_ON_WET, THRESHOLDS, default_isochrones,
+    machine_memory, sensible_interval,
+};
+use super::fields::VectorFile;
 use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
 use super::model::{
     CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
@@ -19,23 +24,6 @@ use crate::error::{Error, Place, Problem, ProblemKind};
 /// Largest scenario file (bytes); data belongs into files of its own.
 const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// Depths (m) for which arrival is mapped unless the scenario says otherwise: first water, ankle, knee.
-const THRESHOLDS: [f64; 3] = [0.01, 0.10, 0.30];
-/// Rise (m) that counts as arrival where there was water at the start.
-const RISE_ON_WET: f64 = 0.10;
-/// Standard gravity as hydraulics rounds it (m/s²).
-const GRAVITY: f64 = 9.81;
-/// Depth (m) below which water does not move.
-const DRY_DEPTH: f64 = 1e-3;
-/// Most particles unless the scenario says otherwise.
-const MAX_PARTICLES: f64 = 50e6;
-/// Share of the machine's memory that a run may take.
-const MEMORY_SHARE: f64 = 0.8;
-/// Times (min) of the isochrones of the first two hours, as planners ask for them.
-const EARLY_ISOCHRONES: [f64; 8] = [5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0];
-/// Number of frames that a run gets unless the scenario says otherwise.
-const FRAMES: f64 = 40.0;
-
 /// A scenario that can be run, and what the planner should know about it.
 #[derive(Clone, Debug)]
 pub struct Loaded {
@@ -50,8 +38,7 @@ pub struct Loaded {
 /// # Errors
 /// `Error::Usage` for an override whose path does not fit, `Error::Problems` with every problem otherwise.
 pub fn load(file: &Path, overrides: &[String]) -> Result<Loaded, Error> {
-    let text = read_text(file).map_err(|problem| Error::Problems(vec![problem]))?;
-    resolve(&text, file, overrides)
+    resolve(&read_text(file)?, file, overrides)
 }
 
 /// Resolves the text of a scenario that stands in the given file.
@@ -59,7 +46,7 @@ pub fn load(file: &Path, overrides: &[String]) -> Result<Loaded, Error> {
 /// # Errors
 /// As for `load`.
 pub fn resolve(text: &str, file: &Path, overrides: &[String]) -> Result<Loaded, Error> {
-    let (mut root, duplicates) = tree::parse(text, file).map_err(|problem| Error::Problems(vec![problem]))?;
+    let (mut root, duplicates) = tree::parse(text, file).map_err(|problem| Error::Problems(vec![*problem]))?;
     for change in overrides {
         tree::apply_override(&mut root, change).map_err(Error::Usage)?;
     }
@@ -84,40 +71,45 @@ pub fn resolve(text: &str, file: &Path, overrides: &[String]) -> Result<Loaded, 
     }
 }
 
-fn read_text(file: &Path) -> Result<String, Problem> {
-    let problem = |code, message: String| {
-        let place = Place { file: file.to_owned(), line: 1, column: 1 };
-        Problem::error(ProblemKind::Scenario, code, "", message).with_place(Some(place))
+/// Reads the file; what keeps it from being a text of moderate size is an error of the scenario.
+fn read_text(file: &Path) -> Result<String, Error> {
+    let name = file.display();
+    let refused = |code, message: String, remedy: &str, place, cause| {
+        let problem = Problem::error(ProblemKind::Scenario, code, "", message).with_remedy(remedy).with_place(place);
+        Error::Problems(vec![Problem { cause, ..problem }])
     };
     let unreadable = |cause: std::io::Error| {
         let code = if cause.kind() == std::io::ErrorKind::NotFound { "missing-file" } else { "unreadable-file" };
-        problem(code, format!("the scenario file `{}` cannot be read", file.display()))
-            .with_cause(cause.to_string())
-            .with_remedy("give the path of a scenario file; `floodsim new` writes one to start from")
+        let remedy = "give the path of a scenario file; `floodsim new` writes one to start from";
+        refused(code, format!("the scenario file `{name}` cannot be read"), remedy, None, Some(cause.to_string()))
     };
     if file.is_dir() {
         let inside = file.join("scenario.yaml");
-        let remedy =
-            if inside.is_file() { format!("did you mean `{}`?", inside.display()) } else { "name a file".to_owned() };
-        return Err(
-            problem("folder", format!("`{}` is a folder, not a scenario file", file.display())).with_remedy(remedy)
-        );
+        let is_there = inside.is_file();
+        let remedy = if is_there { format!("did you mean `{}`?", inside.display()) } else { "name a file".to_owned() };
+        return Err(refused("folder", format!("`{name}` is a folder, not a scenario file"), &remedy, None, None));
     }
     let mut bytes = Vec::new();
     let opened = std::fs::File::open(file).map_err(unreadable)?;
     opened.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(problem("too-large", "the scenario file is larger than 1 MiB".to_owned())
-            .with_remedy("a scenario names its data; rasters, polygons and tables stay in files of their own"));
+        let remedy = "a scenario names its data; rasters, polygons and tables stay in files of their own";
+        return Err(refused(
+            "too-large",
+            format!("the scenario file `{name}` is larger than 1 MiB"),
+            remedy,
+            None,
+            None,
+        ));
     }
     String::from_utf8(bytes).map_err(|error| {
         let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + good.iter().filter(|byte| **byte == b'\n').count();
         let line_start = good.iter().rposition(|byte| *byte == b'\n').map_or(0, |index| index + 1);
         let column = 1 + String::from_utf8_lossy(&good[line_start..]).chars().count();
-        problem("encoding", "the scenario file is not UTF-8 text".to_owned())
-            .with_place(Some(Place { file: file.to_owned(), line, column }))
-            .with_remedy("save it as UTF-8 in the editor")
+        let place = Place { file: file.to_owned(), line, column };
+        let message = "the scenario file is not UTF-8 text".to_owned();
+        refused("encoding", message, "save it as UTF-8 in the editor", Some(place), None)
     })
 }
 
@@ -270,25 +262,6 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
     }
 }
 
-/// The interval nearest to the given one (s) that a clock or a ruler shows.
-fn sensible_interval(interval: f64) -> f64 {
-    const CLOCK: [f64; 16] = [
-        10.0, 15.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1200.0, 1800.0, 3600.0, 7200.0, 10_800.0, 21_600.0,
-        43_200.0,
-    ];
-    let decade = 10f64.powi((interval.log10().floor() as i32).min(0));
-    let below = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * decade);
-    let distance = |candidate: f64| (candidate / interval).ln().abs();
-    below.into_iter().chain(CLOCK).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap_or(interval)
-}
-
-/// The usual times up to the end of the run (s), then every hour.
-fn default_isochrones(end_time: f64) -> Vec<f64> {
-    let early = EARLY_ISOCHRONES.iter().map(|minutes| minutes * 60.0);
-    let hourly = (3..).map(|hours| f64::from(hours) * 3600.0);
-    early.chain(hourly).take_while(|time| *time <= end_time).collect()
-}
-
 fn methods_of(section: Option<&NumericsSection>) -> Numerics {
     let formulation =
         section.and_then(|s| s.formulation.as_ref()).map_or(Formulation::default(), |chosen| chosen.0.value);
@@ -318,20 +291,6 @@ fn limits(section: Option<LimitsSection>) -> Limits {
     Limits {
         memory: memory.map_or_else(|| (MEMORY_SHARE * machine_memory()).floor(), |memory| memory.value()),
         particles: particles.map_or(MAX_PARTICLES, |particles| particles.value()),
-    }
-}
-
-/// Memory of the machine or of the container (bytes), whichever is less; 8 GB where the system does not say.
-fn machine_memory() -> f64 {
-    let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
-        line.split_whitespace().nth(1)?.parse::<f64>().ok().map(|kibibytes| kibibytes * 1024.0)
-    });
-    let container = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| text.trim().parse().ok());
-    match (machine, container) {
-        (Some(machine), Some(container)) => machine.min(container),
-        (Some(one), None) | (None, Some(one)) => one,
-        (None, None) => 8e9,
     }
 }
 
@@ -410,16 +369,6 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         let classic = loaded(&text, &["numerics.formulation=variational"]).unwrap().scenario.numerics;
         assert_eq!((classic.motion, classic.stabilisation), (Motion::Lagrangian, Stabilisation::ArtificialViscosity));
         assert!(exact(classic.cfl, 0.4));
-    }
-
-    #[test]
-    fn intervals_are_those_of_a_clock() {
-        for (interval, expected) in
-            [(100.0, 120.0), (540.0, 600.0), (7.0, 5.0), (0.026, 0.02), (0.8, 1.0), (9e3, 10_800.0)]
-        {
-            assert!(exact(sensible_interval(interval), expected), "{interval}: {}", sensible_interval(interval));
-        }
-        assert_eq!(default_isochrones(4.0 * 3600.0)[6..], [5400.0, 7200.0, 10_800.0, 14_400.0]);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::fields::{Choice, ElevationUnit};
+use super::choices::{Choice, ElevationUnit};
 use super::model::{CrsChoice, OpenBoundary, PointInterpolation, Scenario, Side, Sourced, TerrainLayer, VectorSource};
 
 impl Scenario {

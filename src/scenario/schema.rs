@@ -7,9 +7,10 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
+use super::choices::{Chosen, ElevationUnit, OpenType};
 use super::fields::{
-    Chosen, Count, Courant, DateTime, Duration, ElevationUnit, EndTime, FormatVersion, Gravity, InputFile, Length,
-    Level, Manning, Memory, Offset, OpenType, Quantity, Text, VectorFile,
+    Count, Courant, DateTime, Duration, EndTime, FormatVersion, Gravity, InputFile, Length, Level, Manning, Memory,
+    Offset, Quantity, Text, VectorFile,
 };
 use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
 use super::model::{PointInterpolation, Side};
@@ -59,7 +60,9 @@ pub enum Terrain {
 }
 
 impl FromNode for Terrain {
-    const EXAMPLE: &'static str = "dem.tif";
+    fn example() -> String {
+        InputFile::example()
+    }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         // Text with a colon and a blank is a section with wrong indentation rather than the name of a file.
