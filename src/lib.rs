@@ -6,11 +6,14 @@
 
 pub mod bed;
 pub mod error;
+pub mod geodata;
 pub mod lattice;
 pub mod maps;
 pub mod math;
 pub mod output;
-pub mod report;
+//pub mod report;
 pub mod scenario;
+pub mod seeding;
 pub mod solver;
 pub mod terrain;
+pub mod vector;

@@ -1,5 +1,196 @@
-//! Terrain: rasters and survey points as a surface that can be asked for its elevation anywhere.
+//! Terrain: rasters and survey points as one surface that can be asked for its elevation anywhere.
 
 mod raster;
+mod read;
+mod survey;
+mod survey_read;
 
 pub use raster::Raster;
+pub use read::{PLAUSIBLE_ELEVATION, RasterFile, RasterRequest};
+pub use survey::{Survey, SurveyPoint};
+pub use survey_read::{SurveyFile, read_survey};
+
+use crate::math::Vec2;
+
+/// One source of elevations.
+#[derive(Debug)]
+pub enum Layer {
+    /// A raster.
+    Raster(Raster),
+    /// Survey points.
+    Survey(Survey),
+}
+
+impl Layer {
+    /// Elevation (m) where the layer has data.
+    pub fn elevation(&self, map: Vec2) -> Option<f64> {
+        match self {
+            Layer::Raster(raster) => raster.elevation(map),
+            Layer::Survey(survey) => survey.elevation(map),
+        }
+    }
+
+    /// The rectangle around its data: south-western and north-eastern corner (map coordinates).
+    pub fn extent(&self) -> Option<(Vec2, Vec2)> {
+        match self {
+            Layer::Raster(raster) => raster.data_extent(),
+            Layer::Survey(survey) => Some(survey.extent()),
+        }
+    }
+}
+
+/// The terrain of a run: layers, of which a later one wins where it has data. All coordinates are map coordinates (m).
+///
+/// Holds no file open; threads may share it.
+#[derive(Debug)]
+pub struct Terrain {
+    layers: Vec<Layer>,
+    extent: (Vec2, Vec2),
+}
+
+impl Terrain {
+    /// Terrain from layers; none when no layer holds data.
+    pub fn new(layers: Vec<Layer>) -> Option<Terrain> {
+        let extent = layers.iter().filter_map(Layer::extent).reduce(|a, b| {
+            (Vec2::new(a.0.x.min(b.0.x), a.0.y.min(b.0.y)), Vec2::new(a.1.x.max(b.1.x), a.1.y.max(b.1.y)))
+        })?;
+        Some(Terrain { layers, extent })
+    }
+
+    /// The layers, the last one on top.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// The rectangle around all data: south-western and north-eastern corner.
+    pub fn extent(&self) -> (Vec2, Vec2) {
+        self.extent
+    }
+
+    /// Elevation (m) of the topmost layer with data at a place; none where no layer has any.
+    ///
+    /// In a raster it is bilinear between cell centres, and exact at them; see [`Raster::elevation`] for edges.
+    pub fn elevation(&self, map: Vec2) -> Option<f64> {
+        self.top(map).map(|(_, elevation)| elevation)
+    }
+
+    /// Index of the topmost layer with data at a place, and its elevation there.
+    fn top(&self, map: Vec2) -> Option<(usize, f64)> {
+        self.layers.iter().enumerate().rev().find_map(|(i, layer)| Some((i, layer.elevation(map)?)))
+    }
+
+    /// How finely the terrain is known at a place (m): the cell of the topmost raster, the typical spacing of its survey.
+    pub fn finest_cell_at(&self, map: Vec2) -> Option<f64> {
+        let (index, _) = self.top(map)?;
+        Some(match &self.layers[index] {
+            Layer::Raster(raster) => raster.cell_x.min(raster.cell_y),
+            Layer::Survey(survey) => survey.spacing(),
+        })
+    }
+
+    /// Distance (m) from a place to the nearest survey point, where a survey is on top.
+    pub fn gap(&self, map: Vec2) -> Option<f64> {
+        let (index, _) = self.top(map)?;
+        match &self.layers[index] {
+            Layer::Raster(_) => None,
+            Layer::Survey(survey) => Some(survey.gap(map)),
+        }
+    }
+
+    /// The terrain points within `radius` (m) of a place: cell centres of the topmost raster there, or survey points.
+    ///
+    /// Their elevations are those of the whole surface, so that a finer layer on top counts; places without data are
+    /// left out. `samples` is cleared first. Their order is fixed: rows from the north, or the order of the survey.
+    pub fn samples(&self, centre: Vec2, radius: f64, samples: &mut Vec<(Vec2, f64)>) {
+        samples.clear();
+        let Some((index, _)) = self.top(centre) else {
+            return;
+        };
+        match &self.layers[index] {
+            Layer::Raster(raster) => {
+                let reach = Vec2::new(radius, radius);
+                let (columns, rows) = raster.cells_within(centre - reach, centre + reach);
+                for row in rows {
+                    for column in columns.clone() {
+                        let place = raster.centre(column, row);
+                        if (place - centre).norm_squared() <= radius * radius
+                            && let Some(elevation) = self.elevation(place)
+                        {
+                            samples.push((place, elevation));
+                        }
+                    }
+                }
+            }
+            Layer::Survey(survey) => {
+                for point in survey.within(centre, radius) {
+                    let SurveyPoint { position, elevation } = survey.points()[point];
+                    let above = self.layers[index + 1..].iter().rev().find_map(|layer| layer.elevation(position));
+                    samples.push((position, above.unwrap_or(elevation)));
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::PointInterpolation;
+
+    fn raster(west: f64, north: f64, cell: f64, columns: usize, rows: usize, value: f64) -> Raster {
+        Raster { columns, rows, west, north, cell_x: cell, cell_y: cell, values: vec![value; columns * rows] }
+    }
+
+    fn is_shared_between_threads<T: Send + Sync>() {}
+
+    #[test]
+    fn a_later_layer_wins_where_it_has_data() {
+        is_shared_between_threads::<Terrain>();
+        let mut fine = raster(20.0, 80.0, 5.0, 8, 8, 2.0);
+        fine.values[9] = f64::NAN;
+        let hole = fine.centre(1, 1);
+        let terrain =
+            Terrain::new(vec![Layer::Raster(raster(0.0, 100.0, 20.0, 5, 5, 1.0)), Layer::Raster(fine)]).unwrap();
+        assert_eq!(terrain.elevation(Vec2::new(10.0, 10.0)), Some(1.0));
+        assert_eq!(terrain.elevation(Vec2::new(50.0, 50.0)), Some(2.0));
+        assert_eq!(terrain.elevation(hole), Some(1.0));
+        assert_eq!(terrain.elevation(Vec2::new(-1.0, 10.0)), None);
+        assert_eq!(terrain.finest_cell_at(Vec2::new(50.0, 50.0)), Some(5.0));
+        assert_eq!(terrain.finest_cell_at(hole), Some(20.0));
+        assert_eq!(terrain.extent(), (Vec2::ZERO, Vec2::new(100.0, 100.0)));
+    }
+
+    #[test]
+    fn samples_are_the_cell_centres_around_a_place_with_the_values_of_the_whole_surface() {
+        let mut coarse = raster(0.0, 100.0, 20.0, 5, 5, 1.0);
+        coarse.values[2 * 5 + 1] = f64::NAN;
+        let fine = raster(60.0, 60.0, 5.0, 4, 4, 2.0);
+        let terrain = Terrain::new(vec![Layer::Raster(coarse), Layer::Raster(fine)]).unwrap();
+        let mut samples = Vec::new();
+        terrain.samples(Vec2::new(50.0, 50.0), 20.0, &mut samples);
+        let expected = [
+            (Vec2::new(50.0, 70.0), 1.0),
+            (Vec2::new(50.0, 50.0), 1.0),
+            (Vec2::new(70.0, 50.0), 2.0),
+            (Vec2::new(50.0, 30.0), 1.0),
+        ];
+        assert_eq!(samples, expected);
+        terrain.samples(Vec2::new(-50.0, 50.0), 20.0, &mut samples);
+        assert!(samples.is_empty());
+    }
+
+    #[test]
+    fn samples_of_a_survey_are_its_points() {
+        let points = [(0.0, 0.0), (10.0, 0.0), (0.0, 10.0), (10.0, 10.0), (100.0, 5.0)];
+        let points = points.iter().map(|&(x, y)| SurveyPoint { position: Vec2::new(x, y), elevation: x + y }).collect();
+        let survey = Survey::new(points, PointInterpolation::NaturalNeighbour, 50.0).unwrap();
+        let terrain =
+            Terrain::new(vec![Layer::Survey(survey), Layer::Raster(raster(8.0, 2.0, 4.0, 1, 1, -7.0))]).unwrap();
+        let mut samples = Vec::new();
+        terrain.samples(Vec2::new(5.0, 5.0), 8.0, &mut samples);
+        let elevations: Vec<f64> = samples.iter().map(|s| s.1).collect();
+        assert_eq!(elevations, [0.0, -7.0, 10.0, 20.0]);
+        assert_eq!(terrain.gap(Vec2::new(5.0, 10.0)), Some(5.0));
+        assert_eq!(terrain.gap(Vec2::new(10.0, 0.0)), None);
+    }
+}

@@ -44,3 +44,160 @@ impl Raster {
         self.north - self.rows as f64 * self.cell_y
     }
 }
+
+/// Distance from a cell centre, in cells, within which a place counts as that centre: the round-off of map coordinates.
+const CENTRE_TOLERANCE: f64 = 1e-6;
+
+impl Raster {
+    /// Column and row of the cell that holds a place (map coordinates).
+    ///
+    /// A place on the outermost edge belongs to the last cell.
+    pub fn cell_at(&self, map: Vec2) -> Option<(usize, usize)> {
+        let column = (map.x - self.west) / self.cell_x;
+        let row = (self.north - map.y) / self.cell_y;
+        let inside = column >= 0.0 && row >= 0.0 && column <= self.columns as f64 && row <= self.rows as f64;
+        inside.then(|| ((column as usize).min(self.columns - 1), (row as usize).min(self.rows - 1)))
+    }
+
+    /// Bilinear elevation (m) between cell centres; none where the cell that holds the place has no data.
+    ///
+    /// Neighbours without data, and those beyond the edge, are left out and the weights of the others raised to a sum
+    /// of one. At a cell centre the value is exactly that of the cell.
+    pub fn elevation(&self, map: Vec2) -> Option<f64> {
+        let (column, row) = self.cell_at(map)?;
+        let own = self.value(column, row);
+        if own.is_nan() {
+            return None;
+        }
+        let from_centre_x = (map.x - self.west) / self.cell_x - (column as f64 + 0.5);
+        let from_centre_y = (self.north - map.y) / self.cell_y - (row as f64 + 0.5);
+        if from_centre_x.abs() < CENTRE_TOLERANCE && from_centre_y.abs() < CENTRE_TOLERANCE {
+            return Some(own);
+        }
+        let (weight_x, weight_y) = (from_centre_x.abs(), from_centre_y.abs());
+        let beside_x = beside(column, from_centre_x, self.columns);
+        let beside_y = beside(row, from_centre_y, self.rows);
+        let value_at = |c: Option<usize>, r: Option<usize>| Some(self.value(c?, r?)).filter(|v| !v.is_nan());
+        let corners = [
+            (Some(own), (1.0 - weight_x) * (1.0 - weight_y)),
+            (value_at(beside_x, Some(row)), weight_x * (1.0 - weight_y)),
+            (value_at(Some(column), beside_y), (1.0 - weight_x) * weight_y),
+            (value_at(beside_x, beside_y), weight_x * weight_y),
+        ];
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (value, weight) in corners {
+            if let Some(value) = value {
+                sum += weight * value;
+                weights += weight;
+            }
+        }
+        Some(sum / weights)
+    }
+
+    /// The cells whose centres lie within a rectangle (map coordinates), as ranges of columns and rows.
+    pub fn cells_within(&self, min: Vec2, max: Vec2) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
+        let index = |value: f64, limit: usize| (value.ceil().max(0.0) as usize).min(limit);
+        let columns = index((min.x - self.west) / self.cell_x - 0.5, self.columns)
+            ..index(((max.x - self.west) / self.cell_x - 0.5).floor() + 1.0, self.columns);
+        let rows = index((self.north - max.y) / self.cell_y - 0.5, self.rows)
+            ..index(((self.north - min.y) / self.cell_y - 0.5).floor() + 1.0, self.rows);
+        (columns, rows)
+    }
+
+    /// The rectangle around the cells with data: south-western and north-eastern corner (map coordinates).
+    pub fn data_extent(&self) -> Option<(Vec2, Vec2)> {
+        let has_data = |row: usize| self.values[row * self.columns..][..self.columns].iter().any(|v| !v.is_nan());
+        let first_row = (0..self.rows).find(|&row| has_data(row))?;
+        let last_row = (0..self.rows).rfind(|&row| has_data(row))?;
+        let (mut first_column, mut last_column) = (self.columns, 0);
+        for row in first_row..=last_row {
+            let values = &self.values[row * self.columns..][..self.columns];
+            let first = values.iter().position(|v| !v.is_nan());
+            let last = values.iter().rposition(|v| !v.is_nan());
+            first_column = first_column.min(first.unwrap_or(self.columns));
+            last_column = last_column.max(last.unwrap_or(0));
+        }
+        Some((
+            Vec2::new(self.west + first_column as f64 * self.cell_x, self.north - (last_row + 1) as f64 * self.cell_y),
+            Vec2::new(self.west + (last_column + 1) as f64 * self.cell_x, self.north - first_row as f64 * self.cell_y),
+        ))
+    }
+}
+
+/// The neighbour on the side to which a place lies from its cell's centre.
+fn beside(index: usize, from_centre: f64, count: usize) -> Option<usize> {
+    if from_centre < 0.0 { index.checked_sub(1) } else { Some(index + 1).filter(|&i| i < count) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane() -> Raster {
+        let (columns, rows) = (4, 3);
+        let mut raster = Raster {
+            columns,
+            rows,
+            west: 1000.0,
+            north: 2000.0,
+            cell_x: 10.0,
+            cell_y: 20.0,
+            values: vec![0.0; columns * rows],
+        };
+        for row in 0..rows {
+            for column in 0..columns {
+                let centre = raster.centre(column, row);
+                raster.values[row * columns + column] = 0.5 * centre.x - 0.25 * centre.y;
+            }
+        }
+        raster
+    }
+
+    #[test]
+    fn a_plane_is_met_between_the_centres_and_centres_are_exact() {
+        let raster = plane();
+        let place = Vec2::new(1012.5, 1973.0);
+        assert!((raster.elevation(place).unwrap() - (0.5 * place.x - 0.25 * place.y)).abs() < 1e-10);
+        for row in 0..3 {
+            for column in 0..4 {
+                assert_eq!(raster.elevation(raster.centre(column, row)), Some(raster.value(column, row)));
+            }
+        }
+    }
+
+    #[test]
+    fn outside_and_in_holes_there_is_no_elevation_and_beside_them_the_rest_counts() {
+        let mut raster = plane();
+        assert_eq!(raster.elevation(Vec2::new(999.9, 1990.0)), None);
+        assert_eq!(raster.elevation(Vec2::new(1000.0, 2000.0)), Some(raster.value(0, 0)));
+        assert_eq!(raster.elevation(Vec2::new(1040.0, 1940.0)), Some(raster.value(3, 2)));
+        raster.values[5] = f64::NAN;
+        assert_eq!(raster.elevation(raster.centre(1, 1)), None);
+        // Halfway from cell (0, 1) towards the hole in cell (1, 1) only the own cell counts on that row.
+        let beside_hole = raster.centre(0, 1) + Vec2::new(4.0, 0.0);
+        assert!((raster.elevation(beside_hole).unwrap() - raster.value(0, 1)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn cells_within_a_rectangle_are_those_with_their_centre_in_it() {
+        let raster = plane();
+        let (columns, rows) = raster.cells_within(Vec2::new(1005.0, 1955.0), Vec2::new(1026.0, 2100.0));
+        assert_eq!((columns, rows), (0..3, 0..2));
+        let (columns, rows) = raster.cells_within(Vec2::new(0.0, 0.0), Vec2::new(1.0, 1.0));
+        assert!(columns.is_empty() || rows.is_empty());
+    }
+
+    #[test]
+    fn the_extent_of_the_data_leaves_out_empty_edges() {
+        let mut raster = plane();
+        for column in 0..4 {
+            raster.values[column] = f64::NAN;
+        }
+        for row in 0..3 {
+            raster.values[row * 4 + 3] = f64::NAN;
+        }
+        assert_eq!(raster.data_extent(), Some((Vec2::new(1000.0, 1940.0), Vec2::new(1030.0, 1980.0))));
+        raster.values.fill(f64::NAN);
+        assert_eq!(raster.data_extent(), None);
+    }
+}

@@ -1,0 +1,45 @@
+//! GDAL's own messages, caught and handed on instead of written to stderr.
+//!
+//! GDAL reports through one handler for the whole process and calls it on the thread that has the trouble; so the
+//! messages are collected for each thread.
+
+use std::cell::RefCell;
+use std::sync::Once;
+
+use gdal::errors::CplErrType;
+
+thread_local! {
+    static MESSAGES: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Does `work` and returns its result with the warnings and errors that GDAL reported meanwhile on this thread.
+pub fn capture<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
+    static INSTALLED: Once = Once::new();
+    INSTALLED.call_once(|| {
+        gdal::config::set_error_handler(|severity, _number, message| {
+            if matches!(severity, CplErrType::Warning | CplErrType::Failure | CplErrType::Fatal) {
+                // A thread that is just ending has no store any more; its message is lost, which harms nobody.
+                let _ = MESSAGES.try_with(|messages| messages.borrow_mut().push(message.trim().to_string()));
+            }
+        });
+    });
+    let outer = MESSAGES.take();
+    let result = work();
+    let mut messages = MESSAGES.replace(outer);
+    messages.dedup();
+    (result, messages)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_caught_and_do_not_leak_into_the_next_capture() {
+        let (result, messages) = capture(|| gdal::spatial_ref::SpatialRef::from_definition("EPSG:999999"));
+        assert!(result.is_err());
+        assert!(messages.iter().any(|m| m.contains("crs not found")), "{messages:?}");
+        let ((), messages) = capture(|| ());
+        assert!(messages.is_empty());
+    }
+}

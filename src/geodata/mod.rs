@@ -1,0 +1,48 @@
+//! The rim to GDAL that terrain, vectors and writers share: its messages, coordinate reference systems, and the three
+//! functions that the gdal crate does not wrap.
+
+mod crs;
+mod messages;
+mod text;
+mod unwrapped;
+
+pub use crs::{
+    Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, suggested_utm, transform,
+};
+pub use messages::capture;
+pub use text::{Table, TextError, read_text};
+pub use unwrapped::{horizontal_part, warp_to_memory};
+
+use std::path::Path;
+
+use crate::error::{Problem, ProblemKind};
+
+/// Refuses a path that is not a readable file with something in it, before GDAL sees it (GDAL's own message is empty then).
+///
+/// # Errors
+/// The problem, without key and place.
+pub fn readable_file(path: &Path) -> Result<(), Problem> {
+    let name = path.display();
+    let metadata = std::fs::metadata(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => {
+            Problem::error(ProblemKind::Input, "missing-file", "", format!("there is no file {name}"))
+                .with_remedy("paths count from the folder of the scenario file; check the spelling")
+        }
+        _ => unreadable(path, &error),
+    })?;
+    // Some formats are folders (a file geodatabase, an Arc/Info binary grid); GDAL decides on those.
+    if metadata.is_dir() {
+        return Ok(());
+    }
+    if metadata.len() == 0 {
+        return Err(Problem::error(ProblemKind::Input, "empty-file", "", format!("{name} is empty (0 bytes)"))
+            .with_remedy("copy or export the file again"));
+    }
+    std::fs::File::open(path).map(drop).map_err(|error| unreadable(path, &error))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Problem {
+    Problem::error(ProblemKind::Input, "unreadable-file", "", format!("{} cannot be read", path.display()))
+        .with_cause(error.to_string())
+        .with_remedy("check the permissions of the file and of its folder")
+}

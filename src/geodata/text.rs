@@ -1,0 +1,144 @@
+//! Tables of plain text: comma, semicolon, tabulator or blank separated, with or without a header, gzipped or not.
+//!
+//! Hand-written because of the messages: a bad number is reported with its line, which GDAL's CSV driver does not do.
+
+use std::io::Read;
+use std::path::Path;
+
+/// A table as it stands in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Names of the columns, when the first line is no data.
+    pub header: Option<Vec<String>>,
+    /// Rows with the number of their line in the file, from 1.
+    pub rows: Vec<(usize, Vec<String>)>,
+}
+
+/// Why a file could not be read as text.
+#[derive(Debug, thiserror::Error)]
+pub enum TextError {
+    /// The system's reason.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// It is some other kind of file.
+    #[error("it is not a text file")]
+    NotText,
+}
+
+/// Greatest length of an unpacked text file (bytes): guards against a small archive that unpacks without end.
+const MAX_TEXT: u64 = 8 << 30;
+
+/// The text of a file, unpacked if it is gzipped; a byte order mark is dropped.
+///
+/// # Errors
+/// When the file cannot be read, or is no text.
+pub fn read_text(path: &Path) -> Result<String, TextError> {
+    let bytes = std::fs::read(path)?;
+    let bytes = if bytes.starts_with(&[0x1f, 0x8b]) {
+        let mut unpacked = Vec::new();
+        flate2::read::MultiGzDecoder::new(bytes.as_slice()).take(MAX_TEXT).read_to_end(&mut unpacked)?;
+        unpacked
+    } else {
+        bytes
+    };
+    if bytes.contains(&0) {
+        return Err(TextError::NotText);
+    }
+    // A header with an accented letter in an old code page does not spoil the numbers below it.
+    let text = String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
+    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+impl Table {
+    /// Splits text into rows. Lines that are empty or start with `#` are left out.
+    ///
+    /// The first line is a header when `is_header` says so of its fields.
+    pub fn parse(text: &str, is_header: impl FnOnce(&[String]) -> bool) -> Table {
+        let mut lines = text
+            .lines()
+            .enumerate()
+            .map(|(i, line)| (i + 1, line.trim()))
+            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+            .peekable();
+        let separator = lines.peek().map_or(Separator::Blank, |(_, line)| Separator::of(line));
+        let mut rows = lines.map(|(number, line)| (number, separator.split(line)));
+        let Some(first) = rows.next() else {
+            return Table { header: None, rows: Vec::new() };
+        };
+        if is_header(&first.1) {
+            return Table { header: Some(first.1), rows: rows.collect() };
+        }
+        Table { header: None, rows: std::iter::once(first).chain(rows).collect() }
+    }
+
+    /// Number of the column with one of these names, whatever their case; an earlier name wins.
+    pub fn column(&self, names: &[&str]) -> Option<usize> {
+        let header = self.header.as_ref()?;
+        names.iter().find_map(|name| header.iter().position(|field| field.eq_ignore_ascii_case(name)))
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Separator {
+    Character(char),
+    Blank,
+}
+
+impl Separator {
+    /// The first that divides a line; a lone tabulator may stand among blanks.
+    fn of(line: &str) -> Self {
+        [(';', 2), ('\t', 3), (',', 2)]
+            .map(|(character, fields)| (Separator::Character(character), fields))
+            .into_iter()
+            .find(|(separator, fields)| separator.split(line).len() >= *fields)
+            .map_or(Separator::Blank, |(separator, _)| separator)
+    }
+
+    /// The fields of a line; double quotes keep a separator inside a field, a doubled quote stands for one.
+    fn split(self, line: &str) -> Vec<String> {
+        let Separator::Character(separator) = self else {
+            return line.split_whitespace().map(str::to_string).collect();
+        };
+        let mut fields = vec![String::new()];
+        let mut quoted = false;
+        let mut characters = line.chars().peekable();
+        while let Some(c) = characters.next() {
+            let last = fields.len() - 1;
+            if c == '"' && quoted && characters.peek() == Some(&'"') {
+                characters.next();
+                fields[last].push('"');
+            } else if c == '"' {
+                quoted = !quoted;
+            } else if c == separator && !quoted {
+                fields.push(String::new());
+            } else {
+                fields[last].push(c);
+            }
+        }
+        fields.into_iter().map(|field| field.trim().to_string()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(text: &str) -> Vec<Vec<String>> {
+        Table::parse(text, |_| false).rows.into_iter().map(|(_, fields)| fields).collect()
+    }
+
+    #[test]
+    fn separators_are_found_and_quotes_kept_together() {
+        assert_eq!(rows("1,2,3"), vec![vec!["1", "2", "3"]]);
+        assert_eq!(rows("1; 2 ;3"), vec![vec!["1", "2", "3"]]);
+        assert_eq!(rows("1   2\t3".replace('\t', " ").as_str()), vec![vec!["1", "2", "3"]]);
+        assert_eq!(rows("A,\"x, \"\"y\"\"\",3"), vec![vec!["A", "x, \"y\"", "3"]]);
+    }
+
+    #[test]
+    fn comments_are_left_out_and_lines_keep_their_numbers() {
+        let table = Table::parse("# survey\nX,Y\n\n1,2\n", |fields| fields[0].parse::<f64>().is_err());
+        assert_eq!(table.column(&["y"]), Some(1));
+        assert_eq!(table.rows, vec![(4, vec!["1".to_string(), "2".to_string()])]);
+    }
+}

@@ -1,0 +1,407 @@
+//! Raster files to [`Raster`]: any data type, nodata, scale, offset, orientation and CRS that GDAL knows.
+
+use std::path::Path;
+
+use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
+use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags, GeoTransform};
+
+use super::Raster;
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::{
+    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, suggested_utm, warp_to_memory,
+};
+use crate::math::Vec2;
+
+/// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
+pub const PLAUSIBLE_ELEVATION: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
+
+/// How a raster file is to be understood.
+#[derive(Clone, Debug)]
+pub struct RasterRequest<'a> {
+    /// The file.
+    pub path: &'a Path,
+    /// Factor from the file's unit to metres.
+    pub unit: f64,
+    /// Added to every elevation (m).
+    pub offset: f64,
+    /// Whether another CRS, degrees or a rotated grid are warped to the CRS of the run.
+    pub reproject: bool,
+    /// Distance of two particles (m): a warped raster gets a cell that fits into it.
+    pub resolution: f64,
+    /// Memory limit (bytes).
+    pub memory: f64,
+}
+
+/// A raster file, opened but not yet read.
+pub struct RasterFile {
+    dataset: Dataset,
+    geo_transform: GeoTransform,
+    crs: Option<SpatialRef>,
+    /// Warnings met so far, without key and place.
+    pub warnings: Vec<Problem>,
+}
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// Joins GDAL's messages to the cause of a problem.
+fn because(problem: Problem, messages: Vec<String>) -> Problem {
+    if messages.is_empty() { problem } else { problem.with_cause(messages.join("; ")) }
+}
+
+impl RasterFile {
+    /// Opens a raster and looks at everything but its values.
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn open(path: &Path) -> Result<RasterFile, Problem> {
+        readable_file(path)?;
+        let name = path.display();
+        let options = DatasetOptions {
+            open_flags: GdalOpenFlags::GDAL_OF_RASTER | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
+            ..DatasetOptions::default()
+        };
+        let (result, messages) = capture(|| Dataset::open_ex(path, options));
+        let dataset = result.map_err(|_| {
+            because(input_error("not-a-raster", format!("{name} is not a raster that GDAL can read")), messages)
+                .with_remedy(
+                    "name a GeoTIFF, an ESRI ASCII grid or another raster; `gdalinfo FILE` shows whether GDAL reads it",
+                )
+        })?;
+        if dataset.raster_count() == 0 {
+            return Err(input_error("not-a-raster", format!("{name} holds no raster band"))
+                .with_remedy("name one of its subdatasets, which `gdalinfo FILE` lists"));
+        }
+        let (geo_transform, _) = capture(|| dataset.geo_transform());
+        let geo_transform = geo_transform.map_err(|_| {
+            input_error("no-georeference", format!("{name} has no place on the map (no geotransform)"))
+                .with_cause("a picture without world file, or a raster that is placed by control points only")
+                .with_remedy(
+                    "georeference it, for example by `gdal_translate -a_ullr` or, for control points, `gdalwarp`",
+                )
+        })?;
+        let [_, a, b, _, d, e] = geo_transform;
+        if !geo_transform.iter().all(|v| v.is_finite()) || (a * e - b * d).abs() < f64::MIN_POSITIVE {
+            return Err(input_error(
+                "no-georeference",
+                format!("{name} has cells without area (geotransform {geo_transform:?})"),
+            ));
+        }
+        let mut warnings = Vec::new();
+        if dataset.raster_count() > 1 {
+            let message =
+                format!("{name} has {} bands; the first one is taken as the elevation", dataset.raster_count());
+            warnings.push(Problem::warning(ProblemKind::Input, "several-bands", "", message));
+        }
+        let crs = dataset.spatial_ref().ok().filter(|crs| crs.name().is_some()).map(|mut crs| {
+            crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
+            crs
+        });
+        Ok(RasterFile { dataset, geo_transform, crs, warnings })
+    }
+
+    /// The CRS that the file states.
+    pub fn crs(&self) -> Option<&SpatialRef> {
+        self.crs.as_ref()
+    }
+
+    /// Map coordinates of the centre of the raster, in the file's own system.
+    pub fn centre(&self) -> Vec2 {
+        let (columns, rows) = self.dataset.raster_size();
+        let [x, a, b, y, d, e] = self.geo_transform;
+        let (c, r) = (0.5 * columns as f64, 0.5 * rows as f64);
+        Vec2::new(x + a * c + b * r, y + d * c + e * r)
+    }
+
+    /// Reads the elevations in metres, in the CRS of the run.
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn read(mut self, request: &RasterRequest, run_crs: &Crs) -> Result<(Raster, Vec<Problem>), Problem> {
+        let warp = self.needs_warp(request, run_crs)?;
+        let (columns, rows) = self.dataset.raster_size();
+        check_memory(request, columns as f64 * rows as f64 * if warp { 2.0 } else { 1.0 })?;
+        let values = self.values(request)?;
+        let raster = if warp {
+            self.warped(&values, request, run_crs)?
+        } else {
+            north_up(&values, columns, rows, &self.geo_transform)
+        };
+        self.check_values(&raster, request)?;
+        Ok((raster, self.warnings))
+    }
+
+    /// Whether the raster must be warped; refuses it when it would have to and may not.
+    fn needs_warp(&mut self, request: &RasterRequest, run_crs: &Crs) -> Result<bool, Problem> {
+        let name = request.path.display();
+        let [_, _, b, _, d, _] = self.geo_transform;
+        let rotated = b != 0.0 || d != 0.0;
+        match (run_crs, &self.crs) {
+            (Crs::Local, Some(crs)) => {
+                if is_metric(crs) == Err(CrsProblem::Geographic) {
+                    return Err(input_error(
+                        "geographic-crs",
+                        format!("{name} counts in degrees ({}), the run in local metres", describe(crs)),
+                    )
+                    .with_remedy(self.remedy_for_degrees()));
+                }
+                let message = format!("{name} has the CRS {}, which `crs: local` sets aside", describe(crs));
+                self.warnings.push(
+                    Problem::warning(ProblemKind::Input, "crs-set-aside", "", message)
+                        .with_remedy("leave out `crs: local` to keep the place on Earth"),
+                );
+            }
+            (Crs::Projected(run), Some(crs)) if !same_horizontal(run, crs) => {
+                if request.reproject {
+                    return Ok(true);
+                }
+                let degrees = is_metric(crs) == Err(CrsProblem::Geographic);
+                let code = if degrees { "geographic-crs" } else { "different-crs" };
+                return Err(input_error(code, format!("{name} has the CRS {}, the run has {}", describe(crs), describe(run)))
+                    .with_remedy("set `terrain.reproject: true` to warp it to the CRS of the run, or warp it beforehand with `gdalwarp`"));
+            }
+            (Crs::Projected(run), None) => {
+                let message = format!("{name} states no CRS; its coordinates are taken as {}", describe(run));
+                self.warnings.push(Problem::warning(ProblemKind::Input, "assumed-crs", "", message).with_remedy(
+                    "write the CRS into the file with `gdal_edit.py -a_srs`, or put a .prj file beside it",
+                ));
+            }
+            _ => {}
+        }
+        if rotated && !request.reproject {
+            return Err(input_error(
+                "rotated-raster",
+                format!("the grid of {name} is rotated (geotransform {:?})", self.geo_transform),
+            )
+            .with_remedy(
+                "set `terrain.reproject: true` to resample it north-up, or do so beforehand with `gdalwarp`",
+            ));
+        }
+        Ok(rotated)
+    }
+
+    /// What to do about a raster in degrees.
+    pub fn remedy_for_degrees(&self) -> String {
+        let centre = self.centre();
+        format!(
+            "set `terrain.reproject: true` and `crs:` to a metric system, for example `crs: {}` (UTM)",
+            suggested_utm(centre.x, centre.y)
+        )
+    }
+
+    /// Every value of the first band in metres, NaN where there is no data.
+    fn values(&mut self, request: &RasterRequest) -> Result<Vec<f64>, Problem> {
+        let name = request.path.display();
+        let (columns, rows) = self.dataset.raster_size();
+        let dataset = &self.dataset;
+        let (result, messages) = capture(|| {
+            let band = dataset.rasterband(1)?;
+            let buffer = band.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None)?;
+            let mask = if band.mask_flags()?.is_nodata() || band.mask_flags()?.is_all_valid() {
+                None
+            } else {
+                Some(band.open_mask_band()?.read_as::<u8>((0, 0), (columns, rows), (columns, rows), None)?)
+            };
+            Ok::<_, gdal::errors::GdalError>((
+                buffer.data().to_vec(),
+                mask.map(|mask| mask.data().to_vec()),
+                band.no_data_value(),
+                (band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0)),
+                band.unit(),
+            ))
+        });
+        let (mut values, mask, no_data, (scale, offset), unit) = result.map_err(|error| {
+            because(input_error("unreadable-raster", format!("{name} opens, but its values cannot be read")), messages)
+                .with_remedy(format!("the file is damaged or cut short ({error}); copy or export it again"))
+        })?;
+        self.check_unit(&unit, request);
+        let is_no_data = no_data_test(no_data, self.dataset.rasterband(1).ok().map(|b| b.band_type().name()));
+        let mut broken = (0, None);
+        for (i, value) in values.iter_mut().enumerate() {
+            if is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {
+                *value = f64::NAN;
+            } else if value.is_finite() {
+                *value = (*value * scale + offset) * request.unit + request.offset;
+            } else {
+                broken.0 += 1;
+                broken.1.get_or_insert((i, *value));
+            }
+        }
+        if let (count, Some((index, value))) = broken {
+            let [x, a, b, y, d, e] = self.geo_transform;
+            let (column, row) = ((index % columns) as f64 + 0.5, (index / columns) as f64 + 0.5);
+            return Err(input_error("not-a-number", format!("{name} holds {count} values that are not finite, the first one ({value}) in column {}, row {} from the upper left", index % columns + 1, index / columns + 1))
+                .with_cause(no_data.map_or("the file declares no nodata value".to_string(), |v| format!("the file declares {v} as nodata, not these")))
+                .with_remedy("declare them as nodata with `gdal_edit.py -a_nodata nan`, or fill them with `gdal_fillnodata.py`")
+                .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row)));
+        }
+        Ok(values)
+    }
+
+    /// Warns when the band says feet and the scenario says nothing of it.
+    fn check_unit(&mut self, unit: &str, request: &RasterRequest) {
+        let feet = matches!(
+            unit.to_lowercase().as_str(),
+            "ft" | "foot" | "feet" | "us survey foot" | "us-ft" | "sftus" | "ftus"
+        );
+        if feet && (request.unit - 1.0).abs() < 1e-12 {
+            let message =
+                format!("{} states its elevations in `{unit}`, but they are read as metres", request.path.display());
+            self.warnings.push(
+                Problem::warning(ProblemKind::Input, "unit-of-elevation", "", message)
+                    .with_remedy("give the layer `unit: ft`"),
+            );
+        }
+    }
+
+    /// Warps read values to a north-up grid in the CRS of the run, bilinear, with square cells that fit the resolution.
+    fn warped(&self, values: &[f64], request: &RasterRequest, run_crs: &Crs) -> Result<Raster, Problem> {
+        let (columns, rows) = self.dataset.raster_size();
+        let cell = fitting_cell(self.cell_in_metres(), request.resolution);
+        let area = columns as f64 * rows as f64 * self.cell_in_metres() * self.cell_in_metres();
+        check_memory(request, 3.0 * columns as f64 * rows as f64 + area / (cell * cell))?;
+        let (result, messages) = capture(|| -> Result<Raster, String> {
+            let text = |error: gdal::errors::GdalError| error.to_string();
+            let driver = DriverManager::get_driver_by_name("MEM").map_err(text)?;
+            let mut source = driver.create_with_band_type::<f64, _>("", columns, rows, 1).map_err(text)?;
+            source.set_geo_transform(&self.geo_transform).map_err(text)?;
+            let target = match (run_crs, &self.crs) {
+                (Crs::Projected(run), Some(own)) => {
+                    source.set_spatial_ref(own).map_err(text)?;
+                    Some(run.to_wkt().map_err(text)?)
+                }
+                _ => None,
+            };
+            let mut band = source.rasterband(1).map_err(text)?;
+            band.set_no_data_value(Some(f64::NAN)).map_err(text)?;
+            let mut buffer = gdal::raster::Buffer::new((columns, rows), values.to_vec());
+            band.write((0, 0), (columns, rows), &mut buffer).map_err(text)?;
+            let cell_text = format!("{cell}");
+            let mut arguments = vec!["-r", "bilinear", "-dstnodata", "nan", "-tap", "-tr", &cell_text, &cell_text];
+            if let Some(target) = &target {
+                arguments.extend(["-t_srs", target]);
+            }
+            let result = warp_to_memory(&source, &arguments)?;
+            let (columns, rows) = result.raster_size();
+            let band = result.rasterband(1).map_err(text)?;
+            let buffer = band.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None).map_err(text)?;
+            Ok(north_up(buffer.data(), columns, rows, &result.geo_transform().map_err(text)?))
+        });
+        result.map_err(|error| {
+            let problem = input_error(
+                "warp-failed",
+                format!("{} could not be warped to {}", request.path.display(), run_crs.describe()),
+            );
+            because(problem.with_cause(error), messages).with_remedy("check that `crs:` covers this place on Earth")
+        })
+    }
+
+    /// Edge of a cell (m), roughly where the file counts in degrees.
+    fn cell_in_metres(&self) -> f64 {
+        /// Length of a degree of latitude (m).
+        const DEGREE: f64 = 111_200.0;
+        let [_, _, b, _, _, e] = self.geo_transform;
+        let unit = match &self.crs {
+            Some(crs) if crs.is_geographic() => DEGREE,
+            Some(crs) if crs.is_projected() => crs.linear_units(),
+            _ => 1.0,
+        };
+        b.hypot(e) * unit
+    }
+
+    /// Refuses a raster without data, warns of elevations that Earth does not have.
+    fn check_values(&mut self, raster: &Raster, request: &RasterRequest) -> Result<(), Problem> {
+        let name = request.path.display();
+        let (mut least, mut greatest, mut doubtful) = (f64::INFINITY, f64::NEG_INFINITY, None);
+        let mut count = 0;
+        for (index, &value) in raster.values.iter().enumerate().filter(|(_, v)| !v.is_nan()) {
+            least = least.min(value);
+            greatest = greatest.max(value);
+            if !PLAUSIBLE_ELEVATION.contains(&value) {
+                count += 1;
+                doubtful.get_or_insert(index);
+            }
+        }
+        if least > greatest {
+            return Err(input_error("all-nodata", format!("{name} holds no data at all: every cell is nodata"))
+                .with_remedy("check the nodata value with `gdalinfo -stats`"));
+        }
+        if let Some(index) = doubtful {
+            let message = format!(
+                "{name} has {count} elevations outside {} to {} m (from {least:.1} to {greatest:.1} m)",
+                PLAUSIBLE_ELEVATION.start(),
+                PLAUSIBLE_ELEVATION.end()
+            );
+            self.warnings.push(
+                Problem::warning(ProblemKind::Input, "doubtful-elevation", "", message)
+                    .with_cause("a fill value that the file does not declare as nodata, or another unit than metres")
+                    .with_remedy("declare the fill value with `gdal_edit.py -a_nodata`, or give the layer its `unit`")
+                    .with_at(raster.centre(index % raster.columns, index / raster.columns)),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The cell for a warped raster: a whole multiple or a whole part of the resolution, close to the source's cell (m).
+fn fitting_cell(source: f64, resolution: f64) -> f64 {
+    if source >= resolution {
+        resolution * (source / resolution).round()
+    } else {
+        resolution / (resolution / source).round()
+    }
+}
+
+/// Whether a value is the declared nodata value; a 32-bit raster holds it rounded.
+fn no_data_test(no_data: Option<f64>, band_type: Option<String>) -> impl Fn(f64) -> bool {
+    let single = band_type.as_deref() == Some("Float32");
+    move |value| match no_data {
+        None => false,
+        Some(no_data) if no_data.is_nan() => value.is_nan(),
+        #[expect(clippy::float_cmp, reason = "nodata is a mark, not a quantity")]
+        Some(no_data) => value == no_data || (single && value as f32 == no_data as f32),
+    }
+}
+
+/// Refuses values that would not fit into the memory limit.
+fn check_memory(request: &RasterRequest, values: f64) -> Result<(), Problem> {
+    let bytes = values * size_of::<f64>() as f64;
+    if bytes <= request.memory {
+        return Ok(());
+    }
+    let message = format!(
+        "{} needs {:.1} GB of memory, over the limit of {:.1} GB",
+        request.path.display(),
+        bytes / 1e9,
+        request.memory / 1e9
+    );
+    Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(
+        "cut the raster to the valley with `gdalwarp -te`, coarsen it with `-tr`, or raise `limits.memory`",
+    ))
+}
+
+/// Values of a grid without rotation, turned to row 0 in the north and column 0 in the west.
+fn north_up(values: &[f64], columns: usize, rows: usize, geo_transform: &GeoTransform) -> Raster {
+    let [x, cell_x, _, y, _, cell_y] = *geo_transform;
+    let (south_up, east_first) = (cell_y > 0.0, cell_x < 0.0);
+    let mut turned = Vec::with_capacity(values.len());
+    for row in 0..rows {
+        let source = if south_up { rows - 1 - row } else { row };
+        let line = &values[source * columns..][..columns];
+        if east_first {
+            turned.extend(line.iter().rev());
+        } else {
+            turned.extend_from_slice(line);
+        }
+    }
+    Raster {
+        columns,
+        rows,
+        west: if east_first { x + columns as f64 * cell_x } else { x },
+        north: if south_up { y + rows as f64 * cell_y } else { y },
+        cell_x: cell_x.abs(),
+        cell_y: cell_y.abs(),
+        values: turned,
+    }
+}

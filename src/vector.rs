@@ -1,0 +1,379 @@
+//! Polygons, lines and points with their attributes, from GeoJSON, GeoPackage, Shapefile and whatever else GDAL reads, in
+//! the coordinates of the run.
+//!
+//! Deliberately left out: curves (GDAL's curve types) and styles.
+
+use std::path::Path;
+
+use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
+use gdal::vector::{FieldValue, Geometry, LayerAccess, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
+use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
+use geo::{Coord, LineString, Polygon};
+
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::{Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform};
+use crate::math::Vec2;
+
+/// The value of an attribute.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// Anything else, as text.
+    Text(String),
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Value::Number(number) => write!(f, "{number}"),
+            Value::Text(text) => f.write_str(text),
+        }
+    }
+}
+
+/// A feature: the simple parts of its geometry, and its attributes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Feature {
+    /// Place in the file, from 1.
+    pub number: usize,
+    /// Polygons.
+    pub polygons: Vec<Polygon<f64>>,
+    /// Polylines.
+    pub lines: Vec<LineString<f64>>,
+    /// Points with their z coordinate, if they have one.
+    pub points: Vec<(Vec2, Option<f64>)>,
+    /// Names and values of the attributes, unset ones left out.
+    pub attributes: Vec<(String, Value)>,
+}
+
+impl Feature {
+    /// An attribute by its name, whatever its case, or by the first ten letters that a Shapefile leaves of it.
+    pub fn attribute(&self, name: &str) -> Option<&Value> {
+        let short: String = name.chars().take(10).collect();
+        let named = |wanted: &str| self.attributes.iter().find(|(n, _)| n.eq_ignore_ascii_case(wanted)).map(|(_, v)| v);
+        named(name).or_else(|| named(&short))
+    }
+
+    /// An attribute as a number; text that reads as a number counts.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.attribute(name)? {
+            Value::Number(number) => Some(*number),
+            Value::Text(text) => text.trim().parse().ok(),
+        }
+    }
+
+    /// Replaces every coordinate by the next one of `places`, in the order of [`Self::coordinates`].
+    fn replace_coordinates(&mut self, places: &mut impl Iterator<Item = Vec2>) {
+        use geo::MapCoordsInPlace;
+        let places = std::cell::RefCell::new(places);
+        let next = |old: Coord<f64>| places.borrow_mut().next().map_or(old, |place| Coord { x: place.x, y: place.y });
+        self.polygons.iter_mut().for_each(|polygon| polygon.map_coords_in_place(next));
+        self.lines.iter_mut().for_each(|line| line.map_coords_in_place(next));
+        for (point, _) in &mut self.points {
+            let place = next(Coord { x: point.x, y: point.y });
+            *point = Vec2::new(place.x, place.y);
+        }
+    }
+
+    /// Every coordinate: polygons ring by ring, then lines, then points.
+    fn coordinates(&self) -> impl Iterator<Item = Vec2> + '_ {
+        use geo::CoordsIter;
+        let as_vec = |c: Coord<f64>| Vec2::new(c.x, c.y);
+        self.polygons
+            .iter()
+            .flat_map(move |p| p.coords_iter().map(as_vec))
+            .chain(self.lines.iter().flat_map(move |l| l.coords_iter().map(as_vec)))
+            .chain(self.points.iter().map(|(place, _)| *place))
+    }
+}
+
+/// The features of one layer of a file.
+#[derive(Clone, Debug)]
+pub struct VectorFile {
+    /// The features.
+    pub features: Vec<Feature>,
+    /// CRS that the file states.
+    pub crs: Option<SpatialRef>,
+    /// Whether the file states no CRS and GDAL took it for degrees, as it does for a GeoJSON.
+    presumed_degrees: bool,
+}
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// Opens a vector file and reads a layer of it, the first one when no name is given.
+///
+/// # Errors
+/// The problem, without key and place.
+pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
+    readable_file(path)?;
+    let name = path.display();
+    let options = DatasetOptions {
+        open_flags: GdalOpenFlags::GDAL_OF_VECTOR | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
+        ..DatasetOptions::default()
+    };
+    let (result, messages) = capture(|| Dataset::open_ex(path, options));
+    let dataset = result.map_err(|_| {
+        let problem = input_error("not-a-vector", format!("{name} is not a vector file that GDAL can read"))
+            .with_remedy("name a GeoJSON, GeoPackage or Shapefile; `ogrinfo FILE` shows whether GDAL reads it");
+        if messages.is_empty() { problem } else { problem.with_cause(messages.join("; ")) }
+    })?;
+    let (result, messages) = capture(|| read_layer(&dataset, path, layer));
+    let mut file = result?;
+    if file.features.is_empty() && !messages.is_empty() {
+        return Err(
+            input_error("not-a-vector", format!("no feature of {name} could be read")).with_cause(messages.join("; "))
+        );
+    }
+    let degrees = file.features.iter().flat_map(Feature::coordinates).all(|c| c.x.abs() <= 180.0 && c.y.abs() <= 90.0);
+    file.presumed_degrees =
+        dataset.driver().short_name() == "GeoJSON" && file.crs.as_ref().is_some_and(SpatialRef::is_geographic);
+    if file.presumed_degrees && !degrees {
+        file.crs = None;
+    }
+    Ok(file)
+}
+
+fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
+    let name = path.display();
+    let found = match layer {
+        Some(layer) => dataset.layer_by_name(layer),
+        None => dataset.layer(0),
+    };
+    let mut found = found.map_err(|_| {
+        let names: Vec<String> = dataset.layers().map(|l| l.name()).collect();
+        let wanted = layer.map_or("no layer at all".to_string(), |layer| format!("no layer `{layer}`"));
+        let problem = input_error("no-such-layer", format!("{name} has {wanted}"));
+        if names.is_empty() { problem } else { problem.with_remedy(format!("its layers are {}", names.join(", "))) }
+    })?;
+    let crs = found.spatial_ref().map(|mut crs| {
+        crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
+        crs
+    });
+    let mut features = Vec::new();
+    for (index, source) in found.features().enumerate() {
+        let mut feature = Feature { number: index + 1, ..Feature::default() };
+        if let Some(geometry) = source.geometry() {
+            take_apart(geometry, &mut feature).map_err(|kind| {
+                input_error("unsupported-geometry", format!("feature {} of {name} is a {kind}", feature.number))
+                    .with_remedy(
+                        "convert it to points, lines and polygons, for example with `ogr2ogr -nlt CONVERT_TO_LINEAR`",
+                    )
+            })?;
+        }
+        feature.attributes =
+            source.fields().filter_map(|(name, value)| Some((name, attribute_value(value?)?))).collect();
+        features.push(feature);
+    }
+    Ok(VectorFile { features, crs, presumed_degrees: false })
+}
+
+fn attribute_value(value: FieldValue) -> Option<Value> {
+    Some(match value {
+        FieldValue::IntegerValue(number) => Value::Number(f64::from(number)),
+        FieldValue::Integer64Value(number) => Value::Number(number as f64),
+        FieldValue::RealValue(number) => Value::Number(number),
+        FieldValue::StringValue(text) => Value::Text(text),
+        FieldValue::DateValue(date) => Value::Text(date.to_string()),
+        FieldValue::DateTimeValue(time) => Value::Text(time.to_string()),
+        _ => return None,
+    })
+}
+
+/// Adds the simple parts of a geometry to a feature; a geometry of another kind is handed back by its name.
+fn take_apart(geometry: &Geometry, feature: &mut Feature) -> Result<(), String> {
+    if geometry.is_empty() {
+        return Ok(());
+    }
+    match geometry_type_flatten(geometry.geometry_type()) {
+        OGRwkbGeometryType::wkbPoint => {
+            let (x, y, z) = geometry.get_point(0);
+            feature.points.push((Vec2::new(x, y), geometry_type_has_z(geometry.geometry_type()).then_some(z)));
+        }
+        OGRwkbGeometryType::wkbLineString => feature.lines.push(line_string(geometry)),
+        OGRwkbGeometryType::wkbPolygon => {
+            let mut rings = (0..geometry.geometry_count()).map(|i| line_string(&geometry.get_geometry(i)));
+            if let Some(outer) = rings.next() {
+                let holes = rings.collect();
+                feature.polygons.push(Polygon::new(outer, holes));
+            }
+        }
+        OGRwkbGeometryType::wkbMultiPoint
+        | OGRwkbGeometryType::wkbMultiLineString
+        | OGRwkbGeometryType::wkbMultiPolygon
+        | OGRwkbGeometryType::wkbGeometryCollection => {
+            for i in 0..geometry.geometry_count() {
+                take_apart(&geometry.get_geometry(i), feature)?;
+            }
+        }
+        _ => return Err(geometry.geometry_name()),
+    }
+    Ok(())
+}
+
+fn line_string(geometry: &Geometry) -> LineString<f64> {
+    let mut points = Vec::new();
+    geometry.get_points(&mut points);
+    points.into_iter().map(|(x, y, _)| Coord { x, y }).collect()
+}
+
+impl VectorFile {
+    /// The file in the coordinates of the run, with warnings about what had to be presumed (without key and place).
+    ///
+    /// # Errors
+    /// The problem, without key and place, when its CRS differs and `reproject` is not set, or has no way to the run's.
+    pub fn in_run_crs(
+        mut self,
+        path: &Path,
+        run: &Crs,
+        reproject: bool,
+    ) -> Result<(Vec<Feature>, Vec<Problem>), Problem> {
+        let name = path.display();
+        let mut warnings = Vec::new();
+        match (run, &self.crs) {
+            (Crs::Local, Some(crs)) if !self.presumed_degrees => {
+                if is_metric(crs) == Err(CrsProblem::Geographic) {
+                    return Err(input_error(
+                        "geographic-crs",
+                        format!("{name} counts in degrees ({}), the run in local metres", describe(crs)),
+                    )
+                    .with_remedy("give the run a metric CRS by `crs: EPSG:...`, or the file local coordinates"));
+                }
+                let message = format!("{name} has the CRS {}, which `crs: local` sets aside", describe(crs));
+                warnings.push(Problem::warning(ProblemKind::Input, "crs-set-aside", "", message));
+            }
+            (Crs::Local, _) => {}
+            (Crs::Projected(run), Some(crs)) if same_horizontal(run, crs) => {}
+            (Crs::Projected(run), Some(crs)) => {
+                if !reproject {
+                    let problem = input_error(
+                        "different-crs",
+                        format!("{name} has the CRS {}, the run has {}", describe(crs), describe(run)),
+                    )
+                    .with_remedy("set `terrain.reproject: true`, or convert the file with `ogr2ogr -t_srs`");
+                    return Err(if self.presumed_degrees {
+                        problem.with_cause("a GeoJSON without a `crs` member counts in degrees (RFC 7946)")
+                    } else {
+                        problem
+                    });
+                }
+                let mut places: Vec<Vec2> = self.features.iter().flat_map(Feature::coordinates).collect();
+                transform(&mut places, crs, run).map_err(|cause| {
+                    input_error("no-transformation", format!("{name} could not be brought to {}", describe(run)))
+                        .with_cause(cause)
+                })?;
+                let mut places = places.into_iter();
+                for feature in &mut self.features {
+                    feature.replace_coordinates(&mut places);
+                }
+            }
+            (Crs::Projected(run), None) => {
+                let message = format!("{name} states no CRS; its coordinates are taken as {}", describe(run));
+                let warning = Problem::warning(ProblemKind::Input, "assumed-crs", "", message);
+                warnings.push(if self.presumed_degrees {
+                    warning.with_cause("a GeoJSON without a `crs` member should count in degrees, but these are none")
+                } else {
+                    warning
+                });
+            }
+        }
+        Ok((self.features, warnings))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geodata::spatial_ref;
+
+    fn file_of(name: &str, content: &str) -> Result<VectorFile, Problem> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        open(&path, None)
+    }
+
+    fn square(size: f64, properties: &str) -> String {
+        format!(
+            r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","properties":{properties},"geometry":{{"type":"Polygon","coordinates":[[[0,0],[{size},0],[{size},{size}],[0,{size}],[0,0]]]}}}}]}}"#
+        )
+    }
+
+    fn lambert() -> Crs {
+        Crs::Projected(spatial_ref("EPSG:27572").unwrap())
+    }
+
+    #[test]
+    fn attributes_are_found_whatever_their_case_and_by_ten_letters() {
+        let file = file_of(
+            "a.geojson",
+            &square(1000.0, r#"{"Level_M": 100.5, "text_level": "7.5", "water_leve": 3, "none": null}"#),
+        )
+        .unwrap();
+        let feature = &file.features[0];
+        assert_eq!(feature.number("level_m"), Some(100.5));
+        assert_eq!(feature.number("text_level"), Some(7.5));
+        assert_eq!(feature.number("water_level_m"), Some(3.0));
+        assert_eq!(feature.attribute("none"), None);
+        assert_eq!(feature.polygons[0].exterior().0.len(), 5);
+    }
+
+    #[test]
+    fn a_geojson_without_crs_is_taken_in_the_coordinates_of_the_run_unless_it_looks_like_degrees() {
+        let path = Path::new("a.geojson");
+        let (features, warnings) =
+            file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
+        assert!(warnings.is_empty() && features.len() == 1);
+        let (features, warnings) =
+            file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap();
+        assert_eq!(
+            (warnings[0].code, features[0].coordinates().nth(2)),
+            ("assumed-crs", Some(Vec2::new(1000.0, 1000.0)))
+        );
+        // A flume of a few metres in local coordinates looks like degrees, and is none.
+        let (_, warnings) =
+            file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
+        assert!(warnings.is_empty());
+        let problem =
+            file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap_err();
+        assert_eq!(problem.code, "different-crs");
+        assert!(problem.remedy.unwrap().contains("terrain.reproject: true"));
+    }
+
+    #[test]
+    fn another_crs_is_reprojected_when_asked_for() {
+        let text = r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{},"geometry":{"type":"Point","coordinates":[6.7565,43.5122]}}]}"#;
+        let (features, _) = file_of("a.geojson", text).unwrap().in_run_crs(Path::new("a"), &lambert(), true).unwrap();
+        let mut expected = [Vec2::new(6.7565, 43.5122)];
+        transform(&mut expected, &spatial_ref("EPSG:4326").unwrap(), &spatial_ref("EPSG:27572").unwrap()).unwrap();
+        assert_eq!(features[0].points[0].0, expected[0]);
+        assert!(expected[0].x > 900_000.0 && expected[0].y > 1_800_000.0);
+    }
+
+    #[test]
+    fn what_is_no_vector_file_is_refused_in_words() {
+        assert_eq!(file_of("a.geojson", "hello").unwrap_err().code, "not-a-vector");
+        assert_eq!(file_of("a.geojson", "").unwrap_err().code, "empty-file");
+        assert_eq!(open(Path::new("nowhere/a.geojson"), None).unwrap_err().code, "missing-file");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.geojson");
+        std::fs::write(&path, square(1.0, "{}")).unwrap();
+        let problem = open(&path, Some("nosuch")).unwrap_err();
+        assert!(problem.code == "no-such-layer" && problem.remedy.is_some(), "{problem}");
+    }
+
+    #[test]
+    fn empty_geometries_and_collections_are_taken_apart() {
+        let text = r#"{"type":"FeatureCollection","features":[
+            {"type":"Feature","properties":{},"geometry":null},
+            {"type":"Feature","properties":{},"geometry":{"type":"Polygon","coordinates":[]}},
+            {"type":"Feature","properties":{},"geometry":{"type":"GeometryCollection","geometries":[
+                {"type":"MultiLineString","coordinates":[[[0,0],[500,0]],[[0,1],[500,1]]]},
+                {"type":"MultiPoint","coordinates":[[0,0,5],[700,1,6]]}]}}]}"#;
+        let file = file_of("a.geojson", text).unwrap();
+        assert!(file.features[0].polygons.is_empty() && file.features[1].polygons.is_empty());
+        assert_eq!((file.features[2].lines.len(), file.features[2].points[1]), (2, (Vec2::new(700.0, 1.0), Some(6.0))));
+    }
+}
