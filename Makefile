@@ -2,6 +2,9 @@
 
 .PHONY: demo test deps test-deps
 
+# A toolchain installed a minute ago is not yet in the PATH of this shell.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+
 # Installs missing system packages, builds, runs the demonstration and says where its maps are.
 demo: deps
 	cargo build --release --locked

@@ -33,7 +33,7 @@ if [ -n "$missing" ]; then
     $as_root apt-get update -qq
     # shellcheck disable=SC2086 # the names are to be split
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $missing
-    if ! pkg-config --exists 'gdal >= 3.4'; then
+    if ! pkg-config --exists 'gdal >= 3.4' 2>/dev/null; then
         echo "this system's GDAL ($(pkg-config --modversion gdal 2>/dev/null || echo none)) is older than 3.4" >&2
         exit 1
     fi

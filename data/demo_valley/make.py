@@ -20,7 +20,7 @@ FOLDER = Path(__file__).resolve().parent
 WEST, SOUTH, CELL = 642_000.0, 5_186_000.0, 10.0  # EPSG:32632
 COLUMNS, ROWS = 800, 400
 DAM_X = 2_600.0  # m from the western edge; the dam runs north-south
-DAM_HEIGHT = 34.0  # level of the reservoir above the river at the dam, m
+DAM_HEIGHT = 30.0  # level of the reservoir above the river at the dam, m
 SEED = 1959
 
 x = (np.arange(COLUMNS) + 0.5) * CELL
@@ -222,7 +222,7 @@ def main_valley_axis():
 def half_floor(s, s_dam):
     """Half width of the valley floor (m): a basin, the gorge of the dam, a bend, the village plain, the outlet."""
     places = [-2600, -1900, -700, -160, 0, 500, 1000, 1700, 2500, 3300, 4200, 5600]
-    return np.interp(s, s_dam + np.array(places), [20, 45, 75, 45, 22, 26, 45, 75, 130, 210, 170, 190])
+    return np.interp(s, s_dam + np.array(places), [20, 45, 75, 45, 22, 26, 45, 90, 210, 330, 230, 290])
 
 
 def make_terrain(main):
@@ -270,9 +270,10 @@ def make_terrain(main):
     on_floor = main.distance < floor * 0.9
     surface = erode(fill_pits(surface), on_floor, steps=24, strength=0.006)
 
-    # Floodplain: falls gently to the river, with low terraces; channel: 25 to 35 m wide, 1.5 to 3 m deep.
+    # Floodplain: falls gently to the river, with a terrace on either side; channel: 25 to 35 m wide, 1.5 to 3 m deep.
     rough = fractal_noise(random, 2.6, 300.0)
-    plain = thalweg + 0.010 * main.distance + 0.25 * rough + 0.9 * smooth_step((main.distance - 0.55 * floor) / 30.0)
+    terrace = (0.8 + floor / 90.0) * smooth_step((main.distance * (1.0 + 0.12 * broad) - 0.42 * floor) / 35.0)
+    plain = thalweg + 0.008 * main.distance + 0.35 * rough + terrace
     blend = smooth_step((main.distance - 0.75 * floor) / (0.35 * floor + 20.0))
     surface = (1.0 - blend) * np.minimum(plain, surface) + blend * np.maximum(surface, plain)
     half_channel = np.interp(s, [0.0, 9000.0], [11.0, 18.0])
@@ -299,7 +300,7 @@ def village(main, s_dam):
     """Footprints along three streets of the left bank, some 3 km of river below the dam."""
     random = np.random.default_rng(SEED + 1)
     features = []
-    for street, offset in enumerate((55.0, 95.0, 140.0)):
+    for street, offset in enumerate((60.0, 105.0, 155.0, 205.0)):
         for chainage in np.arange(s_dam + 2950.0, s_dam + 3550.0, 34.0):
             if random.random() < 0.22:
                 continue
@@ -378,7 +379,7 @@ def main():
         ("G2", in_river(1300.0), "Bend"),
         ("G3", in_river(2600.0), "Village bridge"),
         ("G4", at(3222.0, 75.0), "Village square"),
-        ("G5", at(3400.0, 150.0), "School"),
+        ("G5", at(3430.0, 215.0), "School"),
         ("G6", in_river(6150.0), "Outlet"),
     ]
     rows = ["id,x,y,name"] + [f"{i},{WEST + p[0]:.1f},{SOUTH + p[1]:.1f},{name}" for i, p, name in gauges]
