@@ -1,5 +1,9 @@
 //! From water on the lattice to the run folder: maxima, arrival, frames, gauges, and the writers of every file.
 
+mod to_grid;
+
+pub use to_grid::{Gridder, MovingWater};
+
 use crate::math::Vec2;
 
 /// A place at which the run reports water over time.
