@@ -21,11 +21,9 @@ use super::gradient::surface_difference;
 use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
 
-/// The four directions in which a cell owns a face.
+/// The two directions in which a cell owns a face.
 pub(crate) const EAST: usize = 0;
 pub(crate) const NORTH: usize = 1;
-pub(crate) const NORTH_EAST: usize = 2;
-pub(crate) const NORTH_WEST: usize = 3;
 
 /// Van Leer's limiter: the harmonic mean of slopes of one sign, 0 at an extremum.
 #[inline(always)]
@@ -87,12 +85,9 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));
             let (from, to) = (run.start, run.end);
-            let (axis, diagonal) = (scale.weights.axis, scale.weights.diagonal);
             let numbers = Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth };
-            row_faces::<EAST>(here, from, here, from + 1, to - from, numbers, axis, &mut flux[EAST]);
-            row_faces::<NORTH>(here, from, north, from, to - from, numbers, axis, &mut flux[NORTH]);
-            row_faces::<NORTH_EAST>(here, from, north, from + 1, to - from, numbers, diagonal, &mut flux[NORTH_EAST]);
-            row_faces::<NORTH_WEST>(here, from, north, from - 1, to - from, numbers, diagonal, &mut flux[NORTH_WEST]);
+            row_faces::<EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
+            row_faces::<NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
         }
     });
 }
@@ -169,7 +164,6 @@ fn row_faces<const DIRECTION: usize>(
     right_from: usize,
     len: usize,
     numbers: Numbers,
-    weight: f64,
     out: &mut FaceRow,
 ) {
     macro_rules! columns {
@@ -215,10 +209,10 @@ fn row_faces<const DIRECTION: usize>(
                 z: $i.2[k],
                 u: normal,
                 v_t: along,
-                rise_eta: dx * rise::<DIRECTION>($s.0[k], $s.1[k]),
-                rise_d: dx * rise::<DIRECTION>($s.2[k], $s.3[k]),
-                rise_u: dx * normal_rise::<DIRECTION>($v.0[k], $v.1[k], $v.2[k], $v.3[k]),
-                rise_t: dx * tangential_rise::<DIRECTION>($v.0[k], $v.1[k], $v.2[k], $v.3[k]),
+                rise_eta: dx * if DIRECTION == EAST { $s.0[k] } else { $s.1[k] },
+                rise_d: dx * if DIRECTION == EAST { $s.2[k] } else { $s.3[k] },
+                rise_u: dx * if DIRECTION == EAST { $v.0[k] } else { $v.3[k] },
+                rise_t: dx * if DIRECTION == EAST { $v.2[k] } else { $v.1[k] },
             }
         }};
     }
@@ -226,60 +220,17 @@ fn row_faces<const DIRECTION: usize>(
         let i = half!(k, li, ls, lv);
         let j = half!(k, ri, rs, rv);
         let (f_d, f_t, lost, gained) = pair(i, j, g, dry_depth);
-        mass[k] = weight * f_d;
-        tangential[k] = weight * f_t;
-        normal_left[k] = weight * lost;
-        normal_right[k] = weight * gained;
+        mass[k] = f_d;
+        tangential[k] = f_t;
+        normal_left[k] = lost;
+        normal_right[k] = gained;
     }
 }
 
-/// Components of a vector along the normal e and the tangent t of a direction.
-///
-/// Tangents: east (0, 1), north (1, 0), north-east (−1, 1)/√2, north-west (1, 1)/√2.
+/// Components of a vector along the normal of a direction and along its tangent: (x, y) to the east, (y, x) to the north.
 #[inline(always)]
 pub(crate) fn turned<const DIRECTION: usize>(x: f64, y: f64) -> (f64, f64) {
-    const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    match DIRECTION {
-        EAST => (x, y),
-        NORTH => (y, x),
-        NORTH_EAST => (HALF_ROOT * (x + y), HALF_ROOT * (y - x)),
-        _ => (HALF_ROOT * (y - x), HALF_ROOT * (x + y)),
-    }
-}
-
-/// Increment of a scalar over the pair, per spacing, from its gradient.
-#[inline(always)]
-fn rise<const DIRECTION: usize>(x: f64, y: f64) -> f64 {
-    match DIRECTION {
-        EAST => x,
-        NORTH => y,
-        NORTH_EAST => x + y,
-        _ => y - x,
-    }
-}
-
-/// Increment of the normal velocity over the pair, per spacing.
-#[inline(always)]
-fn normal_rise<const DIRECTION: usize>(u_x: f64, u_y: f64, v_x: f64, v_y: f64) -> f64 {
-    const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    match DIRECTION {
-        EAST => u_x,
-        NORTH => v_y,
-        NORTH_EAST => HALF_ROOT * ((u_x + u_y) + (v_x + v_y)),
-        _ => HALF_ROOT * ((v_y - v_x) - (u_y - u_x)),
-    }
-}
-
-/// Increment of the tangential velocity over the pair, per spacing.
-#[inline(always)]
-fn tangential_rise<const DIRECTION: usize>(u_x: f64, u_y: f64, v_x: f64, v_y: f64) -> f64 {
-    const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    match DIRECTION {
-        EAST => v_x,
-        NORTH => u_y,
-        NORTH_EAST => HALF_ROOT * ((v_x + v_y) - (u_x + u_y)),
-        _ => HALF_ROOT * ((u_y - u_x) + (v_y - v_x)),
-    }
+    if DIRECTION == EAST { (x, y) } else { (y, x) }
 }
 
 #[cfg(test)]
@@ -303,15 +254,5 @@ mod tests {
         let (f_d, f_n) = hll(3.0, 1.0, 0.5, -0.3, 9.81);
         let (b_d, b_n) = hll(0.5, 0.3, 3.0, -1.0, 9.81);
         assert!((f_d + b_d).abs() < 1e-14 && (f_n - b_n).abs() < 1e-13);
-    }
-
-    #[test]
-    fn normal_rise_is_the_derivative_along_the_diagonal() {
-        // v = (a x + b y, c x + d y); along (1, 1) the normal component rises by (a + b + c + d)/√2.
-        let (a, b, c, d) = (0.3, -0.7, 1.1, 0.2);
-        let along = |x: f64, y: f64| turned::<NORTH_EAST>(a * x + b * y, c * x + d * y).0;
-        assert!((along(1.0, 1.0) - normal_rise::<NORTH_EAST>(a, b, c, d)).abs() < 1e-15);
-        let across = |x: f64, y: f64| turned::<NORTH_WEST>(a * x + b * y, c * x + d * y).0;
-        assert!((across(-1.0, 1.0) - normal_rise::<NORTH_WEST>(a, b, c, d)).abs() < 1e-15);
     }
 }

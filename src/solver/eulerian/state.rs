@@ -11,29 +11,6 @@ use crate::math::Vec2;
 /// Bed elevation (m) given to cells without terrain: above every surface, so that no water reaches them.
 pub(crate) const NO_TERRAIN: f64 = 1e6;
 
-/// Smoothing length over spacing of the resting particles: the eight nearest neighbours lie within the support.
-pub(crate) const SMOOTHING_RATIO: f64 = 0.75;
-
-/// Pair weights 2 s_ij (1/m) of the lattice, s_ij = A_j G_ij / Σ_j A_j G_ij r e_x², for the cubic B-spline.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Weights {
-    /// For the four neighbours at one spacing.
-    pub axis: f64,
-    /// For the four neighbours at √2 spacings.
-    pub diagonal: f64,
-}
-
-impl Weights {
-    pub fn new(spacing: f64) -> Self {
-        // |dW/dq| of the cubic B-spline for 1 < q < 2, up to its constant, which cancels.
-        let slope = |q: f64| 0.75 * (2.0 - q).max(0.0).powi(2);
-        let axis = slope(1.0 / SMOOTHING_RATIO);
-        let diagonal = slope(std::f64::consts::SQRT_2 / SMOOTHING_RATIO);
-        let first_moment = 2.0 * spacing * (axis + std::f64::consts::SQRT_2 * diagonal);
-        Weights { axis: 2.0 * axis / first_moment, diagonal: 2.0 * diagonal / first_moment }
-    }
-}
-
 /// What does not change during a run.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundRow {
@@ -94,21 +71,21 @@ pub(crate) struct GradientRow {
     pub v_y: Vec<f64>,
 }
 
-/// What flows through the faces of one direction, times the pair weight 2 s_ij; the cell itself is the owner, "left".
+/// What flows through the faces of one direction, per metre of face; the cell itself is the owner, "left".
 #[derive(Clone, Debug)]
 pub(crate) struct FaceRow {
-    /// Volume from left to right (m/s).
+    /// Volume from left to right (m²/s).
     pub mass: Vec<f64>,
-    /// Tangential momentum that goes with it (m²/s²).
+    /// Tangential momentum that goes with it (m³/s²).
     pub tangential: Vec<f64>,
-    /// Normal momentum that the left particle loses (m²/s²).
+    /// Normal momentum that the left particle loses (m³/s²).
     pub normal_left: Vec<f64>,
-    /// Normal momentum that the right particle gains (m²/s²).
+    /// Normal momentum that the right particle gains (m³/s²).
     pub normal_right: Vec<f64>,
 }
 
-/// The faces that a row owns: to the east, north, north-east and north-west.
-pub(crate) type FluxRow = [FaceRow; 4];
+/// The faces that a row owns: to the east and to the north.
+pub(crate) type FluxRow = [FaceRow; 2];
 
 /// All arrays; every row has `columns + 2` entries and every group `rows + 2` rows.
 pub(crate) struct State {
@@ -172,7 +149,7 @@ impl State {
             water,
             primitive,
             gradient: vec![gradient; rows + 2],
-            flux: vec![[face(), face(), face(), face()]; rows + 2],
+            flux: vec![[face(), face()]; rows + 2],
         }
     }
 
@@ -225,19 +202,5 @@ impl State {
             flow_speed: row.flow_speed.max(greatest.flow_speed),
             ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn weights_have_unit_first_moment() {
-        let spacing = 20.0;
-        let weights = Weights::new(spacing);
-        let moment = spacing * (weights.axis + std::f64::consts::SQRT_2 * weights.diagonal);
-        assert!((moment - 1.0).abs() < 1e-14);
-        assert!(weights.diagonal > 0.0 && weights.diagonal < 0.1 * weights.axis);
     }
 }

@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 
 use super::Scale;
-use super::faces::{EAST, NORTH, NORTH_EAST, NORTH_WEST};
+use super::faces::{EAST, NORTH};
 use super::spans::{ActiveSet, Run};
 use super::state::{FluxRow, GroundRow, State, WaterRow};
 
@@ -21,16 +21,15 @@ pub(crate) enum Stage {
     Second,
 }
 
-/// Water leaving through each of the eight faces of a cell (m/s), 0 for inflow.
+/// Water leaving through the four faces of a cell (m²/s), inflow not counted.
 fn outflow(south: &FluxRow, here: &FluxRow, i: usize) -> f64 {
-    here[EAST].mass[i].max(0.0) - here[EAST].mass[i - 1].min(0.0)
+    (here[EAST].mass[i].max(0.0) - here[EAST].mass[i - 1].min(0.0))
         + (here[NORTH].mass[i].max(0.0) - south[NORTH].mass[i].min(0.0))
-        + (here[NORTH_EAST].mass[i].max(0.0) - south[NORTH_EAST].mass[i - 1].min(0.0))
-        + (here[NORTH_WEST].mass[i].max(0.0) - south[NORTH_WEST].mass[i + 1].min(0.0))
 }
 
 /// Scales the outflow of cells that would give more water than they have in this stage.
-pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, stage: Stage, time_step: f64) {
+pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
+    let step_ratio = time_step / scale.spacing;
     let (flux, water) = (&state.flux, &state.water);
     let short: Vec<(usize, usize, f64)> = (1..state.rows + 1)
         .into_par_iter()
@@ -42,26 +41,23 @@ pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, stage: Stage,
             };
             let cells = active.work[row].iter().cloned().flatten();
             cells.filter_map(move |i| {
-                let wanted = time_step * outflow(&flux[row - 1], &flux[row], i);
+                let wanted = step_ratio * outflow(&flux[row - 1], &flux[row], i);
                 (wanted > depth[i]).then(|| (row, i, depth[i].max(0.0) / wanted))
             })
         })
         .collect();
     for (row, i, share) in short {
-        let scale = |state: &mut State, row: usize, direction: usize, i: usize, sign: f64| {
+        let reduce = |state: &mut State, row: usize, direction: usize, i: usize, sign: f64| {
             let face = &mut state.flux[row][direction];
             if face.mass[i] * sign > 0.0 {
                 face.mass[i] *= share;
                 face.tangential[i] *= share;
             }
         };
-        for direction in [EAST, NORTH, NORTH_EAST, NORTH_WEST] {
-            scale(state, row, direction, i, 1.0);
-        }
-        scale(state, row, EAST, i - 1, -1.0);
-        scale(state, row - 1, NORTH, i, -1.0);
-        scale(state, row - 1, NORTH_EAST, i - 1, -1.0);
-        scale(state, row - 1, NORTH_WEST, i + 1, -1.0);
+        reduce(state, row, EAST, i, 1.0);
+        reduce(state, row, NORTH, i, 1.0);
+        reduce(state, row, EAST, i - 1, -1.0);
+        reduce(state, row - 1, NORTH, i, -1.0);
     }
 }
 
@@ -71,7 +67,7 @@ pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage:
     state.water.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, water)| {
         for run in &active.work[row] {
             let south = &flux[row - 1];
-            row_update(south, &flux[row], &ground[row], run.clone(), scale.dry_depth, stage, time_step, water);
+            row_update(south, &flux[row], &ground[row], run.clone(), scale, stage, time_step, water);
         }
     });
 }
@@ -83,37 +79,26 @@ fn row_update(
     here: &FluxRow,
     ground: &GroundRow,
     run: Run,
-    dry_depth: f64,
+    scale: &Scale,
     stage: Stage,
     time_step: f64,
     water: &mut WaterRow,
 ) {
-    const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    let (east, north, north_east, north_west) = (&here[EAST], &here[NORTH], &here[NORTH_EAST], &here[NORTH_WEST]);
-    let (from_south, from_south_west, from_south_east) = (&south[NORTH], &south[NORTH_EAST], &south[NORTH_WEST]);
+    let (step_ratio, dry_depth) = (time_step / scale.spacing, scale.dry_depth);
+    let (east, north, from_south) = (&here[EAST], &here[NORTH], &south[NORTH]);
     for i in run {
-        let gained_depth = (east.mass[i - 1] - east.mass[i])
-            + (from_south.mass[i] - north.mass[i])
-            + (from_south_west.mass[i - 1] - north_east.mass[i])
-            + (from_south_east.mass[i + 1] - north_west.mass[i]);
-        // Normal momentum along north-east and north-west, tangential momentum along their tangents.
-        let rising = from_south_west.normal_right[i - 1] - north_east.normal_left[i];
-        let falling = from_south_east.normal_right[i + 1] - north_west.normal_left[i];
-        let rising_tangent = from_south_west.tangential[i - 1] - north_east.tangential[i];
-        let falling_tangent = from_south_east.tangential[i + 1] - north_west.tangential[i];
-        let gained_x = (east.normal_right[i - 1] - east.normal_left[i])
-            + (from_south.tangential[i] - north.tangential[i])
-            + HALF_ROOT * ((rising - falling) + (falling_tangent - rising_tangent));
-        let gained_y = (from_south.normal_right[i] - north.normal_left[i])
-            + (east.tangential[i - 1] - east.tangential[i])
-            + HALF_ROOT * ((rising + falling) + (falling_tangent + rising_tangent));
+        let gained_depth = (east.mass[i - 1] - east.mass[i]) + (from_south.mass[i] - north.mass[i]);
+        let gained_x =
+            (east.normal_right[i - 1] - east.normal_left[i]) + (from_south.tangential[i] - north.tangential[i]);
+        let gained_y =
+            (from_south.normal_right[i] - north.normal_left[i]) + (east.tangential[i - 1] - east.tangential[i]);
         let (depth, discharge_x, discharge_y) = match stage {
             Stage::First => (water.depth[i], water.discharge_x[i], water.discharge_y[i]),
             Stage::Second => (water.stage_depth[i], water.stage_discharge_x[i], water.stage_discharge_y[i]),
         };
-        let raised = depth + time_step * gained_depth;
+        let raised = depth + step_ratio * gained_depth;
         let new_depth = if raised > 0.0 { raised } else { 0.0 };
-        let (q_x, q_y) = (discharge_x + time_step * gained_x, discharge_y + time_step * gained_y);
+        let (q_x, q_y) = (discharge_x + step_ratio * gained_x, discharge_y + step_ratio * gained_y);
         let kept = if new_depth > dry_depth {
             kept_by_friction(new_depth, q_x, q_y, ground.friction[i] * time_step)
         } else {

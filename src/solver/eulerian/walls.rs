@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::Scale;
-use super::faces::{EAST, NORTH, NORTH_EAST, NORTH_WEST, hll, turned};
+use super::faces::{EAST, NORTH, hll, turned};
 use super::spans::ActiveSet;
 use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
 use crate::math::Vec2;
@@ -29,8 +29,8 @@ struct WallCell {
     blocked: u8,
 }
 
-/// Offsets (column, row) of the eight neighbours.
-const NEIGHBOURS: [(isize, isize); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (-1, 1), (1, -1)];
+/// Offsets (column, row) of the four neighbours.
+const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
 /// The special faces of every padded row.
 pub(crate) struct Walls {
@@ -40,12 +40,7 @@ pub(crate) struct Walls {
 
 /// Offset (column, row) from the owner of a face to its other particle.
 fn step(direction: usize) -> (isize, isize) {
-    match direction {
-        EAST => (1, 0),
-        NORTH => (0, 1),
-        NORTH_EAST => (1, 1),
-        _ => (-1, 1),
-    }
+    if direction == EAST { (1, 0) } else { (0, 1) }
 }
 
 fn shift(index: usize, offset: isize) -> usize {
@@ -72,7 +67,7 @@ impl Walls {
         let cut = crossed_faces(problem, state);
         for row in 0..=state.rows {
             for column in 0..state.columns + 2 {
-                for direction in [EAST, NORTH, NORTH_EAST, NORTH_WEST] {
+                for direction in [EAST, NORTH] {
                     let (dc, dr) = step(direction);
                     let (c, r) = (column as isize + dc, row as isize + dr);
                     if c < 0 || c as usize >= state.columns + 2 {
@@ -126,11 +121,6 @@ impl Walls {
             for face in faces {
                 let (dc, dr) = step(face.direction);
                 let (left, right) = ((row, face.column), (shift(row, dr), shift(face.column, dc)));
-                let weight = if face.direction == EAST || face.direction == NORTH {
-                    scale.weights.axis
-                } else {
-                    scale.weights.diagonal
-                };
                 let out = &mut flux[face.direction];
                 let i = face.column;
                 (out.mass[i], out.tangential[i], out.normal_left[i], out.normal_right[i]) = (0.0, 0.0, 0.0, 0.0);
@@ -143,22 +133,22 @@ impl Walls {
                     };
                     if a.depth > scale.dry_depth {
                         let (mass, normal) = leaving(a.depth, a.normal, drop(left, right), scale.gravity);
-                        (out.mass[i], out.tangential[i]) = (weight * mass, weight * mass * a.tangent);
-                        out.normal_left[i] = weight * normal;
+                        (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
+                        out.normal_left[i] = normal;
                     } else if b.depth > scale.dry_depth {
                         let (mass, normal) = leaving(b.depth, -b.normal, drop(right, left), scale.gravity);
-                        (out.mass[i], out.tangential[i]) = (-weight * mass, -weight * mass * b.tangent);
-                        out.normal_right[i] = weight * normal;
+                        (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
+                        out.normal_right[i] = normal;
                     }
                 } else {
-                    out.normal_left[i] = weight * mirrored(a.depth, a.normal, scale.gravity);
-                    out.normal_right[i] = weight * mirrored(b.depth, -b.normal, scale.gravity);
+                    out.normal_left[i] = mirrored(a.depth, a.normal, scale.gravity);
+                    out.normal_right[i] = mirrored(b.depth, -b.normal, scale.gravity);
                 }
             }
         });
     }
 
-    /// Rate at which water leaves through open faces now, as depth over one cell (m/s).
+    /// Rate at which water leaves through open faces now, per metre of face (m²/s).
     pub fn leaving(&self, state: &State) -> f64 {
         let rows = self.faces.iter().zip(&state.flux);
         rows.map(|(faces, flux)| {
@@ -179,12 +169,7 @@ struct Particle {
 impl Particle {
     fn new(row: &PrimitiveRow, column: usize, direction: usize) -> Self {
         let (u, v) = (row.velocity_x[column], row.velocity_y[column]);
-        let (normal, tangent) = match direction {
-            EAST => turned::<EAST>(u, v),
-            NORTH => turned::<NORTH>(u, v),
-            NORTH_EAST => turned::<NORTH_EAST>(u, v),
-            _ => turned::<NORTH_WEST>(u, v),
-        };
+        let (normal, tangent) = if direction == EAST { turned::<EAST>(u, v) } else { turned::<NORTH>(u, v) };
         Particle { depth: row.depth[column], normal, tangent }
     }
 }
@@ -212,13 +197,7 @@ fn correct(primitive: &[PrimitiveRow], row: usize, cell: WallCell, scale: &Scale
     let velocity = Vec2::new(here.velocity_x[i], here.velocity_y[i]);
     let mut sums = [Vec2::ZERO; 4];
     for (k, &(dc, dr)) in NEIGHBOURS.iter().enumerate() {
-        let is_axis = dc == 0 || dr == 0;
-        let (weight, length) = if is_axis {
-            (0.5 * scale.weights.axis, 1.0)
-        } else {
-            (0.5 * scale.weights.diagonal, std::f64::consts::SQRT_2)
-        };
-        let e = Vec2::new(dc as f64, dr as f64) / length;
+        let e = Vec2::new(dc as f64, dr as f64);
         let differences = if cell.blocked & (1 << k) != 0 {
             let turned = e * (-2.0 * velocity.dot(e));
             [0.0, 0.0, turned.x, turned.y]
@@ -238,7 +217,7 @@ fn correct(primitive: &[PrimitiveRow], row: usize, cell: WallCell, scale: &Scale
             ]
         };
         for (sum, difference) in sums.iter_mut().zip(differences) {
-            *sum += e * (weight * difference);
+            *sum += e * (0.5 / scale.spacing * difference);
         }
     }
     (out.surface_x[i], out.surface_y[i]) = (sums[0].x, sums[0].y);
@@ -259,7 +238,7 @@ fn crossed_faces(problem: &FlowProblem, state: &State) -> Vec<Vec<u8>> {
         let columns = padded(west - 2.0 * spacing, state.columns + 1)..=padded(east + 2.0 * spacing, state.columns + 1);
         for row in rows {
             for column in columns.clone() {
-                for direction in [EAST, NORTH, NORTH_EAST, NORTH_WEST] {
+                for direction in [EAST, NORTH] {
                     let (dc, dr) = step(direction);
                     let there = Vec2::new(dc as f64, dr as f64) * spacing;
                     let from = State::position(row, column, spacing);
