@@ -65,7 +65,7 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
     });
     let elevation = &bed.elevation;
     let slope_stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
-    let curvature_stencil = stencil(CURVATURE_SUPPORT, weight);
+    let curvature_stencil = stencil(CURVATURE_SUPPORT, b_spline);
     bed.slope.par_chunks_mut(lattice.columns).zip(bed.curvature.par_chunks_mut(lattice.columns)).enumerate().for_each(
         |(row, (slopes, curvatures))| {
             for (column, (slope, curvature)) in slopes.iter_mut().zip(curvatures).enumerate() {
@@ -81,7 +81,7 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
 
 /// The cubic B-spline without its constant, for q = r/h; zero from q = 2 on. Any smooth weight with a compact support would
 /// do for least squares; this one is that of the flow.
-fn weight(q: f64) -> f64 {
+pub(crate) fn b_spline(q: f64) -> f64 {
     let outer = (2.0 - q).max(0.0);
     let inner = (1.0 - q).max(0.0);
     0.25 * outer * outer * outer - inner * inner * inner
@@ -103,7 +103,7 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     // Offsets in units of the radius and elevations from the pointwise one: small numbers lose no digits.
     let weighted = |&(position, elevation): &(Vec2, f64)| {
         let offset = (position - place) / radius;
-        (offset, elevation - reference, weight(2.0 * offset.norm()))
+        (offset, elevation - reference, b_spline(2.0 * offset.norm()))
     };
     let (mut sum, mut sum_offset, mut sum_elevation, mut count) = (0.0, Vec2::ZERO, 0.0, 0);
     for (offset, elevation, w) in samples.iter().map(weighted) {
