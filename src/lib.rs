@@ -5,10 +5,14 @@
 //! scenario → terrain → bed → seeding → solver → output → maps. `pipeline` shows one whole run on one screen.
 
 pub mod bed;
+pub mod boundary;
 pub mod error;
 pub mod lattice;
 pub mod math;
+pub mod neighbours;
 pub mod output;
+pub mod particles;
+pub mod physics;
 pub mod scenario;
 pub mod solver;
 pub mod terrain;

@@ -1,5 +1,9 @@
 //! The shallow-water core: from a bed, walls and still water to moving water. Opens no file, prints nothing, knows no YAML.
 
+pub mod lagrangian;
+pub mod moving;
+pub mod variational;
+
 use crate::bed::BedParticles;
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;

@@ -1,0 +1,6 @@
+//! Exact solutions against the core: error and order.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod channel;
