@@ -4,3 +4,5 @@
 mod support;
 
 mod channel;
+mod bowl;
+mod lake;
