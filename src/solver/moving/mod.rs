@@ -3,11 +3,13 @@
 //!
 //! A formulation turns the present state into rates (`Formulation::evaluate`); everything else is here, once.
 
+mod correction;
 mod gridding;
 mod neighbours;
 mod solver;
 mod step;
 
+pub use correction::correction;
 pub use neighbours::{CHUNK, ChunkNeighbours, Neighbours};
 pub use solver::MovingSolver;
 

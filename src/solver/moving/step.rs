@@ -1,7 +1,8 @@
 //! One time step of moving particles: leapfrog (kick, drift, kick) or Heun.
 //!
-//! Depth changes by the factor exp(Δt r), r its relative rate: positive, and of second order, which d (1 + Δt r) is not (it
-//! doubles the error of Heun's method at bores). Friction acts implicitly at the end of the step. Walls reflect ways and velocities; who crosses an open edge is taken out.
+//! Depth stays positive. Heun's method multiplies it by exp(Δt r), r its relative rate, which is of second order, unlike
+//! d (1 + Δt r), with which the error at bores doubles. Leapfrog takes d (1 + Δt r) for growth and d / (1 − Δt r) for loss,
+//! which halves the error of long oscillations against exp. Friction acts implicitly at the end of the step. Walls reflect ways and velocities; who crosses an open edge is taken out.
 
 use rayon::prelude::*;
 
@@ -29,9 +30,16 @@ pub struct Moved {
 
 /// Depth (m) after `time_step` (s) at a rate (m/s), never below the dry depth unless it was.
 #[inline]
-fn depth_after(depth: f64, rate: f64, time_step: f64, dry_depth: f64) -> f64 {
-    let after = depth * (rate / depth * time_step).exp();
+fn depth_by_fraction(depth: f64, rate: f64, time_step: f64, dry_depth: f64) -> f64 {
+    let growth = rate / depth * time_step;
+    let after = if growth >= 0.0 { depth * (1.0 + growth) } else { depth / (1.0 - growth) };
     after.max(dry_depth.min(depth))
+}
+
+/// The same at a relative rate (1/s), by the exponential.
+#[inline]
+fn depth_by_exponential(depth: f64, relative_rate: f64, time_step: f64, dry_depth: f64) -> f64 {
+    (depth * (relative_rate * time_step).exp()).max(dry_depth.min(depth))
 }
 
 /// Takes one leapfrog step; returns the volume (m³) that left.
@@ -43,9 +51,9 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
         Moved {
             position: water.particles.position[i] + (half_velocity + rates.shift) * dt,
             velocity: v + rates.acceleration * dt,
-            depth: depth_after(d, rates.depth_rate, dt, water.dry_depth),
+            depth: depth_by_fraction(d, rates.depth_rate, dt, water.dry_depth),
             kept_velocity: half_velocity,
-            kept_depth: depth_after(d, rates.depth_rate, 0.5 * dt, water.dry_depth),
+            kept_depth: depth_by_fraction(d, rates.depth_rate, 0.5 * dt, water.dry_depth),
             ..Moved::default()
         }
     });
@@ -54,7 +62,7 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
     finish::<F>(water, moved, dt, |rates, moved, dry_depth| {
         (
             moved.kept_velocity + rates.acceleration * (0.5 * dt),
-            depth_after(moved.kept_depth, rates.depth_rate, 0.5 * dt, dry_depth),
+            depth_by_fraction(moved.kept_depth, rates.depth_rate, 0.5 * dt, dry_depth),
         )
     });
     outflow
@@ -68,7 +76,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
         Moved {
             position: x + (v + rates.shift) * dt,
             velocity: v + rates.acceleration * dt,
-            depth: depth_after(d, rates.depth_rate, dt, water.dry_depth),
+            depth: depth_by_exponential(d, rates.depth_rate / d, dt, water.dry_depth),
             kept_position: x,
             kept_velocity: v,
             kept_depth: d,
@@ -87,7 +95,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
         Moved {
             position: kept.kept_position + (kept.kept_motion + water.particles.velocity[i] + rates.shift) * (0.5 * dt),
             velocity: kept.kept_velocity + (kept.kept_acceleration + rates.acceleration) * (0.5 * dt),
-            depth: depth_after(kept.kept_depth, growth * kept.kept_depth, dt, water.dry_depth),
+            depth: depth_by_exponential(kept.kept_depth, growth, dt, water.dry_depth),
             ..Moved::default()
         }
     });
