@@ -11,7 +11,7 @@ pub mod lattice;
 pub mod maps;
 pub mod math;
 pub mod output;
-//pub mod report;
+pub mod report;
 pub mod scenario;
 pub mod seeding;
 pub mod solver;
