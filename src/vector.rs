@@ -123,10 +123,13 @@ pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
     let (result, messages) = capture(|| read_layer(&dataset, path, layer));
     let mut file = result?;
     if file.features.is_empty() && !messages.is_empty() {
-        return Err(input_error("not-a-vector", format!("no feature of {name} could be read")).with_cause(messages.join("; ")));
+        return Err(
+            input_error("not-a-vector", format!("no feature of {name} could be read")).with_cause(messages.join("; "))
+        );
     }
     let degrees = file.features.iter().flat_map(Feature::coordinates).all(|c| c.x.abs() <= 180.0 && c.y.abs() <= 90.0);
-    file.presumed_degrees = dataset.driver().short_name() == "GeoJSON" && file.crs.as_ref().is_some_and(SpatialRef::is_geographic);
+    file.presumed_degrees =
+        dataset.driver().short_name() == "GeoJSON" && file.crs.as_ref().is_some_and(SpatialRef::is_geographic);
     if file.presumed_degrees && !degrees {
         file.crs = None;
     }
@@ -155,10 +158,13 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
         if let Some(geometry) = source.geometry() {
             take_apart(geometry, &mut feature).map_err(|kind| {
                 input_error("unsupported-geometry", format!("feature {} of {name} is a {kind}", feature.number))
-                    .with_remedy("convert it to points, lines and polygons, for example with `ogr2ogr -nlt CONVERT_TO_LINEAR`")
+                    .with_remedy(
+                        "convert it to points, lines and polygons, for example with `ogr2ogr -nlt CONVERT_TO_LINEAR`",
+                    )
             })?;
         }
-        feature.attributes = source.fields().filter_map(|(name, value)| Some((name, attribute_value(value?)?))).collect();
+        feature.attributes =
+            source.fields().filter_map(|(name, value)| Some((name, attribute_value(value?)?))).collect();
         features.push(feature);
     }
     Ok(VectorFile { features, crs, presumed_degrees: false })
@@ -218,14 +224,22 @@ impl VectorFile {
     ///
     /// # Errors
     /// The problem, without key and place, when its CRS differs and `reproject` is not set, or has no way to the run's.
-    pub fn in_run_crs(mut self, path: &Path, run: &Crs, reproject: bool) -> Result<(Vec<Feature>, Vec<Problem>), Problem> {
+    pub fn in_run_crs(
+        mut self,
+        path: &Path,
+        run: &Crs,
+        reproject: bool,
+    ) -> Result<(Vec<Feature>, Vec<Problem>), Problem> {
         let name = path.display();
         let mut warnings = Vec::new();
         match (run, &self.crs) {
             (Crs::Local, Some(crs)) if !self.presumed_degrees => {
                 if is_metric(crs) == Err(CrsProblem::Geographic) {
-                    return Err(input_error("geographic-crs", format!("{name} counts in degrees ({}), the run in local metres", describe(crs)))
-                        .with_remedy("give the run a metric CRS by `crs: EPSG:...`, or the file local coordinates"));
+                    return Err(input_error(
+                        "geographic-crs",
+                        format!("{name} counts in degrees ({}), the run in local metres", describe(crs)),
+                    )
+                    .with_remedy("give the run a metric CRS by `crs: EPSG:...`, or the file local coordinates"));
                 }
                 let message = format!("{name} has the CRS {}, which `crs: local` sets aside", describe(crs));
                 warnings.push(Problem::warning(ProblemKind::Input, "crs-set-aside", "", message));
@@ -234,8 +248,11 @@ impl VectorFile {
             (Crs::Projected(run), Some(crs)) if same_horizontal(run, crs) => {}
             (Crs::Projected(run), Some(crs)) => {
                 if !reproject {
-                    let problem = input_error("different-crs", format!("{name} has the CRS {}, the run has {}", describe(crs), describe(run)))
-                        .with_remedy("set `terrain.reproject: true`, or convert the file with `ogr2ogr -t_srs`");
+                    let problem = input_error(
+                        "different-crs",
+                        format!("{name} has the CRS {}, the run has {}", describe(crs), describe(run)),
+                    )
+                    .with_remedy("set `terrain.reproject: true`, or convert the file with `ogr2ogr -t_srs`");
                     return Err(if self.presumed_degrees {
                         problem.with_cause("a GeoJSON without a `crs` member counts in degrees (RFC 7946)")
                     } else {
@@ -244,7 +261,8 @@ impl VectorFile {
                 }
                 let mut places: Vec<Vec2> = self.features.iter().flat_map(Feature::coordinates).collect();
                 transform(&mut places, crs, run).map_err(|cause| {
-                    input_error("no-transformation", format!("{name} could not be brought to {}", describe(run))).with_cause(cause)
+                    input_error("no-transformation", format!("{name} could not be brought to {}", describe(run)))
+                        .with_cause(cause)
                 })?;
                 let mut places = places.into_iter();
                 for feature in &mut self.features {
@@ -289,7 +307,11 @@ mod tests {
 
     #[test]
     fn attributes_are_found_whatever_their_case_and_by_ten_letters() {
-        let file = file_of("a.geojson", &square(1000.0, r#"{"Level_M": 100.5, "text_level": "7.5", "water_leve": 3, "none": null}"#)).unwrap();
+        let file = file_of(
+            "a.geojson",
+            &square(1000.0, r#"{"Level_M": 100.5, "text_level": "7.5", "water_leve": 3, "none": null}"#),
+        )
+        .unwrap();
         let feature = &file.features[0];
         assert_eq!(feature.number("level_m"), Some(100.5));
         assert_eq!(feature.number("text_level"), Some(7.5));
@@ -301,14 +323,21 @@ mod tests {
     #[test]
     fn a_geojson_without_crs_is_taken_in_the_coordinates_of_the_run_unless_it_looks_like_degrees() {
         let path = Path::new("a.geojson");
-        let (features, warnings) = file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
+        let (features, warnings) =
+            file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
         assert!(warnings.is_empty() && features.len() == 1);
-        let (features, warnings) = file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap();
-        assert_eq!((warnings[0].code, features[0].coordinates().nth(2)), ("assumed-crs", Some(Vec2::new(1000.0, 1000.0))));
+        let (features, warnings) =
+            file_of("a.geojson", &square(1000.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap();
+        assert_eq!(
+            (warnings[0].code, features[0].coordinates().nth(2)),
+            ("assumed-crs", Some(Vec2::new(1000.0, 1000.0)))
+        );
         // A flume of a few metres in local coordinates looks like degrees, and is none.
-        let (_, warnings) = file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
+        let (_, warnings) =
+            file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &Crs::Local, false).unwrap();
         assert!(warnings.is_empty());
-        let problem = file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap_err();
+        let problem =
+            file_of("a.geojson", &square(10.0, "{}")).unwrap().in_run_crs(path, &lambert(), false).unwrap_err();
         assert_eq!(problem.code, "different-crs");
         assert!(problem.remedy.unwrap().contains("terrain.reproject: true"));
     }

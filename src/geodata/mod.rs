@@ -6,9 +6,11 @@ mod messages;
 mod text;
 mod unwrapped;
 
-pub use crs::{Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, suggested_utm, transform};
+pub use crs::{
+    Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, suggested_utm, transform,
+};
 pub use messages::capture;
-pub use text::{TextError, Table, read_text};
+pub use text::{Table, TextError, read_text};
 pub use unwrapped::{horizontal_part, warp_to_memory};
 
 use std::path::Path;

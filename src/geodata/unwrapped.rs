@@ -28,7 +28,11 @@ pub fn warp_to_memory(source: &Dataset, arguments: &[&str]) -> Result<Dataset, S
         let result =
             gdal_sys::GDALWarp(c"".as_ptr(), std::ptr::null_mut(), 1, &raw mut handle, options, &raw mut usage_error);
         gdal_sys::GDALWarpAppOptionsFree(options);
-        if result.is_null() { Err("the raster could not be warped".to_string()) } else { Ok(Dataset::from_c_dataset(result)) }
+        if result.is_null() {
+            Err("the raster could not be warped".to_string())
+        } else {
+            Ok(Dataset::from_c_dataset(result))
+        }
     }
 }
 

@@ -149,7 +149,8 @@ mod tests {
         let mut fine = raster(20.0, 80.0, 5.0, 8, 8, 2.0);
         fine.values[9] = f64::NAN;
         let hole = fine.centre(1, 1);
-        let terrain = Terrain::new(vec![Layer::Raster(raster(0.0, 100.0, 20.0, 5, 5, 1.0)), Layer::Raster(fine)]).unwrap();
+        let terrain =
+            Terrain::new(vec![Layer::Raster(raster(0.0, 100.0, 20.0, 5, 5, 1.0)), Layer::Raster(fine)]).unwrap();
         assert_eq!(terrain.elevation(Vec2::new(10.0, 10.0)), Some(1.0));
         assert_eq!(terrain.elevation(Vec2::new(50.0, 50.0)), Some(2.0));
         assert_eq!(terrain.elevation(hole), Some(1.0));
@@ -167,7 +168,12 @@ mod tests {
         let terrain = Terrain::new(vec![Layer::Raster(coarse), Layer::Raster(fine)]).unwrap();
         let mut samples = Vec::new();
         terrain.samples(Vec2::new(50.0, 50.0), 20.0, &mut samples);
-        let expected = [(Vec2::new(50.0, 70.0), 1.0), (Vec2::new(50.0, 50.0), 1.0), (Vec2::new(70.0, 50.0), 2.0), (Vec2::new(50.0, 30.0), 1.0)];
+        let expected = [
+            (Vec2::new(50.0, 70.0), 1.0),
+            (Vec2::new(50.0, 50.0), 1.0),
+            (Vec2::new(70.0, 50.0), 2.0),
+            (Vec2::new(50.0, 30.0), 1.0),
+        ];
         assert_eq!(samples, expected);
         terrain.samples(Vec2::new(-50.0, 50.0), 20.0, &mut samples);
         assert!(samples.is_empty());
@@ -178,7 +184,8 @@ mod tests {
         let points = [(0.0, 0.0), (10.0, 0.0), (0.0, 10.0), (10.0, 10.0), (100.0, 5.0)];
         let points = points.iter().map(|&(x, y)| SurveyPoint { position: Vec2::new(x, y), elevation: x + y }).collect();
         let survey = Survey::new(points, PointInterpolation::NaturalNeighbour, 50.0).unwrap();
-        let terrain = Terrain::new(vec![Layer::Survey(survey), Layer::Raster(raster(8.0, 2.0, 4.0, 1, 1, -7.0))]).unwrap();
+        let terrain =
+            Terrain::new(vec![Layer::Survey(survey), Layer::Raster(raster(8.0, 2.0, 4.0, 1, 1, -7.0))]).unwrap();
         let mut samples = Vec::new();
         terrain.samples(Vec2::new(5.0, 5.0), 8.0, &mut samples);
         let elevations: Vec<f64> = samples.iter().map(|s| s.1).collect();

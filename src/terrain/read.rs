@@ -65,7 +65,9 @@ impl RasterFile {
         let (result, messages) = capture(|| Dataset::open_ex(path, options));
         let dataset = result.map_err(|_| {
             because(input_error("not-a-raster", format!("{name} is not a raster that GDAL can read")), messages)
-                .with_remedy("name a GeoTIFF, an ESRI ASCII grid or another raster; `gdalinfo FILE` shows whether GDAL reads it")
+                .with_remedy(
+                    "name a GeoTIFF, an ESRI ASCII grid or another raster; `gdalinfo FILE` shows whether GDAL reads it",
+                )
         })?;
         if dataset.raster_count() == 0 {
             return Err(input_error("not-a-raster", format!("{name} holds no raster band"))
@@ -75,15 +77,21 @@ impl RasterFile {
         let geo_transform = geo_transform.map_err(|_| {
             input_error("no-georeference", format!("{name} has no place on the map (no geotransform)"))
                 .with_cause("a picture without world file, or a raster that is placed by control points only")
-                .with_remedy("georeference it, for example by `gdal_translate -a_ullr` or, for control points, `gdalwarp`")
+                .with_remedy(
+                    "georeference it, for example by `gdal_translate -a_ullr` or, for control points, `gdalwarp`",
+                )
         })?;
         let [_, a, b, _, d, e] = geo_transform;
         if !geo_transform.iter().all(|v| v.is_finite()) || (a * e - b * d).abs() < f64::MIN_POSITIVE {
-            return Err(input_error("no-georeference", format!("{name} has cells without area (geotransform {geo_transform:?})")));
+            return Err(input_error(
+                "no-georeference",
+                format!("{name} has cells without area (geotransform {geo_transform:?})"),
+            ));
         }
         let mut warnings = Vec::new();
         if dataset.raster_count() > 1 {
-            let message = format!("{name} has {} bands; the first one is taken as the elevation", dataset.raster_count());
+            let message =
+                format!("{name} has {} bands; the first one is taken as the elevation", dataset.raster_count());
             warnings.push(Problem::warning(ProblemKind::Input, "several-bands", "", message));
         }
         let crs = dataset.spatial_ref().ok().filter(|crs| crs.name().is_some()).map(|mut crs| {
@@ -132,8 +140,11 @@ impl RasterFile {
         match (run_crs, &self.crs) {
             (Crs::Local, Some(crs)) => {
                 if is_metric(crs) == Err(CrsProblem::Geographic) {
-                    return Err(input_error("geographic-crs", format!("{name} counts in degrees ({}), the run in local metres", describe(crs)))
-                        .with_remedy(self.remedy_for_degrees()));
+                    return Err(input_error(
+                        "geographic-crs",
+                        format!("{name} counts in degrees ({}), the run in local metres", describe(crs)),
+                    )
+                    .with_remedy(self.remedy_for_degrees()));
                 }
                 let message = format!("{name} has the CRS {}, which `crs: local` sets aside", describe(crs));
                 self.warnings.push(
@@ -152,16 +163,20 @@ impl RasterFile {
             }
             (Crs::Projected(run), None) => {
                 let message = format!("{name} states no CRS; its coordinates are taken as {}", describe(run));
-                self.warnings.push(
-                    Problem::warning(ProblemKind::Input, "assumed-crs", "", message)
-                        .with_remedy("write the CRS into the file with `gdal_edit.py -a_srs`, or put a .prj file beside it"),
-                );
+                self.warnings.push(Problem::warning(ProblemKind::Input, "assumed-crs", "", message).with_remedy(
+                    "write the CRS into the file with `gdal_edit.py -a_srs`, or put a .prj file beside it",
+                ));
             }
             _ => {}
         }
         if rotated && !request.reproject {
-            return Err(input_error("rotated-raster", format!("the grid of {name} is rotated (geotransform {:?})", self.geo_transform))
-                .with_remedy("set `terrain.reproject: true` to resample it north-up, or do so beforehand with `gdalwarp`"));
+            return Err(input_error(
+                "rotated-raster",
+                format!("the grid of {name} is rotated (geotransform {:?})", self.geo_transform),
+            )
+            .with_remedy(
+                "set `terrain.reproject: true` to resample it north-up, or do so beforehand with `gdalwarp`",
+            ));
         }
         Ok(rotated)
     }
@@ -226,9 +241,13 @@ impl RasterFile {
 
     /// Warns when the band says feet and the scenario says nothing of it.
     fn check_unit(&mut self, unit: &str, request: &RasterRequest) {
-        let feet = matches!(unit.to_lowercase().as_str(), "ft" | "foot" | "feet" | "us survey foot" | "us-ft" | "sftus" | "ftus");
+        let feet = matches!(
+            unit.to_lowercase().as_str(),
+            "ft" | "foot" | "feet" | "us survey foot" | "us-ft" | "sftus" | "ftus"
+        );
         if feet && (request.unit - 1.0).abs() < 1e-12 {
-            let message = format!("{} states its elevations in `{unit}`, but they are read as metres", request.path.display());
+            let message =
+                format!("{} states its elevations in `{unit}`, but they are read as metres", request.path.display());
             self.warnings.push(
                 Problem::warning(ProblemKind::Input, "unit-of-elevation", "", message)
                     .with_remedy("give the layer `unit: ft`"),
@@ -270,7 +289,10 @@ impl RasterFile {
             Ok(north_up(buffer.data(), columns, rows, &result.geo_transform().map_err(text)?))
         });
         result.map_err(|error| {
-            let problem = input_error("warp-failed", format!("{} could not be warped to {}", request.path.display(), run_crs.describe()));
+            let problem = input_error(
+                "warp-failed",
+                format!("{} could not be warped to {}", request.path.display(), run_crs.describe()),
+            );
             because(problem.with_cause(error), messages).with_remedy("check that `crs:` covers this place on Earth")
         })
     }
@@ -354,8 +376,9 @@ fn check_memory(request: &RasterRequest, values: f64) -> Result<(), Problem> {
         bytes / 1e9,
         request.memory / 1e9
     );
-    Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message)
-        .with_remedy("cut the raster to the valley with `gdalwarp -te`, coarsen it with `-tr`, or raise `limits.memory`"))
+    Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(
+        "cut the raster to the valley with `gdalwarp -te`, coarsen it with `-tr`, or raise `limits.memory`",
+    ))
 }
 
 /// Values of a grid without rotation, turned to row 0 in the north and column 0 in the west.

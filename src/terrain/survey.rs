@@ -7,9 +7,8 @@
 //! ```
 //!
 //! Natural neighbour (`Sibson1981`): the weight of a point is the share of its Voronoi cell that a new point at x would
-//! take. It is exact for a plane, smooth away from the points, and defined inside their convex hull only; just outside
-//! of it, up to the greatest gap, the nearest point counts. Places farther than the greatest gap from any point have no
-//! terrain.
+//! take. It is exact for a plane, smooth away from the points, and defined inside their convex hull only: it does not
+//! guess beyond the survey. Places farther than the greatest gap from any point have no terrain with either method.
 
 use std::num::NonZeroUsize;
 
@@ -80,7 +79,8 @@ impl Survey {
         let origin = Vec2::new(least(|p| p.position.x), least(|p| p.position.y));
         let local = |p: &SurveyPoint| p.position - origin;
         let coordinates: Vec<[f64; 2]> = points.iter().map(|p| [local(p).x, local(p).y]).collect();
-        let tree = ImmutableKdTree::new_from_slice(&coordinates).map_err(|error| format!("the points cannot be indexed: {error:?}"))?;
+        let tree = ImmutableKdTree::new_from_slice(&coordinates)
+            .map_err(|error| format!("the points cannot be indexed: {error:?}"))?;
         let delaunay = match method {
             PointInterpolation::InverseDistance => None,
             PointInterpolation::NaturalNeighbour => {
@@ -88,7 +88,8 @@ impl Survey {
                     .iter()
                     .map(|p| Vertex { position: Point2::new(local(p).x, local(p).y), elevation: p.elevation })
                     .collect();
-                let delaunay = Delaunay::bulk_load(vertices).map_err(|error| format!("the points cannot be triangulated: {error}"))?;
+                let delaunay = Delaunay::bulk_load(vertices)
+                    .map_err(|error| format!("the points cannot be triangulated: {error}"))?;
                 if delaunay.num_inner_faces() == 0 {
                     return Err("all points lie on one line".to_string());
                 }
@@ -126,7 +127,11 @@ impl Survey {
     }
 
     /// Squared distances (m²) and indices of the nearest points, nearest first.
-    fn nearest(&self, map: Vec2, count: NonZeroUsize) -> impl ExactSizeIterator<Item = (f64, usize)> + DoubleEndedIterator {
+    fn nearest(
+        &self,
+        map: Vec2,
+        count: NonZeroUsize,
+    ) -> impl ExactSizeIterator<Item = (f64, usize)> + DoubleEndedIterator {
         let local = map - self.origin;
         self.tree
             .query(&[local.x, local.y])
@@ -148,19 +153,18 @@ impl Survey {
         (found.distance, found.item as usize)
     }
 
-    /// Elevation (m), none beyond the greatest gap.
+    /// Elevation (m); none beyond the greatest gap, and for natural neighbours none outside the convex hull.
     pub fn elevation(&self, map: Vec2) -> Option<f64> {
         let (squared, index) = self.nearest_one(map);
         if squared > self.max_gap * self.max_gap {
             return None;
         }
-        let nearest = self.points[index].elevation;
         if squared == 0.0 {
-            return Some(nearest);
+            return Some(self.points[index].elevation);
         }
         match &self.delaunay {
             None => Some(self.inverse_distance(map)),
-            Some(delaunay) => Some(natural_neighbour(delaunay, map - self.origin).unwrap_or(nearest)),
+            Some(delaunay) => natural_neighbour(delaunay, map - self.origin),
         }
     }
 
@@ -177,12 +181,8 @@ impl Survey {
     /// Indices of the points within a radius (m), in the order of the file.
     pub fn within(&self, map: Vec2, radius: f64) -> Vec<usize> {
         let local = map - self.origin;
-        let found = self
-            .tree
-            .query(&[local.x, local.y])
-            .within::<SquaredEuclidean<f64>>(radius * radius)
-            .unsorted()
-            .execute();
+        let found =
+            self.tree.query(&[local.x, local.y]).within::<SquaredEuclidean<f64>>(radius * radius).unsorted().execute();
         let mut indices: Vec<usize> = found.into_iter().map(|f| f.item as usize).collect();
         indices.sort_unstable();
         indices
@@ -212,7 +212,8 @@ fn natural_neighbour(delaunay: &Delaunay, local: Vec2) -> Option<f64> {
 mod tests {
     use super::*;
 
-    const METHODS: [PointInterpolation; 2] = [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour];
+    const METHODS: [PointInterpolation; 2] =
+        [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour];
 
     fn grid(elevation: impl Fn(Vec2) -> f64) -> Vec<SurveyPoint> {
         // A regular grid has many equal coordinates, which is what trees and triangulations stumble over.
@@ -266,7 +267,10 @@ mod tests {
             let survey = Survey::new(grid(tilted), method, 25.0).unwrap();
             let east = 950_290.0;
             assert_eq!(survey.elevation(Vec2::new(east + 26.0, 1_840_100.0)), None);
-            assert!(survey.elevation(Vec2::new(east + 24.0, 1_840_100.0)).is_some());
+            // Inverse distance goes on up to the gap, natural neighbours end with the survey.
+            let beyond = survey.elevation(Vec2::new(east + 24.0, 1_840_100.0));
+            assert_eq!(beyond.is_some(), method == PointInterpolation::InverseDistance);
+            assert!(survey.elevation(Vec2::new(east, 1_840_105.0)).is_some(), "the edge of the hull belongs to it");
             assert!((survey.gap(Vec2::new(east + 24.0, 1_840_100.0)) - 24.0).abs() < 1e-9);
             assert!((survey.spacing() - 10.0).abs() < 1e-9);
         }
@@ -282,6 +286,8 @@ mod tests {
     fn a_line_of_points_is_no_surface() {
         let line = grid(tilted).into_iter().take(30).collect();
         assert!(Survey::new(line, PointInterpolation::NaturalNeighbour, 25.0).unwrap_err().contains("one line"));
-        assert!(Survey::new(grid(tilted).into_iter().take(2).collect(), PointInterpolation::InverseDistance, 25.0).is_err());
+        assert!(
+            Survey::new(grid(tilted).into_iter().take(2).collect(), PointInterpolation::InverseDistance, 25.0).is_err()
+        );
     }
 }

@@ -62,9 +62,12 @@ fn from_text(path: &Path) -> Result<Vec<SurveyPoint>, Problem> {
     for (line, fields) in &table.rows {
         let number = |column: usize| fields.get(column).and_then(|f| f.parse::<f64>().ok()).filter(|v| v.is_finite());
         let (Some(x), Some(y), Some(elevation)) = (number(x), number(y), number(z)) else {
-            return Err(input_error("bad-survey-line", format!("line {line} of {name} does not give three finite numbers x y z"))
-                .with_cause(format!("it reads `{}`", shortened(&fields.join(" "))))
-                .with_remedy("separate the columns by comma, semicolon or blanks, with a point as decimal sign"));
+            return Err(input_error(
+                "bad-survey-line",
+                format!("line {line} of {name} does not give three finite numbers x y z"),
+            )
+            .with_cause(format!("it reads `{}`", shortened(&fields.join(" "))))
+            .with_remedy("separate the columns by comma, semicolon or blanks, with a point as decimal sign"));
         };
         points.push(SurveyPoint { position: Vec2::new(x, y), elevation });
     }
@@ -74,7 +77,11 @@ fn from_text(path: &Path) -> Result<Vec<SurveyPoint>, Problem> {
 /// The first characters of a line, for messages.
 fn shortened(line: &str) -> String {
     const LENGTH: usize = 60;
-    if line.chars().count() <= LENGTH { line.to_string() } else { line.chars().take(LENGTH).chain("...".chars()).collect() }
+    if line.chars().count() <= LENGTH {
+        line.to_string()
+    } else {
+        line.chars().take(LENGTH).chain("...".chars()).collect()
+    }
 }
 
 fn from_vector(path: &Path) -> Result<(Vec<SurveyPoint>, Option<SpatialRef>), Problem> {
@@ -84,8 +91,18 @@ fn from_vector(path: &Path) -> Result<(Vec<SurveyPoint>, Option<SpatialRef>), Pr
         let attribute = ELEVATION_NAMES.iter().find_map(|name| feature.number(name));
         for (position, height) in &feature.points {
             let Some(elevation) = height.or(attribute).filter(|z| z.is_finite()) else {
-                return Err(input_error("no-elevation", format!("feature {} of {} has neither a z coordinate nor an elevation attribute", feature.number, path.display()))
-                    .with_remedy(format!("give the points a z coordinate or one of the attributes {}", ELEVATION_NAMES.join(", "))));
+                return Err(input_error(
+                    "no-elevation",
+                    format!(
+                        "feature {} of {} has neither a z coordinate nor an elevation attribute",
+                        feature.number,
+                        path.display()
+                    ),
+                )
+                .with_remedy(format!(
+                    "give the points a z coordinate or one of the attributes {}",
+                    ELEVATION_NAMES.join(", ")
+                )));
             };
             points.push(SurveyPoint { position: *position, elevation });
         }
@@ -137,8 +154,16 @@ mod tests {
 
     #[test]
     fn text_in_every_shape_gives_the_same_points() {
-        let expected = [SurveyPoint { position: Vec2::new(1.0, 2.0), elevation: 3.5 }, SurveyPoint { position: Vec2::new(4.0, 5.0), elevation: -6.0 }];
-        for text in ["x,y,z\n1,2,3.5\n4,5,-6\n", "1;2;3.5\n4;5;-6", "  1 2\t3.5\n4   5 -6\n", "# s\nid,z,y,x\nA,3.5,2,1\nB,-6,5,4\n"] {
+        let expected = [
+            SurveyPoint { position: Vec2::new(1.0, 2.0), elevation: 3.5 },
+            SurveyPoint { position: Vec2::new(4.0, 5.0), elevation: -6.0 },
+        ];
+        for text in [
+            "x,y,z\n1,2,3.5\n4,5,-6\n",
+            "1;2;3.5\n4;5;-6",
+            "  1 2\t3.5\n4   5 -6\n",
+            "# s\nid,z,y,x\nA,3.5,2,1\nB,-6,5,4\n",
+        ] {
             assert_eq!(survey_of("s.txt", text.as_bytes()).unwrap().points, expected, "{text}");
         }
         let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
