@@ -5,13 +5,21 @@
 //! scenario → terrain → bed → seeding → solver → output → maps. `pipeline` shows one whole run on one screen.
 
 pub mod bed;
+pub mod boundary;
+pub mod cli;
 pub mod error;
 pub mod geodata;
 pub mod lattice;
+pub mod maps;
 pub mod math;
+pub mod neighbours;
 pub mod output;
+pub mod particles;
+pub mod physics;
 pub mod prepare;
+pub mod report;
 pub mod scenario;
+pub mod seeding;
 pub mod solver;
 pub mod terrain;
 pub mod vector;

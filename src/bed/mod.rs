@@ -1,5 +1,22 @@
-//! The riverbed as particles: elevation, slope and curvature on the lattice.
+//! The riverbed as particles: elevation, slope and curvature on the lattice, and the bed between the particles.
 
+mod place;
+mod sample;
 mod store;
 
+pub(crate) use place::b_spline;
+pub use place::place_bed;
+pub use sample::BedPoint;
 pub use store::BedParticles;
+
+use crate::math::Vec2;
+
+/// Terrain as the riverbed needs it, whatever it is made of; map coordinates throughout.
+pub trait Surface: Sync {
+    /// Elevation (m) at a place, or `None` where there is no terrain.
+    fn elevation(&self, map: Vec2) -> Option<f64>;
+
+    /// Appends the terrain's own points (centres of raster cells, survey points) within `radius` (m) of a place, each with
+    /// its elevation (m). Points without data are left out. The order is the same at every call.
+    fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>);
+}

@@ -1,6 +1,47 @@
 //! From water on the lattice to the run folder: maxima, arrival, frames, gauges, and the writers of every file.
+//!
+//! Order of use: [`RunFolder::create`], [`Recorder::new`], [`FieldsWriter::start`], [`Recorder::start`],
+//! [`Recorder::step`] after every compute step, [`Recorder::finish`], [`FieldsWriter::finish`], then [`write_maps`],
+//! [`write_cogs`], [`write_geopackage`], [`write_tables`] and [`RunManifest::write`].
+//!
+//! Maps follow the compute steps and never the stored frames; frames are interpolated between compute steps and never
+//! shorten one. The writers know map coordinates and files; they do not know the solver.
+
+mod to_grid;
+
+pub use to_grid::{Gridder, MovingWater};
 
 use crate::math::Vec2;
+
+mod folder;
+mod frames;
+mod gauges;
+mod grid;
+mod hazard;
+mod manifest;
+mod maxima;
+mod outline;
+mod recorder;
+mod write;
+
+pub use folder::RunFolder;
+pub use frames::{Frame, MassBalanceRow, Volumes};
+pub use gauges::{GaugeResult, GaugeSample};
+pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
+pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
+pub use manifest::{InputFile, ParticleCounts, RunManifest, StepLengths, VolumeBooks};
+pub use maxima::{LatticeMaps, ThresholdMaps};
+pub use recorder::{Recorder, RecorderPlan, Recording};
+pub use write::{
+    FieldsWriter, MapVariable, Provenance, map_variables, utc_now, write_cogs, write_geopackage, write_maps,
+    write_tables,
+};
+
+/// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.
+///
+/// A film of a millimetre threatens nobody, and its velocity, the quotient of two numbers that are both near the
+/// rounding of the drying rule, would be the greatest speed on the map.
+pub const WET_DEPTH: f64 = 1e-3;
 
 /// A place at which the run reports water over time.
 #[derive(Clone, Debug, PartialEq)]

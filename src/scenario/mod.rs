@@ -1,6 +1,19 @@
 //! The scenario: what the user writes in YAML, checked and resolved to SI units with every default filled in.
+//!
+//! A text goes through `tree` (values with places), `read` and `schema` (typed sections, all problems), and `resolve`
+//! (defaults) into the `Scenario` of `model`; `resolved_yaml` writes it down again.
 
+pub mod choices;
+mod defaults;
+pub mod fields;
 pub mod methods;
 mod model;
+pub mod read;
+mod resolve;
+mod resolved_yaml;
+pub mod schema;
+pub mod tree;
+pub mod units;
 
 pub use model::*;
+pub use resolve::{Loaded, load, resolve};

@@ -1,5 +1,9 @@
 //! The shallow-water core: from a bed, walls and still water to moving water. Opens no file, prints nothing, knows no YAML.
 
+mod eulerian;
+
+pub use eulerian::EulerianSolver;
+
 use crate::bed::BedParticles;
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
@@ -17,6 +21,23 @@ pub struct OpenEdges {
     pub reach: f64,
     /// Every edge face is open, those of no-data areas included, whatever the lines say.
     pub whole_outline: bool,
+}
+
+impl OpenEdges {
+    /// Whether the edge of the terrain is open at a place (local coordinates, m).
+    pub fn is_open(&self, place: Vec2) -> bool {
+        let near = |segment: &[Vec2; 2]| distance_to_segment(place, *segment) <= self.reach;
+        self.whole_outline || self.segments.iter().any(near)
+    }
+}
+
+/// Distance of a point from a straight piece of line (m).
+fn distance_to_segment(point: Vec2, segment: [Vec2; 2]) -> f64 {
+    let along = segment[1] - segment[0];
+    let length_squared = along.norm_squared();
+    let share =
+        if length_squared > 0.0 { ((point - segment[0]).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+    (point - (segment[0] + along * share)).norm()
 }
 
 /// Everything the core needs to know about a place; local coordinates throughout.

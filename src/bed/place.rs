@@ -1,0 +1,259 @@
+//! Terrain to riverbed particles: elevation by one of two methods, then slope and curvature from the elevations used.
+//!
+//! With the cubic B-spline W of smoothing length h, ξ the offset to a neighbour, and Δ the spacing of the lattice:
+//!
+//! ```text
+//! Shepard height   z_b = z̄ − g·ξ̄,  g = C⁻¹ Σ W (ξ − ξ̄)(z − z̄),  C = Σ W (ξ − ξ̄)(ξ − ξ̄)ᵀ,  bars: means with weights W;  h = 0.75 Δ
+//! slope            ∇z_b = M⁻¹ Σ (z_j − z_i) (|W'|/r) ξ,           M = Σ (|W'|/r) ξ ξᵀ;                                     h = 0.75 Δ
+//! curvature        the K of  z_j − z_i ≈ g·ξ + ½ ξ·K ξ  that minimises the squares with weights W;                         h = 1.5 Δ
+//! ```
+//!
+//! The first two are exact for a plane and the third for a quadratic, whatever the arrangement of the neighbours: also at
+//! edges and beside nodata. References: `BonetLok1999` (corrected gradient), `Shepard1968`.
+//!
+//! Widths. The terrain is smoothed over what one particle stands for and the flow can resolve (support 1.5 Δ, the eight
+//! neighbours), which takes out the detail that the lattice would alias. A lattice finer than the terrain has nothing to
+//! take out: its supports hold too few samples for a plane, and the height falls back to the pointwise one. The
+//! curvature needs 2.83 Δ, because a quadratic on one side of an edge needs three columns.
+
+use rayon::prelude::*;
+
+use super::{BedParticles, Surface};
+use crate::lattice::Lattice;
+use crate::math::{Sym2, Vec2};
+use crate::scenario::methods::BedMethod;
+
+/// Support radius over lattice spacing for heights and slopes.
+const HEIGHT_SUPPORT: f64 = 1.5;
+/// Support radius over lattice spacing for curvatures.
+const CURVATURE_SUPPORT: f64 = 3.0;
+/// Fewest samples that determine a plane and leave one to spare.
+const FEWEST_SAMPLES: usize = 4;
+/// Samples spread less than this in their narrow direction, relative to the wide one, do not determine a plane.
+/// The ratio is that of the variances: 0.02 is a strip seven times as long as wide.
+const NARROWEST_SPREAD: f64 = 0.02;
+/// Moments of neighbours on a lattice are either zero or at least as large as the smallest weight (about 1e-3 of the
+/// largest); what lies below this fraction is rounding.
+const SINGULAR: f64 = 1e-9;
+
+/// The riverbed particles of a lattice.
+///
+/// - `surface`: the terrain; a cell whose centre has no terrain gets the elevation NaN, and slope and curvature zero
+/// - `method`: how elevations are taken from the terrain
+/// - `manning` (s·m^(−1/3)): the roughness of every particle
+///
+/// The same bits for any number of threads.
+pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, manning: f64) -> BedParticles {
+    let mut bed = BedParticles::from_elevation(lattice.clone(), vec![f64::NAN; lattice.len()], manning);
+    if lattice.is_empty() {
+        return bed;
+    }
+    bed.elevation.par_chunks_mut(lattice.columns).enumerate().for_each_init(Vec::new, |samples, (row, elevations)| {
+        for (column, elevation) in elevations.iter_mut().enumerate() {
+            let place = lattice.to_map(lattice.centre(lattice.index(column, row)));
+            let Some(pointwise) = surface.elevation(place) else { continue };
+            *elevation = match method {
+                BedMethod::Pointwise => pointwise,
+                BedMethod::Shepard => {
+                    samples.clear();
+                    let radius = HEIGHT_SUPPORT * lattice.spacing;
+                    surface.samples(place, radius, samples);
+                    shepard_height(place, radius, pointwise, samples).unwrap_or(pointwise)
+                }
+            };
+        }
+    });
+    let elevation = &bed.elevation;
+    let slope_stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
+    let curvature_stencil = stencil(CURVATURE_SUPPORT, b_spline);
+    bed.slope.par_chunks_mut(lattice.columns).zip(bed.curvature.par_chunks_mut(lattice.columns)).enumerate().for_each(
+        |(row, (slopes, curvatures))| {
+            for (column, (slope, curvature)) in slopes.iter_mut().zip(curvatures).enumerate() {
+                if !elevation[lattice.index(column, row)].is_nan() {
+                    *slope = slope_at(lattice, elevation, column, row, &slope_stencil);
+                    *curvature = curvature_at(lattice, elevation, column, row, &curvature_stencil);
+                }
+            }
+        },
+    );
+    bed
+}
+
+/// The cubic B-spline without its constant, for q = r/h; zero from q = 2 on. Any smooth weight with a compact support would
+/// do for least squares; this one is that of the flow.
+pub(crate) fn b_spline(q: f64) -> f64 {
+    let outer = (2.0 - q).max(0.0);
+    let inner = (1.0 - q).max(0.0);
+    0.25 * outer * outer * outer - inner * inner * inner
+}
+
+/// |W'|/q of the cubic B-spline without its constant, for q = r/h > 0.
+fn gradient_weight(q: f64) -> f64 {
+    let outer = (2.0 - q).max(0.0);
+    let inner = (1.0 - q).max(0.0);
+    (0.75 * outer * outer - 3.0 * inner * inner) / q
+}
+
+/// Kernel mean of the terrain's samples around a place, corrected to first order; `None` where they do not determine a plane.
+///
+/// Beside a step the plane can leave the range of the samples. It may do so only as far as it has proved to be a good
+/// description of them: what lies beyond the range is reduced by the largest residual (zero for a plane, so that the
+/// height stays exact where the samples lie on one side of the place only).
+fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f64)]) -> Option<f64> {
+    // Offsets in units of the radius and elevations from the pointwise one: small numbers lose no digits.
+    let weighted = |&(position, elevation): &(Vec2, f64)| {
+        let offset = (position - place) / radius;
+        (offset, elevation - reference, b_spline(2.0 * offset.norm()))
+    };
+    let (mut sum, mut sum_offset, mut sum_elevation, mut count) = (0.0, Vec2::ZERO, 0.0, 0);
+    for (offset, elevation, w) in samples.iter().map(weighted) {
+        sum += w;
+        sum_offset += offset * w;
+        sum_elevation += elevation * w;
+        count += usize::from(w > 0.0);
+    }
+    if count < FEWEST_SAMPLES {
+        return None;
+    }
+    let (mean_offset, mean_elevation) = (sum_offset / sum, sum_elevation / sum);
+    let (mut spread, mut moment) = (Sym2::default(), Vec2::ZERO);
+    for (offset, elevation, w) in samples.iter().map(weighted) {
+        let from_mean = offset - mean_offset;
+        add_outer_product(&mut spread, from_mean, w);
+        moment += from_mean * (w * (elevation - mean_elevation));
+    }
+    let (narrow, wide) = spread.eigenvalues();
+    // `>` also refuses not-a-number.
+    let determines_plane = narrow > NARROWEST_SPREAD * wide;
+    if !determines_plane {
+        return None;
+    }
+    let gradient = solve(spread, moment);
+    let height = mean_elevation - gradient.dot(mean_offset);
+
+    let (mut lowest, mut highest, mut residual) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+    for (offset, elevation, w) in samples.iter().map(weighted) {
+        if w > 0.0 {
+            lowest = lowest.min(elevation);
+            highest = highest.max(elevation);
+            residual = residual.max((elevation - height - gradient.dot(offset)).abs());
+        }
+    }
+    let within = height.clamp(lowest, highest);
+    let beyond = height - within;
+    Some(reference + within + beyond.signum() * (beyond.abs() - residual).max(0.0))
+}
+
+/// A neighbour on the lattice: steps to the east and north, and its weight.
+type Neighbour = (isize, isize, f64);
+
+/// The neighbours within a support radius given in spacings, the particle itself left out.
+fn stencil(support: f64, weight: fn(f64) -> f64) -> Vec<Neighbour> {
+    let reach = support.ceil() as isize;
+    let mut neighbours = Vec::new();
+    for north in -reach..=reach {
+        for east in -reach..=reach {
+            let distance = Vec2::new(east as f64, north as f64).norm();
+            if distance > 0.0 && distance < support {
+                neighbours.push((east, north, weight(2.0 * distance / support)));
+            }
+        }
+    }
+    neighbours
+}
+
+/// The neighbours of a cell that have terrain: offset in spacings, difference of elevation (m), weight.
+fn neighbours<'a>(
+    lattice: &'a Lattice,
+    elevation: &'a [f64],
+    column: usize,
+    row: usize,
+    stencil: &'a [Neighbour],
+) -> impl Iterator<Item = (Vec2, f64, f64)> + 'a {
+    let own = elevation[lattice.index(column, row)];
+    stencil.iter().filter_map(move |&(east, north, w)| {
+        let column = column.checked_add_signed(east).filter(|&column| column < lattice.columns)?;
+        let row = row.checked_add_signed(north).filter(|&row| row < lattice.rows)?;
+        let other = elevation[lattice.index(column, row)];
+        (!other.is_nan()).then(|| (Vec2::new(east as f64, north as f64), other - own, w))
+    })
+}
+
+/// Corrected kernel gradient of the bed at a cell. Where all neighbours lie on one line, the slope along that line; without
+/// neighbours zero.
+fn slope_at(lattice: &Lattice, elevation: &[f64], column: usize, row: usize, stencil: &[Neighbour]) -> Vec2 {
+    let (mut moments, mut sum) = (Sym2::default(), Vec2::ZERO);
+    for (offset, rise, w) in neighbours(lattice, elevation, column, row, stencil) {
+        add_outer_product(&mut moments, offset, w);
+        sum += offset * (w * rise);
+    }
+    let half_trace = moments.half_trace();
+    if half_trace == 0.0 {
+        Vec2::ZERO
+    } else if moments.determinant() > SINGULAR * half_trace * half_trace {
+        solve(moments, sum) / lattice.spacing
+    } else {
+        // M = λ n nᵀ with λ the trace: its pseudo-inverse is M/λ².
+        moments.apply(sum) / (4.0 * half_trace * half_trace * lattice.spacing)
+    }
+}
+
+/// Hessian of the quadratic that fits the neighbours of a cell best; zero where they do not determine one.
+///
+/// The fit is a mean of the quadratics through any five neighbours, and on a lattice the determinant of such five is a whole
+/// number: no arrangement of neighbours, however poor, makes it blow up.
+fn curvature_at(lattice: &Lattice, elevation: &[f64], column: usize, row: usize, stencil: &[Neighbour]) -> Sym2 {
+    let (mut normal, mut right) = ([[0.0; 5]; 5], [0.0; 5]);
+    for (Vec2 { x, y }, rise, w) in neighbours(lattice, elevation, column, row, stencil) {
+        let terms = [x, y, 0.5 * x * x, x * y, 0.5 * y * y];
+        for (i, &term) in terms.iter().enumerate() {
+            right[i] += w * term * rise;
+            for (entry, &other) in normal[i][..=i].iter_mut().zip(&terms) {
+                *entry += w * term * other;
+            }
+        }
+    }
+    let Some([_, _, xx, xy, yy]) = solve_cholesky(normal, right) else { return Sym2::default() };
+    let scale = 1.0 / lattice.cell_area();
+    Sym2 { xx: xx * scale, xy: xy * scale, yy: yy * scale }
+}
+
+/// Adds w v vᵀ.
+fn add_outer_product(matrix: &mut Sym2, v: Vec2, w: f64) {
+    matrix.xx += w * v.x * v.x;
+    matrix.xy += w * v.x * v.y;
+    matrix.yy += w * v.y * v.y;
+}
+
+/// The solution of `matrix` x = `right` for a regular matrix.
+fn solve(matrix: Sym2, right: Vec2) -> Vec2 {
+    Sym2 { xx: matrix.yy, xy: -matrix.xy, yy: matrix.xx }.apply(right) / matrix.determinant()
+}
+
+/// Solves a symmetric system, given by its lower triangle, by Cholesky's method; `None` when it is singular.
+fn solve_cholesky<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> Option<[f64; N]> {
+    for i in 0..N {
+        let diagonal = matrix[i][i];
+        for j in 0..=i {
+            let known: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
+            let rest = matrix[i][j] - known;
+            matrix[i][j] = if j < i {
+                rest / matrix[j][j]
+            } else if rest > SINGULAR * diagonal {
+                rest.sqrt()
+            } else {
+                return None;
+            };
+        }
+        let known: f64 = (0..i).map(|k| matrix[i][k] * right[k]).sum();
+        right[i] = (right[i] - known) / matrix[i][i];
+    }
+    for i in (0..N).rev() {
+        let known: f64 = (i + 1..N).map(|k| matrix[k][i] * right[k]).sum();
+        right[i] = (right[i] - known) / matrix[i][i];
+    }
+    Some(right)
+}
+
+#[cfg(test)]
+mod tests;

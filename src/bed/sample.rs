@@ -1,0 +1,92 @@
+//! The bed between the riverbed particles: bilinear between their elevations, plane where some of them are missing.
+
+use super::BedParticles;
+use crate::math::Vec2;
+
+/// The bed at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BedPoint {
+    /// Bed elevation z_b (m).
+    pub elevation: f64,
+    /// Bed slope ∇z_b (dimensionless), the gradient of that same elevation.
+    pub slope: Vec2,
+}
+
+impl BedParticles {
+    /// The bed at a place in local coordinates (m), or `None` where the cell that holds it has no terrain.
+    ///
+    /// Bilinear between the four particles around the place; one of them that is missing is replaced by the tangent plane of
+    /// the particle of the cell, so that a plane stays exact up to edges and nodata.
+    pub fn at(&self, local: Vec2) -> Option<BedPoint> {
+        let lattice = &self.lattice;
+        let home = lattice.cell_at(local).filter(|&home| self.has_terrain(home))?;
+        let (home_column, home_row) = lattice.column_row(home);
+        let west = (local.x / lattice.spacing - 0.5).floor();
+        let south = (local.y / lattice.spacing - 0.5).floor();
+        let corner = |east: f64, north: f64| {
+            let (column, row) = (west + east, south + north);
+            let on_lattice =
+                column >= 0.0 && row >= 0.0 && column < lattice.columns as f64 && row < lattice.rows as f64;
+            let known = on_lattice.then(|| self.elevation[lattice.index(column as usize, row as usize)]);
+            known.filter(|elevation| !elevation.is_nan()).unwrap_or_else(|| {
+                let offset = Vec2::new(column - home_column as f64, row - home_row as f64) * lattice.spacing;
+                self.elevation[home] + self.slope[home].dot(offset)
+            })
+        };
+        let (z_sw, z_se, z_nw, z_ne) = (corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0));
+        let (x, y) = (local.x / lattice.spacing - 0.5 - west, local.y / lattice.spacing - 0.5 - south);
+        let (rise_south, rise_north) = (z_se - z_sw, z_ne - z_nw);
+        let (rise_west, rise_east) = (z_nw - z_sw, z_ne - z_se);
+        Some(BedPoint {
+            elevation: z_sw + x * rise_south + y * rise_west + x * y * (rise_north - rise_south),
+            slope: Vec2::new(rise_south + y * (rise_north - rise_south), rise_west + x * (rise_east - rise_west))
+                / lattice.spacing,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lattice::Lattice;
+
+    /// A plane on a lattice with a hole in it.
+    fn plane_with_hole() -> BedParticles {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 6, rows: 5, spacing: 2.0 };
+        let mut elevation: Vec<f64> = (0..lattice.len()).map(|i| plane(lattice.centre(i))).collect();
+        elevation[lattice.index(3, 2)] = f64::NAN;
+        let mut bed = BedParticles::from_elevation(lattice, elevation, 0.03);
+        bed.slope.fill(Vec2::new(0.5, -0.25));
+        bed
+    }
+
+    fn plane(place: Vec2) -> f64 {
+        3.0 + 0.5 * place.x - 0.25 * place.y
+    }
+
+    #[test]
+    fn plane_is_exact_at_edges_and_beside_a_hole() {
+        let bed = plane_with_hole();
+        for step in 0..1000 {
+            let place = Vec2::new(12.0 * (step as f64 * 0.618).fract(), 10.0 * (step as f64 * 0.414).fract());
+            let in_hole = bed.lattice.cell_at(place) == Some(bed.lattice.index(3, 2));
+            let found = bed.at(place);
+            assert_eq!(found.is_none(), in_hole);
+            if let Some(point) = found {
+                // A dozen sums of numbers below ten.
+                assert!((point.elevation - plane(place)).abs() < 1e-13);
+                assert!((point.slope - Vec2::new(0.5, -0.25)).norm() < 1e-13);
+            }
+        }
+        assert_eq!(bed.at(Vec2::new(-0.1, 1.0)), None);
+    }
+
+    #[test]
+    fn centre_gives_the_particle_itself() {
+        let bed = plane_with_hole();
+        for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
+            let point = bed.at(bed.lattice.centre(index)).unwrap();
+            assert!((point.elevation - bed.elevation[index]).abs() < 1e-14);
+        }
+    }
+}

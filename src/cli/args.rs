@@ -1,0 +1,129 @@
+//! The arguments of the command line.
+
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  done
+    1  internal fault
+    2  wrong usage
+    3  scenario not valid
+    4  input data missing, unreadable or unfit
+    5  a stated limit (memory, particles) would be exceeded
+    6  numerical failure
+    7  finished, but a quality gate failed
+    8  output could not be written
+  130  stopped by SIGINT, with the results so far closed
+  143  stopped by SIGTERM, with the results so far closed
+
+stdout carries results, stderr progress and errors.";
+
+/// Inundation maps from terrain rasters and reservoir polygons.
+#[derive(Debug, Parser)]
+#[command(name = "floodsim", version = version(), after_help = EXIT_CODES, color = clap::ColorChoice::Never)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, arg_required_else_help = true)]
+pub struct Arguments {
+    /// What to do; a scenario alone is run.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// The arguments of a run.
+    #[command(flatten)]
+    pub run: Option<RunArguments>,
+}
+
+fn version() -> &'static str {
+    static TEXT: LazyLock<String> =
+        LazyLock::new(|| format!("{} ({})", crate::version::VERSION, crate::version::COMMIT));
+    &TEXT
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a scenario and write its maps (the same as `floodsim SCENARIO`)
+    Run(RunArguments),
+    /// Open every input of a scenario and report every problem at once; run nothing
+    Check(CheckArguments),
+    /// Write a commented scenario to start from
+    New {
+        /// The new file; an existing one is never replaced
+        #[arg(default_value = "scenario.yaml")]
+        file: PathBuf,
+    },
+    /// Print the JSON Schema of scenarios, for completion in editors
+    Schema,
+    /// Print the completions for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page
+    Man,
+}
+
+/// The arguments of a run.
+#[derive(Args, Debug)]
+pub struct RunArguments {
+    /// The scenario file
+    pub scenario: PathBuf,
+    /// Run folder, instead of that of the scenario
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Number of threads [default: all]; the results are the same for any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// Set a key of the scenario, such as --set resolution='10 m' or --set initial[0].level='95 m'; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Replace an earlier run in the folder
+    #[arg(long)]
+    pub overwrite: bool,
+    /// No progress
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// The arguments of a check.
+#[derive(Args, Debug)]
+pub struct CheckArguments {
+    /// The scenario file
+    pub scenario: PathBuf,
+    /// Print the findings as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Set a key of the scenario, as in a run; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scenario_alone_is_a_run() {
+        let arguments = Arguments::try_parse_from(["floodsim", "s.yaml", "--set", "a=1", "--set", "b=2"]).unwrap();
+        let run = arguments.run.unwrap();
+        assert_eq!((run.scenario, run.overrides), ("s.yaml".into(), vec!["a=1".to_owned(), "b=2".to_owned()]));
+        assert!(arguments.command.is_none());
+        let arguments = Arguments::try_parse_from(["floodsim", "run", "s.yaml", "--threads", "2"]).unwrap();
+        let Some(Command::Run(run)) = arguments.command else { panic!("not a run") };
+        assert_eq!(run.threads, NonZero::new(2));
+        for wrong in
+            [vec!["floodsim"], vec!["floodsim", "s.yaml", "--threads", "0"], vec!["floodsim", "s.yaml", "t.yaml"]]
+        {
+            assert!(Arguments::try_parse_from(wrong).is_err());
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! The command line: `floodsim scenario.yaml` and its companions.
+//!
+//! stdout carries results, stderr progress and errors; there are no colours and no questions.
+
+mod args;
+mod check;
+mod documents;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use crate::error::{Error, ExitCode, Problem};
+use crate::scenario::{self, Scenario};
+use args::{Arguments, Command, RunArguments};
+
+/// What the planner asks of a run beyond the scenario.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunOptions {
+    /// Run folder; that of the scenario when absent.
+    pub out: Option<PathBuf>,
+    /// Number of threads; all of the machine when absent.
+    pub threads: Option<usize>,
+    /// Whether an earlier run in the folder may be replaced.
+    pub overwrite: bool,
+    /// Whether progress stays silent.
+    pub quiet: bool,
+    /// The command line as typed, for the record of the run.
+    pub command: String,
+}
+
+/// The stages that the command line calls, given by `main` so that this module knows none of them.
+pub struct Stages {
+    /// Opens every input of a scenario and lists every problem.
+    pub prepare: fn(&Scenario) -> Vec<Problem>,
+    /// Does a whole run; the text is its summary for stdout.
+    pub run: fn(&Scenario, &RunOptions) -> Result<String, Error>,
+}
+
+/// Reads the command line, does what it says, and reports errors on stderr.
+pub fn main(stages: &Stages) -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version are results and go to stdout; clap knows which is which. A closed pipe is no fault.
+            let _ = error.print();
+            let is_help = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+            return if is_help { ExitCode::Done } else { ExitCode::Usage };
+        }
+    };
+    let result = match arguments.command {
+        Some(Command::Run(run)) => run_scenario(&run, stages),
+        Some(Command::Check(check)) => return check::check(&check, stages),
+        Some(Command::New { file }) => documents::write_starter(&file),
+        Some(Command::Schema) => documents::schema(),
+        Some(Command::Completions { shell }) => documents::completions(shell),
+        Some(Command::Man) => documents::manual(),
+        None => match arguments.run {
+            Some(run) => run_scenario(&run, stages),
+            None => Err(Error::Usage("name a scenario; `floodsim --help` says more".to_owned())),
+        },
+    };
+    exit_code(result)
+}
+
+fn exit_code(result: Result<(), Error>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::Done,
+        Err(error) => {
+            report(&error);
+            error.exit_code()
+        }
+    }
+}
+
+/// Writes an error to stderr; problems carry their own `error` in front.
+fn report(error: &Error) {
+    match error {
+        Error::Problems(_) => eprintln!("{error}"),
+        _ => eprintln!("error: {error}"),
+    }
+}
+
+fn run_scenario(run: &RunArguments, stages: &Stages) -> Result<(), Error> {
+    let loaded = scenario::load(&run.scenario, &run.overrides)?;
+    for warning in &loaded.warnings {
+        eprintln!("{warning}");
+    }
+    let options = RunOptions {
+        out: run.out.clone(),
+        threads: run.threads.map(std::num::NonZero::get),
+        overwrite: run.overwrite,
+        quiet: run.quiet,
+        command: command_line(),
+    };
+    print(&(stages.run)(&loaded.scenario, &options)?)
+}
+
+/// The command line as it could be typed again.
+fn command_line() -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    let word = |word: std::ffi::OsString| {
+        let word = word.to_string_lossy().into_owned();
+        if !word.is_empty() && word.chars().all(is_plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    };
+    // The path by which the shell found the program is of no interest.
+    std::iter::once("floodsim".to_owned()).chain(std::env::args_os().skip(1).map(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// Writes a result to stdout. A reader that has heard enough (`floodsim man | head`) is no fault.
+fn print(text: &str) -> Result<(), Error> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(cause) if cause.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::Output { path: "standard output".into(), cause: cause.to_string() })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,263 @@
+//! The run folder: made once, written atomically, never mixed with files of somebody else.
+//!
+//! Every file but the live `fields.partial.nc` appears under its name only when it is whole: it is written under a
+//! temporary name in the same folder, flushed to the disk and renamed. While a run is under way, `run.json` says
+//! `"status": "running"`.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Problem, ProblemKind};
+
+/// Files that a run writes, relative to its folder.
+const OWN_FILES: [&str; 9] = [
+    "run.json",
+    "scenario.resolved.yaml",
+    "fields.nc",
+    "fields.partial.nc",
+    "maps.nc",
+    "results.gpkg",
+    "tables/gauges.csv",
+    "tables/gauge_series.csv",
+    "tables/mass_balance.csv",
+];
+
+/// Beginning of the temporary name of a file that is not yet whole.
+const TEMPORARY: &str = ".unfinished.";
+
+/// Beginnings of the names of the maps in `cog/`.
+const OWN_MAPS: [&str; 9] = [
+    "bed_elevation",
+    "max_depth",
+    "max_water_level",
+    "max_speed",
+    "arrival_time",
+    "time_of_max_depth",
+    "flood_duration",
+    "deflood_time",
+    "hazard_class",
+];
+
+/// The folder that holds one run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+impl RunFolder {
+    /// Makes the folder, or takes an empty one; with `overwrite`, also one with an earlier run, whose files are deleted.
+    ///
+    /// # Errors
+    /// A problem of the kind [`ProblemKind::Output`] when the folder holds files and `overwrite` is not set, or when it
+    /// cannot be written.
+    pub fn create(path: &Path, overwrite: bool) -> Result<RunFolder, Error> {
+        if let Some(problem) = RunFolder::inspect(path, overwrite) {
+            return Err(Error::Problems(vec![problem]));
+        }
+        let folder = RunFolder { path: path.to_path_buf() };
+        let unwritable = |cause: std::io::Error| Error::Problems(vec![unwritable(path, &cause.to_string())]);
+        fs::create_dir_all(path).map_err(unwritable)?;
+        if overwrite {
+            folder.delete_own_files().map_err(unwritable)?;
+        }
+        let probe = folder.temporary("probe");
+        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(unwritable)?;
+        for part in ["cog", "tables"] {
+            fs::create_dir_all(path.join(part)).map_err(unwritable)?;
+        }
+        Ok(folder)
+    }
+
+    /// What stands in the way of [`create`](Self::create), as far as it can be seen without writing anything.
+    pub fn inspect(path: &Path, overwrite: bool) -> Option<Problem> {
+        if path.exists() && !path.is_dir() {
+            return Some(unwritable(path, "it is a file"));
+        }
+        if !path.exists() {
+            let parent = path.ancestors().skip(1).find(|parent| parent.exists())?;
+            return (!parent.is_dir()).then(|| unwritable(path, &format!("{} is a file", parent.display())));
+        }
+        match fs::read_dir(path).map(Iterator::count) {
+            Err(cause) => Some(unwritable(path, &cause.to_string())),
+            Ok(entries) if !overwrite && entries > 0 => Some(
+                Problem::error(
+                    ProblemKind::Output,
+                    "output-folder-not-empty",
+                    "outputs.folder",
+                    format!("the output folder {} already holds files", path.display()),
+                )
+                .with_cause("results of two runs in one folder could not be told apart")
+                .with_remedy("choose another folder with --out, or add --overwrite to replace the earlier run"),
+            ),
+            Ok(_) => None,
+        }
+    }
+
+    /// Where the folder is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The path of a file of the folder, such as `maps.nc`.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes a file whole, under a temporary name first.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, name: &str, contents: &[u8]) -> Result<(), Error> {
+        self.write_with(name, |path| fs::write(path, contents).map_err(|cause| output_error(path, cause)))
+    }
+
+    /// Lets `write` make a file under a temporary name, flushes it to the disk and gives it its name.
+    ///
+    /// # Errors
+    /// Those of `write`, and when the file cannot be flushed or renamed.
+    pub(super) fn write_with(&self, name: &str, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
+        let (temporary, path) = (self.temporary(name), self.file(name));
+        let written = write(&temporary).and_then(|()| {
+            let flush = || fs::File::open(&temporary)?.sync_all();
+            flush().and_then(|()| fs::rename(&temporary, &path)).map_err(|cause| output_error(&path, cause))
+        });
+        if written.is_err() {
+            // Best effort: the error that led here is the one to report.
+            let _ = fs::remove_file(&temporary);
+        }
+        written
+    }
+
+    /// The temporary path of a file: in the same folder, with the same ending, since GDAL goes by endings.
+    fn temporary(&self, name: &str) -> PathBuf {
+        let path = self.file(name);
+        let file_name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        path.with_file_name(format!("{TEMPORARY}{file_name}"))
+    }
+
+    fn delete_own_files(&self) -> std::io::Result<()> {
+        for name in OWN_FILES {
+            remove_if_there(&self.file(name))?;
+        }
+        for folder in [self.path.clone(), self.file("cog"), self.file("tables")] {
+            if !folder.is_dir() {
+                continue;
+            }
+            for entry in fs::read_dir(&folder)? {
+                let path = entry?.path();
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let is_map = folder.ends_with("cog")
+                    && OWN_MAPS.iter().any(|map| name.starts_with(map))
+                    && (name.ends_with(".tif") || name.ends_with(".qml"));
+                if path.is_file() && (is_map || name.starts_with(TEMPORARY)) {
+                    fs::remove_file(&path)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn remove_if_there(path: &Path) -> std::io::Result<()> {
+    match fs::remove_file(path) {
+        Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(cause),
+        _ => Ok(()),
+    }
+}
+
+fn unwritable(path: &Path, cause: &str) -> Problem {
+    Problem::error(
+        ProblemKind::Output,
+        "output-folder-unwritable",
+        "outputs.folder",
+        format!("the output folder {} cannot be written", path.display()),
+    )
+    .with_cause(cause)
+    .with_remedy("choose a folder with --out that you may write to")
+}
+
+/// An error of a writer.
+pub(super) fn output_error(path: &Path, cause: impl std::fmt::Display) -> Error {
+    Error::Output { path: path.to_path_buf(), cause: cause.to_string() }
+}
+
+/// Writes lines to a file of the folder.
+pub(super) fn write_lines(
+    folder: &RunFolder,
+    name: &str,
+    header: &str,
+    lines: impl Iterator<Item = String>,
+) -> Result<(), Error> {
+    folder.write_with(name, |path| {
+        let write = || -> std::io::Result<()> {
+            let mut file = std::io::BufWriter::new(fs::File::create(path)?);
+            writeln!(file, "{header}")?;
+            for line in lines {
+                writeln!(file, "{line}")?;
+            }
+            file.flush()
+        };
+        write().map_err(|cause| output_error(path, cause))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::ExitCode;
+
+    fn refused(result: Result<RunFolder, Error>) -> (String, ExitCode) {
+        let error = result.expect_err("the folder must be refused");
+        (error.to_string(), error.exit_code())
+    }
+
+    #[test]
+    fn folder_with_files_is_refused_and_left_alone() {
+        let place = tempfile::tempdir().unwrap();
+        fs::write(place.path().join("thesis.txt"), "years of work").unwrap();
+        let (message, exit_code) = refused(RunFolder::create(place.path(), false));
+        assert_eq!(exit_code, ExitCode::Output);
+        assert!(message.contains("already holds files") && message.contains("--overwrite"), "{message}");
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn overwriting_deletes_only_what_a_run_writes() {
+        let place = tempfile::tempdir().unwrap();
+        let first = RunFolder::create(&place.path().join("deep/run"), false).unwrap();
+        for name in ["run.json", "cog/max_depth.tif", "cog/mine.tif", "thesis.txt", "tables/.unfinished.gauges.csv"] {
+            fs::write(first.file(name), "x").unwrap();
+        }
+        let again = RunFolder::create(first.path(), true).unwrap();
+        let kept = |name: &str| again.file(name).exists();
+        assert!(kept("thesis.txt") && kept("cog/mine.tif"));
+        assert!(!kept("run.json") && !kept("cog/max_depth.tif") && !kept("tables/.unfinished.gauges.csv"));
+    }
+
+    #[test]
+    fn folder_below_a_file_is_refused() {
+        let place = tempfile::tempdir().unwrap();
+        fs::write(place.path().join("file"), "").unwrap();
+        for path in ["file", "file/run"] {
+            let (message, exit_code) = refused(RunFolder::create(&place.path().join(path), false));
+            assert_eq!(exit_code, ExitCode::Output);
+            assert!(message.contains("cannot be written") && message.contains("is a file"), "{message}");
+        }
+    }
+
+    #[test]
+    fn failed_file_leaves_nothing_behind() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = RunFolder::create(place.path(), false).unwrap();
+        let result = folder.write_with("maps.nc", |path| {
+            fs::write(path, "half").unwrap();
+            Err(output_error(path, "disk full"))
+        });
+        assert!(result.is_err());
+        assert_eq!(
+            fs::read_dir(place.path()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_file()).count(),
+            0
+        );
+    }
+}

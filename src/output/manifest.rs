@@ -1,0 +1,152 @@
+//! `run.json`: what was run, from what, with what, and how it ended.
+//!
+//! Written with `"status": "running"` before the first step, so that a folder whose run was killed never looks whole.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::folder::RunFolder;
+use crate::error::Error;
+
+/// An input file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct InputFile {
+    /// The path as the scenario names it.
+    pub path: String,
+    /// SHA-256 of its bytes, in hexadecimal digits.
+    pub sha256: String,
+}
+
+/// Numbers of particles that carry water.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ParticleCounts {
+    /// At the start.
+    pub initial: usize,
+    /// At most.
+    pub peak: usize,
+    /// At the end.
+    #[serde(rename = "final")]
+    pub last: usize,
+}
+
+/// The water books (m³).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct VolumeBooks {
+    /// At the start.
+    pub initial: f64,
+    /// Came in.
+    #[serde(rename = "in")]
+    pub inflow: f64,
+    /// Left.
+    #[serde(rename = "out")]
+    pub outflow: f64,
+    /// At the end.
+    #[serde(rename = "final")]
+    pub last: f64,
+    /// Error of the ledger over initial volume plus inflow (dimensionless).
+    pub error_relative: f64,
+    /// Greatest difference between output grid and particles over the particles' volume (dimensionless).
+    pub grid_error_relative: f64,
+}
+
+/// Lengths of the time steps (s).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StepLengths {
+    /// Shortest.
+    pub min: f64,
+    /// Median.
+    pub median: f64,
+    /// Longest.
+    pub max: f64,
+}
+
+/// The contents of `run.json`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RunManifest {
+    /// Version of the program.
+    pub version: String,
+    /// Commit of the program, where known.
+    pub git: Option<String>,
+    /// The command line.
+    pub command: String,
+    /// Number of threads.
+    pub threads: usize,
+    /// Vector instructions in use.
+    pub simd: String,
+    /// SHA-256 of the scenario file.
+    pub scenario_sha256: String,
+    /// The inputs.
+    pub inputs: Vec<InputFile>,
+    /// Method families and the chosen members.
+    pub methods: BTreeMap<String, String>,
+    /// Particles that carry water.
+    pub particles: ParticleCounts,
+    /// Riverbed particles.
+    pub bed_particles: usize,
+    /// Steps taken.
+    pub steps: u64,
+    /// Evaluations of the rates of one particle.
+    pub particle_evaluations: u64,
+    /// Simulated time (s).
+    pub simulated_s: f64,
+    /// Wall-clock time (s).
+    pub wall_s: f64,
+    /// Processor time of all threads (s).
+    pub cpu_s: f64,
+    /// Wall-clock time of each phase (s).
+    pub phase_s: BTreeMap<String, f64>,
+    /// Greatest memory in use (MiB).
+    pub peak_rss_mb: f64,
+    /// The water books.
+    pub volume_m3: VolumeBooks,
+    /// Greatest speed of the run (m/s).
+    pub max_speed_m_s: f64,
+    /// Lengths of the time steps.
+    pub dt_s: StepLengths,
+    /// How many steps each limit cut.
+    pub limiters: BTreeMap<String, u64>,
+    /// Quality gates: one sentence each, with the number.
+    pub gates: Vec<String>,
+    /// `running`, `done`, `failed` or `stopped`.
+    pub status: String,
+    /// Exit code of the program; none while it runs.
+    pub exit_code: Option<u8>,
+}
+
+impl RunManifest {
+    /// Writes `run.json`, whole or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(&self, folder: &RunFolder) -> Result<(), Error> {
+        let mut text = serde_json::to_string_pretty(self).map_err(|cause| Error::Internal(cause.to_string()))?;
+        text.push('\n');
+        folder.write("run.json", text.as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_those_of_the_contract() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = RunFolder::create(place.path(), false).unwrap();
+        RunManifest { status: "running".into(), ..RunManifest::default() }.write(&folder).unwrap();
+        let text = std::fs::read_to_string(folder.file("run.json")).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let mut keys: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
+        keys.sort();
+        let mut expected: Vec<&str> = "version git command threads simd scenario_sha256 inputs methods particles bed_particles \
+             steps particle_evaluations simulated_s wall_s cpu_s phase_s peak_rss_mb volume_m3 max_speed_m_s dt_s limiters \
+             gates status exit_code"
+            .split_whitespace()
+            .collect();
+        expected.sort_unstable();
+        assert_eq!(keys, expected);
+        assert!(value["volume_m3"].get("in").is_some() && value["particles"].get("final").is_some());
+        assert_eq!(value["status"], "running");
+    }
+}

@@ -1,0 +1,174 @@
+//! Follows a run step by step and keeps what becomes its maps, frames, gauge series and mass balance.
+
+use super::Gauge;
+use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
+use super::gauges::{GaugeRecorder, GaugeResult, GaugeSample};
+use super::grid::{GridMaps, OutputGrid};
+use super::maxima::{LatticeMaps, Maxima};
+use crate::error::Error;
+use crate::lattice::{Lattice, WaterOnLattice};
+
+/// What to record, and where.
+#[derive(Clone, Debug)]
+pub struct RecorderPlan {
+    /// The lattice of the run.
+    pub lattice: Lattice,
+    /// Bed elevation (m) of its cells; NaN where there is no terrain.
+    pub bed_elevation: Vec<f64>,
+    /// Edge of a cell of the output grid (m).
+    pub cell: f64,
+    /// Depths (m) for which arrival, duration and recession are followed; at least one.
+    pub thresholds: Vec<f64>,
+    /// Rise above the initial level (m) that counts as arrival on ground that was wet at the start.
+    pub rise_on_wet: f64,
+    /// Interval of the frames (s).
+    pub every: f64,
+    /// End of the run (s).
+    pub end_time: f64,
+    /// Gauges.
+    pub gauges: Vec<Gauge>,
+    /// Interval of the gauge series (s).
+    pub gauges_every: f64,
+}
+
+/// Where frames go: usually [`FieldsWriter::push`](super::FieldsWriter::push).
+pub type FrameSink<'a> = dyn FnMut(Frame) -> Result<(), Error> + 'a;
+
+/// Records a run; see the fields of [`Recording`] for what comes out.
+#[derive(Debug)]
+pub struct Recorder {
+    bed_elevation: Vec<f64>,
+    columns: usize,
+    grid: OutputGrid,
+    maxima: Maxima,
+    frames: Schedule,
+    gauges: GaugeRecorder,
+    mass_balance: Vec<MassBalanceRow>,
+    previous_volumes: Volumes,
+    time: f64,
+}
+
+/// Everything that a run left behind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Time up to which was recorded (s).
+    pub end_time: f64,
+    /// The maps on the lattice.
+    pub lattice_maps: LatticeMaps,
+    /// The maps on the output grid.
+    pub maps: GridMaps,
+    /// What each gauge saw, in the order of the plan.
+    pub gauge_results: Vec<GaugeResult>,
+    /// The gauge series, by time and then by gauge.
+    pub gauge_samples: Vec<GaugeSample>,
+    /// One row for each frame.
+    pub mass_balance: Vec<MassBalanceRow>,
+}
+
+impl Recorder {
+    /// A recorder that has seen nothing yet.
+    pub fn new(plan: RecorderPlan) -> Self {
+        let RecorderPlan { lattice, bed_elevation, cell, thresholds, rise_on_wet, .. } = plan;
+        let gauge_schedule = Schedule::new(plan.gauges_every, plan.end_time);
+        Recorder {
+            columns: lattice.columns,
+            grid: OutputGrid::new(&lattice, cell, &bed_elevation),
+            maxima: Maxima::new(lattice.len(), lattice.columns, &thresholds, rise_on_wet),
+            frames: Schedule::new(plan.every, plan.end_time),
+            gauges: GaugeRecorder::new(&plan.gauges, &lattice, &bed_elevation, gauge_schedule),
+            mass_balance: Vec::new(),
+            previous_volumes: Volumes::default(),
+            bed_elevation,
+            time: 0.0,
+        }
+    }
+
+    /// The grid of the output files.
+    pub fn grid(&self) -> &OutputGrid {
+        &self.grid
+    }
+
+    /// Takes the water at time 0 and hands out the first frame.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn start(
+        &mut self,
+        water: &WaterOnLattice<'_>,
+        volumes: Volumes,
+        sink: &mut FrameSink<'_>,
+    ) -> Result<(), Error> {
+        self.maxima.start(0.0, water);
+        self.previous_volumes = volumes;
+        self.gauges.step(0.0, 0.0, &self.maxima, water);
+        self.hand_out_frames(0.0, water, volumes, sink)
+    }
+
+    /// Takes the water after one compute step that ended at `time_after` (s), and the books of that moment; hands out the
+    /// frames that fell due.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn step(
+        &mut self,
+        time_after: f64,
+        water: &WaterOnLattice<'_>,
+        volumes: Volumes,
+        sink: &mut FrameSink<'_>,
+    ) -> Result<(), Error> {
+        self.gauges.step(self.time, time_after, &self.maxima, water);
+        self.hand_out_frames(time_after, water, volumes, sink)?;
+        self.maxima.step(self.time, time_after, water);
+        self.previous_volumes = volumes;
+        self.time = time_after;
+        Ok(())
+    }
+
+    /// What the run left behind, up to the last step taken.
+    pub fn finish(self) -> Recording {
+        let lattice_maps = self.maxima.maps(self.time);
+        Recording {
+            end_time: self.time,
+            maps: self.grid.maps(&lattice_maps, &self.bed_elevation),
+            gauge_results: self.gauges.results(&lattice_maps),
+            gauge_samples: self.gauges.into_samples(),
+            mass_balance: self.mass_balance,
+            lattice_maps,
+        }
+    }
+
+    fn hand_out_frames(
+        &mut self,
+        time_after: f64,
+        water: &WaterOnLattice<'_>,
+        volumes: Volumes,
+        sink: &mut FrameSink<'_>,
+    ) -> Result<(), Error> {
+        while let Some(time) = self.frames.due(time_after) {
+            let share = share_of_step(time, self.time, time_after);
+            let frame = self.frame(time, share, water);
+            let volumes = self.previous_volumes.between(&volumes, share);
+            let grid_volume = self.grid.volume(&frame.depth);
+            self.mass_balance.push(MassBalanceRow { time, volumes, grid_volume });
+            sink(frame)?;
+        }
+        Ok(())
+    }
+
+    /// The frame at `time`, `share` of the way from the step before to this one.
+    fn frame(&self, time: f64, share: f64, water: &WaterOnLattice<'_>) -> Frame {
+        let cells = self.bed_elevation.len();
+        let (mut depth, mut discharge_x, mut discharge_y) = (vec![0.0; cells], vec![0.0; cells], vec![0.0; cells]);
+        let mix = |a: f64, b: f64| a + (b - a) * share;
+        for index in water.spans.iter().flat_map(|span| span.cells(self.columns)) {
+            let previous = self.maxima.previous(index);
+            depth[index] = mix(previous.depth, water.depth[index]);
+            discharge_x[index] = mix(previous.discharge_x, water.discharge_x[index]);
+            discharge_y[index] = mix(previous.discharge_y, water.discharge_y[index]);
+        }
+        self.grid.frame(time, &depth, &discharge_x, &discharge_y)
+    }
+}
+
+#[cfg(test)]
+mod tests;

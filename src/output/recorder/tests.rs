@@ -1,0 +1,206 @@
+//! The recorder against water whose arrival, duration and maxima are known by hand.
+
+use super::*;
+use crate::lattice::Span;
+use crate::math::Vec2;
+use crate::output::{FILL, WET_DEPTH};
+
+const BED: f64 = 20.0;
+
+fn lattice() -> Lattice {
+    Lattice { origin: Vec2::new(1000.0, 2000.0), columns: 5, rows: 3, spacing: 10.0 }
+}
+
+fn plan(every: f64) -> RecorderPlan {
+    let mut bed_elevation = vec![BED; 15];
+    bed_elevation[14] = f64::NAN;
+    let gauge = |id: &str, x: f64, y: f64| Gauge { id: id.into(), position: Vec2::new(x, y), attributes: vec![] };
+    RecorderPlan {
+        lattice: lattice(),
+        bed_elevation,
+        cell: 10.0,
+        thresholds: vec![0.1, 0.5],
+        rise_on_wet: 0.2,
+        every,
+        end_time: 100.0,
+        gauges: vec![gauge("wet", 1015.0, 2015.0), gauge("dry", 1005.0, 2005.0), gauge("outside", 1045.0, 2025.0)],
+        gauges_every: 10.0,
+    }
+}
+
+/// Cell 6 rises from 0 at t = 10 to 1 m at t = 40, stands until 60 and falls to 0 at t = 90; piecewise linear.
+fn ramp(t: f64) -> f64 {
+    ((t - 10.0) / 30.0).clamp(0.0, 1.0).min((90.0 - t) / 30.0).max(0.0)
+}
+
+/// Cell 7 holds 0.4 m from the start and rises by 0.01 m/s.
+fn lake(t: f64) -> f64 {
+    0.4 + 0.01 * t
+}
+
+/// Runs the two cells through steps of `time_step` (s) that meet the kinks of the ramp.
+fn record(every: f64, time_step: f64) -> (Recording, Vec<Frame>) {
+    let spans = [Span { row: 1, from: 1, to: 3 }];
+    let state = |t: f64| {
+        let (mut depth, mut discharge) = (vec![0.0; 15], vec![0.0; 15]);
+        (depth[6], depth[7]) = (ramp(t), lake(t));
+        discharge[6] = 2.0 * depth[6];
+        (depth, discharge, vec![0.0; 15])
+    };
+    let mut frames = Vec::new();
+    let mut sink = |frame| {
+        frames.push(frame);
+        Ok(())
+    };
+    let mut recorder = Recorder::new(plan(every));
+    for step in 0..=(100.0 / time_step).round() as u32 {
+        let t = f64::from(step) * time_step;
+        let (depth, discharge_x, discharge_y) = state(t);
+        let water =
+            WaterOnLattice { depth: &depth, discharge_x: &discharge_x, discharge_y: &discharge_y, spans: &spans };
+        let volumes = Volumes { stored: depth.iter().sum::<f64>() * 100.0, ..Volumes::default() };
+        if step == 0 {
+            recorder.start(&water, volumes, &mut sink).unwrap();
+        } else {
+            recorder.step(t, &water, volumes, &mut sink).unwrap();
+        }
+    }
+    (recorder.finish(), frames)
+}
+
+fn assert_close(actual: f64, expected: f64, what: &str) {
+    // A handful of roundings of numbers up to 100.
+    assert!((actual - expected).abs() < 1e-12 * 100.0, "{what}: {actual} instead of {expected}");
+}
+
+#[test]
+fn ramp_gives_its_exact_times_with_coarse_and_fine_steps() {
+    for time_step in [10.0, 5.0, 0.625] {
+        let (recording, _) = record(25.0, time_step);
+        let maps = &recording.lattice_maps;
+        let [low, high] = &maps.thresholds[..] else { panic!("two thresholds were asked for") };
+        assert_close(low.arrival[6], 13.0, "rises through 0.1 m");
+        assert_close(low.recession[6], 87.0, "falls through 0.1 m");
+        assert_close(low.duration[6], 74.0, "above 0.1 m");
+        assert_close(high.arrival[6], 25.0, "rises through 0.5 m");
+        assert_close(high.duration[6], 50.0, "above 0.5 m");
+        assert_close(maps.max_depth[6], 1.0, "greatest depth");
+        assert_close(maps.time_of_max_depth[6], 40.0, "first time of the greatest depth");
+        assert_close(maps.max_speed[6], 2.0, "greatest speed");
+        assert_close(maps.max_depth_velocity[6], 2.0, "greatest depth times speed");
+        assert_eq!(maps.hazard_class[6], 5, "d v = 2 m²/s");
+    }
+}
+
+#[test]
+fn wet_ground_arrives_when_its_level_has_risen() {
+    let (recording, _) = record(25.0, 10.0);
+    let [low, high] = &recording.lattice_maps.thresholds[..] else { panic!("two thresholds were asked for") };
+    assert_close(low.arrival[7], 20.0, "0.4 m + 0.2 m is reached at 20 s");
+    assert_close(high.arrival[7], 20.0, "the greater threshold is passed before the rise is reached");
+    assert_close(low.duration[7], 100.0, "under water from the start to the end");
+    assert_close(high.duration[7], 90.0, "0.5 m is reached at 10 s");
+    assert!(low.recession[7].is_nan(), "still under water");
+    assert_close(recording.lattice_maps.time_of_max_depth[7], 100.0, "still rising");
+}
+
+#[test]
+fn dry_ground_and_ground_without_terrain_are_told_apart() {
+    let (recording, _) = record(25.0, 10.0);
+    let maps = &recording.maps;
+    let (dry, outside) = (10, 4); // south-western and north-eastern cell, north-up
+    assert_eq!((maps.max_depth[dry], maps.max_depth[outside]), (0.0, FILL));
+    assert_eq!((maps.thresholds[0].arrival[dry], maps.thresholds[0].arrival[outside]), (FILL, FILL));
+    assert_eq!((maps.thresholds[0].duration[dry], maps.thresholds[0].duration[outside]), (0.0, FILL));
+    assert_eq!((maps.hazard_class[dry], maps.hazard_class[outside]), (0.0, FILL));
+    assert_eq!((maps.max_water_level[dry], maps.bed_elevation[outside]), (FILL, FILL));
+    assert_eq!(maps.max_water_level[6], 21.0);
+}
+
+#[test]
+fn maps_do_not_depend_on_the_output_interval() {
+    // The interval divides no step here: frames fall between the steps.
+    let (often, frames_often) = record(3.7, 0.625);
+    let (seldom, frames_seldom) = record(100.0, 0.625);
+    assert_eq!((frames_often.len(), frames_seldom.len()), (29, 2));
+    let bits = |recording: &Recording| {
+        let maps = &recording.maps;
+        let grids = [&maps.max_depth, &maps.max_speed, &maps.time_of_max_depth, &maps.thresholds[0].arrival];
+        let grids = grids.into_iter().chain([&maps.thresholds[1].duration, &maps.max_water_level]);
+        grids.flatten().map(|value| value.to_bits()).collect::<Vec<u32>>()
+    };
+    assert_eq!(bits(&often), bits(&seldom));
+    assert_eq!(often.gauge_results, seldom.gauge_results);
+}
+
+#[test]
+fn frames_lie_on_the_line_between_steps() {
+    let (recording, frames) = record(12.5, 10.0);
+    let frame = frames.iter().find(|frame| frame.time == 37.5).unwrap();
+    assert_eq!(frame.depth[6], ramp(37.5) as f32);
+    assert_eq!(frame.velocity_x[6], 2.0, "discharge and depth are interpolated, velocity is their quotient");
+    assert_eq!(frame.velocity_y[6], 0.0);
+    for row in &recording.mass_balance {
+        let error = row.grid_volume / row.volumes.stored - 1.0;
+        assert!(error.abs() < 1e-6, "grid volume at {} s: {error:e}, more than single precision", row.time);
+    }
+    assert_eq!(recording.mass_balance.len(), 9);
+}
+
+#[test]
+fn gauges_have_the_values_of_their_cells() {
+    let (recording, _) = record(50.0, 5.0);
+    let [wet, dry, outside] = &recording.gauge_results[..] else { panic!("three gauges were asked for") };
+    assert_close(wet.arrival.unwrap(), 13.0, "arrival at the gauge");
+    assert_eq!((wet.bed, wet.max_depth, wet.max_level), (Some(BED), Some(1.0), Some(21.0)));
+    assert_eq!((dry.arrival, dry.max_depth, dry.max_level, dry.time_of_max), (None, Some(0.0), None, None));
+    assert_eq!(outside, &GaugeResult::default());
+    let series: Vec<_> = recording.gauge_samples.iter().filter(|sample| sample.gauge == 0).collect();
+    assert_eq!(series.len(), 11);
+    assert_eq!((series[0].depth, series[0].level), (0.0, None));
+    assert_close(series[2].depth, ramp(20.0), "depth at 20 s");
+    assert!(recording.gauge_samples.iter().all(|sample| sample.gauge != 2), "no samples outside the terrain");
+}
+
+#[test]
+fn films_have_no_speed_and_no_class() {
+    let spans = [Span { row: 0, from: 0, to: 1 }];
+    let (mut depth, mut discharge) = (vec![0.0; 15], vec![0.0; 15]);
+    (depth[0], discharge[0]) = (0.5 * WET_DEPTH, 1.0);
+    let water = WaterOnLattice { depth: &depth, discharge_x: &discharge, discharge_y: &discharge, spans: &spans };
+    let mut recorder = Recorder::new(plan(50.0));
+    recorder.start(&water, Volumes::default(), &mut |_| Ok(())).unwrap();
+    let maps = recorder.finish().lattice_maps;
+    assert_eq!((maps.max_speed[0], maps.max_depth_velocity[0], maps.hazard_class[0]), (0.0, 0.0, 0));
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    // Large enough that the step is shared between threads.
+    let lattice = Lattice { origin: Vec2::ZERO, columns: 130, rows: 70, spacing: 1.0 };
+    let spans: Vec<Span> =
+        (0..70).flat_map(|row| [Span { row, from: 0, to: 60 }, Span { row, from: 61, to: 130 }]).collect();
+    let record = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let plan =
+            RecorderPlan { lattice: lattice.clone(), bed_elevation: vec![0.0; 9100], gauges: vec![], ..plan(10.0) };
+        let mut recorder = Recorder::new(plan);
+        for step in 0..20 {
+            let depth: Vec<f64> =
+                (0..9100).map(|i| (0.3 * (f64::from(i) * 0.37 + f64::from(step)).sin()).max(0.0)).collect();
+            let discharge: Vec<f64> = depth.iter().map(|d| d * 1.7).collect();
+            let water =
+                WaterOnLattice { depth: &depth, discharge_x: &discharge, discharge_y: &discharge, spans: &spans };
+            let time = f64::from(step) * 0.9;
+            pool.install(|| match step {
+                0 => recorder.start(&water, Volumes::default(), &mut |_| Ok(())),
+                _ => recorder.step(time, &water, Volumes::default(), &mut |_| Ok(())),
+            })
+            .unwrap();
+        }
+        recorder.finish().maps
+    };
+    let one = record(1);
+    assert_eq!(one, record(3));
+    assert!(one.max_depth.iter().any(|&depth| depth > 0.2));
+}

@@ -1,0 +1,232 @@
+//! Volume, levels, hills, holes, spans, threads.
+
+use super::*;
+use crate::bed::BedParticles;
+
+/// Particles in columns, to be lent to the gridder.
+#[derive(Default)]
+struct Particles {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    volume: Vec<f64>,
+    depth: Vec<f64>,
+    velocity_x: Vec<f64>,
+    velocity_y: Vec<f64>,
+    smoothing_length: Vec<f64>,
+}
+
+impl Particles {
+    fn push(&mut self, position: Vec2, spacing: f64, depth: f64, velocity: Vec2) {
+        self.x.push(position.x);
+        self.y.push(position.y);
+        self.volume.push(spacing * spacing * depth);
+        self.depth.push(depth);
+        self.velocity_x.push(velocity.x);
+        self.velocity_y.push(velocity.y);
+        self.smoothing_length.push(1.5 * spacing);
+    }
+
+    /// Particles at distances of `spacing` over a rectangle, moved by up to `jitter` spacings, where a depth is given.
+    fn block(low: Vec2, high: Vec2, spacing: f64, jitter: f64, depth: impl Fn(Vec2) -> Option<f64>) -> Particles {
+        let mut particles = Particles::default();
+        let columns = ((high.x - low.x) / spacing) as usize;
+        let rows = ((high.y - low.y) / spacing) as usize;
+        let noise = |i: usize, factor: f64| ((i as f64 + 0.5) * factor).fract() - 0.5;
+        for i in 0..columns * rows {
+            let place = Vec2::new((i % columns) as f64 + 0.5, (i / columns) as f64 + 0.5);
+            let moved = place + Vec2::new(noise(i, 0.618_034), noise(i, 0.754_878)) * (2.0 * jitter);
+            let position = low + moved * spacing;
+            if let Some(depth) = depth(position) {
+                particles.push(position, spacing, depth, Vec2::new(1.0 + 0.01 * position.x, -0.5));
+            }
+        }
+        particles
+    }
+
+    fn lend(&self) -> MovingWater<'_> {
+        MovingWater {
+            x: &self.x,
+            y: &self.y,
+            volume: &self.volume,
+            depth: &self.depth,
+            velocity_x: &self.velocity_x,
+            velocity_y: &self.velocity_y,
+            smoothing_length: &self.smoothing_length,
+        }
+    }
+}
+
+/// A bed given by a formula, not-a-number where there is no terrain; 100 by 80 cells of 2 m.
+fn bed(formula: impl Fn(Vec2) -> f64) -> BedParticles {
+    let lattice = Lattice { origin: Vec2::ZERO, columns: 100, rows: 80, spacing: 2.0 };
+    let elevation = (0..lattice.len()).map(|index| formula(lattice.centre(index))).collect();
+    BedParticles::from_elevation(lattice, elevation, 0.03)
+}
+
+/// The books: volume and both momenta (over ρ) on the grid against those of the particles.
+fn assert_conserved(particles: &Particles, grid: &WaterOnLattice, cell_area: f64) {
+    let on_grid = |field: &[f64]| field.iter().sum::<f64>() * cell_area;
+    let momentum = |velocity: &[f64]| -> f64 { particles.volume.iter().zip(velocity).map(|(vol, v)| vol * v).sum() };
+    let volume: f64 = particles.volume.iter().sum();
+    assert!((on_grid(grid.depth) - volume).abs() <= 1e-12 * volume);
+    for (field, velocity) in [(grid.discharge_x, &particles.velocity_x), (grid.discharge_y, &particles.velocity_y)] {
+        assert!((on_grid(field) - momentum(velocity)).abs() <= 1e-11 * volume);
+    }
+}
+
+#[test]
+fn volume_and_momentum_are_conserved_on_rough_ground_with_nodata() {
+    let rough = |p: Vec2| {
+        let is_hole = (p - Vec2::new(90.0, 70.0)).norm() < 15.0;
+        if is_hole { f64::NAN } else { 3.0 * (0.31 * p.x).sin() * (0.23 * p.y).cos() + 0.01 * p.x }
+    };
+    let bed = bed(rough);
+    // Also particles off the terrain by a little, and particles on peaks without any depth to speak of.
+    let particles = Particles::block(Vec2::new(-2.0, 5.0), Vec2::new(203.0, 150.0), 3.1, 0.3, |p| {
+        Some(1e-6 + 2.0 * (0.05 * p.x).cos().powi(2))
+    });
+    let mut gridder = Gridder::new(&bed.lattice);
+    let grid = gridder.grid(&bed, &particles.lend());
+    for (index, &depth) in grid.depth.iter().enumerate() {
+        assert!(depth >= 0.0 && (bed.has_terrain(index) || depth == 0.0));
+    }
+    let stray = {
+        assert_eq!(
+            gridder.stray_volume() > 0.0,
+            gridder.shares.iter().any(|s| s.scale == 0.0 && s.only_cell.is_none())
+        );
+        gridder.stray_volume()
+    };
+    let mut inside = Particles::default();
+    for j in 0..particles.x.len() {
+        let position = Vec2::new(particles.x[j], particles.y[j]);
+        if (position - Vec2::new(90.0, 70.0)).norm() > 13.0 {
+            inside.push(position, 3.1, particles.depth[j], Vec2::new(particles.velocity_x[j], particles.velocity_y[j]));
+        }
+    }
+    assert!(stray > 0.0, "the middle of the hole is out of reach");
+    let grid = gridder.grid(&bed, &inside.lend());
+    assert_conserved(&inside, &grid, bed.lattice.cell_area());
+    assert_eq!(gridder.stray_volume(), 0.0);
+}
+
+#[test]
+fn lake_at_rest_over_a_slope_is_level() {
+    let mut bed = bed(|p| 0.1 * p.x + 0.02 * p.y);
+    bed.slope.fill(Vec2::new(0.1, 0.02));
+    // Spacing, jitter, and the root mean square error of the depth (relative) that was found, times 1.5.
+    for (spacing, jitter, allowed) in
+        [(2.0, 0.0, 3e-4), (3.0, 0.0, 5e-4), (1.3, 0.0, 5e-4), (6.0, 0.0, 1.5e-3), (3.0, 0.15, 0.009), (3.0, 0.3, 0.04)]
+    {
+        let depth = |p: Vec2| Some(10.0 - 0.1 * p.x - 0.02 * p.y).filter(|&d| d > 0.0);
+        let particles = Particles::block(Vec2::ZERO, Vec2::new(200.0, 160.0), spacing, jitter, depth);
+        let mut gridder = Gridder::new(&bed.lattice);
+        let grid = gridder.grid(&bed, &particles.lend());
+        assert_conserved(&particles, &grid, bed.lattice.cell_area());
+        let (mut squares, mut count, mut high) = (0.0, 0.0, 0.0_f64);
+        for index in 0..bed.lattice.len() {
+            let place = bed.lattice.centre(index);
+            let exact = 10.0 - bed.elevation[index];
+            // Nothing lies above the level on the dry slope.
+            assert!(exact > -1e-12 || grid.depth[index] == 0.0);
+            // Away from the shore, where supports are cut, and from the outline.
+            let rim = 4.0 * spacing;
+            let is_inner = place.x > rim && place.y > rim && place.y < 160.0 - rim;
+            if is_inner && exact > 0.1 * (rim + 10.0) {
+                let error = grid.depth[index] / exact - 1.0;
+                (squares, count, high) = (squares + error * error, count + 1.0, high.max(error));
+            }
+        }
+        let mean = f64::sqrt(squares / count);
+        assert!(
+            mean < allowed && high < 10.0 * allowed,
+            "{mean} (up to {high}) with spacing {spacing} and jitter {jitter}"
+        );
+    }
+}
+
+#[test]
+fn no_water_above_a_hill() {
+    let hill = |p: Vec2| if (p - Vec2::new(100.0, 80.0)).norm() < 9.0 { 50.0 } else { 0.0 };
+    let bed = bed(hill);
+    let off_hill = |p: Vec2| (hill(p) == 0.0).then_some(3.0);
+    let particles = Particles::block(Vec2::new(40.0, 30.0), Vec2::new(160.0, 130.0), 4.0, 0.2, off_hill);
+    let mut gridder = Gridder::new(&bed.lattice);
+    let grid = gridder.grid(&bed, &particles.lend());
+    // A particle between the foot and the top may stand on the slope that the lattice draws there, up to its own level.
+    let on_hill = (0..bed.lattice.len()).filter(|&i| (bed.lattice.centre(i) - Vec2::new(100.0, 80.0)).norm() < 6.0);
+    assert!(on_hill.into_iter().all(|index| grid.depth[index] == 0.0));
+}
+
+#[test]
+fn uniform_block_has_no_holes() {
+    let bed = bed(|_| 0.0);
+    for spacing in [0.7, 1.0, 2.0, 3.0, 5.0, 8.0] {
+        for jitter in [0.0, 0.3] {
+            let (low, high) = (Vec2::new(40.0, 30.0), Vec2::new(160.0, 130.0));
+            let particles = Particles::block(low, high, spacing, jitter, |_| Some(1.0));
+            let mut gridder = Gridder::new(&bed.lattice);
+            let grid = gridder.grid(&bed, &particles.lend());
+            assert_conserved(&particles, &grid, bed.lattice.cell_area());
+            for index in 0..bed.lattice.len() {
+                let place = bed.lattice.centre(index);
+                let inside = place.x > low.x + spacing
+                    && place.y > low.y + spacing
+                    && place.x < high.x - 2.0 * spacing
+                    && place.y < high.y - 2.0 * spacing;
+                assert!(!inside || grid.depth[index] > 0.2, "{} at {place:?}, spacing {spacing}", grid.depth[index]);
+            }
+        }
+    }
+}
+
+#[test]
+fn particle_above_its_own_water_gives_all_to_the_lowest_cell() {
+    // Too little depth to stand on the centre of any cell of this ridge.
+    let bed = bed(|p| -(p.x - 100.0).abs());
+    let mut particles = Particles::default();
+    particles.push(Vec2::new(0.4, 80.0), 0.1, 0.0, Vec2::new(2.0, 0.0));
+    particles.volume[0] = 1.0;
+    let mut gridder = Gridder::new(&bed.lattice);
+    let grid = gridder.grid(&bed, &particles.lend());
+    assert_conserved(&particles, &grid, bed.lattice.cell_area());
+    assert_eq!(grid.depth.iter().filter(|&&depth| depth > 0.0).count(), 1);
+}
+
+#[test]
+fn spans_hold_the_water_of_now_and_of_before() {
+    let bed = bed(|_| 0.0);
+    let at = |x: f64| Particles::block(Vec2::new(x, 40.0), Vec2::new(x + 20.0, 90.0), 3.0, 0.2, |_| Some(1.0));
+    let mut gridder = Gridder::new(&bed.lattice);
+    let holds = |spans: &[Span], index: usize| {
+        let (column, row) = bed.lattice.column_row(index);
+        let is_in = |span: &Span| span.row as usize == row && (span.from as usize..span.to as usize).contains(&column);
+        spans.iter().any(is_in)
+    };
+    let mut before = vec![0.0; bed.lattice.len()];
+    for particles in [at(20.0), at(40.0), at(140.0), Particles::default(), Particles::default()] {
+        let grid = gridder.grid(&bed, &particles.lend());
+        for index in 0..bed.lattice.len() {
+            let expected = grid.depth[index] > 0.0 || before[index] > 0.0;
+            assert_eq!(holds(grid.spans, index), expected);
+        }
+        let keys: Vec<(u32, u32)> =
+            grid.spans.iter().flat_map(|span| [(span.row, span.from), (span.row, span.to)]).collect();
+        assert!(keys.is_sorted());
+        assert_conserved(&particles, &grid, bed.lattice.cell_area());
+        before = grid.depth.to_vec();
+    }
+}
+
+#[test]
+fn same_bits_for_any_number_of_threads() {
+    let bed = bed(|p| 2.0 * (0.2 * p.x).sin() + (0.3 * p.y).cos());
+    let particles = Particles::block(Vec2::new(5.0, 5.0), Vec2::new(195.0, 155.0), 2.3, 0.4, |_| Some(2.0));
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut gridder = Gridder::new(&bed.lattice);
+        pool.install(|| gridder.grid(&bed, &particles.lend()).discharge_x.to_vec())
+    };
+    assert_eq!(run(1), run(2));
+    assert_eq!(run(1), run(7));
+}

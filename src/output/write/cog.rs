@@ -1,0 +1,104 @@
+//! `cog/*.tif`: the maps as cloud-optimised GeoTIFFs, with a QGIS style beside each.
+//!
+//! Each map is filled in memory and copied, since the COG driver can only copy. Overviews take the nearest value: a mean of
+//! arrival times, or of wet and dry, would show what no cell has seen.
+
+use gdal::cpl::CslStringList;
+use gdal::raster::{Buffer, ColorEntry, ColorTable, GdalType, PaletteInterpretation, RasterBand};
+use gdal::{Dataset, DriverManager, Metadata};
+
+use super::super::OutputCrs;
+use super::super::folder::{RunFolder, output_error};
+use super::super::grid::{FILL, GridMaps, OutputGrid};
+use super::super::hazard::HAZARD_CLASSES;
+use super::Provenance;
+use super::crs::WritableCrs;
+use super::gdal_raw::set_unit;
+use super::qgis::raster_style;
+use super::variables::{MapKind, MapVariable, map_variables};
+use crate::error::Error;
+
+/// "No value" in the class map, which is of bytes: colour tables need them.
+const CLASS_FILL: u8 = 255;
+
+/// Writes one COG and one style for each map.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_cogs(
+    folder: &RunFolder,
+    grid: &OutputGrid,
+    crs: &OutputCrs,
+    provenance: &Provenance,
+    maps: &GridMaps,
+    rise_on_wet: f64,
+) -> Result<(), Error> {
+    let crs = WritableCrs::new(crs, &folder.file("cog"))?;
+    for map in map_variables(maps, rise_on_wet) {
+        folder.write_with(&format!("cog/{}.tif", map.name), |path| {
+            let failed = |cause: gdal::errors::GdalError| output_error(path, cause);
+            let source = in_memory(&map, grid, &crs, provenance).map_err(failed)?;
+            let mut options = CslStringList::new();
+            for option in ["COMPRESS=DEFLATE", "PREDICTOR=YES", "BLOCKSIZE=512", "OVERVIEWS=AUTO", "RESAMPLING=NEAREST"]
+            {
+                options.add_string(option).map_err(failed)?;
+            }
+            let driver = DriverManager::get_driver_by_name("COG").map_err(failed)?;
+            let copy = source.create_copy(&driver, path, &options).map_err(failed)?;
+            copy.close().map_err(failed)
+        })?;
+        folder.write(&format!("cog/{}.qml", map.name), raster_style(&map).as_bytes())?;
+    }
+    Ok(())
+}
+
+fn in_memory(
+    map: &MapVariable<'_>,
+    grid: &OutputGrid,
+    crs: &Option<WritableCrs>,
+    provenance: &Provenance,
+) -> gdal::errors::Result<Dataset> {
+    let mut dataset = if map.kind == MapKind::Class {
+        let is_filled = |value: &f32| value.to_bits() == FILL.to_bits();
+        let classes = map.values.iter().map(|value| if is_filled(value) { CLASS_FILL } else { *value as u8 });
+        let dataset = filled(grid, classes.collect::<Vec<u8>>())?;
+        let mut band = dataset.rasterband(1)?;
+        band.set_no_data_value(Some(f64::from(CLASS_FILL)))?;
+        set_class_colours(&mut band);
+        dataset
+    } else {
+        let dataset = filled(grid, map.values.to_vec())?;
+        dataset.rasterband(1)?.set_no_data_value(Some(f64::from(FILL)))?;
+        dataset
+    };
+    dataset.set_geo_transform(&[grid.west, grid.cell, 0.0, grid.north, 0.0, -grid.cell])?;
+    if let Some(crs) = crs {
+        dataset.set_spatial_ref(&crs.spatial_ref)?;
+    }
+    for (key, value) in [("TITLE", &provenance.title), ("SOURCE", &provenance.source), ("COMMENT", &map.comment)] {
+        dataset.set_metadata_item(key, value, "")?;
+    }
+    dataset.set_metadata_item("AREA_OR_POINT", "Area", "")?;
+    let mut band = dataset.rasterband(1)?;
+    band.set_description(&map.long_name)?;
+    set_unit(&mut band, map.units)?;
+    Ok(dataset)
+}
+
+fn filled<T: GdalType + Copy>(grid: &OutputGrid, values: Vec<T>) -> gdal::errors::Result<Dataset> {
+    let driver = DriverManager::get_driver_by_name("MEM")?;
+    let dataset = driver.create_with_band_type::<T, _>("", grid.columns, grid.rows, 1)?;
+    let size = (grid.columns, grid.rows);
+    dataset.rasterband(1)?.write((0, 0), size, &mut Buffer::new(size, values))?;
+    Ok(dataset)
+}
+
+fn set_class_colours(band: &mut RasterBand<'_>) {
+    let mut colours = ColorTable::new(PaletteInterpretation::Rgba);
+    colours.set_color_entry(0, &ColorEntry::rgba(255, 255, 255, 0));
+    for (index, class) in HAZARD_CLASSES.iter().enumerate() {
+        let [red, green, blue] = class.colour.map(i16::from);
+        colours.set_color_entry(index as u16 + 1, &ColorEntry::rgba(red, green, blue, 255));
+    }
+    band.set_color_table(&colours);
+}

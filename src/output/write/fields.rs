@@ -1,0 +1,197 @@
+//! `fields.nc`: depth, level and velocity over time.
+//!
+//! During the run the frames go into `fields.partial.nc` in the classic format with 64-bit offsets, each flushed before the
+//! next: killed at any moment, that file opens with every frame that was finished. HDF5 gives no such promise. At the end
+//! it is converted to NetCDF-4, compressed, and renamed to `fields.nc`.
+//!
+//! One thread writes, behind a channel that holds two frames, so that the solver waits only for a disk that is slower than
+//! the run.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use netcdf::Options;
+
+use super::super::OutputCrs;
+use super::super::folder::{RunFolder, output_error};
+use super::super::frames::Frame;
+use super::super::grid::{FILL, OutputGrid};
+use super::Provenance;
+use super::crs::WritableCrs;
+use super::netcdf_file::{FileDescription, NetcdfFile};
+use crate::error::Error;
+
+/// Frames that may wait for the disk.
+const WAITING_FRAMES: usize = 2;
+
+const PARTIAL: &str = "fields.partial.nc";
+
+/// Name, standard name, long name, unit of each field. Components of velocity have a standard name only on grids
+/// whose y axis points to true north, which a projected one does not; the long names join them for QGIS.
+const FIELDS: [(&str, &str, &str, &str); 4] = [
+    ("depth", "flood_water_thickness", "water depth", "m"),
+    ("water_level", "water_surface_height_above_reference_datum", "water level above the datum of the terrain", "m"),
+    ("velocity_x", "", "x-component of velocity", "m s-1"),
+    ("velocity_y", "", "y-component of velocity", "m s-1"),
+];
+
+/// Writes frames while a run goes on. Dropped without [`finish`](Self::finish), it leaves `fields.partial.nc`, closed and
+/// readable.
+#[derive(Debug)]
+pub struct FieldsWriter {
+    folder: RunFolder,
+    description: FileDescription,
+    sender: Option<SyncSender<Frame>>,
+    worker: Option<JoinHandle<Result<(), Error>>>,
+}
+
+impl FieldsWriter {
+    /// Creates `fields.partial.nc` and starts the thread that writes it.
+    ///
+    /// # Errors
+    /// When the file cannot be created.
+    pub fn start(
+        folder: &RunFolder,
+        grid: &OutputGrid,
+        crs: &OutputCrs,
+        provenance: &Provenance,
+    ) -> Result<FieldsWriter, Error> {
+        let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
+        let path = folder.file(PARTIAL);
+        let (sender, receiver) = sync_channel(WAITING_FRAMES);
+        let (ready, is_ready) = sync_channel(1);
+        let worker = std::thread::Builder::new().name("fields".into()).spawn({
+            let (path, description) = (path.clone(), description.clone());
+            move || write_partial(&path, &description, &receiver, &ready)
+        });
+        let worker = worker.map_err(|cause| output_error(&path, cause))?;
+        let mut writer =
+            FieldsWriter { folder: folder.clone(), description, sender: Some(sender), worker: Some(worker) };
+        // The thread drops its end without a word when it cannot create the file.
+        if is_ready.recv().is_err() {
+            writer.join()?;
+        }
+        Ok(writer)
+    }
+
+    /// Hands a frame to the writing thread; waits when the disk is behind.
+    ///
+    /// # Errors
+    /// When an earlier frame could not be written.
+    pub fn push(&mut self, frame: Frame) -> Result<(), Error> {
+        let sent = self.sender.as_ref().is_some_and(|sender| sender.send(frame).is_ok());
+        if sent {
+            return Ok(());
+        }
+        self.join()?;
+        Err(Error::Internal("a frame came after the last one".into()))
+    }
+
+    /// Waits for the last frame, makes `fields.nc` and deletes `fields.partial.nc`.
+    ///
+    /// # Errors
+    /// When a frame could not be written, or the conversion fails; then `fields.partial.nc` stays.
+    pub fn finish(mut self) -> Result<(), Error> {
+        self.join()?;
+        let partial = self.folder.file(PARTIAL);
+        let convert = |path: &Path| convert(&partial, path, &self.description);
+        self.folder.write_with("fields.nc", convert)?;
+        fs::remove_file(&partial).map_err(|cause| output_error(&partial, cause))
+    }
+
+    fn join(&mut self) -> Result<(), Error> {
+        drop(self.sender.take());
+        match self.worker.take().map(JoinHandle::join) {
+            Some(Ok(result)) => result,
+            Some(Err(_)) => Err(Error::Internal("the thread that writes fields.nc broke down".into())),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for FieldsWriter {
+    fn drop(&mut self) {
+        // Nothing can be reported from here; whoever drops the writer unfinished already has an error to report.
+        let _ = self.join();
+    }
+}
+
+/// The body of the writing thread.
+fn write_partial(
+    path: &PathBuf,
+    description: &FileDescription,
+    frames: &Receiver<Frame>,
+    ready: &SyncSender<()>,
+) -> Result<(), Error> {
+    let failed = |cause: netcdf::Error| output_error(path, cause);
+    let crs = WritableCrs::new(&description.crs, path)?;
+    let file = netcdf::create_with(path, Options::_64BIT_OFFSET).map_err(failed)?;
+    let mut file = NetcdfFile::describe(file, path, &crs, description)?;
+    define_fields(&mut file, description, false).map_err(failed)?;
+    file.file.enddef().map_err(failed)?;
+    file.write_coordinates(&description.grid).map_err(failed)?;
+    file.file.sync().map_err(failed)?;
+    // The other end waits for this one word only.
+    let _ = ready.send(());
+    for (record, frame) in frames.iter().enumerate() {
+        write_frame(&mut file, record, &frame).and_then(|()| file.file.sync()).map_err(failed)?;
+    }
+    file.file.close().map_err(failed)
+}
+
+fn define_fields(file: &mut NetcdfFile<'_>, description: &FileDescription, compressed: bool) -> netcdf::Result<()> {
+    file.file.add_unlimited_dimension("time")?;
+    file.define_time(&["time"], &description.provenance)?;
+    for (name, standard_name, long_name, units) in FIELDS {
+        file.file.add_variable::<f32>(name, &["time", "y", "x"])?;
+        if compressed {
+            file.compress(name, &[1, description.grid.rows, description.grid.columns])?;
+        }
+        file.variable(name)?.put_attribute("_FillValue", FILL)?;
+        let attributes = [
+            ("standard_name", standard_name),
+            ("long_name", long_name),
+            ("units", units),
+            ("cell_methods", "area: mean time: point"),
+        ];
+        file.describe_variable(name, &attributes)?;
+        file.georeference(name)?;
+    }
+    Ok(())
+}
+
+fn write_frame(file: &mut NetcdfFile<'_>, record: usize, frame: &Frame) -> netcdf::Result<()> {
+    let values = [&frame.depth, &frame.water_level, &frame.velocity_x, &frame.velocity_y];
+    for ((name, ..), values) in FIELDS.iter().zip(values) {
+        file.variable(name)?.put_values(values, (record, .., ..))?;
+    }
+    file.variable("time")?.put_value(frame.time, record)
+}
+
+/// Makes the compressed file from the partial one, frame by frame.
+fn convert(partial: &Path, path: &Path, description: &FileDescription) -> Result<(), Error> {
+    let failed = |cause: netcdf::Error| output_error(path, cause);
+    let crs = WritableCrs::new(&description.crs, path)?;
+    let source = netcdf::open(partial).map_err(|cause| output_error(partial, cause))?;
+    let file = netcdf::create_with(path, Options::NETCDF4).map_err(failed)?;
+    let mut file = NetcdfFile::describe(file, path, &crs, description)?;
+    let mut copy = || -> netcdf::Result<()> {
+        define_fields(&mut file, description, true)?;
+        file.write_coordinates(&description.grid)?;
+        let variable = |name: &str| source.variable(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()));
+        let mut values = vec![FILL; description.grid.len()];
+        for record in 0..source.dimension_len("time").unwrap_or(0) {
+            for (name, ..) in FIELDS {
+                variable(name)?.get_values_into(&mut values, (record, .., ..))?;
+                file.variable(name)?.put_values(&values, (record, .., ..))?;
+            }
+            let time: f64 = variable("time")?.get_value(record)?;
+            file.variable("time")?.put_value(time, record)?;
+        }
+        Ok(())
+    };
+    copy().map_err(failed)?;
+    file.file.close().map_err(failed)
+}

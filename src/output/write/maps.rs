@@ -1,0 +1,124 @@
+//! `maps.nc`: the maps of the run, one variable each, on `(y, x)`.
+//!
+//! Maxima carry the end of the run as the scalar coordinate `time`; arrival, duration and recession carry their threshold
+//! as a scalar coordinate. The time has no bounds: CF gives those of a scalar one dimension, its checker asks for two.
+
+use netcdf::Options;
+
+use super::super::OutputCrs;
+use super::super::folder::{RunFolder, output_error};
+use super::super::grid::{FILL, GridMaps, OutputGrid};
+use super::super::hazard::HAZARD_CLASSES;
+use super::Provenance;
+use super::crs::WritableCrs;
+use super::netcdf_file::{FileDescription, NetcdfFile};
+use super::variables::{MapKind, MapVariable, map_variables, threshold_name};
+use crate::error::Error;
+
+/// The value for "outside the terrain" in the class map, the same number as in the others.
+const CLASS_FILL: i16 = FILL as i16;
+
+/// Writes `maps.nc`; `end_time` (s) is the time up to which the run was recorded.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_maps(
+    folder: &RunFolder,
+    grid: &OutputGrid,
+    crs: &OutputCrs,
+    provenance: &Provenance,
+    maps: &GridMaps,
+    (end_time, rise_on_wet): (f64, f64),
+) -> Result<(), Error> {
+    let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
+    let variables = map_variables(maps, rise_on_wet);
+    folder.write_with("maps.nc", |path| {
+        let crs = WritableCrs::new(crs, path)?;
+        let create = || netcdf::create_with(path, Options::NETCDF4);
+        let file = create().map_err(|cause| output_error(path, cause))?;
+        let mut file = NetcdfFile::describe(file, path, &crs, &description)?;
+        let write = |file: &mut NetcdfFile<'_>| -> netcdf::Result<()> {
+            define_period(file, provenance, end_time)?;
+            for grids in &maps.thresholds {
+                define_threshold(file, grids.threshold)?;
+            }
+            for variable in &variables {
+                define_map(file, variable, grid)?;
+            }
+            file.write_coordinates(grid)?;
+            for variable in &variables {
+                write_values(file, variable)?;
+            }
+            Ok(())
+        };
+        write(&mut file).map_err(|cause| output_error(path, cause))?;
+        file.file.close().map_err(|cause| output_error(path, cause))
+    })
+}
+
+/// The scalar coordinate `time` at the end of the run.
+fn define_period(file: &mut NetcdfFile<'_>, provenance: &Provenance, end_time: f64) -> netcdf::Result<()> {
+    file.define_time(&[], provenance)?;
+    file.describe_variable("time", &[("comment", "end of the run; maxima are over all its compute steps")])?;
+    file.variable("time")?.put_value(end_time, ())
+}
+
+fn threshold_variable(threshold: f64) -> String {
+    format!("threshold_{}", threshold_name(threshold))
+}
+
+fn define_threshold(file: &mut NetcdfFile<'_>, threshold: f64) -> netcdf::Result<()> {
+    let name = threshold_variable(threshold);
+    file.file.add_variable::<f64>(&name, &[])?;
+    let long_name = format!("depth threshold {threshold} m");
+    let attributes = [("standard_name", "flood_water_thickness"), ("long_name", &long_name), ("units", "m")];
+    file.describe_variable(&name, &attributes)?;
+    file.variable(&name)?.put_value(threshold, ())
+}
+
+fn define_map(file: &mut NetcdfFile<'_>, map: &MapVariable<'_>, grid: &OutputGrid) -> netcdf::Result<()> {
+    let name = map.name.as_str();
+    if map.kind == MapKind::Class {
+        file.file.add_variable::<i16>(name, &["y", "x"])?;
+        file.compress(name, &[grid.rows, grid.columns])?;
+        let meanings: Vec<String> = HAZARD_CLASSES
+            .iter()
+            .map(|class| format!("{}_{}", class.name, class.meaning.replace(", ", "_").replace(' ', "_")))
+            .collect();
+        let mut variable = file.variable(name)?;
+        variable.put_attribute("_FillValue", CLASS_FILL)?;
+        variable.put_attribute("flag_values", (0..=HAZARD_CLASSES.len() as i16).collect::<Vec<i16>>())?;
+        variable.put_attribute("flag_meanings", format!("dry {}", meanings.join(" ")))?;
+    } else {
+        file.file.add_variable::<f32>(name, &["y", "x"])?;
+        file.compress(name, &[grid.rows, grid.columns])?;
+        file.variable(name)?.put_attribute("_FillValue", FILL)?;
+    }
+    let coordinates = match map.threshold {
+        Some(threshold) => threshold_variable(threshold),
+        None if map.cell_methods.contains("time:") => "time".to_string(),
+        None => String::new(),
+    };
+    file.describe_variable(
+        name,
+        &[
+            ("standard_name", map.standard_name.unwrap_or_default()),
+            ("long_name", &map.long_name),
+            ("units", map.units),
+            ("cell_methods", map.cell_methods),
+            ("coordinates", &coordinates),
+            ("comment", &map.comment),
+        ],
+    )?;
+    file.georeference(name)
+}
+
+fn write_values(file: &mut NetcdfFile<'_>, map: &MapVariable<'_>) -> netcdf::Result<()> {
+    let mut variable = file.variable(&map.name)?;
+    if map.kind == MapKind::Class {
+        let classes: Vec<i16> = map.values.iter().map(|value| *value as i16).collect();
+        variable.put_values(&classes, ..)
+    } else {
+        variable.put_values(map.values, ..)
+    }
+}

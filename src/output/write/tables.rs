@@ -1,0 +1,94 @@
+//! The tables as CSV: UTF-8, comma, decimal point, an empty field where there is no value.
+
+use super::super::Gauge;
+use super::super::folder::{RunFolder, write_lines};
+use super::super::recorder::Recording;
+use crate::error::Error;
+
+/// Writes `gauges.csv`, `gauge_series.csv` and `mass_balance.csv` into `tables/`.
+///
+/// # Errors
+/// When one of them cannot be written.
+pub fn write_tables(folder: &RunFolder, gauges: &[Gauge], recording: &Recording) -> Result<(), Error> {
+    let gauge_rows = gauges.iter().zip(&recording.gauge_results).map(|(gauge, result)| {
+        row([
+            text(&gauge.id),
+            format!("{:.3}", gauge.position.x),
+            format!("{:.3}", gauge.position.y),
+            number(result.bed, 4),
+            number(result.arrival, 3),
+            number(result.max_depth, 4),
+            number(result.max_level, 4),
+            number(result.time_of_max, 3),
+            number(result.max_speed, 4),
+        ])
+    });
+    let header = "id,x,y,bed_m,arrival_s,max_depth_m,max_level_m,time_of_max_s,max_speed_m_s";
+    write_lines(folder, "tables/gauges.csv", header, gauge_rows)?;
+
+    let series_rows = recording.gauge_samples.iter().map(|sample| {
+        row([
+            text(&gauges[sample.gauge].id),
+            number(Some(sample.time), 3),
+            number(Some(sample.depth), 4),
+            number(sample.level, 4),
+            number(Some(sample.velocity_x), 4),
+            number(Some(sample.velocity_y), 4),
+        ])
+    });
+    let header = "id,time_s,depth_m,level_m,velocity_x_m_s,velocity_y_m_s";
+    write_lines(folder, "tables/gauge_series.csv", header, series_rows)?;
+
+    let balance_rows = recording.mass_balance.iter().map(|balance| {
+        let volumes = &balance.volumes;
+        row([
+            number(Some(balance.time), 3),
+            number(Some(volumes.stored), 3),
+            number(Some(volumes.inflow), 3),
+            number(Some(volumes.outflow), 3),
+            format!("{:.3e}", volumes.error_relative),
+            number(Some(balance.grid_volume), 3),
+        ])
+    });
+    let header = "time_s,volume_m3,in_m3,out_m3,error_relative,grid_volume_m3";
+    write_lines(folder, "tables/mass_balance.csv", header, balance_rows)
+}
+
+fn row<const COLUMNS: usize>(fields: [String; COLUMNS]) -> String {
+    fields.join(",")
+}
+
+/// A number with fixed decimals; empty when there is none or it is not finite; never a negative zero.
+fn number(value: Option<f64>, decimals: usize) -> String {
+    let Some(value) = value.filter(|value| value.is_finite()) else {
+        return String::new();
+    };
+    let digits = format!("{value:.decimals$}");
+    if digits.starts_with('-') && digits.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.')) {
+        digits[1..].to_string()
+    } else {
+        digits
+    }
+}
+
+/// A text field, quoted where it must be.
+fn text(value: &str) -> String {
+    if value.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", value.replace('"', "\"\""))
+    } else {
+        value.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_plain() {
+        assert_eq!(number(Some(-0.000_01), 4), "0.0000");
+        assert_eq!(number(Some(-1.5), 1), "-1.5");
+        assert_eq!((number(Some(f64::NAN), 2), number(None, 2)), (String::new(), String::new()));
+        assert_eq!(text("mill, \"old\""), "\"mill, \"\"old\"\"\"");
+    }
+}

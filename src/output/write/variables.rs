@@ -1,0 +1,184 @@
+//! The maps as variables: names, units and meaning, the same in `maps.nc` and in the COGs.
+
+use super::super::grid::GridMaps;
+
+/// What a map shows; decides its data type and its style.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapKind {
+    /// Bed elevation or water level (m).
+    Level,
+    /// Depth (m).
+    Depth,
+    /// Speed (m/s) or depth times speed (m²/s).
+    Speed,
+    /// Time since the start (s).
+    Time,
+    /// Hazard class.
+    Class,
+}
+
+/// One map with what a reader has to know about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapVariable<'a> {
+    /// Name in files.
+    pub name: String,
+    /// Name for people; unique, since QGIS's mesh reader drops one of two variables with the same.
+    pub long_name: String,
+    /// Name in the CF standard name table, where there is one.
+    pub standard_name: Option<&'static str>,
+    /// Unit.
+    pub units: &'static str,
+    /// How the value was formed over time; empty where that does not apply.
+    pub cell_methods: &'static str,
+    /// Definition.
+    pub comment: String,
+    /// Depth threshold that the map belongs to (m).
+    pub threshold: Option<f64>,
+    /// What it shows.
+    pub kind: MapKind,
+    /// Values, row 0 in the north.
+    pub values: &'a [f32],
+}
+
+/// The ending of names that belong to a threshold (m): `0p10m` for 0.1 m, `0p305m` for 0.305 m.
+pub(super) fn threshold_name(threshold: f64) -> String {
+    let mut digits = format!("{threshold:.4}");
+    while digits.ends_with('0') && digits.len() - digits.find('.').unwrap_or(0) > 3 {
+        digits.pop();
+    }
+    format!("{}m", digits.replace('.', "p"))
+}
+
+/// All maps of a run, in the order of the files.
+///
+/// The first threshold gives `arrival_time`, `flood_duration` and `deflood_time`; each further one adds its depth to
+/// these names, such as `arrival_time_0p50m`. `rise_on_wet` (m) is the one of the recorder, for the definitions.
+pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> {
+    let mut variables = maxima(maps);
+    for (which, grids) in maps.thresholds.iter().enumerate() {
+        let depth = grids.threshold;
+        let suffix = if which == 0 { String::new() } else { format!("_{}", threshold_name(depth)) };
+        let time = |name: &str, long_name: &str, standard_name, comment: String, values| MapVariable {
+            name: format!("{name}{suffix}"),
+            long_name: format!("{long_name} {depth} m"),
+            standard_name: Some(standard_name),
+            units: "s",
+            cell_methods: "",
+            comment,
+            threshold: Some(depth),
+            kind: MapKind::Time,
+            values,
+        };
+        variables.push(time(
+            "arrival_time",
+            "time of arrival of water deeper than",
+            "time_when_flood_water_rises_above_threshold",
+            format!(
+                "seconds since the start; ground dry at the start: first time the depth is at least {depth} m; ground \
+                 wet at the start: first time the level has also risen by {rise_on_wet} m; interpolated between compute \
+                 steps; no value where the water never came"
+            ),
+            &grids.arrival[..],
+        ));
+        variables.push(time(
+            "flood_duration",
+            "time under water deeper than",
+            "flood_water_duration_above_threshold",
+            format!("sum of all times with a depth of at least {depth} m, up to the end of the run"),
+            &grids.duration[..],
+        ));
+        variables.push(time(
+            "deflood_time",
+            "time of the last fall of the water below",
+            "time_when_flood_water_falls_below_threshold",
+            format!("seconds since the start; last time the depth fell below {depth} m; no value where it never did or where the water still stands at the end of the run"),
+            &grids.recession[..],
+        ));
+    }
+    variables
+}
+
+fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
+    const MAXIMUM: &str = "area: mean time: maximum";
+    let map = |name: &str, long_name: &str, standard_name, (units, kind), cell_methods, values| MapVariable {
+        name: name.to_string(),
+        long_name: long_name.to_string(),
+        standard_name,
+        units,
+        cell_methods,
+        comment: String::new(),
+        threshold: None,
+        kind,
+        values,
+    };
+    let metres = ("m", MapKind::Level);
+    let bed = "bed elevation used in the run";
+    let level = Some("water_surface_height_above_reference_datum");
+    let time_of_max = Some("time_of_maximum_flood_depth");
+    let mut variables = vec![
+        map("bed_elevation", bed, Some("ground_level_altitude"), metres, "area: mean", &maps.bed_elevation[..]),
+        map(
+            "max_depth",
+            "greatest depth",
+            Some("flood_water_thickness"),
+            ("m", MapKind::Depth),
+            MAXIMUM,
+            &maps.max_depth,
+        ),
+        map("max_water_level", "greatest water level", level, metres, MAXIMUM, &maps.max_water_level),
+        map(
+            "max_speed",
+            "greatest speed",
+            Some("flood_water_speed"),
+            ("m s-1", MapKind::Speed),
+            MAXIMUM,
+            &maps.max_speed,
+        ),
+        map(
+            "max_depth_velocity",
+            "greatest depth times speed of one moment",
+            None,
+            ("m2 s-1", MapKind::Speed),
+            MAXIMUM,
+            &maps.max_depth_velocity,
+        ),
+        map(
+            "time_of_max_depth",
+            "time of greatest depth",
+            time_of_max,
+            ("s", MapKind::Time),
+            "",
+            &maps.time_of_max_depth,
+        ),
+        map(
+            "hazard_class",
+            "greatest hazard class of one moment",
+            None,
+            ("1", MapKind::Class),
+            MAXIMUM,
+            &maps.hazard_class,
+        ),
+    ];
+    for variable in &mut variables {
+        variable.comment = match variable.name.as_str() {
+            "max_water_level" => "above the vertical datum of the terrain; no value where always dry".into(),
+            "bed_elevation" => "above the vertical datum of the terrain".into(),
+            "time_of_max_depth" => "seconds since the start; no value where always dry".into(),
+            "hazard_class" => "combined hazard curves H1 to H6 of AIDR Guideline 7-3 (2017); 0 where always dry".into(),
+            _ => "maximum over all compute steps; 0 where always dry".into(),
+        };
+    }
+    variables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_have_short_names() {
+        for (threshold, name) in [(0.1, "0p10m"), (0.305, "0p305m"), (1.0, "1p00m"), (0.01, "0p01m")] {
+            assert_eq!(threshold_name(threshold), name);
+        }
+    }
+}

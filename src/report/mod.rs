@@ -1,0 +1,156 @@
+//! `floodsim report DIR`: map sheets and one page from a run folder, without a new simulation.
+//!
+//! Reads `maps.nc`, `fields.nc`, `run.json` and `tables/`; writes `report/*.svg` and `report/index.html`, which holds all of
+//! them and needs no other file. What a folder lacks is left out of the page, save `maps.nc`, without which there is none.
+
+mod page;
+mod read;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::maps::{Classes, Mark, Panel, Sheet, clock, hydrograph, map_sheet};
+use read::RunFolder;
+
+/// Most lines that one hydrograph can show and still be read.
+const MOST_LINES: usize = 16;
+
+/// Writes the report of a run folder and returns its files, the page last.
+///
+/// # Errors
+/// [`Error::Problems`] when the folder holds no readable run, [`Error::Output`] when the report cannot be written.
+pub fn report(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let run = RunFolder::open(folder)?;
+    let target = folder.join("report");
+    std::fs::create_dir_all(&target).map_err(|cause| output_error(&target, &cause))?;
+    let mut files = Vec::new();
+    let mut write = |name: &str, text: &str| {
+        let path = target.join(name);
+        std::fs::write(&path, text).map_err(|cause| output_error(&path, &cause))?;
+        files.push(path);
+        Ok::<(), Error>(())
+    };
+    let figures = figures(&run)?;
+    for figure in &figures {
+        write(&format!("{}.svg", figure.name), &figure.svg)?;
+    }
+    write("index.html", &page::page(&run, &figures))?;
+    Ok(files)
+}
+
+fn output_error(path: &Path, cause: &std::io::Error) -> Error {
+    Error::Output { path: path.to_path_buf(), cause: cause.to_string() }
+}
+
+/// A picture of the report.
+struct Figure {
+    name: &'static str,
+    caption: &'static str,
+    svg: String,
+}
+
+/// What all sheets of a report share.
+struct Common<'a> {
+    run: &'a RunFolder,
+    marks: Vec<Mark>,
+    note: String,
+}
+
+impl Common<'_> {
+    fn sheet(&self, subtitle: &str, panels: Vec<Panel>) -> String {
+        let run = self.run;
+        map_sheet(&Sheet {
+            title: &run.title,
+            subtitle,
+            grid: &run.grid,
+            bed: &run.bed,
+            panels,
+            marks: &self.marks,
+            crs: &run.crs,
+            note: &self.note,
+        })
+    }
+
+    /// A figure of one map.
+    fn figure(&self, name: &'static str, caption: &'static str, map: Panel) -> Figure {
+        Figure { name, caption, svg: self.sheet(caption, vec![map]) }
+    }
+}
+
+fn map_panel<'a>(values: &'a [f64], classes: &'a Classes) -> Panel<'a> {
+    Panel { caption: String::new(), values, classes, under: None, wide: true }
+}
+
+fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
+    let marks = run.gauges.iter().map(|gauge| gauge.mark(run.gauges.len())).collect();
+    let common = Common { run, marks, note: run.note() };
+    let mut figures = Vec::new();
+
+    let max_depth = run.map("max_depth")?.unwrap_or_default();
+    let depth_classes = Classes::depth(greatest(&max_depth));
+    if !max_depth.is_empty() {
+        figures.push(common.figure(
+            "max_depth",
+            "Greatest water depth at any time",
+            map_panel(&max_depth, &depth_classes),
+        ));
+    }
+    let arrival = run.map("arrival_time")?.unwrap_or_default();
+    let arrival_classes = Classes::arrival(&isochrones(greatest(&arrival)));
+    let initial = run.initial_depth()?.unwrap_or_default();
+    let still_classes = Classes {
+        title: "Before the failure".to_string(),
+        entries: vec![(depth_classes.entries[0].0, [0xb4, 0xbc, 0xc8], "water at the start".to_string())],
+    };
+    let under = (!initial.is_empty()).then_some((&initial[..], &still_classes));
+    let arrival_panel = Panel { under, ..map_panel(&arrival, &arrival_classes) };
+    if !arrival.is_empty() {
+        figures.push(common.figure(
+            "arrival",
+            "Time from the failure to the arrival of the flood",
+            arrival_panel.clone(),
+        ));
+    }
+    if let Some(values) = run.map("hazard_class")? {
+        let classes = Classes::hazard();
+        figures.push(common.figure("hazard", "Greatest momentary hazard class", map_panel(&values, &classes)));
+    }
+    if let Some(values) = run.map("max_speed")? {
+        let classes = Classes::speed(greatest(&values));
+        figures.push(common.figure("max_speed", "Greatest speed at any time", map_panel(&values, &classes)));
+    }
+    let frames = run.four_frames()?;
+    if !frames.is_empty() {
+        let caption = |time: f64| format!("{} after the failure", clock(time));
+        let mut panels: Vec<Panel> = Vec::new();
+        for (time, values) in &frames {
+            panels.push(Panel { caption: caption(*time), wide: false, ..map_panel(values, &depth_classes) });
+        }
+        if !arrival.is_empty() {
+            panels.push(Panel { caption: "Arrival of the flood".to_string(), ..arrival_panel });
+        }
+        let caption = "The flood at four times, and its arrival";
+        figures.push(Figure { name: "four_times", caption, svg: common.sheet(caption, panels) });
+    }
+    let lines = run.series.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect::<Vec<_>>();
+    if !lines.is_empty() {
+        let caption = "Water depth at the gauges";
+        figures.push(Figure { name: "gauges", caption, svg: hydrograph(caption, "depth (m)", &lines) });
+    }
+    Ok(figures)
+}
+
+/// The greatest finite value, 0 where there is none.
+fn greatest(values: &[f64]) -> f64 {
+    values.iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max)
+}
+
+/// Round times (s) that part the arrivals up to `last` (s) into about ten classes.
+fn isochrones(last: f64) -> Vec<f64> {
+    let steps =
+        [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 21600.0, 86400.0];
+    let step = steps.into_iter().find(|step| last <= 11.0 * step).unwrap_or(last / 10.0);
+    (1..).map(|k| f64::from(k) * step).take_while(|time| *time < last).take(12).collect()
+}

@@ -1,0 +1,145 @@
+//! The page of a report: one HTML file with the summary, the volume ledger, the gauges and all figures inside.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use super::Figure;
+use super::read::RunFolder;
+use crate::maps::{clock, escape};
+
+const STYLE: &str = "body{font:15px/1.45 'DejaVu Sans','Liberation Sans',Arial,sans-serif;color:#222;max-width:1240px;margin:2em auto;padding:0 1em}\
+h1{font-size:1.6em}h2{font-size:1.2em;margin-top:2em;border-bottom:1px solid #ccc}\
+table{border-collapse:collapse;margin:.6em 0}td,th{padding:.25em .8em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}\
+th{background:#f3f3f1;font-weight:600}td.n{text-align:right;font-variant-numeric:tabular-nums}\
+figure{margin:1em 0}svg{max-width:100%;height:auto}.scroll{overflow-x:auto}\
+.status{padding:.5em .8em;background:#eef3ea;border-left:4px solid #5a8f3c}.status.bad{background:#f8ebe8;border-color:#b4432e}\
+@media print{figure{break-inside:avoid}}";
+
+/// The page as text.
+pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
+    let title = escape(&run.title);
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+    );
+    status(&mut html, &run.summary);
+    table(&mut html, "The run", &summary_rows(run));
+    table(&mut html, "Volume ledger", &ledger_rows(&run.summary["volume_m3"]));
+    for figure in figures {
+        let _ = write!(html, "<h2>{}</h2>\n<figure>{}</figure>\n", figure.caption, figure.svg);
+    }
+    gauges(&mut html, run);
+    table(&mut html, "Methods", &pairs(&run.summary["methods"]));
+    table(&mut html, "Inputs (SHA-256)", &input_rows(&run.summary["inputs"]));
+    html.push_str("</body></html>\n");
+    html
+}
+
+/// Whether the run can be relied on, before anything else.
+fn status(html: &mut String, summary: &Value) {
+    let Some(status) = summary["status"].as_str() else { return };
+    let gates = summary["gates"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let good = summary["exit_code"].as_i64() == Some(0);
+    let class = if good { "status" } else { "status bad" };
+    let _ = write!(html, "<p class=\"{class}\"><b>{}</b>", escape(status));
+    for gate in gates {
+        let text = gate.as_str().map_or_else(|| gate.to_string(), str::to_string);
+        let _ = write!(html, "<br>{}", escape(&text));
+    }
+    html.push_str("</p>\n");
+}
+
+/// A table of names and values; nothing where there are none.
+fn table(html: &mut String, heading: &str, rows: &[(String, String)]) {
+    if rows.is_empty() {
+        return;
+    }
+    let _ = writeln!(html, "<h2>{heading}</h2>\n<table>");
+    for (name, value) in rows {
+        let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
+    }
+    html.push_str("</table>\n");
+}
+
+fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
+    let summary = &run.summary;
+    let mut rows = Vec::new();
+    let mut add = |name: &str, value: Option<String>| rows.extend(value.map(|value| (name.to_string(), value)));
+    let number = |value: &Value| value.as_f64();
+    let seconds = |value: &Value| number(value).map(|s| if s < 60.0 { format!("{s:.1} s") } else { clock(s) });
+    add("Program", summary["version"].as_str().map(|version| format!("floodsim {version}")));
+    add("Command", summary["command"].as_str().map(str::to_string));
+    add("Coordinate reference system", Some(run.crs.clone()));
+    let (grid, metres) = (&run.grid, run.grid.cell);
+    add("Grid of the maps", Some(format!("{} × {} cells of {metres} m", grid.columns, grid.rows)));
+    add("Simulated", seconds(&summary["simulated_s"]));
+    add("Riverbed particles", number(&summary["bed_particles"]).map(|n| format!("{n}")));
+    add("Particles with water, at most", number(&summary["particles"]["peak"]).map(|n| format!("{n}")));
+    add("Time steps", number(&summary["steps"]).map(|n| format!("{n}")));
+    let step = &summary["dt_s"];
+    let steps = number(&step["min"]).zip(number(&step["median"])).zip(number(&step["max"]));
+    add("Time step: least, median, greatest", steps.map(|((a, b), c)| format!("{a:.3} s, {b:.3} s, {c:.3} s")));
+    add("Greatest speed", number(&summary["max_speed_m_s"]).map(|v| format!("{v:.3} m/s")));
+    add("Time on the clock", seconds(&summary["wall_s"]));
+    add("Time of the processors", seconds(&summary["cpu_s"]));
+    add("Memory, at most", number(&summary["peak_rss_mb"]).map(|mb| format!("{mb:.0} MB")));
+    rows
+}
+
+fn ledger_rows(volume: &Value) -> Vec<(String, String)> {
+    let lines = [
+        ("initial", "Water at the start"),
+        ("in", "Came in"),
+        ("out", "Left through open edges"),
+        ("final", "Water at the end"),
+    ];
+    let volumes = lines.iter().filter_map(|(key, name)| {
+        volume[*key].as_f64().map(|cubic_metres| (name.to_string(), format!("{cubic_metres:.1} m³")))
+    });
+    let errors = [("error_relative", "Error of the ledger"), ("grid_error_relative", "Error of the maps' volume")];
+    let errors = errors.iter().filter_map(|(key, name)| {
+        volume[*key].as_f64().map(|error| (format!("{name}, relative"), format!("{error:.1e}")))
+    });
+    volumes.chain(errors).collect()
+}
+
+fn pairs(object: &Value) -> Vec<(String, String)> {
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_string);
+    object
+        .as_object()
+        .map(|map| map.iter().map(|(key, value)| (key.clone(), text(value))).collect())
+        .unwrap_or_default()
+}
+
+fn input_rows(inputs: &Value) -> Vec<(String, String)> {
+    let rows = inputs.as_array().map(Vec::as_slice).unwrap_or_default().iter();
+    rows.filter_map(|input| Some((input["path"].as_str()?.to_string(), input["sha256"].as_str()?.to_string())))
+        .collect()
+}
+
+/// `tables/gauges.csv` as it is; numbers to the right, arrival also in minutes.
+fn gauges(html: &mut String, run: &RunFolder) {
+    if run.gauges.is_empty() {
+        return;
+    }
+    html.push_str("<h2>Gauges</h2>\n<div class=\"scroll\"><table><tr>");
+    for column in &run.gauge_columns {
+        let _ = write!(html, "<th>{}</th>", escape(column));
+    }
+    html.push_str("</tr>\n");
+    for gauge in &run.gauges {
+        html.push_str("<tr>");
+        for (column, cell) in run.gauge_columns.iter().zip(&gauge.cells) {
+            let number = cell.parse::<f64>().ok();
+            let class = if number.is_some() { " class=\"n\"" } else { "" };
+            let minutes = match number {
+                Some(seconds) if column == "arrival_s" && seconds >= 60.0 => format!(" ({})", clock(seconds)),
+                _ => String::new(),
+            };
+            let _ = write!(html, "<td{class}>{}{minutes}</td>", escape(cell));
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</table></div>\n");
+}

@@ -1,0 +1,233 @@
+//! Reads a run folder back: maps, frames, tables, summary.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Problem, ProblemKind};
+use crate::maps::{MapGrid, Mark, Series};
+
+/// A gauge with its row of `tables/gauges.csv`.
+pub(super) struct GaugeRow {
+    pub cells: Vec<String>,
+    id: String,
+    name: Option<String>,
+    place: (f64, f64),
+}
+
+impl GaugeRow {
+    /// Its mark on a map: with its full name where there are few gauges.
+    pub fn mark(&self, gauges: usize) -> Mark {
+        let name = match &self.name {
+            Some(name) if gauges <= 12 => format!("{} {name}", self.id),
+            _ => self.id.clone(),
+        };
+        Mark { name, place: self.place }
+    }
+}
+
+/// What a run folder holds, as far as a report needs it.
+pub(super) struct RunFolder {
+    pub title: String,
+    pub crs: String,
+    pub grid: MapGrid,
+    pub bed: Vec<f64>,
+    pub summary: serde_json::Value,
+    pub gauge_columns: Vec<String>,
+    pub gauges: Vec<GaugeRow>,
+    pub series: Vec<Series>,
+    maps: netcdf::File,
+    fields: Option<netcdf::File>,
+}
+
+impl RunFolder {
+    /// Opens the folder of a finished run.
+    pub fn open(folder: &Path) -> Result<RunFolder, Error> {
+        let maps = open(&folder.join("maps.nc"))?;
+        let fields_path = folder.join("fields.nc");
+        let fields = fields_path.exists().then(|| open(&fields_path)).transpose()?;
+        let grid = read_grid(&maps, &folder.join("maps.nc"))?;
+        let bed = variable(&maps, "bed_elevation", None)?
+            .ok_or_else(|| unreadable(&folder.join("maps.nc"), "it has no variable `bed_elevation`".to_string()))?;
+        let summary = std::fs::read_to_string(folder.join("run.json")).ok();
+        let summary = summary.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or(serde_json::Value::Null);
+        let text = |name: &str| match maps.attribute(name).map(|attribute| attribute.value()) {
+            Some(Ok(netcdf::AttributeValue::Str(text))) => Some(text),
+            _ => None,
+        };
+        let (gauge_columns, gauges) = read_gauges(&folder.join("tables/gauges.csv"));
+        Ok(RunFolder {
+            title: text("title").unwrap_or_else(|| "Flood".to_string()),
+            crs: crs_name(&maps),
+            series: read_series(&folder.join("tables/gauge_series.csv"), &gauges),
+            grid,
+            bed,
+            summary,
+            gauge_columns,
+            gauges,
+            maps,
+            fields,
+        })
+    }
+
+    /// A map of `maps.nc`, NaN where it has no value.
+    pub fn map(&self, name: &str) -> Result<Option<Vec<f64>>, Error> {
+        variable(&self.maps, name, None)
+    }
+
+    /// Depth in the first frame.
+    pub fn initial_depth(&self) -> Result<Option<Vec<f64>>, Error> {
+        self.fields.as_ref().map_or(Ok(None), |fields| variable(fields, "depth", Some(0)))
+    }
+
+    /// Time (s) and depth of the frames nearest to an eighth, a quarter, a half and the whole of the run.
+    pub fn four_frames(&self) -> Result<Vec<(f64, Vec<f64>)>, Error> {
+        let Some(fields) = &self.fields else { return Ok(Vec::new()) };
+        let Some(times) = variable(fields, "time", None)? else { return Ok(Vec::new()) };
+        let end = times.last().copied().unwrap_or(0.0);
+        let nearest = |wanted: f64| {
+            (0..times.len()).min_by(|a, b| (times[*a] - wanted).abs().total_cmp(&(times[*b] - wanted).abs()))
+        };
+        let mut chosen: Vec<usize> = [0.125, 0.25, 0.5, 1.0].iter().filter_map(|part| nearest(part * end)).collect();
+        chosen.dedup();
+        let mut frames = Vec::new();
+        for frame in chosen {
+            if let Some(depth) = variable(fields, "depth", Some(frame))? {
+                frames.push((times[frame], depth));
+            }
+        }
+        Ok(frames)
+    }
+
+    /// Version, methods and resolution in one line.
+    pub fn note(&self) -> String {
+        let version = self.summary["version"].as_str().unwrap_or(env!("CARGO_PKG_VERSION"));
+        let methods = &self.summary["methods"];
+        let named = ["formulation", "motion"].iter().filter_map(|family| methods[family].as_str());
+        let parts: Vec<String> =
+            std::iter::once(format!("floodsim {version}")).chain(named.map(str::to_string)).collect();
+        parts.join(" · ")
+    }
+}
+
+fn unreadable(path: &Path, cause: String) -> Error {
+    let message = format!("{} cannot be read as the result of a run", path.display());
+    Error::Problems(vec![
+        Problem::error(ProblemKind::Input, "not-a-run", "", message)
+            .with_cause(cause)
+            .with_remedy("name the folder of a finished run, which holds maps.nc"),
+    ])
+}
+
+fn open(path: &PathBuf) -> Result<netcdf::File, Error> {
+    netcdf::open(path).map_err(|cause| unreadable(path, cause.to_string()))
+}
+
+/// All values of a variable, or those of one frame, with NaN in place of the fill value.
+fn variable(file: &netcdf::File, name: &str, frame: Option<usize>) -> Result<Option<Vec<f64>>, Error> {
+    let Some(variable) = file.variable(name) else { return Ok(None) };
+    let values = match frame {
+        Some(frame) => variable.get_values::<f64, _>((frame, .., ..)),
+        None => variable.get_values::<f64, _>(..),
+    };
+    let path = file.path().unwrap_or_default();
+    let mut values = values.map_err(|cause| unreadable(&path, format!("variable `{name}`: {cause}")))?;
+    let fill = variable.attribute_value("_FillValue").and_then(Result::ok).and_then(|fill| f64::try_from(fill).ok());
+    if let Some(fill) = fill {
+        // A fill value is stored, not computed: equal bits mean missing.
+        values.iter_mut().filter(|value| value.to_bits() == fill.to_bits()).for_each(|value| *value = f64::NAN);
+    }
+    Ok(Some(values))
+}
+
+/// The grid from the coordinate variables, which hold the centres of the cells, y descending.
+fn read_grid(maps: &netcdf::File, path: &Path) -> Result<MapGrid, Error> {
+    let (x, y) = (variable(maps, "x", None)?.unwrap_or_default(), variable(maps, "y", None)?.unwrap_or_default());
+    let (Some(first_x), Some(last_x), Some(first_y), Some(last_y)) = (x.first(), x.last(), y.first(), y.last()) else {
+        return Err(unreadable(path, "it has no coordinates `x` and `y`".to_string()));
+    };
+    let cell = match (x.len(), y.len()) {
+        (1, 1) => return Err(unreadable(path, "its grid has a single cell".to_string())),
+        (1, rows) => (first_y - last_y) / (rows - 1) as f64,
+        (columns, _) => (last_x - first_x) / (columns - 1) as f64,
+    };
+    Ok(MapGrid { columns: x.len(), rows: y.len(), west: first_x - 0.5 * cell, north: first_y + 0.5 * cell, cell })
+}
+
+fn crs_name(maps: &netcdf::File) -> String {
+    let attribute = |name: &str| match maps.variable("crs")?.attribute_value(name)?.ok()? {
+        netcdf::AttributeValue::Str(text) => Some(text),
+        _ => None,
+    };
+    let name_in_wkt = || attribute("crs_wkt")?.split('"').nth(1).map(str::to_string);
+    attribute("epsg_code").or_else(name_in_wkt).unwrap_or_else(|| "local metres".to_string())
+}
+
+/// The lines of a table, each split at commas outside quotes; none where the file is absent.
+fn read_csv(path: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    text.lines().filter(|line| !line.trim().is_empty()).map(split_csv).collect()
+}
+
+fn split_csv(line: &str) -> Vec<String> {
+    let (mut cells, mut quoted) = (vec![String::new()], false);
+    let mut characters = line.chars().peekable();
+    while let Some(character) = characters.next() {
+        let last = cells.len() - 1;
+        match character {
+            '"' if quoted && characters.peek() == Some(&'"') => {
+                characters.next();
+                cells[last].push('"');
+            }
+            '"' => quoted = !quoted,
+            ',' if !quoted => cells.push(String::new()),
+            _ => cells[last].push(character),
+        }
+    }
+    cells
+}
+
+fn read_gauges(path: &Path) -> (Vec<String>, Vec<GaugeRow>) {
+    let mut rows = read_csv(path).into_iter();
+    let columns = rows.next().unwrap_or_default();
+    let column = |name: &str| columns.iter().position(|column| column == name);
+    let (Some(id), Some(x), Some(y)) = (column("id"), column("x"), column("y")) else { return (columns, Vec::new()) };
+    let name = column("name");
+    let gauges = rows.filter_map(|cells| {
+        let number = |k: usize| cells.get(k)?.parse::<f64>().ok();
+        let place = (number(x)?, number(y)?);
+        let name = name.and_then(|k| cells.get(k)).filter(|name| !name.is_empty()).cloned();
+        Some(GaugeRow { id: cells.get(id)?.clone(), name, place, cells })
+    });
+    let gauges = gauges.collect();
+    (columns, gauges)
+}
+
+/// The depth over time at each gauge, in the order of the gauges.
+fn read_series(path: &Path, gauges: &[GaugeRow]) -> Vec<Series> {
+    let count = gauges.len();
+    let mut series: Vec<Series> =
+        gauges.iter().map(|gauge| Series { name: gauge.mark(count).name, points: Vec::new() }).collect();
+    let mut rows = read_csv(path).into_iter();
+    let columns = rows.next().unwrap_or_default();
+    let column = |name: &str| columns.iter().position(|column| column == name);
+    let (Some(id), Some(time), Some(depth)) = (column("id"), column("time_s"), column("depth_m")) else {
+        return series;
+    };
+    for cells in rows {
+        let number = |k: usize| cells.get(k)?.parse::<f64>().ok();
+        let gauge = gauges.iter().position(|gauge| Some(&gauge.id) == cells.get(id));
+        if let (Some(gauge), Some(time), Some(depth)) = (gauge, number(time), number(depth)) {
+            series[gauge].points.push((time, depth));
+        }
+    }
+    series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quoted_commas_do_not_part_cells() {
+        assert_eq!(split_csv(r#"G1,"a, ""b""",3"#), ["G1", r#"a, "b""#, "3"]);
+    }
+}

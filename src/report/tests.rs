@@ -1,0 +1,99 @@
+use std::path::Path;
+
+use super::*;
+
+const COLUMNS: usize = 40;
+const ROWS: usize = 25;
+
+/// A run folder as the writers of results leave it, with made values: water of depth 2 m that spreads eastwards.
+fn run_folder(folder: &Path) {
+    let bed: Vec<f32> =
+        (0..COLUMNS * ROWS).map(|i| if i == 0 { -9999.0 } else { 100.0 - (i % COLUMNS) as f32 }).collect();
+    let reached = |i: usize, columns: usize| (10..15).contains(&(i / COLUMNS)) && i % COLUMNS < columns;
+    let depth =
+        |columns: usize| (0..COLUMNS * ROWS).map(|i| if reached(i, columns) { 2.0 } else { 0.0 }).collect::<Vec<f32>>();
+    let arrival: Vec<f32> =
+        (0..COLUMNS * ROWS).map(|i| if reached(i, 30) { 10.0 * (i % COLUMNS) as f32 } else { -9999.0 }).collect();
+
+    let mut maps = file(&folder.join("maps.nc"));
+    for (name, values) in [("bed_elevation", &bed), ("max_depth", &depth(30)), ("arrival_time", &arrival)] {
+        let mut variable = maps.add_variable::<f32>(name, &["y", "x"]).unwrap();
+        variable.set_fill_value(-9999f32).unwrap();
+        variable.put_values(values, ..).unwrap();
+    }
+    let mut fields = file(&folder.join("fields.nc"));
+    fields.add_unlimited_dimension("time").unwrap();
+    fields.add_variable::<f64>("time", &["time"]).unwrap();
+    fields.add_variable::<f32>("depth", &["time", "y", "x"]).unwrap();
+    for (frame, columns) in [5usize, 10, 15, 20, 30].into_iter().enumerate() {
+        fields.variable_mut("depth").unwrap().put_values(&depth(columns), (frame, .., ..)).unwrap();
+        fields.variable_mut("time").unwrap().put_value(75.0 * frame as f64, frame).unwrap();
+    }
+    std::fs::create_dir(folder.join("tables")).unwrap();
+    std::fs::write(
+        folder.join("tables/gauges.csv"),
+        "id,x,y,bed_m,arrival_s,max_depth_m,name\nG1,1055,2125,95,50,2,\"Mill, upper\"\nG2,1355,2125,65,,0,Inn\n",
+    )
+    .unwrap();
+    std::fs::write(
+        folder.join("tables/gauge_series.csv"),
+        "id,time_s,depth_m,level_m\nG1,0,0,95\nG1,60,2,97\nG2,0,0,65\nG2,60,0,65\n",
+    )
+    .unwrap();
+    std::fs::write(
+        folder.join("run.json"),
+        r#"{"version": "9.9", "steps": 1234, "status": "done", "exit_code": 0, "volume_m3": {"initial": 50000.0}}"#,
+    )
+    .unwrap();
+}
+
+fn file(path: &Path) -> netcdf::FileMut {
+    let mut file = netcdf::create(path).unwrap();
+    file.add_attribute("title", "Made valley").unwrap();
+    file.add_dimension("y", ROWS).unwrap();
+    file.add_dimension("x", COLUMNS).unwrap();
+    let x: Vec<f64> = (0..COLUMNS).map(|k| 1005.0 + 10.0 * k as f64).collect();
+    let y: Vec<f64> = (0..ROWS).map(|k| 2245.0 - 10.0 * k as f64).collect();
+    file.add_variable::<f64>("x", &["x"]).unwrap().put_values(&x, ..).unwrap();
+    file.add_variable::<f64>("y", &["y"]).unwrap().put_values(&y, ..).unwrap();
+    file
+}
+
+#[test]
+fn a_run_folder_is_read_back_as_it_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    run_folder(folder.path());
+    let run = RunFolder::open(folder.path()).unwrap();
+    assert_eq!((run.grid.columns, run.grid.rows), (COLUMNS, ROWS));
+    assert!((run.grid.west - 1000.0).abs() < 1e-9 && (run.grid.north - 2250.0).abs() < 1e-9);
+    assert!(run.bed[0].is_nan() && (run.bed[1] - 99.0).abs() < 1e-9);
+    assert!(run.map("max_speed").unwrap().is_none());
+    let times: Vec<f64> = run.four_frames().unwrap().iter().map(|frame| frame.0).collect();
+    assert_eq!(times, [0.0, 75.0, 150.0, 300.0]); // nearest to 37.5, 75, 150 and 300 s
+    assert_eq!(run.series[0].points, [(0.0, 0.0), (60.0, 2.0)]);
+}
+
+#[test]
+fn the_report_holds_every_figure_and_needs_no_other_file() {
+    let folder = tempfile::tempdir().unwrap();
+    run_folder(folder.path());
+    let files = report(folder.path()).unwrap();
+    let names: Vec<_> = files.iter().filter_map(|path| path.file_name()?.to_str()).collect();
+    assert_eq!(names, ["max_depth.svg", "arrival.svg", "four_times.svg", "gauges.svg", "index.html"]);
+    let page = std::fs::read_to_string(&files[4]).unwrap();
+    for text in ["Made valley", "Mill, upper", "1234", "50000.0 m³", "2 min 30 s after the failure"] {
+        assert!(page.contains(text), "the page lacks {text}");
+    }
+    let outside =
+        page.split("href=\"").skip(1).filter(|rest| !rest.starts_with('#') && !rest.starts_with("data:")).count();
+    assert_eq!(outside, 0, "the page refers to other files");
+}
+
+#[test]
+fn a_folder_without_a_run_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = report(folder.path()).unwrap_err();
+    assert_eq!(error.exit_code(), crate::error::ExitCode::Input);
+    assert!(error.to_string().contains("maps.nc"));
+    assert!(!folder.path().join("report").exists());
+}

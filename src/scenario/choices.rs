@@ -1,0 +1,127 @@
+//! The values of a scenario that are one name out of a list: methods, sides, units of a raster.
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::model::{PointInterpolation, Side, Sourced};
+use super::read::{FromNode, Reader, nearest};
+use super::tree::Node;
+
+/// One name of a fixed list.
+pub trait Choice: Sized + Copy + 'static {
+    /// What is chosen, for messages.
+    const WHAT: &'static str;
+    /// The names and what they stand for.
+    fn choices() -> Vec<(&'static str, Self)>;
+}
+
+/// A chosen name with its place.
+#[derive(Clone, Debug)]
+pub struct Chosen<T>(pub Sourced<T>);
+
+impl<T: Choice> FromNode for Chosen<T> {
+    fn example() -> String {
+        "a name".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let choices = T::choices();
+        let names = || choices.iter().map(|(name, _)| *name);
+        let list = names().collect::<Vec<_>>().join(", ");
+        let text = reader.text(node, T::WHAT, choices[0].0)?;
+        if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
+            return Some(Chosen(reader.sourced(node, *value)));
+        }
+        let remedy = match nearest(text, names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("use one of {list}"),
+        };
+        reader.error(node, "unknown-name", format!("`{text}` is not {}", T::WHAT), remedy);
+        None
+    }
+}
+
+impl<T: Choice> JsonSchema for Chosen<T> {
+    fn schema_name() -> Cow<'static, str> {
+        T::WHAT.into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"enum": T::choices().iter().map(|(name, _)| *name).collect::<Vec<_>>()})
+    }
+}
+
+macro_rules! method_choices {
+    ($($family:ident: $what:literal,)+) => {
+        $(impl Choice for $family {
+            const WHAT: &'static str = $what;
+
+            fn choices() -> Vec<(&'static str, Self)> {
+                $family::ALL.iter().map(|member| (member.name(), *member)).collect()
+            }
+        })+
+    };
+}
+
+method_choices! {
+    Formulation: "a formulation",
+    Motion: "a motion",
+    Stabilisation: "a stabilisation",
+    Kernel: "a kernel",
+    Integrator: "an integrator",
+    BedMethod: "a method for the bed",
+}
+
+impl Choice for Side {
+    const WHAT: &'static str = "a side of the terrain";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![
+            ("north", Side::North),
+            ("east", Side::East),
+            ("south", Side::South),
+            ("west", Side::West),
+            ("all", Side::All),
+        ]
+    }
+}
+
+/// What happens at a boundary.
+#[derive(Clone, Copy, Debug)]
+pub struct OpenType;
+
+impl Choice for OpenType {
+    const WHAT: &'static str = "a type of boundary";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("open", OpenType)]
+    }
+}
+
+/// The unit of the elevations of a raster, as its factor to metres.
+#[derive(Clone, Copy, Debug)]
+pub struct ElevationUnit(pub f64);
+
+impl Choice for ElevationUnit {
+    const WHAT: &'static str = "a unit of elevation";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("us_ft", 1200.0 / 3937.0)]
+            .map(|(name, factor)| (name, ElevationUnit(factor)))
+            .to_vec()
+    }
+}
+
+impl Choice for PointInterpolation {
+    const WHAT: &'static str = "an interpolation between points";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("inverse_distance", Self::InverseDistance), ("natural_neighbour", Self::NaturalNeighbour)]
+    }
+}

@@ -1,0 +1,374 @@
+//! The values of a scenario: quantities with their range, names of files, dates. Each knows its unit, its
+//! range, an example, and its JSON Schema.
+
+use std::borrow::Cow;
+use std::marker::PhantomData;
+use std::path::PathBuf;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+use super::model::{Sourced, VectorSource};
+use super::read::{FromNode, Reader};
+use super::tree::Node;
+use super::units::{self, Dimension};
+
+/// What a quantity is for: its dimension and the range of its values.
+pub trait Kind {
+    /// Name in the schema.
+    const NAME: &'static str;
+    /// The dimension.
+    const DIMENSION: &'static Dimension;
+    /// An example.
+    const EXAMPLE: &'static str;
+    /// The range in words.
+    const RANGE: &'static str;
+    /// Whether a value in SI units lies within the range.
+    fn is_allowed(value: f64) -> bool;
+}
+
+/// A quantity in SI units with its place.
+#[derive(Clone, Debug)]
+pub struct Quantity<K> {
+    /// Value in SI units, key path and place.
+    pub sourced: Sourced<f64>,
+    kind: PhantomData<K>,
+}
+
+impl<K> Quantity<K> {
+    /// The value in SI units.
+    pub fn value(&self) -> f64 {
+        self.sourced.value
+    }
+}
+
+impl<K: Kind> FromNode for Quantity<K> {
+    fn example() -> String {
+        K::EXAMPLE.to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let text = reader.text(node, K::DIMENSION.name, K::EXAMPLE)?;
+        match K::DIMENSION.parse(text) {
+            Ok(value) if K::is_allowed(value) => {
+                Some(Quantity { sourced: reader.sourced(node, value), kind: PhantomData })
+            }
+            Ok(_) => {
+                reader.error(node, "range", format!("`{text}` is out of range"), format!("it must be {}", K::RANGE));
+                None
+            }
+            Err(error) => {
+                reader.error(node, error.code, error.message, error.remedy);
+                None
+            }
+        }
+    }
+}
+
+impl<K: Kind> JsonSchema for Quantity<K> {
+    fn schema_name() -> Cow<'static, str> {
+        K::NAME.into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let units = K::DIMENSION.unit_list();
+        let name = K::DIMENSION.name;
+        let unit_text = if units.is_empty() { String::new() } else { format!(" with one of the units {units}") };
+        json_schema!({
+            "type": ["string", "number"],
+            "description": format!("{name}{unit_text}; {}", K::RANGE),
+            "examples": [K::EXAMPLE],
+        })
+    }
+}
+
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:ident: $dimension:ident, $example:literal, $range:literal, $allowed:expr;)+) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Debug)]
+            pub struct $kind;
+
+            impl Kind for $kind {
+                const NAME: &'static str = stringify!($kind);
+                const DIMENSION: &'static Dimension = &units::$dimension;
+                const EXAMPLE: &'static str = $example;
+                const RANGE: &'static str = $range;
+
+                fn is_allowed(value: f64) -> bool {
+                    let allowed: fn(f64) -> bool = $allowed;
+                    allowed(value)
+                }
+            }
+        )+
+    };
+}
+
+kinds! {
+    /// A level above the vertical datum (m).
+    Level: LENGTH, "100 m", "any finite value", f64::is_finite;
+    /// A correction of elevations (m).
+    Offset: LENGTH, "0.12 m", "any finite value", f64::is_finite;
+    /// A length or depth (m).
+    Length: LENGTH, "20 m", "greater than 0", |value| value > 0.0;
+    /// A span of time (s).
+    Duration: TIME, "100 s", "greater than 0", |value| value > 0.0;
+    /// The end of a run (s).
+    EndTime: TIME, "1 h 30 min", "greater than 0 and at most 366 d", |value| value > 0.0 && value <= 366.0 * 86_400.0;
+    /// Manning roughness (s·m^(−1/3)).
+    Manning: NUMBER, "0.033", "between 0 and 0.5, in s/m^(1/3)", |value| (0.0..=0.5).contains(&value);
+    /// Courant number.
+    Courant: NUMBER, "0.5", "greater than 0 and at most 1", |value| value > 0.0 && value <= 1.0;
+    /// Gravity (m/s²).
+    Gravity: ACCELERATION, "9.81", "greater than 0", |value| value > 0.0;
+    /// Memory (bytes).
+    Memory: MEMORY, "8 GB", "greater than 0", |value| value > 0.0;
+    /// A number of particles.
+    Count: NUMBER, "50000000", "1 or more", |value| value >= 1.0;
+}
+
+/// A text.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(transparent)]
+pub struct Text(pub Sourced<String>);
+
+impl FromNode for Text {
+    fn example() -> String {
+        "a text".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let text = reader.text(node, "a text", &Self::example())?.to_owned();
+        Some(Text(reader.sourced(node, text)))
+    }
+}
+
+impl JsonSchema for Sourced<String> {
+    fn schema_name() -> Cow<'static, str> {
+        "Text".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        String::json_schema(generator)
+    }
+}
+
+impl FromNode for bool {
+    fn example() -> String {
+        "true".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        match reader.text(node, "true or false", &Self::example())? {
+            "true" => Some(true),
+            "false" => Some(false),
+            _ => {
+                reader.wrong_type(node, "true or false", "write `true` or `false`");
+                None
+            }
+        }
+    }
+}
+
+/// The version of the scenario format; this program reads version 1.
+#[derive(Clone, Debug)]
+pub struct FormatVersion;
+
+impl FromNode for FormatVersion {
+    fn example() -> String {
+        "1".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let text = reader.text(node, "the version of the scenario format", &Self::example())?;
+        if text == "1" {
+            return Some(FormatVersion);
+        }
+        let message = format!("version `{text}` of the scenario format is not known to this program");
+        reader.error(node, "version", message, "write `floodsim: 1`, or use a newer program");
+        None
+    }
+}
+
+impl JsonSchema for FormatVersion {
+    fn schema_name() -> Cow<'static, str> {
+        "FormatVersion".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"const": 1, "description": "Version of the scenario format."})
+    }
+}
+
+/// A file with a path relative to the folder of the scenario.
+#[derive(Clone, Debug)]
+pub struct InputFile(pub Sourced<PathBuf>);
+
+impl FromNode for InputFile {
+    fn example() -> String {
+        "dem.tif".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let name = file_name(node, reader, &Self::example())?;
+        let path = reader.folder.join(name);
+        let file = reader.sourced(node, path);
+        reader.files.push(file.clone());
+        Some(InputFile(file))
+    }
+}
+
+impl JsonSchema for InputFile {
+    fn schema_name() -> Cow<'static, str> {
+        "InputFile".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"type": "string", "description": "A file; its path is relative to the folder of the scenario."})
+    }
+}
+
+/// A vector file, or `file.gpkg:layer` for one of its layers.
+#[derive(Clone, Debug)]
+pub struct VectorFile(pub Sourced<VectorSource>);
+
+impl FromNode for VectorFile {
+    fn example() -> String {
+        "reservoir.geojson".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let (path, layer) = split_layer(file_name(node, reader, &Self::example())?);
+        let source = VectorSource { path: reader.folder.join(path), layer: layer.map(str::to_owned) };
+        let file = reader.sourced(node, source.path.clone());
+        reader.files.push(file);
+        Some(VectorFile(reader.sourced(node, source)))
+    }
+}
+
+impl JsonSchema for VectorFile {
+    fn schema_name() -> Cow<'static, str> {
+        "VectorFile".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "description": "A vector file, or `file.gpkg:layer` for one of its layers; \
+                its path is relative to the folder of the scenario.",
+        })
+    }
+}
+
+fn file_name<'a>(node: &'a Node, reader: &mut Reader, example: &str) -> Option<&'a str> {
+    let name = reader.text(node, "the name of a file", example)?;
+    if name.trim().is_empty() || name.contains('\0') {
+        reader.wrong_type(node, "the name of a file", &format!("write for example `{example}`"));
+        return None;
+    }
+    Some(name)
+}
+
+/// Splits `file.gpkg:layer` at the last colon that follows a file extension.
+fn split_layer(text: &str) -> (&str, Option<&str>) {
+    match text.rsplit_once(':') {
+        Some((path, layer)) if !layer.is_empty() && !layer.contains('/') && has_extension(path) => (path, Some(layer)),
+        _ => (text, None),
+    }
+}
+
+fn has_extension(path: &str) -> bool {
+    std::path::Path::new(path).extension().is_some_and(|extension| !extension.is_empty())
+}
+
+/// A date and time as `YYYY-MM-DD HH:MM:SS` (UTC).
+#[derive(Clone, Debug)]
+pub struct DateTime(pub String);
+
+impl FromNode for DateTime {
+    fn example() -> String {
+        "\"2026-06-01 06:00:00\"".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let text = reader.text(node, "a date and time", &Self::example())?;
+        let date = normalised_date(text);
+        if date.is_none() {
+            let remedy = format!("write it as {} (UTC, in quotes)", &Self::example());
+            reader.error(node, "date", format!("`{text}` is not a date and time"), remedy);
+        }
+        date.map(DateTime)
+    }
+}
+
+impl JsonSchema for DateTime {
+    fn schema_name() -> Cow<'static, str> {
+        "DateTime".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "description": "A date and time (UTC) as YYYY-MM-DD HH:MM:SS.",
+            "examples": ["2026-06-01 06:00:00"],
+        })
+    }
+}
+
+/// Accepts `YYYY-MM-DD`, with `HH:MM` or `HH:MM:SS` after a blank or a T, and a closing Z.
+fn normalised_date(text: &str) -> Option<String> {
+    let text = text.trim().trim_end_matches('Z');
+    let (date, time) = text.split_once([' ', 'T']).unwrap_or((text, "00:00:00"));
+    let numbers = |text: &str, separator: char, lengths: &[usize]| -> Option<Vec<u32>> {
+        let parts: Vec<&str> = text.split(separator).collect();
+        let fits = |(part, length): (&&str, &usize)| part.len() == *length && part.bytes().all(|b| b.is_ascii_digit());
+        if parts.len() > lengths.len() || !parts.iter().zip(lengths).all(fits) {
+            return None;
+        }
+        parts.iter().map(|part| part.parse().ok()).collect()
+    };
+    let [year, month, day] = numbers(date, '-', &[4, 2, 2])?[..] else { return None };
+    let (hour, minute, second) = match numbers(time, ':', &[2, 2, 2])?[..] {
+        [hour, minute] => (hour, minute, 0),
+        [hour, minute, second] => (hour, minute, second),
+        _ => return None,
+    };
+    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        2 => 28 + u32::from(is_leap),
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => return None,
+    };
+    let is_valid = year > 0 && (1..=days).contains(&day) && hour < 24 && minute < 60 && second < 60;
+    is_valid.then(|| format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layer_follows_the_extension() {
+        for (text, expected) in [
+            ("a.gpkg:lake", ("a.gpkg", Some("lake"))),
+            ("gis/a b.gpkg:lake one", ("gis/a b.gpkg", Some("lake one"))),
+            ("a.geojson", ("a.geojson", None)),
+            ("a:b/c.shp", ("a:b/c.shp", None)),
+            ("odd:name", ("odd:name", None)),
+            ("a.gpkg:", ("a.gpkg:", None)),
+        ] {
+            assert_eq!(split_layer(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn dates_are_normalised_and_checked() {
+        assert_eq!(normalised_date("1959-12-02 21:14").as_deref(), Some("1959-12-02 21:14:00"));
+        assert_eq!(normalised_date("1959-12-02T21:14:05Z").as_deref(), Some("1959-12-02 21:14:05"));
+        assert_eq!(normalised_date("2024-02-29").as_deref(), Some("2024-02-29 00:00:00"));
+        for text in ["2023-02-29", "2024-13-01", "2024-1-1", "02.12.1959", "2024-01-01 24:00", "", "2024-01-01 1:00:00"]
+        {
+            assert_eq!(normalised_date(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,462 @@
+//! From the text of a scenario to a `Scenario`: all checks, all problems at once, all defaults.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::choices::ElevationUnit;
+use super::defaults::{
+    DRY_DEPTH, FRAMES, GRAVITY, MAX_PARTICLES, MEMORY_SHARE, RISE_ON_WET, THRESHOLDS, default_isochrones,
+    machine_memory, sensible_interval,
+};
+use super::fields::VectorFile;
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::model::{
+    CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
+    TerrainLayer,
+};
+use super::read::{FromNode, Reader};
+use super::schema::{
+    BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, NumericsSection, OutputsSection, ScenarioFile, Terrain,
+};
+use super::tree;
+use crate::error::{Error, Place, Problem, ProblemKind};
+
+/// Largest scenario file (bytes); data belongs into files of its own.
+const MAX_FILE_BYTES: u64 = 1 << 20;
+
+/// A scenario that can be run, and what the planner should know about it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scenario.
+    pub scenario: Scenario,
+    /// Problems that do not stop it.
+    pub warnings: Vec<Problem>,
+}
+
+/// Reads and resolves a scenario file, with overrides of the form `key.path=value`.
+///
+/// # Errors
+/// `Error::Usage` for an override whose path does not fit, `Error::Problems` with every problem otherwise.
+pub fn load(file: &Path, overrides: &[String]) -> Result<Loaded, Error> {
+    resolve(&read_text(file)?, file, overrides)
+}
+
+/// Resolves the text of a scenario that stands in the given file.
+///
+/// # Errors
+/// As for `load`.
+pub fn resolve(text: &str, file: &Path, overrides: &[String]) -> Result<Loaded, Error> {
+    let (mut root, duplicates) = tree::parse(text, file).map_err(|problem| Error::Problems(vec![*problem]))?;
+    for change in overrides {
+        tree::apply_override(&mut root, change).map_err(Error::Usage)?;
+    }
+    let mut reader = Reader::new(&folder_of(file));
+    reader.problems = duplicates;
+    let written = ScenarioFile::from_node(&root, &mut reader);
+    if let Some(problem) =
+        reader.problems.iter().find(|problem| problem.code == "unknown-key" && problem.place.is_none())
+    {
+        let remedy = problem.remedy.as_deref().unwrap_or_default();
+        return Err(Error::Usage(format!("--set {}: {}; {remedy}", problem.key, problem.message)));
+    }
+    match written {
+        Some(written) if !reader.has_errors() => {
+            let scenario = fill_in(written, file);
+            Ok(Loaded { scenario, warnings: reader.problems })
+        }
+        _ => {
+            list_missing_files(&mut reader);
+            Err(Error::Problems(reader.problems))
+        }
+    }
+}
+
+/// Reads the file; what keeps it from being a text of moderate size is an error of the scenario.
+fn read_text(file: &Path) -> Result<String, Error> {
+    let name = file.display();
+    let refused = |code, message: String, remedy: &str, place, cause| {
+        let problem = Problem::error(ProblemKind::Scenario, code, "", message).with_remedy(remedy).with_place(place);
+        Error::Problems(vec![Problem { cause, ..problem }])
+    };
+    let unreadable = |cause: std::io::Error| {
+        let code = if cause.kind() == std::io::ErrorKind::NotFound { "missing-file" } else { "unreadable-file" };
+        let remedy = "give the path of a scenario file; `floodsim new` writes one to start from";
+        refused(code, format!("the scenario file `{name}` cannot be read"), remedy, None, Some(cause.to_string()))
+    };
+    if file.is_dir() {
+        let inside = file.join("scenario.yaml");
+        let is_there = inside.is_file();
+        let remedy = if is_there { format!("did you mean `{}`?", inside.display()) } else { "name a file".to_owned() };
+        return Err(refused("folder", format!("`{name}` is a folder, not a scenario file"), &remedy, None, None));
+    }
+    let mut bytes = Vec::new();
+    let opened = std::fs::File::open(file).map_err(unreadable)?;
+    opened.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        let remedy = "a scenario names its data; rasters, polygons and tables stay in files of their own";
+        return Err(refused(
+            "too-large",
+            format!("the scenario file `{name}` is larger than 1 MiB"),
+            remedy,
+            None,
+            None,
+        ));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + good.iter().filter(|byte| **byte == b'\n').count();
+        let line_start = good.iter().rposition(|byte| *byte == b'\n').map_or(0, |index| index + 1);
+        let column = 1 + String::from_utf8_lossy(&good[line_start..]).chars().count();
+        let place = Place { file: file.to_owned(), line, column };
+        let message = "the scenario file is not UTF-8 text".to_owned();
+        refused("encoding", message, "save it as UTF-8 in the editor", Some(place), None)
+    })
+}
+
+fn folder_of(file: &Path) -> PathBuf {
+    file.parent().map(Path::to_owned).unwrap_or_default()
+}
+
+/// Lists the named files that do not exist, since a scenario with errors is not opened any further.
+fn list_missing_files(reader: &mut Reader) {
+    for file in std::mem::take(&mut reader.files) {
+        // Paths such as `/vsizip/...` exist only for GDAL.
+        if file.value.to_string_lossy().starts_with("/vsi") || file.value.exists() {
+            continue;
+        }
+        let message = format!("the file `{}` does not exist", file.value.display());
+        let problem = Problem::error(ProblemKind::Input, "missing-file", file.key, message)
+            .with_place(file.place)
+            .with_remedy("correct the path; it counts from the folder of the scenario");
+        reader.problems.push(problem);
+    }
+}
+
+fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
+    let name = scenario_name(file);
+    let end_time = written.time.end.value();
+    let resolution = written.resolution.sourced;
+    let (layers, reproject) = terrain(written.terrain);
+    Scenario {
+        file: file.to_owned(),
+        title: written.title.map_or_else(|| name.clone(), |title| title.0.value),
+        crs: match written.crs {
+            None => Sourced { value: CrsChoice::FromTerrain, key: "crs".to_owned(), place: None },
+            Some(crs) => {
+                let value = match crs.0.value.trim() {
+                    "local" => CrsChoice::Local,
+                    "terrain" => CrsChoice::FromTerrain,
+                    named => CrsChoice::Named(named.to_owned()),
+                };
+                Sourced { value, key: crs.0.key, place: crs.0.place }
+            }
+        },
+        layers,
+        reproject,
+        manning: written.roughness.manning.value(),
+        initial: written.initial.0.into_iter().filter_map(initial_water).collect(),
+        walls: written
+            .structures
+            .and_then(|structures| structures.walls)
+            .unwrap_or_default()
+            .into_iter()
+            .map(|wall| wall.lines.0)
+            .collect(),
+        open: written.boundaries.unwrap_or_default().into_iter().filter_map(open_boundary).collect(),
+        outputs: outputs(written.outputs, &name, file, resolution.value, end_time),
+        resolution,
+        end_time,
+        reference_time: written.time.reference.map(|reference| reference.0),
+        numerics: methods_of(written.numerics.as_ref()),
+        limits: limits(written.limits),
+    }
+}
+
+/// The name of a scenario: that of its folder if the file is called `scenario`, that of the file otherwise.
+fn scenario_name(file: &Path) -> String {
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem.trim_end_matches(".resolved").to_owned();
+    if stem != "scenario" {
+        return stem;
+    }
+    let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    absolute.parent().and_then(Path::file_name).map_or(stem, |folder| folder.to_string_lossy().into_owned())
+}
+
+fn terrain(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool) {
+    match terrain {
+        Terrain::Raster(file) => {
+            let Sourced { value: path, key, place } = file.0;
+            (vec![Sourced { value: TerrainLayer::Raster { path, offset: 0.0, unit: 1.0 }, key, place }], false)
+        }
+        Terrain::Layers(section) => {
+            let layers = section.layers.0.into_iter().filter_map(layer).collect();
+            (layers, section.reproject.unwrap_or(false))
+        }
+    }
+}
+
+fn layer(entry: LayerEntry) -> Option<Sourced<TerrainLayer>> {
+    let offset = entry.offset.map_or(0.0, |offset| offset.value());
+    if let Some(raster) = entry.raster {
+        let Sourced { value: path, key, place } = raster.0;
+        let unit = entry.unit.map_or(ElevationUnit(1.0), |unit| unit.0.value).0;
+        return Some(Sourced { value: TerrainLayer::Raster { path, offset, unit }, key, place });
+    }
+    let Sourced { value: path, key, place } = entry.points?.0;
+    let interpolation = entry.interpolation.map_or(PointInterpolation::InverseDistance, |chosen| chosen.0.value);
+    let max_gap = entry.max_gap?.value();
+    Some(Sourced { value: TerrainLayer::Points { path, interpolation, max_gap, offset }, key, place })
+}
+
+fn initial_water(entry: InitialEntry) -> Option<InitialWater> {
+    Some(InitialWater {
+        polygons: entry.reservoir.or(entry.sea).or(entry.water)?.0,
+        level: entry.level.map(|level| level.sourced),
+        level_field: entry.level_field.map(|field| field.0.value),
+    })
+}
+
+fn open_boundary(entry: BoundaryEntry) -> Option<OpenBoundary> {
+    match (entry.side, entry.lines) {
+        (Some(side), _) => Some(OpenBoundary::Side(side.0.value)),
+        (None, Some(VectorFile(lines))) => Some(OpenBoundary::Lines(lines)),
+        (None, None) => None,
+    }
+}
+
+fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution: f64, end_time: f64) -> Outputs {
+    let section = section.unwrap_or(OutputsSection {
+        folder: None,
+        cell: None,
+        every: None,
+        gauges: None,
+        gauges_every: None,
+        arrival: None,
+        isochrones: None,
+    });
+    let every = section.every.map_or_else(|| sensible_interval(end_time / FRAMES), |every| every.value());
+    let (thresholds, rise_on_wet) = match section.arrival {
+        None => (None, None),
+        Some(arrival) => (arrival.thresholds, arrival.rise_on_wet),
+    };
+    let isochrones = match section.isochrones {
+        Some(times) => times.iter().map(|time| time.value()).collect(),
+        None => default_isochrones(end_time),
+    };
+    Outputs {
+        folder: match section.folder {
+            Some(folder) => folder_of(file).join(folder.0.value),
+            None => Path::new("runs").join(name),
+        },
+        cell: section.cell.map_or(resolution, |cell| cell.value()),
+        every,
+        gauges_every: section.gauges_every.map_or_else(|| (every / 10.0).max(1.0).min(every), |every| every.value()),
+        gauges: section.gauges.map(|gauges| gauges.0),
+        thresholds: match thresholds {
+            Some(thresholds) => thresholds.0.iter().map(|threshold| threshold.value()).collect(),
+            None => THRESHOLDS.to_vec(),
+        },
+        rise_on_wet: rise_on_wet.map_or(RISE_ON_WET, |rise| rise.value()),
+        isochrones,
+    }
+}
+
+fn methods_of(section: Option<&NumericsSection>) -> Numerics {
+    let formulation =
+        section.and_then(|s| s.formulation.as_ref()).map_or(Formulation::default(), |chosen| chosen.0.value);
+    let is_variational = formulation == Formulation::Variational;
+    let usual_motion = if is_variational { Motion::Lagrangian } else { Motion::default() };
+    let usual_pairs = if is_variational { Stabilisation::ArtificialViscosity } else { Stabilisation::default() };
+    let motion = section.and_then(|s| s.motion.as_ref()).map_or(usual_motion, |chosen| chosen.0.value);
+    let (usual_integrator, usual_cfl) = match motion {
+        Motion::Eulerian => (Integrator::Heun, 0.5),
+        Motion::Lagrangian => (Integrator::Leapfrog, 0.4),
+    };
+    Numerics {
+        formulation,
+        motion,
+        stabilisation: section.and_then(|s| s.stabilisation.as_ref()).map_or(usual_pairs, |chosen| chosen.0.value),
+        kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
+        integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
+        bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),
+        cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
+        gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
+        dry_depth: section.and_then(|s| s.dry_depth.as_ref()).map_or(DRY_DEPTH, |depth| depth.value()),
+    }
+}
+
+fn limits(section: Option<LimitsSection>) -> Limits {
+    let (memory, particles) = section.map_or((None, None), |section| (section.memory, section.particles));
+    Limits {
+        memory: memory.map_or_else(|| (MEMORY_SHARE * machine_memory()).floor(), |memory| memory.value()),
+        particles: particles.map_or(MAX_PARTICLES, |particles| particles.value()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ten lines of the design, to the letter.
+    const TEN_LINES: &str = "floodsim: 1
+title: Malpasset, 2 December 1959
+crs: local            # the survey's own metres; a terrain that has a CRS needs no such line
+terrain: {layers: [{raster: dem_20m.tif}]}
+roughness: {manning: 0.033}
+initial:
+  - {reservoir: reservoir.geojson, level: 100 m}
+  - {reservoir: sea.geojson, level: 0 m}
+resolution: 20 m
+time: {end: 4000 s}
+outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
+";
+
+    fn loaded(text: &str, overrides: &[&str]) -> Result<Loaded, Error> {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        resolve(text, Path::new("cases/malpasset/scenario.yaml"), &overrides)
+    }
+
+    fn problems(text: &str) -> Vec<Problem> {
+        match loaded(text, &[]) {
+            Err(Error::Problems(problems)) => {
+                problems.into_iter().filter(|problem| problem.kind == ProblemKind::Scenario).collect()
+            }
+            other => panic!("problems are expected, not {other:?}"),
+        }
+    }
+
+    fn exact(a: f64, b: f64) -> bool {
+        a.to_bits() == b.to_bits()
+    }
+
+    #[test]
+    fn the_ten_line_example_is_read_to_the_letter() {
+        let Loaded { scenario, warnings } = loaded(TEN_LINES, &[]).unwrap();
+        assert!(warnings.is_empty());
+        assert_eq!(scenario.title, "Malpasset, 2 December 1959");
+        assert_eq!(scenario.crs.value, CrsChoice::Local);
+        let TerrainLayer::Raster { path, offset, unit } = &scenario.layers[0].value else { panic!("not a raster") };
+        assert_eq!(path, Path::new("cases/malpasset/dem_20m.tif"));
+        assert!(exact(*offset, 0.0) && exact(*unit, 1.0));
+        assert!(exact(scenario.manning, 0.033) && exact(scenario.resolution.value, 20.0));
+        assert!(exact(scenario.end_time, 4000.0) && exact(scenario.outputs.every, 100.0));
+        assert_eq!(scenario.initial.len(), 2);
+        let level = scenario.initial[0].level.as_ref().unwrap();
+        assert!(exact(level.value, 100.0));
+        assert_eq!(level.key, "initial[0].level");
+        assert_eq!(level.place.as_ref().map(|place| (place.line, place.column)), Some((7, 43)));
+        assert_eq!(scenario.outputs.gauges.as_ref().unwrap().value.path, Path::new("cases/malpasset/gauges.csv"));
+    }
+
+    #[test]
+    fn defaults_are_filled_in() {
+        let text = TEN_LINES.replace("outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}\n", "");
+        let scenario = loaded(&text, &[]).unwrap().scenario;
+        let outputs = &scenario.outputs;
+        assert_eq!(outputs.folder, Path::new("runs/malpasset"));
+        assert!(exact(outputs.cell, 20.0) && exact(outputs.every, 120.0) && exact(outputs.gauges_every, 12.0));
+        assert_eq!(outputs.thresholds, [0.01, 0.10, 0.30]);
+        assert_eq!(outputs.isochrones, [300.0, 600.0, 900.0, 1800.0, 2700.0, 3600.0]);
+        let numerics = &scenario.numerics;
+        assert_eq!((numerics.motion, numerics.integrator), (Motion::Eulerian, Integrator::Heun));
+        assert!(exact(numerics.cfl, 0.5) && exact(numerics.gravity, 9.81) && exact(numerics.dry_depth, 1e-3));
+        assert!(exact(scenario.limits.particles, 50e6) && scenario.limits.memory > 1e8);
+
+        let moving = loaded(&text, &["numerics.motion=lagrangian"]).unwrap().scenario.numerics;
+        assert_eq!(moving.integrator, Integrator::Leapfrog);
+        assert!(exact(moving.cfl, 0.4));
+        let classic = loaded(&text, &["numerics.formulation=variational"]).unwrap().scenario.numerics;
+        assert_eq!((classic.motion, classic.stabilisation), (Motion::Lagrangian, Stabilisation::ArtificialViscosity));
+        assert!(exact(classic.cfl, 0.4));
+    }
+
+    #[test]
+    fn all_problems_are_reported_at_once() {
+        let text = "floodsim: 1
+titel: x
+terrain: {layer: [{raster: a.tif}], layers: [{raster: a.tif, max_gap: 3 m}]}
+roughness: {manning: -0.1}
+initial:
+  - {reservor: a.geojson, level: 20 kg}
+  - {reservoir: b.geojson, sea: c.geojson}
+resolution: 0 m
+time: {end: 30}
+outputs: {every: [1], arrival: {thresholds: [0 m, 0.1 m]}}
+numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-spline}
+";
+        let found: Vec<(usize, &str, String)> =
+            problems(text).into_iter().map(|p| (p.place.as_ref().unwrap().line, p.code, p.key)).collect();
+        let expected = [
+            (2, "unknown-key", "titel"),
+            (3, "unknown-key", "terrain.layer"),
+            (3, "conflict", "terrain.layers[0].max_gap"),
+            (4, "range", "roughness.manning"),
+            (6, "unknown-key", "initial[0].reservor"),
+            (6, "unit", "initial[0].level"),
+            (6, "missing-key", "initial[0]"),
+            (7, "conflict", "initial[1]"),
+            (8, "range", "resolution"),
+            (9, "missing-unit", "time.end"),
+            (10, "wrong-type", "outputs.every"),
+            (10, "range", "outputs.arrival.thresholds[0]"),
+            (11, "unknown-name", "numerics.kernel"),
+            (11, "range", "numerics.cfl"),
+            (11, "method-combination", "numerics.motion"),
+        ];
+        assert_eq!(found, expected.map(|(line, code, key)| (line, code, key.to_owned())));
+    }
+
+    #[test]
+    fn a_wrong_indentation_is_named_as_such() {
+        let text = TEN_LINES.replace("time: {end: 4000 s}", "time:\nend: 4000 s");
+        let found = problems(&text);
+        assert!(
+            found.iter().any(|p| p.key == "time" && p.remedy.as_ref().unwrap().contains("indentation")),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn overrides_change_the_scenario_and_their_faults_are_usage_errors() {
+        let scenario = loaded(TEN_LINES, &["initial[0].level=95 m", "numerics.cfl=0.3"]).unwrap().scenario;
+        assert!(exact(scenario.initial[0].level.as_ref().unwrap().value, 95.0) && exact(scenario.numerics.cfl, 0.3));
+        let error = loaded(TEN_LINES, &["resoluton=5 m"]).unwrap_err();
+        assert!(matches!(&error, Error::Usage(text) if text.contains("did you mean `resolution`?")), "{error}");
+        let Err(Error::Problems(found)) = loaded(TEN_LINES, &["resolution=5 kg"]) else { panic!("not refused") };
+        assert_eq!(
+            (found[0].key.as_str(), found[0].cause.as_deref()),
+            ("resolution", Some("the value comes from --set"))
+        );
+    }
+
+    #[test]
+    fn a_doubtful_roughness_is_a_warning() {
+        let text = TEN_LINES.replace("0.033", "0.002");
+        assert_eq!(loaded(&text, &[]).unwrap().warnings[0].code, "roughness");
+        assert!(loaded(&TEN_LINES.replace("0.033", "0"), &[]).unwrap().warnings.is_empty());
+    }
+
+    #[test]
+    fn the_schema_knows_the_keys_of_the_example() {
+        let schema = schemars::schema_for!(ScenarioFile);
+        let properties = schema.get("properties").unwrap();
+        for key in ["floodsim", "title", "crs", "terrain", "roughness", "initial", "resolution", "time", "outputs"] {
+            assert!(properties.get(key).is_some(), "{key}");
+        }
+        assert_eq!(schema.get("additionalProperties"), Some(&serde_json::Value::Bool(false)));
+        assert!(schema.get("required").unwrap().as_array().unwrap().iter().any(|key| key == "roughness"));
+        assert!(schema.to_value().pointer("/$defs/BoundaryEntry/properties/type").is_some());
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn any_change_of_the_example_is_read_or_refused(at in 0..TEN_LINES.len(), by in "[ -~\n]{0,4}", cut in 0..5_usize) {
+            let end = (at + cut).min(TEN_LINES.len());
+            let text = format!("{}{by}{}", &TEN_LINES[..at], &TEN_LINES[end..]);
+            if let Err(error) = loaded(&text, &[]) {
+                proptest::prop_assert_eq!(error.exit_code(), crate::error::ExitCode::Scenario);
+            }
+        }
+    }
+}

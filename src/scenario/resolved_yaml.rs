@@ -1,0 +1,223 @@
+//! A resolved scenario as YAML, with every default filled in: running it gives the same run.
+//!
+//! Paths are written absolute, quantities in SI units with all their digits.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::choices::{Choice, ElevationUnit};
+use super::model::{CrsChoice, OpenBoundary, PointInterpolation, Scenario, Side, Sourced, TerrainLayer, VectorSource};
+
+impl Scenario {
+    /// The text of `scenario.resolved.yaml`.
+    pub fn to_yaml(&self) -> String {
+        let mut text = String::from("# The scenario with every default filled in; running it gives the same run.\n");
+        // Writing to a string cannot fail.
+        let _ = self.write_place(&mut text).and_then(|()| self.write_run(&mut text));
+        text
+    }
+
+    fn write_place(&self, text: &mut String) -> std::fmt::Result {
+        writeln!(text, "floodsim: 1\ntitle: {}", quoted(&self.title))?;
+        match &self.crs.value {
+            CrsChoice::FromTerrain => writeln!(text, "crs: terrain")?,
+            CrsChoice::Local => writeln!(text, "crs: local")?,
+            CrsChoice::Named(name) => writeln!(text, "crs: {}", quoted(name))?,
+        }
+        writeln!(text, "terrain:\n  layers:")?;
+        for layer in &self.layers {
+            match &layer.value {
+                TerrainLayer::Raster { path, offset, unit } => {
+                    let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == unit.to_bits());
+                    writeln!(text, "    - {{raster: {}, offset: {offset} m, unit: {unit}}}", quoted_path(path))?;
+                }
+                TerrainLayer::Points { path, interpolation, max_gap, offset } => {
+                    let interpolation = name_of(|candidate: &PointInterpolation| candidate == interpolation);
+                    let path = quoted_path(path);
+                    writeln!(text, "    - points: {path}\n      interpolation: {interpolation}")?;
+                    writeln!(text, "      max_gap: {max_gap} m\n      offset: {offset} m")?;
+                }
+            }
+        }
+        writeln!(text, "  reproject: {}\nroughness: {{manning: {}}}", self.reproject, self.manning)?;
+        if !self.walls.is_empty() {
+            writeln!(text, "structures:\n  walls:")?;
+        }
+        for wall in &self.walls {
+            writeln!(text, "    - {{lines: {}}}", quoted_vector(wall))?;
+        }
+        writeln!(text, "initial:")?;
+        for water in &self.initial {
+            write!(text, "  - {{{}: {}", water_kind(&water.polygons.key), quoted_vector(&water.polygons))?;
+            if let Some(level) = &water.level {
+                write!(text, ", level: {} m", level.value)?;
+            }
+            if let Some(field) = &water.level_field {
+                write!(text, ", level_field: {}", quoted(field))?;
+            }
+            writeln!(text, "}}")?;
+        }
+        if !self.open.is_empty() {
+            writeln!(text, "boundaries:")?;
+        }
+        for boundary in &self.open {
+            match boundary {
+                OpenBoundary::Side(side) => {
+                    let side = name_of(|candidate: &Side| candidate == side);
+                    writeln!(text, "  - {{side: {side}, type: open}}")?;
+                }
+                OpenBoundary::Lines(lines) => writeln!(text, "  - {{lines: {}, type: open}}", quoted_vector(lines))?,
+            }
+        }
+        Ok(())
+    }
+
+    fn write_run(&self, text: &mut String) -> std::fmt::Result {
+        writeln!(text, "resolution: {} m\ntime:\n  end: {} s", self.resolution.value, self.end_time)?;
+        if let Some(reference) = &self.reference_time {
+            writeln!(text, "  reference: {}", quoted(reference))?;
+        }
+        let outputs = &self.outputs;
+        writeln!(text, "outputs:\n  folder: {}\n  cell: {} m", quoted_path(&outputs.folder), outputs.cell)?;
+        writeln!(text, "  every: {} s\n  gauges_every: {} s", outputs.every, outputs.gauges_every)?;
+        if let Some(gauges) = &outputs.gauges {
+            writeln!(text, "  gauges: {}", quoted_vector(gauges))?;
+        }
+        writeln!(text, "  arrival:\n    thresholds: [{}]", list(&outputs.thresholds, "m"))?;
+        writeln!(
+            text,
+            "    rise_on_wet: {} m\n  isochrones: [{}]",
+            outputs.rise_on_wet,
+            list(&outputs.isochrones, "s")
+        )?;
+        let numerics = &self.numerics;
+        writeln!(text, "numerics:\n  formulation: {}", numerics.formulation.name())?;
+        writeln!(text, "  motion: {}\n  stabilisation: {}", numerics.motion.name(), numerics.stabilisation.name())?;
+        writeln!(text, "  kernel: {}\n  integrator: {}", numerics.kernel.name(), numerics.integrator.name())?;
+        writeln!(text, "  bed: {}\n  cfl: {}", numerics.bed.name(), numerics.cfl)?;
+        writeln!(text, "  gravity: {} m/s2\n  dry_depth: {} m", numerics.gravity, numerics.dry_depth)?;
+        writeln!(text, "limits: {{memory: {} B, particles: {}}}", self.limits.memory, self.limits.particles)
+    }
+}
+
+/// The kind of water that the key path names, such as `initial[0].sea`.
+fn water_kind(key: &str) -> &str {
+    let kind = key.rsplit('.').next().unwrap_or_default();
+    if super::schema::WATER_KINDS.contains(&kind) { kind } else { "water" }
+}
+
+fn name_of<T: Choice>(is_it: impl Fn(&T) -> bool) -> &'static str {
+    T::choices().into_iter().find(|(_, candidate)| is_it(candidate)).map_or("unknown", |(name, _)| name)
+}
+
+fn list(values: &[f64], unit: &str) -> String {
+    values.iter().map(|value| format!("{value} {unit}")).collect::<Vec<_>>().join(", ")
+}
+
+fn quoted_vector(source: &Sourced<VectorSource>) -> String {
+    let path = absolute(&source.value.path);
+    match &source.value.layer {
+        Some(layer) => quoted(&format!("{path}:{layer}")),
+        None => quoted(&path),
+    }
+}
+
+fn quoted_path(path: &Path) -> String {
+    quoted(&absolute(path))
+}
+
+fn absolute(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
+}
+
+/// A text in double quotes; the escapes of JSON are escapes of YAML, too.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::scenario::{Scenario, resolve};
+
+    /// The scenario without the places of its values, which differ between two files by nature.
+    fn without_places(scenario: &Scenario) -> Scenario {
+        let mut plain = scenario.clone();
+        plain.file = "".into();
+        plain.crs.place = None;
+        plain.resolution.place = None;
+        for layer in &mut plain.layers {
+            layer.place = None;
+        }
+        for water in &mut plain.initial {
+            water.polygons.place = None;
+            water.level.iter_mut().for_each(|level| level.place = None);
+        }
+        plain.walls.iter_mut().for_each(|wall| wall.place = None);
+        plain.outputs.gauges.iter_mut().for_each(|gauges| gauges.place = None);
+        for boundary in &mut plain.open {
+            if let super::OpenBoundary::Lines(lines) = boundary {
+                lines.place = None;
+            }
+        }
+        plain
+    }
+
+    #[track_caller]
+    fn assert_round_trip(text: &str) {
+        let first = resolve(text, Path::new("/somewhere/scenario.yaml"), &[]).unwrap().scenario;
+        let written = first.to_yaml();
+        let second = resolve(&written, Path::new("/elsewhere/scenario.resolved.yaml"), &[]).unwrap().scenario;
+        let (mut expected, mut found) = (without_places(&first), without_places(&second));
+        expected.outputs.folder = std::path::absolute(&expected.outputs.folder).unwrap();
+        // The short form of the terrain has another key path.
+        for (a, b) in expected.layers.iter_mut().zip(&mut found.layers) {
+            a.key.clone_from(&b.key);
+        }
+        assert_eq!(expected, found);
+        assert_eq!(written, second.to_yaml());
+    }
+
+    #[test]
+    fn a_resolved_scenario_reads_back_as_itself() {
+        assert_round_trip(
+            "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
+             resolution: 20 ft\ntime: {end: 1 h 30 min}\n",
+        );
+    }
+
+    #[test]
+    fn a_scenario_with_every_key_reads_back_as_itself() {
+        assert_round_trip(
+            r#"
+floodsim: 1
+title: "a \"quoted\" title: with # signs, and ä\n"
+crs: EPSG:27572
+terrain:
+  layers:
+    - {points: survey.txt, interpolation: natural_neighbour, max_gap: 0.3 km, offset: -12.5 cm}
+    - {raster: "b: 1.tif", unit: us_ft, offset: 1 ft}
+  reproject: true
+roughness: {manning: 0}
+structures: {walls: [{lines: "walls.gpkg:dam wall"}]}
+initial:
+  - {reservoir: r.gpkg:lake, level_field: pegel}
+  - {water: w.shp}
+boundaries: [{side: all, type: open}, {lines: outlet.geojson, type: open}]
+resolution: 0.1 m
+time: {end: 3 d, reference: "1959-12-02 21:14"}
+outputs:
+  folder: out
+  cell: 7 m
+  every: 1 min
+  gauges: g.csv
+  gauges_every: 333 ms
+  arrival: {thresholds: [0.3 m, 1 ft], rise_on_wet: 1 mm}
+  isochrones: []
+numerics: {formulation: variational, bed: shepard, cfl: 0.123456789, gravity: 3.71, dry_depth: 0.1 mm}
+limits: {memory: 1.5 GiB, particles: 1e6}
+"#,
+        );
+    }
+}

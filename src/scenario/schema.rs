@@ -1,0 +1,323 @@
+//! The scenario as written in YAML: every section with its keys; the contract is DESIGN section 2.
+//!
+//! The JSON Schema of `floodsim schema` comes from these same declarations, so that it cannot disagree with the reader.
+//! Not here: the defaults of keys that may be absent (`resolve.rs`).
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+use super::choices::{Chosen, ElevationUnit, OpenType};
+use super::fields::{
+    Count, Courant, DateTime, Duration, EndTime, FormatVersion, Gravity, InputFile, Length, Level, Manning, Memory,
+    Offset, Quantity, Text, VectorFile,
+};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::model::{PointInterpolation, Side};
+use super::read::{FromNode, NonEmpty, Reader, section};
+use super::tree::{Node, Value};
+use super::units::LENGTH;
+
+section! {
+    /// A flood scenario.
+    ScenarioFile, example "{...}" {
+        /// Version of the scenario format.
+        floodsim: FormatVersion,
+        /// Title; the name of the scenario when absent.
+        title: Option<Text>,
+        /// Coordinate reference system such as EPSG:27572, or `local` for plain metres; that of the terrain when absent.
+        crs: Option<Text>,
+        /// Terrain: a raster file, or layers.
+        terrain: Terrain,
+        /// Roughness of the ground.
+        roughness: Roughness,
+        /// Structures that hold or divert water.
+        structures: Option<Structures>,
+        /// Bodies of still water at the start.
+        initial: NonEmpty<InitialEntry>,
+        /// Open edges, where water leaves; all other edges are walls.
+        boundaries: Option<Vec<BoundaryEntry>>,
+        /// Distance of two particles.
+        resolution: Quantity<Length>,
+        /// Simulated time.
+        time: Time,
+        /// What to write, and where.
+        outputs: Option<OutputsSection>,
+        /// Methods and their numbers.
+        numerics: Option<NumericsSection>,
+        /// Limits that are checked before anything is computed.
+        limits: Option<LimitsSection>,
+    }
+}
+
+/// Terrain: a raster file alone, or a section with layers.
+#[derive(Clone, Debug)]
+pub enum Terrain {
+    /// `terrain: dem.tif`
+    Raster(InputFile),
+    /// `terrain: {layers: [...]}`
+    Layers(TerrainLayers),
+}
+
+impl FromNode for Terrain {
+    fn example() -> String {
+        InputFile::example()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        // Text with a colon and a blank is a section with wrong indentation rather than the name of a file.
+        match &node.value {
+            Value::Text(text) if !text.contains(": ") => InputFile::from_node(node, reader).map(Terrain::Raster),
+            _ => TerrainLayers::from_node(node, reader).map(Terrain::Layers),
+        }
+    }
+}
+
+impl JsonSchema for Terrain {
+    fn schema_name() -> Cow<'static, str> {
+        "Terrain".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (file, layers) = (generator.subschema_for::<InputFile>(), generator.subschema_for::<TerrainLayers>());
+        json_schema!({"anyOf": [file, layers]})
+    }
+}
+
+section! {
+    /// Terrain layers.
+    TerrainLayers, example "dem.tif" {
+        /// Layers; later ones win where they have data.
+        layers: NonEmpty<LayerEntry>,
+        /// Whether terrain in another or a geographic reference system is warped to that of the run; false when absent.
+        reproject: Option<bool>,
+    }
+}
+
+section! {
+    /// A terrain layer: a raster, or bare survey points.
+    LayerEntry, example "{raster: dem.tif}", check check_layer {
+        /// A raster file.
+        raster: Option<InputFile>,
+        /// Survey points: a text file with columns x, y, z, or a vector file.
+        points: Option<InputFile>,
+        /// Added to every elevation; 0 when absent.
+        offset: Option<Quantity<Offset>>,
+        /// Unit of the elevations of a raster; metres when absent.
+        unit: Option<Chosen<ElevationUnit>>,
+        /// Interpolation between points; inverse_distance when absent.
+        interpolation: Option<Chosen<PointInterpolation>>,
+        /// Distance to the nearest point beyond which there is no terrain; needed with points.
+        max_gap: Option<Quantity<Length>>,
+    }
+}
+
+fn check_layer(node: &Node, reader: &mut Reader) -> Option<()> {
+    let kind = reader.exactly_one(node, &["raster", "points"])?;
+    let foreign: &[&str] = if kind == "raster" { &["interpolation", "max_gap"] } else { &["unit"] };
+    let mut is_fit = true;
+    for name in foreign {
+        if let Some(value) = node.get(name) {
+            reader.error(value, "conflict", format!("`{name}` does not go with `{kind}`"), "take it out");
+            is_fit = false;
+        }
+    }
+    if kind == "points" && node.get("max_gap").is_none() {
+        let remedy = "add `max_gap: 200 m`: the distance to the nearest point beyond which there is no terrain";
+        reader.error(node, "missing-key", "survey points need the key `max_gap`", remedy);
+        is_fit = false;
+    }
+    is_fit.then_some(())
+}
+
+section! {
+    /// Roughness of the ground.
+    Roughness, example "{manning: 0.033}", check check_roughness {
+        /// Manning's n, everywhere.
+        manning: Quantity<Manning>,
+    }
+}
+
+/// Warns of a roughness that is possible, but hardly meant.
+fn check_roughness(node: &Node, reader: &mut Reader) -> Option<()> {
+    if let Some(manning) = node.get("manning")
+        && let Value::Text(text) = &manning.value
+        && text.parse::<f64>().is_ok_and(|n| n > 0.0 && n < 0.005)
+    {
+        let message = format!("a Manning roughness of `{text}` is smoother than glass");
+        reader.warning(manning, "roughness", message, "natural ground has 0.02 to 0.15, smooth concrete 0.012");
+    }
+    Some(())
+}
+
+section! {
+    /// Structures.
+    Structures, example "{walls: [{lines: dam_line.geojson}]}" {
+        /// Walls that no water crosses, such as a dam that stands.
+        walls: Option<Vec<Wall>>,
+    }
+}
+
+section! {
+    /// A wall.
+    Wall, example "{lines: dam_line.geojson}" {
+        /// File with its lines.
+        lines: VectorFile,
+    }
+}
+
+section! {
+    /// A body of still water: its polygon and its level.
+    InitialEntry, example "{reservoir: reservoir.geojson, level: 100 m}", check check_initial {
+        /// Polygon of a reservoir.
+        reservoir: Option<VectorFile>,
+        /// Polygon of the sea.
+        sea: Option<VectorFile>,
+        /// Polygon of any other water.
+        water: Option<VectorFile>,
+        /// Level of the water; from the attribute of the polygon when absent.
+        level: Option<Quantity<Level>>,
+        /// Attribute of the polygon that holds the level in metres.
+        level_field: Option<Text>,
+    }
+}
+
+/// The keys of the polygon of a body of water.
+pub const WATER_KINDS: [&str; 3] = ["reservoir", "sea", "water"];
+
+fn check_initial(node: &Node, reader: &mut Reader) -> Option<()> {
+    let kind = reader.exactly_one(node, &WATER_KINDS);
+    let levels = ["level", "level_field"].iter().filter(|name| node.get(name).is_some()).count();
+    if levels > 1 {
+        reader.error(node, "conflict", "`level` and `level_field` exclude each other", "keep one of the two");
+        return None;
+    }
+    kind.map(|_| ())
+}
+
+section! {
+    /// An open part of the edge of the terrain.
+    BoundaryEntry, example "{side: south, type: open}", check check_boundary {
+        /// A side of the terrain.
+        side: Option<Chosen<Side>>,
+        /// File with lines along the open edge.
+        lines: Option<VectorFile>,
+        /// What happens there: water leaves.
+        r#type: Chosen<OpenType>,
+    }
+}
+
+fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
+    reader.exactly_one(node, &["side", "lines"]).map(|_| ())
+}
+
+section! {
+    /// Simulated time.
+    Time, example "{end: 1 h}" {
+        /// End of the run, counted from its start.
+        end: Quantity<EndTime>,
+        /// Date and time of the start (UTC).
+        reference: Option<DateTime>,
+    }
+}
+
+section! {
+    /// Outputs.
+    OutputsSection, example "{every: 100 s}" {
+        /// Run folder; `runs/` and the name of the scenario, in the current folder, when absent.
+        folder: Option<Text>,
+        /// Edge of a cell of the maps; the resolution when absent.
+        cell: Option<Quantity<Length>>,
+        /// Interval of the frames of `fields.nc`; a fortieth of the run, rounded, when absent.
+        every: Option<Quantity<Duration>>,
+        /// File of gauges: CSV with columns id, x, y, or points.
+        gauges: Option<VectorFile>,
+        /// Interval of the gauge series; a tenth of `every`, but at least 1 s, when absent.
+        gauges_every: Option<Quantity<Duration>>,
+        /// What counts as arrival.
+        arrival: Option<ArrivalSection>,
+        /// Times of the isochrones; 5, 10, 15, 30, 45, 60, 90, 120 min and then every hour when absent.
+        isochrones: Option<Vec<Quantity<Duration>>>,
+    }
+}
+
+section! {
+    /// What counts as arrival of the water.
+    ArrivalSection, example "{thresholds: [0.01 m, 0.10 m, 0.30 m]}", check check_thresholds {
+        /// Depths; the first one gives `arrival_time` and the isochrones; 0.01, 0.10 and 0.30 m when absent.
+        thresholds: Option<NonEmpty<Quantity<Length>>>,
+        /// Rise of the level where there was water at the start; 0.10 m when absent.
+        rise_on_wet: Option<Quantity<Length>>,
+    }
+}
+
+fn check_thresholds(node: &Node, reader: &mut Reader) -> Option<()> {
+    let Some(Node { value: Value::List(items), .. }) = node.get("thresholds") else { return Some(()) };
+    let depth = |item: &Node| if let Value::Text(text) = &item.value { LENGTH.parse(text).ok() } else { None };
+    for (index, item) in items.iter().enumerate() {
+        if depth(item).is_some() && items[..index].iter().any(|earlier| depth(earlier) == depth(item)) {
+            reader.error(item, "conflict", "this threshold stands twice in the list", "keep one of the two");
+            return None;
+        }
+    }
+    Some(())
+}
+
+section! {
+    /// Methods by family, each with a default, and their numbers.
+    NumericsSection, example "{cfl: 0.5}", check check_methods {
+        /// How the equations become sums over particles; balanced when absent.
+        formulation: Option<Chosen<Formulation>>,
+        /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
+        motion: Option<Chosen<Motion>>,
+        /// Treatment of a pair of particles; riemann when absent, artificial_viscosity for the variational formulation.
+        stabilisation: Option<Chosen<Stabilisation>>,
+        /// Smoothing kernel; cubic_spline when absent.
+        kernel: Option<Chosen<Kernel>>,
+        /// Time integration; heun for resting, leapfrog for moving particles when absent.
+        integrator: Option<Chosen<Integrator>>,
+        /// How riverbed particles get their elevation; see the methods for the default.
+        bed: Option<Chosen<BedMethod>>,
+        /// Courant number; 0.5 for resting, 0.4 for moving particles when absent.
+        cfl: Option<Quantity<Courant>>,
+        /// Gravity in m/s²; 9.81 when absent.
+        gravity: Option<Quantity<Gravity>>,
+        /// Depth below which water does not move; 1 mm when absent.
+        dry_depth: Option<Quantity<Length>>,
+    }
+}
+
+/// Refuses combinations of methods that do not exist.
+fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
+    let is = |key: &str, name: &str| node.get(key).is_some_and(|value| value.value == Value::Text(name.to_owned()));
+    let is_variational = is("formulation", Formulation::Variational.name());
+    if is_variational && is("motion", Motion::Eulerian.name()) {
+        reader.error(
+            node.get("motion")?,
+            "method-combination",
+            "the variational formulation has no resting particles: its density is summed over particles that move",
+            "write `motion: lagrangian`, or take `formulation: balanced`",
+        );
+        return None;
+    }
+    if !is_variational && is("stabilisation", Stabilisation::ArtificialViscosity.name()) {
+        reader.error(
+            node.get("stabilisation")?,
+            "method-combination",
+            "the balanced formulation has no artificial viscosity: its pairs are Riemann problems",
+            "write `stabilisation: riemann`, or take `formulation: variational`",
+        );
+        return None;
+    }
+    Some(())
+}
+
+section! {
+    /// Limits that are checked before anything is computed.
+    LimitsSection, example "{memory: 8 GB}" {
+        /// Memory; 80 % of that of the machine when absent.
+        memory: Option<Quantity<Memory>>,
+        /// Particles, riverbed and fluid together; 50 million when absent.
+        particles: Option<Quantity<Count>>,
+    }
+}

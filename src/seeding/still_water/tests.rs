@@ -1,0 +1,213 @@
+//! Bowls of known volume, rims oblique to the lattice, islands, holes, dams, pockets and leaks.
+
+use std::f64::consts::PI;
+
+use geo::{BooleanOps, Coord, LineString, MultiPolygon, Polygon};
+
+use super::*;
+use crate::bed::place_bed;
+use crate::lattice::Lattice;
+use crate::scenario::methods::BedMethod;
+use crate::seeding::lattice::lattice_filling;
+
+/// Terrain given by a formula.
+pub(crate) struct Formula<F: Fn(Vec2) -> f64 + Sync>(pub F);
+
+impl<F: Fn(Vec2) -> f64 + Sync> Surface for Formula<F> {
+    fn elevation(&self, map: Vec2) -> Option<f64> {
+        Some((self.0)(map)).filter(|z| !z.is_nan())
+    }
+
+    fn samples(&self, _: Vec2, _: f64, _: &mut Vec<(Vec2, f64)>) {}
+}
+
+/// A square lattice of the given number of cells along an edge, centred on the origin of the map.
+pub(crate) fn lattice(cells: usize, spacing: f64) -> Lattice {
+    let half = 0.5 * cells as f64 * spacing;
+    Lattice { origin: Vec2::new(-half, -half), columns: cells, rows: cells, spacing }
+}
+
+/// A regular polygon around a place (map).
+pub(crate) fn regular(centre: Vec2, radius: f64, corners: usize, turn: f64) -> Polygon<f64> {
+    let corner = |i: usize| {
+        let angle = turn + 2.0 * PI * i as f64 / corners as f64;
+        Coord { x: centre.x + radius * angle.cos(), y: centre.y + radius * angle.sin() }
+    };
+    Polygon::new(LineString::from((0..corners).map(corner).collect::<Vec<_>>()), Vec::new())
+}
+
+pub(crate) fn body(polygon: Polygon<f64>, level: f64) -> StillBody {
+    StillBody { polygon: MultiPolygon(vec![polygon]), level }
+}
+
+fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[StillBody]) -> (BedParticles, StillWater) {
+    let surface = Formula(formula);
+    let bed = place_bed(&surface, lattice, BedMethod::Pointwise, 0.03);
+    let still = fill_still_water(bodies, &bed, &surface, &[]);
+    (bed, still)
+}
+
+/// Every filled cell is level to rounding, and the books are those of the depths.
+fn assert_consistent(bed: &BedParticles, still: &StillWater, bodies: &[StillBody]) {
+    let mut seeded = vec![0.0; bodies.len()];
+    for (cell, &depth) in still.depth.iter().enumerate() {
+        match still.body[cell] {
+            Some(number) => {
+                let level = bodies[number as usize].level;
+                assert!(depth > 0.0 && (depth + bed.elevation[cell] - level).abs() <= 1e-15 * level.abs().max(64.0));
+                seeded[number as usize] += depth * bed.lattice.cell_area();
+            }
+            None => assert_eq!(depth, 0.0),
+        }
+    }
+    for (seeded, books) in seeded.iter().zip(&still.volumes) {
+        assert!((seeded - books.seeded_m3).abs() <= 1e-12 * seeded);
+    }
+    let particles: f64 = lattice_filling(&bed.lattice, still).iter().map(|seed| seed.volume).sum();
+    let integral: f64 = still.volumes.iter().map(|volume| volume.integral_m3).sum();
+    assert!((particles - integral).abs() <= 1e-12 * integral);
+}
+
+#[test]
+fn bowls_hold_their_known_volume() {
+    // Radius of the shore 100 m, depth in the middle 20 m; the polygon lies on the hillside above the shore.
+    let cone = |p: Vec2| 80.0 + 20.0 * p.norm() / 100.0;
+    let paraboloid = |p: Vec2| 80.0 + 20.0 * p.norm_squared() / 1e4;
+    let rim = || [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 100.0)];
+    let cases: [(&(dyn Fn(Vec2) -> f64 + Sync), f64); 2] =
+        [(&cone, PI * 1e4 * 20.0 / 3.0), (&paraboloid, PI * 1e4 * 20.0 / 2.0)];
+    for (formula, volume) in cases {
+        let (bed, still) = fill(formula, &lattice(60, 5.0), &rim());
+        let books = &still.volumes[0];
+        // Midpoint rule on pieces of 5/9 m in a bowl of 100 m.
+        assert!((books.integral_m3 / volume - 1.0).abs() < 1e-4, "{books:?}");
+        assert!((books.seeded_m3 / volume - 1.0).abs() < 1.1e-3, "{books:?}");
+        assert_eq!((books.toggled, books.leaks.len(), books.pocket_cells), (0, 0, 0));
+        assert_consistent(&bed, &still, &rim());
+    }
+}
+
+#[test]
+fn square_oblique_to_the_lattice_is_met_within_a_tenth_of_a_percent() {
+    for turn in [0.0, 0.2, 0.5, PI / 4.0, 1.1] {
+        let square = [body(regular(Vec2::new(1.3, -2.1), 70.0, 4, turn), 10.0)];
+        let (bed, still) = fill(|_| 0.0, &lattice(40, 5.0), &square);
+        let books = &still.volumes[0];
+        assert!((books.integral_m3 / (10.0 * 2.0 * 70.0 * 70.0) - 1.0).abs() < 2e-5, "{books:?}");
+        assert!(books.is_within_tolerance(), "turned by {turn}: {books:?}");
+        // On a flat bed all of the rim leaks: one gap around the whole square.
+        assert_eq!(books.leaks.len(), 1);
+        assert_eq!(books.leaks[0].depth, 10.0);
+        assert_consistent(&bed, &still, &square);
+    }
+}
+
+#[test]
+fn island_and_hole_stay_dry() {
+    // A cone of 30 m base radius and 15 m height stands in 10 m of water.
+    let island = |p: Vec2| (15.0 - 0.5 * (p - Vec2::new(20.0, 10.0)).norm()).max(0.0);
+    let mut polygon = regular(Vec2::ZERO, 90.0, 4, 0.3);
+    polygon.interiors_push(regular(Vec2::new(-25.0, -20.0), 15.0, 24, 0.0).exterior().clone());
+    let bodies = [body(polygon, 10.0)];
+    let (bed, still) = fill(island, &lattice(100, 2.0), &bodies);
+    // Of the island's cone, the part below 10 m: the whole one less the tip of 5 m and base radius 10 m.
+    let rock = PI / 3.0 * (30.0 * 30.0 * 15.0 - 10.0 * 10.0 * 5.0);
+    let hole = 24.0 / 2.0 * 15.0 * 15.0 * (2.0 * PI / 24.0).sin();
+    let volume = 10.0 * (2.0 * 90.0 * 90.0 - hole) - rock;
+    let books = &still.volumes[0];
+    assert!((books.integral_m3 / volume - 1.0).abs() < 1e-4, "{} {volume}", books.integral_m3);
+    assert!(books.is_within_tolerance(), "{books:?}");
+    assert_consistent(&bed, &still, &bodies);
+    let depth_at = |x, y| still.depth[bed.lattice.cell_at(bed.lattice.to_local(Vec2::new(x, y))).unwrap()];
+    assert_eq!((depth_at(20.0, 10.0), depth_at(-25.0, -20.0)), (0.0, 0.0));
+    assert_eq!(depth_at(0.0, 50.0), 10.0);
+}
+
+#[test]
+fn later_body_wins() {
+    let west = body(regular(Vec2::new(-20.0, 0.0), 60.0, 4, 0.0), 5.0);
+    let east = body(regular(Vec2::new(20.0, 0.0), 60.0, 4, 0.0), 3.0);
+    let bodies = [west.clone(), east.clone()];
+    let (bed, still) = fill(|_| 0.0, &lattice(120, 2.0), &bodies);
+    let only_west: f64 = west.polygon.difference(&east.polygon).iter().map(geo::Area::unsigned_area).sum();
+    assert!((still.volumes[0].area_m2 / only_west - 1.0).abs() < 1e-3);
+    assert!((still.volumes[1].area_m2 / 7200.0 - 1.0).abs() < 1e-4);
+    assert!(still.volumes.iter().all(SeededVolume::is_within_tolerance), "{:?}", still.volumes);
+    assert_consistent(&bed, &still, &bodies);
+}
+
+#[test]
+fn nodata_is_booked_and_stays_dry() {
+    let half = |p: Vec2| if p.x > 0.0 { f64::NAN } else { 0.0 };
+    let bodies = [body(regular(Vec2::ZERO, 50.0, 4, PI / 4.0), 2.0)];
+    let (bed, still) = fill(half, &lattice(60, 2.0), &bodies);
+    let books = &still.volumes[0];
+    assert!((books.area_without_terrain_m2 / 2500.0 - 1.0).abs() < 1e-2);
+    assert!((books.integral_m3 / 5000.0 - 1.0).abs() < 1e-2);
+    assert_consistent(&bed, &still, &bodies);
+}
+
+/// A valley running south with steep sides: 10 m deep along its axis at the dam, at y = 0.
+fn valley(p: Vec2) -> f64 {
+    0.02 * p.x * p.x + 0.1 * p.y
+}
+
+fn reservoir() -> [StillBody; 1] {
+    let corners = [(-60.0, 0.0), (60.0, 0.0), (60.0, 110.0), (-60.0, 110.0)];
+    [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 10.0)]
+}
+
+#[test]
+fn open_dam_line_is_the_one_leak() {
+    let (bed, still) = fill(valley, &lattice(72, 4.0), &reservoir());
+    let books = &still.volumes[0];
+    assert!(books.is_within_tolerance(), "{books:?}");
+    assert_eq!(books.leaks.len(), 1, "{:?}", books.leaks);
+    let leak = books.leaks[0];
+    assert!(leak.position.x.abs() <= 2.0 && leak.position.y < 4.0 && leak.depth > 9.0, "{leak:?}");
+    assert_consistent(&bed, &still, &reservoir());
+}
+
+#[test]
+fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
+    let surface = Formula(valley);
+    // The dam lies askew to the rows; the rim of the polygon leaves slivers on both sides of it.
+    let bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
+    let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
+    let still = fill_still_water(&reservoir(), &bed, &surface, &[dam]);
+    let books = &still.volumes[0];
+    assert_eq!(books.leaks, []);
+    for cell in (0..bed.lattice.len()).filter(|&cell| still.body[cell].is_some()) {
+        let local = bed.lattice.centre(cell);
+        let behind_dam = (dam[1] - dam[0]).cross(local - dam[0]) > 0.0;
+        assert!(behind_dam, "water below the dam at {local:?}");
+    }
+    let dry_lake_cells = (0..bed.lattice.len()).filter(|&cell| {
+        let local = bed.lattice.centre(cell);
+        let behind_dam = (dam[1] - dam[0]).cross(local - dam[0]) > 0.0;
+        behind_dam && bed.elevation[cell] < 10.0 && still.body[cell].is_none()
+    });
+    assert_eq!(dry_lake_cells.count(), 0);
+}
+
+#[test]
+fn pocket_left_out_by_the_rim_is_filled() {
+    // The polygon cuts a corner of the bowl's shore: what it leaves out is shallow and small, and would fill at once.
+    let paraboloid = |p: Vec2| 80.0 + 20.0 * p.norm_squared() / 1e4;
+    let bodies = [body(regular(Vec2::ZERO, 100.4, 24, 0.0), 100.0)];
+    let (bed, still) = fill(paraboloid, &lattice(60, 5.0), &bodies);
+    let books = &still.volumes[0];
+    assert!(books.pocket_cells > 0 && books.leaks.is_empty(), "{books:?}");
+    assert!(books.is_within_tolerance(), "{books:?}");
+    let below = (0..bed.lattice.len()).filter(|&cell| bed.elevation[cell] < 100.0).count();
+    assert_eq!(books.cells, below);
+}
+
+#[test]
+fn body_of_a_few_cells_says_that_it_misses() {
+    let bodies = [body(regular(Vec2::new(0.4, 0.3), 3.0, 4, 0.0), 1.0)];
+    let (_, still) = fill(|_| 0.0, &lattice(10, 5.0), &bodies);
+    let books = &still.volumes[0];
+    assert!((books.integral_m3 - 18.0).abs() < 0.1);
+    assert!(!books.is_within_tolerance());
+}

@@ -1,0 +1,225 @@
+//! Motion `eulerian` of the balanced formulation: riverbed particles carry the water and exchange it through the faces of
+//! their pairs.
+//!
+//! Depth d and discharge q = d v of particle i change by the pair fluxes of its neighbours j (theory (M10) to (M18)):
+//!
+//! ```text
+//! dd_i/dt = − Σ_j 2 s_ij F_d
+//! dq_i/dt = − Σ_j 2 s_ij { [F_n − g d_l²/2 + g (d_i + d_iR) a_1/2] e + F_d v_t t }
+//! s_ij = A_j |W'_ij| / Σ_j A_j |W'_ij| r e_x²
+//! ```
+//!
+//! The particles rest on a square lattice and the support of the kernel is a little less than √2 spacings, so that each has
+//! four neighbours and 2 s_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
+//! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
+//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] → [`update`]; only wet
+//! particles and a rim of two cells are in work ([`spans`]). Cells without terrain and cells beyond a wall are treated in
+//! [`walls`].
+//!
+//! Deliberately absent: moving particles, sensors, a floor for the depth. Source of the scheme: `Audusse2004`,
+//! `ChenNoelle2017`, `Vila1999`.
+
+mod faces;
+mod gradient;
+mod primitive;
+mod spans;
+mod state;
+mod update;
+mod walls;
+
+#[cfg(test)]
+mod tests;
+
+use super::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
+use crate::error::NumericalFailure;
+use crate::lattice::WaterOnLattice;
+use crate::math::Vec2;
+use primitive::Source;
+use spans::ActiveSet;
+use state::State;
+use update::Stage;
+use walls::Walls;
+
+/// The core with resting particles.
+pub struct EulerianSolver {
+    scale: Scale,
+    state: State,
+    active: ActiveSet,
+    walls: Walls,
+    lattice: crate::lattice::Lattice,
+    /// Depth and discharges without the padding, for the recorder.
+    depth_out: Vec<f64>,
+    discharge_x_out: Vec<f64>,
+    discharge_y_out: Vec<f64>,
+    time: f64,
+    steps: u64,
+    evaluations: u64,
+    initial_volume: f64,
+    outflow: f64,
+}
+
+/// The numbers of a run that every pass needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    pub spacing: f64,
+    pub gravity: f64,
+    pub courant: f64,
+    pub dry_depth: f64,
+}
+
+/// Below this step (s) the run has collapsed: a million steps would not reach one second.
+const SMALLEST_STEP: f64 = 1e-6;
+
+impl EulerianSolver {
+    /// Sets the still water of `problem` on its riverbed.
+    pub fn new(problem: FlowProblem) -> Self {
+        let lattice = problem.bed.lattice.clone();
+        let scale = Scale {
+            spacing: lattice.spacing,
+            gravity: problem.gravity,
+            courant: problem.courant,
+            dry_depth: problem.dry_depth,
+        };
+        let state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
+        let walls = Walls::new(&problem, &state);
+        let active = ActiveSet::new(&state, scale.dry_depth);
+        let cells = lattice.len();
+        let mut solver = EulerianSolver {
+            scale,
+            state,
+            active,
+            walls,
+            lattice,
+            depth_out: vec![0.0; cells],
+            discharge_x_out: vec![0.0; cells],
+            discharge_y_out: vec![0.0; cells],
+            time: 0.0,
+            steps: 0,
+            evaluations: 0,
+            initial_volume: 0.0,
+            outflow: 0.0,
+        };
+        solver.initial_volume = solver.state.volume(solver.scale.spacing);
+        solver.evaluate_primitive();
+        solver
+    }
+
+    /// Velocities, surface levels and the greatest signal speed of the current state.
+    fn evaluate_primitive(&mut self) {
+        primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Step);
+    }
+
+    /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
+    fn stage(&mut self, stage: Stage, time_step: f64) {
+        let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
+        gradient::evaluate(state, active, scale);
+        self.walls.correct_gradients(state, active, scale);
+        faces::evaluate(state, active, scale);
+        self.walls.apply(state, scale);
+        update::limit_outflow(state, active, scale, stage, time_step);
+        update::apply(state, active, scale, stage, time_step);
+        // Each of the two stages carries half of the step's exchange.
+        self.outflow += 0.5 * time_step * self.walls.leaving(state) * scale.spacing;
+        self.evaluations += active.cells() as u64;
+    }
+
+    fn failure(&self, quantity: &'static str, value: f64, position: Vec2) -> NumericalFailure {
+        let map = self.lattice.to_map(position);
+        NumericalFailure {
+            time: self.time,
+            step: self.steps,
+            quantity,
+            value,
+            position_x: map.x,
+            position_y: map.y,
+            limiter: StepLimit::Courant.name(),
+        }
+    }
+}
+
+impl FlowSolver for EulerianSolver {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    fn choose_step(&mut self) -> StepChoice {
+        let fastest = self.state.fastest();
+        let scale = &self.scale;
+        if fastest.signal_speed > 0.0 {
+            StepChoice {
+                time_step: scale.courant * scale.spacing / fastest.signal_speed,
+                limit: StepLimit::Courant,
+                position: State::position(fastest.row, fastest.column, scale.spacing),
+                max_speed: fastest.flow_speed,
+            }
+        } else {
+            StepChoice {
+                time_step: scale.spacing / scale.gravity.sqrt(),
+                limit: StepLimit::NoWater,
+                position: Vec2::ZERO,
+                max_speed: 0.0,
+            }
+        }
+    }
+
+    fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
+        self.stage(Stage::First, time_step);
+        primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Stage);
+        self.stage(Stage::Second, time_step);
+        self.active.follow(&mut self.state, self.scale.dry_depth);
+        self.evaluate_primitive();
+        self.time += time_step;
+        self.steps += 1;
+        let fastest = self.state.fastest();
+        let position = State::position(fastest.row, fastest.column, self.scale.spacing);
+        if !fastest.signal_speed.is_finite() {
+            return Err(self.failure("signal speed", fastest.signal_speed, position));
+        }
+        if fastest.signal_speed > 0.0 {
+            let next = self.scale.courant * self.scale.spacing / fastest.signal_speed;
+            if next < SMALLEST_STEP {
+                return Err(self.failure("time step", next, position));
+            }
+        }
+        Ok(())
+    }
+
+    fn water(&mut self) -> WaterOnLattice<'_> {
+        let columns = self.lattice.columns;
+        for span in self.active.recorded() {
+            let (from, to) = (span.from as usize, span.to as usize);
+            let row = &self.state.water[span.row as usize + 1];
+            let cells = span.row as usize * columns + from..span.row as usize * columns + to;
+            self.depth_out[cells.clone()].copy_from_slice(&row.depth[from + 1..to + 1]);
+            self.discharge_x_out[cells.clone()].copy_from_slice(&row.discharge_x[from + 1..to + 1]);
+            self.discharge_y_out[cells].copy_from_slice(&row.discharge_y[from + 1..to + 1]);
+        }
+        WaterOnLattice {
+            depth: &self.depth_out,
+            discharge_x: &self.discharge_x_out,
+            discharge_y: &self.discharge_y_out,
+            spans: self.active.recorded(),
+        }
+    }
+
+    fn ledger(&self) -> Ledger {
+        Ledger {
+            initial: self.initial_volume,
+            inflow: 0.0,
+            outflow: self.outflow,
+            stored: self.state.volume(self.scale.spacing),
+        }
+    }
+
+    fn particles(&self) -> usize {
+        self.active.wet_cells()
+    }
+
+    fn particle_evaluations(&self) -> u64 {
+        self.evaluations
+    }
+}

@@ -1,0 +1,172 @@
+//! Which cells are in work: wet ones and a rim of two cells around them.
+//!
+//! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off.
+//! Columns and rows are padded ones (the lattice's plus one).
+
+use rayon::prelude::*;
+
+use super::state::State;
+use crate::lattice::Span;
+
+/// Width of the rim around wet cells.
+const RIM: usize = 2;
+
+/// Runs of dry cells up to this length inside a row stay in work: longer loops beat fewer cells.
+const BRIDGE: usize = 6;
+
+/// A run of padded columns `from..to`.
+pub(crate) type Run = std::ops::Range<usize>;
+
+/// The runs of cells in work, for every padded row.
+pub(crate) struct ActiveSet {
+    wet: Vec<Vec<Run>>,
+    pub work: Vec<Vec<Run>>,
+    /// Work of the step before together with that of now, as spans of the lattice: what a recorder has to look at.
+    recorded: Vec<Span>,
+    cells: usize,
+    wet_cells: usize,
+}
+
+impl ActiveSet {
+    pub fn new(state: &State, dry_depth: f64) -> Self {
+        let mut active = ActiveSet {
+            wet: vec![Vec::new(); state.rows + 2],
+            work: vec![Vec::new(); state.rows + 2],
+            recorded: Vec::new(),
+            cells: 0,
+            wet_cells: 0,
+        };
+        // The first search looks at every cell, later ones only at those in work.
+        for row in 1..=state.rows {
+            find_wet(&state.water[row].depth, 1..state.columns + 1, dry_depth, &mut active.wet[row]);
+        }
+        active.spread(state.columns);
+        active.record();
+        active
+    }
+
+    /// Cells in work.
+    pub fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// Cells whose water moves.
+    pub fn wet_cells(&self) -> usize {
+        self.wet_cells
+    }
+
+    /// The spans that a recorder has to look at after a step.
+    pub fn recorded(&self) -> &[Span] {
+        &self.recorded
+    }
+
+    /// Follows the water after a step; cells that leave the work are reset to dry ones.
+    pub fn follow(&mut self, state: &mut State, dry_depth: f64) {
+        self.record();
+        let water = &state.water;
+        let work = &self.work;
+        self.wet.par_iter_mut().enumerate().with_min_len(16).for_each(|(row, wet)| {
+            wet.clear();
+            for run in &work[row] {
+                find_wet(&water[row].depth, run.clone(), dry_depth, wet);
+            }
+        });
+        let before = std::mem::take(&mut self.work);
+        self.work = vec![Vec::new(); before.len()];
+        self.spread(state.columns);
+        for (row, runs) in before.iter().enumerate() {
+            if *runs != self.work[row] {
+                for run in runs {
+                    for column in run.clone().filter(|column| !holds(&self.work[row], *column)) {
+                        state.rest(row, column);
+                    }
+                }
+            }
+        }
+    }
+
+    fn record(&mut self) {
+        self.recorded.clear();
+        for (row, runs) in self.work.iter().enumerate() {
+            let spans = runs.iter().map(|run| Span {
+                row: (row - 1) as u32,
+                from: (run.start - 1) as u32,
+                to: (run.end - 1) as u32,
+            });
+            self.recorded.extend(spans);
+        }
+    }
+
+    /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch.
+    fn spread(&mut self, columns: usize) {
+        let wet = &self.wet;
+        let rows = wet.len() - 2;
+        self.work.par_iter_mut().enumerate().with_min_len(16).for_each(|(row, work)| {
+            work.clear();
+            if row == 0 || row > rows {
+                return;
+            }
+            for near in row.saturating_sub(RIM)..=(row + RIM).min(rows) {
+                let widened = |run: &Run| (run.start.saturating_sub(RIM)).max(1)..(run.end + RIM).min(columns + 1);
+                work.extend(wet[near].iter().map(widened));
+            }
+            work.sort_unstable_by_key(|run| (run.start, run.end));
+            join(work);
+        });
+        self.cells = self.work.iter().flatten().map(|run| run.len()).sum();
+        self.wet_cells = wet.iter().flatten().map(|run| run.len()).sum();
+    }
+}
+
+fn holds(runs: &[Run], column: usize) -> bool {
+    runs.iter().any(|run| run.contains(&column))
+}
+
+/// Appends the runs of cells deeper than the dry depth.
+fn find_wet(depth: &[f64], within: Run, dry_depth: f64, wet: &mut Vec<Run>) {
+    let mut column = within.start;
+    while column < within.end {
+        if depth[column] > dry_depth {
+            let start = column;
+            while column < within.end && depth[column] > dry_depth {
+                column += 1;
+            }
+            wet.push(start..column);
+        } else {
+            column += 1;
+        }
+    }
+}
+
+/// Joins sorted runs that overlap or lie at most [`BRIDGE`] cells apart, in place.
+fn join(runs: &mut Vec<Run>) {
+    let mut kept = 0;
+    for next in 1..runs.len() {
+        if runs[next].start <= runs[kept].end + BRIDGE {
+            runs[kept].end = runs[kept].end.max(runs[next].end);
+        } else {
+            kept += 1;
+            runs[kept] = runs[next].clone();
+        }
+    }
+    runs.truncate((kept + 1).min(runs.len()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(clippy::single_range_in_vec_init, reason = "a list of runs that holds one run")]
+    fn near_runs_are_joined_and_far_ones_kept() {
+        let mut runs = vec![1..4, 2..5, 9..12, 40..41];
+        join(&mut runs);
+        assert_eq!(runs, vec![1..12, 40..41]);
+        let mut none: Vec<Run> = Vec::new();
+        join(&mut none);
+        assert!(none.is_empty());
+        let mut one = vec![3..4];
+        join(&mut one);
+        assert_eq!(one, vec![3..4]);
+    }
+}

@@ -1,0 +1,206 @@
+//! The arrays of the resting particles, row by row, padded by one ring of cells without terrain.
+//!
+//! Each group of quantities that one pass writes is a `Vec` of rows, so that a pass over rows in parallel writes its own row
+//! of one group and reads its neighbours' rows of the others.
+
+use rayon::prelude::*;
+
+use crate::bed::BedParticles;
+use crate::math::Vec2;
+
+/// Bed elevation (m) given to cells without terrain: above every surface, so that no water reaches them.
+pub(crate) const NO_TERRAIN: f64 = 1e6;
+
+/// What does not change during a run.
+#[derive(Clone, Debug)]
+pub(crate) struct GroundRow {
+    /// Bed elevation z_b (m), [`NO_TERRAIN`] where there is none.
+    pub bed: Vec<f64>,
+    /// g n² (m^(1/3)).
+    pub friction: Vec<f64>,
+}
+
+/// The conserved quantities, at the start of the step and after its first stage.
+#[derive(Clone, Debug)]
+pub(crate) struct WaterRow {
+    /// Depth d (m).
+    pub depth: Vec<f64>,
+    /// Discharge d v (m²/s) to the east.
+    pub discharge_x: Vec<f64>,
+    /// Discharge to the north.
+    pub discharge_y: Vec<f64>,
+    pub stage_depth: Vec<f64>,
+    pub stage_discharge_x: Vec<f64>,
+    pub stage_discharge_y: Vec<f64>,
+}
+
+/// What the pairs see of a particle.
+#[derive(Clone, Debug)]
+pub(crate) struct PrimitiveRow {
+    /// Depth d (m).
+    pub depth: Vec<f64>,
+    /// Surface level η = z_b + d (m).
+    pub surface: Vec<f64>,
+    /// Velocity (m/s).
+    pub velocity_x: Vec<f64>,
+    pub velocity_y: Vec<f64>,
+    /// Greatest signal speed |v| + c of the row (m/s), its column, and the greatest |v|.
+    pub fastest: Fastest,
+}
+
+/// Greatest speeds and where the signal speed is greatest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Fastest {
+    pub signal_speed: f64,
+    pub flow_speed: f64,
+    pub column: usize,
+    pub row: usize,
+}
+
+/// Gradients of surface, depth and velocity.
+#[derive(Clone, Debug)]
+pub(crate) struct GradientRow {
+    pub surface_x: Vec<f64>,
+    pub surface_y: Vec<f64>,
+    pub depth_x: Vec<f64>,
+    pub depth_y: Vec<f64>,
+    /// ∂u/∂x, ∂u/∂y, ∂v/∂x, ∂v/∂y (1/s).
+    pub u_x: Vec<f64>,
+    pub u_y: Vec<f64>,
+    pub v_x: Vec<f64>,
+    pub v_y: Vec<f64>,
+}
+
+/// What flows through the faces of one direction, per metre of face; the cell itself is the owner, "left".
+#[derive(Clone, Debug)]
+pub(crate) struct FaceRow {
+    /// Volume from left to right (m²/s).
+    pub mass: Vec<f64>,
+    /// Tangential momentum that goes with it (m³/s²).
+    pub tangential: Vec<f64>,
+    /// Normal momentum that the left particle loses (m³/s²).
+    pub normal_left: Vec<f64>,
+    /// Normal momentum that the right particle gains (m³/s²).
+    pub normal_right: Vec<f64>,
+}
+
+/// The faces that a row owns: to the east and to the north.
+pub(crate) type FluxRow = [FaceRow; 2];
+
+/// All arrays; every row has `columns + 2` entries and every group `rows + 2` rows.
+pub(crate) struct State {
+    pub columns: usize,
+    pub rows: usize,
+    pub ground: Vec<GroundRow>,
+    pub water: Vec<WaterRow>,
+    pub primitive: Vec<PrimitiveRow>,
+    pub gradient: Vec<GradientRow>,
+    pub flux: Vec<FluxRow>,
+}
+
+impl State {
+    pub fn new(bed: &BedParticles, initial_depth: &[f64], gravity: f64) -> Self {
+        let (columns, rows) = (bed.lattice.columns, bed.lattice.rows);
+        let zeros = || vec![0.0; columns + 2];
+        let face = || FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() };
+        let mut ground = vec![GroundRow { bed: vec![NO_TERRAIN; columns + 2], friction: zeros() }; rows + 2];
+        let mut water = vec![
+            WaterRow {
+                depth: zeros(),
+                discharge_x: zeros(),
+                discharge_y: zeros(),
+                stage_depth: zeros(),
+                stage_discharge_x: zeros(),
+                stage_discharge_y: zeros(),
+            };
+            rows + 2
+        ];
+        for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
+            let (column, row) = bed.lattice.column_row(index);
+            ground[row + 1].bed[column + 1] = bed.elevation[index];
+            ground[row + 1].friction[column + 1] = gravity * bed.manning[index] * bed.manning[index];
+            water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
+        }
+        let primitive = ground
+            .iter()
+            .zip(&water)
+            .map(|(ground, water)| PrimitiveRow {
+                depth: water.depth.clone(),
+                surface: ground.bed.iter().zip(&water.depth).map(|(bed, depth)| bed + depth).collect(),
+                velocity_x: zeros(),
+                velocity_y: zeros(),
+                fastest: Fastest::default(),
+            })
+            .collect();
+        let gradient = GradientRow {
+            surface_x: zeros(),
+            surface_y: zeros(),
+            depth_x: zeros(),
+            depth_y: zeros(),
+            u_x: zeros(),
+            u_y: zeros(),
+            v_x: zeros(),
+            v_y: zeros(),
+        };
+        State {
+            columns,
+            rows,
+            ground,
+            water,
+            primitive,
+            gradient: vec![gradient; rows + 2],
+            flux: vec![[face(), face()]; rows + 2],
+        }
+    }
+
+    /// Whether there is terrain at a padded cell.
+    pub fn has_terrain(&self, row: usize, column: usize) -> bool {
+        self.ground[row].bed[column] < NO_TERRAIN
+    }
+
+    /// Brings a padded cell that leaves the work to rest: no velocity, no gradient, no flux; its film stays.
+    pub fn rest(&mut self, row: usize, column: usize) {
+        let primitive = &mut self.primitive[row];
+        primitive.depth[column] = self.water[row].depth[column];
+        primitive.surface[column] = self.ground[row].bed[column] + self.water[row].depth[column];
+        primitive.velocity_x[column] = 0.0;
+        primitive.velocity_y[column] = 0.0;
+        let gradient = &mut self.gradient[row];
+        for component in [
+            &mut gradient.surface_x,
+            &mut gradient.surface_y,
+            &mut gradient.depth_x,
+            &mut gradient.depth_y,
+            &mut gradient.u_x,
+            &mut gradient.u_y,
+            &mut gradient.v_x,
+            &mut gradient.v_y,
+        ] {
+            component[column] = 0.0;
+        }
+        for face in &mut self.flux[row] {
+            for component in [&mut face.mass, &mut face.tangential, &mut face.normal_left, &mut face.normal_right] {
+                component[column] = 0.0;
+            }
+        }
+    }
+
+    /// Local coordinates of the centre of a padded cell (m).
+    pub fn position(row: usize, column: usize, spacing: f64) -> Vec2 {
+        Vec2::new((column as f64 - 0.5) * spacing, (row as f64 - 0.5) * spacing)
+    }
+
+    /// Volume of all water (m³), summed row by row so that the threads do not matter.
+    pub fn volume(&self, spacing: f64) -> f64 {
+        let row_sums: Vec<f64> = self.water.par_iter().map(|row| row.depth.iter().sum::<f64>()).collect();
+        row_sums.iter().sum::<f64>() * spacing * spacing
+    }
+
+    /// The greatest speeds of all rows.
+    pub fn fastest(&self) -> Fastest {
+        self.primitive.iter().map(|row| row.fastest).fold(Fastest::default(), |greatest, row| Fastest {
+            flow_speed: row.flow_speed.max(greatest.flow_speed),
+            ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
+        })
+    }
+}

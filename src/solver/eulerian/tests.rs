@@ -1,0 +1,174 @@
+//! The core on made beds: rest, conservation, symmetry, walls, open edges, and the same bits for any number of threads.
+
+use super::EulerianSolver;
+use crate::bed::BedParticles;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::solver::{FlowProblem, FlowSolver, OpenEdges};
+
+fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
+    Lattice { origin: Vec2::ZERO, columns, rows, spacing }
+}
+
+fn problem(lattice: Lattice, elevation: Vec<f64>, initial_depth: Vec<f64>) -> FlowProblem {
+    FlowProblem {
+        bed: BedParticles::from_elevation(lattice, elevation, 0.0),
+        walls: Vec::new(),
+        open_edges: OpenEdges::default(),
+        initial_depth,
+        gravity: 9.81,
+        courant: 0.5,
+        dry_depth: 1e-6,
+    }
+}
+
+/// Repeatable noise between −0.5 and 0.5.
+fn noise(index: usize) -> f64 {
+    let mut bits = index as u64 ^ 0x9e37_79b9_7f4a_7c15;
+    for _ in 0..3 {
+        bits = (bits ^ (bits >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    }
+    (bits >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
+
+fn run(solver: &mut EulerianSolver, steps: usize) {
+    for _ in 0..steps {
+        let choice = solver.choose_step();
+        solver.advance(choice.time_step).expect("a stable run");
+    }
+}
+
+#[test]
+fn a_lake_stays_at_rest_on_every_bed() {
+    let grid = lattice(40, 40, 1.0);
+    let beds: [(&str, Box<dyn Fn(usize) -> f64>); 6] = [
+        ("bump", Box::new(move |i| 1.2 * (-0.02 * place_of(i).norm_squared()).exp())),
+        ("vertical step", Box::new(|i| if i % 40 < 20 { 0.0 } else { 1.5 })),
+        ("rough", Box::new(|i| 1.5 * noise(i))),
+        ("emerged island", Box::new(move |i| 3.5 * (-0.02 * place_of(i).norm_squared()).exp())),
+        ("many emerged pockets", Box::new(|i| 2.0 + 3.0 * noise(i))),
+        (
+            "no terrain in the middle",
+            Box::new(move |i| if place_of(i).norm() < 6.0 { f64::NAN } else { 0.3 * noise(i) }),
+        ),
+    ];
+    for (name, bed) in beds {
+        let elevation: Vec<f64> = (0..grid.len()).map(&bed).collect();
+        let depth = elevation.iter().map(|z| (2.0 - z).max(0.0)).collect();
+        let mut solver = EulerianSolver::new(problem(grid.clone(), elevation, depth));
+        run(&mut solver, 300);
+        let speed = solver.choose_step().max_speed;
+        assert!(speed < 1e-12, "{name}: {speed:e} m/s");
+    }
+}
+
+fn place_of(index: usize) -> Vec2 {
+    lattice(40, 40, 1.0).centre(index) - Vec2::new(20.0, 20.0)
+}
+
+#[test]
+fn a_wall_keeps_two_lakes_apart() {
+    let grid = lattice(40, 20, 1.0);
+    let elevation = vec![0.0; grid.len()];
+    let depth = (0..grid.len()).map(|i| if grid.centre(i).x < 20.3 { 5.0 } else { 1.0 }).collect();
+    let mut problem = problem(grid, elevation, depth);
+    problem.walls = vec![[Vec2::new(20.3, -5.0), Vec2::new(20.3, 25.0)]];
+    let mut solver = EulerianSolver::new(problem);
+    run(&mut solver, 200);
+    assert!(solver.choose_step().max_speed < 1e-12);
+}
+
+/// Water column in the corner of a rough closed basin: water everywhere, fronts, thin films.
+fn rough_dam_break() -> FlowProblem {
+    let grid = lattice(60, 50, 2.0);
+    let elevation: Vec<f64> = (0..grid.len()).map(|i| 0.02 * grid.centre(i).x + 0.8 * noise(i)).collect();
+    let depth = (0..grid.len()).map(|i| if grid.centre(i).norm() < 50.0 { 6.0 } else { 0.0 }).collect();
+    let mut problem = problem(grid, elevation, depth);
+    problem.bed.manning.fill(0.03);
+    problem
+}
+
+#[test]
+fn a_closed_basin_keeps_its_volume_and_no_depth_falls_below_zero() {
+    let mut solver = EulerianSolver::new(rough_dam_break());
+    run(&mut solver, 400);
+    assert!(solver.ledger().relative_error().abs() < 1e-13, "{:e}", solver.ledger().relative_error());
+    assert!(solver.water().depth.iter().all(|depth| *depth >= 0.0));
+}
+
+#[test]
+fn what_leaves_through_an_open_edge_is_booked() {
+    let mut problem = rough_dam_break();
+    for z in &mut problem.bed.elevation {
+        *z = -*z;
+    }
+    let (width, height) = (120.0, 100.0);
+    problem.open_edges = OpenEdges {
+        segments: vec![[Vec2::new(width, 0.0), Vec2::new(width, height)]],
+        reach: 1.1,
+        whole_outline: false,
+    };
+    let mut solver = EulerianSolver::new(problem);
+    run(&mut solver, 600);
+    let ledger = solver.ledger();
+    assert!(ledger.outflow > 0.2 * ledger.initial, "{ledger:?}");
+    assert!(ledger.relative_error().abs() < 1e-12, "{:e}", ledger.relative_error());
+}
+
+#[test]
+fn a_symmetric_dam_break_stays_symmetric() {
+    let grid = lattice(61, 61, 0.2);
+    let centre = Vec2::new(6.1, 6.1);
+    let depth = (0..grid.len()).map(|i| if (grid.centre(i) - centre).norm() < 2.5 { 2.5 } else { 0.0 }).collect();
+    let mut solver = EulerianSolver::new(problem(grid.clone(), vec![0.0; grid.len()], depth));
+    run(&mut solver, 150);
+    let water = solver.water();
+    let at = |column: usize, row: usize| water.depth[grid.index(column, row)];
+    let mut worst: f64 = 0.0;
+    for row in 0..61 {
+        for column in 0..61 {
+            let here = at(column, row);
+            for mirrored in [at(60 - column, row), at(column, 60 - row), at(row, column)] {
+                worst = worst.max((here - mirrored).abs());
+            }
+        }
+    }
+    assert!(worst < 1e-12, "{worst:e}");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let state_after = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads");
+        pool.install(|| {
+            let mut solver = EulerianSolver::new(rough_dam_break());
+            run(&mut solver, 200);
+            let water = solver.water();
+            water
+                .depth
+                .iter()
+                .chain(water.discharge_x)
+                .chain(water.discharge_y)
+                .map(|v| v.to_bits())
+                .collect::<Vec<_>>()
+        })
+    };
+    let one = state_after(1);
+    assert_eq!(one, state_after(2));
+    assert_eq!(one, state_after(5));
+}
+
+#[test]
+fn raising_the_datum_by_3000_m_changes_the_depths_by_rounding_only() {
+    let depths = |datum: f64| {
+        let mut problem = rough_dam_break();
+        for z in &mut problem.bed.elevation {
+            *z += datum;
+        }
+        let mut solver = EulerianSolver::new(problem);
+        run(&mut solver, 100);
+        solver.water().depth.to_vec()
+    };
+    let worst = depths(0.0).iter().zip(depths(3000.0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-6, "{worst:e} m");
+}

@@ -1,0 +1,157 @@
+//! From face fluxes to the new state: the sums of (M10), friction, and the two stages of Heun's method.
+//!
+//! ```text
+//! (M17)  U' = F(U + Δt L(U))        U'' = ½ U + ½ F(U' + Δt L(U'))
+//! ```
+//!
+//! with F the implicit Manning friction of one step (M18), exact for friction alone:
+//! |v_new| = (√(1 + 4 k |v|) − 1) / (2 k), k = Δt g n² / d^(4/3).
+
+use rayon::prelude::*;
+
+use super::Scale;
+use super::faces::{EAST, NORTH};
+use super::spans::{ActiveSet, Run};
+use super::state::{FluxRow, GroundRow, State, WaterRow};
+
+/// Which half of Heun's method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    First,
+    Second,
+}
+
+/// Water leaving through the four faces of a cell (m²/s), inflow not counted.
+fn outflow(south: &FluxRow, here: &FluxRow, i: usize) -> f64 {
+    (here[EAST].mass[i].max(0.0) - here[EAST].mass[i - 1].min(0.0))
+        + (here[NORTH].mass[i].max(0.0) - south[NORTH].mass[i].min(0.0))
+}
+
+/// Scales the outflow of cells that would give more water than they have in this stage.
+pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
+    let step_ratio = time_step / scale.spacing;
+    let (flux, water) = (&state.flux, &state.water);
+    let short: Vec<(usize, usize, f64)> = (1..state.rows + 1)
+        .into_par_iter()
+        .with_min_len(4)
+        .flat_map_iter(|row| {
+            let depth = match stage {
+                Stage::First => &water[row].depth,
+                Stage::Second => &water[row].stage_depth,
+            };
+            let cells = active.work[row].iter().cloned().flatten();
+            cells.filter_map(move |i| {
+                let wanted = step_ratio * outflow(&flux[row - 1], &flux[row], i);
+                (wanted > depth[i]).then(|| (row, i, depth[i].max(0.0) / wanted))
+            })
+        })
+        .collect();
+    for (row, i, share) in short {
+        let reduce = |state: &mut State, row: usize, direction: usize, i: usize, sign: f64| {
+            let face = &mut state.flux[row][direction];
+            if face.mass[i] * sign > 0.0 {
+                face.mass[i] *= share;
+                face.tangential[i] *= share;
+            }
+        };
+        reduce(state, row, EAST, i, 1.0);
+        reduce(state, row, NORTH, i, 1.0);
+        reduce(state, row, EAST, i - 1, -1.0);
+        reduce(state, row - 1, NORTH, i, -1.0);
+    }
+}
+
+/// Takes the step from the start (first stage) or from the first stage's state (second stage).
+pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
+    let (flux, ground) = (&state.flux, &state.ground);
+    state.water.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, water)| {
+        for run in &active.work[row] {
+            let south = &flux[row - 1];
+            row_update(south, &flux[row], &ground[row], run.clone(), scale, stage, time_step, water);
+        }
+    });
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[expect(clippy::too_many_arguments, reason = "the rows that one row's update reads and writes")]
+fn row_update(
+    south: &FluxRow,
+    here: &FluxRow,
+    ground: &GroundRow,
+    run: Run,
+    scale: &Scale,
+    stage: Stage,
+    time_step: f64,
+    water: &mut WaterRow,
+) {
+    let (step_ratio, dry_depth) = (time_step / scale.spacing, scale.dry_depth);
+    let (east, north, from_south) = (&here[EAST], &here[NORTH], &south[NORTH]);
+    for i in run {
+        let gained_depth = (east.mass[i - 1] - east.mass[i]) + (from_south.mass[i] - north.mass[i]);
+        let gained_x =
+            (east.normal_right[i - 1] - east.normal_left[i]) + (from_south.tangential[i] - north.tangential[i]);
+        let gained_y =
+            (from_south.normal_right[i] - north.normal_left[i]) + (east.tangential[i - 1] - east.tangential[i]);
+        let (depth, discharge_x, discharge_y) = match stage {
+            Stage::First => (water.depth[i], water.discharge_x[i], water.discharge_y[i]),
+            Stage::Second => (water.stage_depth[i], water.stage_discharge_x[i], water.stage_discharge_y[i]),
+        };
+        let raised = depth + step_ratio * gained_depth;
+        let new_depth = if raised > 0.0 { raised } else { 0.0 };
+        let (q_x, q_y) = (discharge_x + step_ratio * gained_x, discharge_y + step_ratio * gained_y);
+        let kept = if new_depth > dry_depth {
+            kept_by_friction(new_depth, q_x, q_y, ground.friction[i] * time_step)
+        } else {
+            0.0
+        };
+        let (new_x, new_y) = (counted(kept * q_x), counted(kept * q_y));
+        match stage {
+            Stage::First => {
+                water.stage_depth[i] = new_depth;
+                water.stage_discharge_x[i] = new_x;
+                water.stage_discharge_y[i] = new_y;
+            }
+            Stage::Second => {
+                let mean_depth = 0.5 * (water.depth[i] + new_depth);
+                let moving = if mean_depth > dry_depth { 0.5 } else { 0.0 };
+                water.depth[i] = mean_depth;
+                water.discharge_x[i] = moving * (water.discharge_x[i] + new_x);
+                water.discharge_y[i] = moving * (water.discharge_y[i] + new_y);
+            }
+        }
+    }
+}
+
+/// A discharge, or 0 where it is so small (m²/s) that arithmetic with it would leave the range of normal numbers and be slow.
+#[inline(always)]
+fn counted(discharge: f64) -> f64 {
+    if discharge.abs() > 1e-100 { discharge } else { 0.0 }
+}
+
+/// Share of the velocity that is left after one step of Manning friction alone (M18); `roughness` is Δt g n².
+#[inline(always)]
+fn kept_by_friction(depth: f64, q_x: f64, q_y: f64, roughness: f64) -> f64 {
+    let speed = (q_x * q_x + q_y * q_y).sqrt() / depth;
+    let k = roughness / (depth * depth.cbrt());
+    2.0 / (1.0 + (1.0 + 4.0 * k * speed).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_alone_is_exact() {
+        // dv/dt = −k' v², k' = g n²/d^(4/3), taken implicitly: v_new = v − Δt k' v_new².
+        let (d, v, n, dt): (f64, f64, f64, f64) = (0.4, 3.0, 0.05, 2.0);
+        let kept = kept_by_friction(d, d * v, 0.0, dt * 9.81 * n * n);
+        let v_new = kept * v;
+        let k = 9.81 * n * n / d.powf(4.0 / 3.0);
+        assert!((v_new - (v - dt * k * v_new * v_new)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn without_roughness_nothing_is_lost() {
+        assert_eq!(kept_by_friction(1.0, 2.0, 1.0, 0.0), 1.0);
+    }
+}

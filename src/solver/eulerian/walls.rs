@@ -1,0 +1,280 @@
+//! Faces that are no ordinary pairs: walls and open edges.
+//!
+//! A wall face is the mirror problem of each of its two particles: no volume passes, and the normal momentum is that of the
+//! Riemann problem between (d, u) and (d, −u). It stands between terrain and no terrain, and where a wall polyline
+//! crosses the line between two particles. An open face stands between terrain and no terrain, lets water out and
+//! none in; beyond it the bed goes on falling as it does before it.
+
+use rayon::prelude::*;
+
+use super::Scale;
+use super::faces::{EAST, NORTH, hll, turned};
+use super::spans::ActiveSet;
+use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
+use crate::math::Vec2;
+use crate::solver::FlowProblem;
+
+/// One special face, in the row of its owner.
+#[derive(Clone, Copy, Debug)]
+struct SpecialFace {
+    column: usize,
+    direction: usize,
+    open: bool,
+}
+
+/// A cell with at least one special face: bit k is set for the k-th of [`NEIGHBOURS`].
+#[derive(Clone, Copy, Debug)]
+struct WallCell {
+    column: usize,
+    blocked: u8,
+}
+
+/// Offsets (column, row) of the four neighbours.
+const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
+/// The special faces of every padded row.
+pub(crate) struct Walls {
+    faces: Vec<Vec<SpecialFace>>,
+    cells: Vec<Vec<WallCell>>,
+}
+
+/// Offset (column, row) from the owner of a face to its other particle.
+fn step(direction: usize) -> (isize, isize) {
+    if direction == EAST { (1, 0) } else { (0, 1) }
+}
+
+fn shift(index: usize, offset: isize) -> usize {
+    (index as isize + offset) as usize
+}
+
+/// Whether two segments cross or touch.
+pub(crate) fn segments_cross(a: [Vec2; 2], b: [Vec2; 2]) -> bool {
+    let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
+    let side = |origin: Vec2, along: Vec2, point: Vec2| along.cross(point - origin);
+    let (a0, a1) = (side(b[0], along_b, a[0]), side(b[0], along_b, a[1]));
+    let (b0, b1) = (side(a[0], along_a, b[0]), side(a[0], along_a, b[1]));
+    // A particle that lies on the line itself belongs to its left side, so that a wall through a row of particles holds.
+    let differ = |p: f64, q: f64| (p >= 0.0) != (q >= 0.0);
+    let touches = |p: f64, q: f64| (p >= 0.0 && q <= 0.0) || (p <= 0.0 && q >= 0.0);
+    differ(a0, a1) && touches(b0, b1)
+}
+
+impl Walls {
+    pub fn new(problem: &FlowProblem, state: &State) -> Self {
+        let spacing = problem.bed.lattice.spacing;
+        let mut walls = Walls { faces: vec![Vec::new(); state.rows + 2], cells: vec![Vec::new(); state.rows + 2] };
+        let mut blocked = vec![vec![0u8; state.columns + 2]; state.rows + 2];
+        let cut = crossed_faces(problem, state);
+        for row in 0..=state.rows {
+            for column in 0..state.columns + 2 {
+                for direction in [EAST, NORTH] {
+                    let (dc, dr) = step(direction);
+                    let (c, r) = (column as isize + dc, row as isize + dr);
+                    if c < 0 || c as usize >= state.columns + 2 {
+                        continue;
+                    }
+                    let (c, r) = (c as usize, r as usize);
+                    let (here, there) = (state.has_terrain(row, column), state.has_terrain(r, c));
+                    let is_edge = here != there;
+                    let is_cut = here && there && cut[row][column] & (1 << direction) != 0;
+                    if !is_edge && !is_cut {
+                        continue;
+                    }
+                    let middle = (State::position(row, column, spacing) + State::position(r, c, spacing)) * 0.5;
+                    let open = is_edge && problem.open_edges.is_open(middle);
+                    walls.faces[row].push(SpecialFace { column, direction, open });
+                    let mark =
+                        |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
+                    blocked[row][column] |= mark((dc, dr));
+                    blocked[r][c] |= mark((-dc, -dr));
+                }
+            }
+        }
+        for (row, columns) in blocked.iter().enumerate() {
+            for (column, &blocked) in columns.iter().enumerate() {
+                if blocked != 0 && state.has_terrain(row, column) {
+                    walls.cells[row].push(WallCell { column, blocked });
+                }
+            }
+        }
+        walls
+    }
+
+    /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
+    /// is mirrored.
+    pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
+        let primitive = &state.primitive;
+        state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
+            if active.work[row].is_empty() {
+                return;
+            }
+            for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
+                correct(primitive, row, *cell, scale, gradient);
+            }
+        });
+    }
+
+    /// Fluxes of the special faces.
+    pub fn apply(&self, state: &mut State, scale: &Scale) {
+        let (primitive, ground) = (&state.primitive, &state.ground);
+        state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
+            for face in faces {
+                let (dc, dr) = step(face.direction);
+                let (left, right) = ((row, face.column), (shift(row, dr), shift(face.column, dc)));
+                let out = &mut flux[face.direction];
+                let i = face.column;
+                (out.mass[i], out.tangential[i], out.normal_left[i], out.normal_right[i]) = (0.0, 0.0, 0.0, 0.0);
+                let particle = |(row, column): (usize, usize)| Particle::new(&primitive[row], column, face.direction);
+                let (a, b) = (particle(left), particle(right));
+                if face.open {
+                    let drop = |inside: (usize, usize), outside: (usize, usize)| {
+                        let behind = (2 * inside.0 - outside.0, 2 * inside.1 - outside.1);
+                        bed_drop(&ground[behind.0], behind.1, &ground[inside.0], inside.1)
+                    };
+                    if a.depth > scale.dry_depth {
+                        let (mass, normal) = leaving(a.depth, a.normal, drop(left, right), scale.gravity);
+                        (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
+                        out.normal_left[i] = normal;
+                    } else if b.depth > scale.dry_depth {
+                        let (mass, normal) = leaving(b.depth, -b.normal, drop(right, left), scale.gravity);
+                        (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
+                        out.normal_right[i] = normal;
+                    }
+                } else {
+                    out.normal_left[i] = mirrored(a.depth, a.normal, scale.gravity);
+                    out.normal_right[i] = mirrored(b.depth, -b.normal, scale.gravity);
+                }
+            }
+        });
+    }
+
+    /// Rate at which water leaves through open faces now, per metre of face (m²/s).
+    pub fn leaving(&self, state: &State) -> f64 {
+        let rows = self.faces.iter().zip(&state.flux);
+        rows.map(|(faces, flux)| {
+            let open = faces.iter().filter(|face| face.open);
+            open.map(|face| flux[face.direction].mass[face.column].abs()).sum::<f64>()
+        })
+        .sum()
+    }
+}
+
+/// Depth and velocity of one side of a special face.
+struct Particle {
+    depth: f64,
+    normal: f64,
+    tangent: f64,
+}
+
+impl Particle {
+    fn new(row: &PrimitiveRow, column: usize, direction: usize) -> Self {
+        let (u, v) = (row.velocity_x[column], row.velocity_y[column]);
+        let (normal, tangent) = if direction == EAST { turned::<EAST>(u, v) } else { turned::<NORTH>(u, v) };
+        Particle { depth: row.depth[column], normal, tangent }
+    }
+}
+
+/// Normal momentum that a particle loses to its mirror, beyond the pressure of still water.
+fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
+    if depth > 0.0 { hll(depth, towards, depth, -towards, g).1 - 0.5 * g * depth * depth } else { 0.0 }
+}
+
+/// Volume flux and normal momentum of water leaving over an open face behind which the bed falls by `drop` (m).
+fn leaving(depth: f64, outwards: f64, drop: f64, g: f64) -> (f64, f64) {
+    let (mass, momentum) = hll(depth, outwards, (depth - drop).max(0.0), outwards, g);
+    if mass > 0.0 { (mass, momentum - 0.5 * g * depth * depth) } else { (0.0, mirrored(depth, outwards, g)) }
+}
+
+/// How far the bed falls from the cell behind to the cell at the edge (m), 0 where it rises or is not known.
+fn bed_drop(behind: &GroundRow, behind_column: usize, inside: &GroundRow, inside_column: usize) -> f64 {
+    let (z_behind, z_inside) = (behind.bed[behind_column], inside.bed[inside_column]);
+    if z_behind < super::state::NO_TERRAIN { (z_behind - z_inside).max(0.0) } else { 0.0 }
+}
+
+fn correct(primitive: &[PrimitiveRow], row: usize, cell: WallCell, scale: &Scale, out: &mut GradientRow) {
+    let i = cell.column;
+    let here = &primitive[row];
+    let velocity = Vec2::new(here.velocity_x[i], here.velocity_y[i]);
+    let mut sums = [Vec2::ZERO; 4];
+    for (k, &(dc, dr)) in NEIGHBOURS.iter().enumerate() {
+        let e = Vec2::new(dc as f64, dr as f64);
+        let differences = if cell.blocked & (1 << k) != 0 {
+            let turned = e * (-2.0 * velocity.dot(e));
+            [0.0, 0.0, turned.x, turned.y]
+        } else {
+            let (there, j) = (&primitive[shift(row, dr)], shift(i, dc));
+            [
+                super::gradient::surface_difference(
+                    here.depth[i],
+                    here.surface[i],
+                    there.depth[j],
+                    there.surface[j],
+                    scale.dry_depth,
+                ),
+                there.depth[j] - here.depth[i],
+                there.velocity_x[j] - velocity.x,
+                there.velocity_y[j] - velocity.y,
+            ]
+        };
+        for (sum, difference) in sums.iter_mut().zip(differences) {
+            *sum += e * (0.5 / scale.spacing * difference);
+        }
+    }
+    (out.surface_x[i], out.surface_y[i]) = (sums[0].x, sums[0].y);
+    (out.depth_x[i], out.depth_y[i]) = (sums[1].x, sums[1].y);
+    (out.u_x[i], out.u_y[i]) = (sums[2].x, sums[2].y);
+    (out.v_x[i], out.v_y[i]) = (sums[3].x, sums[3].y);
+}
+
+/// For every padded cell a bit for each of its faces that a wall polyline crosses.
+fn crossed_faces(problem: &FlowProblem, state: &State) -> Vec<Vec<u8>> {
+    let spacing = problem.bed.lattice.spacing;
+    let mut cut = vec![vec![0u8; state.columns + 2]; state.rows + 2];
+    for &wall in &problem.walls {
+        let padded = |value: f64, last: usize| ((value / spacing + 0.5).max(0.0) as usize).min(last);
+        let (west, east) = (wall[0].x.min(wall[1].x), wall[0].x.max(wall[1].x));
+        let (south, north) = (wall[0].y.min(wall[1].y), wall[0].y.max(wall[1].y));
+        let rows = padded(south - 2.0 * spacing, state.rows + 1)..=padded(north + 2.0 * spacing, state.rows);
+        let columns = padded(west - 2.0 * spacing, state.columns + 1)..=padded(east + 2.0 * spacing, state.columns + 1);
+        for row in rows {
+            for column in columns.clone() {
+                for direction in [EAST, NORTH] {
+                    let (dc, dr) = step(direction);
+                    let there = Vec2::new(dc as f64, dr as f64) * spacing;
+                    let from = State::position(row, column, spacing);
+                    if segments_cross([from, from + there], wall) {
+                        cut[row][column] |= 1 << direction;
+                    }
+                }
+            }
+        }
+    }
+    cut
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crossing_and_missing_segments() {
+        let wall = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
+        assert!(segments_cross([Vec2::new(-1.0, 0.0), Vec2::new(1.0, 0.3)], wall));
+        assert!(!segments_cross([Vec2::new(-1.0, 2.0), Vec2::new(1.0, 2.0)], wall));
+        assert!(!segments_cross([Vec2::new(1.0, 0.0), Vec2::new(2.0, 0.0)], wall));
+    }
+
+    #[test]
+    fn a_particle_on_the_wall_is_cut_off_on_one_side_only() {
+        let wall = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
+        let east = segments_cross([Vec2::ZERO, Vec2::new(1.0, 0.0)], wall);
+        let west = segments_cross([Vec2::new(-1.0, 0.0), Vec2::ZERO], wall);
+        assert!(east != west);
+    }
+
+    #[test]
+    fn still_water_leans_on_a_wall_without_momentum() {
+        assert_eq!(mirrored(3.0, 0.0, 9.81), 0.0);
+        assert!(mirrored(3.0, 1.0, 9.81) > 0.0);
+    }
+}

@@ -1,0 +1,10 @@
+//! The version of the program and the commit it was built from.
+
+/// The version.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The first twelve letters of the commit; `unknown` when built outside the repository.
+pub const COMMIT: &str = match option_env!("FLOODSIM_COMMIT") {
+    Some(commit) => commit,
+    None => "unknown",
+};

@@ -1,0 +1,186 @@
+//! Who may import whom, and whether every formula and source that the code cites is in the documents.
+//!
+//! The rules are those of docs/ARCHITECTURE.md: data flows one way, input and output stay at the rim. The check is textual: it
+//! reads what stands after `crate::` in the code of a module, up to its tests.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot read the sources of its own package must fail")]
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Module and what it may import. Modules that are not listed (cli, pipeline, prepare) join the others and may import all.
+const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("math", &[]),
+    ("lattice", &["math"]),
+    ("error", &["math"]),
+    ("physics", &["math"]),
+    ("neighbours", &["math", "lattice"]),
+    ("particles", &["math", "lattice"]),
+    ("boundary", &["math", "lattice", "bed", "solver"]),
+    ("bed", &["math", "lattice", "error", "scenario::methods", "terrain"]),
+    ("seeding", &["math", "lattice", "error", "bed", "scenario::methods"]),
+    ("geodata", &["math", "error", "output"]),
+    ("vector", &["math", "error", "geodata"]),
+    ("terrain", &["math", "error", "geodata", "vector", "scenario::PointInterpolation"]),
+    (
+        "solver",
+        &["math", "lattice", "error", "bed", "boundary", "particles", "neighbours", "physics", "scenario::methods"],
+    ),
+    ("output", &["math", "lattice", "error", "bed", "maps"]),
+    ("maps", &["math"]),
+    ("report", &["math", "error", "maps"]),
+    ("scenario", &["math", "error"]),
+];
+
+/// Modules that open no file, print nothing and know no format.
+const PURE: &[&str] =
+    &["math", "lattice", "physics", "neighbours", "particles", "boundary", "bed", "seeding", "solver", "maps"];
+
+const OUTSIDE_WORLD: &[&str] = &[
+    "std::fs",
+    "std::io",
+    "println!",
+    "eprintln!",
+    "print!",
+    "eprint!",
+    "serde_yaml",
+    "serde_json",
+    "gdal::",
+    "netcdf::",
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every source file below `src` with its module (the first part of its path).
+fn sources() -> Vec<(String, PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![root().join("src")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let relative = path.strip_prefix(root().join("src")).unwrap().to_path_buf();
+                let first = relative.iter().next().unwrap().to_string_lossy();
+                let module = first.trim_end_matches(".rs").to_string();
+                let text = std::fs::read_to_string(&path).unwrap();
+                found.push((module, relative, text));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The code of a file without comments and without its tests.
+fn code(path: &Path, text: &str) -> String {
+    if path.components().any(|part| part.as_os_str() == "tests" || part.as_os_str() == "tests.rs") {
+        return String::new();
+    }
+    let lines = text.lines().take_while(|line| line.trim() != "mod tests {");
+    lines.map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+}
+
+/// What is imported from this crate: `bed`, or two parts for `scenario`; braces are opened.
+fn imports(code: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for rest in code.split("crate::").skip(1) {
+        let end = rest.find([';', '(', ')', '<', '>', ',', ' ']).unwrap_or(rest.len());
+        match rest.split_once('{').filter(|(before, _)| before.len() <= end) {
+            Some(("", inside)) => {
+                let names = inside.split('}').next().unwrap_or_default().split(',');
+                found.extend(names.map(|name| name.trim().to_string()).filter(|name| !name.is_empty()));
+            }
+            Some((before, inside)) => {
+                let names = inside.split('}').next().unwrap_or_default().split(',');
+                found.extend(names.map(|name| format!("{before}{}", name.trim())).filter(|name| !name.ends_with(':')));
+            }
+            None => {
+                found.insert(rest[..end].to_string());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn data_flows_one_way() {
+    let mut wrong = Vec::new();
+    for (module, path, text) in sources() {
+        let Some((_, allowed)) = MAY_IMPORT.iter().find(|(name, _)| *name == module) else { continue };
+        for import in imports(&code(&path, &text)) {
+            let fits = |allowed: &&str| import == **allowed || import.starts_with(&format!("{allowed}::"));
+            let own = import == module || import.starts_with(&format!("{module}::"));
+            if !own && !allowed.iter().any(fits) {
+                wrong.push(format!("src/{} imports crate::{import}", path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "against the rules of docs/ARCHITECTURE.md:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn input_and_output_stay_at_the_rim() {
+    let mut wrong = Vec::new();
+    for (module, path, text) in sources() {
+        let code = code(&path, &text);
+        for name in OUTSIDE_WORLD.iter().filter(|name| PURE.contains(&module.as_str()) && code.contains(**name)) {
+            wrong.push(format!("src/{} uses {name}", path.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "these modules must not touch the outside world:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_cited_source_is_listed() {
+    let listed = std::fs::read_to_string(root().join("docs/references.md")).unwrap().to_lowercase();
+    let mut missing = BTreeSet::new();
+    for (_, path, text) in sources() {
+        for key in text.split('`').filter(|word| is_citation(word)) {
+            if !listed.contains(&format!("`{}`", key.to_lowercase())) {
+                missing.insert(format!("{key} in src/{}", path.display()));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "add to docs/references.md: {missing:?}");
+}
+
+/// Whether a word has the form `Name2005`.
+fn is_citation(word: &str) -> bool {
+    let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
+    let digits = &word[letters.len()..];
+    digits.len() == 4
+        && (digits.starts_with("18") || digits.starts_with("19") || digits.starts_with("20"))
+        && letters.len() > 2
+        && letters.chars().all(|c| c.is_ascii_alphabetic())
+}
+
+#[test]
+fn every_cited_equation_is_in_the_theory() {
+    let theory = std::fs::read_to_string(root().join("docs/theory.md")).unwrap();
+    let mut missing = BTreeSet::new();
+    for (_, path, text) in sources() {
+        for rest in text.split("(M").skip(1) {
+            let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+            if digits > 0 && rest[digits..].starts_with(')') && !theory.contains(&format!("**(M{})**", &rest[..digits]))
+            {
+                missing.insert(format!("(M{}) in src/{}", &rest[..digits], path.display()));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "not in docs/theory.md: {missing:?}");
+}
+
+#[test]
+fn the_checks_can_fail() {
+    let code = "use crate::solver::{FlowProblem, Ledger};\nuse crate::math::Vec2;\nfn f(x: crate::scenario::Limits) {}";
+    let expected = ["math::Vec2", "scenario::Limits", "solver::FlowProblem", "solver::Ledger"];
+    assert_eq!(imports(code), expected.map(String::from).into());
+    assert_eq!(imports("use crate::{bed, lattice};"), ["bed", "lattice"].map(String::from).into());
+    assert!(
+        is_citation("Audusse2004") && is_citation("vanLeer1974") && !is_citation("EPSG32632") && !is_citation("Vec2")
+    );
+}
