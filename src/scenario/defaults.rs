@@ -56,14 +56,11 @@ mod tests {
 
     #[test]
     fn intervals_are_those_of_a_clock() {
-        for (interval, expected) in
-            [(100.0, 120.0), (540.0, 600.0), (7.0, 5.0), (0.026, 0.02), (0.8, 1.0), (9e3, 10_800.0)]
-        {
-            assert!(
-                sensible_interval(interval).to_bits() == expected.to_bits(),
-                "{interval}: {}",
-                sensible_interval(interval)
-            );
+        let pairs: [(f64, f64); 6] =
+            [(100.0, 120.0), (540.0, 600.0), (7.0, 5.0), (0.026, 0.02), (0.8, 1.0), (9e3, 10_800.0)];
+        for (interval, expected) in pairs {
+            let found = sensible_interval(interval);
+            assert_eq!(found.to_bits(), expected.to_bits(), "{interval}: {found}");
         }
         assert_eq!(default_isochrones(4.0 * 3600.0)[6..], [5400.0, 7200.0, 10_800.0, 14_400.0]);
     }

@@ -8,10 +8,9 @@ mod still_water;
 
 pub use equal_volume::equal_volume_filling;
 pub use lattice::lattice_filling;
+pub use crate::particles::FluidSeed;
 pub use leaks::Leak;
 pub use still_water::{SeededVolume, StillWater, VOLUME_TOLERANCE, fill_still_water};
-
-use crate::math::Vec2;
 
 /// Still water inside a polygon.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,15 +19,4 @@ pub struct StillBody {
     pub polygon: geo::MultiPolygon<f64>,
     /// Level of its surface η (m).
     pub level: f64,
-}
-
-/// A fluid particle to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FluidSeed {
-    /// Place in local coordinates (m).
-    pub position: Vec2,
-    /// Volume of water V (m³).
-    pub volume: f64,
-    /// Depth d (m): the level of its body minus the bed there.
-    pub depth: f64,
 }

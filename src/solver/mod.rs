@@ -1,6 +1,9 @@
 //! The shallow-water core: from a bed, walls and still water to moving water. Opens no file, prints nothing, knows no YAML.
 
 mod eulerian;
+pub mod lagrangian;
+pub mod moving;
+pub mod variational;
 
 pub use eulerian::EulerianSolver;
 

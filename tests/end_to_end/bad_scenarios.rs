@@ -1,9 +1,8 @@
 //! What a bad scenario gets: a located message with a remedy, exit code 3 (2 for wrong usage), and no run folder.
 
-use std::path::Path;
-
-use assert_cmd::Command;
 use tempfile::TempDir;
+
+use crate::floodsim;
 
 /// A scenario without fault; its files do not exist, but no test here comes as far as opening them.
 const GOOD: &str = "floodsim: 1
@@ -16,22 +15,6 @@ resolution: 20 m
 time: {end: 4000 s}
 outputs: {cell: 20 m, every: 100 s}
 ";
-
-/// What the program answered.
-struct Answer {
-    code: i32,
-    stdout: String,
-    stderr: String,
-}
-
-fn floodsim(folder: &Path, arguments: &[&str]) -> Answer {
-    let output = Command::cargo_bin("floodsim").unwrap().current_dir(folder).args(arguments).output().unwrap();
-    Answer {
-        code: output.status.code().unwrap(),
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    }
-}
 
 /// Asserts that both `check` and `run` refuse the file `s.yaml` of this content with exit code 3 and all these texts,
 /// and that nothing else is in the folder afterwards.

@@ -1,0 +1,243 @@
+//! Mirror images: what a particle sees in the walls near it.
+//!
+//! A wall acts through the mirror images of the particle itself and of its neighbours: position reflected, normal velocity
+//! turned round, depth, bed and surface level as they are. An image counts when the line of sight to it goes through the
+//! wall itself and nothing else stands in the way; two walls that are not parallel give images of images, which closes
+//! corners. So a straight wall made of several pieces acts as one, and the end of a wall ends its image.
+
+use super::wall::{Edge, Walls};
+use crate::math::{Sym2, Vec2};
+
+/// A rotation or reflection followed by a shift: x' = R x + t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Isometry {
+    /// Columns of R: the images of the two unit vectors.
+    pub image_of_x: Vec2,
+    /// See `image_of_x`.
+    pub image_of_y: Vec2,
+    /// t (m).
+    pub shift: Vec2,
+}
+
+impl Isometry {
+    /// Changes nothing.
+    pub const IDENTITY: Isometry =
+        Isometry { image_of_x: Vec2::new(1.0, 0.0), image_of_y: Vec2::new(0.0, 1.0), shift: Vec2::ZERO };
+
+    /// The reflection across the line of an edge.
+    pub fn reflection(edge: &Edge) -> Self {
+        let n = edge.direction().perpendicular();
+        let r = Sym2 { xx: 1.0 - 2.0 * n.x * n.x, xy: -2.0 * n.x * n.y, yy: 1.0 - 2.0 * n.y * n.y };
+        Isometry {
+            image_of_x: Vec2::new(r.xx, r.xy),
+            image_of_y: Vec2::new(r.xy, r.yy),
+            shift: n * (2.0 * n.dot(edge.start)),
+        }
+    }
+
+    /// This one first, then `next`.
+    pub fn then(&self, next: &Isometry) -> Self {
+        Isometry {
+            image_of_x: next.vector(self.image_of_x),
+            image_of_y: next.vector(self.image_of_y),
+            shift: next.point(self.shift),
+        }
+    }
+
+    /// The image of a point.
+    #[inline]
+    pub fn point(&self, x: Vec2) -> Vec2 {
+        self.vector(x) + self.shift
+    }
+
+    /// The image of a vector.
+    #[inline]
+    pub fn vector(&self, v: Vec2) -> Vec2 {
+        self.image_of_x * v.x + self.image_of_y * v.y
+    }
+
+    /// The vector whose image is `v`.
+    #[inline]
+    pub fn inverse_vector(&self, v: Vec2) -> Vec2 {
+        Vec2::new(self.image_of_x.dot(v), self.image_of_y.dot(v))
+    }
+}
+
+/// A neighbour as seen: particle `index` itself, or its image under transform `transform` (0: itself).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Index of the particle.
+    pub index: u32,
+    /// Index of the isometry.
+    pub transform: u32,
+}
+
+/// Scratch space of the search for images, one for each thread's chunk.
+#[derive(Clone, Debug, Default)]
+pub struct ImageScratch {
+    /// Edges near the particle.
+    pub near: Vec<u32>,
+    single: Vec<u32>,
+    places: Vec<Vec2>,
+}
+
+impl Walls {
+    /// Appends to `seen` what particle `i` sees of itself and of the particles `found`, given the edges `scratch.near`.
+    ///
+    /// - `is_near(j, distance_squared)`: whether an image at that distance (m²) acts on `i`
+    /// - `transforms`: the isometries used so far; entry 0 is the identity
+    pub fn see(
+        &self,
+        i: u32,
+        found: &[u32],
+        positions: &[Vec2],
+        is_near: impl Fn(u32, f64) -> bool,
+        scratch: &mut ImageScratch,
+        transforms: &mut Vec<Isometry>,
+        seen: &mut Vec<Image>,
+    ) {
+        let place = positions[i as usize];
+        let edges = self.edges();
+        scratch.near.retain(|&member| !edges[member as usize].is_open);
+        scratch.single.clear();
+        for &member in &scratch.near {
+            scratch.single.push(transforms.len() as u32);
+            transforms.push(Isometry::reflection(&edges[member as usize]));
+        }
+        for &j in found {
+            let other = positions[j as usize];
+            if j != i {
+                if self.is_blocked(&scratch.near, place, other) {
+                    continue;
+                }
+                seen.push(Image { index: j, transform: 0 });
+            }
+            scratch.places.clear();
+            for a in 0..scratch.near.len() {
+                let first = &edges[scratch.near[a] as usize];
+                let reflection = transforms[scratch.single[a] as usize];
+                let image = reflection.point(other);
+                if is_near(j, (image - place).norm_squared())
+                    && first.side(place) * first.side(other) > 0.0
+                    && self.is_seen_once(&scratch.near, a, place, other, image)
+                    && is_new(&mut scratch.places, image, self.margin())
+                {
+                    seen.push(Image { index: j, transform: scratch.single[a] });
+                }
+                for b in (0..scratch.near.len()).filter(|&b| b != a) {
+                    let second = &edges[scratch.near[b] as usize];
+                    let middle = transforms[scratch.single[b] as usize].point(other);
+                    let image = reflection.point(middle);
+                    if is_near(j, (image - place).norm_squared())
+                        && self.is_seen_twice(first, second, place, image, middle)
+                        && is_new(&mut scratch.places, image, self.margin())
+                    {
+                        let both = transforms[scratch.single[b] as usize].then(&reflection);
+                        seen.push(Image { index: j, transform: transforms.len() as u32 });
+                        transforms.push(both);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether the line of sight goes through wall `a` and neither of its two legs through another one.
+    fn is_seen_once(&self, near: &[u32], a: usize, place: Vec2, other: Vec2, image: Vec2) -> bool {
+        let edges = self.edges();
+        let Some(share) = edges[near[a] as usize].crossing(place, image, self.margin()) else { return false };
+        let hit = place + (image - place) * share;
+        near.iter().enumerate().filter(|&(b, _)| b != a).all(|(_, &member)| {
+            let blocks = |from: Vec2| {
+                edges[member as usize].crossing(from, hit, 0.0).is_some_and(|share| share < 1.0 - 1e-9)
+            };
+            !blocks(place) && !blocks(other)
+        })
+    }
+
+    /// Whether the line of sight goes through wall `first` and then through wall `second`.
+    ///
+    /// A line of sight through the very corner counts: it touches `second` where it meets `first`.
+    fn is_seen_twice(&self, first: &Edge, second: &Edge, place: Vec2, image: Vec2, middle: Vec2) -> bool {
+        let are_parallel = first.direction().cross(second.direction()).abs() < 1e-6;
+        if are_parallel {
+            return false;
+        }
+        let Some(share) = first.crossing(place, image, self.margin()) else { return false };
+        let hit = place + (image - place) * share;
+        if second.side(place) * second.side(middle) >= 0.0 {
+            return false;
+        }
+        // Stepping back by a margin keeps a hit in the corner on the near side of the second wall.
+        let before = hit + (place - hit) * (10.0 * self.margin() / (place - hit).norm().max(10.0 * self.margin()));
+        second.crossing(before, middle, 20.0 * self.margin()).is_some()
+    }
+}
+
+/// Notes an image's place and tells whether it was new: the joint of two pieces of one wall shows an image twice.
+fn is_new(places: &mut Vec<Vec2>, image: Vec2, margin: f64) -> bool {
+    let is_known = places.iter().any(|&place| (place - image).norm() < 100.0 * margin);
+    if !is_known {
+        places.push(image);
+    }
+    !is_known
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen_places(edges: Vec<Edge>, positions: &[Vec2]) -> Vec<(u32, Vec2)> {
+        let walls = Walls::new(edges, 1.0);
+        let mut scratch = ImageScratch::default();
+        let mut transforms = vec![Isometry::IDENTITY];
+        let mut seen = Vec::new();
+        walls.near(positions[0], 5.0, &mut scratch.near);
+        let found: Vec<u32> = (0..positions.len() as u32).collect();
+        walls.see(0, &found, positions, |_, r2| r2 < 25.0, &mut scratch, &mut transforms, &mut seen);
+        let mut places: Vec<(u32, Vec2)> = seen
+            .iter()
+            .map(|image| (image.index, transforms[image.transform as usize].point(positions[image.index as usize])))
+            .collect();
+        places.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y)));
+        places
+    }
+
+    fn wall(x0: f64, y0: f64, x1: f64, y1: f64) -> Edge {
+        Edge { start: Vec2::new(x0, y0), end: Vec2::new(x1, y1), is_open: false }
+    }
+
+    #[test]
+    fn corner_closes_the_lattice() {
+        // A particle on the diagonal: its line of sight to the image of its image goes through the very corner.
+        for positions in [[Vec2::new(0.5, 0.5), Vec2::new(1.5, 0.5)], [Vec2::new(0.7, 0.4), Vec2::new(1.1, 2.0)]] {
+            let places = seen_places(vec![wall(0.0, 9.0, 0.0, 0.0), wall(0.0, 0.0, 9.0, 0.0)], &positions);
+            let mut expected: Vec<(u32, Vec2)> = Vec::new();
+            for (j, p) in positions.iter().enumerate() {
+                for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                    if j > 0 || sx + sy < 2.0 {
+                        expected.push((j as u32, Vec2::new(sx * p.x, sy * p.y)));
+                    }
+                }
+            }
+            assert_eq!(places.len(), expected.len(), "{places:?}");
+            for (index, place) in expected {
+                assert!(places.iter().any(|&(j, p)| j == index && (p - place).norm() < 1e-12));
+            }
+        }
+    }
+
+    #[test]
+    fn pieces_of_one_wall_act_as_one() {
+        let positions = [Vec2::new(1.0, 0.5), Vec2::new(2.0, 1.0), Vec2::new(1.0, -0.5)];
+        let whole = seen_places(vec![wall(-9.0, 0.0, 9.0, 0.0)], &positions);
+        let pieces = seen_places(vec![wall(-9.0, 0.0, 1.0, 0.0), wall(1.0, 0.0, 1.3, 0.0), wall(1.3, 0.0, 9.0, 0.0)], &positions);
+        assert_eq!(whole, pieces);
+        assert_eq!(whole.len(), 3, "the particle behind the wall is not seen: {whole:?}");
+    }
+
+    #[test]
+    fn end_of_a_wall_ends_its_image() {
+        let positions = [Vec2::new(1.0, 0.5), Vec2::new(2.0, 1.0)];
+        assert_eq!(seen_places(vec![wall(1.8, 0.0, 9.0, 0.0)], &positions).len(), 1);
+    }
+}

@@ -1,0 +1,339 @@
+//! Walls and open edges as straight pieces, found through spatial bins; the path of a particle along them.
+//!
+//! A wall has no thickness and two sides: no path crosses it and no two particles act through it.
+
+use crate::math::Vec2;
+
+/// A straight piece of a wall or of an open edge, in local coordinates (m).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// One end.
+    pub start: Vec2,
+    /// The other end.
+    pub end: Vec2,
+    /// Whether water leaves here; otherwise it is a wall.
+    pub is_open: bool,
+}
+
+impl Edge {
+    /// Unit vector along the piece.
+    #[inline]
+    pub fn direction(&self) -> Vec2 {
+        (self.end - self.start) / (self.end - self.start).norm()
+    }
+
+    /// Signed distance (m) of a place from the line of the piece, positive to its left.
+    #[inline]
+    pub fn side(&self, place: Vec2) -> f64 {
+        self.direction().cross(place - self.start)
+    }
+
+    /// Where the way from `a` to `b` crosses the piece, as a share of the way; ends of the piece are stretched by `margin` (m).
+    #[inline]
+    pub fn crossing(&self, a: Vec2, b: Vec2, margin: f64) -> Option<f64> {
+        let (side_a, side_b) = (self.side(a), self.side(b));
+        if side_a * side_b >= 0.0 {
+            return None;
+        }
+        let share = side_a / (side_a - side_b);
+        let along = self.direction().dot(a + (b - a) * share - self.start);
+        (along >= -margin && along <= (self.end - self.start).norm() + margin).then_some(share)
+    }
+}
+
+/// Distance (m) of a point from the straight piece between two ends.
+pub(super) fn distance_to_segment(point: Vec2, start: Vec2, end: Vec2) -> f64 {
+    let along = end - start;
+    let share = ((point - start).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (point - (start + along * share)).norm()
+}
+
+/// Where a particle's way ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Path {
+    /// The end (m).
+    pub position: Vec2,
+    /// Unit normals of the walls at which the way was reflected, in order; zero vectors where none was.
+    pub bounces: [Vec2; MOST_BOUNCES],
+    /// Whether the way left through an open edge.
+    pub has_left: bool,
+    /// Whether the particle had to be held where it was.
+    pub is_held: bool,
+}
+
+/// A way is reflected at most so often; a particle in a narrower wedge waits for a step.
+const MOST_BOUNCES: usize = 3;
+
+impl Path {
+    /// The velocity after all bounces.
+    pub fn turned(&self, mut velocity: Vec2) -> Vec2 {
+        if self.is_held {
+            return Vec2::ZERO;
+        }
+        for normal in self.bounces {
+            velocity = velocity - normal * (2.0 * velocity.dot(normal));
+        }
+        velocity
+    }
+}
+
+/// All walls and open edges of a place.
+#[derive(Clone, Debug)]
+pub struct Walls {
+    edges: Vec<Edge>,
+    origin: Vec2,
+    bin: f64,
+    columns: usize,
+    rows: usize,
+    starts: Vec<u32>,
+    members: Vec<u32>,
+    /// For each bin, how many bins away (in the greater of both directions) the nearest bin with an edge is.
+    clearance: Vec<u32>,
+    margin: f64,
+}
+
+impl Walls {
+    /// Sorts edges into bins of twice `spacing` (m). Edges of no length are dropped.
+    pub fn new(edges: Vec<Edge>, spacing: f64) -> Self {
+        let edges: Vec<Edge> = edges.into_iter().filter(|edge| (edge.end - edge.start).norm() > 1e-9 * spacing).collect();
+        let bin = 2.0 * spacing;
+        let ends = || edges.iter().flat_map(|edge| [edge.start, edge.end]);
+        let low = ends().fold(Vec2::new(f64::INFINITY, f64::INFINITY), |low, p| Vec2::new(low.x.min(p.x), low.y.min(p.y)));
+        let high = ends().fold(low, |high, p| Vec2::new(high.x.max(p.x), high.y.max(p.y)));
+        let origin = if edges.is_empty() { Vec2::ZERO } else { low - Vec2::new(0.5 * bin, 0.5 * bin) };
+        let span = if edges.is_empty() { Vec2::ZERO } else { high - origin };
+        let (columns, rows) = ((span.x / bin) as usize + 2, (span.y / bin) as usize + 2);
+        let mut walls =
+            Walls { edges, origin, bin, columns, rows, starts: Vec::new(), members: Vec::new(), clearance: Vec::new(), margin: 1e-9 * spacing };
+        walls.fill_bins();
+        walls.measure_clearance();
+        walls
+    }
+
+    /// Length (m) below which two places on a wall count as one.
+    pub fn margin(&self) -> f64 {
+        self.margin
+    }
+
+    /// The edges.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    fn bin_range(&self, low: Vec2, high: Vec2) -> (std::ops::RangeInclusive<usize>, std::ops::RangeInclusive<usize>) {
+        let index = |value: f64, most: usize| ((value / self.bin) as usize).min(most - 1);
+        let (low, high) = (low - self.origin, high - self.origin);
+        (index(low.x, self.columns)..=index(high.x, self.columns), index(low.y, self.rows)..=index(high.y, self.rows))
+    }
+
+    fn fill_bins(&mut self) {
+        let mut pairs = Vec::new();
+        let half_diagonal = 0.75 * self.bin;
+        for (member, edge) in self.edges.iter().enumerate() {
+            let low = Vec2::new(edge.start.x.min(edge.end.x), edge.start.y.min(edge.end.y));
+            let high = Vec2::new(edge.start.x.max(edge.end.x), edge.start.y.max(edge.end.y));
+            let (columns, rows) = self.bin_range(low, high);
+            for row in rows {
+                for column in columns.clone() {
+                    let centre = self.origin + Vec2::new(column as f64 + 0.5, row as f64 + 0.5) * self.bin;
+                    if distance_to_segment(centre, edge.start, edge.end) <= half_diagonal {
+                        pairs.push(((row * self.columns + column) as u32, member as u32));
+                    }
+                }
+            }
+        }
+        pairs.sort_unstable();
+        self.starts = vec![0; self.columns * self.rows + 1];
+        for &(bin, _) in &pairs {
+            self.starts[bin as usize + 1] += 1;
+        }
+        for bin in 1..self.starts.len() {
+            self.starts[bin] += self.starts[bin - 1];
+        }
+        self.members = pairs.into_iter().map(|(_, member)| member).collect();
+    }
+
+    /// Two sweeps of the chessboard distance.
+    fn measure_clearance(&mut self) {
+        let (columns, rows) = (self.columns, self.rows);
+        let far = u32::MAX / 2;
+        let mut clearance: Vec<u32> = (0..columns * rows).map(|bin| if self.starts[bin] < self.starts[bin + 1] { 0 } else { far }).collect();
+        let relax = |clearance: &mut Vec<u32>, bin: usize, other: usize| clearance[bin] = clearance[bin].min(clearance[other] + 1);
+        for row in 0..rows {
+            for column in 0..columns {
+                let bin = row * columns + column;
+                if column > 0 {
+                    relax(&mut clearance, bin, bin - 1);
+                }
+                for other in column.saturating_sub(1)..(column + 2).min(columns) {
+                    if row > 0 {
+                        relax(&mut clearance, bin, (row - 1) * columns + other);
+                    }
+                }
+            }
+        }
+        for row in (0..rows).rev() {
+            for column in (0..columns).rev() {
+                let bin = row * columns + column;
+                if column + 1 < columns {
+                    relax(&mut clearance, bin, bin + 1);
+                }
+                for other in column.saturating_sub(1)..(column + 2).min(columns) {
+                    if row + 1 < rows {
+                        relax(&mut clearance, bin, (row + 1) * columns + other);
+                    }
+                }
+            }
+        }
+        self.clearance = clearance;
+    }
+
+    /// Whether surely no edge lies within `reach` (m) of a place.
+    #[inline]
+    pub fn is_clear(&self, place: Vec2, reach: f64) -> bool {
+        let local = (place - self.origin) / self.bin;
+        if local.x < 0.0 || local.y < 0.0 || local.x >= self.columns as f64 || local.y >= self.rows as f64 {
+            return self.edges.is_empty();
+        }
+        let clearance = self.clearance[local.y as usize * self.columns + local.x as usize];
+        clearance > 0 && f64::from(clearance - 1) * self.bin > reach
+    }
+
+    /// Fills `found` with the edges within `reach` (m) of a place, in ascending order.
+    pub fn near(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) {
+        found.clear();
+        if self.is_clear(place, reach) {
+            return;
+        }
+        let corner = Vec2::new(reach, reach);
+        let (columns, rows) = self.bin_range(place - corner, place + corner);
+        for row in rows {
+            let cells = row * self.columns;
+            let (from, to) = (self.starts[cells + columns.start()] as usize, self.starts[cells + columns.end() + 1] as usize);
+            found.extend_from_slice(&self.members[from..to]);
+        }
+        found.sort_unstable();
+        found.dedup();
+        found.retain(|&member| {
+            let edge = &self.edges[member as usize];
+            distance_to_segment(place, edge.start, edge.end) <= reach
+        });
+    }
+
+    /// Whether a wall among the edges `near` crosses the way from `a` to `b`. Open edges do not count.
+    #[inline]
+    pub fn is_blocked(&self, near: &[u32], a: Vec2, b: Vec2) -> bool {
+        near.iter().any(|&member| {
+            let edge = &self.edges[member as usize];
+            !edge.is_open && edge.crossing(a, b, self.margin).is_some()
+        })
+    }
+
+    /// Follows the straight way from `from` to `to`: walls reflect it, an open edge lets it out.
+    ///
+    /// `near` is scratch space.
+    pub fn travel(&self, from: Vec2, to: Vec2, near: &mut Vec<u32>) -> Path {
+        let mut path = Path { position: to, bounces: [Vec2::ZERO; MOST_BOUNCES], has_left: false, is_held: false };
+        let reach = (to - from).norm() + 10.0 * self.margin;
+        if self.is_clear(from, reach) {
+            return path;
+        }
+        self.near(from, reach, near);
+        let mut start = from;
+        for bounce in 0..=MOST_BOUNCES {
+            let first = near
+                .iter()
+                .filter_map(|&member| {
+                    let edge = &self.edges[member as usize];
+                    edge.crossing(start, path.position, self.margin).map(|share| (share, edge))
+                })
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((share, edge)) = first else { return path };
+            if edge.is_open {
+                path.has_left = true;
+                return path;
+            }
+            if bounce == MOST_BOUNCES {
+                break;
+            }
+            // The normal points to the side from which the way comes; the way ends at least a margin off the wall.
+            let normal = edge.direction().perpendicular() * edge.side(start).signum();
+            let behind = normal.dot(path.position - edge.start);
+            path.bounces[bounce] = normal;
+            let hit = start + (path.position - start) * share;
+            path.position = path.position + normal * (-behind + (-behind).max(self.margin));
+            // A step back keeps a hit in a corner on the near side of both walls.
+            let back = start - hit;
+            start = hit + back * (self.margin / back.norm().max(self.margin));
+        }
+        path.position = from;
+        path.is_held = true;
+        path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn room() -> Walls {
+        let corners = [Vec2::new(0.0, 0.0), Vec2::new(10.0, 0.0), Vec2::new(10.0, 6.0), Vec2::new(0.0, 6.0)];
+        let edges = (0..4).map(|k| Edge { start: corners[k], end: corners[(k + 1) % 4], is_open: k == 1 }).collect();
+        Walls::new(edges, 0.5)
+    }
+
+    #[test]
+    fn ways_bounce_off_walls_and_corners() {
+        let (walls, mut near) = (room(), Vec::new());
+        let path = walls.travel(Vec2::new(1.0, 1.0), Vec2::new(2.0, -0.5), &mut near);
+        assert!((path.position - Vec2::new(2.0, 0.5)).norm() < 1e-12);
+        assert!((path.turned(Vec2::new(1.0, -1.5)) - Vec2::new(1.0, 1.5)).norm() < 1e-12);
+        let corner = walls.travel(Vec2::new(1.0, 1.0), Vec2::new(-0.5, -0.5), &mut near);
+        assert!((corner.position - Vec2::new(0.5, 0.5)).norm() < 1e-8);
+        assert!((corner.turned(Vec2::new(-1.0, -1.0)) - Vec2::new(1.0, 1.0)).norm() < 1e-12);
+        assert!(!corner.has_left);
+    }
+
+    #[test]
+    fn ways_leave_through_open_edges() {
+        let (walls, mut near) = (room(), Vec::new());
+        assert!(walls.travel(Vec2::new(9.0, 3.0), Vec2::new(11.0, 3.0), &mut near).has_left);
+        assert!(!walls.travel(Vec2::new(9.0, 3.0), Vec2::new(9.9, 3.0), &mut near).has_left);
+    }
+
+    #[test]
+    fn random_ways_never_leave_a_closed_room() {
+        let corners = [Vec2::new(0.0, 0.0), Vec2::new(10.0, 1.0), Vec2::new(8.0, 6.0), Vec2::new(5.0, 3.0), Vec2::new(1.0, 7.0)];
+        let edges: Vec<Edge> = (0..5).map(|k| Edge { start: corners[k], end: corners[(k + 1) % 5], is_open: false }).collect();
+        let walls = Walls::new(edges.clone(), 0.5);
+        let inside = |p: Vec2| {
+            let crossings = edges.iter().filter(|edge| edge.crossing(p, Vec2::new(-20.0, -13.7), 0.0).is_some()).count();
+            crossings % 2 == 1
+        };
+        let mut near = Vec::new();
+        let (mut place, mut angle) = (Vec2::new(5.0, 2.0), 0.3_f64);
+        for step in 0..20_000 {
+            angle += 2.4;
+            let length = 0.2 + 1.3 * (f64::from(step) * 0.618).fract();
+            place = walls.travel(place, place + Vec2::new(angle.cos(), angle.sin()) * length, &mut near).position;
+            assert!(inside(place), "step {step} ends at {place:?}");
+        }
+    }
+
+    #[test]
+    fn near_finds_every_edge_within_reach() {
+        let (walls, mut near) = (room(), Vec::new());
+        for step in 0..500 {
+            let place = Vec2::new(10.0 * (f64::from(step) * 0.618).fract(), 6.0 * (f64::from(step) * 0.414).fract());
+            let reach = 0.1 + 4.0 * (f64::from(step) * 0.177).fract();
+            walls.near(place, reach, &mut near);
+            let expected: Vec<u32> = (0..4_u32)
+                .filter(|&k| {
+                    let edge = walls.edges()[k as usize];
+                    distance_to_segment(place, edge.start, edge.end) <= reach
+                })
+                .collect();
+            assert_eq!(near, expected);
+        }
+    }
+}

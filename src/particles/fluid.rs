@@ -1,0 +1,52 @@
+//! Fluid particles that move with the water: one `Vec` for each quantity, in an order that keeps near particles together.
+
+use crate::math::Vec2;
+
+/// A fluid particle as seeding makes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FluidSeed {
+    /// Local coordinates (m).
+    pub position: Vec2,
+    /// Volume of its water (m³; in one dimension m² per metre of width), above 0; constant in time.
+    pub volume: f64,
+    /// Depth (m), above 0: level minus the bed at the very position.
+    pub depth: f64,
+}
+
+/// The moving state of all fluid particles. All vectors have the same length.
+#[derive(Clone, Debug, Default)]
+pub struct FluidParticles {
+    /// Local coordinates (m).
+    pub position: Vec<Vec2>,
+    /// Velocity (m/s).
+    pub velocity: Vec<Vec2>,
+    /// Volume (m³).
+    pub volume: Vec<f64>,
+    /// Depth (m).
+    pub depth: Vec<f64>,
+    /// Smoothing length h (m).
+    pub smoothing_length: Vec<f64>,
+}
+
+impl FluidParticles {
+    /// Particles at rest; smoothing lengths are left at 0 for the solver to choose.
+    pub fn from_seeds(seeds: &[FluidSeed]) -> Self {
+        FluidParticles {
+            position: seeds.iter().map(|seed| seed.position).collect(),
+            velocity: vec![Vec2::ZERO; seeds.len()],
+            volume: seeds.iter().map(|seed| seed.volume).collect(),
+            depth: seeds.iter().map(|seed| seed.depth).collect(),
+            smoothing_length: vec![0.0; seeds.len()],
+        }
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+}

@@ -1,0 +1,5 @@
+//! Particles that carry water. Knows no physics.
+
+mod fluid;
+
+pub use fluid::{FluidParticles, FluidSeed};

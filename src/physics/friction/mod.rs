@@ -1,0 +1,3 @@
+//! Bed friction.
+
+pub mod manning;

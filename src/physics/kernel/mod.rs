@@ -1,0 +1,5 @@
+//! Smoothing kernels.
+
+mod cubic_spline;
+
+pub use cubic_spline::CubicSpline;

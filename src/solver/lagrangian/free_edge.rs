@@ -1,0 +1,60 @@
+//! The free edge of the water: where nothing but air stands before a particle, its own weight pushes it out.
+//!
+//! ```text
+//! s = |S₀| / A^((dim−1)/dim),  n = S₀/|S₀|;  χ = 0 where s < 0.25, otherwise
+//! χ = clamp((0.75 − Σ A_j W(x_i + 1.2 A^(1/dim) n − x_j, h_j)) / 0.2, 0, 1)
+//! push = χ g δ²/2 · A^((dim−1)/dim) n / V,   δ = depth of the edge above the bed before it
+//! ```
+//!
+//! It asks whether the place where the water would flow is covered already. Carried depth would never start to flow
+//! otherwise: all surface levels of a dam are equal. A gap narrower than two spacings before higher ground is no edge, and
+//! neither is a place behind a wall; so a shoreline stays at rest.
+
+use super::{Balanced, Local};
+use crate::math::Vec2;
+use crate::solver::moving::{ChunkNeighbours, MovingWater};
+
+/// Below this share of open outline a particle is inside the water.
+const LEAST_OPENNESS: f64 = 0.25;
+/// Coverage of the place ahead at which an edge begins to count, and the width of the transition.
+const COVERED: f64 = 0.75;
+const TRANSITION: f64 = 0.2;
+/// Distance of the place ahead, in particle edges; a second look goes twice as far.
+const AHEAD: f64 = 1.2;
+
+impl Balanced {
+    /// Sets χ and the push of particle `i`, at place `k` of its chunk.
+    pub(super) fn find_free_edge(&self, water: &MovingWater, i: usize, k: usize, near: &ChunkNeighbours, local: &mut Local) {
+        let openness = local.openness.norm();
+        if openness < LEAST_OPENNESS {
+            return;
+        }
+        let me = &self.states[i];
+        let edge_length = self.dimension.edge(me.area);
+        let outward = local.openness / openness;
+        let ahead = me.position + outward * (AHEAD * edge_length);
+        let mut cover = me.area * self.kernel.value(AHEAD * edge_length, me.inverse_h);
+        for image in near.of(k) {
+            let other = &self.states[image.index as usize];
+            let place = near.transforms[image.transform as usize].point(other.position);
+            cover += other.area * self.kernel.value((place - ahead).norm(), other.inverse_h);
+        }
+        local.edge = ((COVERED - cover) / TRANSITION).clamp(0.0, 1.0);
+        if local.edge > 0.0 {
+            let farther = me.position + outward * (2.0 * AHEAD * edge_length);
+            local.push = outward * (local.edge * self.push(water, i, ahead, farther));
+        }
+    }
+
+    /// Acceleration (m/s²) of a particle whose whole side is open.
+    fn push(&self, water: &MovingWater, i: usize, ahead: Vec2, farther: Vec2) -> f64 {
+        let me = &self.states[i];
+        let bed_ahead = water.bed_at(ahead).elevation.max(water.bed_at(farther).elevation);
+        if bed_ahead >= me.surface || water.is_walled(me.position, ahead) {
+            return 0.0;
+        }
+        let bed_here = water.bed_points[i].elevation;
+        let depth = (me.surface - bed_ahead.max(bed_here)).clamp(0.0, me.depth);
+        0.5 * water.gravity * depth * depth * self.dimension.side(me.area) / water.particles.volume[i]
+    }
+}

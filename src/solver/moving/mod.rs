@@ -1,0 +1,163 @@
+//! What both formulations with moving particles share: the particles, the bed and walls under and around them, the search
+//! for neighbours, the integrators, the books and the gridding.
+//!
+//! A formulation turns the present state into rates (`Formulation::evaluate`); everything else is here, once.
+
+mod correction;
+mod gridding;
+mod neighbours;
+mod solver;
+mod step;
+
+pub use correction::correction;
+pub use neighbours::{CHUNK, ChunkNeighbours, Neighbours};
+pub use solver::MovingSolver;
+
+use rayon::prelude::*;
+
+use crate::bed::{BedParticles, BedPoint};
+use crate::boundary::{Edge, Walls, outline};
+use crate::math::Vec2;
+use crate::particles::{FluidParticles, FluidSeed};
+use crate::physics::dimension::Dimension;
+use crate::solver::FlowProblem;
+
+/// The rates of one particle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// dv/dt (m/s²) without friction.
+    pub acceleration: Vec2,
+    /// dd/dt (m/s); not used where the depth is summed.
+    pub depth_rate: f64,
+    /// Added to the velocity with which the position moves (m/s).
+    pub shift: Vec2,
+    /// Greatest speed (m/s) at which a neighbour approaches or leaves.
+    pub approach: f64,
+}
+
+/// A way of turning the state of moving particles into rates.
+pub trait Formulation: Send {
+    /// Whether the depth is carried and integrated, instead of being summed over neighbours.
+    const CARRIES_DEPTH: bool;
+
+    /// Chooses the first smoothing lengths; called once, before the first evaluation.
+    fn prepare(&mut self, water: &mut MovingWater);
+
+    /// Fills `water.rates`, and `smoothing_length` (and `depth` where it is summed) of the particles, for their present state.
+    fn evaluate(&mut self, water: &mut MovingWater);
+}
+
+/// Moving particles and their surroundings.
+#[derive(Debug)]
+pub struct MovingWater {
+    /// One or two dimensions.
+    pub dimension: Dimension,
+    /// Gravity (m/s²).
+    pub gravity: f64,
+    /// Depth (m) below which water does not move.
+    pub dry_depth: f64,
+    /// The particles.
+    pub particles: FluidParticles,
+    /// Their rates, from the latest evaluation.
+    pub rates: Vec<Rates>,
+    /// Who is near whom.
+    pub neighbours: Neighbours,
+    /// The riverbed.
+    pub bed: BedParticles,
+    /// Walls and open edges.
+    pub walls: Walls,
+    /// Bed elevation (m) and slope under each particle, from the latest call of `sample_bed`.
+    pub bed_points: Vec<BedPoint>,
+}
+
+impl MovingWater {
+    /// Particles at rest on the bed of a problem.
+    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension) -> Self {
+        let lattice = &problem.bed.lattice;
+        let mut edges = match dimension {
+            Dimension::One => channel_ends(problem),
+            Dimension::Two => outline(&problem.bed, &problem.open_edges),
+        };
+        edges.extend(problem.walls.iter().map(|&[start, end]| Edge { start, end, is_open: false }));
+        if dimension == Dimension::One {
+            edges.retain(|edge| (edge.end - edge.start).x.abs() < 1e-6 * (edge.end - edge.start).norm());
+        }
+        MovingWater {
+            dimension,
+            gravity: problem.gravity,
+            dry_depth: problem.dry_depth,
+            particles: FluidParticles::from_seeds(seeds),
+            rates: Vec::new(),
+            neighbours: Neighbours::default(),
+            walls: Walls::new(edges, lattice.spacing),
+            bed: problem.bed.clone(),
+            bed_points: Vec::new(),
+        }
+    }
+
+    /// The bed at a place (m), by the same function everywhere; beside the terrain the tangent plane of the nearest riverbed
+    /// particle, and infinitely high where none is within two cells.
+    pub fn bed_at(&self, place: Vec2) -> BedPoint {
+        if let Some(point) = self.bed.at(place) {
+            return point;
+        }
+        let lattice = &self.bed.lattice;
+        let (column, row) = ((place.x / lattice.spacing).floor(), (place.y / lattice.spacing).floor());
+        let mut nearest = (f64::INFINITY, BedPoint { elevation: f64::INFINITY, slope: Vec2::ZERO });
+        for offset in 0..25 {
+            let centre = Vec2::new(column + f64::from(offset % 5) - 1.5, row + f64::from(offset / 5) - 1.5) * lattice.spacing;
+            let Some(index) = lattice.cell_at(centre).filter(|&index| self.bed.has_terrain(index)) else { continue };
+            let distance = (place - centre).norm();
+            if distance < nearest.0 {
+                let slope = self.bed.slope[index];
+                nearest = (distance, BedPoint { elevation: self.bed.elevation[index] + slope.dot(place - centre), slope });
+            }
+        }
+        nearest.1
+    }
+
+    /// Samples the bed under every particle.
+    pub fn sample_bed(&mut self) {
+        let mut points = std::mem::take(&mut self.bed_points);
+        points.resize(self.particles.len(), BedPoint { elevation: 0.0, slope: Vec2::ZERO });
+        points.par_chunks_mut(CHUNK).zip(self.particles.position.par_chunks(CHUNK)).for_each(|(points, positions)| {
+            for (point, &position) in points.iter_mut().zip(positions) {
+                *point = self.bed_at(position);
+            }
+        });
+        self.bed_points = points;
+    }
+
+    /// Whether a wall stands between two places.
+    pub fn is_walled(&self, from: Vec2, to: Vec2) -> bool {
+        let reach = (to - from).norm();
+        if self.walls.is_clear(from, reach) {
+            return false;
+        }
+        let mut near = Vec::new();
+        self.walls.near(from, reach, &mut near);
+        self.walls.is_blocked(&near, from, to)
+    }
+
+    /// Manning roughness (s·m^(−1/3)) at a place.
+    pub fn manning_at(&self, place: Vec2) -> f64 {
+        self.bed.lattice.cell_at(place).map_or(0.0, |cell| self.bed.manning[cell])
+    }
+}
+
+/// The two ends of a channel of one dimension.
+fn channel_ends(problem: &FlowProblem) -> Vec<Edge> {
+    let size = problem.bed.lattice.size();
+    [0.0, size.x]
+        .into_iter()
+        .map(|x| {
+            let middle = Vec2::new(x, 0.5 * size.y);
+            let is_open = problem.open_edges.segments.iter().any(|&[a, b]| {
+                let along = b - a;
+                let share = ((middle - a).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                (middle - (a + along * share)).norm() <= problem.open_edges.reach
+            });
+            Edge { start: Vec2::new(x, -size.y), end: Vec2::new(x, 2.0 * size.y), is_open }
+        })
+        .collect()
+}

@@ -1,0 +1,91 @@
+//! Neighbours of all particles: what each one sees, itself in walls included, stored per chunk of particles.
+
+use rayon::prelude::*;
+
+use crate::boundary::{Image, ImageScratch, Isometry, Walls};
+use crate::math::Vec2;
+use crate::neighbours::CellGrid;
+use crate::physics::kernel::CubicSpline;
+
+/// Number of particles in a chunk: the unit of parallel work, fixed so that no result depends on the number of threads.
+pub const CHUNK: usize = 128;
+
+/// What the particles of one chunk see.
+#[derive(Clone, Debug, Default)]
+pub struct ChunkNeighbours {
+    starts: Vec<u32>,
+    seen: Vec<Image>,
+    /// The isometries that `Image::transform` names; the first is the identity.
+    pub transforms: Vec<Isometry>,
+    found: Vec<u32>,
+    scratch: ImageScratch,
+}
+
+impl ChunkNeighbours {
+    /// What the particle at place `k` of the chunk sees, itself excluded.
+    #[inline]
+    pub fn of(&self, k: usize) -> &[Image] {
+        &self.seen[self.starts[k] as usize..self.starts[k + 1] as usize]
+    }
+
+    /// Fills the chunk whose first particle is `first`.
+    fn search(&mut self, grid: &CellGrid, first: usize, count: usize, positions: &[Vec2], supports: &[f64], walls: &Walls) {
+        self.starts.clear();
+        self.seen.clear();
+        self.transforms.clear();
+        self.transforms.push(Isometry::IDENTITY);
+        self.starts.push(0);
+        for i in first..first + count {
+            self.found.clear();
+            grid.within(positions[i], supports[i], &mut self.found);
+            let reach = self.found.iter().fold(supports[i], |reach, &j| reach.max(supports[j as usize]));
+            if walls.is_clear(positions[i], reach) {
+                let others = self.found.iter().filter(|&&j| j as usize != i);
+                self.seen.extend(others.map(|&index| Image { index, transform: 0 }));
+            } else {
+                walls.near(positions[i], reach, &mut self.scratch.near);
+                let is_near = |j: u32, distance_squared: f64| {
+                    let reach = supports[i].max(supports[j as usize]);
+                    distance_squared < reach * reach
+                };
+                let transforms = &mut self.transforms;
+                walls.see(i as u32, &self.found, positions, is_near, &mut self.scratch, transforms, &mut self.seen);
+            }
+            self.starts.push(self.seen.len() as u32);
+        }
+    }
+}
+
+/// The neighbours of all particles.
+#[derive(Clone, Debug, Default)]
+pub struct Neighbours {
+    grid: CellGrid,
+    supports: Vec<f64>,
+    chunks: Vec<ChunkNeighbours>,
+}
+
+impl Neighbours {
+    /// Searches anew: j is seen by i when it is nearer than `slack` times the larger of the two supports.
+    pub fn search(&mut self, positions: &[Vec2], smoothing_lengths: &[f64], slack: f64, walls: &Walls) {
+        self.supports.clear();
+        self.supports.extend(smoothing_lengths.iter().map(|h| slack * CubicSpline::SUPPORT * h));
+        self.grid.build(positions, &self.supports);
+        self.chunks.resize_with(positions.len().div_ceil(CHUNK), ChunkNeighbours::default);
+        let (grid, supports) = (&self.grid, &self.supports);
+        self.chunks.par_iter_mut().enumerate().for_each(|(chunk, neighbours)| {
+            let first = chunk * CHUNK;
+            let count = CHUNK.min(positions.len() - first);
+            neighbours.search(grid, first, count, positions, supports, walls);
+        });
+    }
+
+    /// The chunks, in the order of the particles.
+    pub fn chunks(&self) -> &[ChunkNeighbours] {
+        &self.chunks
+    }
+
+    /// Particle indices in the order of the cells of the latest search.
+    pub fn order(&self) -> &[u32] {
+        self.grid.order()
+    }
+}

@@ -1,0 +1,214 @@
+//! The core with moving particles: a formulation, an integrator, the books and the watch.
+
+use super::step::{Moved, heun, leapfrog};
+use super::{Formulation, MovingWater, gridding};
+use crate::error::NumericalFailure;
+use crate::lattice::WaterOnLattice;
+use crate::math::Vec2;
+use crate::particles::FluidSeed;
+use crate::physics::celerity;
+use crate::physics::dimension::Dimension;
+use crate::scenario::methods::Integrator;
+use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
+
+/// The acceleration may use so much of the smoothing length in a step of Courant number 1.
+const ACCELERATION_SHARE: f64 = 0.8;
+/// A step this much shorter than the first one has collapsed.
+const COLLAPSED_SHARE: f64 = 1e-5;
+/// Particles are brought into the order of the cells every so many steps.
+const STEPS_PER_SORT: u64 = 8;
+
+/// Moving particles in a given formulation.
+pub struct MovingSolver<F: Formulation> {
+    water: MovingWater,
+    formulation: F,
+    integrator: Integrator,
+    courant: f64,
+    time: f64,
+    steps: u64,
+    evaluations: u64,
+    ledger: Ledger,
+    first_choice: Option<StepChoice>,
+    last_choice: Option<StepChoice>,
+    moved: Vec<Moved>,
+    grid: gridding::Gridding,
+}
+
+impl<F: Formulation> MovingSolver<F> {
+    /// Particles at rest, with their first rates.
+    pub(in crate::solver) fn with_formulation(
+        problem: FlowProblem,
+        seeds: &[FluidSeed],
+        formulation: F,
+        integrator: Integrator,
+        dimension: Dimension,
+    ) -> Self {
+        let water = MovingWater::new(&problem, seeds, dimension);
+        let stored = seeds.iter().map(|seed| seed.volume).sum();
+        let grid = gridding::Gridding::new(&problem.bed.lattice);
+        let mut solver = MovingSolver {
+            water,
+            formulation,
+            integrator,
+            courant: problem.courant,
+            time: 0.0,
+            steps: 0,
+            evaluations: 0,
+            ledger: Ledger { initial: stored, stored, ..Ledger::default() },
+            first_choice: None,
+            last_choice: None,
+            moved: Vec::new(),
+            grid,
+        };
+        solver.formulation.prepare(&mut solver.water);
+        solver.evaluations += solver.water.particles.len() as u64;
+        solver
+    }
+
+    /// The Courant number that suits an integrator: 0.4 for leapfrog, 0.6 for Heun.
+    pub fn default_courant(integrator: Integrator) -> f64 {
+        match integrator {
+            Integrator::Leapfrog => 0.4,
+            Integrator::Heun => 0.6,
+        }
+    }
+
+    /// The particles, as they are now.
+    pub fn state(&self) -> &MovingWater {
+        &self.water
+    }
+
+    /// The state, to be changed before the first step: velocities at the start, for instance. Follow with `restart`.
+    pub fn state_mut(&mut self) -> &mut MovingWater {
+        &mut self.water
+    }
+
+    /// Evaluates the rates anew after a change of the state from outside.
+    pub fn restart(&mut self) {
+        self.formulation.evaluate(&mut self.water);
+        self.evaluations += self.water.particles.len() as u64;
+    }
+
+    fn failure(&self, quantity: &'static str, value: f64, local: Vec2) -> NumericalFailure {
+        let place = self.water.bed.lattice.to_map(local);
+        NumericalFailure {
+            time: self.time,
+            step: self.steps,
+            quantity,
+            value,
+            position_x: place.x,
+            position_y: place.y,
+            limiter: self.last_choice.map_or("nothing", |choice| choice.limit.name()),
+        }
+    }
+
+    /// Finds the first particle whose state or rates are no longer finite.
+    fn watch(&self) -> Result<(), NumericalFailure> {
+        let particles = &self.water.particles;
+        for (i, rates) in self.water.rates.iter().enumerate() {
+            let (x, v, d) = (particles.position[i], particles.velocity[i], particles.depth[i]);
+            let values = [
+                ("the position", x.x + x.y),
+                ("the velocity", v.norm()),
+                ("the depth", d),
+                ("the smoothing length", particles.smoothing_length[i]),
+                ("the acceleration", rates.acceleration.norm()),
+                ("the rate of the depth", rates.depth_rate),
+            ];
+            if let Some((quantity, value)) = values.into_iter().find(|(_, value)| !value.is_finite()) {
+                return Err(self.failure(quantity, value, x));
+            }
+        }
+        Ok(())
+    }
+
+    fn sort(&mut self) {
+        let order = self.water.neighbours.order();
+        fn sorted<T: Copy>(values: &mut [T], order: &[u32], scratch: &mut Vec<T>) {
+            scratch.clear();
+            scratch.extend(order.iter().map(|&j| values[j as usize]));
+            values.copy_from_slice(scratch);
+        }
+        let (mut vectors, mut numbers, mut rates) = (Vec::new(), Vec::new(), Vec::new());
+        let particles = &mut self.water.particles;
+        if order.len() != particles.len() {
+            return;
+        }
+        sorted(&mut particles.position, order, &mut vectors);
+        sorted(&mut particles.velocity, order, &mut vectors);
+        sorted(&mut particles.volume, order, &mut numbers);
+        sorted(&mut particles.depth, order, &mut numbers);
+        sorted(&mut particles.smoothing_length, order, &mut numbers);
+        sorted(&mut self.water.rates, order, &mut rates);
+    }
+}
+
+impl<F: Formulation> FlowSolver for MovingSolver<F> {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// dt = CFL min( h / (c + max |Δu|), 0.8 √(h/|a|) ) over all particles.
+    fn choose_step(&mut self) -> StepChoice {
+        let particles = &self.water.particles;
+        let mut choice =
+            StepChoice { time_step: f64::INFINITY, limit: StepLimit::NoWater, position: Vec2::ZERO, max_speed: 0.0 };
+        let mut max_speed_squared = 0.0_f64;
+        for (i, rates) in self.water.rates.iter().enumerate() {
+            let h = particles.smoothing_length[i];
+            let wave = h / (celerity(particles.depth[i], self.water.gravity) + rates.approach);
+            let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
+            let step = self.courant * wave.min(push);
+            if step < choice.time_step {
+                let limit = if push < wave { StepLimit::Acceleration } else { StepLimit::Courant };
+                choice = StepChoice { time_step: step, limit, position: particles.position[i], ..choice };
+            }
+            max_speed_squared = max_speed_squared.max(particles.velocity[i].norm_squared());
+        }
+        choice.max_speed = max_speed_squared.sqrt();
+        self.first_choice = self.first_choice.or(Some(choice));
+        self.last_choice = Some(choice);
+        choice
+    }
+
+    fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
+        if let (Some(first), Some(last)) = (self.first_choice, self.last_choice)
+            && last.time_step < COLLAPSED_SHARE * first.time_step
+        {
+            return Err(self.failure("the time step", last.time_step, last.position));
+        }
+        if self.steps.is_multiple_of(STEPS_PER_SORT) {
+            self.sort();
+        }
+        let (outflow, evaluations) = match self.integrator {
+            Integrator::Leapfrog => (leapfrog(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 1),
+            Integrator::Heun => (heun(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 2),
+        };
+        self.evaluations += evaluations * self.water.particles.len() as u64;
+        self.time += time_step;
+        self.steps += 1;
+        self.ledger.outflow += outflow;
+        self.watch()
+    }
+
+    fn water(&mut self) -> WaterOnLattice<'_> {
+        self.grid.update(&self.water);
+        self.grid.water()
+    }
+
+    fn ledger(&self) -> Ledger {
+        Ledger { stored: self.water.particles.volume.iter().sum(), ..self.ledger }
+    }
+
+    fn particles(&self) -> usize {
+        self.water.particles.len()
+    }
+
+    fn particle_evaluations(&self) -> u64 {
+        self.evaluations
+    }
+}

@@ -1,0 +1,55 @@
+//! Thacker's axisymmetric oscillation in a paraboloid.
+
+use floodsim::math::Vec2;
+use floodsim::scenario::methods::Integrator;
+use floodsim::solver::FlowSolver;
+use floodsim::solver::lagrangian::LagrangianSolver;
+
+use crate::support::{GRAVITY, places, problem, run_until, seeds_at};
+
+const RADIUS: f64 = 1.0;
+const DEPTH: f64 = 0.1;
+const START_RADIUS: f64 = 0.8;
+const HALF: f64 = 1.6;
+
+/// Surface level (m) above the rim's height −`DEPTH`... at distance `r` when the cosine of the phase is `cosine`.
+fn level(r: f64, cosine: f64) -> f64 {
+    let (a4, r4) = (RADIUS.powi(4), START_RADIUS.powi(4));
+    let amplitude = (a4 - r4) / (a4 + r4);
+    let (root, nearness) = ((1.0 - amplitude * amplitude).sqrt(), 1.0 - amplitude * cosine);
+    DEPTH * (root / nearness - 1.0 - r * r / (RADIUS * RADIUS) * (root * root / (nearness * nearness) - 1.0))
+}
+
+fn errors(spacing: f64, periods: f64, integrator: Integrator) -> (f64, f64) {
+    let centre = Vec2::new(HALF, HALF);
+    let bed = |p: Vec2| -DEPTH * (1.0 - (p - centre).norm_squared() / (RADIUS * RADIUS));
+    let cells = (2.0 * HALF / spacing * 4.0).round() as usize;
+    let mut problem = problem(cells, cells, 0.25 * spacing, bed);
+    problem.courant = LagrangianSolver::default_courant(integrator);
+    let seeds = seeds_at(&problem, &places(2.0 * HALF, 2.0 * HALF, spacing, 0.0), spacing * spacing, |p| level((p - centre).norm(), 1.0));
+    let mut solver = LagrangianSolver::new(problem, seeds, integrator);
+    let period = 2.0 * std::f64::consts::PI * RADIUS / (8.0 * GRAVITY * DEPTH).sqrt();
+    run_until(&mut solver, periods * period);
+    let particles = &solver.state().particles;
+    let (mut depth, mut velocity, mut volume) = (0.0, 0.0, 0.0);
+    for i in 0..particles.len() {
+        let place = particles.position[i];
+        let exact = (level((place - centre).norm(), 1.0) - bed(place)).max(0.0);
+        depth += (particles.depth[i] - exact).abs() / DEPTH;
+        velocity += particles.velocity[i].norm() * particles.volume[i];
+        volume += particles.volume[i];
+    }
+    let errors = (depth / particles.len() as f64, velocity / volume);
+    println!("bowl dx {spacing} {periods}T {}: {:.2e} {:.2e} steps {} particles {}", integrator.name(), errors.0, errors.1, solver.steps(), particles.len());
+    errors
+}
+
+#[test]
+fn explore_bowl() {
+    for dx in [0.1, 0.05] {
+        errors(dx, 3.0, Integrator::Leapfrog);
+        errors(dx, 3.0, Integrator::Heun);
+    }
+    errors(0.025, 1.0, Integrator::Leapfrog);
+    errors(0.025, 3.0, Integrator::Leapfrog);
+}
