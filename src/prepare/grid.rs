@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::GapReport;
 use super::polygons::distance_to_segment;
 use super::rim::neighbours;
-use super::GapReport;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -40,7 +40,11 @@ pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Resul
     let (west, south) = (first(min.x, anchor.x), first(min.y, anchor.y));
     let (columns, rows) = (last(max.x, anchor.x) - west, last(max.y, anchor.y) - south);
     if (max.x - min.x).min(max.y - min.y) < LEAST_CELLS * spacing {
-        let message = format!("the resolution of {spacing} m is too coarse for a terrain of {:.0} m by {:.0} m", max.x - min.x, max.y - min.y);
+        let message = format!(
+            "the resolution of {spacing} m is too coarse for a terrain of {:.0} m by {:.0} m",
+            max.x - min.x,
+            max.y - min.y
+        );
         let fitting = 0.01 * (max.x - min.x).min(max.y - min.y);
         return Err(Problem::error(ProblemKind::Scenario, "resolution-too-coarse", "", message)
             .with_remedy(format!("choose at most a hundredth of its width, {fitting:.3} m")));
@@ -53,8 +57,11 @@ pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Resul
             memory / 1e9,
             limits.memory / 1e9
         );
-        return Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message)
-            .with_remedy(coarser(spacing, memory / limits.memory, "limits.memory")));
+        return Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(coarser(
+            spacing,
+            memory / limits.memory,
+            "limits.memory",
+        )));
     }
     let origin = Vec2::new(anchor.x + west * spacing, anchor.y + south * spacing);
     Ok(Lattice { origin, columns: columns as usize, rows: rows as usize, spacing })
@@ -64,16 +71,23 @@ pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Resul
 fn coarser(spacing: f64, excess: f64, limit: &str) -> String {
     let fitting = spacing * excess.sqrt();
     let digits = 10f64.powf(fitting.log10().floor() - 1.0);
-    format!("take a resolution of {} m or more, cut the terrain to the valley, or raise `{limit}`", (fitting / digits).ceil() * digits)
+    format!(
+        "take a resolution of {} m or more, cut the terrain to the valley, or raise `{limit}`",
+        (fitting / digits).ceil() * digits
+    )
 }
 
 /// Refuses more particles than the limit allows.
 pub(super) fn check_particles(bed: usize, fluid: usize, spacing: f64, limits: &Limits) -> Option<Problem> {
     let particles = (bed + fluid) as f64;
     (particles > limits.particles).then(|| {
-        let message = format!("{bed} riverbed and about {fluid} fluid particles exceed the limit of {:.0}", limits.particles);
-        Problem::error(ProblemKind::Limit, "particle-limit", "", message)
-            .with_remedy(coarser(spacing, particles / limits.particles, "limits.particles"))
+        let message =
+            format!("{bed} riverbed and about {fluid} fluid particles exceed the limit of {:.0}", limits.particles);
+        Problem::error(ProblemKind::Limit, "particle-limit", "", message).with_remedy(coarser(
+            spacing,
+            particles / limits.particles,
+            "limits.particles",
+        ))
     })
 }
 
@@ -95,7 +109,12 @@ pub(super) fn gap_report(terrain: &Terrain, lattice: &Lattice) -> Option<GapRepo
     let mut gaps: Vec<(f64, Vec2)> = (0..lattice.len()).into_par_iter().filter_map(at).collect();
     gaps.sort_by(|a, b| a.0.total_cmp(&b.0));
     let &(largest, place) = gaps.last()?;
-    Some(GapReport { largest, place, percentile_95: gaps[(gaps.len() - 1) * 95 / 100].0, median: gaps[gaps.len() / 2].0 })
+    Some(GapReport {
+        largest,
+        place,
+        percentile_95: gaps[(gaps.len() - 1) * 95 / 100].0,
+        median: gaps[gaps.len() / 2].0,
+    })
 }
 
 /// Distance (in cells) from a line within which it opens an edge face: lines are drawn along the edge of the data, and
@@ -146,7 +165,15 @@ mod tests {
     use crate::terrain::Raster;
 
     fn terrain(cell: f64, columns: usize, rows: usize) -> Terrain {
-        let raster = Raster { columns, rows, west: 1005.0, north: 2003.0, cell_x: cell, cell_y: cell, values: vec![1.0; columns * rows] };
+        let raster = Raster {
+            columns,
+            rows,
+            west: 1005.0,
+            north: 2003.0,
+            cell_x: cell,
+            cell_y: cell,
+            values: vec![1.0; columns * rows],
+        };
         Terrain::new(vec![Layer::Raster(raster)]).unwrap()
     }
 

@@ -46,9 +46,53 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>
             Opened::Survey(source, file) => read_points(source, file, scenario, run, findings).map(Layer::Survey),
         })
         .collect();
+    for (upper, source) in scenario.layers.iter().enumerate() {
+        if let Some(problem) =
+            layers.get(upper).and_then(Option::as_ref).and_then(|layer| apart(layer, &layers[..upper]))
+        {
+            findings.add(source, problem);
+        }
+    }
     // Checks against a terrain with a missing layer would only report its absence many times.
     let complete: Option<Vec<Layer>> = layers.into_iter().collect();
     (crs, complete.filter(|_| all_opened).and_then(Terrain::new))
+}
+
+/// Median difference (m) of two overlapping layers above which they hardly share a vertical datum.
+const APART: f64 = 1.0;
+
+/// Warns when a layer lies well above or below those under it where they overlap: another vertical datum, unit or offset.
+fn apart(layer: &Layer, below: &[Option<Layer>]) -> Option<Problem> {
+    /// Places compared: enough for a median.
+    const PLACES: usize = 10_000;
+    let places: Vec<(Vec2, f64)> = match layer {
+        Layer::Raster(raster) => {
+            let step = (raster.values.len() / PLACES).max(1);
+            let cells = (0..raster.values.len()).step_by(step).filter(|&i| !raster.values[i].is_nan());
+            cells.map(|i| (raster.centre(i % raster.columns, i / raster.columns), raster.values[i])).collect()
+        }
+        Layer::Survey(survey) => {
+            let step = (survey.points().len() / PLACES).max(1);
+            survey.points().iter().step_by(step).map(|point| (point.position, point.elevation)).collect()
+        }
+    };
+    let under = |place: Vec2| below.iter().rev().flatten().find_map(|layer| layer.elevation(place));
+    let mut differences: Vec<f64> = places.into_iter().filter_map(|(place, z)| Some(z - under(place)?)).collect();
+    if differences.is_empty() {
+        return None;
+    }
+    differences.sort_by(f64::total_cmp);
+    let median = differences[differences.len() / 2];
+    (median.abs() > APART).then(|| {
+        let side = if median > 0.0 { "above" } else { "below" };
+        let message = format!(
+            "where it overlaps the layers under it, this layer lies {:.2} m {side} them (median)",
+            median.abs()
+        );
+        Problem::warning(ProblemKind::Input, "layers-apart", "", message)
+            .with_cause("another vertical datum, unit or offset, which leaves a step along the seam")
+            .with_remedy("give the layer its `offset` or `unit`")
+    })
 }
 
 fn run_crs(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> Option<Crs> {
@@ -57,14 +101,30 @@ fn run_crs(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> O
         CrsChoice::Local => Some(Crs::Local),
         CrsChoice::Named(name) => match spatial_ref(name) {
             Err(cause) => {
-                let problem = Problem::error(ProblemKind::Scenario, "unknown-crs", "", format!("`{name}` is not a coordinate reference system"));
-                findings.add(choice, problem.with_cause(cause).with_remedy("write a code such as `EPSG:25832`, or `local`"));
+                let problem = Problem::error(
+                    ProblemKind::Scenario,
+                    "unknown-crs",
+                    "",
+                    format!("`{name}` is not a coordinate reference system"),
+                );
+                findings.add(
+                    choice,
+                    problem.with_cause(cause).with_remedy("write a code such as `EPSG:25832`, or `local`"),
+                );
                 None
             }
             Ok(crs) => match is_metric(&crs) {
                 Ok(()) => Some(run_crs_of(&crs)),
                 Err(why) => {
-                    findings.add(choice, not_metric(ProblemKind::Scenario, &crs, &why, "choose a projected system in metres, such as the UTM zone of the place"));
+                    findings.add(
+                        choice,
+                        not_metric(
+                            ProblemKind::Scenario,
+                            &crs,
+                            &why,
+                            "choose a projected system in metres, such as the UTM zone of the place",
+                        ),
+                    );
                     None
                 }
             },
@@ -74,8 +134,18 @@ fn run_crs(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> O
             let Some((file, crs)) = opened.iter().find_map(|file| Some((file, file.crs()?))) else {
                 // A layer that could not be opened might have had one.
                 if opened.len() == scenario.layers.len() {
-                    let problem = Problem::error(ProblemKind::Input, "no-crs", "", "neither the terrain nor the scenario states a coordinate reference system");
-                    findings.add(first, problem.with_remedy("add `crs: EPSG:...` with the code of the survey, or `crs: local` for plain metres"));
+                    let problem = Problem::error(
+                        ProblemKind::Input,
+                        "no-crs",
+                        "",
+                        "neither the terrain nor the scenario states a coordinate reference system",
+                    );
+                    findings.add(
+                        first,
+                        problem.with_remedy(
+                            "add `crs: EPSG:...` with the code of the survey, or `crs: local` for plain metres",
+                        ),
+                    );
                 }
                 return None;
             };
@@ -84,7 +154,9 @@ fn run_crs(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> O
                 Err(why) => {
                     let (source, remedy) = match file {
                         Opened::Raster(source, raster) => (source, raster.remedy_for_degrees()),
-                        Opened::Survey(source, _) => (source, "set `terrain.reproject: true` and `crs:` to a metric system".to_string()),
+                        Opened::Survey(source, _) => {
+                            (source, "set `terrain.reproject: true` and `crs:` to a metric system".to_string())
+                        }
                     };
                     findings.add(source, not_metric(ProblemKind::Input, crs, &why, &remedy));
                     None
@@ -99,7 +171,9 @@ fn not_metric(kind: ProblemKind, crs: &SpatialRef, why: &CrsProblem, remedy: &st
     let (code, message) = match why {
         CrsProblem::Geographic => ("geographic-crs", format!("{name} counts in degrees, and a run needs metres")),
         CrsProblem::NotMetres(unit) => ("not-metric-crs", format!("{name} counts in `{unit}`, and a run needs metres")),
-        CrsProblem::NotProjected => ("not-metric-crs", format!("{name} is not a projected system, and a run needs metres")),
+        CrsProblem::NotProjected => {
+            ("not-metric-crs", format!("{name} is not a projected system, and a run needs metres"))
+        }
     };
     Problem::error(kind, code, "", message).with_remedy(remedy)
 }
@@ -126,9 +200,16 @@ fn read_raster(
     findings.add_all(source, warnings);
     let cell = raster.cell_x.min(raster.cell_y);
     if scenario.resolution.value < 0.5 * cell {
-        let message = format!("the resolution of {} m is finer than the cells of {} ({cell} m)", scenario.resolution.value, path.display());
+        let message = format!(
+            "the resolution of {} m is finer than the cells of {} ({cell} m)",
+            scenario.resolution.value,
+            path.display()
+        );
         let problem = Problem::warning(ProblemKind::Scenario, "finer-than-terrain", "", message);
-        findings.add(&scenario.resolution, problem.with_remedy("a finer resolution costs time and adds nothing that the terrain knows"));
+        findings.add(
+            &scenario.resolution,
+            problem.with_remedy("a finer resolution costs time and adds nothing that the terrain knows"),
+        );
     }
     Some(raster)
 }
@@ -150,8 +231,13 @@ fn read_points(
     {
         let moved = if scenario.reproject {
             moved(&points, own, run).map_err(|cause| {
-                Problem::error(ProblemKind::Input, "no-transformation", "", format!("{} could not be brought to {}", path.display(), describe(run)))
-                    .with_cause(cause)
+                Problem::error(
+                    ProblemKind::Input,
+                    "no-transformation",
+                    "",
+                    format!("{} could not be brought to {}", path.display(), describe(run)),
+                )
+                .with_cause(cause)
             })
         } else {
             let message = format!("{} has the CRS {}, the run has {}", path.display(), describe(own), describe(run));
@@ -162,7 +248,13 @@ fn read_points(
     }
     points.iter_mut().for_each(|point| point.elevation += offset);
     let survey = Survey::new(points, *interpolation, *max_gap).map_err(|cause| {
-        Problem::error(ProblemKind::Input, "no-surface", "", format!("the points of {} make no surface", path.display())).with_cause(cause)
+        Problem::error(
+            ProblemKind::Input,
+            "no-surface",
+            "",
+            format!("the points of {} make no surface", path.display()),
+        )
+        .with_cause(cause)
     });
     findings.take(source, survey)
 }

@@ -122,7 +122,12 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let mut findings = Findings::default();
     let spacing = scenario.resolution.value;
     if !(spacing.is_finite() && spacing > 0.0) {
-        let problem = Problem::error(ProblemKind::Scenario, "bad-resolution", "", format!("a resolution of {spacing} m is not possible"));
+        let problem = Problem::error(
+            ProblemKind::Scenario,
+            "bad-resolution",
+            "",
+            format!("a resolution of {spacing} m is not possible"),
+        );
         findings.add(&scenario.resolution, problem.with_remedy("give a positive length, such as `20 m`"));
     }
     if scenario.layers.is_empty() {

@@ -44,9 +44,13 @@ pub(super) fn pieces(
 ) -> Option<Vec<[Vec2; 2]>> {
     let features = features(source, crs, scenario.reproject, findings)?;
     let as_vec = |c: geo::Coord<f64>| Vec2::new(c.x, c.y);
-    let lines = features.iter().flat_map(|feature| feature.lines.iter().chain(feature.polygons.iter().map(|p| p.exterior())));
-    let pieces: Vec<[Vec2; 2]> =
-        lines.flat_map(LineString::lines).map(|line| [as_vec(line.start), as_vec(line.end)]).filter(|[a, b]| a != b).collect();
+    let lines =
+        features.iter().flat_map(|feature| feature.lines.iter().chain(feature.polygons.iter().map(|p| p.exterior())));
+    let pieces: Vec<[Vec2; 2]> = lines
+        .flat_map(LineString::lines)
+        .map(|line| [as_vec(line.start), as_vec(line.end)])
+        .filter(|[a, b]| a != b)
+        .collect();
     if pieces.is_empty() {
         findings.add(source, input_error("no-lines", format!("{} holds no line", source.value.path.display())));
         return None;
@@ -64,14 +68,20 @@ pub(super) fn on_lattice(
     let local: Vec<[Vec2; 2]> = pieces.iter().map(|piece| piece.map(|p| lattice.to_local(p))).collect();
     let (size, margin) = (lattice.size(), REACH * lattice.spacing);
     let beside = |[a, b]: &[Vec2; 2]| {
-        a.x.max(b.x) < -margin || a.y.max(b.y) < -margin || a.x.min(b.x) > size.x + margin || a.y.min(b.y) > size.y + margin
+        a.x.max(b.x) < -margin
+            || a.y.max(b.y) < -margin
+            || a.x.min(b.x) > size.x + margin
+            || a.y.min(b.y) > size.y + margin
     };
     if let Some(first) = pieces.first()
         && local.iter().all(beside)
     {
-        let problem = input_error("outside-terrain", format!("the lines of {} lie outside the terrain", source.value.path.display()))
-            .with_remedy("check that the file and the terrain have the same CRS")
-            .with_at(first[0]);
+        let problem = input_error(
+            "outside-terrain",
+            format!("the lines of {} lie outside the terrain", source.value.path.display()),
+        )
+        .with_remedy("check that the file and the terrain have the same CRS")
+        .with_at(first[0]);
         findings.add(source, problem);
         return Vec::new();
     }
@@ -130,7 +140,12 @@ pub(super) fn gauges(
     for (i, gauge) in gauges.iter().enumerate() {
         if gauges[..i].iter().any(|earlier| earlier.id == gauge.id) {
             let message = format!("{} holds more than one gauge `{}`", path.display(), gauge.id);
-            findings.add(source, input_error("duplicate-gauge", message).with_remedy("give each gauge its own id").with_at(gauge.position));
+            findings.add(
+                source,
+                input_error("duplicate-gauge", message)
+                    .with_remedy("give each gauge its own id")
+                    .with_at(gauge.position),
+            );
         }
     }
     gauges
@@ -156,8 +171,11 @@ fn gauges_of_table(path: &std::path::Path) -> Result<Vec<Gauge>, Problem> {
     for (line, fields) in &table.rows {
         let number = |column: usize| fields.get(column).and_then(|f| f.parse::<f64>().ok()).filter(|v| v.is_finite());
         let (Some(easting), Some(northing), Some(id_text)) = (number(x), number(y), fields.get(id)) else {
-            return Err(input_error("bad-gauge-line", format!("line {line} of {name} does not give a gauge with two finite numbers x and y"))
-                .with_cause(format!("it reads `{}`", fields.join(","))));
+            return Err(input_error(
+                "bad-gauge-line",
+                format!("line {line} of {name} does not give a gauge with two finite numbers x and y"),
+            )
+            .with_cause(format!("it reads `{}`", fields.join(","))));
         };
         let kept = |i: &usize| ![id, x, y].contains(i);
         let attributes =
@@ -171,8 +189,12 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
     let named = feature.attribute("id").or_else(|| feature.attribute("name"));
     let id = named.map_or_else(|| feature.number.to_string(), ToString::to_string);
     let is_other = |name: &str| !["id", "x", "y"].iter().any(|known| name.eq_ignore_ascii_case(known));
-    let attributes: Vec<(String, String)> =
-        feature.attributes.iter().filter(|(name, _)| is_other(name)).map(|(name, value)| (name.clone(), value.to_string())).collect();
+    let attributes: Vec<(String, String)> = feature
+        .attributes
+        .iter()
+        .filter(|(name, _)| is_other(name))
+        .map(|(name, value)| (name.clone(), value.to_string()))
+        .collect();
     let several = feature.points.len() > 1;
     let gauge = |(i, (position, _)): (usize, &(Vec2, Option<f64>))| Gauge {
         id: if several { format!("{id}.{}", i + 1) } else { id.clone() },
@@ -183,7 +205,12 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
 }
 
 /// Warns of gauges that no water can reach.
-pub(super) fn check_gauges(source: &Sourced<VectorSource>, gauges: &[Gauge], terrain: &Terrain, findings: &mut Findings) {
+pub(super) fn check_gauges(
+    source: &Sourced<VectorSource>,
+    gauges: &[Gauge],
+    terrain: &Terrain,
+    findings: &mut Findings,
+) {
     let (min, max) = terrain.extent();
     for gauge in gauges {
         let Vec2 { x, y } = gauge.position;
@@ -194,7 +221,8 @@ pub(super) fn check_gauges(source: &Sourced<VectorSource>, gauges: &[Gauge], ter
         } else {
             continue;
         };
-        let problem = Problem::warning(ProblemKind::Input, code, "", format!("gauge `{}` {what} and will stay dry", gauge.id));
+        let problem =
+            Problem::warning(ProblemKind::Input, code, "", format!("gauge `{}` {what} and will stay dry", gauge.id));
         findings.add(source, problem.with_at(gauge.position));
     }
 }

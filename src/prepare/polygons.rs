@@ -50,7 +50,9 @@ fn first_crossing(polygon: &Polygon<f64>) -> Option<Vec2> {
     edges.sort_by(|a, b| west(a).total_cmp(&west(b)));
     for (i, edge) in edges.iter().enumerate() {
         for other in edges[i + 1..].iter().take_while(|other| west(other) <= east(edge)) {
-            if let Some(LineIntersection::SinglePoint { intersection, is_proper: true }) = line_intersection(*edge, *other) {
+            if let Some(LineIntersection::SinglePoint { intersection, is_proper: true }) =
+                line_intersection(*edge, *other)
+            {
                 return Some(Vec2::new(intersection.x, intersection.y));
             }
         }
@@ -108,7 +110,9 @@ fn add_cells_inside(polygon: &Polygon<f64>, lattice: &Lattice, cells: &mut Vec<u
 pub(super) fn distance_to_outline(area: &MultiPolygon<f64>, place: Vec2) -> f64 {
     let edges = area.iter().flat_map(|polygon| rings(polygon).flat_map(LineString::lines));
     edges
-        .map(|edge| distance_to_segment(place, [Vec2::new(edge.start.x, edge.start.y), Vec2::new(edge.end.x, edge.end.y)]))
+        .map(|edge| {
+            distance_to_segment(place, [Vec2::new(edge.start.x, edge.start.y), Vec2::new(edge.end.x, edge.end.y)])
+        })
         .fold(f64::INFINITY, f64::min)
 }
 

@@ -28,7 +28,12 @@ fn input_error(code: &'static str, message: String) -> Problem {
 }
 
 /// The bodies of one entry of the scenario: one for the whole file when the scenario gives the level, else one for each feature.
-pub(super) fn bodies(water: &InitialWater, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Vec<StillBody> {
+pub(super) fn bodies(
+    water: &InitialWater,
+    crs: Option<&Crs>,
+    scenario: &Scenario,
+    findings: &mut Findings,
+) -> Vec<StillBody> {
     let source = &water.polygons;
     let name = source.value.path.display();
     let Some(features) = features(source, crs, scenario.reproject, findings) else {
@@ -36,7 +41,11 @@ pub(super) fn bodies(water: &InitialWater, crs: Option<&Crs>, scenario: &Scenari
     };
     let features: Vec<Feature> = features.into_iter().filter(|feature| !feature.polygons.is_empty()).collect();
     if features.is_empty() {
-        findings.add(source, input_error("empty-polygon", format!("{name} holds no polygon")).with_remedy("draw the outline of the water as a polygon"));
+        findings.add(
+            source,
+            input_error("empty-polygon", format!("{name} holds no polygon"))
+                .with_remedy("draw the outline of the water as a polygon"),
+        );
         return Vec::new();
     }
     let mut sound = true;
@@ -73,27 +82,44 @@ fn level_of(water: &InitialWater, feature: &Feature) -> Option<f64> {
 
 fn no_level(water: &InitialWater, feature: &Feature) -> Problem {
     let names: Vec<&str> = feature.attributes.iter().map(|(name, _)| name.as_str()).collect();
-    let message = format!("neither the scenario nor feature {} of {} gives a level", feature.number, water.polygons.value.path.display());
+    let message = format!(
+        "neither the scenario nor feature {} of {} gives a level",
+        feature.number,
+        water.polygons.value.path.display()
+    );
     input_error("no-level", message)
         .with_cause(format!("looked for {}; the attributes are: {}", level_names(water).join(", "), names.join(", ")))
         .with_remedy("add `level: 100 m` to the entry, or name the attribute with `level_field`")
 }
 
 fn warn_of_other_levels(water: &InitialWater, level: &Sourced<f64>, features: &[Feature], findings: &mut Findings) {
-    let other = features.iter().filter_map(|feature| level_of(water, feature)).find(|own| (own - level.value).abs() > 1e-6);
+    let other =
+        features.iter().filter_map(|feature| level_of(water, feature)).find(|own| (own - level.value).abs() > 1e-6);
     if let Some(own) = other {
-        let message = format!("the scenario's level of {} m is used, although {} says {own} m", level.value, water.polygons.value.path.display());
+        let message = format!(
+            "the scenario's level of {} m is used, although {} says {own} m",
+            level.value,
+            water.polygons.value.path.display()
+        );
         findings.add(level, Problem::warning(ProblemKind::Input, "two-levels", "", message));
     }
 }
 
 /// Reports the fault of a polygon; says whether it can be used.
-fn check_polygon(source: &Sourced<VectorSource>, number: usize, polygon: &geo::Polygon<f64>, findings: &mut Findings) -> bool {
+fn check_polygon(
+    source: &Sourced<VectorSource>,
+    number: usize,
+    polygon: &geo::Polygon<f64>,
+    findings: &mut Findings,
+) -> bool {
     let name = source.value.path.display();
     let problem = match polygons::fault(polygon) {
         None => return true,
         Some(PolygonFault::Empty) => input_error("empty-polygon", format!("polygon {number} of {name} has no area")),
-        Some(PolygonFault::NotFinite) => input_error("not-a-number", format!("polygon {number} of {name} has a coordinate that is not a finite number")),
+        Some(PolygonFault::NotFinite) => input_error(
+            "not-a-number",
+            format!("polygon {number} of {name} has a coordinate that is not a finite number"),
+        ),
         Some(PolygonFault::Crossing(place)) => {
             input_error("self-crossing", format!("the outline of polygon {number} of {name} crosses itself"))
                 .with_remedy("mend it, for example with `Fix geometries` in QGIS or `ogr2ogr -makevalid`")
@@ -135,13 +161,14 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &Bed, findings: &mut Findin
         }
     }
     let mut owner = vec![usize::MAX; bed.lattice.len()];
-    for i in 0..bodies.len() {
-        let shared: Vec<usize> = cells[i].iter().copied().filter(|&cell| owner[cell] != usize::MAX).collect();
+    for (i, inside) in cells.iter_mut().enumerate() {
+        let shared: Vec<usize> = inside.iter().copied().filter(|&cell| owner[cell] != usize::MAX).collect();
         if let Some(&cell) = shared.first() {
-            settle_overlap(bodies, owner[cell], i, bed.lattice.to_map(bed.lattice.centre(cell)), shared.len(), findings);
-            cells[i].retain(|&cell| owner[cell] == usize::MAX);
+            let place = bed.lattice.to_map(bed.lattice.centre(cell));
+            settle_overlap(bodies, owner[cell], i, place, shared.len(), findings);
+            inside.retain(|&cell| owner[cell] == usize::MAX);
         }
-        cells[i].iter().for_each(|&cell| owner[cell] = i);
+        inside.iter().for_each(|&cell| owner[cell] = i);
     }
     let in_water: Vec<bool> = owner.iter().map(|&i| i != usize::MAX).collect();
     let rim = Rim { lattice: bed.lattice, bed: bed.elevation, walls: bed.walls, in_water: &in_water };
@@ -168,13 +195,25 @@ fn check_body(body: &SourcedBody, cells: &[usize], bed: &Bed, findings: &mut Fin
             .with_at(first_place(&body.body)));
     }
     if cells.is_empty() {
-        let message = format!("the polygon of {name} ({:.0} m²) holds no cell of {} m", body.body.polygon.unsigned_area(), lattice.spacing);
+        let message = format!(
+            "the polygon of {name} ({:.0} m²) holds no cell of {} m",
+            body.body.polygon.unsigned_area(),
+            lattice.spacing
+        );
         return Err(input_error("resolution-too-coarse", message).with_remedy("take a finer resolution"));
     }
     check_nodata(body, cells, bed, findings)?;
-    let lowest = cells.iter().copied().filter(|&cell| !bed.elevation[cell].is_nan()).min_by(|&a, &b| bed.elevation[a].total_cmp(&bed.elevation[b]));
+    let lowest = cells
+        .iter()
+        .copied()
+        .filter(|&cell| !bed.elevation[cell].is_nan())
+        .min_by(|&a, &b| bed.elevation[a].total_cmp(&bed.elevation[b]));
     let Some(lowest) = lowest else {
-        return Err(input_error("nodata-in-water", format!("the terrain has no data anywhere in the polygon of {name}")).with_at(map(cells[0])));
+        return Err(input_error(
+            "nodata-in-water",
+            format!("the terrain has no data anywhere in the polygon of {name}"),
+        )
+        .with_at(map(cells[0])));
     };
     if bed.elevation[lowest] >= level {
         let message = format!("the level of {level} m lies below the bed everywhere in the polygon of {name}");
@@ -204,16 +243,24 @@ fn check_nodata(body: &SourcedBody, cells: &[usize], bed: &Bed, findings: &mut F
     let hole = missing.iter().copied().find(|&cell| deep(cell));
     let tolerated = TOLERATED_NODATA * body.body.polygon.unsigned_area() + rim_allowance(&body.body, lattice);
     let name = body.source.value.path.display();
-    let message = format!("the terrain has no data on {area:.0} m² inside the polygon of {name} ({} cells of the lattice)", missing.len());
+    let message = format!(
+        "the terrain has no data on {area:.0} m² inside the polygon of {name} ({} cells of the lattice)",
+        missing.len()
+    );
     if hole.is_some() || area > tolerated {
         let place = hole.or(missing.first().copied()).map_or(first_place(&body.body), map);
         return Err(input_error("nodata-in-water", message)
-            .with_remedy("fill the holes with `gdal_fillnodata.py`, add a layer below, or cut the polygon to the terrain")
+            .with_remedy(
+                "fill the holes with `gdal_fillnodata.py`, add a layer below, or cut the polygon to the terrain",
+            )
             .with_at(place));
     }
     if let Some(&first) = missing.first() {
         let problem = Problem::warning(ProblemKind::Input, "polygon-beyond-data", "", message);
-        findings.add(body.source, problem.with_cause("its outline pokes out of the data by less than two cells").with_at(map(first)));
+        findings.add(
+            body.source,
+            problem.with_cause("its outline pokes out of the data by less than two cells").with_at(map(first)),
+        );
     }
     Ok(())
 }
@@ -241,7 +288,14 @@ fn first_place(body: &StillBody) -> Vec2 {
 }
 
 /// Two bodies that share cells: refused at different levels; at equal levels the later one loses what they share.
-fn settle_overlap(bodies: &mut [SourcedBody], first: usize, second: usize, place: Vec2, cells: usize, findings: &mut Findings) {
+fn settle_overlap(
+    bodies: &mut [SourcedBody],
+    first: usize,
+    second: usize,
+    place: Vec2,
+    cells: usize,
+    findings: &mut Findings,
+) {
     let (one, other) = (&bodies[first], &bodies[second]);
     if (one.body.level - other.body.level).abs() > 0.0 {
         let message = format!(
@@ -251,7 +305,10 @@ fn settle_overlap(bodies: &mut [SourcedBody], first: usize, second: usize, place
             other.source.value.path.display(),
             other.body.level
         );
-        findings.add(other.source, input_error("overlapping-water", message).with_remedy("cut one polygon to the other").with_at(place));
+        findings.add(
+            other.source,
+            input_error("overlapping-water", message).with_remedy("cut one polygon to the other").with_at(place),
+        );
         return;
     }
     for earlier in 0..second {
@@ -267,7 +324,9 @@ fn leak_warning(body: &StillBody, leak: &Leak) -> Problem {
     let message = format!("at {} m the water runs out over {:.0} m of the polygon's rim", body.level, leak.length);
     let problem = Problem::warning(ProblemKind::Input, "leaking-rim", "", message)
         .with_cause(format!("lowest places of the rim: {}", places.join("; ")))
-        .with_remedy("right where the dam breaks; elsewhere extend the polygon, lower the level, or draw a wall along the rim");
+        .with_remedy(
+            "right where the dam breaks; elsewhere extend the polygon, lower the level, or draw a wall along the rim",
+        );
     match leak.lowest.first() {
         Some((_, place)) => problem.with_at(*place),
         None => problem,

@@ -7,9 +7,8 @@
 //! ```
 //!
 //! Natural neighbour (`Sibson1981`): the weight of a point is the share of its Voronoi cell that a new point at x would
-//! take. It is exact for a plane, smooth away from the points, and defined inside their convex hull only; just outside
-//! of it, up to the greatest gap, the nearest point counts. Places farther than the greatest gap from any point have no
-//! terrain.
+//! take. It is exact for a plane, smooth away from the points, and defined inside their convex hull only: it does not
+//! guess beyond the survey. Places farther than the greatest gap from any point have no terrain with either method.
 
 use std::num::NonZeroUsize;
 
@@ -154,19 +153,18 @@ impl Survey {
         (found.distance, found.item as usize)
     }
 
-    /// Elevation (m), none beyond the greatest gap.
+    /// Elevation (m); none beyond the greatest gap, and for natural neighbours none outside the convex hull.
     pub fn elevation(&self, map: Vec2) -> Option<f64> {
         let (squared, index) = self.nearest_one(map);
         if squared > self.max_gap * self.max_gap {
             return None;
         }
-        let nearest = self.points[index].elevation;
         if squared == 0.0 {
-            return Some(nearest);
+            return Some(self.points[index].elevation);
         }
         match &self.delaunay {
             None => Some(self.inverse_distance(map)),
-            Some(delaunay) => Some(natural_neighbour(delaunay, map - self.origin).unwrap_or(nearest)),
+            Some(delaunay) => natural_neighbour(delaunay, map - self.origin),
         }
     }
 
@@ -269,7 +267,10 @@ mod tests {
             let survey = Survey::new(grid(tilted), method, 25.0).unwrap();
             let east = 950_290.0;
             assert_eq!(survey.elevation(Vec2::new(east + 26.0, 1_840_100.0)), None);
-            assert!(survey.elevation(Vec2::new(east + 24.0, 1_840_100.0)).is_some());
+            // Inverse distance goes on up to the gap, natural neighbours end with the survey.
+            let beyond = survey.elevation(Vec2::new(east + 24.0, 1_840_100.0));
+            assert_eq!(beyond.is_some(), method == PointInterpolation::InverseDistance);
+            assert!(survey.elevation(Vec2::new(east, 1_840_105.0)).is_some(), "the edge of the hull belongs to it");
             assert!((survey.gap(Vec2::new(east + 24.0, 1_840_100.0)) - 24.0).abs() < 1e-9);
             assert!((survey.spacing() - 10.0).abs() < 1e-9);
         }

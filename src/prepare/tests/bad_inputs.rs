@@ -18,7 +18,11 @@ fn codes(prepared: &Prepared) -> Vec<&str> {
 }
 
 fn assert_error(problem: &Problem, kind: ProblemKind, code: &str, key: &str) {
-    assert_eq!((problem.severity, problem.kind, problem.code, problem.key.as_str()), (Severity::Error, kind, code, key), "{problem}");
+    assert_eq!(
+        (problem.severity, problem.kind, problem.code, problem.key.as_str()),
+        (Severity::Error, kind, code, key),
+        "{problem}"
+    );
 }
 
 /// Replaces the terrain of a sound scene.
@@ -34,7 +38,10 @@ fn a_sound_scene_has_no_findings_and_everything_a_run_needs() {
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
     let lattice = prepared.lattice.unwrap();
-    assert_eq!((lattice.origin, lattice.columns, lattice.rows, lattice.spacing), (Vec2::new(1000.0, 2000.0), 40, 30, 5.0));
+    assert_eq!(
+        (lattice.origin, lattice.columns, lattice.rows, lattice.spacing),
+        (Vec2::new(1000.0, 2000.0), 40, 30, 5.0)
+    );
     assert_eq!((prepared.needs.bed_particles, prepared.needs.wet_cells), (1200, 100));
     assert_eq!((prepared.waters.len(), prepared.waters[0].level), (1, 5.0));
     assert_eq!(prepared.gauges[1].id, "B, below");
@@ -48,10 +55,20 @@ fn a_sound_scene_has_no_findings_and_everything_a_run_needs() {
 fn any_data_type_nodata_scale_and_offset_give_the_same_terrain() {
     let scaled = Tiff { scale_offset: Some((0.5, -10.0)), no_data: Some(255.0), ..Tiff::default() };
     // Stored value 20 to 60 for 0 to 20 m; a corner far from the water is nodata.
-    let byte = with_terrain(&scaled, |c, r| if c + r == 0 { 255u8 } else { ((basin_elevation(centre_of(c, r)) + 10.0) * 2.0) as u8 });
-    let short = with_terrain(&Tiff { no_data: Some(-32768.0), ..Tiff::default() }, |c, r| if c + r == 0 { i16::MIN } else { basin_elevation(centre_of(c, r)) as i16 });
-    let double = with_terrain(&Tiff { no_data: Some(f64::NAN), ..Tiff::default() }, |c, r| if c + r == 0 { f64::NAN } else { basin_elevation(centre_of(c, r)) });
-    let single = with_terrain(&Tiff { no_data: Some(-3.4e38), ..Tiff::default() }, |c, r| if c + r == 0 { -3.4e38f32 } else { basin_elevation(centre_of(c, r)) as f32 });
+    let byte =
+        with_terrain(
+            &scaled,
+            |c, r| if c + r == 0 { 255u8 } else { ((basin_elevation(centre_of(c, r)) + 10.0) * 2.0) as u8 },
+        );
+    let short = with_terrain(&Tiff { no_data: Some(-32768.0), ..Tiff::default() }, |c, r| {
+        if c + r == 0 { i16::MIN } else { basin_elevation(centre_of(c, r)) as i16 }
+    });
+    let double = with_terrain(&Tiff { no_data: Some(f64::NAN), ..Tiff::default() }, |c, r| {
+        if c + r == 0 { f64::NAN } else { basin_elevation(centre_of(c, r)) }
+    });
+    let single = with_terrain(&Tiff { no_data: Some(-3.4e38), ..Tiff::default() }, |c, r| {
+        if c + r == 0 { -3.4e38f32 } else { basin_elevation(centre_of(c, r)) as f32 }
+    });
     for scene in [byte, short, double, single] {
         let prepared = prepare(&scene.scenario);
         assert_eq!(prepared.problems, []);
@@ -83,7 +100,8 @@ fn a_raster_that_counts_from_the_south_is_turned_round() {
 
 #[test]
 fn a_rotated_raster_is_refused_or_resampled() {
-    let rotated = Tiff { geo_transform: Some([1000.0, 5.0, 0.5, 2150.0, 0.5, -5.0]), no_data: Some(-1.0), ..Tiff::default() };
+    let rotated =
+        Tiff { geo_transform: Some([1000.0, 5.0, 0.5, 2150.0, 0.5, -5.0]), no_data: Some(-1.0), ..Tiff::default() };
     let mut scene = with_terrain(&rotated, |_, _| 7.0);
     scene.scenario.initial.clear();
     scene.scenario.outputs.gauges = None;
@@ -107,7 +125,11 @@ fn files_that_are_missing_empty_or_no_rasters_are_all_reported_at_once() {
     let prepared = prepare(&scene.scenario);
     assert_eq!(codes(&prepared), ["missing-file", "empty-file", "not-a-raster", "missing-file", "missing-file"]);
     assert!(prepared.has_errors() && prepared.terrain.is_none() && prepared.lattice.is_none());
-    assert!(prepared.problems[2].cause.as_ref().unwrap().contains("not recognized as a supported file format"), "{}", prepared.problems[2]);
+    assert!(
+        prepared.problems[2].cause.as_ref().unwrap().contains("not recognized as a supported file format"),
+        "{}",
+        prepared.problems[2]
+    );
 }
 
 #[test]
@@ -168,10 +190,16 @@ fn an_unknown_crs_and_one_in_degrees_are_faults_of_the_scenario() {
 #[test]
 fn two_layers_of_different_crs_are_refused_unless_reprojected() {
     let mut scene = Scene::sound();
-    let metres = Tiff { geo_transform: Some([500_000.0, 20.0, 0.0, 5_000_000.0, 0.0, -20.0]), crs: Some("EPSG:25832"), no_data: Some(-1.0), ..Tiff::default() };
+    let metres = Tiff {
+        geo_transform: Some([500_000.0, 20.0, 0.0, 5_000_000.0, 0.0, -20.0]),
+        crs: Some("EPSG:25832"),
+        no_data: Some(-1.0),
+        ..Tiff::default()
+    };
     metres.write(&scene.path("a.tif"), |_, _| 5.0f32);
     // The same place in the neighbouring zone: about 45.15° N, 9° E.
-    let other = Tiff { geo_transform: Some([27_400.0, 20.0, 0.0, 5_016_000.0, 0.0, -20.0]), crs: Some("EPSG:25833"), ..metres };
+    let other =
+        Tiff { geo_transform: Some([27_400.0, 20.0, 0.0, 5_016_000.0, 0.0, -20.0]), crs: Some("EPSG:25833"), ..metres };
     other.write(&scene.path("b.tif"), |_, _| 6.0f32);
     scene.scenario.crs.value = CrsChoice::FromTerrain;
     scene.scenario.layers = vec![
@@ -192,9 +220,29 @@ fn two_layers_of_different_crs_are_refused_unless_reprojected() {
 }
 
 #[test]
+fn layers_that_lie_metres_apart_where_they_overlap_are_warned_of() {
+    let mut scene = Scene::sound();
+    Tiff { no_data: Some(-9999.0), ..Tiff::default() }
+        .write(&scene.path("b.tif"), |c, r| if c < 20 { -9999.0 } else { basin_elevation(centre_of(c, r)) + 1.8 });
+    scene.scenario.layers.push(sourced("terrain.layers[1].raster", raster_layer(scene.path("b.tif"))));
+    let prepared = prepare(&scene.scenario);
+    let problem = only(&prepared);
+    assert_eq!(
+        (problem.severity, problem.code, problem.key.as_str()),
+        (Severity::Warning, "layers-apart", "terrain.layers[1].raster")
+    );
+    assert!(problem.message.contains("1.80 m above"), "{problem}");
+}
+
+#[test]
 fn terrain_in_degrees_is_refused_with_the_utm_zone_and_warped_when_asked_for() {
     // 0.1° by 0.075° around 9.05° E, 45.1° N, a plane that rises to the east by 1 m for each 0.001°.
-    let degrees = Tiff { geo_transform: Some([9.0, 0.0025, 0.0, 45.15, 0.0, -0.0025]), crs: Some("EPSG:4326"), no_data: Some(-9999.0), ..Tiff::default() };
+    let degrees = Tiff {
+        geo_transform: Some([9.0, 0.0025, 0.0, 45.15, 0.0, -0.0025]),
+        crs: Some("EPSG:4326"),
+        no_data: Some(-9999.0),
+        ..Tiff::default()
+    };
     let mut scene = with_terrain(&degrees, |c, _| 2.5 * (c as f32 + 0.5));
     scene.scenario.crs.value = CrsChoice::FromTerrain;
     scene.scenario.initial.clear();
@@ -207,7 +255,7 @@ fn terrain_in_degrees_is_refused_with_the_utm_zone_and_warped_when_asked_for() {
     scene.scenario.reproject = true;
     scene.scenario.crs.value = CrsChoice::Named("EPSG:32632".to_string());
     let prepared = prepare(&scene.scenario);
-    assert_eq!(prepared.problems, []);
+    assert_eq!(codes(&prepared), ["finer-than-terrain"]);
     let mut place = [Vec2::new(9.05, 45.1)];
     let crs = |code| crate::geodata::spatial_ref(code).unwrap();
     crate::geodata::transform(&mut place, &crs("EPSG:4326"), &crs("EPSG:32632")).unwrap();
@@ -338,7 +386,10 @@ fn a_leaking_rim_is_a_warning_with_its_lowest_place_and_a_wall_closes_it() {
     scene.scenario.initial[0].level = Some(sourced("initial[0].level", 8.0));
     let prepared = prepare(&scene.scenario);
     let problem = only(&prepared);
-    assert_eq!((problem.severity, problem.code, problem.at), (Severity::Warning, "leaking-rim", Some(Vec2::new(1100.0, 2072.5))));
+    assert_eq!(
+        (problem.severity, problem.code, problem.at),
+        (Severity::Warning, "leaking-rim", Some(Vec2::new(1100.0, 2072.5)))
+    );
     assert!(problem.cause.as_ref().unwrap().contains("6.00 m at 1100"), "{problem}");
     assert_eq!(prepared.leaks[0].1.length, 5.0);
     scene.line("dam.geojson", &[(1100.0, 2060.0), (1100.0, 2085.0)]);
@@ -362,7 +413,10 @@ fn lines_outside_the_terrain_and_files_without_lines_are_refused() {
 fn open_edges_come_from_sides_and_lines_and_a_line_that_opens_nothing_is_told() {
     let mut scene = Scene::sound();
     scene.line("sea.geojson", &[(1200.0, 2020.0), (1200.0, 2060.0)]);
-    scene.scenario.open = vec![OpenBoundary::Side(Side::West), OpenBoundary::Lines(vector("boundaries.open[1]", scene.path("sea.geojson")))];
+    scene.scenario.open = vec![
+        OpenBoundary::Side(Side::West),
+        OpenBoundary::Lines(vector("boundaries.open[1]", scene.path("sea.geojson"))),
+    ];
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
     assert_eq!((prepared.open_edges.segments.len(), prepared.open_edges.reach), (2, 7.5));
@@ -395,10 +449,14 @@ fn gauges_off_the_terrain_are_warned_of_and_bad_tables_located() {
 #[test]
 fn survey_points_are_terrain_with_their_gaps_reported() {
     let mut scene = Scene::sound();
-    let lines: Vec<String> = (0..1200).map(|i| (centre_of(i % 40, i / 40), i)).map(|(p, _)| format!("{} {} {}", p.x, p.y, basin_elevation(p))).collect();
+    let lines: Vec<String> = (0..1200)
+        .map(|i| (centre_of(i % 40, i / 40), i))
+        .map(|(p, _)| format!("{} {} {}", p.x, p.y, basin_elevation(p)))
+        .collect();
     scene.write("survey.txt", &lines.join("\n"));
     for interpolation in [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour] {
-        let layer = TerrainLayer::Points { path: scene.path("survey.txt"), interpolation, max_gap: 10.0, offset: 100.0 };
+        let layer =
+            TerrainLayer::Points { path: scene.path("survey.txt"), interpolation, max_gap: 10.0, offset: 100.0 };
         scene.scenario.layers = vec![sourced("terrain.layers[0].points", layer)];
         scene.scenario.initial[0].level = Some(sourced("initial[0].level", 105.0));
         let prepared = prepare(&scene.scenario);

@@ -11,7 +11,8 @@ use crate::scenario::{CrsChoice, InitialWater, OpenBoundary, PointInterpolation,
 
 /// The folder of the data, by the variable `FLOODSIM_DATA`, or beside the repository.
 fn data() -> Option<PathBuf> {
-    let root = std::env::var_os("FLOODSIM_DATA").map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    let root = std::env::var_os("FLOODSIM_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
     let folder = root.join("malpasset");
     if folder.is_dir() {
         return Some(folder);
@@ -32,7 +33,8 @@ fn water(i: usize, path: PathBuf, level: f64) -> InitialWater {
 fn local(folder: &Path) -> Scenario {
     let mut scenario = scenario(20.0);
     scenario.layers = vec![sourced("terrain.layers[0].raster", raster_layer(folder.join("dem_20m.tif")))];
-    scenario.initial = vec![water(0, folder.join("reservoir.geojson"), 100.0), water(1, folder.join("sea.geojson"), 0.0)];
+    scenario.initial =
+        vec![water(0, folder.join("reservoir.geojson"), 100.0), water(1, folder.join("sea.geojson"), 0.0)];
     scenario.outputs.gauges = Some(vector("outputs.gauges", folder.join("gauges.csv")));
     scenario
 }
@@ -108,7 +110,12 @@ fn the_original_survey_makes_the_same_valley_as_the_raster() {
     let raster = raster.terrain.as_ref().unwrap();
     for interpolation in [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour] {
         let mut scenario = local(&folder);
-        let layer = TerrainLayer::Points { path: folder.join("cadam_points.csv.gz"), interpolation, max_gap: 300.0, offset: 0.0 };
+        let layer = TerrainLayer::Points {
+            path: folder.join("cadam_points.csv.gz"),
+            interpolation,
+            max_gap: 300.0,
+            offset: 0.0,
+        };
         scenario.layers = vec![sourced("terrain.layers[0].points", layer)];
         let started = std::time::Instant::now();
         let prepared = prepare(&scenario);

@@ -75,7 +75,14 @@ pub(super) struct Tiff<'a> {
 
 impl Default for Tiff<'_> {
     fn default() -> Self {
-        Tiff { size: (40, 30), geo_transform: Some([1000.0, 5.0, 0.0, 2150.0, 0.0, -5.0]), crs: None, no_data: None, scale_offset: None, bands: 1 }
+        Tiff {
+            size: (40, 30),
+            geo_transform: Some([1000.0, 5.0, 0.0, 2150.0, 0.0, -5.0]),
+            crs: None,
+            no_data: None,
+            scale_offset: None,
+            bands: 1,
+        }
     }
 }
 
@@ -97,7 +104,8 @@ impl Tiff<'_> {
             band.set_scale(scale).unwrap();
             band.set_offset(offset).unwrap();
         }
-        let values = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))).map(|(c, r)| value(c, r)).collect();
+        let values =
+            (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))).map(|(c, r)| value(c, r)).collect();
         band.write((0, 0), (columns, rows), &mut Buffer::new((columns, rows), values)).unwrap();
         dataset.close().unwrap();
     }
@@ -130,7 +138,8 @@ impl Scene {
     pub fn sound() -> Scene {
         let folder = tempfile::tempdir().unwrap();
         let mut scene = Scene { folder, scenario: scenario(5.0) };
-        Tiff { no_data: Some(-9999.0), ..Tiff::default() }.write(&scene.path("dem.tif"), |c, r| basin_elevation(centre_of(c, r)) as f32);
+        Tiff { no_data: Some(-9999.0), ..Tiff::default() }
+            .write(&scene.path("dem.tif"), |c, r| basin_elevation(centre_of(c, r)) as f32);
         scene.scenario.layers = vec![sourced("terrain.layers[0].raster", raster_layer(scene.path("dem.tif")))];
         scene.polygon("reservoir.geojson", &[(1045.0, 2045.0), (1100.0, 2045.0), (1100.0, 2105.0), (1045.0, 2105.0)]);
         scene.fill("reservoir.geojson", Some(5.0));
