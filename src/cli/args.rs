@@ -49,6 +49,11 @@ pub enum Command {
     Run(RunArguments),
     /// Open every input of a scenario and report every problem at once; run nothing
     Check(CheckArguments),
+    /// Draw map sheets and one page from a run folder, without a new simulation
+    Report {
+        /// The run folder
+        folder: PathBuf,
+    },
     /// Write a commented scenario to start from
     New {
         /// The new file; an existing one is never replaced

@@ -38,6 +38,7 @@ pub fn main(stages: &Stages) -> ExitCode {
     let result = match arguments.command {
         Some(Command::Run(run)) => run_scenario(&run, stages),
         Some(Command::Check(check)) => return check::check(&check, stages),
+        Some(Command::Report { folder }) => report_folder(&folder),
         Some(Command::New { file }) => documents::write_starter(&file),
         Some(Command::Schema) => documents::schema(),
         Some(Command::Completions { shell }) => documents::completions(shell),
@@ -81,6 +82,12 @@ fn run_scenario(run: &RunArguments, stages: &Stages) -> Result<(), Error> {
         command: command_line(),
     };
     print(&(stages.run)(&loaded.scenario, &options)?)
+}
+
+/// Draws the report of a run folder and lists its files.
+fn report_folder(folder: &std::path::Path) -> Result<(), Error> {
+    let files = crate::report::report(folder)?;
+    print(&files.iter().map(|file| format!("{}\n", file.display())).collect::<String>())
 }
 
 /// The command line as it could be typed again.

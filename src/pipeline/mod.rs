@@ -89,15 +89,9 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
 
     let folder = RunFolder::create(&out, options.overwrite)?;
     let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
-    let solver = cores::build(scenario, problem, &bodies, &still);
-    let run = Run {
-        manifest: first_manifest(scenario, options, &prepared, &bed),
-        scenario,
-        folder,
-        prepared,
-        still,
-        clock,
-    };
+    let solver = cores::build(scenario, problem, &still);
+    let run =
+        Run { manifest: first_manifest(scenario, options, &prepared, &bed), scenario, folder, prepared, still, clock };
     run.execute(solver, &lattice, bed, !options.quiet)
 }
 
@@ -221,7 +215,8 @@ impl Run<'_> {
             gate("volume ledger", ledger.relative_error().abs(), LEDGER_TOLERANCE),
             gate("volume on the grid", grid_error, GRID_TOLERANCE),
         ];
-        let failed_gates: Vec<String> = manifest.gates.iter().filter(|gate| gate.starts_with("failed")).cloned().collect();
+        let failed_gates: Vec<String> =
+            manifest.gates.iter().filter(|gate| gate.starts_with("failed")).cloned().collect();
         self.clock.note(manifest);
         let result = match early {
             Some(Early::Failed(failure)) => Err(Error::Numerical(failure)),

@@ -237,7 +237,8 @@ impl FromNode for VectorFile {
     }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let (path, layer) = split_layer(file_name(node, reader, &Self::example())?);
+        let name = file_name(node, reader, &Self::example())?;
+        let (path, layer) = split_layer(&name);
         let source = VectorSource { path: reader.folder.join(path), layer: layer.map(str::to_owned) };
         let file = reader.sourced(node, source.path.clone());
         reader.files.push(file);
@@ -259,13 +260,38 @@ impl JsonSchema for VectorFile {
     }
 }
 
-fn file_name<'a>(node: &'a Node, reader: &mut Reader, example: &str) -> Option<&'a str> {
+fn file_name(node: &Node, reader: &mut Reader, example: &str) -> Option<String> {
     let name = reader.text(node, "the name of a file", example)?;
     if name.trim().is_empty() || name.contains('\0') {
         reader.wrong_type(node, "the name of a file", &format!("write for example `{example}`"));
         return None;
     }
-    Some(name)
+    match expand(name, |variable| std::env::var(variable).ok()) {
+        Ok(path) => Some(path),
+        Err(variable) => {
+            let message = format!("the path uses the environment variable `{variable}`, which is not set");
+            let remedy = format!("set it, as in `{variable}=FOLDER floodsim ...`, or write the path itself");
+            reader.error(node, "unset-variable", message, remedy);
+            None
+        }
+    }
+}
+
+/// A path with every `${NAME}` replaced by the variable of that name; the name of the first one that is not set otherwise.
+///
+/// A relative folder in a variable counts from the current folder, not from that of the scenario.
+fn expand(text: &str, variable: impl Fn(&str) -> Option<String>) -> Result<String, String> {
+    let Some((before, (name, after))) =
+        text.split_once("${").and_then(|(before, rest)| Some((before, rest.split_once('}')?)))
+    else {
+        return Ok(text.to_owned());
+    };
+    let value = variable(name).filter(|value| !value.is_empty()).ok_or_else(|| name.to_owned())?;
+    let value = match std::path::absolute(&value) {
+        Ok(absolute) if before.is_empty() => absolute.to_string_lossy().into_owned(),
+        _ => value,
+    };
+    Ok(format!("{before}{value}{}", expand(after, variable)?))
 }
 
 /// Splits `file.gpkg:layer` at the last colon that follows a file extension.
@@ -346,6 +372,15 @@ fn normalised_date(text: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn variables_in_paths_are_replaced_and_missed() {
+        let set = |name: &str| (name == "DATA").then(|| "/data".to_owned());
+        assert_eq!(expand("${DATA}/dem.tif", set), Ok("/data/dem.tif".to_owned()));
+        assert_eq!(expand("a/${DATA}/b${DATA}", set), Ok("a//data/b/data".to_owned()));
+        assert_eq!(expand("plain.tif", set), Ok("plain.tif".to_owned()));
+        assert_eq!(expand("${NONE}/dem.tif", set), Err("NONE".to_owned()));
+    }
 
     #[test]
     fn a_layer_follows_the_extension() {

@@ -36,7 +36,14 @@ fn errors(spacing: f64, left: f64, right: f64, integrator: Integrator, end: f64)
         let (d, u) = if right > 0.0 { stoker(left, right, x, end) } else { ritter(left, x, end) };
         (d, Vec2::new(u, 0.0))
     });
-    println!("{left}/{right} dx {spacing} {}: depth {:.4} velocity {:.4} steps {} evaluations {}", integrator.name(), errors.0, errors.1, solver.steps(), solver.particle_evaluations());
+    println!(
+        "{left}/{right} dx {spacing} {}: depth {:.4} velocity {:.4} steps {} evaluations {}",
+        integrator.name(),
+        errors.0,
+        errors.1,
+        solver.steps(),
+        solver.particle_evaluations()
+    );
     assert!(solver.ledger().relative_error().abs() < 1e-12);
     errors
 }

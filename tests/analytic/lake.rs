@@ -37,7 +37,10 @@ fn explore_lake() {
     for integrator in [Integrator::Leapfrog, Integrator::Heun] {
         for jitter in [0.0, 0.15, 0.3] {
             println!("{jitter} bump {:e}", rest_speed(lake(|p| LEVEL - 1.0 + 0.5 * hill(p), jitter, integrator)));
-            println!("{jitter} step {:e}", rest_speed(lake(|p| LEVEL - if p.x < 4.0 { 1.0 } else { 0.2 }, jitter, integrator)));
+            println!(
+                "{jitter} step {:e}",
+                rest_speed(lake(|p| LEVEL - if p.x < 4.0 { 1.0 } else { 0.2 }, jitter, integrator))
+            );
             println!("{jitter} rough {:e}", rest_speed(lake(|p| LEVEL - 1.0 + 0.8 * noise(p), jitter, integrator)));
             println!("{jitter} emerged {:e}", rest_speed(lake(|p| LEVEL - 1.0 + 1.8 * hill(p), jitter, integrator)));
         }

@@ -3,6 +3,6 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-mod channel;
 mod bowl;
+mod channel;
 mod lake;
