@@ -4,7 +4,6 @@ mod place;
 mod sample;
 mod store;
 
-pub(crate) use place::b_spline;
 pub use place::place_bed;
 pub use sample::BedPoint;
 pub use store::BedParticles;

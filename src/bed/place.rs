@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use super::{BedParticles, Surface};
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
+use crate::physics::kernel::CubicSpline;
 use crate::scenario::methods::BedMethod;
 
 /// Support radius over lattice spacing for heights and slopes.
@@ -65,7 +66,7 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
     });
     let elevation = &bed.elevation;
     let slope_stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
-    let curvature_stencil = stencil(CURVATURE_SUPPORT, b_spline);
+    let curvature_stencil = stencil(CURVATURE_SUPPORT, CubicSpline::shape);
     bed.slope.par_chunks_mut(lattice.columns).zip(bed.curvature.par_chunks_mut(lattice.columns)).enumerate().for_each(
         |(row, (slopes, curvatures))| {
             for (column, (slope, curvature)) in slopes.iter_mut().zip(curvatures).enumerate() {
@@ -77,14 +78,6 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
         },
     );
     bed
-}
-
-/// The cubic B-spline without its constant, for q = r/h; zero from q = 2 on. Any smooth weight with a compact support would
-/// do for least squares; this one is that of the flow.
-pub(crate) fn b_spline(q: f64) -> f64 {
-    let outer = (2.0 - q).max(0.0);
-    let inner = (1.0 - q).max(0.0);
-    0.25 * outer * outer * outer - inner * inner * inner
 }
 
 /// |W'|/q of the cubic B-spline without its constant, for q = r/h > 0.
@@ -103,7 +96,7 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     // Offsets in units of the radius and elevations from the pointwise one: small numbers lose no digits.
     let weighted = |&(position, elevation): &(Vec2, f64)| {
         let offset = (position - place) / radius;
-        (offset, elevation - reference, b_spline(2.0 * offset.norm()))
+        (offset, elevation - reference, CubicSpline::shape(2.0 * offset.norm()))
     };
     let (mut sum, mut sum_offset, mut sum_elevation, mut count) = (0.0, Vec2::ZERO, 0.0, 0);
     for (offset, elevation, w) in samples.iter().map(weighted) {

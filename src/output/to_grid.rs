@@ -27,9 +27,10 @@
 
 use rayon::prelude::*;
 
-use crate::bed::{BedParticles, b_spline};
+use crate::bed::BedParticles;
 use crate::lattice::{Lattice, Span, WaterOnLattice};
 use crate::math::Vec2;
+use crate::physics::kernel::CubicSpline;
 
 /// Support radius over smoothing length.
 const SUPPORT: f64 = 4.0 / 3.0;
@@ -357,7 +358,7 @@ fn kernel_and_column(bed: &BedParticles, share: &Share, column: usize, row: usiz
     let index = bed.lattice.index(column, row);
     let centre = Vec2::new((column as f64 + 0.5) * bed.lattice.spacing, (row as f64 + 0.5) * bed.lattice.spacing);
     let inverse_h = 2.0 / share.support;
-    let w = KERNEL_NORM * inverse_h * inverse_h * b_spline((centre - share.position).norm() * inverse_h);
+    let w = KERNEL_NORM * inverse_h * inverse_h * CubicSpline::shape((centre - share.position).norm() * inverse_h);
     // The maximum of not-a-number and zero is zero.
     (w, (share.level - bed.elevation[index]).max(0.0))
 }

@@ -1,7 +1,7 @@
 //! Where still water would run out of its polygon: pockets that it fills and stays in, and gaps through which it leaves.
 //!
 //! Water passes from a cell to any of its eight neighbours whose bed lies below the level, unless a wall lies between the
-//! two centres: the same neighbours as those of the resting particles.
+//! two centres. Moving particles reach all eight; resting ones fewer, and what is at rest for eight is at rest for them.
 
 use crate::bed::BedParticles;
 use crate::math::Vec2;
@@ -59,8 +59,11 @@ impl<'a> Filling<'a> {
         self.neighbours(cell).filter(move |&other| self.body[other].is_none() && self.is_below(other, level))
     }
 
-    /// Fills, for a body with the given filled cells, the pockets that its water reaches and does not leave again, as long as
-    /// all of them together hold no more than `largest_volume` (m³). Returns their cells.
+    /// Fills, for a body with the given filled cells, the pockets that its water reaches and does not leave again. Returns
+    /// their cells.
+    ///
+    /// They are what a rim drawn with other points than those of the lattice leaves out: cells beside the body, and beyond
+    /// those no more than `largest_volume` (m³) for all pockets together.
     pub fn fill_pockets(&mut self, number: u32, level: f64, cells: &[usize], largest_volume: f64) -> Vec<usize> {
         let first_search = self.searches + 1;
         let mut left = largest_volume;
@@ -71,7 +74,7 @@ impl<'a> Filling<'a> {
                 if self.body[start].is_some() || self.seen[start] >= first_search {
                     continue;
                 }
-                if let Some((pocket, volume)) = self.pocket(start, level, first_search, left) {
+                if let Some((pocket, volume)) = self.pocket((number, start), level, first_search, left) {
                     left -= volume;
                     pocket.iter().for_each(|&cell| self.body[cell] = Some(number));
                     filled.extend(pocket);
@@ -81,11 +84,12 @@ impl<'a> Filling<'a> {
         filled
     }
 
-    /// The cells that water entering at `start` fills at its level, and their volume (m³); `None` when it is more than
-    /// `largest_volume`, or joins a place for which a search since `first_search` has found so.
+    /// The cells that water of a body entering at `start` fills at its level, and the volume (m³) of those that are not
+    /// beside the body; `None` when that is more than `largest_volume`, or the water joins a place for which a search since
+    /// `first_search` has found so.
     fn pocket(
         &mut self,
-        start: usize,
+        (number, start): (u32, usize),
         level: f64,
         first_search: u32,
         largest_volume: f64,
@@ -96,7 +100,9 @@ impl<'a> Filling<'a> {
         let (mut next, mut volume) = (0, 0.0);
         while let Some(&cell) = pocket.get(next) {
             next += 1;
-            volume += (level - self.bed.elevation[cell]) * self.bed.lattice.cell_area();
+            if !self.neighbours(cell).any(|other| self.body[other] == Some(number)) {
+                volume += (level - self.bed.elevation[cell]) * self.bed.lattice.cell_area();
+            }
             if volume > largest_volume {
                 return None;
             }

@@ -11,6 +11,8 @@
 //! (those covered most come first) or left out (those covered least), but only where the rim lies in open water, as along a
 //! dam: leaving out a cell at the shore would make the lake run into the gap, and the terrain ends the lake there anyhow.
 //! Before that, pockets below the level that the rim leaves out by less than the lattice can see are filled (`leaks.rs`).
+//! Where neither is possible (a dam that stands between two rows of cells, a shore finer than the lattice), the level wins over
+//! the volume, and the difference is in the books.
 //! Where bodies overlap the later one wins.
 
 use rayon::prelude::*;
@@ -45,7 +47,7 @@ pub struct SeededVolume {
     pub pocket_cells: usize,
     /// Area of the polygon (m²), as far as it lies on the lattice.
     pub area_m2: f64,
-    /// Area of that where there is no terrain (m²).
+    /// Area of that where there is no terrain within a cell (m²).
     pub area_without_terrain_m2: f64,
     /// Where the water would leave the polygon at its level, the lowest place of each gap, deepest first.
     pub leaks: Vec<Leak>,
@@ -178,7 +180,7 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
                 let area = (east - west).max(0.0) * height;
                 parts[piece / SUBDIVISION - first_column].coverage += area / lattice.cell_area();
                 scan.area += area;
-                match surface.elevation(lattice.to_map(Vec2::new(0.5 * (west + east), y))) {
+                match elevation_near(surface, lattice.to_map(Vec2::new(0.5 * (west + east), y)), step) {
                     Some(elevation) => scan.integral += (level - elevation).max(0.0) * area,
                     None => scan.area_without_terrain += area,
                 }
@@ -188,6 +190,19 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
     let covered = parts.into_iter().enumerate().filter(|(_, part)| part.coverage > 0.0 || part.holds_centre);
     scan.cells = covered.map(|(i, part)| (lattice.index(first_column + i, row), part)).collect();
     scan
+}
+
+/// Elevation at a place (map), or the mean of the nearest ones to the west, east, south and north within a cell of the
+/// lattice: a raster ends in steps at an outline that polygons draw smoothly, and between the two it knows no better.
+fn elevation_near(surface: &impl Surface, place: Vec2, step: f64) -> Option<f64> {
+    let nearest = |steps: usize| {
+        let reach = steps as f64 * step;
+        let around = [(-reach, 0.0), (reach, 0.0), (0.0, -reach), (0.0, reach)];
+        let known = around.into_iter().filter_map(|(x, y)| surface.elevation(place + Vec2::new(x, y)));
+        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), elevation| (sum + elevation, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    };
+    surface.elevation(place).or_else(|| (1..=SUBDIVISION).find_map(nearest))
 }
 
 /// Bounds of the bands of a row, in ascending order, for each of which one scan line stands.
@@ -273,5 +288,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
     rim.iter().zip(before).filter(|&(&(cell, _), before)| filling.body[cell] != before).count()
 }
 
+#[cfg(test)]
+mod malpasset;
 #[cfg(test)]
 pub(crate) mod tests;
