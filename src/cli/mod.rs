@@ -7,29 +7,14 @@ mod check;
 mod documents;
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use clap::Parser;
 use clap::error::ErrorKind;
 
 use crate::error::{Error, ExitCode, Problem};
+use crate::pipeline::RunOptions;
 use crate::scenario::{self, Scenario};
 use args::{Arguments, Command, RunArguments};
-
-/// What the planner asks of a run beyond the scenario.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunOptions {
-    /// Run folder; that of the scenario when absent.
-    pub out: Option<PathBuf>,
-    /// Number of threads; all of the machine when absent.
-    pub threads: Option<usize>,
-    /// Whether an earlier run in the folder may be replaced.
-    pub overwrite: bool,
-    /// Whether progress stays silent.
-    pub quiet: bool,
-    /// The command line as typed, for the record of the run.
-    pub command: String,
-}
 
 /// The stages that the command line calls, given by `main` so that this module knows none of them.
 pub struct Stages {

@@ -256,6 +256,7 @@ fn holder(place: f64, spacing: f64, count: usize) -> Option<usize> {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values that must be taken over unchanged are compared exactly")]
 mod tests {
     use super::*;
 

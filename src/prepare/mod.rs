@@ -101,6 +101,14 @@ impl Prepared {
     }
 }
 
+/// SHA-256 of a file in hexadecimal digits, if it can be read.
+pub fn sha256(path: &Path) -> Option<String> {
+    let mut file = std::fs::File::open(path).ok()?;
+    let mut hasher = Sha256::new();
+    std::io::copy(&mut file, &mut hasher).ok()?;
+    Some(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
 /// Opens and checks everything that a scenario names. Never fails: what is wrong is in `problems`.
 pub fn prepare(scenario: &Scenario) -> Prepared {
     let mut findings = Findings::default();
@@ -230,13 +238,6 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         }
     }
     paths.into_iter().filter_map(|path| Some(InputFile { sha256: sha256(&path)?, path })).collect()
-}
-
-fn sha256(path: &Path) -> Option<String> {
-    let mut file = std::fs::File::open(path).ok()?;
-    let mut hasher = Sha256::new();
-    std::io::copy(&mut file, &mut hasher).ok()?;
-    Some(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 #[cfg(test)]

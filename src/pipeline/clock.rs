@@ -1,0 +1,68 @@
+//! Time, processor time and memory of the run, for its record.
+
+use std::time::Instant;
+
+use crate::output::RunManifest;
+
+/// Measures a run and its phases.
+pub struct Clock {
+    start: Instant,
+    lap: Instant,
+    phases: Vec<(&'static str, f64)>,
+}
+
+impl Clock {
+    /// Starts measuring.
+    pub fn start() -> Self {
+        let now = Instant::now();
+        Clock { start: now, lap: now, phases: Vec::new() }
+    }
+
+    /// Ends a phase.
+    pub fn lap(&mut self, phase: &'static str) {
+        let now = Instant::now();
+        self.phases.push((phase, (now - self.lap).as_secs_f64()));
+        self.lap = now;
+    }
+
+    /// Writes what was measured into the manifest.
+    pub fn note(&self, manifest: &mut RunManifest) {
+        manifest.wall_s = self.start.elapsed().as_secs_f64();
+        manifest.cpu_s = cpu_seconds().unwrap_or(0.0);
+        manifest.peak_rss_mb = peak_memory_mib().unwrap_or(0.0);
+        manifest.phase_s = self.phases.iter().map(|(phase, seconds)| ((*phase).to_owned(), *seconds)).collect();
+    }
+}
+
+/// Processor time of all threads so far (s), where the system tells it in `/proc`.
+fn cpu_seconds() -> Option<f64> {
+    // Clock ticks are hundredths of a second on every Linux that is in use.
+    const TICKS_PER_SECOND: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name in brackets may hold blanks; fields are counted behind it: utime and stime are the 12th and 13th.
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks: f64 = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
+    Some(ticks / TICKS_PER_SECOND)
+}
+
+/// Greatest resident memory so far (MiB), where the system tells it in `/proc`.
+fn peak_memory_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+/// The vector instructions that the hot loops use on this machine.
+pub fn simd() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if std::arch::is_x86_feature_detected!("avx512f") && std::arch::is_x86_feature_detected!("avx512vl") {
+            return "avx512";
+        }
+        if std::arch::is_x86_feature_detected!("avx2") {
+            return "avx2";
+        }
+    }
+    "baseline"
+}

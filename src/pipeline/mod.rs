@@ -1,0 +1,369 @@
+//! One whole run: scenario → prepared inputs → bed → still water → solver → recorder → run folder.
+//!
+//! The only place that knows both the scenario and the stages; each stage gets a small plain struct.
+
+mod clock;
+mod cores;
+mod progress;
+mod summary;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::bed::{BedParticles, place_bed};
+use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
+use crate::lattice::Lattice;
+use crate::output::{
+    FieldsWriter, InputFile, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest, VolumeBooks,
+    Volumes, utc_now, write_cogs, write_geopackage, write_maps, write_tables,
+};
+use crate::prepare::{Prepared, prepare, sha256};
+use crate::scenario::Scenario;
+use crate::seeding::{StillBody, StillWater, fill_still_water};
+use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
+use crate::terrain::Terrain;
+use crate::version;
+use clock::Clock;
+use progress::Progress;
+pub use summary::RunSummary;
+
+/// What the planner asks of a run beyond the scenario.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunOptions {
+    /// Run folder; that of the scenario when absent.
+    pub out: Option<PathBuf>,
+    /// Number of threads; all of the machine when absent.
+    pub threads: Option<usize>,
+    /// Whether an earlier run in the folder may be replaced.
+    pub overwrite: bool,
+    /// Whether progress stays silent.
+    pub quiet: bool,
+    /// The command line as typed, for the record of the run.
+    pub command: String,
+}
+
+/// What the volume ledger may be off, relative.
+const LEDGER_TOLERANCE: f64 = 1e-9;
+/// What the volume on the output grid may differ from that of the particles, relative.
+const GRID_TOLERANCE: f64 = 5e-3;
+/// The seeding may miss the integral of level minus terrain by this much, relative, before the planner is warned.
+const SEEDING_TOLERANCE: f64 = crate::seeding::VOLUME_TOLERANCE;
+
+/// Runs a scenario and writes its run folder.
+///
+/// # Errors
+/// `Error::Problems` before anything is written when the scenario or its data are refused; later `Error::Numerical`,
+/// `Error::Stopped`, `Error::Gate` with the results up to there in the folder, and `Error::Output`.
+pub fn run(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
+    let threads = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.unwrap_or(0))
+        .build()
+        .map_err(|cause| Error::Internal(format!("the threads could not be started: {cause}")))?;
+    threads.install(|| run_on_threads(scenario, options))
+}
+
+fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
+    let mut clock = Clock::start();
+    let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.clone());
+    let mut prepared = prepare(scenario);
+    prepared.problems.extend(RunFolder::inspect(&out, options.overwrite));
+    if prepared.has_errors() {
+        return Err(Error::Problems(prepared.problems));
+    }
+    let (Some(terrain), Some(lattice)) = (prepared.terrain.take(), prepared.lattice.take()) else {
+        return Err(Error::Internal("prepared inputs without errors lack terrain or lattice".into()));
+    };
+    clock.lap("inputs");
+
+    let bed = place_bed(&terrain, &lattice, scenario.numerics.bed, scenario.manning);
+    clock.lap("bed");
+    let bodies = still_bodies(&prepared);
+    let still = fill_still_water(&bodies, &bed, &terrain, &prepared.walls);
+    prepared.problems.extend(seeding_warnings(&prepared, &still));
+    clock.lap("seeding");
+    for problem in &prepared.problems {
+        eprintln!("{problem}");
+    }
+
+    let folder = RunFolder::create(&out, options.overwrite)?;
+    let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
+    let solver = cores::build(scenario, problem, &bodies, &still);
+    let run = Run {
+        manifest: first_manifest(scenario, options, &prepared, &bed),
+        scenario,
+        folder,
+        prepared,
+        still,
+        clock,
+    };
+    run.execute(solver, &lattice, bed, !options.quiet)
+}
+
+/// A run on its way.
+struct Run<'a> {
+    scenario: &'a Scenario,
+    folder: RunFolder,
+    prepared: Prepared,
+    still: StillWater,
+    manifest: RunManifest,
+    clock: Clock,
+}
+
+/// Why the loop of steps ended before its time.
+enum Early {
+    Failed(NumericalFailure),
+    Signal(i32),
+}
+
+impl Run<'_> {
+    /// Computes, writes everything, and judges the result.
+    fn execute(
+        mut self,
+        mut solver: Box<dyn FlowSolver>,
+        lattice: &Lattice,
+        bed: BedParticles,
+        show: bool,
+    ) -> Result<RunSummary, Error> {
+        self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
+        self.manifest.write(&self.folder)?;
+        let plan = recorder_plan(self.scenario, &self.prepared, lattice, bed.elevation);
+        let mut recorder = Recorder::new(plan);
+        let grid = recorder.grid().clone();
+        let provenance = self.provenance();
+        let mut fields = FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance)?;
+        let mut progress = Progress::new(self.scenario.end_time, lattice, show);
+        let early = self.compute(solver.as_mut(), &mut recorder, &mut fields, &mut progress)?;
+        self.clock.lap("compute");
+
+        let recording = recorder.finish();
+        fields.finish()?;
+        let crs = &self.prepared.crs;
+        let outputs = &self.scenario.outputs;
+        let rise_on_wet = outputs.rise_on_wet;
+        write_maps(&self.folder, &grid, crs, &provenance, &recording.maps, (recording.end_time, rise_on_wet))?;
+        write_cogs(&self.folder, &grid, crs, &provenance, &recording.maps, rise_on_wet)?;
+        let gauges_and_isochrones = (self.prepared.gauges.as_slice(), outputs.isochrones.as_slice());
+        write_geopackage(&self.folder, &grid, crs, &recording, gauges_and_isochrones, &self.prepared.problems)?;
+        write_tables(&self.folder, &self.prepared.gauges, &recording)?;
+        self.clock.lap("outputs");
+        self.finish(solver.ledger(), &recording, early)
+    }
+
+    /// The loop of steps.
+    fn compute(
+        &mut self,
+        solver: &mut dyn FlowSolver,
+        recorder: &mut Recorder,
+        fields: &mut FieldsWriter,
+        progress: &mut Progress,
+    ) -> Result<Option<Early>, Error> {
+        let signal = watch_signals()?;
+        let end = self.scenario.end_time;
+        let books = |ledger: Ledger| Volumes {
+            stored: ledger.stored,
+            inflow: ledger.inflow,
+            outflow: ledger.outflow,
+            error_relative: ledger.relative_error(),
+        };
+        self.manifest.particles.initial = solver.particles();
+        let ledger = solver.ledger();
+        recorder.start(&solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
+        let mut steps = progress::StepStatistics::default();
+        let mut early = None;
+        while solver.time() < end {
+            let mut choice = solver.choose_step();
+            if solver.time() + choice.time_step >= end {
+                choice = StepChoice { time_step: end - solver.time(), limit: StepLimit::EndOfRun, ..choice };
+            }
+            if let Err(failure) = solver.advance(choice.time_step) {
+                early = Some(Early::Failed(failure));
+                break;
+            }
+            steps.count(&choice, solver.particles());
+            let (time, ledger) = (solver.time(), solver.ledger());
+            recorder.step(time, &solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
+            progress.show(time, solver.particles(), &choice, ledger.relative_error());
+            let received = signal.load(Ordering::Relaxed);
+            if received != 0 {
+                early = Some(Early::Signal(received as i32));
+                break;
+            }
+        }
+        progress.end();
+        steps.note(&mut self.manifest);
+        self.manifest.steps = solver.steps();
+        self.manifest.particle_evaluations = solver.particle_evaluations();
+        self.manifest.particles.last = solver.particles();
+        self.manifest.simulated_s = solver.time();
+        Ok(early)
+    }
+
+    /// Fills in the manifest, closes the run, and says how it went.
+    fn finish(mut self, ledger: Ledger, recording: &Recording, early: Option<Early>) -> Result<RunSummary, Error> {
+        let grid_error = recording
+            .mass_balance
+            .iter()
+            .filter(|row| row.volumes.stored > 0.0)
+            .map(|row| ((row.grid_volume - row.volumes.stored) / row.volumes.stored).abs())
+            .fold(0.0, f64::max);
+        let manifest = &mut self.manifest;
+        manifest.volume_m3 = VolumeBooks {
+            initial: ledger.initial,
+            inflow: ledger.inflow,
+            outflow: ledger.outflow,
+            last: ledger.stored,
+            error_relative: ledger.relative_error(),
+            grid_error_relative: grid_error,
+        };
+        manifest.gates = vec![
+            gate("volume ledger", ledger.relative_error().abs(), LEDGER_TOLERANCE),
+            gate("volume on the grid", grid_error, GRID_TOLERANCE),
+        ];
+        let failed_gates: Vec<String> = manifest.gates.iter().filter(|gate| gate.starts_with("failed")).cloned().collect();
+        self.clock.note(manifest);
+        let result = match early {
+            Some(Early::Failed(failure)) => Err(Error::Numerical(failure)),
+            Some(Early::Signal(signal)) => {
+                Err(Error::Stopped { signal, time: manifest.simulated_s, folder: self.folder.path().to_path_buf() })
+            }
+            None if failed_gates.is_empty() => Ok(()),
+            None => Err(Error::Gate(failed_gates.join("; "))),
+        };
+        manifest.exit_code = Some(result.as_ref().err().map_or(0, |error| error.exit_code() as u8));
+        manifest.status = match result {
+            Ok(()) | Err(Error::Gate(_)) => "done",
+            Err(Error::Stopped { .. }) => "stopped",
+            Err(_) => "failed",
+        }
+        .to_owned();
+        manifest.write(&self.folder)?;
+        result.map(|()| RunSummary {
+            folder: self.folder.path().to_path_buf(),
+            manifest: self.manifest,
+            seeded: self.still.volumes,
+            gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
+        })
+    }
+
+    fn provenance(&self) -> Provenance {
+        let now = utc_now();
+        Provenance {
+            title: self.scenario.title.clone(),
+            institution: String::new(),
+            source: format!("floodsim {} ({})", version::VERSION, version::COMMIT),
+            history: format!("{now} {}", self.manifest.command),
+            references: String::new(),
+            comment: String::new(),
+            date_created: now,
+            reference_time: self.scenario.reference_time.clone(),
+        }
+    }
+}
+
+fn gate(name: &str, value: f64, limit: f64) -> String {
+    let verdict = if value <= limit { "passed" } else { "failed" };
+    format!("{verdict}: {name}, relative error {value:.1e}, limit {limit:.0e}")
+}
+
+fn still_bodies(prepared: &Prepared) -> Vec<StillBody> {
+    let body = |water: &crate::prepare::StillBody| StillBody { polygon: water.polygon.clone(), level: water.level };
+    prepared.waters.iter().map(body).collect()
+}
+
+/// Warnings about bodies whose seeded volume misses the integral of level minus terrain.
+fn seeding_warnings(prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
+    let bodies = prepared.waters.iter().zip(&still.volumes);
+    bodies
+        .filter(|(_, volume)| volume.relative_error().abs() > SEEDING_TOLERANCE)
+        .map(|(water, volume)| {
+            let message = format!(
+                "the seeded volume is {:.5e} m³, {:+.2} % off the integral of level minus terrain",
+                volume.seeded_m3,
+                100.0 * volume.relative_error()
+            );
+            Problem::warning(ProblemKind::Scenario, "seeded-volume", water.key.clone(), message)
+                .with_cause("the shore or the rim of this body is finer than the spacing of the particles")
+                .with_remedy("choose a finer `resolution` if this volume matters")
+        })
+        .collect()
+}
+
+fn flow_problem(scenario: &Scenario, prepared: &Prepared, bed: BedParticles, still: &StillWater) -> FlowProblem {
+    FlowProblem {
+        bed,
+        walls: prepared.walls.clone(),
+        open_edges: prepared.open_edges.clone(),
+        initial_depth: still.depth.clone(),
+        gravity: scenario.numerics.gravity,
+        courant: scenario.numerics.cfl,
+        dry_depth: scenario.numerics.dry_depth,
+    }
+}
+
+fn recorder_plan(scenario: &Scenario, prepared: &Prepared, lattice: &Lattice, bed_elevation: Vec<f64>) -> RecorderPlan {
+    let outputs = &scenario.outputs;
+    RecorderPlan {
+        lattice: lattice.clone(),
+        bed_elevation,
+        cell: outputs.cell,
+        thresholds: outputs.thresholds.clone(),
+        rise_on_wet: outputs.rise_on_wet,
+        every: outputs.every,
+        end_time: scenario.end_time,
+        gauges: prepared.gauges.clone(),
+        gauges_every: outputs.gauges_every,
+    }
+}
+
+/// What is known of the run before its first step.
+fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared, bed: &BedParticles) -> RunManifest {
+    let numerics = &scenario.numerics;
+    let methods = [
+        ("formulation", numerics.formulation.name()),
+        ("motion", numerics.motion.name()),
+        ("stabilisation", numerics.stabilisation.name()),
+        ("kernel", numerics.kernel.name()),
+        ("integrator", numerics.integrator.name()),
+        ("bed", numerics.bed.name()),
+    ];
+    let input = |file: &crate::prepare::InputFile| InputFile {
+        path: file.path.display().to_string(),
+        sha256: file.sha256.clone(),
+    };
+    RunManifest {
+        version: version::VERSION.to_owned(),
+        git: (version::COMMIT != "unknown").then(|| version::COMMIT.to_owned()),
+        command: options.command.clone(),
+        threads: rayon::current_num_threads(),
+        simd: clock::simd().to_owned(),
+        scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
+        inputs: prepared.inputs.iter().map(input).collect(),
+        methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
+        bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
+        status: "running".to_owned(),
+        phase_s: BTreeMap::new(),
+        ..RunManifest::default()
+    }
+}
+
+/// A cell that holds the number of SIGINT or SIGTERM once it came, 0 before.
+fn watch_signals() -> Result<Arc<AtomicUsize>, Error> {
+    let received = Arc::new(AtomicUsize::new(0));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register_usize(signal, Arc::clone(&received), signal as usize)
+            .map_err(|cause| Error::Internal(format!("signal {signal} cannot be watched: {cause}")))?;
+    }
+    Ok(received)
+}
+
+impl crate::bed::Surface for Terrain {
+    fn elevation(&self, map: crate::math::Vec2) -> Option<f64> {
+        Terrain::elevation(self, map)
+    }
+
+    fn samples(&self, centre: crate::math::Vec2, radius: f64, out: &mut Vec<(crate::math::Vec2, f64)>) {
+        Terrain::samples(self, centre, radius, out);
+    }
+}

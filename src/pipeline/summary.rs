@@ -1,0 +1,70 @@
+//! What a run tells its planner at the end, on stdout.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use super::progress::clock_time;
+use crate::output::{Gauge, GaugeResult, RunManifest};
+use crate::seeding::SeededVolume;
+
+/// The result of a run in short; its text is meant for people.
+#[derive(Clone, Debug)]
+pub struct RunSummary {
+    /// The run folder.
+    pub folder: PathBuf,
+    /// The record of the run.
+    pub manifest: RunManifest,
+    /// Volumes of the bodies of still water.
+    pub seeded: Vec<SeededVolume>,
+    /// The gauges and what they saw.
+    pub gauges: Vec<(Gauge, GaugeResult)>,
+}
+
+impl fmt::Display for RunSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let run = &self.manifest;
+        for (number, volume) in self.seeded.iter().enumerate() {
+            writeln!(
+                f,
+                "water {number}: {:.6e} m3 seeded in {} cells, integral of level minus terrain {:.6e} m3 ({:+.3} %)",
+                volume.seeded_m3,
+                volume.cells,
+                volume.integral_m3,
+                100.0 * volume.relative_error()
+            )?;
+        }
+        writeln!(
+            f,
+            "simulated {} in {:.1} s ({:.1} CPU s, {} threads): {} steps, {:.3e} particle evaluations, peak memory {:.0} MiB",
+            clock_time(run.simulated_s),
+            run.wall_s,
+            run.cpu_s,
+            run.threads,
+            run.steps,
+            run.particle_evaluations as f64,
+            run.peak_rss_mb
+        )?;
+        let volume = &run.volume_m3;
+        writeln!(
+            f,
+            "volume {:.6e} m3 at the start, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}, on the grid {:.1e}",
+            volume.initial, volume.outflow, volume.last, volume.error_relative, volume.grid_error_relative
+        )?;
+        if !self.gauges.is_empty() {
+            writeln!(f, "{:<12} {:>10} {:>10} {:>10} {:>10}", "gauge", "arrival s", "max m", "level m", "speed m/s")?;
+        }
+        for (gauge, result) in &self.gauges {
+            let number = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
+            writeln!(
+                f,
+                "{:<12} {:>10} {:>10} {:>10} {:>10}",
+                gauge.id,
+                number(result.arrival, 1),
+                number(result.max_depth, 2),
+                number(result.max_level, 2),
+                number(result.max_speed, 2)
+            )?;
+        }
+        writeln!(f, "results in {}", self.folder.display())
+    }
+}
