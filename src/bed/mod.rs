@@ -10,7 +10,6 @@ pub use sample::BedPoint;
 pub use store::BedParticles;
 
 use crate::math::Vec2;
-use crate::terrain::Terrain;
 
 /// Terrain as the riverbed needs it, whatever it is made of; map coordinates throughout.
 pub trait Surface: Sync {
@@ -20,14 +19,4 @@ pub trait Surface: Sync {
     /// Appends the terrain's own points (centres of raster cells, survey points) within `radius` (m) of a place, each with
     /// its elevation (m). Points without data are left out. The order is the same at every call.
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>);
-}
-
-impl Surface for Terrain {
-    fn elevation(&self, map: Vec2) -> Option<f64> {
-        Terrain::elevation(self, map)
-    }
-
-    fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {
-        Terrain::samples(self, centre, radius, out);
-    }
 }

@@ -21,12 +21,23 @@ use crate::math::Vec2;
 use crate::output::{Gauge, OutputCrs};
 use crate::scenario::methods::Motion;
 use crate::scenario::{OpenBoundary, Scenario, TerrainLayer};
-use crate::seeding::{StillBody, StillWater};
+use crate::seeding::StillWater;
 use crate::solver::OpenEdges;
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 use water::SourcedBody;
+
+/// Water that stands still at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StillBody {
+    /// Its area in map coordinates (m). Bodies of equal level do not overlap.
+    pub polygon: geo::MultiPolygon<f64>,
+    /// Its level (m).
+    pub level: f64,
+    /// The key of the scenario that it comes from, such as `initial[0].reservoir`.
+    pub key: String,
+}
 
 /// An input file and the checksum of its bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -78,10 +89,8 @@ pub struct Prepared {
     pub open_edges: OpenEdges,
     /// The riverbed.
     pub bed: Option<BedParticles>,
-    /// Bodies of still water at the start, in map coordinates. Those of equal level do not overlap.
+    /// Bodies of still water at the start.
     pub waters: Vec<StillBody>,
-    /// The key of the scenario that each body comes from, such as `initial[0].reservoir`.
-    pub water_keys: Vec<String>,
     /// The bodies on the lattice: depths, volumes, leaks.
     pub still_water: Option<StillWater>,
     /// Gauges.
@@ -158,7 +167,6 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         open_edges: OpenEdges::default(),
         bed: None,
         waters: Vec::new(),
-        water_keys: Vec::new(),
         still_water: None,
         gauges,
         inputs: inputs(scenario),
@@ -208,7 +216,6 @@ fn place_on_lattice(
     }
     prepared.needs = Needs { bed_particles, wet_cells, memory };
     prepared.gap = grid::gap_report(terrain, &lattice);
-    prepared.water_keys = bodies.iter().map(|body| body.source.key.clone()).collect();
     prepared.waters = bodies.into_iter().map(|body| body.body).collect();
     prepared.bed = Some(bed);
     prepared.still_water = Some(still_water);

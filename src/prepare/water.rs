@@ -2,6 +2,7 @@
 
 use geo::Area;
 
+use super::StillBody;
 use super::findings::Findings;
 use super::places::features;
 use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
@@ -11,7 +12,7 @@ use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
-use crate::seeding::{Leak, StillBody, StillWater, fill_still_water};
+use crate::seeding::{self, Leak, StillWater, fill_still_water};
 use crate::terrain::Terrain;
 use crate::vector::Feature;
 
@@ -62,7 +63,7 @@ pub(super) fn bodies(
     if !sound {
         return Vec::new();
     }
-    let body = |polygons, level| StillBody { polygon: polygons::union(polygons), level };
+    let body = |polygons, level| StillBody { polygon: polygons::union(polygons), level, key: source.key.clone() };
     if let Some(level) = &water.level {
         warn_of_other_levels(water, level, &features, findings);
         return vec![body(features.into_iter().flat_map(|feature| feature.polygons).collect(), level.value)];
@@ -176,8 +177,9 @@ pub(super) fn fill(
     walls: &[[Vec2; 2]],
     findings: &mut Findings,
 ) -> StillWater {
-    let still: Vec<StillBody> = bodies.iter().map(|body| body.body.clone()).collect();
-    let water = fill_still_water(&still, bed, terrain, walls);
+    let plain = |body: &StillBody| seeding::StillBody { polygon: body.polygon.clone(), level: body.level };
+    let plain: Vec<seeding::StillBody> = bodies.iter().map(|body| plain(&body.body)).collect();
+    let water = fill_still_water(&plain, bed, terrain, walls);
     for (body, volume) in bodies.iter().zip(&water.volumes) {
         let leaks: Vec<&Leak> = volume.leaks.iter().filter(|leak| leak.depth > NEGLIGIBLE_LEAK).collect();
         if let Some(deepest) = leaks.first() {

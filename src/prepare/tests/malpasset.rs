@@ -81,9 +81,8 @@ fn malpasset_in_its_own_metres_is_sound() {
     scenario.walls = vec![vector("structures.walls[0].lines", folder.join("dam_line.geojson"))];
     let prepared = prepare(&scenario);
     assert_sound(&prepared);
-    for volume in &prepared.still_water.as_ref().unwrap().volumes {
-        assert_eq!(volume.leaks, [], "a lake behind a standing dam stays where it is");
-    }
+    let lake = &prepared.still_water.as_ref().unwrap().volumes[0];
+    assert_eq!(lake.leaks, [], "a lake behind a standing dam stays where it is");
 }
 
 #[test]
