@@ -125,6 +125,7 @@ pub(super) fn distance_to_segment(place: Vec2, [start, end]: [Vec2; 2]) -> f64 {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "made values are met exactly")]
 mod tests {
     use super::*;
     use geo::{Contains, point, polygon};

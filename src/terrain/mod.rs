@@ -14,6 +14,7 @@ use crate::math::Vec2;
 
 /// One source of elevations.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "a terrain has a few layers")]
 pub enum Layer {
     /// A raster.
     Raster(Raster),

@@ -209,6 +209,7 @@ fn natural_neighbour(delaunay: &Delaunay, local: Vec2) -> Option<f64> {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "made values are met exactly")]
 mod tests {
     use super::*;
 

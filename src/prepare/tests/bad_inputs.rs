@@ -1,5 +1,7 @@
 //! Every kind of bad input: its code, its kind, its key, its words and its place.
 
+#![expect(clippy::float_cmp, reason = "made values are met exactly")]
+
 use super::scene::{Scene, Tiff, basin_elevation, centre_of, raster_layer, sourced, vector};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::math::Vec2;
