@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::GapReport;
 use super::polygons::distance_to_segment;
-use super::rim::neighbours;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -91,12 +90,6 @@ pub(super) fn check_particles(bed: usize, fluid: usize, spacing: f64, limits: &L
     })
 }
 
-/// Elevation (m) at the centre of each cell, NaN without terrain.
-pub(super) fn sample(terrain: &Terrain, lattice: &Lattice) -> Vec<f64> {
-    let at = |index| terrain.elevation(lattice.to_map(lattice.centre(index))).unwrap_or(f64::NAN);
-    (0..lattice.len()).into_par_iter().map(at).collect()
-}
-
 /// How far riverbed particles lie from the survey points that they come from; none where no survey is used.
 pub(super) fn gap_report(terrain: &Terrain, lattice: &Lattice) -> Option<GapReport> {
     if terrain.layers().iter().all(|layer| matches!(layer, Layer::Raster(_))) {
@@ -157,6 +150,20 @@ pub(super) fn faces_opened(segments: &[[Vec2; 2]], lattice: &Lattice, bed: &[f64
         inner.chain(outer).filter(|&midpoint| is_open(midpoint)).count()
     };
     (0..lattice.len()).into_par_iter().filter(|&cell| !bed[cell].is_nan()).map(open_faces).sum()
+}
+
+/// The up to four cells that share a face with a cell.
+fn neighbours(lattice: &Lattice, cell: usize) -> impl Iterator<Item = usize> + use<> {
+    let (column, row) = lattice.column_row(cell);
+    let (columns, rows) = (lattice.columns, lattice.rows);
+    [
+        (column > 0).then(|| cell - 1),
+        (column + 1 < columns).then(|| cell + 1),
+        (row > 0).then(|| cell - columns),
+        (row + 1 < rows).then(|| cell + columns),
+    ]
+    .into_iter()
+    .flatten()
 }
 
 #[cfg(test)]

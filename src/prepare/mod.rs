@@ -1,33 +1,32 @@
 //! Opens every input of a scenario and checks it: all problems at once, nothing computed, nothing written.
 //!
-//! What a run needs is handed on in [`Prepared`]: terrain and lattice for the riverbed, bodies of still water for the
-//! seeding, walls and open edges for the solver, gauges and the reference system for the outputs.
+//! What a run needs is handed on in [`Prepared`]: the riverbed and the still water on it, walls and open edges for the
+//! solver, gauges and the reference system for the outputs.
 
 mod findings;
 mod grid;
 mod layers;
 mod places;
 mod polygons;
-mod rim;
 mod water;
 
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
-pub use rim::Leak;
-
+use crate::bed::{BedParticles, place_bed};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::{Gauge, OutputCrs};
 use crate::scenario::methods::Motion;
 use crate::scenario::{OpenBoundary, Scenario, TerrainLayer};
+use crate::seeding::StillWater;
 use crate::solver::OpenEdges;
 use crate::terrain::Terrain;
 use findings::Findings;
-use water::{Bed, SourcedBody};
+pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
+use water::SourcedBody;
 
 /// Water that stands still at the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,10 +87,12 @@ pub struct Prepared {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave, in local coordinates.
     pub open_edges: OpenEdges,
-    /// Still water at the start.
+    /// The riverbed.
+    pub bed: Option<BedParticles>,
+    /// Bodies of still water at the start.
     pub waters: Vec<StillBody>,
-    /// Where each leaking body would run out, with its index in `waters`.
-    pub leaks: Vec<(usize, Leak)>,
+    /// The bodies on the lattice: depths, volumes, leaks.
+    pub still_water: Option<StillWater>,
     /// Gauges.
     pub gauges: Vec<Gauge>,
     /// Every input file, each once, in the order of the scenario.
@@ -164,8 +165,9 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         crs: crs.map_or(OutputCrs::Local, |crs| crs.to_output()),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
+        bed: None,
         waters: Vec::new(),
-        leaks: Vec::new(),
+        still_water: None,
         gauges,
         inputs: inputs(scenario),
         gap: None,
@@ -194,17 +196,18 @@ fn place_on_lattice(
     let Some(lattice) = findings.take(&scenario.resolution, lattice) else {
         return;
     };
-    let elevation = grid::sample(terrain, &lattice);
+    let bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.manning);
     for (source, pieces) in scenario.walls.iter().zip(walls) {
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
     }
-    prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &elevation, findings);
-    let bed = Bed { lattice: &lattice, elevation: &elevation, walls: &prepared.walls };
-    let (wet_cells, leaks) = water::check(&mut bodies, &bed, findings);
+    prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
+    water::check(&mut bodies, &bed, findings);
+    let still_water = water::fill(&bodies, &bed, terrain, &prepared.walls, findings);
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain, findings);
     }
-    let bed_particles = elevation.iter().filter(|z| !z.is_nan()).count();
+    let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
+    let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
     let moving = scenario.numerics.motion == Motion::Lagrangian;
     let fluid = if moving { wet_cells } else { 0 };
     let memory = lattice.len() as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
@@ -214,7 +217,8 @@ fn place_on_lattice(
     prepared.needs = Needs { bed_particles, wet_cells, memory };
     prepared.gap = grid::gap_report(terrain, &lattice);
     prepared.waters = bodies.into_iter().map(|body| body.body).collect();
-    prepared.leaks = leaks;
+    prepared.bed = Some(bed);
+    prepared.still_water = Some(still_water);
     prepared.lattice = Some(lattice);
 }
 

@@ -124,13 +124,8 @@ pub(super) fn distance_to_segment(place: Vec2, [start, end]: [Vec2; 2]) -> f64 {
     (place - (start + along * share)).norm()
 }
 
-/// Whether two straight pieces have a point in common.
-pub(super) fn segments_meet([a, b]: [Vec2; 2], [c, d]: [Vec2; 2]) -> bool {
-    let line = |p: Vec2, q: Vec2| Line::new((p.x, p.y), (q.x, q.y));
-    line_intersection(line(a, b), line(c, d)).is_some()
-}
-
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "made values are met exactly")]
 mod tests {
     use super::*;
     use geo::{Contains, point, polygon};
@@ -178,11 +173,9 @@ mod tests {
     }
 
     #[test]
-    fn distances_and_meetings_of_segments() {
+    fn the_distance_to_a_segment_is_that_to_its_nearest_place() {
         let piece = [Vec2::ZERO, Vec2::new(10.0, 0.0)];
         assert_eq!(distance_to_segment(Vec2::new(13.0, 4.0), piece), 5.0);
         assert_eq!(distance_to_segment(Vec2::new(3.0, -2.0), piece), 2.0);
-        assert!(segments_meet(piece, [Vec2::new(5.0, -1.0), Vec2::new(5.0, 1.0)]));
-        assert!(!segments_meet(piece, [Vec2::new(11.0, -1.0), Vec2::new(11.0, 1.0)]));
     }
 }

@@ -2,16 +2,18 @@
 
 use geo::Area;
 
+use super::StillBody;
 use super::findings::Findings;
 use super::places::features;
 use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
-use super::rim::Rim;
-use super::{Leak, StillBody};
+use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
+use crate::seeding::{self, Leak, StillWater, fill_still_water};
+use crate::terrain::Terrain;
 use crate::vector::Feature;
 
 /// Names of the attribute that holds the level, when the scenario names none.
@@ -22,6 +24,10 @@ const RESOLVED_CELLS: usize = 16;
 const RIM_OF_DATA: f64 = 2.0;
 /// Share of a body's cells that may lie beyond the data in this way.
 const TOLERATED_NODATA: f64 = 0.01;
+/// Leaks less deep than this (m) lie within the error of any terrain.
+const NEGLIGIBLE_LEAK: f64 = 0.01;
+/// Number of leaks that are listed.
+const LISTED_LEAKS: usize = 5;
 
 fn input_error(code: &'static str, message: String) -> Problem {
     Problem::error(ProblemKind::Input, code, "", message)
@@ -135,15 +141,6 @@ fn check_polygon(
     usable
 }
 
-/// What the checks of water on the lattice need.
-pub(super) struct Bed<'a> {
-    pub lattice: &'a Lattice,
-    /// Elevation at the cells (m), NaN without terrain.
-    pub elevation: &'a [f64],
-    /// Walls in local coordinates (m).
-    pub walls: &'a [[Vec2; 2]],
-}
-
 /// A body with the scenario value that it comes from.
 pub(super) struct SourcedBody<'a> {
     pub source: &'a Sourced<VectorSource>,
@@ -151,43 +148,51 @@ pub(super) struct SourcedBody<'a> {
 }
 
 /// Checks the bodies against the terrain and against each other, and cuts shared area out of the later of two of equal level.
-///
-/// Returns the number of wet cells, and the leaks with the index of their body.
-pub(super) fn check(bodies: &mut [SourcedBody], bed: &Bed, findings: &mut Findings) -> (usize, Vec<(usize, Leak)>) {
-    let mut cells: Vec<Vec<usize>> = bodies.iter().map(|b| cells_inside(&b.body.polygon, bed.lattice)).collect();
-    for (body, cells) in bodies.iter().zip(&cells) {
-        if let Err(problem) = check_body(body, cells, bed, findings) {
-            findings.add(body.source, problem);
+pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &mut Findings) {
+    let lattice = &bed.lattice;
+    let mut owner = vec![usize::MAX; lattice.len()];
+    for i in 0..bodies.len() {
+        let cells = cells_inside(&bodies[i].body.polygon, lattice);
+        if let Err(problem) = check_body(&bodies[i], &cells, bed, findings) {
+            findings.add(bodies[i].source, problem);
         }
-    }
-    let mut owner = vec![usize::MAX; bed.lattice.len()];
-    for (i, inside) in cells.iter_mut().enumerate() {
-        let shared: Vec<usize> = inside.iter().copied().filter(|&cell| owner[cell] != usize::MAX).collect();
+        let shared: Vec<usize> = cells.iter().copied().filter(|&cell| owner[cell] != usize::MAX).collect();
         if let Some(&cell) = shared.first() {
-            let place = bed.lattice.to_map(bed.lattice.centre(cell));
+            let place = lattice.to_map(lattice.centre(cell));
             settle_overlap(bodies, owner[cell], i, place, shared.len(), findings);
-            inside.retain(|&cell| owner[cell] == usize::MAX);
         }
-        inside.iter().for_each(|&cell| owner[cell] = i);
-    }
-    let in_water: Vec<bool> = owner.iter().map(|&i| i != usize::MAX).collect();
-    let rim = Rim { lattice: bed.lattice, bed: bed.elevation, walls: bed.walls, in_water: &in_water };
-    let mut leaks = Vec::new();
-    for (i, (body, cells)) in bodies.iter().zip(&cells).enumerate() {
-        if let Some(leak) = rim.leak(cells, body.body.level) {
-            findings.add(body.source, leak_warning(&body.body, &leak));
-            leaks.push((i, leak));
+        for cell in cells {
+            if owner[cell] == usize::MAX {
+                owner[cell] = i;
+            }
         }
     }
-    let is_wet = |(i, cell): (usize, &usize)| bed.elevation[*cell] < bodies[i].body.level;
-    let wet = cells.iter().enumerate().map(|(i, cells)| cells.iter().filter(|cell| is_wet((i, cell))).count()).sum();
-    (wet, leaks)
+}
+
+/// Fills the bodies and warns where their water would run out of them.
+pub(super) fn fill(
+    bodies: &[SourcedBody],
+    bed: &BedParticles,
+    terrain: &Terrain,
+    walls: &[[Vec2; 2]],
+    findings: &mut Findings,
+) -> StillWater {
+    let plain = |body: &StillBody| seeding::StillBody { polygon: body.polygon.clone(), level: body.level };
+    let plain: Vec<seeding::StillBody> = bodies.iter().map(|body| plain(&body.body)).collect();
+    let water = fill_still_water(&plain, bed, terrain, walls);
+    for (body, volume) in bodies.iter().zip(&water.volumes) {
+        let leaks: Vec<&Leak> = volume.leaks.iter().filter(|leak| leak.depth > NEGLIGIBLE_LEAK).collect();
+        if let Some(deepest) = leaks.first() {
+            findings.add(body.source, leak_warning(&body.body, deepest, &leaks, bed.lattice.spacing));
+        }
+    }
+    water
 }
 
 /// A body against the terrain below it.
-fn check_body(body: &SourcedBody, cells: &[usize], bed: &Bed, findings: &mut Findings) -> Result<(), Problem> {
+fn check_body(body: &SourcedBody, cells: &[usize], bed: &BedParticles, findings: &mut Findings) -> Result<(), Problem> {
     let name = body.source.value.path.display();
-    let (level, lattice) = (body.body.level, bed.lattice);
+    let (level, lattice) = (body.body.level, &bed.lattice);
     let map = |cell: usize| lattice.to_map(lattice.centre(cell));
     if lies_outside(&body.body, lattice) {
         return Err(input_error("outside-terrain", format!("the polygon of {name} lies outside the terrain"))
@@ -232,8 +237,13 @@ fn check_body(body: &SourcedBody, cells: &[usize], bed: &Bed, findings: &mut Fin
 }
 
 /// An error for holes in the terrain under the water; a warning for a polygon that pokes out of the data a little.
-fn check_nodata(body: &SourcedBody, cells: &[usize], bed: &Bed, findings: &mut Findings) -> Result<(), Problem> {
-    let lattice = bed.lattice;
+fn check_nodata(
+    body: &SourcedBody,
+    cells: &[usize],
+    bed: &BedParticles,
+    findings: &mut Findings,
+) -> Result<(), Problem> {
+    let lattice = &bed.lattice;
     let map = |cell: usize| lattice.to_map(lattice.centre(cell));
     let missing: Vec<usize> = cells.iter().copied().filter(|&cell| bed.elevation[cell].is_nan()).collect();
     // Cells beyond the lattice are missing, too; the polygon's area tells of them.
@@ -319,16 +329,17 @@ fn settle_overlap(
     }
 }
 
-fn leak_warning(body: &StillBody, leak: &Leak) -> Problem {
-    let places: Vec<String> = leak.lowest.iter().map(|(z, p)| format!("{z:.2} m at {:.0}, {:.0}", p.x, p.y)).collect();
-    let message = format!("at {} m the water runs out over {:.0} m of the polygon's rim", body.level, leak.length);
-    let problem = Problem::warning(ProblemKind::Input, "leaking-rim", "", message)
-        .with_cause(format!("lowest places of the rim: {}", places.join("; ")))
+fn leak_warning(body: &StillBody, deepest: &Leak, leaks: &[&Leak], spacing: f64) -> Problem {
+    let place = |leak: &&Leak| format!("{:.2} m at {:.0}, {:.0}", leak.bed_elevation, leak.position.x, leak.position.y);
+    let places: Vec<String> = leaks.iter().take(LISTED_LEAKS).map(place).collect();
+    let more = leaks.len().saturating_sub(LISTED_LEAKS);
+    let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+    let width = leaks.iter().map(|leak| leak.cells).sum::<usize>() as f64 * spacing;
+    let message = format!("at {} m the water runs out over about {width:.0} m of the polygon's rim", body.level);
+    Problem::warning(ProblemKind::Input, "leaking-rim", "", message)
+        .with_cause(format!("lowest places of the rim: {}{more}", places.join("; ")))
         .with_remedy(
             "right where the dam breaks; elsewhere extend the polygon, lower the level, or draw a wall along the rim",
-        );
-    match leak.lowest.first() {
-        Some((_, place)) => problem.with_at(*place),
-        None => problem,
-    }
+        )
+        .with_at(deepest.position)
 }

@@ -14,6 +14,7 @@ use crate::math::Vec2;
 
 /// One source of elevations.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "a terrain has a few layers")]
 pub enum Layer {
     /// A raster.
     Raster(Raster),
@@ -97,12 +98,11 @@ impl Terrain {
         }
     }
 
-    /// The terrain points within `radius` (m) of a place: cell centres of the topmost raster there, or survey points.
+    /// Appends the terrain points within `radius` (m) of a place: cell centres of the topmost raster there, or survey points.
     ///
     /// Their elevations are those of the whole surface, so that a finer layer on top counts; places without data are
-    /// left out. `samples` is cleared first. Their order is fixed: rows from the north, or the order of the survey.
+    /// left out. Their order is fixed: rows from the north, or the order of the survey.
     pub fn samples(&self, centre: Vec2, radius: f64, samples: &mut Vec<(Vec2, f64)>) {
-        samples.clear();
         let Some((index, _)) = self.top(centre) else {
             return;
         };
@@ -175,6 +175,7 @@ mod tests {
             (Vec2::new(50.0, 30.0), 1.0),
         ];
         assert_eq!(samples, expected);
+        samples.clear();
         terrain.samples(Vec2::new(-50.0, 50.0), 20.0, &mut samples);
         assert!(samples.is_empty());
     }

@@ -250,7 +250,7 @@ mod tests {
         let mut points = grid(tilted);
         for (i, point) in points.iter_mut().enumerate() {
             let turn = i as f64 * 2.399; // the golden angle: no two alike
-            point.position = point.position + Vec2::new(3.0 * turn.cos(), 3.0 * turn.sin());
+            point.position += Vec2::new(3.0 * turn.cos(), 3.0 * turn.sin());
             point.elevation = tilted(point.position);
         }
         let survey = Survey::new(points, PointInterpolation::NaturalNeighbour, 100.0).unwrap();

@@ -141,6 +141,7 @@ fn without_duplicates(path: &Path, points: Vec<SurveyPoint>) -> (Vec<SurveyPoint
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "made values are met exactly")]
 mod tests {
     use super::*;
     use std::io::Write;

@@ -71,15 +71,18 @@ fn malpasset_in_its_own_metres_is_sound() {
     // README of the data: 48.95 million m³ in the 10 m raster.
     let volume = volume(&prepared, 0);
     assert!((volume / 48.95e6 - 1.0).abs() < 0.01, "{volume}");
-    // The dam is gone: the rim leaks at the gorge, near (4700, 4100), and its lowest place lies far below the level.
-    let leak = &prepared.leaks.iter().find(|(body, _)| *body == 0).unwrap().1;
-    assert!(leak.lowest[0].0 < 60.0, "{leak:?}");
+    // The dam is gone: the rim leaks at the gorge, and its lowest place lies far below the level.
+    let deepest = prepared.still_water.as_ref().unwrap().volumes[0].leaks[0];
+    assert!(
+        deepest.bed_elevation < 60.0 && (deepest.position - Vec2::new(4680.0, 4250.0)).norm() < 100.0,
+        "{deepest:?}"
+    );
     // With the dam as a wall the gorge is closed.
     scenario.walls = vec![vector("structures.walls[0].lines", folder.join("dam_line.geojson"))];
     let prepared = prepare(&scenario);
     assert_sound(&prepared);
-    let rest = prepared.leaks.iter().find(|(body, _)| *body == 0).map_or(0.0, |(_, leak)| leak.length);
-    assert!(rest < 0.2 * leak.length, "{rest} of {}", leak.length);
+    let lake = &prepared.still_water.as_ref().unwrap().volumes[0];
+    assert_eq!(lake.leaks, [], "a lake behind a standing dam stays where it is");
 }
 
 #[test]
