@@ -3,14 +3,14 @@
 //! A wall face is the mirror problem of each of its two particles: no volume passes, and the normal momentum is that of the
 //! Riemann problem between (d, u) and (d, −u). It stands between terrain and no terrain, and where a wall polyline
 //! crosses the line between two particles. An open face stands between terrain and no terrain, lets water out and
-//! none in; beyond it the bed goes on falling as it does before it.
+//! none in; beyond it the bed goes on falling as it does before it, and where it does not fall the water drops over the edge.
 
 use rayon::prelude::*;
 
 use super::Scale;
 use super::faces::{EAST, NORTH, hll, turned};
 use super::spans::ActiveSet;
-use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
+use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
 
@@ -127,16 +127,12 @@ impl Walls {
                 let particle = |(row, column): (usize, usize)| Particle::new(&primitive[row], column, face.direction);
                 let (a, b) = (particle(left), particle(right));
                 if face.open {
-                    let drop = |inside: (usize, usize), outside: (usize, usize)| {
-                        let behind = (2 * inside.0 - outside.0, 2 * inside.1 - outside.1);
-                        bed_drop(&ground[behind.0], behind.1, &ground[inside.0], inside.1)
-                    };
                     if a.depth > scale.dry_depth {
-                        let (mass, normal) = leaving(a.depth, a.normal, drop(left, right), scale.gravity);
+                        let (mass, normal) = leaving(a.depth, a.normal, &Beyond::new(ground, left, right), scale);
                         (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
                         out.normal_left[i] = normal;
                     } else if b.depth > scale.dry_depth {
-                        let (mass, normal) = leaving(b.depth, -b.normal, drop(right, left), scale.gravity);
+                        let (mass, normal) = leaving(b.depth, -b.normal, &Beyond::new(ground, right, left), scale);
                         (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
                         out.normal_right[i] = normal;
                     }
@@ -180,15 +176,38 @@ fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
 }
 
 /// Volume flux and normal momentum of water leaving over an open face behind which the bed falls by `drop` (m).
-fn leaving(depth: f64, outwards: f64, drop: f64, g: f64) -> (f64, f64) {
-    let (mass, momentum) = hll(depth, outwards, (depth - drop).max(0.0), outwards, g);
+///
+/// The state outside is the same depth at the velocity of uniform flow on that slope, and a dry bed where the bed does not fall:
+/// still water falls over such an edge at critical depth instead of standing behind it.
+fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f64) {
+    let g = scale.gravity;
+    let (outside_depth, outside_velocity) = if ground.drop > 0.0 && ground.friction > 0.0 {
+        let slope = ground.drop / scale.spacing;
+        let uniform = (g * slope * depth * depth.cbrt() / ground.friction).sqrt();
+        (depth, outwards.max(uniform.min((g * depth).sqrt())))
+    } else {
+        (0.0, 0.0)
+    };
+    let (mass, momentum) = hll(depth, outwards, outside_depth, outside_velocity, g);
     if mass > 0.0 { (mass, momentum - 0.5 * g * depth * depth) } else { (0.0, mirrored(depth, outwards, g)) }
 }
 
-/// How far the bed falls from the cell behind to the cell at the edge (m), 0 where it rises or is not known.
-fn bed_drop(behind: &GroundRow, behind_column: usize, inside: &GroundRow, inside_column: usize) -> f64 {
-    let (z_behind, z_inside) = (behind.bed[behind_column], inside.bed[inside_column]);
-    if z_behind < super::state::NO_TERRAIN { (z_behind - z_inside).max(0.0) } else { 0.0 }
+/// The ground behind an open face.
+struct Beyond {
+    /// How far the bed falls from one particle to the next (m), 0 where it rises or is not known.
+    drop: f64,
+    /// g n² (m^(1/3)).
+    friction: f64,
+}
+
+impl Beyond {
+    /// The bed goes on as it does from the particle before the edge to the one at the edge.
+    fn new(ground: &[GroundRow], inside: (usize, usize), outside: (usize, usize)) -> Self {
+        let (row, column) = (2 * inside.0 - outside.0, 2 * inside.1 - outside.1);
+        let (z_before, z_inside) = (ground[row].bed[column], ground[inside.0].bed[inside.1]);
+        let drop = if z_before < NO_TERRAIN { (z_before - z_inside).max(0.0) } else { 0.0 };
+        Beyond { drop, friction: ground[inside.0].friction[inside.1] }
+    }
 }
 
 fn correct(primitive: &[PrimitiveRow], row: usize, cell: WallCell, scale: &Scale, out: &mut GradientRow) {
