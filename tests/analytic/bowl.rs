@@ -50,6 +50,6 @@ fn explore_bowl() {
         errors(dx, 3.0, Integrator::Leapfrog);
         errors(dx, 3.0, Integrator::Heun);
     }
-    errors(0.025, 1.0, Integrator::Leapfrog);
-    errors(0.025, 3.0, Integrator::Leapfrog);
+
+
 }

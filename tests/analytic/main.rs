@@ -6,3 +6,5 @@ mod support;
 mod channel;
 mod bowl;
 mod lake;
+mod circle;
+mod walls;
