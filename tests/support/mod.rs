@@ -87,6 +87,11 @@ pub fn mean_errors<F: Formulation>(solver: &MovingSolver<F>, exact: impl Fn(Vec2
     (depth / particles.len() as f64, velocity / particles.len() as f64)
 }
 
+/// Checks a pair of errors (depth, velocity) against a pair of bounds.
+pub fn assert_below(errors: (f64, f64), bounds: (f64, f64)) {
+    assert!(errors.0 < bounds.0 && errors.1 < bounds.1, "errors {errors:?} against bounds {bounds:?}");
+}
+
 /// Ritter's dam break on dry bed: depth (m) and velocity (m/s) at `x` (m) from the dam after `t` (s).
 pub fn ritter(depth: f64, x: f64, t: f64) -> (f64, f64) {
     let c = (GRAVITY * depth).sqrt();

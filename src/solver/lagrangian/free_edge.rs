@@ -50,14 +50,17 @@ impl Balanced {
         let covered = if is_beside_wall { COVERED_BESIDE_WALL } else { COVERED };
         local.edge = ((covered - cover.max(farther_cover)) / TRANSITION).clamp(0.0, 1.0);
         if local.edge > 0.0 {
-            local.push = outward * (local.edge * self.push(water, i, ahead, farther));
+            local.push = outward * (local.edge * self.push(water, i, farther));
         }
     }
 
     /// Acceleration (m/s²) of a particle whose whole side is open.
-    fn push(&self, water: &MovingWater, i: usize, ahead: Vec2, farther: Vec2) -> f64 {
+    fn push(&self, water: &MovingWater, i: usize, farther: Vec2) -> f64 {
         let me = &self.states[i];
-        let bed_ahead = water.bed_at(ahead).elevation.max(water.bed_at(farther).elevation);
+        let bed_ahead = [0.25, 0.5, 0.75, 1.0]
+            .into_iter()
+            .map(|share| water.bed_at(me.position + (farther - me.position) * share).elevation)
+            .fold(f64::NEG_INFINITY, f64::max);
         if bed_ahead >= me.surface || water.is_walled(me.position, farther) {
             return 0.0;
         }
