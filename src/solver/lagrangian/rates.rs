@@ -36,6 +36,8 @@ struct Face {
     pressure: f64,
     /// θ D3 + (1 − θ) D1, without the factor A_j G_ij (m/s); D1 in the first part wants e·L e.
     divergence: f64,
+    /// d_l c_l / d_i (m/s): how hard the face resists a motion of i alone.
+    impedance: f64,
 }
 
 impl Balanced {
@@ -57,6 +59,7 @@ impl Balanced {
         let mut force = Vec2::ZERO;
         let mut divergence = mine.u.x + mine.v.y;
         let mut approach = 0.0_f64;
+        let mut stiffness = 0.0;
         for &image in near.of(k) {
             let seen = Seen::new(me, image, &self.states, &near.transforms);
             let weight = seen.face(me, &self.kernel);
@@ -66,7 +69,9 @@ impl Balanced {
             let corrected = local.correction.apply(seen.e);
             let others = &self.gradients[image.index as usize];
             let difference = (seen.state.velocity - me.velocity).dot(seen.e);
-            let face = pair_face(me, mine, &seen, others, difference, corrected.dot(seen.e), gravity);
+            let e_l_e = corrected.dot(seen.e);
+            let face = pair_face(me, mine, &seen, others, difference, e_l_e, gravity);
+            stiffness += weight * e_l_e * face.impedance;
             force += corrected * (2.0 * weight * face.pressure);
             divergence += weight * face.divergence;
             approach = approach.max(difference.abs());
@@ -78,6 +83,11 @@ impl Balanced {
             depth_rate: relaxation - me.depth * divergence,
             shift: local.openness * (SHIFT * approach * inside),
             approach,
+            // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
+            // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
+            // and on steep ground, where d_l exceeds d_i, it is less.
+            reach: (1.0 / me.inverse_h)
+                .min(self.dimension.count() * celerity(me.depth, gravity) / stiffness.max(f64::MIN_POSITIVE)),
         }
     }
 }
@@ -123,6 +133,7 @@ fn pair_face(me: &State, mine: &Gradients, seen: &Seen, others: &Gradients, du: 
     let by_surface = -c_mean * (d_eta - a_1 - a_2) * 2.0 * shallow / ((me.depth + other.depth) * me.depth);
     Face {
         pressure: p_star - 0.5 * g * d_l * d_l + g * me.depth * a_1,
+        impedance: d_l * celerity(d_l, g) / me.depth,
         divergence: theta * by_surface + (1.0 - theta) * by_velocity,
     }
 }

@@ -69,7 +69,7 @@ impl Variational {
             approach = approach.max((u_j - u_i).abs());
         }
         let bed = water.bed_points[i].slope * g;
-        Rates { acceleration: force - bed, depth_rate: 0.0, shift: Vec2::ZERO, approach }
+        Rates { acceleration: force - bed, depth_rate: 0.0, shift: Vec2::ZERO, approach, reach: 1.0 / mine.inverse_h }
     }
 }
 
