@@ -8,8 +8,12 @@
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
 //! dd/dt = −d_i {div v + Σ [θ D3 + (1 − θ) D1]} + α d_i (ΣAW − 1)(1 − χ) max|Δu| / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
+//! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))
 //! θ = min(d_i, d_j) / max(d_i, d_j)
 //! ```
+//!
+//! The share d_l/d_iR of the face that is not blocked by a sill keeps a deep particle beside a high shore from answering to
+//! the velocity of a film, √(g/d_l) d_i, which outran every step: an island's shore rang after two hundred steps at rest.
 //!
 //! The bracket vanishes for a level surface on any bed and is exact for a plane one. Positions move with v plus a shift out
 //! of the crowd, 0.3 max|Δu| (1 − χ) S₀ / A^((dim−1)/dim), which vanishes at rest.
@@ -124,7 +128,7 @@ fn pair_face(me: &State, mine: &Gradients, seen: &Seen, others: &Gradients, du: 
         (0.0, u_i.max((u_i + b_1).min(u_mean)))
     } else {
         let star = two_shock(d_l, u_i + b_1, d_r, u_j - b_2, g);
-        (0.5 * g * star.depth * star.depth, star.velocity)
+        (0.5 * g * star.depth * star.depth, u_mean + (star.velocity - u_mean) * (d_l / d_ir))
     };
     let (shallow, deep) = (me.depth.min(other.depth), me.depth.max(other.depth));
     let theta = shallow / deep;
