@@ -39,8 +39,7 @@ fn errors(spacing: f64, periods: f64, integrator: Integrator) -> (f64, f64) {
         velocity += particles.velocity[i].norm() * particles.volume[i];
         volume += particles.volume[i];
     }
-    let errors = (depth / particles.len() as f64, velocity / volume);
-    errors
+    (depth / particles.len() as f64, velocity / volume)
 }
 
 #[test]

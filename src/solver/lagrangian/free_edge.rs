@@ -42,7 +42,7 @@ impl Balanced {
         let mut is_beside_wall = false;
         for image in near.of(k) {
             let other = &self.states[image.index as usize];
-            let place = near.transforms[image.transform as usize].point(other.position);
+            let place = near.transforms()[image.transform as usize].point(other.position);
             cover += other.area * self.kernel.value((place - ahead).norm(), other.inverse_h);
             farther_cover += other.area * self.kernel.value((place - farther).norm(), other.inverse_h);
             is_beside_wall |= image.transform != 0;

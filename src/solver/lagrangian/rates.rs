@@ -65,7 +65,7 @@ impl Balanced {
         let mut approach = 0.0_f64;
         let mut stiffness = 0.0;
         for &image in near.of(k) {
-            let seen = Seen::new(me, image, &self.states, &near.transforms);
+            let seen = Seen::new(me, image, &self.states, near.transforms());
             let weight = seen.face(me, &self.kernel);
             if weight <= 0.0 {
                 continue;
