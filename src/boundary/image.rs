@@ -155,9 +155,8 @@ impl Walls {
         let Some(share) = edges[near[a] as usize].crossing(place, image, self.margin()) else { return false };
         let hit = place + (image - place) * share;
         near.iter().enumerate().filter(|&(b, _)| b != a).all(|(_, &member)| {
-            let blocks = |from: Vec2| {
-                edges[member as usize].crossing(from, hit, 0.0).is_some_and(|share| share < 1.0 - 1e-9)
-            };
+            let blocks =
+                |from: Vec2| edges[member as usize].crossing(from, hit, 0.0).is_some_and(|share| share < 1.0 - 1e-9);
             !blocks(place) && !blocks(other)
         })
     }
@@ -238,7 +237,10 @@ mod tests {
     fn pieces_of_one_wall_act_as_one() {
         let positions = [Vec2::new(1.0, 0.5), Vec2::new(2.0, 1.0), Vec2::new(1.0, -0.5)];
         let whole = seen_places(vec![wall(-9.0, 0.0, 9.0, 0.0)], &positions);
-        let pieces = seen_places(vec![wall(-9.0, 0.0, 1.0, 0.0), wall(1.0, 0.0, 1.3, 0.0), wall(1.3, 0.0, 9.0, 0.0)], &positions);
+        let pieces = seen_places(
+            vec![wall(-9.0, 0.0, 1.0, 0.0), wall(1.0, 0.0, 1.3, 0.0), wall(1.3, 0.0, 9.0, 0.0)],
+            &positions,
+        );
         assert_eq!(whole, pieces);
         assert_eq!(whole.len(), 3, "the particle behind the wall is not seen: {whole:?}");
     }

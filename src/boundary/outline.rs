@@ -32,7 +32,10 @@ impl Face {
 pub fn outline(bed: &BedParticles, open: &OpenEdges) -> Vec<Edge> {
     let mut edges = Vec::new();
     for ring in rings(bed, open) {
-        let first = ring.iter().enumerate().position(|(k, face)| face.is_open != ring[(k + ring.len() - 1) % ring.len()].is_open);
+        let first = ring
+            .iter()
+            .enumerate()
+            .position(|(k, face)| face.is_open != ring[(k + ring.len() - 1) % ring.len()].is_open);
         let is_uniform = first.is_none();
         let mut faces = ring;
         faces.rotate_left(first.unwrap_or(0));
@@ -101,10 +104,7 @@ fn is_open(face: &Face, spacing: f64, open: &OpenEdges) -> bool {
 }
 
 fn midpoint(face: &Face) -> Vec2 {
-    Vec2::new(
-        face.start.0 as f64 + 0.5 * face.direction.0 as f64,
-        face.start.1 as f64 + 0.5 * face.direction.1 as f64,
-    )
+    Vec2::new(face.start.0 as f64 + 0.5 * face.direction.0 as f64, face.start.1 as f64 + 0.5 * face.direction.1 as f64)
 }
 
 fn vertex(point: (i64, i64)) -> Vec2 {

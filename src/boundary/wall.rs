@@ -95,16 +95,27 @@ pub struct Walls {
 impl Walls {
     /// Sorts edges into bins of twice `spacing` (m). Edges of no length are dropped.
     pub fn new(edges: Vec<Edge>, spacing: f64) -> Self {
-        let edges: Vec<Edge> = edges.into_iter().filter(|edge| (edge.end - edge.start).norm() > 1e-9 * spacing).collect();
+        let edges: Vec<Edge> =
+            edges.into_iter().filter(|edge| (edge.end - edge.start).norm() > 1e-9 * spacing).collect();
         let bin = 2.0 * spacing;
         let ends = || edges.iter().flat_map(|edge| [edge.start, edge.end]);
-        let low = ends().fold(Vec2::new(f64::INFINITY, f64::INFINITY), |low, p| Vec2::new(low.x.min(p.x), low.y.min(p.y)));
+        let low =
+            ends().fold(Vec2::new(f64::INFINITY, f64::INFINITY), |low, p| Vec2::new(low.x.min(p.x), low.y.min(p.y)));
         let high = ends().fold(low, |high, p| Vec2::new(high.x.max(p.x), high.y.max(p.y)));
         let origin = if edges.is_empty() { Vec2::ZERO } else { low - Vec2::new(0.5 * bin, 0.5 * bin) };
         let span = if edges.is_empty() { Vec2::ZERO } else { high - origin };
         let (columns, rows) = ((span.x / bin) as usize + 2, (span.y / bin) as usize + 2);
-        let mut walls =
-            Walls { edges, origin, bin, columns, rows, starts: Vec::new(), members: Vec::new(), clearance: Vec::new(), margin: 1e-9 * spacing };
+        let mut walls = Walls {
+            edges,
+            origin,
+            bin,
+            columns,
+            rows,
+            starts: Vec::new(),
+            members: Vec::new(),
+            clearance: Vec::new(),
+            margin: 1e-9 * spacing,
+        };
         walls.fill_bins();
         walls.measure_clearance();
         walls
@@ -157,8 +168,11 @@ impl Walls {
     fn measure_clearance(&mut self) {
         let (columns, rows) = (self.columns, self.rows);
         let far = u32::MAX / 2;
-        let mut clearance: Vec<u32> = (0..columns * rows).map(|bin| if self.starts[bin] < self.starts[bin + 1] { 0 } else { far }).collect();
-        let relax = |clearance: &mut Vec<u32>, bin: usize, other: usize| clearance[bin] = clearance[bin].min(clearance[other] + 1);
+        let mut clearance: Vec<u32> =
+            (0..columns * rows).map(|bin| if self.starts[bin] < self.starts[bin + 1] { 0 } else { far }).collect();
+        let relax = |clearance: &mut Vec<u32>, bin: usize, other: usize| {
+            clearance[bin] = clearance[bin].min(clearance[other] + 1)
+        };
         for row in 0..rows {
             for column in 0..columns {
                 let bin = row * columns + column;
@@ -209,7 +223,8 @@ impl Walls {
         let (columns, rows) = self.bin_range(place - corner, place + corner);
         for row in rows {
             let cells = row * self.columns;
-            let (from, to) = (self.starts[cells + columns.start()] as usize, self.starts[cells + columns.end() + 1] as usize);
+            let (from, to) =
+                (self.starts[cells + columns.start()] as usize, self.starts[cells + columns.end() + 1] as usize);
             found.extend_from_slice(&self.members[from..to]);
         }
         found.sort_unstable();
@@ -303,11 +318,14 @@ mod tests {
 
     #[test]
     fn random_ways_never_leave_a_closed_room() {
-        let corners = [Vec2::new(0.0, 0.0), Vec2::new(10.0, 1.0), Vec2::new(8.0, 6.0), Vec2::new(5.0, 3.0), Vec2::new(1.0, 7.0)];
-        let edges: Vec<Edge> = (0..5).map(|k| Edge { start: corners[k], end: corners[(k + 1) % 5], is_open: false }).collect();
+        let corners =
+            [Vec2::new(0.0, 0.0), Vec2::new(10.0, 1.0), Vec2::new(8.0, 6.0), Vec2::new(5.0, 3.0), Vec2::new(1.0, 7.0)];
+        let edges: Vec<Edge> =
+            (0..5).map(|k| Edge { start: corners[k], end: corners[(k + 1) % 5], is_open: false }).collect();
         let walls = Walls::new(edges.clone(), 0.5);
         let inside = |p: Vec2| {
-            let crossings = edges.iter().filter(|edge| edge.crossing(p, Vec2::new(-20.0, -13.7), 0.0).is_some()).count();
+            let crossings =
+                edges.iter().filter(|edge| edge.crossing(p, Vec2::new(-20.0, -13.7), 0.0).is_some()).count();
             crossings % 2 == 1
         };
         let mut near = Vec::new();

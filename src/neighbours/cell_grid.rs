@@ -93,7 +93,8 @@ impl CellGrid {
         self.keys.clear();
         for (&position, &support) in positions.iter().zip(supports) {
             let last = self.levels.len() - 1;
-            let level = self.levels[..last].iter().position(|level| 0.5 * support * level.inverse_cell <= 1.0).unwrap_or(last);
+            let level =
+                self.levels[..last].iter().position(|level| 0.5 * support * level.inverse_cell <= 1.0).unwrap_or(last);
             let level = &mut self.levels[level];
             level.is_occupied = true;
             level.largest_support = level.largest_support.max(support);

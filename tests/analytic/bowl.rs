@@ -26,7 +26,9 @@ fn errors(spacing: f64, periods: f64, integrator: Integrator) -> (f64, f64) {
     let cells = (2.0 * HALF / spacing * 4.0).round() as usize;
     let mut problem = problem(cells, cells, 0.25 * spacing, bed);
     problem.courant = LagrangianSolver::default_courant(integrator);
-    let seeds = seeds_at(&problem, &places(2.0 * HALF, 2.0 * HALF, spacing, 0.0), spacing * spacing, |p| level((p - centre).norm(), 1.0));
+    let seeds = seeds_at(&problem, &places(2.0 * HALF, 2.0 * HALF, spacing, 0.0), spacing * spacing, |p| {
+        level((p - centre).norm(), 1.0)
+    });
     let mut solver = LagrangianSolver::new(problem, seeds, integrator);
     let period = 2.0 * std::f64::consts::PI * RADIUS / (8.0 * GRAVITY * DEPTH).sqrt();
     run_until(&mut solver, periods * period);

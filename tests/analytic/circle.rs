@@ -5,9 +5,7 @@ use floodsim::scenario::methods::Integrator;
 use floodsim::solver::FlowSolver;
 use floodsim::solver::lagrangian::LagrangianSolver;
 
-use crate::support::{
-    assert_below, mean_errors, places, problem, radial_reference, run_steps, run_until, seeds_at,
-};
+use crate::support::{assert_below, mean_errors, places, problem, radial_reference, run_steps, run_until, seeds_at};
 
 const SIZE: f64 = 12.0;
 const DAM: f64 = 2.5;

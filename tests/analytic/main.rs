@@ -3,8 +3,8 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-mod channel;
 mod bowl;
-mod lake;
+mod channel;
 mod circle;
+mod lake;
 mod walls;

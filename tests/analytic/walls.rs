@@ -52,7 +52,8 @@ fn lakes_of_two_levels_on_both_sides_of_a_dam_stay_at_rest() {
 #[test]
 fn nothing_leaves_a_closed_basin_in_motion() {
     let problem = FlowProblem { walls: dam(), ..basin() };
-    let mut solver = solver(problem, 0.0, |p| if is_behind_dam(p) { if p.y < 12.0 { 100.0 } else { 94.0 } } else { 85.0 });
+    let mut solver =
+        solver(problem, 0.0, |p| if is_behind_dam(p) { if p.y < 12.0 { 100.0 } else { 94.0 } } else { 85.0 });
     let at_start = solver.particles();
     run_steps(&mut solver, 400);
     assert_eq!(solver.particles(), at_start);
@@ -85,7 +86,13 @@ fn one_and_two_and_five_threads_give_equal_bits() {
             let mut solver = solver(basin(), 0.2, |p| if p.x > 15.0 { 97.0 } else { 93.0 });
             run_steps(&mut solver, 60);
             let water = solver.water();
-            water.depth.iter().chain(water.discharge_x).chain(water.discharge_y).map(|v| v.to_bits()).collect::<Vec<u64>>()
+            water
+                .depth
+                .iter()
+                .chain(water.discharge_x)
+                .chain(water.discharge_y)
+                .map(|v| v.to_bits())
+                .collect::<Vec<u64>>()
         })
     };
     let one = run(1);

@@ -128,7 +128,14 @@ pub fn stoker(d_l: f64, d_r: f64, x: f64, t: f64) -> (f64, f64) {
 }
 
 /// Radial dam break by finite volumes (HLL, first order, `cells` cells to `radius`): depth and radial velocity at time `end`.
-pub fn radial_reference(inside: f64, outside: f64, dam: f64, radius: f64, end: f64, cells: usize) -> impl Fn(f64) -> (f64, f64) {
+pub fn radial_reference(
+    inside: f64,
+    outside: f64,
+    dam: f64,
+    radius: f64,
+    end: f64,
+    cells: usize,
+) -> impl Fn(f64) -> (f64, f64) {
     let dr = radius / cells as f64;
     let centre = |k: usize| (k as f64 + 0.5) * dr;
     let mut d: Vec<f64> = (0..cells).map(|k| if centre(k) < dam { inside } else { outside }).collect();

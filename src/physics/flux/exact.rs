@@ -56,7 +56,8 @@ impl ExactRiemann {
 
     /// Depth (m) and velocity (m/s) at x/t (m/s); velocity 0 on dry bed.
     pub fn sample(&self, xi: f64) -> (f64, f64) {
-        let from_left = self.star.depth > 0.0 && xi < self.star.velocity || self.star.depth <= 0.0 && xi < self.dry_middle();
+        let from_left =
+            self.star.depth > 0.0 && xi < self.star.velocity || self.star.depth <= 0.0 && xi < self.dry_middle();
         if from_left {
             self.sample_left(self.d_l, self.u_l, self.star.velocity, xi)
         } else {
@@ -89,7 +90,8 @@ impl ExactRiemann {
             let speed = u_k - c_k * (0.5 * d_star * (d_star + d_k)).sqrt() / d_k;
             return if xi < speed { (d_k, u_k) } else { (d_star, u_star) };
         }
-        let (head, tail) = if d_star > 0.0 { (u_k - c_k, u_star - celerity(d_star, g)) } else { (u_k - c_k, u_k + 2.0 * c_k) };
+        let (head, tail) =
+            if d_star > 0.0 { (u_k - c_k, u_star - celerity(d_star, g)) } else { (u_k - c_k, u_k + 2.0 * c_k) };
         if xi < head {
             (d_k, u_k)
         } else if xi > tail {

@@ -27,7 +27,14 @@ const AHEAD: f64 = 1.2;
 
 impl Balanced {
     /// Sets χ and the push of particle `i`, at place `k` of its chunk.
-    pub(super) fn find_free_edge(&self, water: &MovingWater, i: usize, k: usize, near: &ChunkNeighbours, local: &mut Local) {
+    pub(super) fn find_free_edge(
+        &self,
+        water: &MovingWater,
+        i: usize,
+        k: usize,
+        near: &ChunkNeighbours,
+        local: &mut Local,
+    ) {
         let openness = local.openness.norm();
         if openness < LEAST_OPENNESS {
             return;

@@ -47,6 +47,9 @@ impl Balanced {
         let mut partition = me.area * self.kernel.value(0.0, me.inverse_h);
         for &image in near.of(k) {
             let seen = Seen::new(me, image, &self.states, near.transforms());
+            if seen.is_far(me) {
+                continue;
+            }
             let (other, e) = (&seen.state, seen.e);
             let face = seen.face(me, &self.kernel);
             let stretch = face * seen.r;

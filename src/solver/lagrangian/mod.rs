@@ -143,6 +143,12 @@ impl Seen {
         Seen { r, e, own_e, state }
     }
 
+    /// Whether the neighbour lies outside both supports: the search finds some that do.
+    #[inline(always)]
+    fn is_far(&self, me: &State) -> bool {
+        self.r * me.inverse_h.min(self.state.inverse_h) >= CubicSpline::SUPPORT
+    }
+
     /// A_j G_ij, the neighbour's area times the mean slope of both kernels (m^(−dim−1) · m^dim), 0 or more.
     #[inline(always)]
     fn face(&self, me: &State, kernel: &CubicSpline) -> f64 {
@@ -157,7 +163,8 @@ impl Formulation for Balanced {
     fn prepare(&mut self, water: &mut MovingWater) {
         let particles = &mut water.particles;
         for i in 0..particles.len() {
-            particles.smoothing_length[i] = self.factor * water.dimension.edge(particles.volume[i] / particles.depth[i]);
+            particles.smoothing_length[i] =
+                self.factor * water.dimension.edge(particles.volume[i] / particles.depth[i]);
         }
         // The smoothed areas depend on the smoothing lengths: three rounds settle them.
         for _ in 0..3 {
@@ -182,27 +189,29 @@ impl Balanced {
     fn choose_smoothing_lengths(&mut self, water: &mut MovingWater) {
         let (particles, dimension, factor) = (&water.particles, water.dimension, self.factor);
         self.lengths.resize(particles.len(), 0.0);
-        self.lengths.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(|(chunk, (lengths, near))| {
-            for (k, length) in lengths.iter_mut().enumerate() {
-                let i = chunk * CHUNK + k;
-                let area = particles.volume[i] / particles.depth[i];
-                let (place, h_i) = (particles.position[i], particles.smoothing_length[i]);
-                let (mut weights, mut weighted) = (1.0, area);
-                for image in near.of(k) {
-                    let j = image.index as usize;
-                    let mut other = particles.position[j];
-                    if image.transform != 0 {
-                        other = near.transforms()[image.transform as usize].point(other);
+        self.lengths.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(
+            |(chunk, (lengths, near))| {
+                for (k, length) in lengths.iter_mut().enumerate() {
+                    let i = chunk * CHUNK + k;
+                    let area = particles.volume[i] / particles.depth[i];
+                    let (place, h_i) = (particles.position[i], particles.smoothing_length[i]);
+                    let (mut weights, mut weighted) = (1.0, area);
+                    for image in near.of(k) {
+                        let j = image.index as usize;
+                        let mut other = particles.position[j];
+                        if image.transform != 0 {
+                            other = near.transforms()[image.transform as usize].point(other);
+                        }
+                        let h = h_i.max(particles.smoothing_length[j]);
+                        let w = CubicSpline::shape((other - place).norm() / h);
+                        weights += w;
+                        weighted += w * particles.volume[j] / particles.depth[j];
                     }
-                    let h = h_i.max(particles.smoothing_length[j]);
-                    let w = CubicSpline::shape((other - place).norm() / h);
-                    weights += w;
-                    weighted += w * particles.volume[j] / particles.depth[j];
+                    let smoothed = area.max(weighted / weights);
+                    *length = (factor * dimension.edge(smoothed)).min(SLACK * h_i);
                 }
-                let smoothed = area.max(weighted / weights);
-                *length = (factor * dimension.edge(smoothed)).min(SLACK * h_i);
-            }
-        });
+            },
+        );
         water.particles.smoothing_length.copy_from_slice(&self.lengths);
     }
 

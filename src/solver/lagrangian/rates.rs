@@ -66,10 +66,10 @@ impl Balanced {
         let mut stiffness = 0.0;
         for &image in near.of(k) {
             let seen = Seen::new(me, image, &self.states, near.transforms());
-            let weight = seen.face(me, &self.kernel);
-            if weight <= 0.0 {
+            if seen.is_far(me) {
                 continue;
             }
+            let weight = seen.face(me, &self.kernel);
             let corrected = local.correction.apply(seen.e);
             let others = &self.gradients[image.index as usize];
             let difference = (seen.state.velocity - me.velocity).dot(seen.e);

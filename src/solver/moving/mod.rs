@@ -107,12 +107,14 @@ impl MovingWater {
         let (column, row) = ((place.x / lattice.spacing).floor(), (place.y / lattice.spacing).floor());
         let mut nearest = (f64::INFINITY, BedPoint { elevation: f64::INFINITY, slope: Vec2::ZERO });
         for offset in 0..25 {
-            let centre = Vec2::new(column + f64::from(offset % 5) - 1.5, row + f64::from(offset / 5) - 1.5) * lattice.spacing;
+            let centre =
+                Vec2::new(column + f64::from(offset % 5) - 1.5, row + f64::from(offset / 5) - 1.5) * lattice.spacing;
             let Some(index) = lattice.cell_at(centre).filter(|&index| self.bed.has_terrain(index)) else { continue };
             let distance = (place - centre).norm();
             if distance < nearest.0 {
                 let slope = self.bed.slope[index];
-                nearest = (distance, BedPoint { elevation: self.bed.elevation[index] + slope.dot(place - centre), slope });
+                nearest =
+                    (distance, BedPoint { elevation: self.bed.elevation[index] + slope.dot(place - centre), slope });
             }
         }
         nearest.1

@@ -33,7 +33,15 @@ impl ChunkNeighbours {
     }
 
     /// Fills the chunk whose first particle is `first`.
-    fn search(&mut self, grid: &CellGrid, first: usize, count: usize, positions: &[Vec2], supports: &[f64], walls: &Walls) {
+    fn search(
+        &mut self,
+        grid: &CellGrid,
+        first: usize,
+        count: usize,
+        positions: &[Vec2],
+        supports: &[f64],
+        walls: &Walls,
+    ) {
         self.starts.clear();
         self.sight.seen.clear();
         self.sight.transforms.clear();

@@ -89,16 +89,22 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
     take_over(water, moved, false);
     formulation.evaluate(water);
     let first = std::mem::take(moved);
-    drift_from(water, moved, |i| first[i].kept_position, |water, i| {
-        let (rates, kept) = (&water.rates[i], &first[i]);
-        let growth = 0.5 * (kept.kept_growth + rates.depth_rate / water.particles.depth[i]);
-        Moved {
-            position: kept.kept_position + (kept.kept_motion + water.particles.velocity[i] + rates.shift) * (0.5 * dt),
-            velocity: kept.kept_velocity + (kept.kept_acceleration + rates.acceleration) * (0.5 * dt),
-            depth: depth_by_exponential(kept.kept_depth, growth, dt, water.dry_depth),
-            ..Moved::default()
-        }
-    });
+    drift_from(
+        water,
+        moved,
+        |i| first[i].kept_position,
+        |water, i| {
+            let (rates, kept) = (&water.rates[i], &first[i]);
+            let growth = 0.5 * (kept.kept_growth + rates.depth_rate / water.particles.depth[i]);
+            Moved {
+                position: kept.kept_position
+                    + (kept.kept_motion + water.particles.velocity[i] + rates.shift) * (0.5 * dt),
+                velocity: kept.kept_velocity + (kept.kept_acceleration + rates.acceleration) * (0.5 * dt),
+                depth: depth_by_exponential(kept.kept_depth, growth, dt, water.dry_depth),
+                ..Moved::default()
+            }
+        },
+    );
     let outflow = take_over(water, moved, true);
     finish::<F>(water, moved, dt, |_, moved, _| (moved.velocity, moved.depth));
     formulation.evaluate(water);
@@ -167,23 +173,25 @@ fn finish<F: Formulation>(
     let mut velocity = std::mem::take(&mut water.particles.velocity);
     let mut depth = std::mem::take(&mut water.particles.depth);
     let water_ref = &*water;
-    velocity.par_chunks_mut(CHUNK).zip(depth.par_chunks_mut(CHUNK)).enumerate().for_each(|(chunk, (velocity, depth))| {
-        for k in 0..velocity.len() {
-            let i = chunk * CHUNK + k;
-            let (v, d) = end_of_step(&water_ref.rates[i], &moved[i], water_ref.dry_depth);
-            if F::CARRIES_DEPTH {
-                depth[k] = d;
+    velocity.par_chunks_mut(CHUNK).zip(depth.par_chunks_mut(CHUNK)).enumerate().for_each(
+        |(chunk, (velocity, depth))| {
+            for k in 0..velocity.len() {
+                let i = chunk * CHUNK + k;
+                let (v, d) = end_of_step(&water_ref.rates[i], &moved[i], water_ref.dry_depth);
+                if F::CARRIES_DEPTH {
+                    depth[k] = d;
+                }
+                let n = water_ref.manning_at(water_ref.particles.position[i]);
+                velocity[k] = if depth[k] <= water_ref.dry_depth {
+                    Vec2::ZERO
+                } else if n > 0.0 {
+                    after_friction(v, depth[k], n, water_ref.gravity, dt)
+                } else {
+                    v
+                };
             }
-            let n = water_ref.manning_at(water_ref.particles.position[i]);
-            velocity[k] = if depth[k] <= water_ref.dry_depth {
-                Vec2::ZERO
-            } else if n > 0.0 {
-                after_friction(v, depth[k], n, water_ref.gravity, dt)
-            } else {
-                v
-            };
-        }
-    });
+        },
+    );
     water.particles.velocity = velocity;
     water.particles.depth = depth;
 }

@@ -19,11 +19,13 @@ impl Variational {
     pub(super) fn sum_depths(&mut self, water: &mut MovingWater) {
         let mut densities = std::mem::take(&mut self.densities);
         densities.resize(water.particles.len(), Density::default());
-        densities.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(|(chunk, (densities, near))| {
-            for (k, density) in densities.iter_mut().enumerate() {
-                *density = self.density_of(water, chunk * CHUNK + k, k, near);
-            }
-        });
+        densities.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(
+            |(chunk, (densities, near))| {
+                for (k, density) in densities.iter_mut().enumerate() {
+                    *density = self.density_of(water, chunk * CHUNK + k, k, near);
+                }
+            },
+        );
         for (i, density) in densities.iter().enumerate() {
             water.particles.depth[i] = density.depth;
             water.particles.smoothing_length[i] = 1.0 / density.inverse_h;

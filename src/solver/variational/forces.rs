@@ -61,7 +61,8 @@ impl Variational {
                 }
                 Stabilisation::Riemann => {
                     let p = star_pressure(mine, other, e, own_e, r, (u_i, u_j), g);
-                    p * (slope_i / (mine.depth * mine.depth * mine.beta) + slope_j / (other.depth * other.depth * other.beta))
+                    p * (slope_i / (mine.depth * mine.depth * mine.beta)
+                        + slope_j / (other.depth * other.depth * other.beta))
                 }
             };
             // The gradient of W by x_i points against e.

@@ -50,7 +50,12 @@ pub type VariationalSolver = MovingSolver<Variational>;
 
 impl VariationalSolver {
     /// Water in the plane.
-    pub fn new(problem: FlowProblem, seeds: Vec<FluidSeed>, integrator: Integrator, stabilisation: Stabilisation) -> Self {
+    pub fn new(
+        problem: FlowProblem,
+        seeds: Vec<FluidSeed>,
+        integrator: Integrator,
+        stabilisation: Stabilisation,
+    ) -> Self {
         Self::with_dimension(problem, &seeds, integrator, stabilisation, Dimension::Two)
     }
 
@@ -87,7 +92,8 @@ impl Formulation for Variational {
     fn prepare(&mut self, water: &mut MovingWater) {
         let particles = &mut water.particles;
         for i in 0..particles.len() {
-            particles.smoothing_length[i] = self.factor * water.dimension.edge(particles.volume[i] / particles.depth[i]);
+            particles.smoothing_length[i] =
+                self.factor * water.dimension.edge(particles.volume[i] / particles.depth[i]);
         }
         // At edges the summed depth falls below the seeded one and h grows past the slack: a few rounds settle both.
         for _ in 0..5 {
