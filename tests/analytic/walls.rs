@@ -99,3 +99,24 @@ fn one_and_two_and_five_threads_give_equal_bits() {
     assert_eq!(one, run(2));
     assert_eq!(one, run(5));
 }
+
+#[test]
+fn broken_state_ends_the_run_with_its_place() {
+    let mut solver = solver(basin(), 0.0, |_| 94.0);
+    let step = solver.choose_step().time_step;
+    solver.state_mut().particles.velocity[10].x = f64::NAN;
+    let place = solver.state().particles.position[10];
+    let failure = solver.advance(step).unwrap_err();
+    assert_eq!(failure.limiter, "courant");
+    assert!(failure.quantity.contains("position") || failure.quantity.contains("velocity"), "{failure}");
+    // Map coordinates: the lattice of the tests begins at 1000, 2000.
+    assert!((failure.position_y - 2000.0 - place.y).abs() < SPACING, "{failure}");
+}
+
+#[test]
+fn place_without_water_is_no_trouble() {
+    let mut solver = LagrangianSolver::new(basin(), Vec::new(), Integrator::Heun);
+    assert_eq!(solver.choose_step().limit, floodsim::solver::StepLimit::NoWater);
+    solver.advance(10.0).unwrap();
+    assert!(solver.water().spans.is_empty() && solver.ledger().relative_error() == 0.0);
+}

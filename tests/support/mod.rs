@@ -1,6 +1,7 @@
 //! Helpers of the tests: made problems, exact solutions, error norms.
 
 #![allow(dead_code, reason = "every test binary uses its own part")]
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 use floodsim::bed::BedParticles;
 use floodsim::lattice::Lattice;
