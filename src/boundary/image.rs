@@ -72,6 +72,15 @@ pub struct Image {
     pub transform: u32,
 }
 
+/// What particles see, one after the other, and the isometries that make the images.
+#[derive(Clone, Debug, Default)]
+pub struct Sight {
+    /// The isometries used so far; the first is the identity.
+    pub transforms: Vec<Isometry>,
+    /// Neighbours and images.
+    pub seen: Vec<Image>,
+}
+
 /// Scratch space of the search for images, one for each thread's chunk.
 #[derive(Clone, Debug, Default)]
 pub struct ImageScratch {
@@ -82,10 +91,9 @@ pub struct ImageScratch {
 }
 
 impl Walls {
-    /// Appends to `seen` what particle `i` sees of itself and of the particles `found`, given the edges `scratch.near`.
+    /// Appends to `sight` what particle `i` sees of itself and of the particles `found`, given the edges `scratch.near`.
     ///
     /// - `is_near(j, distance_squared)`: whether an image at that distance (m²) acts on `i`
-    /// - `transforms`: the isometries used so far; entry 0 is the identity
     pub fn see(
         &self,
         i: u32,
@@ -93,9 +101,9 @@ impl Walls {
         positions: &[Vec2],
         is_near: impl Fn(u32, f64) -> bool,
         scratch: &mut ImageScratch,
-        transforms: &mut Vec<Isometry>,
-        seen: &mut Vec<Image>,
+        sight: &mut Sight,
     ) {
+        let Sight { transforms, seen } = sight;
         let place = positions[i as usize];
         let edges = self.edges();
         scratch.near.retain(|&member| !edges[member as usize].is_open);
@@ -188,11 +196,11 @@ mod tests {
     fn seen_places(edges: Vec<Edge>, positions: &[Vec2]) -> Vec<(u32, Vec2)> {
         let walls = Walls::new(edges, 1.0);
         let mut scratch = ImageScratch::default();
-        let mut transforms = vec![Isometry::IDENTITY];
-        let mut seen = Vec::new();
+        let mut sight = Sight { transforms: vec![Isometry::IDENTITY], seen: Vec::new() };
         walls.near(positions[0], 5.0, &mut scratch.near);
         let found: Vec<u32> = (0..positions.len() as u32).collect();
-        walls.see(0, &found, positions, |_, r2| r2 < 25.0, &mut scratch, &mut transforms, &mut seen);
+        walls.see(0, &found, positions, |_, r2| r2 < 25.0, &mut scratch, &mut sight);
+        let Sight { transforms, seen } = sight;
         let mut places: Vec<(u32, Vec2)> = seen
             .iter()
             .map(|image| (image.index, transforms[image.transform as usize].point(positions[image.index as usize])))

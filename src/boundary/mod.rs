@@ -4,6 +4,6 @@ mod image;
 mod outline;
 mod wall;
 
-pub use image::{Image, ImageScratch, Isometry};
+pub use image::{Image, ImageScratch, Isometry, Sight};
 pub use outline::outline;
 pub use wall::{Edge, Path, Walls};

@@ -276,7 +276,7 @@ impl Walls {
             let behind = normal.dot(path.position - edge.start);
             path.bounces[bounce] = normal;
             let hit = start + (path.position - start) * share;
-            path.position = path.position + normal * (-behind + (-behind).max(self.margin));
+            path.position += normal * (-behind + (-behind).max(self.margin));
             // A step back keeps a hit in a corner on the near side of both walls.
             let back = start - hit;
             start = hit + back * (self.margin / back.norm().max(self.margin));

@@ -205,9 +205,9 @@ mod tests {
     fn works_on_a_line_and_in_a_heap() {
         let mut next = numbers(2);
         let line: Vec<Vec2> = (0..200).map(|_| Vec2::new(1000.0 * next(), 3.0)).collect();
-        check(&line, &vec![12.0; 200]);
-        let heap = vec![Vec2::new(1.0, 1.0); 20];
-        check(&heap, &vec![1.0; 20]);
+        check(&line, &[12.0; 200]);
+        let heap = [Vec2::new(1.0, 1.0); 20];
+        check(&heap, &[1.0; 20]);
         check(&[], &[]);
     }
 

@@ -8,6 +8,7 @@ pub fn van_leer(a: f64, b: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values that are exact in binary")]
 mod tests {
     use super::van_leer;
 

@@ -5,4 +5,6 @@ mod support;
 
 mod bowl;
 mod channel;
+mod circle;
 mod lake;
+mod walls;

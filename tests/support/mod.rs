@@ -1,6 +1,7 @@
 //! Helpers of the tests: made problems, exact solutions, error norms.
 
 #![allow(dead_code, reason = "every test binary uses its own part")]
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 use floodsim::bed::BedParticles;
 use floodsim::lattice::Lattice;
@@ -87,6 +88,11 @@ pub fn mean_errors<F: Formulation>(solver: &MovingSolver<F>, exact: impl Fn(Vec2
     (depth / particles.len() as f64, velocity / particles.len() as f64)
 }
 
+/// Checks a pair of errors (depth, velocity) against a pair of bounds.
+pub fn assert_below(errors: (f64, f64), bounds: (f64, f64)) {
+    assert!(errors.0 < bounds.0 && errors.1 < bounds.1, "errors {errors:?} against bounds {bounds:?}");
+}
+
 /// Ritter's dam break on dry bed: depth (m) and velocity (m/s) at `x` (m) from the dam after `t` (s).
 pub fn ritter(depth: f64, x: f64, t: f64) -> (f64, f64) {
     let c = (GRAVITY * depth).sqrt();
@@ -119,5 +125,55 @@ pub fn stoker(d_l: f64, d_r: f64, x: f64, t: f64) -> (f64, f64) {
         (d_m, u_m)
     } else {
         (d_r, 0.0)
+    }
+}
+
+/// Radial dam break by finite volumes (HLL, first order, `cells` cells to `radius`): depth and radial velocity at time `end`.
+pub fn radial_reference(
+    inside: f64,
+    outside: f64,
+    dam: f64,
+    radius: f64,
+    end: f64,
+    cells: usize,
+) -> impl Fn(f64) -> (f64, f64) {
+    let dr = radius / cells as f64;
+    let centre = |k: usize| (k as f64 + 0.5) * dr;
+    let mut d: Vec<f64> = (0..cells).map(|k| if centre(k) < dam { inside } else { outside }).collect();
+    let mut q = vec![0.0; cells];
+    let flux = |(d_l, q_l): (f64, f64), (d_r, q_r): (f64, f64)| {
+        let (u_l, u_r) = (q_l / d_l.max(1e-9), q_r / d_r.max(1e-9));
+        let (c_l, c_r) = ((GRAVITY * d_l).sqrt(), (GRAVITY * d_r).sqrt());
+        let (s_l, s_r) = ((u_l - c_l).min(u_r - c_r).min(0.0), (u_l + c_l).max(u_r + c_r).max(0.0));
+        let (m_l, m_r) = (q_l * u_l + 0.5 * GRAVITY * d_l * d_l, q_r * u_r + 0.5 * GRAVITY * d_r * d_r);
+        let span = (s_r - s_l).max(1e-12);
+        (
+            (s_r * q_l - s_l * q_r + s_l * s_r * (d_r - d_l)) / span,
+            (s_r * m_l - s_l * m_r + s_l * s_r * (q_r - q_l)) / span,
+        )
+    };
+    let mut t = 0.0;
+    while t < end {
+        let speed = (0..cells).map(|k| (q[k] / d[k].max(1e-9)).abs() + (GRAVITY * d[k]).sqrt()).fold(1e-9, f64::max);
+        let dt = (0.9 * dr / speed).min(end - t);
+        let faces: Vec<(f64, f64)> = (0..=cells)
+            .map(|f| match f {
+                0 => (0.0, 0.5 * GRAVITY * d[0] * d[0]),
+                f if f == cells => (0.0, 0.5 * GRAVITY * d[cells - 1] * d[cells - 1]),
+                f => flux((d[f - 1], q[f - 1]), (d[f], q[f])),
+            })
+            .collect();
+        for k in 0..cells {
+            let u = q[k] / d[k].max(1e-9);
+            let (f_d, f_q) = (faces[k + 1].0 - faces[k].0, faces[k + 1].1 - faces[k].1);
+            let spread = dt / centre(k);
+            d[k] -= dt / dr * f_d + spread * q[k];
+            q[k] -= dt / dr * f_q + spread * q[k] * u;
+        }
+        t += dt;
+    }
+    move |r: f64| {
+        let k = ((r / dr) as usize).min(cells - 1);
+        (d[k], q[k] / d[k].max(1e-9))
     }
 }

@@ -31,17 +31,13 @@ pub fn two_shock(d_l: f64, u_l: f64, d_r: f64, u_r: f64, gravity: f64) -> Star {
     let bracket = (0.5 * (c_l + c_r) + 0.25 * (u_l - u_r)).max(0.0);
     let d_0 = bracket * bracket / gravity;
     let mean = 0.5 * (u_l + u_r);
-    // A guess of 0 leads into the branch of rarefactions; the floor keeps the unused branch finite.
-    let guess = d_0.max(f64::MIN_POSITIVE);
-    let g_l = (0.5 * gravity * (guess + d_l) / (guess * d_l)).sqrt();
-    let g_r = (0.5 * gravity * (guess + d_r) / (guess * d_r)).sqrt();
-    let d_shock = ((g_l * d_l + g_r * d_r + u_l - u_r) / (g_l + g_r)).max(0.0);
-    let u_shock = mean + 0.5 * ((d_shock - d_r) * g_r - (d_shock - d_l) * g_l);
     if d_0 <= d_l.min(d_r) {
-        Star { depth: d_0, velocity: mean + c_l - c_r }
-    } else {
-        Star { depth: d_shock, velocity: u_shock }
+        return Star { depth: d_0, velocity: mean + c_l - c_r };
     }
+    let g_l = (0.5 * gravity * (d_0 + d_l) / (d_0 * d_l)).sqrt();
+    let g_r = (0.5 * gravity * (d_0 + d_r) / (d_0 * d_r)).sqrt();
+    let depth = ((g_l * d_l + g_r * d_r + u_l - u_r) / (g_l + g_r)).max(0.0);
+    Star { depth, velocity: mean + 0.5 * ((depth - d_r) * g_r - (depth - d_l) * g_l) }
 }
 
 #[cfg(test)]

@@ -59,6 +59,7 @@ impl CubicSpline {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values that are exact in binary")]
 mod tests {
     use super::*;
 

@@ -7,8 +7,9 @@
 //! ```
 //!
 //! It asks whether the place where the water would flow is covered already. Carried depth would never start to flow
-//! otherwise: all surface levels of a dam are equal. A gap narrower than two spacings before higher ground is no edge, and
-//! neither is a place behind a wall; so a shoreline stays at rest.
+//! otherwise: all surface levels of a dam are equal. A gap narrower than two spacings before water, a wall or higher ground is
+//! no edge: the same sum is taken at twice the distance, and the greater one counts. So shorelines and gaps in an
+//! irregular arrangement stay at rest.
 
 use super::{Balanced, Local};
 use crate::math::Vec2;
@@ -18,6 +19,8 @@ use crate::solver::moving::{ChunkNeighbours, MovingWater};
 const LEAST_OPENNESS: f64 = 0.25;
 /// Coverage of the place ahead at which an edge begins to count, and the width of the transition.
 const COVERED: f64 = 0.75;
+/// The same beside a wall, which cuts gaps of up to two spacings into any arrangement; a straight edge covers 0.2.
+const COVERED_BESIDE_WALL: f64 = 0.55;
 const TRANSITION: f64 = 0.2;
 /// Distance of the place ahead, in particle edges; a second look goes twice as far.
 const AHEAD: f64 = 1.2;
@@ -40,24 +43,32 @@ impl Balanced {
         let edge_length = self.dimension.edge(me.area);
         let outward = local.openness / openness;
         let ahead = me.position + outward * (AHEAD * edge_length);
+        let farther = me.position + outward * (2.0 * AHEAD * edge_length);
         let mut cover = me.area * self.kernel.value(AHEAD * edge_length, me.inverse_h);
+        let mut farther_cover = 0.0;
+        let mut is_beside_wall = false;
         for image in near.of(k) {
             let other = &self.states[image.index as usize];
-            let place = near.transforms[image.transform as usize].point(other.position);
+            let place = near.transforms()[image.transform as usize].point(other.position);
             cover += other.area * self.kernel.value((place - ahead).norm(), other.inverse_h);
+            farther_cover += other.area * self.kernel.value((place - farther).norm(), other.inverse_h);
+            is_beside_wall |= image.transform != 0;
         }
-        local.edge = ((COVERED - cover) / TRANSITION).clamp(0.0, 1.0);
+        let covered = if is_beside_wall { COVERED_BESIDE_WALL } else { COVERED };
+        local.edge = ((covered - cover.max(farther_cover)) / TRANSITION).clamp(0.0, 1.0);
         if local.edge > 0.0 {
-            let farther = me.position + outward * (2.0 * AHEAD * edge_length);
-            local.push = outward * (local.edge * self.push(water, i, ahead, farther));
+            local.push = outward * (local.edge * self.push(water, i, farther));
         }
     }
 
     /// Acceleration (m/s²) of a particle whose whole side is open.
-    fn push(&self, water: &MovingWater, i: usize, ahead: Vec2, farther: Vec2) -> f64 {
+    fn push(&self, water: &MovingWater, i: usize, farther: Vec2) -> f64 {
         let me = &self.states[i];
-        let bed_ahead = water.bed_at(ahead).elevation.max(water.bed_at(farther).elevation);
-        if bed_ahead >= me.surface || water.is_walled(me.position, ahead) {
+        let bed_ahead = [0.25, 0.5, 0.75, 1.0]
+            .into_iter()
+            .map(|share| water.bed_at(me.position + (farther - me.position) * share).elevation)
+            .fold(f64::NEG_INFINITY, f64::max);
+        if bed_ahead >= me.surface || water.is_walled(me.position, farther) {
             return 0.0;
         }
         let bed_here = water.bed_points[i].elevation;

@@ -46,7 +46,10 @@ impl Balanced {
         let mut closure = Vec2::ZERO;
         let mut partition = me.area * self.kernel.value(0.0, me.inverse_h);
         for &image in near.of(k) {
-            let seen = Seen::new(me, image, &self.states, &near.transforms);
+            let seen = Seen::new(me, image, &self.states, near.transforms());
+            if seen.is_far(me) {
+                continue;
+            }
             let (other, e) = (&seen.state, seen.e);
             let face = seen.face(me, &self.kernel);
             let stretch = face * seen.r;

@@ -143,6 +143,12 @@ impl Seen {
         Seen { r, e, own_e, state }
     }
 
+    /// Whether the neighbour lies outside both supports: the search finds some that do.
+    #[inline(always)]
+    fn is_far(&self, me: &State) -> bool {
+        self.r * me.inverse_h.min(self.state.inverse_h) >= CubicSpline::SUPPORT
+    }
+
     /// A_j G_ij, the neighbour's area times the mean slope of both kernels (m^(−dim−1) · m^dim), 0 or more.
     #[inline(always)]
     fn face(&self, me: &State, kernel: &CubicSpline) -> f64 {
@@ -194,7 +200,7 @@ impl Balanced {
                         let j = image.index as usize;
                         let mut other = particles.position[j];
                         if image.transform != 0 {
-                            other = near.transforms[image.transform as usize].point(other);
+                            other = near.transforms()[image.transform as usize].point(other);
                         }
                         let h = h_i.max(particles.smoothing_length[j]);
                         let w = CubicSpline::shape((other - place).norm() / h);

@@ -32,6 +32,7 @@ pub fn correction(moment: Sym2) -> Sym2 {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values that are exact in binary")]
 mod tests {
     use super::*;
     use crate::math::Vec2;

@@ -33,6 +33,8 @@ pub struct Rates {
     pub shift: Vec2,
     /// Greatest speed (m/s) at which a neighbour approaches or leaves.
     pub approach: f64,
+    /// Length (m) that a signal must not outrun in a step: the smoothing length, or less where the pair faces act harder.
+    pub reach: f64,
 }
 
 /// A way of turning the state of moving particles into rates.

@@ -152,7 +152,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.steps
     }
 
-    /// dt = CFL min( h / (c + max |Δu|), 0.8 √(h/|a|) ) over all particles.
+    /// dt = CFL min( reach / (c + max |Δu|), 0.8 √(h/|a|) ) over all particles.
     fn choose_step(&mut self) -> StepChoice {
         let particles = &self.water.particles;
         let mut choice =
@@ -160,7 +160,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let mut max_speed_squared = 0.0_f64;
         for (i, rates) in self.water.rates.iter().enumerate() {
             let h = particles.smoothing_length[i];
-            let wave = h / (celerity(particles.depth[i], self.water.gravity) + rates.approach);
+            let wave = rates.reach / (celerity(particles.depth[i], self.water.gravity) + rates.approach);
             let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
             let step = self.courant * wave.min(push);
             if step < choice.time_step {

@@ -41,7 +41,7 @@ impl Variational {
         let mut approach = 0.0_f64;
         for image in near.of(k) {
             let j = image.index as usize;
-            let isometry = &near.transforms[image.transform as usize];
+            let isometry = &near.transforms()[image.transform as usize];
             let other = &self.densities[j];
             let offset = isometry.point(particles.position[j]) - particles.position[i];
             let r = offset.norm();
@@ -70,7 +70,7 @@ impl Variational {
             approach = approach.max((u_j - u_i).abs());
         }
         let bed = water.bed_points[i].slope * g;
-        Rates { acceleration: force - bed, depth_rate: 0.0, shift: Vec2::ZERO, approach }
+        Rates { acceleration: force - bed, depth_rate: 0.0, shift: Vec2::ZERO, approach, reach: 1.0 / mine.inverse_h }
     }
 }
 
