@@ -121,7 +121,6 @@ struct Half {
     rise_eta: f64,
     rise_d: f64,
     rise_u: f64,
-    rise_t: f64,
 }
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
@@ -141,10 +140,7 @@ fn pair(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
     let (f_d, f_n) = hll(d_l, u_l, d_r, u_r, g);
-    let jump_t = j.v_t - i.v_t;
-    let v_l = i.v_t + 0.5 * van_leer(2.0 * i.rise_t - jump_t, jump_t);
-    let v_r = j.v_t - 0.5 * van_leer(2.0 * j.rise_t - jump_t, jump_t);
-    let v_t = if f_d > 0.0 { v_l } else { v_r };
+    let v_t = if f_d > 0.0 { i.v_t } else { j.v_t };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 { i.d } else { j.d };
     let open = if giver > dry_depth { 1.0 } else { 0.0 };
@@ -213,7 +209,6 @@ fn row_faces<const DIRECTION: usize>(
                 rise_eta: dx * if DIRECTION == EAST { $s.0[k] } else { $s.1[k] },
                 rise_d: dx * if DIRECTION == EAST { $s.2[k] } else { $s.3[k] },
                 rise_u: dx * if DIRECTION == EAST { $v.0[k] } else { $v.3[k] },
-                rise_t: dx * if DIRECTION == EAST { $v.2[k] } else { $v.1[k] },
             }
         }};
     }
