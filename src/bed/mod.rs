@@ -19,3 +19,13 @@ pub trait Surface: Sync {
     /// its elevation (m). Points without data are left out. The order is the same at every call.
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>);
 }
+
+impl Surface for crate::terrain::Terrain {
+    fn elevation(&self, map: Vec2) -> Option<f64> {
+        crate::terrain::Terrain::elevation(self, map)
+    }
+
+    fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {
+        crate::terrain::Terrain::samples(self, centre, radius, out);
+    }
+}

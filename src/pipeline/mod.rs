@@ -12,18 +12,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::bed::{BedParticles, place_bed};
+use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
-use crate::lattice::Lattice;
 use crate::output::{
     FieldsWriter, InputFile, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest, VolumeBooks,
     Volumes, utc_now, write_cogs, write_geopackage, write_maps, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
-use crate::seeding::{StillBody, StillWater, fill_still_water};
+use crate::seeding::StillWater;
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
-use crate::terrain::Terrain;
 use crate::version;
 use clock::Clock;
 use progress::Progress;
@@ -72,17 +70,11 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     if prepared.has_errors() {
         return Err(Error::Problems(prepared.problems));
     }
-    let (Some(terrain), Some(lattice)) = (prepared.terrain.take(), prepared.lattice.take()) else {
-        return Err(Error::Internal("prepared inputs without errors lack terrain or lattice".into()));
+    let (Some(bed), Some(still)) = (prepared.bed.take(), prepared.still_water.take()) else {
+        return Err(Error::Internal("prepared inputs without errors lack the bed or its water".into()));
     };
-    clock.lap("inputs");
-
-    let bed = place_bed(&terrain, &lattice, scenario.numerics.bed, scenario.manning);
-    clock.lap("bed");
-    let bodies = still_bodies(&prepared);
-    let still = fill_still_water(&bodies, &bed, &terrain, &prepared.walls);
+    clock.lap("inputs, bed and seeding");
     prepared.problems.extend(seeding_warnings(&prepared, &still));
-    clock.lap("seeding");
     for problem in &prepared.problems {
         eprintln!("{problem}");
     }
@@ -92,7 +84,7 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let solver = cores::build(scenario, problem, &still);
     let run =
         Run { manifest: first_manifest(scenario, options, &prepared, &bed), scenario, folder, prepared, still, clock };
-    run.execute(solver, &lattice, bed, !options.quiet)
+    run.execute(solver, bed, !options.quiet)
 }
 
 /// A run on its way.
@@ -116,18 +108,18 @@ impl Run<'_> {
     fn execute(
         mut self,
         mut solver: Box<dyn FlowSolver>,
-        lattice: &Lattice,
         bed: BedParticles,
         show: bool,
     ) -> Result<RunSummary, Error> {
         self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
         self.manifest.write(&self.folder)?;
-        let plan = recorder_plan(self.scenario, &self.prepared, lattice, bed.elevation);
+        let lattice = bed.lattice.clone();
+        let plan = recorder_plan(self.scenario, &self.prepared, bed);
         let mut recorder = Recorder::new(plan);
         let grid = recorder.grid().clone();
         let provenance = self.provenance();
         let mut fields = FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance)?;
-        let mut progress = Progress::new(self.scenario.end_time, lattice, show);
+        let mut progress = Progress::new(self.scenario.end_time, &lattice, show);
         let early = self.compute(solver.as_mut(), &mut recorder, &mut fields, &mut progress)?;
         self.clock.lap("compute");
 
@@ -262,11 +254,6 @@ fn gate(name: &str, value: f64, limit: f64) -> String {
     format!("{verdict}: {name}, relative error {value:.1e}, limit {limit:.0e}")
 }
 
-fn still_bodies(prepared: &Prepared) -> Vec<StillBody> {
-    let body = |water: &crate::prepare::StillBody| StillBody { polygon: water.polygon.clone(), level: water.level };
-    prepared.waters.iter().map(body).collect()
-}
-
 /// Warnings about bodies whose seeded volume misses the integral of level minus terrain.
 fn seeding_warnings(prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
     let bodies = prepared.waters.iter().zip(&still.volumes);
@@ -297,11 +284,11 @@ fn flow_problem(scenario: &Scenario, prepared: &Prepared, bed: BedParticles, sti
     }
 }
 
-fn recorder_plan(scenario: &Scenario, prepared: &Prepared, lattice: &Lattice, bed_elevation: Vec<f64>) -> RecorderPlan {
+fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) -> RecorderPlan {
     let outputs = &scenario.outputs;
     RecorderPlan {
-        lattice: lattice.clone(),
-        bed_elevation,
+        lattice: bed.lattice,
+        bed_elevation: bed.elevation,
         cell: outputs.cell,
         thresholds: outputs.thresholds.clone(),
         rise_on_wet: outputs.rise_on_wet,
@@ -351,14 +338,4 @@ fn watch_signals() -> Result<Arc<AtomicUsize>, Error> {
             .map_err(|cause| Error::Internal(format!("signal {signal} cannot be watched: {cause}")))?;
     }
     Ok(received)
-}
-
-impl crate::bed::Surface for Terrain {
-    fn elevation(&self, map: crate::math::Vec2) -> Option<f64> {
-        Terrain::elevation(self, map)
-    }
-
-    fn samples(&self, centre: crate::math::Vec2, radius: f64, out: &mut Vec<(crate::math::Vec2, f64)>) {
-        Terrain::samples(self, centre, radius, out);
-    }
 }
