@@ -123,9 +123,9 @@ pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
     let (result, messages) = capture(|| read_layer(&dataset, path, layer));
     let mut file = result?;
     if file.features.is_empty() && !messages.is_empty() {
-        return Err(
-            input_error("not-a-vector", format!("no feature of {name} could be read")).with_cause(messages.join("; "))
-        );
+        return Err(input_error("not-a-vector", format!("no feature of {name} could be read"))
+            .with_cause(messages.join("; "))
+            .with_remedy("export the file again; `ogrinfo -al FILE` shows what GDAL reads of it"));
     }
     let degrees = file.features.iter().flat_map(Feature::coordinates).all(|c| c.x.abs() <= 180.0 && c.y.abs() <= 90.0);
     file.presumed_degrees =
@@ -146,7 +146,11 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
         let names: Vec<String> = dataset.layers().map(|l| l.name()).collect();
         let wanted = layer.map_or("no layer at all".to_string(), |layer| format!("no layer `{layer}`"));
         let problem = input_error("no-such-layer", format!("{name} has {wanted}"));
-        if names.is_empty() { problem } else { problem.with_remedy(format!("its layers are {}", names.join(", "))) }
+        if names.is_empty() {
+            problem.with_remedy("export it again with its features")
+        } else {
+            problem.with_remedy(format!("its layers are {}", names.join(", ")))
+        }
     })?;
     let crs = found.spatial_ref().map(|mut crs| {
         crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
@@ -263,6 +267,7 @@ impl VectorFile {
                 transform(&mut places, crs, run).map_err(|cause| {
                     input_error("no-transformation", format!("{name} could not be brought to {}", describe(run)))
                         .with_cause(cause)
+                        .with_remedy("check that `crs:` covers the place of this file on Earth")
                 })?;
                 let mut places = places.into_iter();
                 for feature in &mut self.features {

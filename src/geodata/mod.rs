@@ -25,7 +25,7 @@ pub fn readable_file(path: &Path) -> Result<(), Problem> {
     let name = path.display();
     let metadata = std::fs::metadata(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => {
-            Problem::error(ProblemKind::Input, "missing-file", "", format!("there is no file {name}"))
+            Problem::error(ProblemKind::Input, "missing-file", "", format!("the file `{name}` does not exist"))
                 .with_remedy("paths count from the folder of the scenario file; check the spelling")
         }
         _ => unreadable(path, &error),

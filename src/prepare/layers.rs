@@ -238,6 +238,7 @@ fn read_points(
                     format!("{} could not be brought to {}", path.display(), describe(run)),
                 )
                 .with_cause(cause)
+                .with_remedy("check that `crs:` covers the place of this file on Earth")
             })
         } else {
             let message = format!("{} has the CRS {}, the run has {}", path.display(), describe(own), describe(run));

@@ -52,7 +52,11 @@ pub(super) fn pieces(
         .filter(|[a, b]| a != b)
         .collect();
     if pieces.is_empty() {
-        findings.add(source, input_error("no-lines", format!("{} holds no line", source.value.path.display())));
+        findings.add(
+            source,
+            input_error("no-lines", format!("{} holds no line", source.value.path.display()))
+                .with_remedy("draw lines, or polygons whose outlines count as lines"),
+        );
         return None;
     }
     Some(pieces)
@@ -135,7 +139,11 @@ pub(super) fn gauges(
         return Vec::new();
     };
     if gauges.is_empty() {
-        findings.add(source, input_error("no-gauges", format!("{} holds no gauge", path.display())));
+        findings.add(
+            source,
+            input_error("no-gauges", format!("{} holds no gauge", path.display()))
+                .with_remedy("give it points, or lines with id, x and y below the first line; or take the key away"),
+        );
     }
     for (i, gauge) in gauges.iter().enumerate() {
         if gauges[..i].iter().any(|earlier| earlier.id == gauge.id) {
@@ -155,7 +163,9 @@ fn gauges_of_table(path: &std::path::Path) -> Result<Vec<Gauge>, Problem> {
     readable_file(path)?;
     let name = path.display();
     let text = read_text(path).map_err(|error| {
-        input_error("not-a-table", format!("{name} is no table of gauges")).with_cause(error.to_string())
+        input_error("not-a-table", format!("{name} is no table of gauges"))
+            .with_cause(error.to_string())
+            .with_remedy("name a CSV file with the columns id,x,y, or a vector file with points")
     })?;
     let table = Table::parse(&text, |_| true);
     let header = table.header.clone().unwrap_or_default();
@@ -175,7 +185,8 @@ fn gauges_of_table(path: &std::path::Path) -> Result<Vec<Gauge>, Problem> {
                 "bad-gauge-line",
                 format!("line {line} of {name} does not give a gauge with two finite numbers x and y"),
             )
-            .with_cause(format!("it reads `{}`", fields.join(","))));
+            .with_cause(format!("it reads `{}`", fields.join(",")))
+            .with_remedy("separate the columns as in the first line, with a point as decimal sign"));
         };
         let kept = |i: &usize| ![id, x, y].contains(i);
         let attributes =
@@ -204,7 +215,7 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
     feature.points.iter().enumerate().map(gauge).collect()
 }
 
-/// Warns of gauges that no water can reach.
+/// Warns of gauges that no water can reach; refuses them when all lie outside the terrain, which is a fault of coordinates.
 pub(super) fn check_gauges(
     source: &Sourced<VectorSource>,
     gauges: &[Gauge],
@@ -212,9 +223,23 @@ pub(super) fn check_gauges(
     findings: &mut Findings,
 ) {
     let (min, max) = terrain.extent();
+    let is_outside = |Vec2 { x, y }: Vec2| x < min.x || y < min.y || x > max.x || y > max.y;
+    if let Some(first) = gauges.first()
+        && gauges.iter().all(|gauge| is_outside(gauge.position))
+    {
+        let message = format!("every gauge of {} lies outside the terrain", source.value.path.display());
+        let problem = input_error("gauges-outside-terrain", message)
+            .with_cause(format!(
+                "the terrain reaches from {:.0}, {:.0} to {:.0}, {:.0}; the first gauge is `{}`",
+                min.x, min.y, max.x, max.y, first.id
+            ))
+            .with_remedy("check the CRS of the gauges and the order of their coordinates")
+            .with_at(first.position);
+        findings.add(source, problem);
+        return;
+    }
     for gauge in gauges {
-        let Vec2 { x, y } = gauge.position;
-        let (code, what) = if x < min.x || y < min.y || x > max.x || y > max.y {
+        let (code, what) = if is_outside(gauge.position) {
             ("gauge-outside-terrain", "lies outside the terrain")
         } else if terrain.elevation(gauge.position).is_none() {
             ("gauge-on-nodata", "lies where the terrain has no data")

@@ -121,11 +121,13 @@ fn check_polygon(
     let name = source.value.path.display();
     let problem = match polygons::fault(polygon) {
         None => return true,
-        Some(PolygonFault::Empty) => input_error("empty-polygon", format!("polygon {number} of {name} has no area")),
+        Some(PolygonFault::Empty) => input_error("empty-polygon", format!("polygon {number} of {name} has no area"))
+            .with_remedy("draw at least three corners that do not lie on one line"),
         Some(PolygonFault::NotFinite) => input_error(
             "not-a-number",
             format!("polygon {number} of {name} has a coordinate that is not a finite number"),
-        ),
+        )
+        .with_remedy("export the file again, or draw this polygon anew"),
         Some(PolygonFault::Crossing(place)) => {
             input_error("self-crossing", format!("the outline of polygon {number} of {name} crosses itself"))
                 .with_remedy("mend it, for example with `Fix geometries` in QGIS or `ogr2ogr -makevalid`")
@@ -218,6 +220,7 @@ fn check_body(body: &SourcedBody, cells: &[usize], bed: &BedParticles, findings:
             "nodata-in-water",
             format!("the terrain has no data anywhere in the polygon of {name}"),
         )
+        .with_remedy("check that the file and the terrain have the same CRS, or add a terrain layer below")
         .with_at(map(cells[0])));
     };
     if bed.elevation[lowest] >= level {

@@ -1,5 +1,6 @@
 //! Terrain: rasters and survey points as one surface that can be asked for its elevation anywhere.
 
+mod ascii_grid;
 mod raster;
 mod read;
 mod survey;

@@ -6,6 +6,7 @@ use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags, GeoTransform};
 
 use super::Raster;
+use super::ascii_grid::{Broken, broken_values};
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, suggested_utm, warp_to_memory,
@@ -86,7 +87,8 @@ impl RasterFile {
             return Err(input_error(
                 "no-georeference",
                 format!("{name} has cells without area (geotransform {geo_transform:?})"),
-            ));
+            )
+            .with_remedy("georeference it, for example by `gdal_translate -a_ullr`"));
         }
         let mut warnings = Vec::new();
         if dataset.raster_count() > 1 {
@@ -217,26 +219,44 @@ impl RasterFile {
         })?;
         self.check_unit(&unit, request);
         let is_no_data = no_data_test(no_data, self.dataset.rasterband(1).ok().map(|b| b.band_type().name()));
-        let mut broken = (0, None);
+        let mut broken: Option<Broken> = None;
         for (i, value) in values.iter_mut().enumerate() {
             if is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {
                 *value = f64::NAN;
             } else if value.is_finite() {
                 *value = (*value * scale + offset) * request.unit + request.offset;
             } else {
-                broken.0 += 1;
-                broken.1.get_or_insert((i, *value));
+                broken.get_or_insert_with(|| Broken { count: 0, index: i, word: value.to_string() }).count += 1;
             }
         }
-        if let (count, Some((index, value))) = broken {
-            let [x, a, b, y, d, e] = self.geo_transform;
-            let (column, row) = ((index % columns) as f64 + 0.5, (index / columns) as f64 + 0.5);
-            return Err(input_error("not-a-number", format!("{name} holds {count} values that are not finite, the first one ({value}) in column {}, row {} from the upper left", index % columns + 1, index / columns + 1))
-                .with_cause(no_data.map_or("the file declares no nodata value".to_string(), |v| format!("the file declares {v} as nodata, not these")))
-                .with_remedy("declare them as nodata with `gdal_edit.py -a_nodata nan`, or fill them with `gdal_fillnodata.py`")
-                .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row)));
+        if self.dataset.driver().short_name() == "AAIGrid"
+            && let Ok(words) = broken_values(request.path)
+        {
+            broken = words.or(broken);
         }
-        Ok(values)
+        broken.map_or(Ok(values), |broken| Err(self.not_a_number(&name.to_string(), &broken, no_data)))
+    }
+
+    /// The problem of values that are not finite, located in the grid and on the map.
+    fn not_a_number(&self, name: &str, broken: &Broken, no_data: Option<f64>) -> Problem {
+        let (columns, _) = self.dataset.raster_size();
+        let (column, row) = (broken.index % columns, broken.index / columns);
+        let message = format!(
+            "{name} holds {} values that are not finite numbers, the first one ({}) in column {}, row {} from the upper left",
+            broken.count,
+            broken.word,
+            column + 1,
+            row + 1
+        );
+        let cause = no_data.map_or("the file declares no nodata value".to_string(), |value| {
+            format!("the file declares {value} as nodata, not these")
+        });
+        let [x, a, b, y, d, e] = self.geo_transform;
+        let (column, row) = (column as f64 + 0.5, row as f64 + 0.5);
+        input_error("not-a-number", message)
+            .with_cause(cause)
+            .with_remedy("mark them as nodata with `gdal_edit.py -a_nodata nan` or, in a text, by its NODATA_value; or fill them with `gdal_fillnodata.py`")
+            .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row))
     }
 
     /// Warns when the band says feet and the scenario says nothing of it.

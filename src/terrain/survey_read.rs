@@ -40,7 +40,8 @@ pub fn read_survey(path: &Path) -> Result<SurveyFile, Problem> {
     });
     let (points, crs) = if is_vector { from_vector(path)? } else { (from_text(path)?, None) };
     if points.is_empty() {
-        return Err(input_error("no-points", format!("{} holds no survey point", path.display())));
+        return Err(input_error("no-points", format!("{} holds no survey point", path.display()))
+            .with_remedy("give it lines with x, y and z"));
     }
     let (points, warning) = without_duplicates(path, points);
     Ok(SurveyFile { points, crs, warnings: warning.into_iter().collect() })

@@ -1,6 +1,7 @@
 //! The program as its users meet it: files in, messages, exit codes and files out.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
+mod bad_inputs;
 mod bad_scenarios;
 mod commands;
 

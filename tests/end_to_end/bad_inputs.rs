@@ -1,0 +1,525 @@
+//! What bad data and bad output folders get: exit code, a located message with a remedy, and no result left looking whole.
+//!
+//! Every test goes through the real program, `check` and `run` alike, on a basin in a plateau: see [`Scene`].
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use gdal::DriverManager;
+use gdal::raster::Buffer;
+use gdal::spatial_ref::SpatialRef;
+use tempfile::TempDir;
+
+use crate::{Answer, floodsim};
+
+/// Columns and rows of the terrain, its cell (m) and its south-western corner.
+const COLUMNS: usize = 40;
+const ROWS: usize = 30;
+const CELL: f64 = 5.0;
+const WEST: f64 = 1000.0;
+const SOUTH: f64 = 2000.0;
+/// Upper left corner and cell as GDAL has them.
+const GEO_TRANSFORM: [f64; 6] = [WEST, CELL, 0.0, SOUTH + ROWS as f64 * CELL, 0.0, -CELL];
+
+/// The lines of this scenario are counted on by the tests.
+const SCENARIO: &str = "\
+floodsim: 1
+title: A basin in a plateau
+crs: local
+terrain: {layers: [{raster: dem.asc}]}
+roughness: {manning: 0.03}
+initial:
+  - {reservoir: reservoir.geojson, level: 5 m}
+resolution: 5 m
+time: {end: 4 s}
+outputs: {every: 2 s, gauges: gauges.csv}
+";
+
+/// Corners of the reservoir, on the plateau around the basin.
+const RESERVOIR: &str = "[[[1045,2045],[1105,2045],[1105,2105],[1045,2105],[1045,2045]]]";
+
+/// A plateau at 20 m with a basin of 50 m by 50 m, floor at 0 m; column and row from the upper left.
+fn elevation(column: usize, row: usize) -> f64 {
+    if (10..20).contains(&column) && (10..20).contains(&row) { 0.0 } else { 20.0 }
+}
+
+/// A folder with a scenario without fault and its data.
+struct Scene {
+    folder: TempDir,
+}
+
+impl Scene {
+    fn sound() -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap() };
+        scene.write("s.yaml", SCENARIO);
+        scene.terrain(|column, row| elevation(column, row).to_string());
+        scene.polygon(RESERVOIR, "{}");
+        scene.write("gauges.csv", "id,x,y\nA,1075,2075\n");
+        scene
+    }
+
+    /// The scenario with one text replaced by another.
+    fn with(from: &str, to: &str) -> Scene {
+        let scene = Scene::sound();
+        assert!(SCENARIO.contains(from), "`{from}` is not in the scenario");
+        scene.write("s.yaml", &SCENARIO.replace(from, to));
+        scene
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &str) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    /// Writes `dem.asc` from the text of each value.
+    fn terrain(&self, value: impl Fn(usize, usize) -> String) {
+        let row = |row: usize| (0..COLUMNS).map(|column| value(column, row)).collect::<Vec<_>>().join(" ");
+        let rows: Vec<String> = (0..ROWS).map(row).collect();
+        let header = format!(
+            "ncols {COLUMNS}\nnrows {ROWS}\nxllcorner {WEST}\nyllcorner {SOUTH}\ncellsize {CELL}\nNODATA_value -9999\n"
+        );
+        self.write("dem.asc", &(header + &rows.join("\n") + "\n"));
+    }
+
+    /// Writes `reservoir.geojson` from the coordinates and properties of one polygon.
+    fn polygon(&self, coordinates: &str, properties: &str) {
+        let geometry = format!(r#"{{"type":"Polygon","coordinates":{coordinates}}}"#);
+        let feature = format!(r#"{{"type":"Feature","properties":{properties},"geometry":{geometry}}}"#);
+        self.write("reservoir.geojson", &format!(r#"{{"type":"FeatureCollection","features":[{feature}]}}"#));
+    }
+
+    /// Writes the terrain as a GeoTIFF.
+    fn geotiff(&self, name: &str, geo_transform: [f64; 6], crs: Option<&str>) {
+        let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+        let mut dataset = driver.create_with_band_type::<f64, _>(self.path(name), COLUMNS, ROWS, 1).unwrap();
+        dataset.set_geo_transform(&geo_transform).unwrap();
+        if let Some(crs) = crs {
+            dataset.set_spatial_ref(&SpatialRef::from_definition(crs).unwrap()).unwrap();
+        }
+        let values = (0..COLUMNS * ROWS).map(|index| elevation(index % COLUMNS, index / COLUMNS)).collect();
+        let mut band = dataset.rasterband(1).unwrap();
+        band.write((0, 0), (COLUMNS, ROWS), &mut Buffer::new((COLUMNS, ROWS), values)).unwrap();
+        dataset.close().unwrap();
+    }
+
+    /// Asserts that `check` and `run` refuse the scene with this exit code, and say all these texts.
+    #[track_caller]
+    fn assert_refused(&self, code: i32, expected: &[&str]) {
+        let before = everything_below(self.folder.path());
+        let check = floodsim(self.folder.path(), &["check", "s.yaml"]);
+        assert_eq!((check.code, check.stderr.as_str()), (code, ""), "{}", check.stdout);
+        let run = floodsim(self.folder.path(), &["s.yaml", "--out", "out"]);
+        assert_refusal(&run, code, expected);
+        for text in expected {
+            assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
+        }
+        assert!(everything_below(self.folder.path()) == before, "a refused run or check changed the folder");
+    }
+
+    /// Asserts that `run` with this output folder is refused with exit code 8 and these texts, and changes nothing.
+    #[track_caller]
+    fn assert_output_refused(&self, out: &str, expected: &[&str]) {
+        let before = everything_below(self.folder.path());
+        assert_refusal(&floodsim(self.folder.path(), &["s.yaml", "--out", out]), 8, expected);
+        assert!(everything_below(self.folder.path()) == before, "a refused run changed the folder");
+    }
+}
+
+/// Asserts how a refused run answers: its code, nothing on stdout, every text, and a cause or remedy for every error.
+#[track_caller]
+fn assert_refusal(run: &Answer, code: i32, expected: &[&str]) {
+    assert_eq!((run.code, run.stdout.as_str()), (code, ""), "{}", run.stderr);
+    for text in expected {
+        assert!(run.stderr.contains(text), "run does not say `{text}`, but\n{}", run.stderr);
+    }
+    for problem in run.stderr.split("error[").skip(1) {
+        assert!(
+            problem.contains("\n  cause   ") || problem.contains("\n  remedy  "),
+            "neither cause nor remedy: {problem}"
+        );
+    }
+    assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+}
+
+/// Every file below a folder with its bytes, and every folder, in the order of their names.
+fn everything_below(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(everything_below(&path));
+            found.push((path, None));
+        } else {
+            let bytes = std::fs::read(&path).unwrap();
+            found.push((path, Some(bytes)));
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn the_sound_scene_runs() {
+    let scene = Scene::sound();
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+    assert_eq!((check.code, check.stdout.as_str()), (0, "s.yaml: 0 errors, 0 warnings\n"));
+    let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "out"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(scene.path("out/maps.nc").exists());
+}
+
+#[test]
+fn missing_files_are_all_named_with_their_lines() {
+    let scene = Scene::sound();
+    for name in ["dem.asc", "reservoir.geojson", "gauges.csv"] {
+        std::fs::remove_file(scene.path(name)).unwrap();
+    }
+    scene.assert_refused(
+        4,
+        &[
+            "error[missing-file] terrain.layers[0].raster (s.yaml:4:29)\n  the file `dem.asc` does not exist",
+            "error[missing-file] initial[0].reservoir (s.yaml:7:17)",
+            "error[missing-file] outputs.gauges (s.yaml:10:31)",
+            "remedy",
+        ],
+    );
+}
+
+#[test]
+fn a_file_that_is_no_raster_is_refused_in_the_words_of_gdal() {
+    let scene = Scene::sound();
+    scene.write("dem.asc", "This is a letter to the surveyor.\n");
+    scene.assert_refused(
+        4,
+        &["error[not-a-raster] terrain.layers[0].raster (s.yaml:4:29)", "is not a raster that GDAL can read", "cause"],
+    );
+    let truncated = std::fs::read(Scene::sound().path("dem.asc")).unwrap();
+    std::fs::write(scene.path("dem.asc"), &truncated[..truncated.len() / 2]).unwrap();
+    scene.assert_refused(4, &["error[unreadable-raster] terrain.layers[0].raster (s.yaml:4:29)"]);
+}
+
+#[test]
+fn an_empty_raster_file_is_refused() {
+    let scene = Scene::sound();
+    scene.write("dem.asc", "");
+    scene.assert_refused(4, &["error[empty-file] terrain.layers[0].raster (s.yaml:4:29)", "dem.asc"]);
+}
+
+#[test]
+fn a_raster_without_data_is_refused() {
+    let scene = Scene::sound();
+    scene.terrain(|_, _| "-9999".to_owned());
+    scene.assert_refused(4, &["error[all-nodata] terrain.layers[0].raster (s.yaml:4:29)"]);
+}
+
+#[test]
+fn terrain_without_a_reference_system_needs_a_word_in_the_scenario() {
+    let scene = Scene::with("crs: local\n", "");
+    scene.assert_refused(
+        4,
+        &[
+            "error[no-crs] terrain.layers[0].raster (s.yaml:3:29)",
+            "add `crs: EPSG:...`",
+            "`crs: local` for plain metres",
+        ],
+    );
+}
+
+#[test]
+fn two_reference_systems_are_refused() {
+    let scene = Scene::with("crs: local\n", "");
+    let scenario =
+        SCENARIO.replace("crs: local\n", "").replace("{raster: dem.asc}", "{raster: a.tif}, {raster: b.tif}");
+    scene.write("s.yaml", &scenario);
+    scene.geotiff("a.tif", GEO_TRANSFORM, Some("EPSG:25832"));
+    scene.geotiff("b.tif", GEO_TRANSFORM, Some("EPSG:25833"));
+    scene.assert_refused(
+        4,
+        &[
+            "error[different-crs] terrain.layers[1].raster (s.yaml:3:46)",
+            "EPSG:25833",
+            "EPSG:25832",
+            "remedy  set `terrain.reproject: true`",
+        ],
+    );
+}
+
+#[test]
+fn a_reservoir_in_another_reference_system_than_the_terrain_is_refused() {
+    let scene = Scene::sound();
+    scene.write("s.yaml", &SCENARIO.replace("crs: local\n", "").replace("dem.asc", "dem.tif"));
+    scene.geotiff("dem.tif", GEO_TRANSFORM, Some("EPSG:25832"));
+    let named =
+        r#"{"type":"FeatureCollection","crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25833"}},"#;
+    let sound = std::fs::read_to_string(scene.path("reservoir.geojson")).unwrap();
+    scene.write("reservoir.geojson", &sound.replace(r#"{"type":"FeatureCollection","#, named));
+    scene.assert_refused(4, &["error[different-crs] initial[0].reservoir (s.yaml:6:17)", "EPSG:25833", "remedy"]);
+}
+
+#[test]
+fn terrain_in_degrees_is_refused_with_the_system_to_take() {
+    let scene = Scene::sound();
+    scene.write("s.yaml", &SCENARIO.replace("crs: local\n", "").replace("dem.asc", "dem.tif"));
+    scene.geotiff("dem.tif", [9.0, 0.0025, 0.0, 45.15, 0.0, -0.0025], Some("EPSG:4326"));
+    scene.assert_refused(
+        4,
+        &["error[geographic-crs] terrain.layers[0].raster (s.yaml:3:29)", "degrees", "reproject: true", "EPSG:32632"],
+    );
+}
+
+#[test]
+fn nodata_inside_the_reservoir_is_refused_with_its_place() {
+    let scene = Scene::sound();
+    scene.terrain(|column, row| if (column, row) == (15, 15) { -9999.0 } else { elevation(column, row) }.to_string());
+    scene.assert_refused(
+        4,
+        &["error[nodata-in-water] initial[0].reservoir (s.yaml:7:17)", "25 m²", "at      1077.5, 2072.5", "remedy"],
+    );
+}
+
+#[test]
+fn a_reservoir_without_any_terrain_below_is_refused() {
+    let scene = Scene::sound();
+    scene.terrain(|column, _| if column < 30 { "-9999".to_owned() } else { "3".to_owned() });
+    scene.assert_refused(4, &["error[outside-terrain] initial[0].reservoir (s.yaml:7:17)", "remedy"]);
+}
+
+#[test]
+fn a_reservoir_outside_the_terrain_is_refused() {
+    let scene = Scene::sound();
+    scene.polygon("[[[9045,2045],[9105,2045],[9105,2105],[9045,2045]]]", "{}");
+    scene.assert_refused(
+        4,
+        &["error[outside-terrain] initial[0].reservoir (s.yaml:7:17)", "at      9045.0, 2045.0", "same CRS"],
+    );
+}
+
+#[test]
+fn a_level_below_the_bed_is_refused_with_the_lowest_bed() {
+    Scene::with("5 m}", "-2 m}").assert_refused(
+        4,
+        &[
+            "error[level-below-bed] initial[0].reservoir (s.yaml:7:17)",
+            "level of -2 m",
+            "lowest bed is 0.00 m",
+            "remedy",
+        ],
+    );
+}
+
+#[test]
+fn a_self_crossing_polygon_is_refused_where_it_crosses() {
+    let scene = Scene::sound();
+    scene.polygon("[[[1050,2050],[1100,2100],[1100,2050],[1050,2100],[1050,2050]]]", "{}");
+    scene.assert_refused(
+        4,
+        &["error[self-crossing] initial[0].reservoir (s.yaml:7:17)", "at      1075.0, 2075.0", "remedy"],
+    );
+}
+
+#[test]
+fn polygons_that_are_empty_are_refused() {
+    let scene = Scene::sound();
+    scene.write("reservoir.geojson", r#"{"type":"FeatureCollection","features":[]}"#);
+    scene.assert_refused(4, &["error[empty-polygon] initial[0].reservoir (s.yaml:7:17)", "holds no polygon", "remedy"]);
+    scene.polygon("[[[1050,2050],[1100,2050],[1075,2050],[1050,2050]]]", "{}");
+    scene.assert_refused(4, &["error[empty-polygon] initial[0].reservoir (s.yaml:7:17)", "has no area", "remedy"]);
+    scene.write("reservoir.geojson", "");
+    scene.assert_refused(4, &["error[empty-file] initial[0].reservoir (s.yaml:7:17)", "remedy"]);
+    scene.write("reservoir.geojson", "not JSON at all");
+    scene.assert_refused(4, &["error[not-a-vector] initial[0].reservoir (s.yaml:7:17)"]);
+}
+
+#[test]
+fn a_polygon_with_a_coordinate_that_is_no_number_is_refused() {
+    let scene = Scene::sound();
+    scene.polygon("[[[1050,2050],[1100,NaN],[1075,2100],[1050,2050]]]", "{}");
+    scene.assert_refused(4, &["initial[0].reservoir (s.yaml:7:17)"]);
+}
+
+#[test]
+fn water_without_a_level_anywhere_is_refused() {
+    let scene = Scene::with(", level: 5 m}", "}");
+    scene.polygon(RESERVOIR, r#"{"name": "upper lake"}"#);
+    scene.assert_refused(
+        4,
+        &[
+            "error[no-level] initial[0].reservoir (s.yaml:7:17)",
+            "looked for level_m, level; the attributes are: name",
+            "add `level: 100 m`",
+        ],
+    );
+}
+
+#[test]
+fn a_resolution_of_zero_is_refused() {
+    Scene::with("resolution: 5 m", "resolution: 0 m")
+        .assert_refused(3, &["error[range] resolution (s.yaml:8:13)", "remedy"]);
+}
+
+#[test]
+fn a_resolution_wider_than_the_terrain_is_refused() {
+    Scene::with("resolution: 5 m", "resolution: 10 km").assert_refused(
+        3,
+        &["error[resolution-too-coarse] resolution (s.yaml:8:13)", "200 m by 150 m", "remedy  choose at most"],
+    );
+}
+
+#[test]
+fn too_fine_a_resolution_is_refused_before_anything_is_allocated() {
+    let start = Instant::now();
+    Scene::with("resolution: 5 m", "resolution: 0.01 mm").assert_refused(
+        5,
+        &[
+            "error[memory-limit] resolution (s.yaml:8:13)",
+            "20000000 by 15000000 cells",
+            "need about 120000000.0 GB of memory; the limit is",
+            "remedy  take a resolution of",
+        ],
+    );
+    Scene::with("resolution: 5 m", "limits: {particles: 1000}\nresolution: 5 m").assert_refused(
+        5,
+        &["error[particle-limit] resolution (s.yaml:9:13)", "1200 riverbed", "exceed the limit of 1000", "remedy"],
+    );
+    // Cells for the first of these would take years to be filled.
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_raster_larger_than_the_memory_is_refused_before_it_is_read() {
+    let scene = Scene::with("dem.asc", "dem.vrt");
+    let geo_transform = "<GeoTransform>1000, 5, 0, 2150, 0, -5</GeoTransform>";
+    scene.write(
+        "dem.vrt",
+        &format!(
+            r#"<VRTDataset rasterXSize="1000000" rasterYSize="1000000">{geo_transform}<VRTRasterBand dataType="Float32" band="1"/></VRTDataset>"#
+        ),
+    );
+    let start = Instant::now();
+    scene.assert_refused(5, &["error[memory-limit] terrain.layers[0].raster (s.yaml:4:29)", "remedy"]);
+    assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+}
+
+#[test]
+fn values_that_are_no_numbers_in_the_raster_are_refused_with_the_first_place() {
+    let scene = Scene::sound();
+    scene.terrain(|column, row| match (column, row) {
+        (3, 2) => "nan".to_owned(),
+        (7, 9) => "inf".to_owned(),
+        (8, 9) => "n/a".to_owned(),
+        _ => elevation(column, row).to_string(),
+    });
+    scene.assert_refused(
+        4,
+        &[
+            "error[not-a-number] terrain.layers[0].raster (s.yaml:4:29)",
+            "3 values",
+            "column 4, row 3 from the upper left",
+            "at      1017.5, 2137.5",
+            "remedy",
+        ],
+    );
+}
+
+#[test]
+fn gauges_that_all_lie_outside_the_terrain_are_refused_and_a_single_one_is_warned_of() {
+    let scene = Scene::sound();
+    scene.write("gauges.csv", "id,x,y\nA,2075,1075\nB,2080,1075\n");
+    scene.assert_refused(
+        4,
+        &["error[gauges-outside-terrain] outputs.gauges (s.yaml:10:31)", "at      2075.0, 1075.0", "remedy"],
+    );
+    scene.write("gauges.csv", "id,x,y\nA,1075,2075\nB,2080,1075\n");
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+    assert_eq!(check.code, 0, "{}", check.stdout);
+    assert!(check.stdout.contains("warning[gauge-outside-terrain] outputs.gauges (s.yaml:10:31)"), "{}", check.stdout);
+    assert!(check.stdout.contains("gauge `B`") && !check.stdout.contains("gauge `A`"), "{}", check.stdout);
+}
+
+#[test]
+fn a_bad_line_in_the_gauges_is_refused_with_its_number() {
+    let scene = Scene::sound();
+    scene.write("gauges.csv", "id,x,y\nA,1075,2075\nB,1075,north\n");
+    scene.assert_refused(
+        4,
+        &["error[bad-gauge-line] outputs.gauges (s.yaml:10:31)", "line 3 of gauges.csv", "it reads `B,1075,north`"],
+    );
+}
+
+#[test]
+fn a_file_in_the_place_of_the_output_folder_is_refused() {
+    let scene = Scene::sound();
+    scene.write("out", "a file");
+    scene.assert_output_refused(
+        "out",
+        &["error[output-folder-unwritable] outputs.folder", "out cannot be written", "it is a file", "--out"],
+    );
+    scene.assert_output_refused("out/deeper", &["out/deeper cannot be written", "out is a file", "remedy"]);
+}
+
+#[test]
+fn an_output_folder_that_may_not_be_written_is_refused() {
+    let scene = Scene::sound();
+    let expected = ["error[output-folder-unwritable] outputs.folder", "cause", "remedy  choose a folder with --out"];
+    if Path::new("/proc/self").exists() {
+        // Nobody makes folders here, not even root.
+        scene.assert_output_refused("/proc/floodsim", &expected);
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = scene.path("mine");
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o555)).unwrap();
+        if std::fs::write(folder.join("probe"), "").is_ok() {
+            std::fs::remove_file(folder.join("probe")).unwrap();
+            eprintln!("skipped: this user may write to read-only folders");
+        } else {
+            scene.assert_output_refused("mine", &expected);
+            scene.assert_output_refused("mine/deeper", &expected);
+        }
+        std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+}
+
+#[test]
+fn an_output_folder_with_files_is_left_alone_without_overwrite() {
+    let scene = Scene::sound();
+    std::fs::create_dir(scene.path("out")).unwrap();
+    scene.write("out/thesis.txt", "years of work");
+    scene.assert_output_refused(
+        "out",
+        &["error[output-folder-not-empty] outputs.folder", "out already holds files", "cause", "add --overwrite"],
+    );
+    let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "out", "--overwrite"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(std::fs::read_to_string(scene.path("out/thesis.txt")).unwrap(), "years of work");
+}
+
+#[test]
+fn a_refused_run_with_overwrite_leaves_the_earlier_run_as_it_was() {
+    let scene = Scene::sound();
+    assert_eq!(floodsim(scene.folder.path(), &["s.yaml", "--out", "out"]).code, 0);
+    let before = everything_below(&scene.path("out"));
+    std::fs::remove_file(scene.path("dem.asc")).unwrap();
+    let refused = floodsim(scene.folder.path(), &["s.yaml", "--out", "out", "--overwrite"]);
+    assert_eq!(refused.code, 4, "{}", refused.stderr);
+    assert!(everything_below(&scene.path("out")) == before, "the earlier run was changed");
+}
+
+#[test]
+fn problems_of_data_and_output_folder_come_together() {
+    let scene = Scene::sound();
+    std::fs::remove_file(scene.path("dem.asc")).unwrap();
+    scene.polygon("[[[1050,2050],[1100,2100],[1100,2050],[1050,2100],[1050,2050]]]", "{}");
+    scene.write("out", "a file");
+    let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "out"]);
+    assert_refusal(
+        &run,
+        4,
+        &["error[missing-file]", "error[self-crossing]", "error[output-folder-unwritable] outputs.folder"],
+    );
+}
