@@ -141,9 +141,39 @@ impl Sym2 {
     }
 }
 
+/// Whether two straight pieces of line cross.
+///
+/// A point of `a` that lies on the line of `b` belongs to its left side, so that a wall through a row of particles parts them
+/// from exactly one of their two neighbour rows; the ends of `b` belong to it.
+pub fn segments_cross(a: [Vec2; 2], b: [Vec2; 2]) -> bool {
+    let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
+    let side = |origin: Vec2, along: Vec2, point: Vec2| along.cross(point - origin);
+    let (a0, a1) = (side(b[0], along_b, a[0]), side(b[0], along_b, a[1]));
+    let (b0, b1) = (side(a[0], along_a, b[0]), side(a[0], along_a, b[1]));
+    let differ = (a0 >= 0.0) != (a1 >= 0.0);
+    let touches = (b0 >= 0.0 && b1 <= 0.0) || (b0 <= 0.0 && b1 >= 0.0);
+    differ && touches
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn crossing_and_missing_segments() {
+        let wall = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
+        assert!(segments_cross([Vec2::new(-1.0, 0.0), Vec2::new(1.0, 0.3)], wall));
+        assert!(!segments_cross([Vec2::new(-1.0, 2.0), Vec2::new(1.0, 2.0)], wall));
+        assert!(!segments_cross([Vec2::new(1.0, 0.0), Vec2::new(2.0, 0.0)], wall));
+    }
+
+    #[test]
+    fn a_particle_on_the_wall_is_cut_off_on_one_side_only() {
+        let wall = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
+        let east = segments_cross([Vec2::ZERO, Vec2::new(1.0, 0.0)], wall);
+        let west = segments_cross([Vec2::new(-1.0, 0.0), Vec2::ZERO], wall);
+        assert!(east != west);
+    }
 
     #[test]
     fn cross_product_is_positive_to_the_left() {

@@ -1,13 +1,24 @@
 //! Water over time at gauges, and what each gauge has seen in the end.
 //!
-//! A gauge has the value of the lattice cell that holds it: no interpolation between cells, since the neighbours may lie
-//! on the other side of a wall or on dry ground. Samples are interpolated in time between compute steps; maxima and
-//! arrival are those of the maps.
+//! A gauge reads the water as SPH reads any field at a point: the kernel mean over the riverbed particles around it (M26),
+//!
+//! ```text
+//! d = Σ W d_j / Σ W        q = Σ W q_j / Σ W        η = Σ_wet W η_j / Σ_wet W        z_b = Σ W z_j / Σ W
+//! ```
+//!
+//! with the cubic B-spline of h = 0.75 spacings (support 1.5 spacings, at least the four nearest particles), the particles
+//! beyond a wall left out. A gauge between two cells does not depend on which of them happens to hold it, and moving and
+//! resting particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
+//! compute step, by the rules of the maps.
 
 use super::frames::{Schedule, share_of_step};
-use super::maxima::{LatticeMaps, Maxima, PreviousWater};
+use super::maxima::{Maxima, PreviousWater, arrival_depth};
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterOnLattice};
+use crate::math::{Vec2, segments_cross};
+
+/// Smoothing length of a gauge over the spacing of the riverbed particles.
+const SMOOTHING_RATIO: f64 = 0.75;
 
 /// The water at one gauge at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +40,7 @@ pub struct GaugeSample {
 /// What a gauge has seen; everything is empty for a gauge outside the terrain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GaugeResult {
-    /// Bed elevation of the cell (m).
+    /// Bed elevation (m).
     pub bed: Option<f64>,
     /// Arrival for the first threshold (s).
     pub arrival: Option<f64>,
@@ -46,67 +57,171 @@ pub struct GaugeResult {
 /// Samples the gauges of a run.
 #[derive(Debug)]
 pub(super) struct GaugeRecorder {
-    /// Cell of each gauge and its bed elevation (m), when there is terrain.
-    cells: Vec<Option<(usize, f64)>>,
+    readings: Vec<Option<Reading>>,
+    bed_elevation: Vec<f64>,
+    arrival_rule: ArrivalRule,
     schedule: Schedule,
     samples: Vec<GaugeSample>,
 }
 
-impl GaugeRecorder {
-    pub(super) fn new(gauges: &[Gauge], lattice: &Lattice, bed_elevation: &[f64], schedule: Schedule) -> Self {
-        let cell_of = |gauge: &Gauge| {
-            let cell = lattice.cell_at(lattice.to_local(gauge.position))?;
-            (!bed_elevation[cell].is_nan()).then_some((cell, bed_elevation[cell]))
-        };
-        GaugeRecorder { cells: gauges.iter().map(cell_of).collect(), schedule, samples: Vec::new() }
-    }
+/// The depth that counts as arrival: the first threshold, or a rise where there was water at the start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ArrivalRule {
+    pub threshold: f64,
+    pub rise_on_wet: f64,
+}
 
-    /// Takes the samples that fall due between `before` and `after` (s); `maxima` still holds the step before.
-    pub(super) fn step(&mut self, before: f64, after: f64, maxima: &Maxima, water: &WaterOnLattice<'_>) {
-        while let Some(time) = self.schedule.due(after) {
-            let share = share_of_step(time, before, after);
-            for (gauge, cell) in self.cells.iter().enumerate() {
-                if let Some((cell, bed)) = *cell {
-                    let (depth, velocity_x, velocity_y) = between(&maxima.previous(cell), water, cell, share);
-                    let level = (depth > WET_DEPTH).then_some(bed + depth);
-                    self.samples.push(GaugeSample { gauge, time, depth, level, velocity_x, velocity_y });
-                }
-            }
+/// Where a gauge reads, and what it has seen so far.
+#[derive(Debug)]
+struct Reading {
+    /// Cells and their weights, which sum to 1.
+    weights: Vec<(usize, f64)>,
+    initial_depth: f64,
+    last_depth: f64,
+    result: GaugeResult,
+}
+
+/// Kernel means at one moment.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mean {
+    depth: f64,
+    level: Option<f64>,
+    velocity: Vec2,
+}
+
+impl GaugeRecorder {
+    pub(super) fn new(
+        gauges: &[Gauge],
+        lattice: &Lattice,
+        bed_elevation: &[f64],
+        walls: &[[Vec2; 2]],
+        arrival_rule: ArrivalRule,
+        schedule: Schedule,
+    ) -> Self {
+        let reading = |gauge: &Gauge| Reading::new(lattice.to_local(gauge.position), lattice, bed_elevation, walls);
+        GaugeRecorder {
+            readings: gauges.iter().map(reading).collect(),
+            bed_elevation: bed_elevation.to_vec(),
+            arrival_rule,
+            schedule,
+            samples: Vec::new(),
         }
     }
 
-    pub(super) fn results(&self, maps: &LatticeMaps) -> Vec<GaugeResult> {
-        let result_of = |cell: &Option<(usize, f64)>| match *cell {
-            None => GaugeResult::default(),
-            Some((cell, bed)) => {
-                let was_wet = maps.max_depth[cell] > WET_DEPTH;
-                GaugeResult {
-                    bed: Some(bed),
-                    arrival: Some(maps.thresholds[0].arrival[cell]).filter(|time| !time.is_nan()),
-                    max_depth: Some(maps.max_depth[cell]),
-                    max_level: was_wet.then_some(bed + maps.max_depth[cell]),
-                    time_of_max: was_wet.then_some(maps.time_of_max_depth[cell]),
-                    max_speed: Some(maps.max_speed[cell]),
+    /// Takes the water after a compute step from `before` to `after` (s); `maxima` still holds the step before. The first
+    /// call, at time 0, has no length.
+    pub(super) fn step(&mut self, before: f64, after: f64, maxima: &Maxima, water: &WaterOnLattice<'_>) {
+        let bed = &self.bed_elevation;
+        let now = |cell: usize| PreviousWater {
+            depth: water.depth[cell],
+            discharge_x: water.discharge_x[cell],
+            discharge_y: water.discharge_y[cell],
+        };
+        while let Some(time) = self.schedule.due(after) {
+            let share = share_of_step(time, before, after);
+            let between = |cell: usize| maxima.previous(cell).towards(now(cell), share);
+            for (gauge, reading) in self.readings.iter().enumerate() {
+                if let Some(reading) = reading {
+                    let mean = reading.mean(bed, between);
+                    let (velocity_x, velocity_y) = (mean.velocity.x, mean.velocity.y);
+                    self.samples.push(GaugeSample {
+                        gauge,
+                        time,
+                        depth: mean.depth,
+                        level: mean.level,
+                        velocity_x,
+                        velocity_y,
+                    });
                 }
             }
-        };
-        self.cells.iter().map(result_of).collect()
+        }
+        for reading in self.readings.iter_mut().flatten() {
+            let mean = reading.mean(bed, now);
+            reading.follow(before, after, mean, self.arrival_rule);
+        }
     }
 
-    pub(super) fn into_samples(self) -> Vec<GaugeSample> {
-        self.samples
+    pub(super) fn finish(self) -> (Vec<GaugeResult>, Vec<GaugeSample>) {
+        let result = |reading: Option<Reading>| reading.map(|reading| reading.result).unwrap_or_default();
+        (self.readings.into_iter().map(result).collect(), self.samples)
     }
 }
 
-/// Depth and velocity of a cell between two steps.
-fn between(previous: &PreviousWater, water: &WaterOnLattice<'_>, cell: usize, share: f64) -> (f64, f64, f64) {
-    let mix = |a: f64, b: f64| a + (b - a) * share;
-    let depth = mix(previous.depth, water.depth[cell]);
-    if depth > WET_DEPTH {
-        let velocity_x = mix(previous.discharge_x, water.discharge_x[cell]) / depth;
-        let velocity_y = mix(previous.discharge_y, water.discharge_y[cell]) / depth;
-        (depth, velocity_x, velocity_y)
-    } else {
-        (depth, 0.0, 0.0)
+impl Reading {
+    /// The cells around a place (local coordinates, m); none without terrain there.
+    fn new(place: Vec2, lattice: &Lattice, bed_elevation: &[f64], walls: &[[Vec2; 2]]) -> Option<Self> {
+        let home = lattice.cell_at(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
+        let (column, row) = lattice.column_row(home);
+        let h = SMOOTHING_RATIO * lattice.spacing;
+        let mut weights = Vec::new();
+        for near_row in row.saturating_sub(1)..=(row + 1).min(lattice.rows - 1) {
+            for near_column in column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1) {
+                let cell = lattice.index(near_column, near_row);
+                let centre = lattice.centre(cell);
+                let is_beyond = walls.iter().any(|&wall| segments_cross([place, centre], wall));
+                if !bed_elevation[cell].is_nan() && (cell == home || !is_beyond) {
+                    weights.push((cell, weight((centre - place).norm() / h)));
+                }
+            }
+        }
+        let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
+        for (_, weight) in &mut weights {
+            *weight /= sum;
+        }
+        let bed = weights.iter().map(|&(cell, weight)| weight * bed_elevation[cell]).sum();
+        let result =
+            GaugeResult { bed: Some(bed), max_depth: Some(0.0), max_speed: Some(0.0), ..GaugeResult::default() };
+        Some(Reading { weights, initial_depth: 0.0, last_depth: 0.0, result })
     }
+
+    /// The kernel means of the water that `at` gives for a cell.
+    fn mean(&self, bed_elevation: &[f64], at: impl Fn(usize) -> PreviousWater) -> Mean {
+        let (mut depth, mut discharge) = (0.0, Vec2::ZERO);
+        let (mut level, mut wet) = (0.0, 0.0);
+        for &(cell, weight) in &self.weights {
+            let water = at(cell);
+            depth += weight * water.depth;
+            discharge += Vec2::new(water.discharge_x, water.discharge_y) * weight;
+            if water.depth > WET_DEPTH {
+                level += weight * (bed_elevation[cell] + water.depth);
+                wet += weight;
+            }
+        }
+        let is_wet = depth > WET_DEPTH && wet > 0.0;
+        Mean {
+            depth,
+            level: is_wet.then(|| level / wet),
+            velocity: if is_wet { discharge / depth } else { Vec2::ZERO },
+        }
+    }
+
+    /// Keeps maxima and arrival.
+    fn follow(&mut self, before: f64, after: f64, now: Mean, rule: ArrivalRule) {
+        let is_start = after <= before;
+        if is_start {
+            self.initial_depth = now.depth;
+            self.last_depth = now.depth;
+        }
+        let result = &mut self.result;
+        let wanted = arrival_depth(rule.threshold, self.initial_depth, rule.rise_on_wet);
+        if result.arrival.is_none() && now.depth >= wanted {
+            let share = share_of_step(wanted, self.last_depth, now.depth);
+            result.arrival = Some(before + share * (after - before));
+        }
+        if now.depth > WET_DEPTH && result.max_depth.is_none_or(|greatest| now.depth > greatest) {
+            result.max_depth = Some(now.depth);
+            result.time_of_max = Some(after);
+        }
+        if let Some(level) = now.level {
+            result.max_level = Some(result.max_level.map_or(level, |greatest| greatest.max(level)));
+        }
+        let speed = now.velocity.norm();
+        result.max_speed = result.max_speed.map(|greatest| greatest.max(speed));
+        self.last_depth = now.depth;
+    }
+}
+
+/// The cubic B-spline over its value in the middle, at q = r/h.
+fn weight(q: f64) -> f64 {
+    0.25 * (2.0 - q).max(0.0).powi(3) - (1.0 - q).max(0.0).powi(3)
 }

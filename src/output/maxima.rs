@@ -100,6 +100,18 @@ pub(super) struct PreviousWater {
     pub(super) discharge_y: f64,
 }
 
+impl PreviousWater {
+    /// The water `share` of the way to a later moment.
+    pub(super) fn towards(self, later: PreviousWater, share: f64) -> PreviousWater {
+        let mix = |a: f64, b: f64| a + (b - a) * share;
+        PreviousWater {
+            depth: mix(self.depth, later.depth),
+            discharge_x: mix(self.discharge_x, later.discharge_x),
+            discharge_y: mix(self.discharge_y, later.discharge_y),
+        }
+    }
+}
+
 impl Maxima {
     /// An empty record for `cells` cells in rows of `columns`; `thresholds` (m) must not be empty.
     pub(super) fn new(cells: usize, columns: usize, thresholds: &[f64], rise_on_wet: f64) -> Self {
@@ -204,7 +216,7 @@ impl Maxima {
 
 /// The depth (m) at which the water counts as arrived.
 #[inline]
-fn arrival_depth(threshold: f64, initial_depth: f64, rise_on_wet: f64) -> f64 {
+pub(super) fn arrival_depth(threshold: f64, initial_depth: f64, rise_on_wet: f64) -> f64 {
     if initial_depth > WET_DEPTH { threshold.max(initial_depth + rise_on_wet) } else { threshold }
 }
 

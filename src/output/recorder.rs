@@ -2,11 +2,12 @@
 
 use super::Gauge;
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
-use super::gauges::{GaugeRecorder, GaugeResult, GaugeSample};
+use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample};
 use super::grid::{GridMaps, OutputGrid};
 use super::maxima::{LatticeMaps, Maxima};
 use crate::error::Error;
 use crate::lattice::{Lattice, WaterOnLattice};
+use crate::math::Vec2;
 
 /// What to record, and where.
 #[derive(Clone, Debug)]
@@ -27,6 +28,8 @@ pub struct RecorderPlan {
     pub end_time: f64,
     /// Gauges.
     pub gauges: Vec<Gauge>,
+    /// Walls as straight pieces in local coordinates (m): a gauge does not read beyond them.
+    pub walls: Vec<[Vec2; 2]>,
     /// Interval of the gauge series (s).
     pub gauges_every: f64,
 }
@@ -83,7 +86,14 @@ impl Recorder {
             grid: OutputGrid::new(&lattice, cell, &bed_elevation),
             maxima: Maxima::new(lattice.len(), lattice.columns, &thresholds, rise_on_wet),
             frames: Schedule::new(plan.every, plan.end_time),
-            gauges: GaugeRecorder::new(&plan.gauges, &lattice, &bed_elevation, gauge_schedule),
+            gauges: GaugeRecorder::new(
+                &plan.gauges,
+                &lattice,
+                &bed_elevation,
+                &plan.walls,
+                ArrivalRule { threshold: thresholds[0], rise_on_wet },
+                gauge_schedule,
+            ),
             mass_balance: Vec::new(),
             previous_volumes: Volumes::default(),
             bed_elevation,
@@ -135,11 +145,12 @@ impl Recorder {
     /// What the run left behind, up to the last step taken.
     pub fn finish(self) -> Recording {
         let lattice_maps = self.maxima.maps(self.time);
+        let (gauge_results, gauge_samples) = self.gauges.finish();
         Recording {
             end_time: self.time,
             maps: self.grid.maps(&lattice_maps, &self.bed_elevation),
-            gauge_results: self.gauges.results(&lattice_maps),
-            gauge_samples: self.gauges.into_samples(),
+            gauge_results,
+            gauge_samples,
             mass_balance: self.mass_balance,
             lattice_maps,
         }

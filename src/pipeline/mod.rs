@@ -105,12 +105,7 @@ enum Early {
 
 impl Run<'_> {
     /// Computes, writes everything, and judges the result.
-    fn execute(
-        mut self,
-        mut solver: Box<dyn FlowSolver>,
-        bed: BedParticles,
-        show: bool,
-    ) -> Result<RunSummary, Error> {
+    fn execute(mut self, mut solver: Box<dyn FlowSolver>, bed: BedParticles, show: bool) -> Result<RunSummary, Error> {
         self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
         self.manifest.write(&self.folder)?;
         let lattice = bed.lattice.clone();
@@ -295,6 +290,7 @@ fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) ->
         every: outputs.every,
         end_time: scenario.end_time,
         gauges: prepared.gauges.clone(),
+        walls: prepared.walls.clone(),
         gauges_every: outputs.gauges_every,
     }
 }

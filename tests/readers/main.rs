@@ -69,6 +69,7 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         every: 100.0,
         end_time: END,
         gauges: vec![gauge("G1", 20.5, 20.5), gauge("dry", 50.5, 38.5)],
+        walls: Vec::new(),
         gauges_every: 60.0,
     }
 }

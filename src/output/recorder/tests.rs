@@ -25,6 +25,7 @@ fn plan(every: f64) -> RecorderPlan {
         every,
         end_time: 100.0,
         gauges: vec![gauge("wet", 1015.0, 2015.0), gauge("dry", 1005.0, 2005.0), gauge("outside", 1045.0, 2025.0)],
+        walls: vec![],
         gauges_every: 10.0,
     }
 }
@@ -146,19 +147,50 @@ fn frames_lie_on_the_line_between_steps() {
     assert_eq!(recording.mass_balance.len(), 9);
 }
 
+/// Share that the cell itself and each of its four nearest neighbours have in a gauge at its centre.
+fn shares() -> (f64, f64) {
+    let (near, far) = (0.25 * (2.0f64 - 4.0 / 3.0).powi(3), 0.25 * (2.0 - 4.0 / 3.0 * 2f64.sqrt()).powi(3));
+    let sum = 1.0 + 4.0 * near + 4.0 * far;
+    (1.0 / sum, near / sum)
+}
+
 #[test]
-fn gauges_have_the_values_of_their_cells() {
+fn a_gauge_reads_the_kernel_mean_of_the_cells_around_it() {
     let (recording, _) = record(50.0, 5.0);
     let [wet, dry, outside] = &recording.gauge_results[..] else { panic!("three gauges were asked for") };
-    assert_close(wet.arrival.unwrap(), 13.0, "arrival at the gauge");
-    assert_eq!((wet.bed, wet.max_depth, wet.max_level), (Some(BED), Some(1.0), Some(21.0)));
-    assert_eq!((dry.arrival, dry.max_depth, dry.max_level, dry.time_of_max), (None, Some(0.0), None, None));
-    assert_eq!(outside, &GaugeResult::default());
+    let (own, near) = shares();
+    let mean = |t: f64| own * ramp(t) + near * lake(t);
     let series: Vec<_> = recording.gauge_samples.iter().filter(|sample| sample.gauge == 0).collect();
     assert_eq!(series.len(), 11);
-    assert_eq!((series[0].depth, series[0].level), (0.0, None));
-    assert_close(series[2].depth, ramp(20.0), "depth at 20 s");
+    for (sample, t) in series.iter().zip([0.0, 10.0, 20.0, 30.0]) {
+        assert_close(sample.depth, mean(t), "depth of the series");
+    }
+    // At the start there is the neighbouring lake: arrival is a rise of 0.2 m, on the straight ramp from 10 s to 40 s.
+    let rise = |t: f64| mean(t) - mean(0.0);
+    let arrival = 10.0 + 30.0 * (0.2 - rise(10.0)) / (rise(40.0) - rise(10.0));
+    assert_close(wet.arrival.unwrap(), arrival, "arrival at the gauge");
+    assert_close(wet.max_depth.unwrap(), mean(60.0), "greatest depth");
+    assert_close(wet.time_of_max.unwrap(), 60.0, "time of the greatest depth");
+    let level = |t: f64| BED + (own * ramp(t) + near * lake(t)) / (own + near);
+    // The lake beside the gauge goes on rising when the gauge's own cell is dry again.
+    assert_close(wet.max_level.unwrap(), level(60.0).max(BED + lake(100.0)), "greatest level");
+    assert_close(wet.bed.unwrap(), BED, "bed of the gauge");
+    assert!(dry.max_depth.unwrap() < 0.01 && dry.arrival.is_none(), "{dry:?}");
+    assert_eq!(outside, &GaugeResult::default());
     assert!(recording.gauge_samples.iter().all(|sample| sample.gauge != 2), "no samples outside the terrain");
+}
+
+#[test]
+fn a_gauge_does_not_read_beyond_a_wall() {
+    let wall = [Vec2::new(20.0, -5.0), Vec2::new(20.0, 35.0)];
+    let mut recorder = Recorder::new(RecorderPlan { walls: vec![wall], ..plan(50.0) });
+    let spans = [Span { row: 1, from: 2, to: 3 }];
+    let (mut depth, dry) = (vec![0.0; 15], vec![0.0; 15]);
+    depth[7] = 3.0;
+    let water = WaterOnLattice { depth: &depth, discharge_x: &dry, discharge_y: &dry, spans: &spans };
+    recorder.start(&water, Volumes::default(), &mut |_| Ok(())).unwrap();
+    let recording = recorder.finish();
+    assert_eq!(recording.gauge_results[0].max_depth, Some(0.0), "the lake stands behind the wall");
 }
 
 #[test]

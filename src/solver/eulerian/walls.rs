@@ -11,7 +11,7 @@ use super::Scale;
 use super::faces::{EAST, NORTH, hll, turned};
 use super::spans::ActiveSet;
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
-use crate::math::Vec2;
+use crate::math::{Vec2, segments_cross};
 use crate::solver::FlowProblem;
 
 /// One special face, in the row of its owner.
@@ -45,18 +45,6 @@ fn step(direction: usize) -> (isize, isize) {
 
 fn shift(index: usize, offset: isize) -> usize {
     (index as isize + offset) as usize
-}
-
-/// Whether two segments cross or touch.
-pub(crate) fn segments_cross(a: [Vec2; 2], b: [Vec2; 2]) -> bool {
-    let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
-    let side = |origin: Vec2, along: Vec2, point: Vec2| along.cross(point - origin);
-    let (a0, a1) = (side(b[0], along_b, a[0]), side(b[0], along_b, a[1]));
-    let (b0, b1) = (side(a[0], along_a, b[0]), side(a[0], along_a, b[1]));
-    // A particle that lies on the line itself belongs to its left side, so that a wall through a row of particles holds.
-    let differ = |p: f64, q: f64| (p >= 0.0) != (q >= 0.0);
-    let touches = |p: f64, q: f64| (p >= 0.0 && q <= 0.0) || (p <= 0.0 && q >= 0.0);
-    differ(a0, a1) && touches(b0, b1)
 }
 
 impl Walls {
@@ -274,22 +262,6 @@ fn crossed_faces(problem: &FlowProblem, state: &State) -> Vec<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn crossing_and_missing_segments() {
-        let wall = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
-        assert!(segments_cross([Vec2::new(-1.0, 0.0), Vec2::new(1.0, 0.3)], wall));
-        assert!(!segments_cross([Vec2::new(-1.0, 2.0), Vec2::new(1.0, 2.0)], wall));
-        assert!(!segments_cross([Vec2::new(1.0, 0.0), Vec2::new(2.0, 0.0)], wall));
-    }
-
-    #[test]
-    fn a_particle_on_the_wall_is_cut_off_on_one_side_only() {
-        let wall = [Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
-        let east = segments_cross([Vec2::ZERO, Vec2::new(1.0, 0.0)], wall);
-        let west = segments_cross([Vec2::new(-1.0, 0.0), Vec2::ZERO], wall);
-        assert!(east != west);
-    }
 
     #[test]
     fn still_water_leans_on_a_wall_without_momentum() {
