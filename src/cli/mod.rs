@@ -86,8 +86,11 @@ fn run_scenario(run: &RunArguments, stages: &Stages) -> Result<(), Error> {
 
 /// Draws the report of a run folder and lists its files.
 fn report_folder(folder: &std::path::Path) -> Result<(), Error> {
-    let files = crate::report::report(folder)?;
-    print(&files.iter().map(|file| format!("{}\n", file.display())).collect::<String>())
+    let report = crate::report::report(folder)?;
+    if let Some(doubt) = report.doubt {
+        eprintln!("warning: {doubt}");
+    }
+    print(&report.files.iter().map(|file| format!("{}\n", file.display())).collect::<String>())
 }
 
 /// The command line as it could be typed again.

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Problem, ProblemKind};
 
-/// Files that a run writes, relative to its folder.
-const OWN_FILES: [&str; 9] = [
+/// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
+const OWN_FILES: [&str; 16] = [
     "run.json",
     "scenario.resolved.yaml",
     "fields.nc",
@@ -21,6 +21,13 @@ const OWN_FILES: [&str; 9] = [
     "tables/gauges.csv",
     "tables/gauge_series.csv",
     "tables/mass_balance.csv",
+    "report/index.html",
+    "report/max_depth.svg",
+    "report/arrival.svg",
+    "report/hazard.svg",
+    "report/max_speed.svg",
+    "report/four_times.svg",
+    "report/gauges.svg",
 ];
 
 /// Beginning of the temporary name of a file that is not yet whole.
@@ -149,7 +156,7 @@ impl RunFolder {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 let is_map = folder.ends_with("cog")
                     && OWN_MAPS.iter().any(|map| name.starts_with(map))
-                    && (name.ends_with(".tif") || name.ends_with(".qml"));
+                    && [".tif", ".qml", ".tif.aux.xml"].iter().any(|end| name.ends_with(end));
                 if path.is_file() && (is_map || name.starts_with(TEMPORARY)) {
                     fs::remove_file(&path)?;
                 }

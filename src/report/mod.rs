@@ -17,11 +17,20 @@ use read::RunFolder;
 /// Most lines that one hydrograph can show and still be read.
 const MOST_LINES: usize = 16;
 
-/// Writes the report of a run folder and returns its files, the page last.
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// The files, the page last.
+    pub files: Vec<PathBuf>,
+    /// Why the results are not those of a whole and sound run, as page and sheets say too; none when they are.
+    pub doubt: Option<String>,
+}
+
+/// Writes the report of a run folder.
 ///
 /// # Errors
 /// [`Error::Problems`] when the folder holds no readable run, [`Error::Output`] when the report cannot be written.
-pub fn report(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+pub fn report(folder: &Path) -> Result<Report, Error> {
     let run = RunFolder::open(folder)?;
     let target = folder.join("report");
     std::fs::create_dir_all(&target).map_err(|cause| output_error(&target, &cause))?;
@@ -37,7 +46,7 @@ pub fn report(folder: &Path) -> Result<Vec<PathBuf>, Error> {
         write(&format!("{}.svg", figure.name), &figure.svg)?;
     }
     write("index.html", &page::page(&run, &figures))?;
-    Ok(files)
+    Ok(Report { files, doubt: run.doubt() })
 }
 
 fn output_error(path: &Path, cause: &std::io::Error) -> Error {

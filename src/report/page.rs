@@ -23,7 +23,7 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
     );
-    status(&mut html, &run.summary);
+    status(&mut html, run);
     table(&mut html, "The run", &summary_rows(run));
     table(&mut html, "Volume ledger", &ledger_rows(&run.summary["volume_m3"]));
     for figure in figures {
@@ -37,12 +37,13 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
 }
 
 /// Whether the run can be relied on, before anything else.
-fn status(html: &mut String, summary: &Value) {
-    let Some(status) = summary["status"].as_str() else { return };
-    let gates = summary["gates"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let good = summary["exit_code"].as_i64() == Some(0);
-    let class = if good { "status" } else { "status bad" };
-    let _ = write!(html, "<p class=\"{class}\"><b>{}</b>", escape(status));
+fn status(html: &mut String, run: &RunFolder) {
+    let gates = run.summary["gates"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let (class, text) = match run.doubt() {
+        None => ("status", "done".to_string()),
+        Some(doubt) => ("status bad", doubt),
+    };
+    let _ = write!(html, "<p class=\"{class}\"><b>{}</b>", escape(&text));
     for gate in gates {
         let text = gate.as_str().map_or_else(|| gate.to_string(), str::to_string);
         let _ = write!(html, "<br>{}", escape(&text));

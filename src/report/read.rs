@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Problem, ProblemKind};
-use crate::maps::{MapGrid, Mark, Series};
+use crate::maps::{MapGrid, Mark, Series, clock};
 
 /// A gauge with its row of `tables/gauges.csv`.
 pub(super) struct GaugeRow {
@@ -39,16 +39,19 @@ pub(super) struct RunFolder {
 }
 
 impl RunFolder {
-    /// Opens the folder of a finished run.
+    /// Opens the folder of a finished run; one that is under way or was killed is refused, whatever it holds.
     pub fn open(folder: &Path) -> Result<RunFolder, Error> {
+        let summary = std::fs::read_to_string(folder.join("run.json")).ok();
+        let summary = summary.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or(serde_json::Value::Null);
+        if summary["status"] == "running" {
+            return Err(unfinished(folder));
+        }
         let maps = open(&folder.join("maps.nc"))?;
         let fields_path = folder.join("fields.nc");
         let fields = fields_path.exists().then(|| open(&fields_path)).transpose()?;
         let grid = read_grid(&maps, &folder.join("maps.nc"))?;
         let bed = variable(&maps, "bed_elevation", None)?
             .ok_or_else(|| unreadable(&folder.join("maps.nc"), "it has no variable `bed_elevation`".to_string()))?;
-        let summary = std::fs::read_to_string(folder.join("run.json")).ok();
-        let summary = summary.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or(serde_json::Value::Null);
         let text = |name: &str| match maps.attribute(name).map(|attribute| attribute.value()) {
             Some(Ok(netcdf::AttributeValue::Str(text))) => Some(text),
             _ => None,
@@ -97,14 +100,25 @@ impl RunFolder {
         Ok(frames)
     }
 
-    /// Version, methods and resolution in one line.
+    /// Why the results are not those of a whole and sound run; none when they are.
+    pub fn doubt(&self) -> Option<String> {
+        let time = self.summary["simulated_s"].as_f64().map_or("an unknown time".to_string(), clock);
+        match (self.summary["status"].as_str(), self.summary["exit_code"].as_i64()) {
+            (Some("done"), Some(0)) => None,
+            (Some("done"), _) => Some("the run ended, but failed a quality gate".to_string()),
+            (Some("stopped"), _) => Some(format!("the run was stopped at {time}; what came later is missing")),
+            (Some("failed"), _) => Some(format!("the run broke down at {time}; what came later is missing")),
+            _ => Some("there is no run.json that says how the run ended".to_string()),
+        }
+    }
+
+    /// Version, methods and resolution in one line; a doubt comes first.
     pub fn note(&self) -> String {
         let version = self.summary["version"].as_str().unwrap_or(env!("CARGO_PKG_VERSION"));
         let methods = &self.summary["methods"];
         let named = ["formulation", "motion"].iter().filter_map(|family| methods[family].as_str());
-        let parts: Vec<String> =
-            std::iter::once(format!("floodsim {version}")).chain(named.map(str::to_string)).collect();
-        parts.join(" · ")
+        let parts = std::iter::once(format!("floodsim {version}")).chain(named.map(str::to_string));
+        self.doubt().into_iter().chain(parts).collect::<Vec<_>>().join(" · ")
     }
 }
 
@@ -114,6 +128,15 @@ fn unreadable(path: &Path, cause: String) -> Error {
         Problem::error(ProblemKind::Input, "not-a-run", "", message)
             .with_cause(cause)
             .with_remedy("name the folder of a finished run, which holds maps.nc"),
+    ])
+}
+
+fn unfinished(folder: &Path) -> Error {
+    let message = format!("the run in {} is not finished: its run.json says `running`", folder.display());
+    Error::Problems(vec![
+        Problem::error(ProblemKind::Input, "unfinished-run", "", message)
+            .with_cause("it is still under way, or it was killed")
+            .with_remedy("wait for its end, or run the scenario again with --overwrite"),
     ])
 }
 

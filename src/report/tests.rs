@@ -77,7 +77,8 @@ fn a_run_folder_is_read_back_as_it_was_written() {
 fn the_report_holds_every_figure_and_needs_no_other_file() {
     let folder = tempfile::tempdir().unwrap();
     run_folder(folder.path());
-    let files = report(folder.path()).unwrap();
+    let Report { files, doubt } = report(folder.path()).unwrap();
+    assert_eq!(doubt, None);
     let names: Vec<_> = files.iter().filter_map(|path| path.file_name()?.to_str()).collect();
     assert_eq!(names, ["max_depth.svg", "arrival.svg", "four_times.svg", "gauges.svg", "index.html"]);
     let page = std::fs::read_to_string(&files[4]).unwrap();
@@ -96,4 +97,28 @@ fn a_folder_without_a_run_is_refused() {
     assert_eq!(error.exit_code(), crate::error::ExitCode::Input);
     assert!(error.to_string().contains("maps.nc"));
     assert!(!folder.path().join("report").exists());
+}
+
+#[test]
+fn a_run_that_is_under_way_is_refused_and_one_that_ended_early_is_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    run_folder(folder.path());
+    let summary = |status: &str, code: u8| {
+        let text = format!(r#"{{"status": "{status}", "exit_code": {code}, "simulated_s": 90.0}}"#);
+        std::fs::write(folder.path().join("run.json"), text).unwrap();
+    };
+    summary("running", 0);
+    let error = report(folder.path()).unwrap_err();
+    assert!(error.to_string().contains("error[unfinished-run]") && error.to_string().contains("remedy"), "{error}");
+    assert!(!folder.path().join("report").exists());
+    for (status, code, expected) in
+        [("failed", 6, "broke down at 90 s"), ("stopped", 143, "stopped at 90 s"), ("done", 7, "quality gate")]
+    {
+        summary(status, code);
+        let written = report(folder.path()).unwrap();
+        assert!(written.doubt.unwrap().contains(expected));
+        for file in [&written.files[0], written.files.last().unwrap()] {
+            assert!(std::fs::read_to_string(file).unwrap().contains(expected), "{} does not tell", file.display());
+        }
+    }
 }

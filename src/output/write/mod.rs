@@ -71,10 +71,12 @@ impl Provenance {
     }
 }
 
-/// The time now, as `YYYY-MM-DDTHH:MM:SSZ`.
+/// The time now, as `YYYY-MM-DDTHH:MM:SSZ`; that of the variable `SOURCE_DATE_EPOCH` (seconds since 1970) where it is set, so
+/// that a run can be repeated to the same bytes.
 pub fn utc_now() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |duration| duration.as_secs());
-    utc(seconds)
+    let stated = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|text| text.parse().ok());
+    let now = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |duration| duration.as_secs());
+    utc(stated.unwrap_or_else(now))
 }
 
 /// Seconds since 1970 as a date and time of the Gregorian calendar.

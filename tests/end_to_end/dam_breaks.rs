@@ -1,0 +1,116 @@
+//! Ritter's and Stoker's dam breaks through the whole program: terrain raster in, NetCDF out, against the exact solutions.
+
+use std::path::Path;
+
+use tempfile::TempDir;
+
+use crate::floodsim;
+use crate::support::{ritter, stoker};
+
+/// Place of the dam (m) and time (s) of the comparison.
+const DAM: f64 = 1000.0;
+const TIME: f64 = 50.0;
+/// Depths (m) in the west and, for Stoker's case, in the east.
+const WEST: f64 = 10.0;
+const EAST: f64 = 5.0;
+
+/// The state at the end of a run, every cell of the grid: x (m), depth (m), velocity along the channel (m/s).
+fn run(scenario: &Path, cell: f64) -> Vec<(f64, f64, f64)> {
+    let folder = TempDir::new().unwrap();
+    let (resolution, outputs) = (format!("resolution={cell} m"), format!("outputs.cell={cell} m"));
+    let scenario = scenario.display().to_string();
+    let arguments = ["run", &scenario, "--out", "out", "--quiet", "--set", &resolution, "--set", &outputs];
+    let answer = floodsim(folder.path(), &arguments);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let fields = netcdf::open(folder.path().join("out/fields.nc")).unwrap();
+    let values = |name: &str| -> Vec<f64> { fields.variable(name).unwrap().get_values(..).unwrap() };
+    let (times, x) = (values("time"), values("x"));
+    assert!((times.last().unwrap() - TIME).abs() < 1e-9, "{times:?}");
+    let cells = x.len() * fields.dimension("y").unwrap().len();
+    let (depth, velocity) = (values("depth"), values("velocity_x"));
+    let last = depth.len() - cells;
+    (0..cells).map(|i| (x[i % x.len()], depth[last + i], velocity[last + i])).collect()
+}
+
+/// Mean absolute errors of depth (m) and velocity (m/s) over the grid.
+fn errors(state: &[(f64, f64, f64)], exact: impl Fn(f64) -> (f64, f64)) -> (f64, f64) {
+    let sum = state.iter().fold((0.0, 0.0), |sum, (x, depth, velocity)| {
+        let (d, u) = exact(*x);
+        (sum.0 + (depth - d).abs(), sum.1 + (velocity - u).abs())
+    });
+    (sum.0 / state.len() as f64, sum.1 / state.len() as f64)
+}
+
+/// The easternmost place (m) at least `depth` (m) deep.
+fn reach(state: &[(f64, f64, f64)], depth: f64) -> f64 {
+    state.iter().filter(|cell| cell.1 >= depth).map(|cell| cell.0).fold(f64::NEG_INFINITY, f64::max)
+}
+
+#[test]
+fn ritter_through_the_whole_program() {
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ritter/scenario.yaml");
+    let exact = |x: f64| ritter(WEST, x - DAM, TIME);
+    // The exact depth is 1 cm where x/t is 2 c − 3 √(g d).
+    let front = TIME * (2.0 * (9.81 * WEST).sqrt() - 3.0 * (9.81f64 * 0.01).sqrt());
+    let mut depth_errors = Vec::new();
+    for cell in [10.0, 5.0] {
+        let state = run(&scenario, cell);
+        let (depth, velocity) = errors(&state, exact);
+        let reached = reach(&state, 0.01) - DAM;
+        println!(
+            "Ritter, {cell} m: mean error of depth {depth:.5} m, of velocity {velocity:.5} m/s; front of 1 cm after {reached:.1} m, exact {front:.1} m ({:+.1} %)",
+            100.0 * (reached / front - 1.0)
+        );
+        assert!((reached / front - 1.0).abs() < 0.12, "the front is at {reached} m of {front} m");
+        depth_errors.push(depth);
+    }
+    let order = (depth_errors[0] / depth_errors[1]).log2();
+    println!("Ritter: order {order:.2}");
+    // What resting particles of second order reach on this channel.
+    assert!(depth_errors[0] <= 0.02 && order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
+}
+
+#[test]
+fn stoker_through_the_whole_program() {
+    let folder = TempDir::new().unwrap();
+    let terrain = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/ritter/bed_10m.asc");
+    for (name, west, east) in [("west", 0, 1000), ("east", 1000, 2000)] {
+        let ring = format!("[[[{west},0],[{east},0],[{east},60],[{west},60],[{west},0]]]");
+        let text = format!(r#"{{"type":"Polygon","coordinates":{ring}}}"#);
+        std::fs::write(folder.path().join(name).with_extension("geojson"), text).unwrap();
+    }
+    let scenario = folder.path().join("stoker.yaml");
+    let text = format!(
+        "floodsim: 1\ntitle: Stoker\ncrs: local\nterrain: {{layers: [{{raster: '{}'}}]}}\nroughness: {{manning: 0}}\n\
+         initial:\n  - {{reservoir: west.geojson, level: {WEST} m}}\n  - {{reservoir: east.geojson, level: {EAST} m}}\n\
+         resolution: 10 m\ntime: {{end: {TIME} s}}\noutputs: {{every: {TIME} s}}\n",
+        terrain.display()
+    );
+    std::fs::write(&scenario, text).unwrap();
+    let exact = |x: f64| stoker(WEST, EAST, x - DAM, TIME);
+    // The bore is where the exact depth drops to that in the east.
+    let (mut behind, mut before) = (0.0, 1000.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (behind + before);
+        if exact(DAM + middle).0 > EAST { behind = middle } else { before = middle }
+    }
+    let height = exact(DAM + behind).0;
+    let mut depth_errors = Vec::new();
+    for cell in [10.0, 5.0] {
+        let state = run(&scenario, cell);
+        let (depth, velocity) = errors(&state, exact);
+        // Half-way up the bore lies between this cell and the next.
+        let bore = reach(&state, 0.5 * (height + EAST)) + 0.5 * cell - DAM;
+        println!(
+            "Stoker, {cell} m: mean error of depth {depth:.5} m, of velocity {velocity:.5} m/s; bore after {bore:.1} m, exact {behind:.1} m"
+        );
+        assert!((bore - behind).abs() <= 1.5 * cell, "the bore is at {bore} m instead of {behind} m");
+        if cell > 9.0 {
+            assert!(depth <= 0.0175 && velocity <= 0.0205, "errors {depth:.5} m and {velocity:.5} m/s");
+        }
+        depth_errors.push(depth);
+    }
+    let order = (depth_errors[0] / depth_errors[1]).log2();
+    println!("Stoker: order {order:.2}");
+    assert!(order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
+}
