@@ -9,7 +9,10 @@ mod dam_breaks;
 mod support;
 mod whole_runs;
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::LazyLock;
+use std::sync::mpsc::{Sender, channel};
 
 use assert_cmd::Command;
 
@@ -30,5 +33,58 @@ fn floodsim(folder: &Path, arguments: &[&str]) -> Answer {
         code: output.status.code().unwrap(),
         stdout: String::from_utf8(output.stdout).unwrap(),
         stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// A NetCDF file as it is read back.
+struct Netcdf {
+    /// Lengths of the dimensions.
+    dimensions: BTreeMap<String, usize>,
+    /// Global attributes.
+    attributes: BTreeMap<String, String>,
+    /// Of each variable its dimensions and attributes, and its values.
+    variables: BTreeMap<String, (String, Vec<f64>)>,
+}
+
+impl Netcdf {
+    /// Reads a whole file.
+    ///
+    /// All files are read on one thread: on any other than the first, HDF5 writes of attributes that it looks for in vain.
+    fn read(path: &Path) -> Netcdf {
+        type Work = Box<dyn FnOnce() + Send>;
+        static READER: LazyLock<Sender<Work>> = LazyLock::new(|| {
+            let (sender, receiver) = channel::<Work>();
+            std::thread::spawn(move || receiver.into_iter().for_each(|work| work()));
+            sender
+        });
+        let (answer, result) = channel();
+        let path = path.to_path_buf();
+        let read = move || {
+            let file = netcdf::open(&path).unwrap();
+            let text = |a: netcdf::Attribute| (a.name().to_owned(), format!("{:?}", a.value().unwrap()));
+            let variable = |variable: netcdf::Variable| {
+                let dimensions: Vec<_> = variable.dimensions().iter().map(|d| (d.name(), d.len())).collect();
+                let attributes: Vec<_> = variable.attributes().map(text).collect();
+                (variable.name(), (format!("{dimensions:?} {attributes:?}"), variable.get_values(..).unwrap()))
+            };
+            Netcdf {
+                dimensions: file.dimensions().map(|d| (d.name(), d.len())).collect(),
+                attributes: file.attributes().map(text).collect(),
+                variables: file.variables().map(variable).collect(),
+            }
+        };
+        READER.send(Box::new(move || answer.send(read()).unwrap())).unwrap();
+        result.recv().unwrap_or_else(|_| panic!("a NetCDF file could not be read"))
+    }
+
+    /// The values of a variable.
+    fn values(&self, name: &str) -> &[f64] {
+        &self.variables[name].1
+    }
+
+    /// Everything but the global attributes, with the bits of the values.
+    fn bits(&self) -> BTreeMap<&str, (&str, Vec<u64>)> {
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect();
+        self.variables.iter().map(|(name, (text, values))| (name.as_str(), (text.as_str(), bits(values)))).collect()
     }
 }

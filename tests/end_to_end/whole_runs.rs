@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-use crate::{Answer, floodsim};
+use crate::{Answer, Netcdf, floodsim};
 
 /// The maps of every run; each further threshold of arrival adds its own.
 const MAPS: [&str; 9] = [
@@ -44,13 +44,6 @@ fn run(folder: &Path, scenario: &str, arguments: &[&str]) -> Answer {
     answer
 }
 
-/// The program, its paths and dates apart from the test's own surroundings.
-fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin("floodsim"));
-    command.current_dir(folder).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
-    command
-}
-
 fn manifest(out: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(out.join("run.json")).unwrap()).unwrap()
 }
@@ -71,28 +64,6 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         }
     }
     found
-}
-
-/// Every variable of a NetCDF file: its dimensions, attributes and the bits of its values.
-fn variables(path: &Path) -> BTreeMap<String, (String, Vec<u64>)> {
-    let file = netcdf::open(path).unwrap();
-    let described = |variable: netcdf::Variable| {
-        let dimensions: Vec<String> =
-            variable.dimensions().iter().map(|d| format!("{}={}", d.name(), d.len())).collect();
-        let attributes: Vec<String> =
-            variable.attributes().map(|a| format!("{}={:?}", a.name(), a.value().unwrap())).collect();
-        let values: Vec<f64> = variable.get_values(..).unwrap();
-        let text = format!("{dimensions:?} {attributes:?}");
-        (variable.name(), (text, values.into_iter().map(f64::to_bits).collect()))
-    };
-    file.variables().map(described).collect()
-}
-
-/// The global attributes of a NetCDF file without `history`, which holds the command.
-fn global_attributes(path: &Path) -> Vec<String> {
-    let file = netcdf::open(path).unwrap();
-    let attributes = file.attributes().filter(|attribute| attribute.name() != "history");
-    attributes.map(|attribute| format!("{}={:?}", attribute.name(), attribute.value().unwrap())).collect()
 }
 
 /// The record of a run without what may differ: the command, times, memory and threads.
@@ -125,13 +96,13 @@ fn assert_whole(out: &Path) {
         assert!(all.get(name).is_some_and(|bytes| !bytes.is_empty()), "{name} is missing or empty");
     }
     assert!(all.keys().all(|name| !name.contains("unfinished") && !name.contains("partial")), "{:?}", all.keys());
-    let maps = variables(&out.join("maps.nc"));
+    let maps = Netcdf::read(&out.join("maps.nc"));
     for map in MAPS {
-        assert!(maps.contains_key(map), "maps.nc has no {map}");
+        assert!(maps.variables.contains_key(map), "maps.nc has no {map}");
     }
-    let fields = variables(&out.join("fields.nc"));
+    let fields = Netcdf::read(&out.join("fields.nc"));
     for field in ["depth", "water_level", "velocity_x", "velocity_y"] {
-        assert!(fields.contains_key(field), "fields.nc has no {field}");
+        assert!(fields.variables.contains_key(field), "fields.nc has no {field}");
     }
     let run = manifest(out);
     assert_eq!((&run["status"], &run["exit_code"]), (&"done".into(), &0.into()));
@@ -205,47 +176,49 @@ fn a_lake_at_rest_stays_at_rest() {
 
 #[test]
 fn one_and_two_threads_give_equal_bytes() {
-    let by_flag = |threads: &str| {
-        let folder = TempDir::new().unwrap();
-        run(folder.path(), &shipped("demo"), &[&SHORT_DEMO[..], &["--threads", threads]].concat());
-        folder
+    // All in one folder, since the record of a run holds it.
+    let folder = TempDir::new().unwrap();
+    let scenario = shipped("demo");
+    let run_as = |name: &str, threads: &str, by_flag: bool| {
+        let flag: &[&str] = if by_flag { &["--threads", threads] } else { &[] };
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin("floodsim"));
+        command.args(["run", &scenario, "--out", "out", "--quiet"]).args(SHORT_DEMO).args(flag);
+        command.current_dir(folder.path()).stdout(Stdio::null()).stderr(Stdio::null());
+        if !by_flag {
+            command.env("SOURCE_DATE_EPOCH", "1704067199").env("RAYON_NUM_THREADS", threads);
+        }
+        assert!(command.status().unwrap().success());
+        let out = folder.path().join(name);
+        std::fs::rename(folder.path().join("out"), &out).unwrap();
+        assert_eq!(manifest(&out)["threads"].to_string(), threads);
+        out
     };
-    let (one, two) = (by_flag("1"), by_flag("2"));
-    let (one, two) = (one.path().join("out"), two.path().join("out"));
-    assert_eq!((&manifest(&one)["threads"], &manifest(&two)["threads"]), (&1.into(), &2.into()));
+    let (one, two) = (run_as("one", "1", true), run_as("two", "2", true));
     assert_eq!(lasting(&one), lasting(&two));
     let (files_one, files_two) = (files(&one), files(&two));
-    assert!(files_one.keys().eq(files_two.keys()));
+    assert!(files_one.keys().eq(files_two.keys()) && files_one.len() >= 8 + 2 * MAPS.len());
     for (name, bytes) in &files_one {
         if name.ends_with(".nc") {
-            // The command with its number of threads is in the global attributes.
-            assert!(variables(&one.join(name)) == variables(&two.join(name)), "{name} differs");
+            // The date, and the command with its number of threads, are in the global attributes.
+            let (mut one, mut two) = (Netcdf::read(&one.join(name)), Netcdf::read(&two.join(name)));
+            for attribute in ["date_created", "history"] {
+                one.attributes.remove(attribute).zip(two.attributes.remove(attribute)).unwrap();
+            }
+            assert!(one.bits() == two.bits() && one.attributes == two.attributes, "{name} differs");
         } else if name != "run.json" {
             assert!(*bytes == files_two[name], "{name} differs");
         }
     }
 
-    // With the dates stated and the threads not in the command, nothing at all may differ but times.
-    let by_surroundings = |threads: &str| {
-        let folder = TempDir::new().unwrap();
-        let scenario = shipped("demo");
-        let arguments = [&["run", &scenario, "--out", "out"], &SHORT_DEMO[..]].concat();
-        let mut command = program(folder.path(), &arguments);
-        command.env("SOURCE_DATE_EPOCH", "1704067199").env("RAYON_NUM_THREADS", threads);
-        assert!(command.status().unwrap().success());
-        folder
-    };
-    let (one, two) = (by_surroundings("1"), by_surroundings("2"));
-    let (one, two) = (one.path().join("out"), two.path().join("out"));
-    assert_eq!((&manifest(&one)["threads"], &manifest(&two)["threads"]), (&1.into(), &2.into()));
-    let (mut files_one, mut files_two) = (files(&one), files(&two));
+    // With the date stated and the threads not in the command, nothing at all may differ but the record of times.
+    let (one, two) = (run_as("stated one", "1", false), run_as("stated two", "2", false));
     assert_eq!(lasting(&one), lasting(&two));
-    files_one.remove("run.json").zip(files_two.remove("run.json")).unwrap();
-    for (name, bytes) in &files_one {
+    let (files_one, files_two) = (files(&one), files(&two));
+    assert!(files_one.keys().eq(files_two.keys()));
+    for (name, bytes) in files_one.iter().filter(|(name, _)| *name != "run.json") {
         assert!(*bytes == files_two[name], "{name} differs");
     }
-    assert!(files_one.len() >= 7 + 2 * MAPS.len() && files_one.len() == files_two.len());
-    assert!(global_attributes(&one.join("maps.nc")).iter().any(|a| a.contains("2023-12-31T23:59:59Z")));
+    assert!(Netcdf::read(&one.join("maps.nc")).attributes["date_created"].contains("2023-12-31T23:59:59Z"));
 }
 
 #[test]
@@ -258,8 +231,8 @@ fn the_resolved_scenario_gives_the_same_maps() {
     std::fs::copy(folder.path().join("first/scenario.resolved.yaml"), &resolved).unwrap();
     run(folder.path(), &resolved.display().to_string(), &[]);
     for name in ["maps.nc", "fields.nc"] {
-        let [first, second] = ["first", "out"].map(|run| variables(&folder.path().join(run).join(name)));
-        assert!(first == second, "{name} differs");
+        let [first, second] = ["first", "out"].map(|run| Netcdf::read(&folder.path().join(run).join(name)));
+        assert!(first.bits() == second.bits(), "{name} differs");
     }
     let text = |run: &str| std::fs::read_to_string(folder.path().join(run).join("scenario.resolved.yaml")).unwrap();
     let without_folder = |text: String| -> Vec<String> {
@@ -275,28 +248,28 @@ fn the_maps_are_the_same_for_any_interval_of_frames() {
         let every = format!("outputs.every={every}");
         let longer = [&SHORT_DEMO[..4], &["--set", "time.end=11 min", "--set", &every]].concat();
         run(folder.path(), &shipped("demo"), &longer);
-        let frames = netcdf::open(folder.path().join("out/fields.nc")).unwrap().dimension("time").unwrap().len();
-        (frames, variables(&folder.path().join("out/maps.nc")))
+        let frames = Netcdf::read(&folder.path().join("out/fields.nc")).dimensions["time"];
+        (frames, Netcdf::read(&folder.path().join("out/maps.nc")))
     };
-    let (dense, sparse) = (maps("10 s"), maps("600 s"));
-    assert_eq!((dense.0, sparse.0), (67, 3));
-    let reached = |maps: &BTreeMap<String, (String, Vec<u64>)>| {
-        let missing = f64::from(-9999f32).to_bits();
-        maps["arrival_time"].1.iter().filter(|bits| **bits != missing).count()
-    };
-    assert!(reached(&dense.1) > 1000, "{} cells were reached", reached(&dense.1));
-    for (name, map) in &dense.1 {
-        assert!(*map == sparse.1[name], "{name} differs");
+    let ((frames_dense, dense), (frames_sparse, sparse)) = (maps("10 s"), maps("600 s"));
+    assert_eq!((frames_dense, frames_sparse), (67, 3));
+    let reached = dense.values("arrival_time").iter().filter(|time| **time >= 0.0).count();
+    assert!(reached > 1000, "{reached} cells were reached");
+    let (dense, sparse) = (dense.bits(), sparse.bits());
+    for (name, map) in &dense {
+        assert!(*map == sparse[name], "{name} differs");
     }
 }
 
 /// Starts a long run of the demonstration and waits until it has written its first frames.
 fn start_long_run(folder: &Path) -> Child {
     let arguments = ["run", &shipped("demo"), "--out", "out", "--set", "time.end=10 h", "--set", "outputs.every=1 s"];
-    let mut child = program(folder, &arguments).spawn().unwrap();
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin("floodsim"));
+    command.current_dir(folder).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap();
     let start = Instant::now();
     let partial = folder.join("out/fields.partial.nc");
-    while !partial.metadata().is_ok_and(|metadata| metadata.len() > 5_000_000) {
+    while !partial.metadata().is_ok_and(|metadata| metadata.len() > 30_000_000) {
         assert!(start.elapsed() < Duration::from_secs(60), "no frames after a minute");
         assert!(child.try_wait().unwrap().is_none(), "the run ended by itself");
         std::thread::sleep(Duration::from_millis(20));
@@ -319,10 +292,10 @@ fn a_terminated_run_closes_its_files_and_says_so() {
         let simulated = record["simulated_s"].as_f64().unwrap();
         assert!(simulated > 0.0 && simulated < 36_000.0);
         assert!(!out.join("fields.partial.nc").exists());
-        let fields = netcdf::open(out.join("fields.nc")).unwrap();
-        let times: Vec<f64> = fields.variable("time").unwrap().get_values(..).unwrap();
+        let fields = Netcdf::read(&out.join("fields.nc"));
+        let times = fields.values("time");
         assert!(times.len() > 2 && times.last().is_some_and(|last| *last <= simulated + 1e-6), "{times:?}");
-        assert!(variables(&out.join("maps.nc")).contains_key("arrival_time"));
+        assert!(Netcdf::read(&out.join("maps.nc")).variables.contains_key("arrival_time"));
         let report = floodsim(folder.path(), &["report", "out"]);
         assert_eq!(report.code, 0, "{}", report.stderr);
         assert!(report.stderr.contains("warning: the run was stopped at"), "{}", report.stderr);
@@ -340,8 +313,9 @@ fn a_killed_run_is_not_taken_as_whole_but_its_frames_can_be_read() {
     let out = folder.path().join("out");
     assert_eq!(manifest(&out)["status"], "running");
     assert!(!out.join("maps.nc").exists() && !out.join("fields.nc").exists());
-    let partial = netcdf::open(out.join("fields.partial.nc")).unwrap();
-    assert!(partial.dimension("time").unwrap().len() > 2);
+    let partial = Netcdf::read(&out.join("fields.partial.nc"));
+    let times = partial.values("time").to_vec();
+    assert!(times.len() > 2 && times.windows(2).all(|pair| pair[1] > pair[0]), "{times:?}");
     let report = floodsim(folder.path(), &["report", "out"]);
     assert_eq!((report.code, report.stdout.as_str()), (4, ""));
     assert!(report.stderr.contains("error[unfinished-run]") && report.stderr.contains("remedy"), "{}", report.stderr);
