@@ -6,6 +6,7 @@
 //! d = Σ W d_j / Σ W        q = Σ W q_j / Σ W        η = Σ_wet W η_j / Σ_wet W        z_b = Σ W z_j / Σ W
 //! ```
 //!
+//! and η not below z_b, where a gauge on a bank sees only the lower of its particles wet,
 //! with the cubic B-spline of h = 0.75 spacings (support 1.5 spacings, at least the four nearest particles), the particles
 //! beyond a wall left out. A gauge between two cells does not depend on which of them happens to hold it, and moving and
 //! resting particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
@@ -174,6 +175,10 @@ impl Reading {
         Some(Reading { weights, initial_depth: 0.0, last_depth: 0.0, result })
     }
 
+    fn bed(&self) -> f64 {
+        self.result.bed.unwrap_or(f64::NEG_INFINITY)
+    }
+
     /// The kernel means of the water that `at` gives for a cell.
     fn mean(&self, bed_elevation: &[f64], at: impl Fn(usize) -> PreviousWater) -> Mean {
         let (mut depth, mut discharge) = (0.0, Vec2::ZERO);
@@ -190,7 +195,7 @@ impl Reading {
         let is_wet = depth > WET_DEPTH && wet > 0.0;
         Mean {
             depth,
-            level: is_wet.then(|| level / wet),
+            level: is_wet.then(|| (level / wet).max(self.bed())),
             velocity: if is_wet { discharge / depth } else { Vec2::ZERO },
         }
     }

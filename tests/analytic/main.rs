@@ -7,4 +7,5 @@ mod bowl;
 mod channel;
 mod circle;
 mod lake;
+mod resting;
 mod walls;
