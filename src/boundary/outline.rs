@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn lines_open_the_faces_within_reach() {
-        let east = OpenEdges { segments: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]], reach: 0.5 };
+        let east = OpenEdges { segments: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]], reach: 0.5, ..OpenEdges::default() };
         let edges = outline(&bed(7, 5, |_, _| true), &east);
         let open: Vec<&Edge> = edges.iter().filter(|edge| edge.is_open).collect();
         assert!(!open.is_empty() && open.iter().all(|edge| edge.start.x > 13.999 && edge.end.x > 13.999));
