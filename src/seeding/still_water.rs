@@ -19,19 +19,14 @@ use rayon::prelude::*;
 
 use super::StillBody;
 use super::leaks::{Filling, Leak};
-use super::scan_line::{Interval, ScanLines, subtract};
-use crate::bed::{BedParticles, Surface};
+use super::scan::{BodyScan, scan_body};
+use super::scan_line::ScanLines;
+use super::shore::{Shore, fit_bed_to_shore};
+use crate::bed::{BedParticles, Surface, derive_shape};
 use crate::math::Vec2;
 
-/// Fewest scan lines, and pieces of a scan line, for each cell.
-const SUBDIVISION: usize = 8;
-/// Most corners in a row of cells for which further scan lines are drawn.
-const MOST_CORNERS: usize = 64;
 /// What the seeded volume may differ from the integral, relative.
 pub const VOLUME_TOLERANCE: f64 = 1e-3;
-/// Cells of which the polygon covers all but this fraction count as covered wholly: rounding, not a rim.
-const COVERAGE_ROUNDING: f64 = 1e-9;
-
 /// The books of one body of still water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeededVolume {
@@ -45,6 +40,10 @@ pub struct SeededVolume {
     pub toggled: usize,
     /// Cells outside the rule of the centre that were filled because the lake reaches them at its level and stops there.
     pub pocket_cells: usize,
+    /// Cells with the shore in them, whose bed was set to hold their share of the water.
+    pub shore_cells: usize,
+    /// The largest change of the bed there (m), upwards or downwards.
+    pub largest_bed_change: f64,
     /// Area of the polygon (m²), as far as it lies on the lattice.
     pub area_m2: f64,
     /// Area of that where there is no terrain within a cell (m²).
@@ -77,13 +76,13 @@ pub struct StillWater {
     pub volumes: Vec<SeededVolume>,
 }
 
-/// Fills bodies of still water.
+/// Fills bodies of still water, and sets the bed of the cells at their shore to hold their share of it.
 ///
 /// - `surface`: the terrain itself, for the integral
 /// - `walls`: straight pieces (m, local) through which no water passes, such as a dam that stands
 pub fn fill_still_water(
     bodies: &[StillBody],
-    bed: &BedParticles,
+    bed: &mut BedParticles,
     surface: &impl Surface,
     walls: &[[Vec2; 2]],
 ) -> StillWater {
@@ -101,9 +100,10 @@ pub fn fill_still_water(
     }
     let mut volumes = Vec::with_capacity(bodies.len());
     for (number, (body, scan)) in bodies.iter().zip(scans).enumerate() {
-        volumes.push(adjust(number as u32, body.level, scan, &mut filling));
+        volumes.push(adjust(number as u32, body.level, scan, &mut filling, surface));
     }
     let body = filling.body;
+    derive_shape(bed);
     let depth = body
         .par_iter()
         .zip(&bed.elevation)
@@ -112,128 +112,50 @@ pub fn fill_still_water(
     StillWater { depth, body, volumes }
 }
 
-/// What a polygon covers of a cell.
-#[derive(Clone, Copy, Debug, Default)]
-struct CellPart {
-    /// Covered fraction of the cell.
-    coverage: f64,
-    /// Whether the centre is covered.
-    holds_centre: bool,
-}
-
-/// What a polygon covers, and the water in it.
-#[derive(Default)]
-struct BodyScan {
-    cells: Vec<(usize, CellPart)>,
-    integral: f64,
-    area: f64,
-    area_without_terrain: f64,
-}
-
-/// Scans the polygon of `lines[0]` without what the polygons after it cover.
-fn scan_body(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl Surface) -> BodyScan {
-    let (first, end) = lines[0].rows;
-    let rows: Vec<BodyScan> =
-        (first..end).into_par_iter().map(|row| scan_row(level, lines, bed, surface, row)).collect();
-    let mut whole = BodyScan::default();
-    for row in rows {
-        whole.cells.extend(row.cells);
-        whole.integral += row.integral;
-        whole.area += row.area;
-        whole.area_without_terrain += row.area_without_terrain;
-    }
-    whole
-}
-
-fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl Surface, row: usize) -> BodyScan {
-    let lattice = &bed.lattice;
-    let (first_column, end_column) = lines[0].columns;
-    let step = lattice.spacing / SUBDIVISION as f64;
-    let (mut crossings, mut later) = (Vec::new(), Vec::new());
-    let mut stretches = |y: f64, inside: &mut Vec<Interval>| {
-        lines[0].intervals(y, &mut crossings, inside);
-        for other in &lines[1..] {
-            other.intervals(y, &mut crossings, &mut later);
-            subtract(inside, &later);
-        }
-    };
-    let mut parts = vec![CellPart::default(); end_column - first_column];
-    let mut inside = Vec::new();
-    let middle = (row as f64 + 0.5) * lattice.spacing;
-    stretches(middle, &mut inside);
-    for (i, part) in parts.iter_mut().enumerate() {
-        let centre = ((first_column + i) as f64 + 0.5) * lattice.spacing;
-        part.holds_centre = inside.iter().any(|&(from, to)| from <= centre && centre < to);
-    }
-    let mut scan = BodyScan::default();
-    for band in bands(lines, lattice.spacing, row).windows(2) {
-        let (y, height) = (0.5 * (band[0] + band[1]), band[1] - band[0]);
-        stretches(y, &mut inside);
-        for &(from, to) in &inside {
-            let first_piece = ((from / step).floor() as usize).max(first_column * SUBDIVISION);
-            for piece in first_piece..end_column * SUBDIVISION {
-                let west = from.max(piece as f64 * step);
-                let east = to.min((piece + 1) as f64 * step);
-                if west >= to {
-                    break;
-                }
-                let area = (east - west).max(0.0) * height;
-                parts[piece / SUBDIVISION - first_column].coverage += area / lattice.cell_area();
-                scan.area += area;
-                match elevation_near(surface, lattice.to_map(Vec2::new(0.5 * (west + east), y)), step) {
-                    Some(elevation) => scan.integral += (level - elevation).max(0.0) * area,
-                    None => scan.area_without_terrain += area,
-                }
-            }
-        }
-    }
-    let covered = parts.into_iter().enumerate().filter(|(_, part)| part.coverage > 0.0 || part.holds_centre);
-    scan.cells = covered.map(|(i, part)| (lattice.index(first_column + i, row), part)).collect();
-    scan
-}
-
-/// Elevation at a place (map), or the mean of the nearest ones to the west, east, south and north within a cell of the
-/// lattice: a raster ends in steps at an outline that polygons draw smoothly, and between the two it knows no better.
-fn elevation_near(surface: &impl Surface, place: Vec2, step: f64) -> Option<f64> {
-    let nearest = |steps: usize| {
-        let reach = steps as f64 * step;
-        let around = [(-reach, 0.0), (reach, 0.0), (0.0, -reach), (0.0, reach)];
-        let known = around.into_iter().filter_map(|(x, y)| surface.elevation(place + Vec2::new(x, y)));
-        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), elevation| (sum + elevation, count + 1.0));
-        (count > 0.0).then(|| sum / count)
-    };
-    surface.elevation(place).or_else(|| (1..=SUBDIVISION).find_map(nearest))
-}
-
-/// Bounds of the bands of a row, in ascending order, for each of which one scan line stands.
-fn bands(lines: &[ScanLines], spacing: f64, row: usize) -> Vec<f64> {
-    let mut bounds: Vec<f64> =
-        (0..=SUBDIVISION).map(|band| (row as f64 + band as f64 / SUBDIVISION as f64) * spacing).collect();
-    lines.iter().for_each(|lines| lines.corners(row, MOST_CORNERS, &mut bounds));
-    bounds.sort_by(f64::total_cmp);
-    bounds
-}
-
-/// Fills the pockets of a body, brings its volume near the integral, and finds its leaks.
-fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling) -> SeededVolume {
+/// Fills the pockets of a body, fits the bed to its shore, brings its volume near the integral, and finds its leaks.
+fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling, surface: &impl Surface) -> SeededVolume {
     let holds = |filling: &Filling, cells: &[usize]| -> Vec<usize> {
         cells.iter().copied().filter(|&cell| filling.body[cell] == Some(number)).collect()
     };
     let mut reached: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).collect();
-    // Half of the tolerance for the pockets, so that they alone cannot exhaust it.
+    let mut open = filling.open_ground(level, &scan);
+    filling.leave_out_slivers(number, &scan, &mut open);
     let by_centre = holds(filling, &reached);
-    let pockets = filling.fill_pockets(number, level, &by_centre, 0.5 * VOLUME_TOLERANCE * scan.integral);
+    let pockets = filling.fill_pockets(number, level, &by_centre, &open);
     reached.extend(&pockets);
     reached.sort_unstable();
     reached.dedup();
+    let Shore { cells: shore_cells, largest_change } =
+        fit_bed_to_shore((number, level), &scan, &reached, filling, surface);
     let toggled = meet_volume(number, level, &scan, &reached, filling);
     let cells = holds(filling, &reached);
+    // DEBUG
+    if std::env::var_os("DBG").is_some() {
+        let mut c: std::collections::BTreeMap<String, (usize, f64, f64)> = Default::default();
+        for &cell in &reached {
+            let part = scan.part(cell);
+            let key = format!(
+                "filled {} cut {} pocket {} shore {} wall {} gap {} terrain {}",
+                filling.body[cell] == Some(number),
+                part.is_cut(), part.coverage <= 0.0, part.has_shore, filling.is_at_wall(cell),
+                filling.gaps(cell, level).next().is_some(), filling.bed.has_terrain(cell),
+            );
+            let e = c.entry(key).or_default();
+            e.0 += 1;
+            if filling.body[cell] == Some(number) { e.1 += volume_of(filling, cell, level); }
+            e.2 += part.volume;
+        }
+        eprintln!("body {number} integral {} toggled {toggled} shore {shore_cells} change {largest_change}", scan.integral);
+        for (k, v) in c { eprintln!("   {k}: {} seeded {:.0} exact {:.0} misfit {:.4} %", v.0, v.1, v.2, 100.0 * (v.1 - v.2) / scan.integral); }
+    }
     SeededVolume {
         integral_m3: scan.integral,
         seeded_m3: cells.iter().map(|&cell| volume_of(filling, cell, level)).sum(),
         cells: cells.len(),
         toggled,
         pocket_cells: pockets.len(),
+        shore_cells,
+        largest_bed_change: largest_change,
         area_m2: scan.area,
         area_without_terrain_m2: scan.area_without_terrain,
         leaks: filling.leaks(level, &cells),
@@ -251,7 +173,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
     let mut rim: Vec<(usize, f64)> = scan
         .cells
         .iter()
-        .filter(|&&(cell, part)| part.coverage < 1.0 - COVERAGE_ROUNDING && filling.is_below(cell, level))
+        .filter(|&&(cell, part)| part.is_cut() && filling.is_below(cell, level))
         .map(|&(cell, part)| (cell, part.coverage))
         .collect();
     rim.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));

@@ -42,8 +42,8 @@ pub(crate) fn body(polygon: Polygon<f64>, level: f64) -> StillBody {
 
 fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[StillBody]) -> (BedParticles, StillWater) {
     let surface = Formula(formula);
-    let bed = place_bed(&surface, lattice, BedMethod::Pointwise, 0.03);
-    let still = fill_still_water(bodies, &bed, &surface, &[]);
+    let mut bed = place_bed(&surface, lattice, BedMethod::Pointwise, 0.03);
+    let still = fill_still_water(bodies, &mut bed, &surface, &[]);
     (bed, still)
 }
 
@@ -174,9 +174,9 @@ fn open_dam_line_is_the_one_leak() {
 fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
     let surface = Formula(valley);
     // The dam lies askew to the rows; the rim of the polygon leaves slivers on both sides of it.
-    let bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
+    let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
     let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
-    let still = fill_still_water(&reservoir(), &bed, &surface, &[dam]);
+    let still = fill_still_water(&reservoir(), &mut bed, &surface, &[dam]);
     let books = &still.volumes[0];
     assert_eq!(books.leaks, []);
     for cell in (0..bed.lattice.len()).filter(|&cell| still.body[cell].is_some()) {
