@@ -141,13 +141,22 @@ pub(super) fn volume_of_whole_cell(level: f64, cell: usize, bed: &BedParticles, 
     (0..SUBDIVISION * SUBDIVISION).map(depth).sum::<f64>() * step * step
 }
 
-/// Elevation at a place (map), or the mean of the nearest ones to the west, east, south and north within a cell of the
-/// lattice: a raster ends in steps at an outline that polygons draw smoothly, and between the two it knows no better.
+/// Elevation at a place (map), or the mean of the planes on which the terrain ends to the west, east, south and north
+/// within a cell of the lattice: a raster ends in steps at an outline that polygons draw smoothly.
+///
+/// The planes are those of the terrain half a cell and one and a half cells from its end, because a raster is flat between
+/// its last centre and its end.
 fn elevation_near(surface: &impl Surface, place: Vec2, step: f64) -> Option<f64> {
+    let cell = step * SUBDIVISION as f64;
+    let prolonged = |direction: Vec2, reach: f64| {
+        let end = surface.elevation(place + direction * reach)?;
+        let at = |cells: f64| surface.elevation(place + direction * (reach + cells * cell));
+        let plane = at(0.5).zip(at(1.5)).map(|(near, far)| near + (near - far) * (reach / cell + 0.5));
+        Some(plane.unwrap_or(end))
+    };
     let nearest = |steps: usize| {
-        let reach = steps as f64 * step;
-        let around = [(-reach, 0.0), (reach, 0.0), (0.0, -reach), (0.0, reach)];
-        let known = around.into_iter().filter_map(|(x, y)| surface.elevation(place + Vec2::new(x, y)));
+        let around = [Vec2::new(-1.0, 0.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, -1.0), Vec2::new(0.0, 1.0)];
+        let known = around.into_iter().filter_map(|direction| prolonged(direction, steps as f64 * step));
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), elevation| (sum + elevation, count + 1.0));
         (count > 0.0).then(|| sum / count)
     };
@@ -162,4 +171,3 @@ fn bands(lines: &[ScanLines], spacing: f64, row: usize) -> Vec<f64> {
     bounds.sort_by(f64::total_cmp);
     bounds
 }
-

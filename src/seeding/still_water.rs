@@ -3,16 +3,19 @@
 //! A cell is filled exactly to the level or not at all, because a lake at rest must be level to the last digit:
 //!
 //! ```text
-//! d = max(level − z_b, 0)  where the centre of the cell lies in the polygon
+//! d = η − z_b
 //! ```
 //!
-//! The volume to be met is the integral of max(level − terrain, 0) over the polygon, taken on scan lines at least eightfold
-//! denser than the lattice, with pieces cut to the polygon. To meet it within 0.1 %, cells that the rim of the polygon cuts are taken in
-//! (those covered most come first) or left out (those covered least), but only where the rim lies in open water, as along a
-//! dam: leaving out a cell at the shore would make the lake run into the gap, and the terrain ends the lake there anyhow.
-//! Before that, pockets below the level that the rim leaves out by less than the lattice can see are filled (`leaks.rs`).
-//! Where neither is possible (a dam that stands between two rows of cells, a shore finer than the lattice), the level wins over
-//! the volume, and the difference is in the books.
+//! The volume to be met is the integral of max(level − terrain, 0) over the polygon (`scan.rs`). Steps for each body:
+//!
+//! 1. Cells whose centre lies in the polygon and below the level are filled, and the pockets that their water reaches outside
+//!    the polygon (`leaks.rs`). A sliver of the polygon beyond a wall is left out.
+//! 2. The bed of the filled cells, and of those that the shore cuts, is set so that each holds its share of the integral
+//!    (`shore.rs`): the volume is then met cell by cell, and the lake is level.
+//! 3. Where the rim lies in open water, as along a dam that is taken away, a set bed would be a sill. There the volume is met
+//!    by taking in cells that the rim cuts (those covered most come first) or leaving them out (those covered least).
+//!
+//! What is left is in the books: cells at a wall, filled whole or not at all, and a body of a few cells in open water.
 //! Where bodies overlap the later one wins.
 
 use rayon::prelude::*;
@@ -21,12 +24,14 @@ use super::StillBody;
 use super::leaks::{Filling, Leak};
 use super::scan::{BodyScan, scan_body};
 use super::scan_line::ScanLines;
-use super::shore::{Shore, fit_bed_to_shore};
+use super::shore::fit_bed_to_water;
 use crate::bed::{BedParticles, Surface, derive_shape};
 use crate::math::Vec2;
 
 /// What the seeded volume may differ from the integral, relative.
 pub const VOLUME_TOLERANCE: f64 = 1e-3;
+/// Difference at which toggling cells ends: well within the tolerance.
+const VOLUME_AIM: f64 = 0.25 * VOLUME_TOLERANCE;
 /// The books of one body of still water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeededVolume {
@@ -40,10 +45,12 @@ pub struct SeededVolume {
     pub toggled: usize,
     /// Cells outside the rule of the centre that were filled because the lake reaches them at its level and stops there.
     pub pocket_cells: usize,
-    /// Cells with the shore in them, whose bed was set to hold their share of the water.
+    /// Cells with the shore or the rim of the polygon in them whose bed was set to hold their share of the water.
     pub shore_cells: usize,
     /// The largest change of the bed there (m), upwards or downwards.
-    pub largest_bed_change: f64,
+    pub largest_bed_change_at_shore: f64,
+    /// The largest change of the bed of cells wholly under water (m): to the mean of the terrain from what the bed method says.
+    pub largest_bed_change_under_water: f64,
     /// Area of the polygon (m²), as far as it lies on the lattice.
     pub area_m2: f64,
     /// Area of that where there is no terrain within a cell (m²).
@@ -125,37 +132,18 @@ fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling, surfac
     reached.extend(&pockets);
     reached.sort_unstable();
     reached.dedup();
-    let Shore { cells: shore_cells, largest_change } =
-        fit_bed_to_shore((number, level), &scan, &reached, filling, surface);
+    let shore = fit_bed_to_water((number, level), &scan, &reached, filling, surface);
     let toggled = meet_volume(number, level, &scan, &reached, filling);
     let cells = holds(filling, &reached);
-    // DEBUG
-    if std::env::var_os("DBG").is_some() {
-        let mut c: std::collections::BTreeMap<String, (usize, f64, f64)> = Default::default();
-        for &cell in &reached {
-            let part = scan.part(cell);
-            let key = format!(
-                "filled {} cut {} pocket {} shore {} wall {} gap {} terrain {}",
-                filling.body[cell] == Some(number),
-                part.is_cut(), part.coverage <= 0.0, part.has_shore, filling.is_at_wall(cell),
-                filling.gaps(cell, level).next().is_some(), filling.bed.has_terrain(cell),
-            );
-            let e = c.entry(key).or_default();
-            e.0 += 1;
-            if filling.body[cell] == Some(number) { e.1 += volume_of(filling, cell, level); }
-            e.2 += part.volume;
-        }
-        eprintln!("body {number} integral {} toggled {toggled} shore {shore_cells} change {largest_change}", scan.integral);
-        for (k, v) in c { eprintln!("   {k}: {} seeded {:.0} exact {:.0} misfit {:.4} %", v.0, v.1, v.2, 100.0 * (v.1 - v.2) / scan.integral); }
-    }
     SeededVolume {
         integral_m3: scan.integral,
         seeded_m3: cells.iter().map(|&cell| volume_of(filling, cell, level)).sum(),
         cells: cells.len(),
         toggled,
         pocket_cells: pockets.len(),
-        shore_cells,
-        largest_bed_change: largest_change,
+        shore_cells: shore.cells,
+        largest_bed_change_at_shore: shore.largest_change,
+        largest_bed_change_under_water: shore.largest_change_under_water,
         area_m2: scan.area,
         area_without_terrain_m2: scan.area_without_terrain,
         leaks: filling.leaks(level, &cells),
@@ -184,7 +172,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
         let at_start = surplus;
         let is_taking_in = surplus < 0.0;
         for place in 0..rim.len() {
-            if surplus.abs() <= VOLUME_TOLERANCE * scan.integral || (surplus < 0.0) != is_taking_in {
+            if surplus.abs() <= VOLUME_AIM * scan.integral || (surplus < 0.0) != is_taking_in {
                 break;
             }
             // Best covered first when taking in, least covered first when leaving out.

@@ -75,14 +75,15 @@ fn reservoir_holds_its_49_million_cubic_metres() {
             let [reservoir, sea] = &still.volumes[..] else { unreachable!("two bodies") };
             for (name, books) in [("reservoir", reservoir), ("sea", sea)] {
                 println!(
-                    "{spacing} m {method:?}, {} walls, {name}: {:+.4} %, {} cells, {} pockets, {} toggled, {} at the shore changed by up to {:.2} m",
+                    "{spacing} m {method:?}, {} walls, {name}: {:+.4} %, {} cells, {} pockets, {} toggled, {} at the shore changed by up to {:.2} m, the others by {:.2} m",
                     walls.len(),
                     100.0 * books.relative_error(),
                     books.cells,
                     books.pocket_cells,
                     books.toggled,
                     books.shore_cells,
-                    books.largest_bed_change
+                    books.largest_bed_change_at_shore,
+                    books.largest_bed_change_under_water
                 );
             }
             // The 20 m raster is the same survey, resampled.
