@@ -7,17 +7,17 @@
 //! polygon leaks. All else below the level outside the polygon that the water reaches is a pocket, which a rim drawn with
 //! other points than those of the lattice leaves out.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::scan::BodyScan;
 use crate::bed::BedParticles;
 use crate::math::Vec2;
 
 /// Cells beyond the polygon up to which ground below the level can be a pocket.
-const REACH_OF_POCKETS: u8 = 2;
+const REACH_OF_POCKETS: usize = 2;
 /// Steps from open ground farther out within which ground below the level is open, too: back to the polygon, and one to
 /// spare for the way round a corner.
-const STEPS_FROM_OPEN: usize = REACH_OF_POCKETS as usize + 2;
+const STEPS_FROM_OPEN: usize = REACH_OF_POCKETS + 2;
 
 /// A gap in the rim of a body of still water.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,25 +88,19 @@ impl<'a> Filling<'a> {
 
     /// Open ground near the polygon of a body: cells below its level, without water, in connection with such cells farther out.
     pub fn open_ground(&self, level: f64, scan: &BodyScan) -> BTreeSet<usize> {
-        let mut rings: BTreeMap<usize, u8> = BTreeMap::new();
+        let mut beyond: BTreeSet<usize> = BTreeSet::new();
         let is_covered = |cell: usize| scan.cells.binary_search_by_key(&cell, |&(cell, _)| cell).is_ok();
-        let mut outermost: Vec<usize> =
-            scan.cells.iter().filter(|(_, part)| part.is_cut()).map(|&(cell, _)| cell).collect();
-        // A rim on the edges of cells cuts none of them.
-        if outermost.len() < scan.cells.len() {
-            outermost.extend(scan.cells.iter().filter(|(_, part)| !part.is_cut()).map(|&(cell, _)| cell));
-        }
-        for ring in 1..=REACH_OF_POCKETS + 1 {
+        let mut outermost: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).collect();
+        for _ in 0..=REACH_OF_POCKETS {
             let mut next = Vec::new();
             for other in outermost.iter().flat_map(|&cell| self.around(cell)) {
-                if !is_covered(other) && !rings.contains_key(&other) {
-                    rings.insert(other, ring);
+                if !is_covered(other) && beyond.insert(other) {
                     next.push(other);
                 }
             }
             outermost = next;
         }
-        let is_near = |cell: usize| rings.contains_key(&cell) || is_covered(cell);
+        let is_near = |cell: usize| beyond.contains(&cell) || is_covered(cell);
         let mut newest: Vec<usize> = outermost.into_iter().filter(|&cell| self.is_gap(cell, level)).collect();
         let mut open: BTreeSet<usize> = newest.iter().copied().collect();
         for _ in 0..STEPS_FROM_OPEN {

@@ -230,8 +230,8 @@ fn bed_at_the_shore_holds_the_share_of_the_cell_and_stays_within_its_terrain() {
         assert!(lowest <= bed.elevation[cell] && bed.elevation[cell] <= highest.min(100.0));
         partly_wet += usize::from(highest > 100.0);
     }
-    assert_eq!(partly_wet, still.volumes[0].shore_cells.min(partly_wet));
-    assert!(partly_wet > 100);
+    // A cell whose corner alone stands out of the water may count as wholly wet.
+    assert!(still.volumes[0].shore_cells > 100 && still.volumes[0].shore_cells <= partly_wet);
 }
 
 #[test]
