@@ -4,7 +4,7 @@ mod place;
 mod sample;
 mod store;
 
-pub use place::place_bed;
+pub use place::{derive_shape, place_bed};
 pub use sample::BedPoint;
 pub use store::BedParticles;
 

@@ -64,7 +64,16 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
             };
         }
     });
-    let elevation = &bed.elevation;
+    derive_shape(&mut bed);
+    bed
+}
+
+/// Slopes and curvatures of all riverbed particles from their elevations.
+pub fn derive_shape(bed: &mut BedParticles) {
+    let (lattice, elevation) = (&bed.lattice, &bed.elevation);
+    if lattice.is_empty() {
+        return;
+    }
     let slope_stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
     let curvature_stencil = stencil(CURVATURE_SUPPORT, CubicSpline::shape);
     bed.slope.par_chunks_mut(lattice.columns).zip(bed.curvature.par_chunks_mut(lattice.columns)).enumerate().for_each(
@@ -77,7 +86,6 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
             }
         },
     );
-    bed
 }
 
 /// |W'|/q of the cubic B-spline without its constant, for q = r/h > 0.

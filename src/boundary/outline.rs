@@ -95,7 +95,12 @@ fn rings(bed: &BedParticles, open: &OpenEdges) -> Vec<Vec<Face>> {
 }
 
 fn is_open(face: &Face, spacing: f64, open: &OpenEdges) -> bool {
-    open.is_open(midpoint(face) * spacing)
+    let middle = midpoint(face) * spacing;
+    open.segments.iter().any(|&[a, b]| {
+        let along = b - a;
+        let share = ((middle - a).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        (middle - (a + along * share)).norm() <= open.reach
+    })
 }
 
 fn midpoint(face: &Face) -> Vec2 {
@@ -219,11 +224,7 @@ mod tests {
 
     #[test]
     fn lines_open_the_faces_within_reach() {
-        let east = OpenEdges {
-            segments: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]],
-            reach: 0.5,
-            ..OpenEdges::default()
-        };
+        let east = OpenEdges { segments: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]], reach: 0.5, ..OpenEdges::default() };
         let edges = outline(&bed(7, 5, |_, _| true), &east);
         let open: Vec<&Edge> = edges.iter().filter(|edge| edge.is_open).collect();
         assert!(!open.is_empty() && open.iter().all(|edge| edge.start.x > 13.999 && edge.end.x > 13.999));

@@ -196,13 +196,13 @@ fn place_on_lattice(
     let Some(lattice) = findings.take(&scenario.resolution, lattice) else {
         return;
     };
-    let bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.manning);
+    let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.manning);
     for (source, pieces) in scenario.walls.iter().zip(walls) {
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
     water::check(&mut bodies, &bed, findings);
-    let still_water = water::fill(&bodies, &bed, terrain, &prepared.walls, findings);
+    let still_water = water::fill(&bodies, &mut bed, terrain, &prepared.walls, findings);
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain, findings);
     }

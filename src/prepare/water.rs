@@ -171,10 +171,10 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &m
     }
 }
 
-/// Fills the bodies and warns where their water would run out of them.
+/// Fills the bodies, fits the bed to their shores, and warns where their water would run out of them.
 pub(super) fn fill(
     bodies: &[SourcedBody],
-    bed: &BedParticles,
+    bed: &mut BedParticles,
     terrain: &Terrain,
     walls: &[[Vec2; 2]],
     findings: &mut Findings,

@@ -2,9 +2,22 @@
 //!
 //! Water passes from a cell to any of its eight neighbours whose bed lies below the level, unless a wall lies between the
 //! two centres. Moving particles reach all eight; resting ones fewer, and what is at rest for eight is at rest for them.
+//!
+//! Ground below the level that goes on for more than two cells beyond the polygon is open: there a dam is taken away, or the
+//! polygon leaks. All else below the level outside the polygon that the water reaches is a pocket, which a rim drawn with
+//! other points than those of the lattice leaves out.
 
+use std::collections::BTreeSet;
+
+use super::scan::BodyScan;
 use crate::bed::BedParticles;
 use crate::math::Vec2;
+
+/// Cells beyond the polygon up to which ground below the level can be a pocket.
+const REACH_OF_POCKETS: usize = 2;
+/// Steps from open ground farther out within which ground below the level is open, too: back to the polygon, and one to
+/// spare for the way round a corner.
+const STEPS_FROM_OPEN: usize = REACH_OF_POCKETS + 2;
 
 /// A gap in the rim of a body of still water.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,19 +34,16 @@ pub struct Leak {
 
 /// The cells of the lattice while bodies of still water are filled.
 pub(super) struct Filling<'a> {
-    pub bed: &'a BedParticles,
+    pub bed: &'a mut BedParticles,
     walls: &'a [[Vec2; 2]],
     /// The body that fills a cell.
     pub body: Vec<Option<u32>>,
-    /// Number of the search that saw a cell last.
-    seen: Vec<u32>,
-    searches: u32,
 }
 
 impl<'a> Filling<'a> {
-    pub fn new(bed: &'a BedParticles, walls: &'a [[Vec2; 2]]) -> Self {
+    pub fn new(bed: &'a mut BedParticles, walls: &'a [[Vec2; 2]]) -> Self {
         let cells = bed.lattice.len();
-        Filling { bed, walls, body: vec![None; cells], seen: vec![0; cells], searches: 0 }
+        Filling { bed, walls, body: vec![None; cells] }
     }
 
     /// Whether there is terrain at a cell, and the level stands above it.
@@ -42,81 +52,109 @@ impl<'a> Filling<'a> {
         self.bed.elevation[cell] < level
     }
 
-    /// The neighbours to which water of a cell can pass, as far as walls go.
-    pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
+    /// The up to eight neighbours of a cell, walls or not.
+    fn around(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
         let lattice = &self.bed.lattice;
         let (column, row) = lattice.column_row(cell);
         let columns = column.saturating_sub(1)..(column + 2).min(lattice.columns);
         let rows = row.saturating_sub(1)..(row + 2).min(lattice.rows);
-        rows.flat_map(move |row| columns.clone().map(move |column| lattice.index(column, row))).filter(move |&other| {
-            let path = [lattice.centre(cell), lattice.centre(other)];
-            other != cell && !self.walls.iter().any(|wall| is_crossing(path, *wall))
-        })
+        let block = rows.flat_map(move |row| columns.clone().map(move |column| lattice.index(column, row)));
+        block.filter(move |&other| other != cell)
+    }
+
+    fn is_walled(&self, cell: usize, other: usize) -> bool {
+        let path = [self.bed.lattice.centre(cell), self.bed.lattice.centre(other)];
+        self.walls.iter().any(|wall| is_crossing(path, *wall))
+    }
+
+    /// The neighbours to which water of a cell can pass, as far as walls go.
+    pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
+        self.around(cell).filter(move |&other| !self.is_walled(cell, other))
+    }
+
+    /// Whether a wall stands between a cell and one of its neighbours.
+    pub fn is_at_wall(&self, cell: usize) -> bool {
+        self.around(cell).any(|other| self.is_walled(cell, other))
     }
 
     /// The neighbours into which a filled cell would run out.
     pub fn gaps(&self, cell: usize, level: f64) -> impl Iterator<Item = usize> + '_ {
-        self.neighbours(cell).filter(move |&other| self.body[other].is_none() && self.is_below(other, level))
+        self.neighbours(cell).filter(move |&other| self.is_gap(other, level))
     }
 
-    /// Fills, for a body with the given filled cells, the pockets that its water reaches and does not leave again. Returns
-    /// their cells.
-    ///
-    /// They are what a rim drawn with other points than those of the lattice leaves out: cells beside the body, and beyond
-    /// those no more than `largest_volume` (m³) for all pockets together.
-    pub fn fill_pockets(&mut self, number: u32, level: f64, cells: &[usize], largest_volume: f64) -> Vec<usize> {
-        let first_search = self.searches + 1;
-        let mut left = largest_volume;
-        let mut filled = Vec::new();
+    fn is_gap(&self, cell: usize, level: f64) -> bool {
+        self.body[cell].is_none() && self.is_below(cell, level)
+    }
+
+    /// Open ground near the polygon of a body: cells below its level, without water, in connection with such cells farther out.
+    pub fn open_ground(&self, level: f64, scan: &BodyScan) -> BTreeSet<usize> {
+        let mut beyond: BTreeSet<usize> = BTreeSet::new();
+        let is_covered = |cell: usize| scan.cells.binary_search_by_key(&cell, |&(cell, _)| cell).is_ok();
+        let mut outermost: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).collect();
+        for _ in 0..=REACH_OF_POCKETS {
+            let mut next = Vec::new();
+            for other in outermost.iter().flat_map(|&cell| self.around(cell)) {
+                if !is_covered(other) && beyond.insert(other) {
+                    next.push(other);
+                }
+            }
+            outermost = next;
+        }
+        let is_near = |cell: usize| beyond.contains(&cell) || is_covered(cell);
+        let mut newest: Vec<usize> = outermost.into_iter().filter(|&cell| self.is_gap(cell, level)).collect();
+        let mut open: BTreeSet<usize> = newest.iter().copied().collect();
+        for _ in 0..STEPS_FROM_OPEN {
+            let next = newest.iter().flat_map(|&cell| self.gaps(cell, level));
+            newest = next.filter(|&other| is_near(other) && open.insert(other)).collect();
+        }
+        open
+    }
+
+    /// Takes the water of a body out of slivers of its polygon beyond a wall: cells that all lie on its rim, cut off from the
+    /// rest by walls, from which the water would run out.
+    pub fn leave_out_slivers(&mut self, number: u32, scan: &BodyScan, open: &mut BTreeSet<usize>) {
+        if self.walls.is_empty() {
+            return;
+        }
+        let holds = |filling: &Self, cell: usize| filling.body[cell] == Some(number);
+        let filled: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).filter(|&cell| holds(self, cell)).collect();
+        let mut seen: BTreeSet<usize> = BTreeSet::new();
+        for &start in &filled {
+            if !seen.insert(start) {
+                continue;
+            }
+            let mut part = vec![start];
+            let mut next = 0;
+            while let Some(&cell) = part.get(next) {
+                next += 1;
+                part.extend(self.neighbours(cell).filter(|&other| holds(self, other) && seen.insert(other)));
+            }
+            let is_at_rim = part.iter().all(|&cell| scan.part(cell).is_cut());
+            let runs_out = || part.iter().any(|&cell| self.neighbours(cell).any(|other| open.contains(&other)));
+            if is_at_rim && part.len() < filled.len() && runs_out() {
+                for cell in part {
+                    self.body[cell] = None;
+                    open.insert(cell);
+                }
+            }
+        }
+    }
+
+    /// Fills the pockets that the water of a body reaches from the given cells. Returns their cells.
+    pub fn fill_pockets(&mut self, number: u32, level: f64, cells: &[usize], open: &BTreeSet<usize>) -> Vec<usize> {
+        let mut pockets: Vec<usize> = Vec::new();
         for &cell in cells {
-            let gaps: Vec<usize> = self.gaps(cell, level).collect();
-            for start in gaps {
-                if self.body[start].is_some() || self.seen[start] >= first_search {
-                    continue;
-                }
-                if let Some((pocket, volume)) = self.pocket((number, start), level, first_search, left) {
-                    left -= volume;
-                    pocket.iter().for_each(|&cell| self.body[cell] = Some(number));
-                    filled.extend(pocket);
+            let mut wet = vec![cell];
+            while let Some(cell) = wet.pop() {
+                let reached: Vec<usize> = self.gaps(cell, level).filter(|other| !open.contains(other)).collect();
+                for other in reached {
+                    self.body[other] = Some(number);
+                    pockets.push(other);
+                    wet.push(other);
                 }
             }
         }
-        filled
-    }
-
-    /// The cells that water of a body entering at `start` fills at its level, and the volume (m³) of those that are not
-    /// beside the body; `None` when that is more than `largest_volume`, or the water joins a place for which a search since
-    /// `first_search` has found so.
-    fn pocket(
-        &mut self,
-        (number, start): (u32, usize),
-        level: f64,
-        first_search: u32,
-        largest_volume: f64,
-    ) -> Option<(Vec<usize>, f64)> {
-        self.searches += 1;
-        self.seen[start] = self.searches;
-        let mut pocket = vec![start];
-        let (mut next, mut volume) = (0, 0.0);
-        while let Some(&cell) = pocket.get(next) {
-            next += 1;
-            if !self.neighbours(cell).any(|other| self.body[other] == Some(number)) {
-                volume += (level - self.bed.elevation[cell]) * self.bed.lattice.cell_area();
-            }
-            if volume > largest_volume {
-                return None;
-            }
-            let around: Vec<usize> = self.gaps(cell, level).collect();
-            for other in around {
-                if self.seen[other] < first_search {
-                    self.seen[other] = self.searches;
-                    pocket.push(other);
-                } else if self.seen[other] != self.searches {
-                    return None;
-                }
-            }
-        }
-        Some((pocket, volume))
+        pockets
     }
 
     /// The gaps of a body with the given filled cells, deepest first.

@@ -3,7 +3,9 @@
 mod equal_volume;
 mod lattice;
 mod leaks;
+mod scan;
 mod scan_line;
+mod shore;
 mod still_water;
 
 pub use crate::particles::FluidSeed;

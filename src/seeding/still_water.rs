@@ -3,35 +3,35 @@
 //! A cell is filled exactly to the level or not at all, because a lake at rest must be level to the last digit:
 //!
 //! ```text
-//! d = max(level − z_b, 0)  where the centre of the cell lies in the polygon
+//! d = η − z_b
 //! ```
 //!
-//! The volume to be met is the integral of max(level − terrain, 0) over the polygon, taken on scan lines at least eightfold
-//! denser than the lattice, with pieces cut to the polygon. To meet it within 0.1 %, cells that the rim of the polygon cuts are taken in
-//! (those covered most come first) or left out (those covered least), but only where the rim lies in open water, as along a
-//! dam: leaving out a cell at the shore would make the lake run into the gap, and the terrain ends the lake there anyhow.
-//! Before that, pockets below the level that the rim leaves out by less than the lattice can see are filled (`leaks.rs`).
-//! Where neither is possible (a dam that stands between two rows of cells, a shore finer than the lattice), the level wins over
-//! the volume, and the difference is in the books.
+//! The volume to be met is the integral of max(level − terrain, 0) over the polygon (`scan.rs`). Steps for each body:
+//!
+//! 1. Cells whose centre lies in the polygon and below the level are filled, and the pockets that their water reaches outside
+//!    the polygon (`leaks.rs`). A sliver of the polygon beyond a wall is left out.
+//! 2. The bed of the filled cells, and of those that the shore cuts, is set so that each holds its share of the integral
+//!    (`shore.rs`): the volume is then met cell by cell, and the lake is level.
+//! 3. Where the rim lies in open water, as along a dam that is taken away, a set bed would be a sill. There the volume is met
+//!    by taking in cells that the rim cuts (those covered most come first) or leaving them out (those covered least).
+//!
+//! What is left is in the books: cells at a wall, filled whole or not at all, and a body of a few cells in open water.
 //! Where bodies overlap the later one wins.
 
 use rayon::prelude::*;
 
 use super::StillBody;
 use super::leaks::{Filling, Leak};
-use super::scan_line::{Interval, ScanLines, subtract};
-use crate::bed::{BedParticles, Surface};
+use super::scan::{BodyScan, scan_body};
+use super::scan_line::ScanLines;
+use super::shore::fit_bed_to_water;
+use crate::bed::{BedParticles, Surface, derive_shape};
 use crate::math::Vec2;
 
-/// Fewest scan lines, and pieces of a scan line, for each cell.
-const SUBDIVISION: usize = 8;
-/// Most corners in a row of cells for which further scan lines are drawn.
-const MOST_CORNERS: usize = 64;
 /// What the seeded volume may differ from the integral, relative.
 pub const VOLUME_TOLERANCE: f64 = 1e-3;
-/// Cells of which the polygon covers all but this fraction count as covered wholly: rounding, not a rim.
-const COVERAGE_ROUNDING: f64 = 1e-9;
-
+/// Difference at which toggling cells ends: well within the tolerance.
+const VOLUME_AIM: f64 = 0.25 * VOLUME_TOLERANCE;
 /// The books of one body of still water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeededVolume {
@@ -45,6 +45,12 @@ pub struct SeededVolume {
     pub toggled: usize,
     /// Cells outside the rule of the centre that were filled because the lake reaches them at its level and stops there.
     pub pocket_cells: usize,
+    /// Cells with the shore or the rim of the polygon in them whose bed was set to hold their share of the water.
+    pub shore_cells: usize,
+    /// The largest change of the bed there (m), upwards or downwards.
+    pub largest_bed_change_at_shore: f64,
+    /// The largest change of the bed of cells wholly under water (m): to the mean of the terrain from what the bed method says.
+    pub largest_bed_change_under_water: f64,
     /// Area of the polygon (m²), as far as it lies on the lattice.
     pub area_m2: f64,
     /// Area of that where there is no terrain within a cell (m²).
@@ -77,13 +83,13 @@ pub struct StillWater {
     pub volumes: Vec<SeededVolume>,
 }
 
-/// Fills bodies of still water.
+/// Fills bodies of still water, and sets the bed of the cells at their shore to hold their share of it.
 ///
 /// - `surface`: the terrain itself, for the integral
 /// - `walls`: straight pieces (m, local) through which no water passes, such as a dam that stands
 pub fn fill_still_water(
     bodies: &[StillBody],
-    bed: &BedParticles,
+    bed: &mut BedParticles,
     surface: &impl Surface,
     walls: &[[Vec2; 2]],
 ) -> StillWater {
@@ -101,9 +107,10 @@ pub fn fill_still_water(
     }
     let mut volumes = Vec::with_capacity(bodies.len());
     for (number, (body, scan)) in bodies.iter().zip(scans).enumerate() {
-        volumes.push(adjust(number as u32, body.level, scan, &mut filling));
+        volumes.push(adjust(number as u32, body.level, scan, &mut filling, surface));
     }
     let body = filling.body;
+    derive_shape(bed);
     let depth = body
         .par_iter()
         .zip(&bed.elevation)
@@ -112,120 +119,20 @@ pub fn fill_still_water(
     StillWater { depth, body, volumes }
 }
 
-/// What a polygon covers of a cell.
-#[derive(Clone, Copy, Debug, Default)]
-struct CellPart {
-    /// Covered fraction of the cell.
-    coverage: f64,
-    /// Whether the centre is covered.
-    holds_centre: bool,
-}
-
-/// What a polygon covers, and the water in it.
-#[derive(Default)]
-struct BodyScan {
-    cells: Vec<(usize, CellPart)>,
-    integral: f64,
-    area: f64,
-    area_without_terrain: f64,
-}
-
-/// Scans the polygon of `lines[0]` without what the polygons after it cover.
-fn scan_body(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl Surface) -> BodyScan {
-    let (first, end) = lines[0].rows;
-    let rows: Vec<BodyScan> =
-        (first..end).into_par_iter().map(|row| scan_row(level, lines, bed, surface, row)).collect();
-    let mut whole = BodyScan::default();
-    for row in rows {
-        whole.cells.extend(row.cells);
-        whole.integral += row.integral;
-        whole.area += row.area;
-        whole.area_without_terrain += row.area_without_terrain;
-    }
-    whole
-}
-
-fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl Surface, row: usize) -> BodyScan {
-    let lattice = &bed.lattice;
-    let (first_column, end_column) = lines[0].columns;
-    let step = lattice.spacing / SUBDIVISION as f64;
-    let (mut crossings, mut later) = (Vec::new(), Vec::new());
-    let mut stretches = |y: f64, inside: &mut Vec<Interval>| {
-        lines[0].intervals(y, &mut crossings, inside);
-        for other in &lines[1..] {
-            other.intervals(y, &mut crossings, &mut later);
-            subtract(inside, &later);
-        }
-    };
-    let mut parts = vec![CellPart::default(); end_column - first_column];
-    let mut inside = Vec::new();
-    let middle = (row as f64 + 0.5) * lattice.spacing;
-    stretches(middle, &mut inside);
-    for (i, part) in parts.iter_mut().enumerate() {
-        let centre = ((first_column + i) as f64 + 0.5) * lattice.spacing;
-        part.holds_centre = inside.iter().any(|&(from, to)| from <= centre && centre < to);
-    }
-    let mut scan = BodyScan::default();
-    for band in bands(lines, lattice.spacing, row).windows(2) {
-        let (y, height) = (0.5 * (band[0] + band[1]), band[1] - band[0]);
-        stretches(y, &mut inside);
-        for &(from, to) in &inside {
-            let first_piece = ((from / step).floor() as usize).max(first_column * SUBDIVISION);
-            for piece in first_piece..end_column * SUBDIVISION {
-                let west = from.max(piece as f64 * step);
-                let east = to.min((piece + 1) as f64 * step);
-                if west >= to {
-                    break;
-                }
-                let area = (east - west).max(0.0) * height;
-                parts[piece / SUBDIVISION - first_column].coverage += area / lattice.cell_area();
-                scan.area += area;
-                match elevation_near(surface, lattice.to_map(Vec2::new(0.5 * (west + east), y)), step) {
-                    Some(elevation) => scan.integral += (level - elevation).max(0.0) * area,
-                    None => scan.area_without_terrain += area,
-                }
-            }
-        }
-    }
-    let covered = parts.into_iter().enumerate().filter(|(_, part)| part.coverage > 0.0 || part.holds_centre);
-    scan.cells = covered.map(|(i, part)| (lattice.index(first_column + i, row), part)).collect();
-    scan
-}
-
-/// Elevation at a place (map), or the mean of the nearest ones to the west, east, south and north within a cell of the
-/// lattice: a raster ends in steps at an outline that polygons draw smoothly, and between the two it knows no better.
-fn elevation_near(surface: &impl Surface, place: Vec2, step: f64) -> Option<f64> {
-    let nearest = |steps: usize| {
-        let reach = steps as f64 * step;
-        let around = [(-reach, 0.0), (reach, 0.0), (0.0, -reach), (0.0, reach)];
-        let known = around.into_iter().filter_map(|(x, y)| surface.elevation(place + Vec2::new(x, y)));
-        let (sum, count) = known.fold((0.0, 0.0), |(sum, count), elevation| (sum + elevation, count + 1.0));
-        (count > 0.0).then(|| sum / count)
-    };
-    surface.elevation(place).or_else(|| (1..=SUBDIVISION).find_map(nearest))
-}
-
-/// Bounds of the bands of a row, in ascending order, for each of which one scan line stands.
-fn bands(lines: &[ScanLines], spacing: f64, row: usize) -> Vec<f64> {
-    let mut bounds: Vec<f64> =
-        (0..=SUBDIVISION).map(|band| (row as f64 + band as f64 / SUBDIVISION as f64) * spacing).collect();
-    lines.iter().for_each(|lines| lines.corners(row, MOST_CORNERS, &mut bounds));
-    bounds.sort_by(f64::total_cmp);
-    bounds
-}
-
-/// Fills the pockets of a body, brings its volume near the integral, and finds its leaks.
-fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling) -> SeededVolume {
+/// Fills the pockets of a body, fits the bed to its shore, brings its volume near the integral, and finds its leaks.
+fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling, surface: &impl Surface) -> SeededVolume {
     let holds = |filling: &Filling, cells: &[usize]| -> Vec<usize> {
         cells.iter().copied().filter(|&cell| filling.body[cell] == Some(number)).collect()
     };
     let mut reached: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).collect();
-    // Half of the tolerance for the pockets, so that they alone cannot exhaust it.
+    let mut open = filling.open_ground(level, &scan);
+    filling.leave_out_slivers(number, &scan, &mut open);
     let by_centre = holds(filling, &reached);
-    let pockets = filling.fill_pockets(number, level, &by_centre, 0.5 * VOLUME_TOLERANCE * scan.integral);
+    let pockets = filling.fill_pockets(number, level, &by_centre, &open);
     reached.extend(&pockets);
     reached.sort_unstable();
     reached.dedup();
+    let shore = fit_bed_to_water((number, level), &scan, &reached, filling, surface);
     let toggled = meet_volume(number, level, &scan, &reached, filling);
     let cells = holds(filling, &reached);
     SeededVolume {
@@ -234,6 +141,9 @@ fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling) -> See
         cells: cells.len(),
         toggled,
         pocket_cells: pockets.len(),
+        shore_cells: shore.cells,
+        largest_bed_change_at_shore: shore.largest_change,
+        largest_bed_change_under_water: shore.largest_change_under_water,
         area_m2: scan.area,
         area_without_terrain_m2: scan.area_without_terrain,
         leaks: filling.leaks(level, &cells),
@@ -251,7 +161,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
     let mut rim: Vec<(usize, f64)> = scan
         .cells
         .iter()
-        .filter(|&&(cell, part)| part.coverage < 1.0 - COVERAGE_ROUNDING && filling.is_below(cell, level))
+        .filter(|&&(cell, part)| part.is_cut() && filling.is_below(cell, level))
         .map(|&(cell, part)| (cell, part.coverage))
         .collect();
     rim.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
@@ -262,7 +172,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
         let at_start = surplus;
         let is_taking_in = surplus < 0.0;
         for place in 0..rim.len() {
-            if surplus.abs() <= VOLUME_TOLERANCE * scan.integral || (surplus < 0.0) != is_taking_in {
+            if surplus.abs() <= VOLUME_AIM * scan.integral || (surplus < 0.0) != is_taking_in {
                 break;
             }
             // Best covered first when taking in, least covered first when leaving out.

@@ -10,7 +10,7 @@ use crate::prepare::{Prepared, prepare};
 use crate::scenario::{CrsChoice, InitialWater, OpenBoundary, PointInterpolation, Scenario, TerrainLayer};
 
 /// The folder of the data, by the variable `FLOODSIM_DATA`, or beside the repository.
-fn data() -> Option<PathBuf> {
+pub(super) fn data() -> Option<PathBuf> {
     let root = std::env::var_os("FLOODSIM_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
     let folder = root.join("malpasset");
@@ -30,7 +30,7 @@ fn water(i: usize, path: PathBuf, level: f64) -> InitialWater {
     }
 }
 
-fn local(folder: &Path) -> Scenario {
+pub(super) fn local(folder: &Path) -> Scenario {
     let mut scenario = scenario(20.0);
     scenario.layers = vec![sourced("terrain.layers[0].raster", raster_layer(folder.join("dem_20m.tif")))];
     scenario.initial =

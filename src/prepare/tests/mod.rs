@@ -3,3 +3,4 @@
 mod bad_inputs;
 mod malpasset;
 mod scene;
+mod still_water;

@@ -12,9 +12,9 @@ fn seeds(particle_volume: f64) -> (Vec<FluidSeed>, StillWater) {
         let island = 12.0 - 0.5 * (p - Vec2::new(30.0, 10.0)).norm();
         (20.0 * p.norm_squared() / 1e4).max(8.0 + island)
     });
-    let bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, 0.03);
+    let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 20.0)];
-    let still = fill_still_water(&bodies, &bed, &surface, &[]);
+    let still = fill_still_water(&bodies, &mut bed, &surface, &[]);
     (equal_volume_filling(&bodies, &bed, &still, particle_volume), still)
 }
 

@@ -1,0 +1,90 @@
+//! Still water of whole scenarios: its volume, its leaks, and whether it stays at rest.
+
+use std::path::{Path, PathBuf};
+
+use super::malpasset;
+use super::scene::vector;
+use crate::prepare::{Prepared, prepare};
+use crate::scenario::{Scenario, load};
+use crate::seeding::SeededVolume;
+use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+
+fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn shipped(name: &str) -> Scenario {
+    load(&repository(&format!("scenarios/{name}/scenario.yaml")), &[]).unwrap().scenario
+}
+
+fn volumes(prepared: &Prepared) -> &[SeededVolume] {
+    assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
+    let volumes = &prepared.still_water.as_ref().unwrap().volumes;
+    for (water, books) in prepared.waters.iter().zip(volumes) {
+        println!("{}: {:+.4} %, {books:?}", water.key, 100.0 * books.relative_error());
+    }
+    volumes
+}
+
+/// The greatest speed (m/s) in some steps of resting particles.
+fn greatest_speed(scenario: &Scenario, prepared: Prepared, steps: usize) -> f64 {
+    let mut solver = EulerianSolver::new(FlowProblem {
+        bed: prepared.bed.unwrap(),
+        walls: prepared.walls,
+        open_edges: prepared.open_edges,
+        initial_depth: prepared.still_water.unwrap().depth,
+        gravity: scenario.numerics.gravity,
+        courant: scenario.numerics.cfl,
+        dry_depth: scenario.numerics.dry_depth,
+    });
+    let mut greatest = 0.0_f64;
+    for _ in 0..steps {
+        let choice = solver.choose_step();
+        greatest = greatest.max(choice.max_speed);
+        solver.advance(choice.time_step).unwrap();
+    }
+    greatest = greatest.max(solver.choose_step().max_speed);
+    println!("{} steps to {:.0} s: {greatest:e} m/s", solver.steps(), solver.time());
+    greatest
+}
+
+#[test]
+fn lake_at_rest_is_exact_and_stays_at_rest() {
+    let scenario = shipped("lake_at_rest");
+    let prepared = prepare(&scenario);
+    let [lake] = volumes(&prepared) else { unreachable!("one body") };
+    assert!(lake.is_within_tolerance() && lake.leaks.is_empty());
+    assert!(greatest_speed(&scenario, prepared, 1000) < 1e-10);
+}
+
+#[test]
+fn demonstration_leaks_at_its_dam_alone_and_stays_at_rest_behind_it() {
+    let mut scenario = shipped("demo");
+    let gone = prepare(&scenario);
+    let [lake] = volumes(&gone) else { unreachable!("one body") };
+    assert!(lake.is_within_tolerance());
+    // The axis of the dam runs along the edges between two columns of cells.
+    assert!(lake.leaks.len() == 1 && (lake.leaks[0].position.x - 644_605.0).abs() < 1e-6, "{:?}", lake.leaks);
+    scenario.walls = vec![vector("structures.walls[0].lines", repository("data/demo_valley/dam_line.geojson"))];
+    scenario.open.clear();
+    let standing = prepare(&scenario);
+    let [lake] = volumes(&standing) else { unreachable!("one body") };
+    assert!(lake.is_within_tolerance() && lake.leaks.is_empty());
+    assert!(greatest_speed(&scenario, standing, 300) < 1e-10);
+}
+
+#[test]
+fn malpasset_with_the_dam_in_place_stays_at_rest_down_to_the_sea() {
+    let Some(folder) = malpasset::data() else { return };
+    for (resolution, steps) in [(40.0, 1000), (20.0, 300)] {
+        let mut scenario = malpasset::local(&folder);
+        scenario.resolution.value = resolution;
+        scenario.walls = vec![vector("structures.walls[0].lines", folder.join("dam_line.geojson"))];
+        let prepared = prepare(&scenario);
+        let volumes = volumes(&prepared);
+        assert!(volumes.iter().all(|books| books.leaks.is_empty()));
+        // Half-covered cells of 40 m at the dam, 55 m deep, are filled whole or not at all.
+        assert!(resolution > 20.0 || volumes.iter().all(SeededVolume::is_within_tolerance));
+        assert!(greatest_speed(&scenario, prepared, steps) < 1e-10);
+    }
+}

@@ -1,0 +1,128 @@
+//! The bed under still water, set so that each cell holds its share when it is filled to the level.
+//!
+//! ```text
+//! z_b = η − V/Δ²,   V = ∫ max(η − terrain, 0) dA   over the cell inside the polygon
+//! ```
+//!
+//! For a cell under water that is the mean of the terrain; for one with the shore in it, the mean of the terrain with what
+//! stands above the level cut down to it. The bed is never set below the lowest terrain in the cell, because no part of the
+//! cell is deeper than that. A cell that the rim of the polygon cuts where the ground beyond is dry or ends holds what lies
+//! inside; where a filled pocket lies beyond, it counts whole. Where the polygon pokes out of the terrain, what the cells
+//! without terrain would hold goes to the cells beside them that the rim cuts, as far as their uncovered parts have room for it:
+//!
+//! ```text
+//! V' = V + f (V_whole − V),   f = min(1, Σ V without terrain / Σ (V_whole − V))
+//! ```
+//!
+//! Left as they are: cells that the rim cuts beside open ground or another body, where a raised bed would be a sill in open
+//! water, and at a wall, where a cell is filled whole or not at all by the side on which its centre lies; and dry cells beside
+//! ground below the level, which hold the water back.
+
+use super::leaks::Filling;
+use super::scan::{BodyScan, CellPart, volume_of_whole_cell};
+use crate::bed::Surface;
+
+/// What was done to the bed.
+#[derive(Default)]
+pub(super) struct Shore {
+    /// Number of cells with the shore or the rim in them whose bed was set.
+    pub cells: usize,
+    /// The largest change of the bed there (m).
+    pub largest_change: f64,
+    /// The largest change of the bed of cells wholly under water (m).
+    pub largest_change_under_water: f64,
+}
+
+/// A share less deep than this (m) is no water.
+const SHALLOWEST_SHARE: f64 = 1e-6;
+/// Changes of the bed less than this (m) are rounding: a plane stays a plane.
+const ROUNDING: f64 = 1e-9;
+
+/// Sets the bed of the cells of a body, and fills those at its shore that thereby come to lie below its level.
+///
+/// - `(number, level)`: the body
+/// - `reached`: the cells that its polygon touches and those of its pockets, in ascending order
+pub(super) fn fit_bed_to_water(
+    (number, level): (u32, f64),
+    scan: &BodyScan,
+    reached: &[usize],
+    filling: &mut Filling,
+    surface: &impl Surface,
+) -> Shore {
+    let area = filling.bed.lattice.cell_area();
+    // Cells with their beds before; those at the edge of the terrain with the room (m³) of their uncovered parts.
+    let (mut set, mut edge) = (Vec::new(), Vec::new());
+    let mut without_terrain = 0.0;
+    for &cell in reached {
+        let part = scan.part(cell);
+        if !filling.bed.has_terrain(cell) {
+            without_terrain += part.volume;
+            continue;
+        }
+        if !is_to_be_set((number, level), cell, part, filling) {
+            continue;
+        }
+        let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
+        let is_before_pocket = || filling.neighbours(cell).any(|other| is_pocket(number, other, scan, filling));
+        let is_at_edge = || filling.neighbours(cell).any(|other| !filling.bed.has_terrain(other));
+        let mut share = part.volume;
+        if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket()) {
+            share = whole();
+        } else if part.is_cut() && is_at_edge() {
+            edge.push((cell, (whole() - share).max(0.0)));
+        }
+        let before = filling.bed.elevation[cell];
+        let is_wet = share / area > SHALLOWEST_SHARE;
+        filling.body[cell] = is_wet.then_some(number);
+        let z_b = if is_wet { level - share / area } else { before.max(level) };
+        if (z_b - before).abs() > ROUNDING {
+            filling.bed.elevation[cell] = z_b;
+        }
+        set.push((cell, before));
+    }
+    let room: f64 = edge.iter().map(|(_, room)| room).sum();
+    let fraction = if room > 0.0 { (without_terrain / room).min(1.0) } else { 0.0 };
+    for (cell, room) in edge {
+        if filling.body[cell] == Some(number) {
+            filling.bed.elevation[cell] -= fraction * room / area;
+        }
+    }
+    let mut shore = Shore::default();
+    for (cell, before) in set {
+        let change = (filling.bed.elevation[cell] - before).abs();
+        let part = scan.part(cell);
+        if part.is_cut() || part.has_shore {
+            shore.cells += usize::from(change > 0.0);
+            shore.largest_change = shore.largest_change.max(change);
+        } else {
+            shore.largest_change_under_water = shore.largest_change_under_water.max(change);
+        }
+    }
+    shore
+}
+
+/// Whether a cell outside the polygon is filled.
+fn is_pocket(number: u32, cell: usize, scan: &BodyScan, filling: &Filling) -> bool {
+    filling.body[cell] == Some(number) && scan.part(cell).coverage <= 0.0
+}
+
+/// Whether the bed of a cell is to be set.
+fn is_to_be_set((number, level): (u32, f64), cell: usize, part: CellPart, filling: &Filling) -> bool {
+    let is_beside_other_water = || {
+        let is_other = |body: Option<u32>| body.is_some_and(|body| body != number);
+        filling.neighbours(cell).any(|other| is_other(filling.body[other]))
+    };
+    let is_enclosed = || !filling.is_at_wall(cell) && filling.gaps(cell, level).next().is_none();
+    match filling.body[cell] {
+        Some(body) if body == number => !part.is_cut() || (is_enclosed() && !is_beside_other_water()),
+        Some(_) => false,
+        None => {
+            let is_beside_water = || filling.neighbours(cell).any(|other| filling.body[other] == Some(number));
+            !filling.is_below(cell, level)
+                && part.volume > 0.0
+                && (part.holds_centre || is_beside_water())
+                && is_enclosed()
+                && !is_beside_other_water()
+        }
+    }
+}
