@@ -17,8 +17,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("neighbours", &["math", "lattice"]),
     ("particles", &["math", "lattice"]),
     ("boundary", &["math", "lattice", "bed", "solver"]),
-    ("bed", &["math", "lattice", "error", "scenario::methods", "terrain"]),
-    ("seeding", &["math", "lattice", "error", "bed", "scenario::methods"]),
+    ("bed", &["math", "lattice", "error", "scenario::methods", "terrain", "physics::kernel"]),
+    ("seeding", &["math", "lattice", "error", "bed", "particles", "scenario::methods"]),
     ("geodata", &["math", "error", "output"]),
     ("vector", &["math", "error", "geodata"]),
     ("terrain", &["math", "error", "geodata", "vector", "scenario::PointInterpolation"]),
@@ -26,7 +26,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "solver",
         &["math", "lattice", "error", "bed", "boundary", "particles", "neighbours", "physics", "scenario::methods"],
     ),
-    ("output", &["math", "lattice", "error", "bed", "maps"]),
+    ("output", &["math", "lattice", "error", "bed", "maps", "physics::kernel"]),
     ("maps", &["math"]),
     ("report", &["math", "error", "maps"]),
     ("scenario", &["math", "error"]),
@@ -77,7 +77,9 @@ fn sources() -> Vec<(String, PathBuf, String)> {
 
 /// The code of a file without comments and without its tests.
 fn code(path: &Path, text: &str) -> String {
-    if path.components().any(|part| part.as_os_str() == "tests" || part.as_os_str() == "tests.rs") {
+    // Tests on the valley of Malpasset have a file of their own.
+    let is_test = |name: &str| ["tests", "tests.rs", "malpasset.rs"].contains(&name);
+    if path.components().any(|part| part.as_os_str().to_str().is_some_and(is_test)) {
         return String::new();
     }
     let lines = text.lines().take_while(|line| line.trim() != "mod tests {");

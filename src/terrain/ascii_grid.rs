@@ -37,7 +37,8 @@ pub(super) fn broken_values(path: &Path) -> std::io::Result<Option<Broken>> {
                 name == "nodata_value" && words.nth(1).is_some_and(|value| value.eq_ignore_ascii_case("nan"));
         } else {
             for word in words {
-                if !is_number(word) && !(nan_is_nodata && word.eq_ignore_ascii_case("nan")) {
+                let is_nodata = nan_is_nodata && word.eq_ignore_ascii_case("nan");
+                if !is_nodata && !is_number(word) {
                     broken.get_or_insert_with(|| Broken { count: 0, index, word: word.to_owned() }).count += 1;
                 }
                 index += 1;

@@ -115,6 +115,7 @@ fn every_scenario_that_ships_passes_the_check() {
     let mut names: Vec<PathBuf> =
         std::fs::read_dir(root().join("scenarios")).unwrap().map(|entry| entry.unwrap().path()).collect();
     names.sort();
+    assert!(names.len() >= 4, "{names:?}");
     for name in names {
         let file = name.join("scenario.yaml");
         let needs_data = std::fs::read_to_string(&file).unwrap().contains("FLOODSIM_DATA");
