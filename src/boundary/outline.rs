@@ -95,12 +95,7 @@ fn rings(bed: &BedParticles, open: &OpenEdges) -> Vec<Vec<Face>> {
 }
 
 fn is_open(face: &Face, spacing: f64, open: &OpenEdges) -> bool {
-    let middle = midpoint(face) * spacing;
-    open.segments.iter().any(|&[a, b]| {
-        let along = b - a;
-        let share = ((middle - a).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        (middle - (a + along * share)).norm() <= open.reach
-    })
+    open.is_open(midpoint(face) * spacing)
 }
 
 fn midpoint(face: &Face) -> Vec2 {
