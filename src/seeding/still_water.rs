@@ -199,6 +199,4 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
 }
 
 #[cfg(test)]
-mod malpasset;
-#[cfg(test)]
 pub(crate) mod tests;

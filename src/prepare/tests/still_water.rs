@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::malpasset;
-use super::scene::vector;
+use super::scene::{raster_layer, sourced, vector};
 use crate::prepare::{Prepared, prepare};
+use crate::scenario::methods::BedMethod;
 use crate::scenario::{Scenario, load};
 use crate::seeding::SeededVolume;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
@@ -86,5 +87,33 @@ fn malpasset_with_the_dam_in_place_stays_at_rest_down_to_the_sea() {
         // Half-covered cells of 40 m at the dam, 55 m deep, are filled whole or not at all.
         assert!(resolution > 20.0 || volumes.iter().all(SeededVolume::is_within_tolerance));
         assert!(greatest_speed(&scenario, prepared, steps) < 1e-10);
+    }
+}
+
+#[test]
+fn reservoir_of_malpasset_and_the_sea_hold_their_volumes() {
+    let Some(folder) = malpasset::data() else { return };
+    for (file, resolution, bed) in [
+        ("dem_10m.tif", 10.0, BedMethod::Pointwise),
+        ("dem_10m.tif", 10.0, BedMethod::Shepard),
+        ("dem_20m.tif", 20.0, BedMethod::Pointwise),
+        ("dem_20m.tif", 20.0, BedMethod::Shepard),
+    ] {
+        let mut scenario = malpasset::local(&folder);
+        scenario.layers = vec![sourced("terrain.layers[0].raster", raster_layer(folder.join(file)))];
+        scenario.resolution.value = resolution;
+        scenario.numerics.bed = bed;
+        for is_standing in [false, true] {
+            if is_standing {
+                scenario.walls = vec![vector("structures.walls[0].lines", folder.join("dam_line.geojson"))];
+            }
+            let prepared = prepare(&scenario);
+            let [reservoir, sea] = volumes(&prepared) else { unreachable!("two bodies") };
+            // README of the data: 48.95 million m³ in the 10 m raster.
+            assert!((reservoir.integral_m3 / 48.95e6 - 1.0).abs() < 2e-3);
+            assert!(reservoir.is_within_tolerance() && sea.is_within_tolerance());
+            // The dam line is where the reservoir ends in open water, and the only place.
+            assert_eq!((reservoir.leaks.len(), sea.leaks.len()), (usize::from(!is_standing), 0));
+        }
     }
 }
