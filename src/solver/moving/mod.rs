@@ -1,10 +1,9 @@
 //! What both formulations with moving particles share: the particles, the bed and walls under and around them, the search
-//! for neighbours, the integrators, the books and the gridding.
+//! for neighbours, the integrators and the books.
 //!
 //! A formulation turns the present state into rates (`Formulation::evaluate`); everything else is here, once.
 
 mod correction;
-mod gridding;
 mod neighbours;
 mod solver;
 mod step;
@@ -155,12 +154,7 @@ fn channel_ends(problem: &FlowProblem) -> Vec<Edge> {
     [0.0, size.x]
         .into_iter()
         .map(|x| {
-            let middle = Vec2::new(x, 0.5 * size.y);
-            let is_open = problem.open_edges.segments.iter().any(|&[a, b]| {
-                let along = b - a;
-                let share = ((middle - a).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-                (middle - (a + along * share)).norm() <= problem.open_edges.reach
-            });
+            let is_open = problem.open_edges.is_open(Vec2::new(x, 0.5 * size.y));
             Edge { start: Vec2::new(x, -size.y), end: Vec2::new(x, 2.0 * size.y), is_open }
         })
         .collect()

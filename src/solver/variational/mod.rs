@@ -5,7 +5,7 @@
 //! dv/dt = −Σ m_j [p_i/(d_i² β_i) ∇W(h_i) + p_j/(d_j² β_j) ∇W(h_j)] − g ∇z_b,   p = g d²/2
 //! ```
 //!
-//! `RodriguezPazBonet2005`, hydrostatic: without the inertia of the vertical motion over the bed. Stabilised by Monaghan's
+//! `RodriguezPaz2005`, hydrostatic: without the inertia of the vertical motion over the bed. Stabilised by Monaghan's
 //! viscosity, or by p* of two shocks between states with limited reconstruction in place of both p.
 //! **Weak spot**: a lake over an uneven bed does not stay at rest, because nothing balances the slope of the bed exactly.
 
