@@ -21,11 +21,11 @@
 use rayon::prelude::*;
 
 use super::{Balanced, Gradients, Seen, State};
-use crate::math::Vec2;
+use crate::math::{Sym2, Vec2};
 use crate::physics::celerity;
 use crate::physics::flux::two_shock;
 use crate::physics::limiter::van_leer;
-use crate::solver::moving::{CHUNK, ChunkNeighbours, MovingWater, Rates};
+use crate::solver::moving::{CHUNK, ChunkNeighbours, MovingWater, Rates, correction};
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
@@ -42,28 +42,32 @@ struct Face {
     divergence: f64,
     /// d_l c_l / d_i (m/s): how hard the face resists a motion of i alone.
     impedance: f64,
+    /// min(d_l/d_iR, d_r/d_jR): how far the waters of both meet, 0 where one stands above the other's surface.
+    contact: f64,
 }
 
 impl Balanced {
     /// Fills `water.rates`.
     pub(super) fn find_rates(&mut self, water: &mut MovingWater) {
-        let gravity = water.gravity;
         let mut rates = std::mem::take(&mut water.rates);
         rates.resize(water.particles.len(), Rates::default());
+        let water_ref = &*water;
         rates.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(|(chunk, (rates, near))| {
             for (k, rates) in rates.iter_mut().enumerate() {
-                *rates = self.rates_of(chunk * CHUNK + k, k, near, gravity);
+                *rates = self.rates_of(water_ref, chunk * CHUNK + k, k, near);
             }
         });
         water.rates = rates;
     }
 
-    fn rates_of(&self, i: usize, k: usize, near: &ChunkNeighbours, gravity: f64) -> Rates {
+    fn rates_of(&self, water: &MovingWater, i: usize, k: usize, near: &ChunkNeighbours) -> Rates {
+        let gravity = water.gravity;
         let (me, mine, local) = (&self.states[i], &self.gradients[i], &self.locals[i]);
         let mut force = Vec2::ZERO;
         let mut divergence = mine.u.x + mine.v.y;
         let mut approach = 0.0_f64;
         let mut stiffness = 0.0;
+        let mut contact = Sym2::default();
         for &image in near.of(k) {
             let seen = Seen::new(me, image, &self.states, near.transforms());
             if seen.is_far(me) {
@@ -77,13 +81,21 @@ impl Balanced {
             let face = pair_face(me, mine, &seen, others, difference, e_l_e, gravity);
             stiffness += weight * e_l_e * face.impedance;
             force += corrected * (2.0 * weight * face.pressure);
+            let touching = weight * seen.r * face.contact;
+            contact.xx += touching * seen.e.x * seen.e.x;
+            contact.xy += touching * seen.e.x * seen.e.y;
+            contact.yy += touching * seen.e.y * seen.e.y;
             divergence += weight * face.divergence;
             approach = approach.max(difference.abs());
         }
         let inside = 1.0 - local.edge;
         let relaxation = RELAXATION * me.depth * (local.partition - 1.0) * inside * approach * me.inverse_h;
+        let slope = water.bed_points[i].slope;
+        // Froude's number squared, times four: nothing tells a lonely particle at rest from a puddle, so it stays.
+        let motion = (4.0 * me.velocity.norm_squared() / (gravity * me.depth)).min(1.0);
+        let unsupported = (slope - correction(contact).apply(contact.apply(slope))) * (gravity * motion);
         Rates {
-            acceleration: local.push - force / me.depth,
+            acceleration: local.push - force / me.depth - unsupported,
             depth_rate: relaxation - me.depth * divergence,
             shift: local.openness * (SHIFT * approach * inside),
             approach,
@@ -138,6 +150,7 @@ fn pair_face(me: &State, mine: &Gradients, seen: &Seen, others: &Gradients, du: 
     Face {
         pressure: p_star - 0.5 * g * d_l * d_l + g * me.depth * a_1,
         impedance: d_l * celerity(d_l, g) / me.depth,
+        contact: if d_l <= DRY_FACE || d_r <= DRY_FACE { 0.0 } else { (d_l / d_ir).min(d_r / d_jr) },
         divergence: theta * by_surface + (1.0 - theta) * by_velocity,
     }
 }

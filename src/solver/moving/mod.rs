@@ -21,6 +21,9 @@ use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
 use crate::solver::FlowProblem;
 
+/// The edge of the largest area of a particle, in cells.
+const MOST_CELLS: f64 = 12.0;
+
 /// The rates of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
@@ -57,6 +60,8 @@ pub struct MovingWater {
     pub gravity: f64,
     /// Depth (m) below which water does not move.
     pub dry_depth: f64,
+    /// Plan area (m²; in one dimension length, m) over which a particle spreads at most.
+    pub largest_area: f64,
     /// The particles.
     pub particles: FluidParticles,
     /// Their rates, from the latest evaluation.
@@ -87,6 +92,10 @@ impl MovingWater {
             dimension,
             gravity: problem.gravity,
             dry_depth: problem.dry_depth,
+            largest_area: match dimension {
+                Dimension::One => MOST_CELLS * lattice.spacing,
+                Dimension::Two => std::env::var("LG_M").map_or(MOST_CELLS, |v| v.parse().unwrap()).powi(2) * lattice.cell_area(),
+            },
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
             neighbours: Neighbours::default(),
@@ -129,6 +138,15 @@ impl MovingWater {
             }
         });
         self.bed_points = points;
+    }
+
+    /// Depth (m) below which particle `i` does not thin: the dry depth, or its volume over the largest area.
+    ///
+    /// The carried depth of a film that runs off a steep bank falls without end, and with it the area V/d grows beyond the
+    /// bank, the valley and every neighbourhood. A particle does not stand for water wider than that.
+    #[inline]
+    pub fn least_depth(&self, i: usize) -> f64 {
+        self.dry_depth.max(self.particles.volume[i] / self.largest_area)
     }
 
     /// Whether a wall stands between two places.
