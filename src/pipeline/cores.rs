@@ -15,10 +15,7 @@ pub fn build(scenario: &Scenario, problem: FlowProblem, still: &StillWater) -> B
     if numerics.formulation == Formulation::Balanced && numerics.motion == Motion::Eulerian {
         return Box::new(EulerianSolver::new(problem));
     }
-    let mut seeds = lattice_filling(&problem.bed.lattice, still);
-    if let Ok(v) = std::env::var("LG_D") {
-        seeds = crate::seeding::subdivide(&seeds, &problem.bed, v.parse::<f64>().unwrap());
-    }
+    let seeds = lattice_filling(&problem.bed.lattice, still);
     match numerics.formulation {
         Formulation::Balanced => Box::new(LagrangianSolver::new(problem, seeds, numerics.integrator)),
         Formulation::Variational => {

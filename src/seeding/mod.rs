@@ -5,12 +5,10 @@ mod lattice;
 mod leaks;
 mod scan_line;
 mod still_water;
-mod subdivided;
 
 pub use crate::particles::FluidSeed;
 pub use equal_volume::equal_volume_filling;
 pub use lattice::lattice_filling;
-pub use subdivided::subdivide;
 pub use leaks::Leak;
 pub use still_water::{SeededVolume, StillWater, VOLUME_TOLERANCE, fill_still_water};
 

@@ -7,4 +7,5 @@ mod bowl;
 mod channel;
 mod circle;
 mod lake;
+mod variational;
 mod walls;

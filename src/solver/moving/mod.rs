@@ -21,8 +21,8 @@ use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
 use crate::solver::FlowProblem;
 
-/// The edge of the largest area of a particle, in cells.
-const MOST_CELLS: f64 = 12.0;
+/// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
+const LARGEST_SPREAD: f64 = 144.0;
 
 /// The rates of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -92,10 +92,7 @@ impl MovingWater {
             dimension,
             gravity: problem.gravity,
             dry_depth: problem.dry_depth,
-            largest_area: match dimension {
-                Dimension::One => MOST_CELLS * lattice.spacing,
-                Dimension::Two => std::env::var("LG_M").map_or(MOST_CELLS, |v| v.parse().unwrap()).powi(2) * lattice.cell_area(),
-            },
+            largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(0.0, f64::max),
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
             neighbours: Neighbours::default(),
