@@ -9,6 +9,7 @@ pub mod boundary;
 pub mod cli;
 pub mod error;
 pub mod geodata;
+pub mod gridding;
 pub mod lattice;
 pub mod maps;
 pub mod math;

@@ -16,15 +16,27 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("physics", &["math"]),
     ("neighbours", &["math", "lattice"]),
     ("particles", &["math", "lattice"]),
-    ("boundary", &["math", "lattice", "bed", "solver"]),
-    ("bed", &["math", "lattice", "error", "scenario::methods", "terrain", "physics::kernel"]),
+    ("boundary", &["math", "lattice", "bed"]),
+    ("bed", &["math", "lattice", "error", "physics::kernel", "scenario::methods", "terrain"]),
     ("seeding", &["math", "lattice", "error", "bed", "particles", "scenario::methods"]),
+    ("gridding", &["math", "lattice", "bed", "particles", "physics"]),
     ("geodata", &["math", "error", "output"]),
     ("vector", &["math", "error", "geodata"]),
     ("terrain", &["math", "error", "geodata", "vector", "scenario::PointInterpolation"]),
     (
         "solver",
-        &["math", "lattice", "error", "bed", "boundary", "particles", "neighbours", "physics", "scenario::methods"],
+        &[
+            "math",
+            "lattice",
+            "error",
+            "bed",
+            "boundary",
+            "particles",
+            "neighbours",
+            "gridding",
+            "physics",
+            "scenario::methods",
+        ],
     ),
     ("output", &["math", "lattice", "error", "bed", "maps", "physics::kernel"]),
     ("maps", &["math"]),
@@ -33,8 +45,19 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 ];
 
 /// Modules that open no file, print nothing and know no format.
-const PURE: &[&str] =
-    &["math", "lattice", "physics", "neighbours", "particles", "boundary", "bed", "seeding", "solver", "maps"];
+const PURE: &[&str] = &[
+    "math",
+    "lattice",
+    "physics",
+    "neighbours",
+    "particles",
+    "boundary",
+    "gridding",
+    "bed",
+    "seeding",
+    "solver",
+    "maps",
+];
 
 const OUTSIDE_WORLD: &[&str] = &[
     "std::fs",
@@ -72,7 +95,17 @@ fn sources() -> Vec<(String, PathBuf, String)> {
         }
     }
     found.sort();
+    let tests: BTreeSet<PathBuf> = found.iter().flat_map(|(_, path, text)| test_modules(path, text)).collect();
+    found.retain(|(_, path, _)| !tests.contains(path));
     found
+}
+
+/// The files of the modules that a file declares for its tests alone.
+fn test_modules(path: &Path, text: &str) -> Vec<PathBuf> {
+    let is_folder = path.ends_with("mod.rs") || path.ends_with("lib.rs");
+    let folder = if is_folder { path.with_file_name("") } else { path.with_extension("") };
+    let declared = text.split("#[cfg(test)]\nmod ").skip(1);
+    declared.filter_map(|rest| Some(folder.join(rest.split_once(';')?.0).with_extension("rs"))).collect()
 }
 
 /// The code of a file without comments and without its tests.

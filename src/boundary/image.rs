@@ -87,7 +87,20 @@ pub struct ImageScratch {
     /// Edges near the particle.
     pub near: Vec<u32>,
     single: Vec<u32>,
+    corners: Vec<Corner>,
     places: Vec<Vec2>,
+}
+
+/// Two walls through which a particle may see an image of an image.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    /// Places of both walls in the list of those near the particle: the line of sight meets `first` first.
+    first: u32,
+    second: u32,
+    /// Both reflections.
+    isometry: Isometry,
+    /// Index of the isometry, once it is used.
+    transform: Option<u32>,
 }
 
 impl Walls {
@@ -112,6 +125,7 @@ impl Walls {
             scratch.single.push(transforms.len() as u32);
             transforms.push(Isometry::reflection(&edges[member as usize]));
         }
+        self.list_corners(place, transforms, scratch);
         for &j in found {
             let other = positions[j as usize];
             if j != i {
@@ -123,27 +137,55 @@ impl Walls {
             scratch.places.clear();
             for a in 0..scratch.near.len() {
                 let first = &edges[scratch.near[a] as usize];
-                let reflection = transforms[scratch.single[a] as usize];
-                let image = reflection.point(other);
+                let image = transforms[scratch.single[a] as usize].point(other);
                 if is_near(j, (image - place).norm_squared())
-                    && first.side(place) * first.side(other) > 0.0
+                    && first.turn(place) * first.turn(other) > 0.0
                     && self.is_seen_once(&scratch.near, a, place, other, image)
                     && is_new(&mut scratch.places, image, self.margin())
                 {
                     seen.push(Image { index: j, transform: scratch.single[a] });
                 }
-                for b in (0..scratch.near.len()).filter(|&b| b != a) {
-                    let second = &edges[scratch.near[b] as usize];
-                    let middle = transforms[scratch.single[b] as usize].point(other);
-                    let image = reflection.point(middle);
-                    if is_near(j, (image - place).norm_squared())
-                        && self.is_seen_twice(first, second, place, image, middle)
-                        && is_new(&mut scratch.places, image, self.margin())
-                    {
-                        let both = transforms[scratch.single[b] as usize].then(&reflection);
-                        seen.push(Image { index: j, transform: transforms.len() as u32 });
-                        transforms.push(both);
-                    }
+            }
+            for corner in &mut scratch.corners {
+                let image = corner.isometry.point(other);
+                if !is_near(j, (image - place).norm_squared()) {
+                    continue;
+                }
+                let edge = |k: u32| &edges[scratch.near[k as usize] as usize];
+                let middle = transforms[scratch.single[corner.second as usize] as usize].point(other);
+                if self.is_seen_twice(edge(corner.first), edge(corner.second), place, image, middle)
+                    && is_new(&mut scratch.places, image, self.margin())
+                {
+                    let transform = *corner.transform.get_or_insert_with(|| {
+                        transforms.push(corner.isometry);
+                        transforms.len() as u32 - 1
+                    });
+                    seen.push(Image { index: j, transform });
+                }
+            }
+        }
+    }
+
+    /// Lists the pairs of walls near a place through which it can see an image of an image.
+    ///
+    /// The line of sight runs from the place to the first wall and from there to the second one, all on one side of each: so
+    /// each of them has an end on the side of the other on which the place lies. Parallel ones give no image of an image.
+    fn list_corners(&self, place: Vec2, transforms: &[Isometry], scratch: &mut ImageScratch) {
+        let edges = self.edges();
+        let reaches = |wall: &Edge, other: &Edge| {
+            let side = wall.turn(place).signum();
+            (side * wall.turn(other.start)).max(side * wall.turn(other.end)) >= 0.0
+        };
+        scratch.corners.clear();
+        for a in 0..scratch.near.len() {
+            let first = &edges[scratch.near[a] as usize];
+            for b in (0..scratch.near.len()).filter(|&b| b != a) {
+                let second = &edges[scratch.near[b] as usize];
+                let are_parallel = first.direction().cross(second.direction()).abs() < 1e-6;
+                if !are_parallel && reaches(first, second) && reaches(second, first) {
+                    let [outer, inner] = [a, b].map(|k| &transforms[scratch.single[k] as usize]);
+                    let isometry = inner.then(outer);
+                    scratch.corners.push(Corner { first: a as u32, second: b as u32, isometry, transform: None });
                 }
             }
         }
@@ -165,13 +207,9 @@ impl Walls {
     ///
     /// A line of sight through the very corner counts: it touches `second` where it meets `first`.
     fn is_seen_twice(&self, first: &Edge, second: &Edge, place: Vec2, image: Vec2, middle: Vec2) -> bool {
-        let are_parallel = first.direction().cross(second.direction()).abs() < 1e-6;
-        if are_parallel {
-            return false;
-        }
         let Some(share) = first.crossing(place, image, self.margin()) else { return false };
         let hit = place + (image - place) * share;
-        if second.side(place) * second.side(middle) >= 0.0 {
+        if second.turn(place) * second.turn(middle) >= 0.0 {
             return false;
         }
         // Stepping back by a margin keeps a hit in the corner on the near side of the second wall.

@@ -1,9 +1,11 @@
 //! Where the water ends: the outline of the terrain, walls, open edges, and the mirror images that stand for a wall.
 
 mod image;
+mod open_edges;
 mod outline;
 mod wall;
 
 pub use image::{Image, ImageScratch, Isometry, Sight};
+pub use open_edges::OpenEdges;
 pub use outline::outline;
 pub use wall::{Edge, Path, Walls};

@@ -4,10 +4,10 @@
 //! with terrain lies inside; stair steps become straight where that moves the line by less than 0.3 spacings, while corners
 //! of the lattice and corners between longer straight pieces stay sharp. Areas touching only at a corner stay apart.
 
+use super::OpenEdges;
 use super::wall::Edge;
 use crate::bed::BedParticles;
 use crate::math::Vec2;
-use crate::solver::OpenEdges;
 
 /// How far (in spacings) a stair step may be straightened: less than the 0.35 between a cell centre and a cut corner.
 const STRAIGHTENING: f64 = 0.3;
@@ -80,7 +80,7 @@ fn rings(bed: &BedParticles, open: &OpenEdges) -> Vec<Vec<Face>> {
             while !is_used[slot(vertex, k)] {
                 is_used[slot(vertex, k)] = true;
                 let face = Face { start: vertex, direction: directions[k], is_open: false };
-                ring.push(Face { is_open: is_open(&face, lattice.spacing, open), ..face });
+                ring.push(Face { is_open: open.is_open(midpoint(&face) * lattice.spacing), ..face });
                 vertex = face.end();
                 // Left turn first: diagonal cells with terrain are not joined.
                 match [1, 0, 3].into_iter().map(|turn| (k + turn) % 4).find(|&next| exists(vertex, next)) {
@@ -92,10 +92,6 @@ fn rings(bed: &BedParticles, open: &OpenEdges) -> Vec<Vec<Face>> {
         }
     }
     rings
-}
-
-fn is_open(face: &Face, spacing: f64, open: &OpenEdges) -> bool {
-    open.is_open(midpoint(face) * spacing)
 }
 
 fn midpoint(face: &Face) -> Vec2 {
@@ -219,7 +215,11 @@ mod tests {
 
     #[test]
     fn lines_open_the_faces_within_reach() {
-        let east = OpenEdges { segments: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]], reach: 0.5, ..OpenEdges::default() };
+        let east = OpenEdges {
+            segments: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]],
+            reach: 0.5,
+            whole_outline: false,
+        };
         let edges = outline(&bed(7, 5, |_, _| true), &east);
         let open: Vec<&Edge> = edges.iter().filter(|edge| edge.is_open).collect();
         assert!(!open.is_empty() && open.iter().all(|edge| edge.start.x > 13.999 && edge.end.x > 13.999));

@@ -28,16 +28,24 @@ impl Edge {
         self.direction().cross(place - self.start)
     }
 
+    /// Twice the area (m²) of the triangle of the piece and a place, positive to its left: the sign of `side` without its root.
+    #[inline]
+    pub fn turn(&self, place: Vec2) -> f64 {
+        (self.end - self.start).cross(place - self.start)
+    }
+
     /// Where the way from `a` to `b` crosses the piece, as a share of the way; ends of the piece are stretched by `margin` (m).
     #[inline]
     pub fn crossing(&self, a: Vec2, b: Vec2, margin: f64) -> Option<f64> {
-        let (side_a, side_b) = (self.side(a), self.side(b));
-        if side_a * side_b >= 0.0 {
+        let (turn_a, turn_b) = (self.turn(a), self.turn(b));
+        if turn_a * turn_b >= 0.0 {
             return None;
         }
-        let share = side_a / (side_a - side_b);
-        let along = self.direction().dot(a + (b - a) * share - self.start);
-        (along >= -margin && along <= (self.end - self.start).norm() + margin).then_some(share)
+        let share = turn_a / (turn_a - turn_b);
+        let piece = self.end - self.start;
+        let (along, length_squared) = (piece.dot(a + (b - a) * share - self.start), piece.norm_squared());
+        let beyond = (-along).max(along - length_squared);
+        (beyond <= 0.0 || beyond <= margin * length_squared.sqrt()).then_some(share)
     }
 }
 

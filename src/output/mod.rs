@@ -7,10 +7,6 @@
 //! Maps follow the compute steps and never the stored frames; frames are interpolated between compute steps and never
 //! shorten one. The writers know map coordinates and files; they do not know the solver.
 
-mod to_grid;
-
-pub use to_grid::{Gridder, MovingWater};
-
 use crate::math::Vec2;
 
 mod folder;

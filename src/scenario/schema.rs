@@ -309,6 +309,16 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
         );
         return None;
     }
+    let is_moving = is_variational || is("motion", Motion::Lagrangian.name());
+    if !is_moving && is("integrator", Integrator::Leapfrog.name()) {
+        reader.error(
+            node.get("integrator")?,
+            "method-combination",
+            "resting particles have no leapfrog: their faces are upwinded, which it makes unstable",
+            "write `integrator: heun`, or take `motion: lagrangian`",
+        );
+        return None;
+    }
     Some(())
 }
 

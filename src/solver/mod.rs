@@ -5,43 +5,13 @@ pub mod lagrangian;
 pub mod moving;
 pub mod variational;
 
+pub use crate::boundary::OpenEdges;
 pub use eulerian::EulerianSolver;
 
 use crate::bed::BedParticles;
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
-
-/// Water that leaves the terrain through an open edge is booked; at all other edges the terrain ends at a wall.
-///
-/// Edges of the lattice and of no-data areas are walls. A lattice or no-data edge face is open when its midpoint lies
-/// within `reach` of one of these lines.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OpenEdges {
-    /// Straight pieces of lines in local coordinates (m).
-    pub segments: Vec<[Vec2; 2]>,
-    /// Distance up to which a line opens a face of the edge (m).
-    pub reach: f64,
-    /// Every edge face is open, those of no-data areas included, whatever the lines say.
-    pub whole_outline: bool,
-}
-
-impl OpenEdges {
-    /// Whether the edge of the terrain is open at a place (local coordinates, m).
-    pub fn is_open(&self, place: Vec2) -> bool {
-        let near = |segment: &[Vec2; 2]| distance_to_segment(place, *segment) <= self.reach;
-        self.whole_outline || self.segments.iter().any(near)
-    }
-}
-
-/// Distance of a point from a straight piece of line (m).
-fn distance_to_segment(point: Vec2, segment: [Vec2; 2]) -> f64 {
-    let along = segment[1] - segment[0];
-    let length_squared = along.norm_squared();
-    let share =
-        if length_squared > 0.0 { ((point - segment[0]).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-    (point - (segment[0] + along * share)).norm()
-}
 
 /// Everything the core needs to know about a place; local coordinates throughout.
 #[derive(Clone, Debug)]

@@ -8,4 +8,5 @@ mod channel;
 mod circle;
 mod lake;
 mod resting;
+mod variational;
 mod walls;

@@ -68,7 +68,8 @@ fn nothing_leaves_a_closed_basin_in_motion() {
 
 #[test]
 fn water_leaves_through_open_edges_and_is_booked() {
-    let open_edges = OpenEdges { segments: vec![[Vec2::new(SIZE, 0.0), Vec2::new(SIZE, SIZE)]], reach: 0.1, ..OpenEdges::default() };
+    let open_edges =
+        OpenEdges { segments: vec![[Vec2::new(SIZE, 0.0), Vec2::new(SIZE, SIZE)]], reach: 0.1, whole_outline: false };
     let mut solver = solver(FlowProblem { open_edges, ..basin() }, 0.0, |_| 94.0);
     run_steps(&mut solver, 400);
     let ledger = solver.ledger();

@@ -80,6 +80,7 @@ pub struct Balanced {
     kernel: CubicSpline,
     factor: f64,
     lengths: Vec<f64>,
+    areas: Vec<f64>,
     states: Vec<State>,
     gradients: Vec<Gradients>,
     locals: Vec<Local>,
@@ -107,6 +108,7 @@ impl LagrangianSolver {
             kernel: CubicSpline::new(dimension),
             factor: smoothing_factor(dimension),
             lengths: Vec::new(),
+            areas: Vec::new(),
             states: Vec::new(),
             gradients: Vec::new(),
             locals: Vec::new(),
@@ -189,11 +191,14 @@ impl Balanced {
     fn choose_smoothing_lengths(&mut self, water: &mut MovingWater) {
         let (particles, dimension, factor) = (&water.particles, water.dimension, self.factor);
         self.lengths.resize(particles.len(), 0.0);
+        self.areas.clear();
+        self.areas.extend(particles.volume.iter().zip(&particles.depth).map(|(volume, depth)| volume / depth));
+        let areas = &self.areas;
         self.lengths.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(
             |(chunk, (lengths, near))| {
                 for (k, length) in lengths.iter_mut().enumerate() {
                     let i = chunk * CHUNK + k;
-                    let area = particles.volume[i] / particles.depth[i];
+                    let area = areas[i];
                     let (place, h_i) = (particles.position[i], particles.smoothing_length[i]);
                     let (mut weights, mut weighted) = (1.0, area);
                     for image in near.of(k) {
@@ -205,7 +210,7 @@ impl Balanced {
                         let h = h_i.max(particles.smoothing_length[j]);
                         let w = CubicSpline::shape((other - place).norm() / h);
                         weights += w;
-                        weighted += w * particles.volume[j] / particles.depth[j];
+                        weighted += w * areas[j];
                     }
                     let smoothed = area.max(weighted / weights);
                     *length = (factor * dimension.edge(smoothed)).min(SLACK * h_i);

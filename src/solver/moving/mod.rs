@@ -1,10 +1,9 @@
 //! What both formulations with moving particles share: the particles, the bed and walls under and around them, the search
-//! for neighbours, the integrators, the books and the gridding.
+//! for neighbours, the integrators and the books.
 //!
 //! A formulation turns the present state into rates (`Formulation::evaluate`); everything else is here, once.
 
 mod correction;
-mod gridding;
 mod neighbours;
 mod solver;
 mod step;
@@ -21,6 +20,9 @@ use crate::math::Vec2;
 use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
 use crate::solver::FlowProblem;
+
+/// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
+const LARGEST_SPREAD: f64 = 144.0;
 
 /// The rates of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,6 +60,8 @@ pub struct MovingWater {
     pub gravity: f64,
     /// Depth (m) below which water does not move.
     pub dry_depth: f64,
+    /// Plan area (m²; in one dimension length, m) over which a particle spreads at most.
+    pub largest_area: f64,
     /// The particles.
     pub particles: FluidParticles,
     /// Their rates, from the latest evaluation.
@@ -88,6 +92,7 @@ impl MovingWater {
             dimension,
             gravity: problem.gravity,
             dry_depth: problem.dry_depth,
+            largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(0.0, f64::max),
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
             neighbours: Neighbours::default(),
@@ -132,6 +137,15 @@ impl MovingWater {
         self.bed_points = points;
     }
 
+    /// Depth (m) below which particle `i` does not thin: the dry depth, or its volume over the largest area.
+    ///
+    /// The carried depth of a film that runs off a steep bank falls without end, and with it the area V/d grows beyond the
+    /// bank, the valley and every neighbourhood. A particle does not stand for water wider than that.
+    #[inline]
+    pub fn least_depth(&self, i: usize) -> f64 {
+        self.dry_depth.max(self.particles.volume[i] / self.largest_area)
+    }
+
     /// Whether a wall stands between two places.
     pub fn is_walled(&self, from: Vec2, to: Vec2) -> bool {
         let reach = (to - from).norm();
@@ -155,12 +169,7 @@ fn channel_ends(problem: &FlowProblem) -> Vec<Edge> {
     [0.0, size.x]
         .into_iter()
         .map(|x| {
-            let middle = Vec2::new(x, 0.5 * size.y);
-            let is_open = problem.open_edges.segments.iter().any(|&[a, b]| {
-                let along = b - a;
-                let share = ((middle - a).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-                (middle - (a + along * share)).norm() <= problem.open_edges.reach
-            });
+            let is_open = problem.open_edges.is_open(Vec2::new(x, 0.5 * size.y));
             Edge { start: Vec2::new(x, -size.y), end: Vec2::new(x, 2.0 * size.y), is_open }
         })
         .collect()

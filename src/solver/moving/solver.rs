@@ -1,8 +1,9 @@
 //! The core with moving particles: a formulation, an integrator, the books and the watch.
 
 use super::step::{Moved, heun, leapfrog};
-use super::{Formulation, MovingWater, gridding};
+use super::{Formulation, MovingWater};
 use crate::error::NumericalFailure;
+use crate::gridding::Gridder;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
@@ -17,6 +18,8 @@ const ACCELERATION_SHARE: f64 = 0.8;
 const COLLAPSED_SHARE: f64 = 1e-5;
 /// Particles are brought into the order of the cells every so many steps.
 const STEPS_PER_SORT: u64 = 8;
+/// The fastest particle moves so many cells before the water is gridded anew.
+const GRIDDING_SHARE: f64 = 0.25;
 
 /// Moving particles in a given formulation.
 pub struct MovingSolver<F: Formulation> {
@@ -31,7 +34,9 @@ pub struct MovingSolver<F: Formulation> {
     first_choice: Option<StepChoice>,
     last_choice: Option<StepChoice>,
     moved: Vec<Moved>,
-    grid: gridding::Gridding,
+    gridder: Gridder,
+    /// How far (m) the fastest particle may have come since the latest gridding; no number before the first one.
+    gridding_age: Option<f64>,
 }
 
 impl<F: Formulation> MovingSolver<F> {
@@ -45,7 +50,7 @@ impl<F: Formulation> MovingSolver<F> {
     ) -> Self {
         let water = MovingWater::new(&problem, seeds, dimension);
         let stored = seeds.iter().map(|seed| seed.volume).sum();
-        let grid = gridding::Gridding::new(&problem.bed.lattice);
+        let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let mut solver = MovingSolver {
             water,
             formulation,
@@ -58,7 +63,8 @@ impl<F: Formulation> MovingSolver<F> {
             first_choice: None,
             last_choice: None,
             moved: Vec::new(),
-            grid,
+            gridder,
+            gridding_age: None,
         };
         solver.formulation.prepare(&mut solver.water);
         solver.evaluations += solver.water.particles.len() as u64;
@@ -87,6 +93,7 @@ impl<F: Formulation> MovingSolver<F> {
     pub fn restart(&mut self) {
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
+        self.gridding_age = None;
     }
 
     fn failure(&self, quantity: &'static str, value: f64, local: Vec2) -> NumericalFailure {
@@ -192,12 +199,20 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.time += time_step;
         self.steps += 1;
         self.ledger.outflow += outflow;
+        let fastest = self.water.particles.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt();
+        self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
         self.watch()
     }
 
+    /// The grid of the latest moment at which the fastest particle could have come a quarter of a cell since the grid before:
+    /// it depends on the steps alone, not on the times of outputs.
     fn water(&mut self) -> WaterOnLattice<'_> {
-        self.grid.update(&self.water);
-        self.grid.water()
+        let is_fresh = self.gridding_age.is_some_and(|age| age < GRIDDING_SHARE * self.water.bed.lattice.spacing);
+        if is_fresh {
+            return self.gridder.water();
+        }
+        self.gridding_age = Some(0.0);
+        self.gridder.grid(&self.water.bed, &self.water.particles)
     }
 
     fn ledger(&self) -> Ledger {

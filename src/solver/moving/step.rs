@@ -28,18 +28,18 @@ pub struct Moved {
     has_left: bool,
 }
 
-/// Depth (m) after `time_step` (s) at a rate (m/s), never below the dry depth unless it was.
+/// Depth (m) after `time_step` (s) at a rate (m/s), never below the least depth unless it was.
 #[inline]
-fn depth_by_fraction(depth: f64, rate: f64, time_step: f64, dry_depth: f64) -> f64 {
+fn depth_by_fraction(depth: f64, rate: f64, time_step: f64, least: f64) -> f64 {
     let growth = rate / depth * time_step;
     let after = if growth >= 0.0 { depth * (1.0 + growth) } else { depth / (1.0 - growth) };
-    after.max(dry_depth.min(depth))
+    after.max(least.min(depth))
 }
 
 /// The same at a relative rate (1/s), by the exponential.
 #[inline]
-fn depth_by_exponential(depth: f64, relative_rate: f64, time_step: f64, dry_depth: f64) -> f64 {
-    (depth * (relative_rate * time_step).exp()).max(dry_depth.min(depth))
+fn depth_by_exponential(depth: f64, relative_rate: f64, time_step: f64, least: f64) -> f64 {
+    (depth * (relative_rate * time_step).exp()).max(least.min(depth))
 }
 
 /// Takes one leapfrog step; returns the volume (m³) that left.
@@ -51,18 +51,18 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
         Moved {
             position: water.particles.position[i] + (half_velocity + rates.shift) * dt,
             velocity: v + rates.acceleration * dt,
-            depth: depth_by_fraction(d, rates.depth_rate, dt, water.dry_depth),
+            depth: depth_by_fraction(d, rates.depth_rate, dt, water.least_depth(i)),
             kept_velocity: half_velocity,
-            kept_depth: depth_by_fraction(d, rates.depth_rate, 0.5 * dt, water.dry_depth),
+            kept_depth: depth_by_fraction(d, rates.depth_rate, 0.5 * dt, water.least_depth(i)),
             ..Moved::default()
         }
     });
     let outflow = take_over(water, moved, true);
     formulation.evaluate(water);
-    finish::<F>(water, moved, dt, |rates, moved, dry_depth| {
+    finish::<F>(water, moved, dt, |rates, moved, least| {
         (
             moved.kept_velocity + rates.acceleration * (0.5 * dt),
-            depth_by_fraction(moved.kept_depth, rates.depth_rate, 0.5 * dt, dry_depth),
+            depth_by_fraction(moved.kept_depth, rates.depth_rate, 0.5 * dt, least),
         )
     });
     outflow
@@ -76,7 +76,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
         Moved {
             position: x + (v + rates.shift) * dt,
             velocity: v + rates.acceleration * dt,
-            depth: depth_by_exponential(d, rates.depth_rate / d, dt, water.dry_depth),
+            depth: depth_by_exponential(d, rates.depth_rate / d, dt, water.least_depth(i)),
             kept_position: x,
             kept_velocity: v,
             kept_depth: d,
@@ -100,7 +100,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
                 position: kept.kept_position
                     + (kept.kept_motion + water.particles.velocity[i] + rates.shift) * (0.5 * dt),
                 velocity: kept.kept_velocity + (kept.kept_acceleration + rates.acceleration) * (0.5 * dt),
-                depth: depth_by_exponential(kept.kept_depth, growth, dt, water.dry_depth),
+                depth: depth_by_exponential(kept.kept_depth, growth, dt, water.least_depth(i)),
                 ..Moved::default()
             }
         },
@@ -177,7 +177,7 @@ fn finish<F: Formulation>(
         |(chunk, (velocity, depth))| {
             for k in 0..velocity.len() {
                 let i = chunk * CHUNK + k;
-                let (v, d) = end_of_step(&water_ref.rates[i], &moved[i], water_ref.dry_depth);
+                let (v, d) = end_of_step(&water_ref.rates[i], &moved[i], water_ref.least_depth(i));
                 if F::CARRIES_DEPTH {
                     depth[k] = d;
                 }

@@ -3,57 +3,35 @@
 use super::*;
 use crate::bed::BedParticles;
 
-/// Particles in columns, to be lent to the gridder.
-#[derive(Default)]
-struct Particles {
-    x: Vec<f64>,
-    y: Vec<f64>,
-    volume: Vec<f64>,
-    depth: Vec<f64>,
-    velocity_x: Vec<f64>,
-    velocity_y: Vec<f64>,
-    smoothing_length: Vec<f64>,
+/// Adds a particle that takes up a square of edge `spacing` (m).
+fn push(particles: &mut FluidParticles, position: Vec2, spacing: f64, depth: f64, velocity: Vec2) {
+    particles.position.push(position);
+    particles.volume.push(spacing * spacing * depth);
+    particles.depth.push(depth);
+    particles.velocity.push(velocity);
+    particles.smoothing_length.push(1.5 * spacing);
 }
 
-impl Particles {
-    fn push(&mut self, position: Vec2, spacing: f64, depth: f64, velocity: Vec2) {
-        self.x.push(position.x);
-        self.y.push(position.y);
-        self.volume.push(spacing * spacing * depth);
-        self.depth.push(depth);
-        self.velocity_x.push(velocity.x);
-        self.velocity_y.push(velocity.y);
-        self.smoothing_length.push(1.5 * spacing);
-    }
-
-    /// Particles at distances of `spacing` over a rectangle, moved by up to `jitter` spacings, where a depth is given.
-    fn block(low: Vec2, high: Vec2, spacing: f64, jitter: f64, depth: impl Fn(Vec2) -> Option<f64>) -> Particles {
-        let mut particles = Particles::default();
-        let columns = ((high.x - low.x) / spacing) as usize;
-        let rows = ((high.y - low.y) / spacing) as usize;
-        let noise = |i: usize, factor: f64| ((i as f64 + 0.5) * factor).fract() - 0.5;
-        for i in 0..columns * rows {
-            let place = Vec2::new((i % columns) as f64 + 0.5, (i / columns) as f64 + 0.5);
-            let moved = place + Vec2::new(noise(i, 0.618_034), noise(i, 0.754_878)) * (2.0 * jitter);
-            let position = low + moved * spacing;
-            if let Some(depth) = depth(position) {
-                particles.push(position, spacing, depth, Vec2::new(1.0 + 0.01 * position.x, -0.5));
-            }
-        }
-        particles
-    }
-
-    fn lend(&self) -> MovingWater<'_> {
-        MovingWater {
-            x: &self.x,
-            y: &self.y,
-            volume: &self.volume,
-            depth: &self.depth,
-            velocity_x: &self.velocity_x,
-            velocity_y: &self.velocity_y,
-            smoothing_length: &self.smoothing_length,
+/// Particles at distances of `spacing` over a rectangle, moved by up to `jitter` spacings, where a depth is given.
+fn block(low: Vec2, high: Vec2, spacing: f64, jitter: f64, depth: impl Fn(Vec2) -> Option<f64>) -> FluidParticles {
+    let mut particles = FluidParticles::default();
+    let columns = ((high.x - low.x) / spacing) as usize;
+    let rows = ((high.y - low.y) / spacing) as usize;
+    let noise = |i: usize, factor: f64| ((i as f64 + 0.5) * factor).fract() - 0.5;
+    for i in 0..columns * rows {
+        let place = Vec2::new((i % columns) as f64 + 0.5, (i / columns) as f64 + 0.5);
+        let moved = place + Vec2::new(noise(i, 0.618_034), noise(i, 0.754_878)) * (2.0 * jitter);
+        let position = low + moved * spacing;
+        if let Some(depth) = depth(position) {
+            push(&mut particles, position, spacing, depth, Vec2::new(1.0 + 0.01 * position.x, -0.5));
         }
     }
+    particles
+}
+
+/// A gridder of the plane.
+fn gridder(bed: &BedParticles) -> Gridder {
+    Gridder::new(&bed.lattice, Dimension::Two)
 }
 
 /// A bed given by a formula, not-a-number where there is no terrain; 100 by 80 cells of 2 m.
@@ -64,13 +42,15 @@ fn bed(formula: impl Fn(Vec2) -> f64) -> BedParticles {
 }
 
 /// The books: volume and both momenta (over ρ) on the grid against those of the particles.
-fn assert_conserved(particles: &Particles, grid: &WaterOnLattice, cell_area: f64) {
+fn assert_conserved(particles: &FluidParticles, grid: &WaterOnLattice, cell_area: f64) {
     let on_grid = |field: &[f64]| field.iter().sum::<f64>() * cell_area;
-    let momentum = |velocity: &[f64]| -> f64 { particles.volume.iter().zip(velocity).map(|(vol, v)| vol * v).sum() };
+    let momentum = |component: fn(&Vec2) -> f64| -> f64 {
+        particles.volume.iter().zip(&particles.velocity).map(|(vol, v)| vol * component(v)).sum()
+    };
     let volume: f64 = particles.volume.iter().sum();
     assert!((on_grid(grid.depth) - volume).abs() <= 1e-12 * volume);
-    for (field, velocity) in [(grid.discharge_x, &particles.velocity_x), (grid.discharge_y, &particles.velocity_y)] {
-        assert!((on_grid(field) - momentum(velocity)).abs() <= 1e-11 * volume);
+    for (field, component) in [(grid.discharge_x, (|v| v.x) as fn(&Vec2) -> f64), (grid.discharge_y, |v| v.y)] {
+        assert!((on_grid(field) - momentum(component)).abs() <= 1e-11 * volume);
     }
 }
 
@@ -82,30 +62,30 @@ fn volume_and_momentum_are_conserved_on_rough_ground_with_nodata() {
     };
     let bed = bed(rough);
     // Also particles off the terrain by a little, and particles on peaks without any depth to speak of.
-    let particles = Particles::block(Vec2::new(-2.0, 5.0), Vec2::new(203.0, 150.0), 3.1, 0.3, |p| {
+    let particles = block(Vec2::new(-2.0, 5.0), Vec2::new(203.0, 150.0), 3.1, 0.3, |p| {
         Some(1e-6 + 2.0 * (0.05 * p.x).cos().powi(2))
     });
-    let mut gridder = Gridder::new(&bed.lattice);
-    let grid = gridder.grid(&bed, &particles.lend());
+    let mut gridder = gridder(&bed);
+    let grid = gridder.grid(&bed, &particles);
     for (index, &depth) in grid.depth.iter().enumerate() {
         assert!(depth >= 0.0 && (bed.has_terrain(index) || depth == 0.0));
     }
     let stray = {
         assert_eq!(
             gridder.stray_volume() > 0.0,
-            gridder.shares.iter().any(|s| s.scale == 0.0 && s.only_cell.is_none())
+            (0..particles.len()).any(|j| gridder.shares[j / CHUNK].of(j % CHUNK).is_empty())
         );
         gridder.stray_volume()
     };
-    let mut inside = Particles::default();
-    for j in 0..particles.x.len() {
-        let position = Vec2::new(particles.x[j], particles.y[j]);
+    let mut inside = FluidParticles::default();
+    for j in 0..particles.len() {
+        let position = particles.position[j];
         if (position - Vec2::new(90.0, 70.0)).norm() > 13.0 {
-            inside.push(position, 3.1, particles.depth[j], Vec2::new(particles.velocity_x[j], particles.velocity_y[j]));
+            push(&mut inside, position, 3.1, particles.depth[j], particles.velocity[j]);
         }
     }
     assert!(stray > 0.0, "the middle of the hole is out of reach");
-    let grid = gridder.grid(&bed, &inside.lend());
+    let grid = gridder.grid(&bed, &inside);
     assert_conserved(&inside, &grid, bed.lattice.cell_area());
     assert_eq!(gridder.stray_volume(), 0.0);
 }
@@ -119,9 +99,9 @@ fn lake_at_rest_over_a_slope_is_level() {
         [(2.0, 0.0, 3e-4), (3.0, 0.0, 5e-4), (1.3, 0.0, 5e-4), (6.0, 0.0, 1.5e-3), (3.0, 0.15, 0.009), (3.0, 0.3, 0.04)]
     {
         let depth = |p: Vec2| Some(10.0 - 0.1 * p.x - 0.02 * p.y).filter(|&d| d > 0.0);
-        let particles = Particles::block(Vec2::ZERO, Vec2::new(200.0, 160.0), spacing, jitter, depth);
-        let mut gridder = Gridder::new(&bed.lattice);
-        let grid = gridder.grid(&bed, &particles.lend());
+        let particles = block(Vec2::ZERO, Vec2::new(200.0, 160.0), spacing, jitter, depth);
+        let mut gridder = gridder(&bed);
+        let grid = gridder.grid(&bed, &particles);
         assert_conserved(&particles, &grid, bed.lattice.cell_area());
         let (mut squares, mut count, mut high) = (0.0, 0.0, 0.0_f64);
         for index in 0..bed.lattice.len() {
@@ -150,9 +130,9 @@ fn no_water_above_a_hill() {
     let hill = |p: Vec2| if (p - Vec2::new(100.0, 80.0)).norm() < 9.0 { 50.0 } else { 0.0 };
     let bed = bed(hill);
     let off_hill = |p: Vec2| (hill(p) == 0.0).then_some(3.0);
-    let particles = Particles::block(Vec2::new(40.0, 30.0), Vec2::new(160.0, 130.0), 4.0, 0.2, off_hill);
-    let mut gridder = Gridder::new(&bed.lattice);
-    let grid = gridder.grid(&bed, &particles.lend());
+    let particles = block(Vec2::new(40.0, 30.0), Vec2::new(160.0, 130.0), 4.0, 0.2, off_hill);
+    let mut gridder = gridder(&bed);
+    let grid = gridder.grid(&bed, &particles);
     // A particle between the foot and the top may stand on the slope that the lattice draws there, up to its own level.
     let on_hill = (0..bed.lattice.len()).filter(|&i| (bed.lattice.centre(i) - Vec2::new(100.0, 80.0)).norm() < 6.0);
     assert!(on_hill.into_iter().all(|index| grid.depth[index] == 0.0));
@@ -164,9 +144,9 @@ fn uniform_block_has_no_holes() {
     for spacing in [0.7, 1.0, 2.0, 3.0, 5.0, 8.0] {
         for jitter in [0.0, 0.3] {
             let (low, high) = (Vec2::new(40.0, 30.0), Vec2::new(160.0, 130.0));
-            let particles = Particles::block(low, high, spacing, jitter, |_| Some(1.0));
-            let mut gridder = Gridder::new(&bed.lattice);
-            let grid = gridder.grid(&bed, &particles.lend());
+            let particles = block(low, high, spacing, jitter, |_| Some(1.0));
+            let mut gridder = gridder(&bed);
+            let grid = gridder.grid(&bed, &particles);
             assert_conserved(&particles, &grid, bed.lattice.cell_area());
             for index in 0..bed.lattice.len() {
                 let place = bed.lattice.centre(index);
@@ -184,11 +164,11 @@ fn uniform_block_has_no_holes() {
 fn particle_above_its_own_water_gives_all_to_the_lowest_cell() {
     // Too little depth to stand on the centre of any cell of this ridge.
     let bed = bed(|p| -(p.x - 100.0).abs());
-    let mut particles = Particles::default();
-    particles.push(Vec2::new(0.4, 80.0), 0.1, 0.0, Vec2::new(2.0, 0.0));
+    let mut particles = FluidParticles::default();
+    push(&mut particles, Vec2::new(0.4, 80.0), 0.1, 0.0, Vec2::new(2.0, 0.0));
     particles.volume[0] = 1.0;
-    let mut gridder = Gridder::new(&bed.lattice);
-    let grid = gridder.grid(&bed, &particles.lend());
+    let mut gridder = gridder(&bed);
+    let grid = gridder.grid(&bed, &particles);
     assert_conserved(&particles, &grid, bed.lattice.cell_area());
     assert_eq!(grid.depth.iter().filter(|&&depth| depth > 0.0).count(), 1);
 }
@@ -196,16 +176,16 @@ fn particle_above_its_own_water_gives_all_to_the_lowest_cell() {
 #[test]
 fn spans_hold_the_water_of_now_and_of_before() {
     let bed = bed(|_| 0.0);
-    let at = |x: f64| Particles::block(Vec2::new(x, 40.0), Vec2::new(x + 20.0, 90.0), 3.0, 0.2, |_| Some(1.0));
-    let mut gridder = Gridder::new(&bed.lattice);
+    let at = |x: f64| block(Vec2::new(x, 40.0), Vec2::new(x + 20.0, 90.0), 3.0, 0.2, |_| Some(1.0));
+    let mut gridder = gridder(&bed);
     let holds = |spans: &[Span], index: usize| {
         let (column, row) = bed.lattice.column_row(index);
         let is_in = |span: &Span| span.row as usize == row && (span.from as usize..span.to as usize).contains(&column);
         spans.iter().any(is_in)
     };
     let mut before = vec![0.0; bed.lattice.len()];
-    for particles in [at(20.0), at(40.0), at(140.0), Particles::default(), Particles::default()] {
-        let grid = gridder.grid(&bed, &particles.lend());
+    for particles in [at(20.0), at(40.0), at(140.0), FluidParticles::default(), FluidParticles::default()] {
+        let grid = gridder.grid(&bed, &particles);
         for index in 0..bed.lattice.len() {
             let expected = grid.depth[index] > 0.0 || before[index] > 0.0;
             assert_eq!(holds(grid.spans, index), expected);
@@ -221,11 +201,11 @@ fn spans_hold_the_water_of_now_and_of_before() {
 #[test]
 fn same_bits_for_any_number_of_threads() {
     let bed = bed(|p| 2.0 * (0.2 * p.x).sin() + (0.3 * p.y).cos());
-    let particles = Particles::block(Vec2::new(5.0, 5.0), Vec2::new(195.0, 155.0), 2.3, 0.4, |_| Some(2.0));
+    let particles = block(Vec2::new(5.0, 5.0), Vec2::new(195.0, 155.0), 2.3, 0.4, |_| Some(2.0));
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut gridder = Gridder::new(&bed.lattice);
-        pool.install(|| gridder.grid(&bed, &particles.lend()).discharge_x.to_vec())
+        let mut gridder = gridder(&bed);
+        pool.install(|| gridder.grid(&bed, &particles).discharge_x.to_vec())
     };
     assert_eq!(run(1), run(2));
     assert_eq!(run(1), run(7));

@@ -1,0 +1,439 @@
+//! Gridding: the water of moving particles onto the lattice, with volume and momentum conserved.
+//!
+//! Particle j gives its volume to the cells c under its kernel W, in proportion to the water column that its level leaves
+//! there, and its momentum in the same shares:
+//!
+//! ```text
+//! s_jc = f_c W(|x_c − x_j|) max(η_j − z_c, 0) / Σ_c' (the same),   η_j = z_b(x_j) + d_j
+//! d_c = Σ_j V_j s_jc / Δ²,    (d v)_c = Σ_j V_j v_j s_jc / Δ²
+//! ```
+//!
+//! So nothing lands on ground above the surface of the particle, nor where there is no terrain, and a level lake stays level
+//! over a sloping bed. The support of W is 4/3 h, two spacings where h is 1.5 spacings: the sum of such kernels over a
+//! lattice of particles is even within 0.3 %, and has no holes where their distances are up to twice as wide. It is never
+//! less than 1.5 cells, so that particles closer together than cells leave none, either.
+//!
+//! Moving particles are never evenly spaced, and where they crowd together or stand apart cells would be too full or too empty
+//! by a tenth or more: maxima would gather that noise. So some sweeps bring the factors f_c, 1 at first, nearer to what gives
+//! every cell the mean column over it, D_c = Σ_j A_j W max(η_j − z_c, 0) / S_c with S_c = Σ_j A_j W:
+//!
+//! ```text
+//! f_c ← f_c D_c / d_c       where d_c > D_c, and where the particles cover the cell (S_c near 1)
+//! ```
+//!
+//! At a front, where S_c falls to zero, the grid stays as the kernels draw it.
+//!
+//! What a particle has to say about its cells is computed once and kept for all sweeps. Bands of rows are filled side by
+//! side, each by its particles in ascending order: the same bits for any number of threads.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::bed::BedParticles;
+use crate::lattice::{Lattice, Span, WaterOnLattice};
+use crate::math::Vec2;
+use crate::particles::FluidParticles;
+use crate::physics::dimension::Dimension;
+use crate::physics::kernel::CubicSpline;
+
+/// Support radius over smoothing length.
+const SUPPORT: f64 = 4.0 / 3.0;
+/// Smallest support radius, in cells.
+const SMALLEST_SUPPORT: f64 = 1.5;
+/// Rows of a band. Fixed, since it decides the order of the sums.
+const BAND: usize = 16;
+/// Particles whose shares are kept together.
+const CHUNK: usize = 256;
+/// Sweeps that even out the grid after the first filling.
+const SWEEPS: usize = 3;
+/// Bounds of D_c / d_c in one sweep, so that no weight vanishes or runs away.
+const FACTOR_BOUNDS: (f64, f64) = (0.25, 2.0);
+/// Coverage S_c up to which cells are not made fuller, and from which on they are wholly. A straight front has 0.5.
+const COVERED: (f64, f64) = (0.6, 0.8);
+
+/// What a particle says about one cell of its support.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    cell: u32,
+    /// A W, the coverage that the particle adds; zero where it gives all of its water to one cell.
+    coverage: f64,
+    /// max(η − z, 0) (m).
+    column: f64,
+    /// W max(η − z, 0), to be multiplied with the factor of the cell.
+    weight: f64,
+}
+
+/// The shares of a chunk of particles.
+#[derive(Clone, Debug, Default)]
+struct Shares {
+    entries: Vec<Entry>,
+    /// Where the entries of each particle begin, and the end of those of the last one.
+    starts: Vec<u32>,
+    /// V_j / (Δ² Σ f_c W max(η − z, 0)) of each particle (m).
+    scales: Vec<f64>,
+}
+
+impl Shares {
+    /// Entries of the particle at place `k` of the chunk, in ascending order of cells.
+    fn of(&self, k: usize) -> &[Entry] {
+        &self.entries[self.starts[k] as usize..self.starts[k + 1] as usize]
+    }
+
+    /// Lists the cells of each particle from `first` on.
+    fn fill(&mut self, measures: &Measures, bed: &BedParticles, particles: &FluidParticles, first: usize) {
+        self.entries.clear();
+        self.starts.clear();
+        self.starts.push(0);
+        for j in first..(first + CHUNK).min(particles.len()) {
+            self.add(measures, bed, particles, j);
+            self.starts.push(self.entries.len() as u32);
+        }
+    }
+
+    fn add(&mut self, measures: &Measures, bed: &BedParticles, particles: &FluidParticles, j: usize) {
+        let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
+        let support = (SUPPORT * particles.smoothing_length[j]).max(SMALLEST_SUPPORT * lattice.spacing);
+        let inverse_h = CubicSpline::SUPPORT / support;
+        let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
+        let area = if depth > 0.0 { particles.volume[j] / depth } else { 0.0 };
+        let begin = self.entries.len();
+        let (mut sum, mut lowest) = (0.0, (f64::INFINITY, None));
+        let (from, to) = cells_within(place.y, support, lattice.spacing, lattice.rows);
+        for row in from..to {
+            let north = (row as f64 + 0.5) * lattice.spacing - place.y;
+            let reach = (support * support - north * north).max(0.0).sqrt();
+            let (west, east) = cells_within(place.x, reach, lattice.spacing, lattice.columns);
+            for column in west..east {
+                let cell = lattice.index(column, row);
+                let elevation = bed.elevation[cell];
+                if elevation < lowest.0 {
+                    lowest = (elevation, Some(cell as u32));
+                }
+                // Not a number (no terrain) compares as false.
+                if level > elevation {
+                    let offset = Vec2::new((column as f64 + 0.5) * lattice.spacing - place.x, north);
+                    let kernel = measures.kernel.value(offset.norm(), inverse_h);
+                    let weight = kernel * (level - elevation);
+                    sum += weight;
+                    let coverage = area * kernel;
+                    self.entries.push(Entry { cell: cell as u32, coverage, column: level - elevation, weight });
+                }
+            }
+        }
+        // A film so thin that the reciprocal overflows counts as none: its water goes to the lowest cell.
+        if !(1.0 / (sum * measures.cell_area)).is_finite() {
+            self.entries.truncate(begin);
+            self.entries.extend(lowest.1.map(|cell| Entry { cell, coverage: 0.0, column: 0.0, weight: 1.0 }));
+        }
+    }
+
+    /// Finds the scales under the factors of the cells.
+    fn scale(&mut self, measures: &Measures, particles: &FluidParticles, balance: &[Balance], first: usize) {
+        let mut scales = std::mem::take(&mut self.scales);
+        scales.clear();
+        scales.extend((0..self.starts.len() - 1).map(|k| {
+            let sum: f64 = self.of(k).iter().map(|entry| balance[entry.cell as usize].factor * entry.weight).sum();
+            particles.volume[first + k] / (measures.cell_area * sum)
+        }));
+        self.scales = scales;
+    }
+}
+
+/// What turns volumes into depths.
+#[derive(Clone, Copy, Debug)]
+struct Measures {
+    kernel: CubicSpline,
+    /// Area of a cell (m²; in one dimension its length, m).
+    cell_area: f64,
+}
+
+/// What decides how full a cell may be.
+#[derive(Clone, Copy, Debug)]
+struct Balance {
+    /// Coverage S_c = Σ A W.
+    weight: f64,
+    /// Σ A W max(η − z, 0) (m).
+    column: f64,
+    /// The factor f_c.
+    factor: f64,
+}
+
+impl Balance {
+    const EMPTY: Balance = Balance { weight: 0.0, column: 0.0, factor: 1.0 };
+
+    /// Brings the factor of a cell nearer to the one that gives it the mean column.
+    fn improve(&mut self, depth: f64) {
+        if depth <= 0.0 || self.weight <= 0.0 {
+            return;
+        }
+        let change = (self.column / (self.weight * depth)).clamp(FACTOR_BOUNDS.0, FACTOR_BOUNDS.1) - 1.0;
+        let part = ((self.weight - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
+        self.factor *= 1.0 + if change < 0.0 { change } else { part * change };
+    }
+}
+
+/// One band of rows: the columns touched in each row, now and at the call before, and the spans that result.
+#[derive(Clone, Debug, Default)]
+struct Band {
+    touched: Vec<(usize, usize)>,
+    touched_before: Vec<(usize, usize)>,
+    particles: Vec<u32>,
+    spans: Vec<Span>,
+}
+
+/// Grids moving particles again and again with the same buffers.
+#[derive(Clone, Debug)]
+pub struct Gridder {
+    measures: Measures,
+    depth: Vec<f64>,
+    discharge_x: Vec<f64>,
+    discharge_y: Vec<f64>,
+    balance: Vec<Balance>,
+    /// Whether a cell had water after the call before.
+    was_wet: Vec<bool>,
+    shares: Vec<Shares>,
+    bands: Vec<Band>,
+    spans: Vec<Span>,
+    stray_volume: f64,
+}
+
+impl Gridder {
+    /// A gridder for the lattice of a bed; in one dimension a lattice of one row, whose particles carry volumes per width.
+    pub fn new(lattice: &Lattice, dimension: Dimension) -> Self {
+        let cells = lattice.len();
+        let bands = (0..lattice.rows.div_ceil(BAND)).map(|band| {
+            let rows = BAND.min(lattice.rows - band * BAND);
+            Band { touched: vec![(0, 0); rows], touched_before: vec![(0, 0); rows], ..Band::default() }
+        });
+        let cell_area = match dimension {
+            Dimension::One => lattice.spacing,
+            Dimension::Two => lattice.cell_area(),
+        };
+        Gridder {
+            measures: Measures { kernel: CubicSpline::new(dimension), cell_area },
+            depth: vec![0.0; cells],
+            discharge_x: vec![0.0; cells],
+            discharge_y: vec![0.0; cells],
+            balance: vec![Balance::EMPTY; cells],
+            was_wet: vec![false; cells],
+            shares: Vec::new(),
+            bands: bands.collect(),
+            spans: Vec::new(),
+            stray_volume: 0.0,
+        }
+    }
+
+    /// Grids the particles over the bed. The spans hold every cell with water now or after the call before.
+    pub fn grid(&mut self, bed: &BedParticles, particles: &FluidParticles) -> WaterOnLattice<'_> {
+        debug_assert_eq!(bed.lattice.len(), self.depth.len());
+        let measures = self.measures;
+        self.shares.resize_with(particles.len().div_ceil(CHUNK), Shares::default);
+        let shares = self.shares.par_iter_mut().enumerate();
+        shares.for_each(|(chunk, shares)| shares.fill(&measures, bed, particles, chunk * CHUNK));
+        self.sort_into_bands(&bed.lattice, particles);
+        for sweep in 0..=SWEEPS {
+            let balance = &self.balance;
+            let shares = self.shares.par_iter_mut().enumerate();
+            shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, balance, chunk * CHUNK));
+            self.fill_bands(bed.lattice.columns, particles, sweep);
+        }
+        self.spans.clear();
+        self.bands.iter().for_each(|band| self.spans.extend_from_slice(&band.spans));
+        self.water()
+    }
+
+    /// The water at the latest call of `grid`; dry before the first one.
+    pub fn water(&self) -> WaterOnLattice<'_> {
+        WaterOnLattice {
+            depth: &self.depth,
+            discharge_x: &self.discharge_x,
+            discharge_y: &self.discharge_y,
+            spans: &self.spans,
+        }
+    }
+
+    fn fill_bands(&mut self, columns: usize, particles: &FluidParticles, sweep: usize) {
+        let shares = &self.shares;
+        let cells = BAND * columns.max(1);
+        self.bands
+            .par_iter_mut()
+            .zip(self.depth.par_chunks_mut(cells))
+            .zip(self.discharge_x.par_chunks_mut(cells).zip(self.discharge_y.par_chunks_mut(cells)))
+            .zip(self.balance.par_chunks_mut(cells).zip(self.was_wet.par_chunks_mut(cells)))
+            .enumerate()
+            .for_each(|(number, (((band, depth), (discharge_x, discharge_y)), (balance, was_wet)))| {
+                let first_row = number * BAND;
+                let mut fields = Fields { first_row, columns, depth, discharge_x, discharge_y, balance };
+                band.empty(&mut fields, sweep);
+                if sweep == 0 {
+                    band.cover(&mut fields, shares);
+                }
+                band.fill(&mut fields, shares);
+                if sweep < SWEEPS {
+                    band.improve(&mut fields);
+                } else {
+                    band.fill_discharges(&mut fields, particles, shares);
+                    band.collect_spans(&fields, was_wet);
+                }
+            });
+    }
+
+    /// Volume (m³) that found no cell with terrain at the last call: particles off the terrain by more than their support.
+    pub fn stray_volume(&self) -> f64 {
+        self.stray_volume
+    }
+
+    /// Lists, for each band, the particles that reach into it, in ascending order; sums the stray volume; forgets the factors
+    /// of the call before.
+    fn sort_into_bands(&mut self, lattice: &Lattice, particles: &FluidParticles) {
+        self.bands.iter_mut().for_each(|band| band.particles.clear());
+        self.stray_volume = 0.0;
+        let band_of = |entry: &Entry| entry.cell as usize / (BAND * lattice.columns);
+        for (j, &volume) in particles.volume.iter().enumerate() {
+            match self.shares[j / CHUNK].of(j % CHUNK) {
+                [] => self.stray_volume += volume,
+                [first, .., last] => {
+                    self.bands[band_of(first)..=band_of(last)]
+                        .iter_mut()
+                        .for_each(|band| band.particles.push(j as u32));
+                }
+                [only] => self.bands[band_of(only)].particles.push(j as u32),
+            }
+        }
+        for (number, band) in self.bands.iter().enumerate() {
+            for (i, &(from, to)) in band.touched.iter().enumerate() {
+                let row = (number * BAND + i) * lattice.columns;
+                self.balance[row + from..row + to].fill(Balance::EMPTY);
+            }
+        }
+    }
+}
+
+/// The part of the grids that belongs to one band.
+struct Fields<'a> {
+    first_row: usize,
+    columns: usize,
+    depth: &'a mut [f64],
+    discharge_x: &'a mut [f64],
+    discharge_y: &'a mut [f64],
+    balance: &'a mut [Balance],
+}
+
+impl Fields<'_> {
+    /// The cells of the band.
+    fn cells(&self) -> Range<usize> {
+        let first = self.first_row * self.columns;
+        first..first + self.depth.len()
+    }
+}
+
+impl Band {
+    /// Calls `act` for each entry of each particle in the cells of the band: place in the band, particle, entry, scale.
+    fn for_each(&self, cells: Range<usize>, shares: &[Shares], mut act: impl FnMut(usize, usize, &Entry, f64)) {
+        for &j in &self.particles {
+            let (chunk, k) = (&shares[j as usize / CHUNK], j as usize % CHUNK);
+            let (entries, scale) = (chunk.of(k), chunk.scales[k]);
+            let skipped = entries.partition_point(|entry| (entry.cell as usize) < cells.start);
+            for entry in entries[skipped..].iter().take_while(|entry| (entry.cell as usize) < cells.end) {
+                act(entry.cell as usize - cells.start, j as usize, entry, scale);
+            }
+        }
+    }
+
+    /// Empties the cells that the last filling touched; in the first sweep also forgets where that was.
+    fn empty(&mut self, fields: &mut Fields, sweep: usize) {
+        for (i, &(from, to)) in self.touched.iter().enumerate() {
+            let row = i * fields.columns + from..i * fields.columns + to;
+            fields.depth[row.clone()].fill(0.0);
+            if sweep == 0 {
+                fields.discharge_x[row.clone()].fill(0.0);
+                fields.discharge_y[row].fill(0.0);
+            }
+        }
+        if sweep == 0 {
+            std::mem::swap(&mut self.touched, &mut self.touched_before);
+            self.touched.fill((0, 0));
+        }
+    }
+
+    /// Sums coverage and mean columns of the cells, and notes which cells are touched.
+    fn cover(&mut self, fields: &mut Fields, shares: &[Shares]) {
+        let mut touched = std::mem::take(&mut self.touched);
+        self.for_each(fields.cells(), shares, |place, _, entry, _| {
+            fields.balance[place].weight += entry.coverage;
+            fields.balance[place].column += entry.coverage * entry.column;
+            touch(&mut touched[place / fields.columns], place % fields.columns);
+        });
+        self.touched = touched;
+    }
+
+    /// Fills the band with the water of its particles.
+    fn fill(&self, fields: &mut Fields, shares: &[Shares]) {
+        self.for_each(fields.cells(), shares, |place, _, entry, scale| {
+            fields.depth[place] += scale * fields.balance[place].factor * entry.weight;
+        });
+    }
+
+    /// The same with the momentum of its particles.
+    fn fill_discharges(&self, fields: &mut Fields, particles: &FluidParticles, shares: &[Shares]) {
+        self.for_each(fields.cells(), shares, |place, j, entry, scale| {
+            let discharge = particles.velocity[j] * (scale * fields.balance[place].factor * entry.weight);
+            fields.discharge_x[place] += discharge.x;
+            fields.discharge_y[place] += discharge.y;
+        });
+    }
+
+    /// Improves the factors of the cells that were filled.
+    fn improve(&self, fields: &mut Fields) {
+        for (i, &(from, to)) in self.touched.iter().enumerate() {
+            for place in i * fields.columns + from..i * fields.columns + to {
+                fields.balance[place].improve(fields.depth[place]);
+            }
+        }
+    }
+
+    /// Runs of cells that have water or had some before; remembers the former for the next call.
+    fn collect_spans(&mut self, fields: &Fields, was_wet: &mut [bool]) {
+        self.spans.clear();
+        for (i, (now, before)) in self.touched.iter().zip(&self.touched_before).enumerate() {
+            let (from, to) = match (now.0 == now.1, before.0 == before.1) {
+                (true, _) => *before,
+                (false, true) => *now,
+                (false, false) => (now.0.min(before.0), now.1.max(before.1)),
+            };
+            let row = (fields.first_row + i) as u32;
+            let mut is_open = false;
+            for column in from..to {
+                let place = i * fields.columns + column;
+                let is_wet = fields.depth[place] > 0.0;
+                if is_wet || was_wet[place] {
+                    match self.spans.last_mut() {
+                        Some(span) if is_open => span.to += 1,
+                        _ => self.spans.push(Span { row, from: column as u32, to: column as u32 + 1 }),
+                    }
+                    is_open = true;
+                } else {
+                    is_open = false;
+                }
+                was_wet[place] = is_wet;
+            }
+        }
+    }
+}
+
+/// Widens a range of columns by one of them.
+fn touch(range: &mut (usize, usize), column: usize) {
+    *range = if range.0 == range.1 { (column, column + 1) } else { (range.0.min(column), range.1.max(column + 1)) };
+}
+
+/// Cells of a line of `count` cells whose centres lie within `reach` of a place on it: first, and one past the last.
+fn cells_within(place: f64, reach: f64, spacing: f64, count: usize) -> (usize, usize) {
+    // A cast to an unsigned integer saturates at zero.
+    let first = (((place - reach) / spacing - 0.5).ceil().max(0.0) as usize).min(count);
+    let end = (((place + reach) / spacing - 0.5).floor() + 1.0).max(0.0) as usize;
+    (first, end.min(count).max(first))
+}
+
+#[cfg(test)]
+mod tests;
