@@ -48,7 +48,7 @@ fn errors(spacing: f64, periods: f64, integrator: Integrator) -> (f64, f64) {
 fn oscillation_returns_after_three_periods() {
     let coarse = errors(0.1, 3.0, Integrator::Leapfrog);
     let fine = errors(0.05, 3.0, Integrator::Leapfrog);
-    // Measured 5.8e-2 and 2.0e-2; before gravity acted along the bed on particles out of contact the velocity error was 1.6e-2.
+    // The velocity bound was 2.0e-2 before gravity acted along the bed on particles that touch no neighbour.
     assert_below(coarse, (6.1e-2, 2.1e-2));
     assert_below(fine, (1.15e-2, 4.0e-3));
     assert!(coarse.0 > 2.0 * fine.0, "{coarse:?} to {fine:?}");
