@@ -41,6 +41,23 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("output", &["math", "lattice", "error", "bed", "maps", "physics::kernel"]),
     ("maps", &["math"]),
     ("report", &["math", "error", "maps"]),
+    (
+        "validation",
+        &[
+            "math",
+            "lattice",
+            "error",
+            "bed",
+            "geodata",
+            "particles",
+            "physics",
+            "pipeline::clock",
+            "pipeline::cores",
+            "scenario",
+            "solver",
+            "terrain",
+        ],
+    ),
     ("scenario", &["math", "error"]),
 ];
 
