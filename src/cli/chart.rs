@@ -12,30 +12,32 @@ use crate::validation::{Row, rows_as_csv, rows_from_csv};
 /// Errors below this (m, m/s) are rounding: nothing to draw.
 const ROUNDING: f64 = 1e-10;
 
+/// What the errors of both motions are means of.
+const NORM: &str = "Mean over the particles where they move, over wet cells where they rest.";
+
 /// Runs the cases or reads their rows, and writes `chart.csv` and the figures.
 ///
 /// # Errors
 /// `Error::Usage` for wrong names and files that hold no rows, `Error::Output` for the folder.
 pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
     let chosen = chosen_cases(&arguments.cases)?;
-    let rows = match &arguments.from {
-        Some(file) => {
-            let text = std::fs::read_to_string(file)
-                .map_err(|cause| Error::Usage(format!("{} cannot be read: {cause}", file.display())))?;
-            rows_from_csv(&text).map_err(|fault| Error::Usage(format!("{}: {fault}", file.display())))?
-        }
+    let folder = &arguments.out;
+    let table = folder.join("chart.csv");
+    let text = match &arguments.from {
+        Some(file) => std::fs::read_to_string(file)
+            .map_err(|cause| Error::Usage(format!("{} cannot be read: {cause}", file.display())))?,
         None => {
             let runs = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
-            runs.into_iter().flat_map(|run| run.result.rows).collect()
+            rows_as_csv(&runs.into_iter().flat_map(|run| run.result.rows).collect::<Vec<_>>())
         }
     };
-    let folder = &arguments.out;
+    // The figures show what the table says, to its last digit.
+    let source = arguments.from.as_ref().unwrap_or(&table).display();
+    let rows = rows_from_csv(&text).map_err(|fault| Error::Usage(format!("{source}: {fault}")))?;
     std::fs::create_dir_all(folder)
         .map_err(|cause| Error::Output { path: folder.clone(), cause: cause.to_string() })?;
-    let mut files = vec![folder.join("chart.csv")];
-    if arguments.from.as_ref() != Some(&files[0]) {
-        write(&files[0], &rows_as_csv(&rows))?;
-    }
+    write(&table, &text)?;
+    let mut files = vec![table];
     for case in chosen {
         let of_case: Vec<&Row> = rows.iter().filter(|row| row.case == case.name).collect();
         for (name, label, error) in ERRORS {
@@ -45,7 +47,8 @@ pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
             }
             let title = format!("{}: {name}", case.name);
             let file = folder.join(format!("{}_{name}.svg", case.name));
-            write(&file, &speed_against_accuracy(&title, case.about, label, &lines))?;
+            let about = format!("{} {NORM}", case.about);
+            write(&file, &speed_against_accuracy(&title, &about, label, &lines))?;
             files.push(file);
         }
     }

@@ -76,7 +76,7 @@ macro_rules! lakes {
             suite: Suite::Analytic,
             about: "Lake at rest over half of the terrain of Malpasset (malpasset/dem_20m.tif in the folder FLOODSIM_DATA), 1000 steps.",
             is_tuned: false,
-            spacings: &[160.0, 80.0, 40.0],
+            spacings: &[200.0, 100.0, 50.0],
             tested: 1,
             bars: AT_REST_ON_TERRAIN,
             setup: |spacing, _| match std::env::var_os("FLOODSIM_DATA") {
