@@ -31,7 +31,7 @@ impl Balanced {
             .for_each(|(chunk, ((gradients, locals), near))| {
                 for k in 0..gradients.len() {
                     let i = chunk * CHUNK + k;
-                    (gradients[k], locals[k]) = self.gradients_of(i, k, near);
+                    (gradients[k], locals[k]) = self.gradients_of(water, i, k, near);
                     self.find_free_edge(water, i, k, near, &mut locals[k]);
                 }
             });
@@ -39,14 +39,14 @@ impl Balanced {
         self.locals = locals;
     }
 
-    fn gradients_of(&self, i: usize, k: usize, near: &ChunkNeighbours) -> (Gradients, Local) {
+    fn gradients_of(&self, water: &MovingWater, i: usize, k: usize, near: &ChunkNeighbours) -> (Gradients, Local) {
         let me: &State = &self.states[i];
         let mut moment = Sym2::default();
         let mut sum = Gradients::default();
         let mut closure = Vec2::ZERO;
         let mut partition = me.area * self.kernel.value(0.0, me.inverse_h);
         for &image in near.of(k) {
-            let seen = Seen::new(me, image, &self.states, near.transforms());
+            let seen = Seen::new(me, image, &self.states, water.walls.isometries());
             if seen.is_far(me) {
                 continue;
             }

@@ -205,7 +205,7 @@ impl Balanced {
                         let j = image.index as usize;
                         let mut other = particles.position[j];
                         if image.transform != 0 {
-                            other = near.transforms()[image.transform as usize].point(other);
+                            other = water.walls.isometries()[image.transform as usize].point(other);
                         }
                         let h = h_i.max(particles.smoothing_length[j]);
                         let w = CubicSpline::shape((other - place).norm() / h);

@@ -84,7 +84,7 @@ impl Balanced {
         let mut stiffness = 0.0;
         let mut contact = Sym2::default();
         for &image in near.of(k) {
-            let seen = Seen::new(me, image, &self.states, near.transforms());
+            let seen = Seen::new(me, image, &self.states, water.walls.isometries());
             if seen.is_far(me) {
                 continue;
             }
