@@ -86,6 +86,75 @@ pub struct ImageScratch {
     by_distance: Vec<(f64, u32)>,
     corners: Vec<Corner>,
     places: Vec<Vec2>,
+    marks: Marks,
+}
+
+/// The particles that were found and what the walls do to them, one column for each quantity.
+#[derive(Clone, Debug, Default)]
+struct Marks {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Square of the distance (m²) up to which the particle or its image acts.
+    reach_squared: Vec<f64>,
+    /// Not 0 where a wall hides the particle itself.
+    hidden: Vec<u64>,
+    /// Bit a is set where the line of sight to the image goes through wall a.
+    mirrored: Vec<u64>,
+}
+
+/// Numbers of one wall for the loop over particles.
+struct Mirror {
+    bit: u32,
+    start: Vec2,
+    piece: Vec2,
+    length_squared: f64,
+    /// Margin times length (m²).
+    stretch: f64,
+    reflection: Isometry,
+}
+
+impl Marks {
+    /// Marks the particles that a wall hides and those whose images it shows; see `Edge::crossing`.
+    fn look_at(&mut self, place: Vec2, mirror: &Mirror) {
+        let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
+        look_at(columns, &mut self.hidden, &mut self.mirrored, place, mirror);
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn look_at(
+    (x, y, reach_squared): (&[f64], &[f64], &[f64]),
+    hidden: &mut [u64],
+    mirrored: &mut [u64],
+    place: Vec2,
+    mirror: &Mirror,
+) {
+    let n = x.len();
+    let (y, reach_squared, hidden, mirrored) = (&y[..n], &reach_squared[..n], &mut hidden[..n], &mut mirrored[..n]);
+    let Mirror { bit, start, piece, length_squared, stretch, reflection } = mirror;
+    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
+    let (from_x, from_y) = (place.x - start.x, place.y - start.y);
+    let along_place = piece.x * from_x + piece.y * from_y;
+    for k in 0..n {
+        let turn = piece.x * (y[k] - start.y) - piece.y * (x[k] - start.x);
+        let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
+        let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
+        let (to_x, to_y) = (x[k] - place.x, y[k] - place.y);
+        let (image_to_x, image_to_y) = (image_x - place.x, image_y - place.y);
+        let image_turn = piece.x * (image_y - start.y) - piece.y * (image_x - start.x);
+        // The way meets the line of the wall at this place along it (m²), for the particle and for its image.
+        let along = along_place + (piece.x * to_x + piece.y * to_y) * (own_turn / (own_turn - turn));
+        let image_along =
+            along_place + (piece.x * image_to_x + piece.y * image_to_y) * (own_turn / (own_turn - image_turn));
+        let is_hit = (own_turn * turn < 0.0) & (along >= -stretch) & (along <= length_squared + stretch);
+        let is_shown = (image_to_x * image_to_x + image_to_y * image_to_y < reach_squared[k])
+            & (own_turn * turn > 0.0)
+            & (own_turn * image_turn < 0.0)
+            & (image_along >= -stretch)
+            & (image_along <= length_squared + stretch);
+        hidden[k] |= u64::from(is_hit);
+        mirrored[k] |= u64::from(is_shown) << bit;
+    }
 }
 
 /// Two walls that meet, in which a particle may see an image of an image.
@@ -102,19 +171,17 @@ pub(super) struct Corner {
 impl Walls {
     /// Appends to `seen` what particle `i` sees of itself and of the particles `found`.
     ///
-    /// - `support`: distance (m) up to which the particle itself sees walls
-    /// - `is_near(j, distance_squared)`: whether an image at that distance (m²) acts on `i`
+    /// - `supports`: distance (m) up to which each particle acts; `i` sees walls up to its own
     pub fn see(
         &self,
         i: u32,
         found: &[u32],
         positions: &[Vec2],
-        support: f64,
-        is_near: impl Fn(u32, f64) -> bool,
+        supports: &[f64],
         scratch: &mut ImageScratch,
         seen: &mut Vec<Image>,
     ) {
-        let place = positions[i as usize];
+        let (place, support) = (positions[i as usize], supports[i as usize]);
         let edges = self.edges();
         self.near(place, support, &mut scratch.near);
         scratch.near.retain(|&member| !edges[member as usize].is_open);
@@ -123,28 +190,24 @@ impl Walls {
             self.keep_nearest(place, scratch);
         }
         self.list_corners(place, scratch);
-        for &j in found {
+        self.mark(place, support, found, positions, supports, scratch);
+        for (k, &j) in found.iter().enumerate() {
             let other = positions[j as usize];
             if j != i {
-                let is_listed = !has_many && (other - place).norm_squared() <= support * support;
-                let is_hidden = if is_listed {
-                    self.is_blocked(&scratch.near, place, other)
-                } else {
-                    self.is_walled(place, other)
-                };
-                if is_hidden {
+                let is_beyond = has_many || (other - place).norm_squared() > support * support;
+                if scratch.marks.hidden[k] != 0 || is_beyond && self.is_walled(place, other) {
                     continue;
                 }
                 seen.push(Image { index: j, transform: 0 });
             }
             scratch.places.clear();
-            for a in 0..scratch.near.len() {
-                let first = &edges[scratch.near[a] as usize];
+            let mut mirrored = scratch.marks.mirrored[k];
+            while mirrored != 0 {
+                let a = mirrored.trailing_zeros() as usize;
+                mirrored &= mirrored - 1;
                 let transform = Walls::reflection_in(scratch.near[a]);
                 let image = self.isometries()[transform as usize].point(other);
-                if is_near(j, (image - place).norm_squared())
-                    && first.turn(place) * first.turn(other) > 0.0
-                    && self.is_seen_once(&scratch.near, a, place, other, image)
+                if self.is_in_sight(&scratch.near, a, place, other, image)
                     && is_new(&mut scratch.places, image, self.margin())
                 {
                     seen.push(Image { index: j, transform });
@@ -152,7 +215,7 @@ impl Walls {
             }
             for corner in &scratch.corners {
                 let image = self.isometries()[corner.transform as usize].point(other);
-                if !is_near(j, (image - place).norm_squared()) {
+                if (image - place).norm_squared() >= scratch.marks.reach_squared[k] {
                     continue;
                 }
                 let middle = self.isometries()[Walls::reflection_in(corner.second) as usize].point(other);
@@ -163,6 +226,41 @@ impl Walls {
                     seen.push(Image { index: j, transform: corner.transform });
                 }
             }
+        }
+    }
+
+    /// Marks what the walls near a place do to the particles found.
+    fn mark(
+        &self,
+        place: Vec2,
+        support: f64,
+        found: &[u32],
+        positions: &[Vec2],
+        supports: &[f64],
+        scratch: &mut ImageScratch,
+    ) {
+        let marks = &mut scratch.marks;
+        marks.x.clear();
+        marks.y.clear();
+        marks.reach_squared.clear();
+        for &j in found {
+            let (position, reach) = (positions[j as usize], support.max(supports[j as usize]));
+            marks.x.push(position.x);
+            marks.y.push(position.y);
+            marks.reach_squared.push(reach * reach);
+        }
+        marks.hidden.clear();
+        marks.hidden.resize(found.len(), 0);
+        marks.mirrored.clear();
+        marks.mirrored.resize(found.len(), 0);
+        for (bit, &member) in scratch.near.iter().enumerate() {
+            let edge = &self.edges()[member as usize];
+            let piece = edge.end - edge.start;
+            let length_squared = piece.norm_squared();
+            let reflection = self.isometries()[Walls::reflection_in(member) as usize];
+            let stretch = self.margin() * length_squared.sqrt();
+            let mirror = Mirror { bit: bit as u32, start: edge.start, piece, length_squared, stretch, reflection };
+            marks.look_at(place, &mirror);
         }
     }
 
@@ -200,8 +298,8 @@ impl Walls {
         }
     }
 
-    /// Whether the line of sight goes through wall `a` and neither of its two legs through another one.
-    fn is_seen_once(&self, near: &[u32], a: usize, place: Vec2, other: Vec2, image: Vec2) -> bool {
+    /// Whether no other wall stands in either leg of the line of sight through wall `a`.
+    fn is_in_sight(&self, near: &[u32], a: usize, place: Vec2, other: Vec2, image: Vec2) -> bool {
         let edges = self.edges();
         let Some(share) = edges[near[a] as usize].crossing(place, image, self.margin()) else { return false };
         let hit = place + (image - place) * share;
@@ -245,10 +343,12 @@ mod tests {
         let mut scratch = ImageScratch::default();
         let mut seen = Vec::new();
         let found: Vec<u32> = (0..positions.len() as u32).collect();
-        walls.see(0, &found, positions, 5.0, |_, r2| r2 < 25.0, &mut scratch, &mut seen);
+        walls.see(0, &found, positions, &vec![5.0; positions.len()], &mut scratch, &mut seen);
         let mut places: Vec<(u32, Vec2)> = seen
             .iter()
-            .map(|image| (image.index, walls.isometries()[image.transform as usize].point(positions[image.index as usize])))
+            .map(|image| {
+                (image.index, walls.isometries()[image.transform as usize].point(positions[image.index as usize]))
+            })
             .collect();
         places.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y)));
         places

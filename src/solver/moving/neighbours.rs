@@ -47,12 +47,7 @@ impl ChunkNeighbours {
                 let others = self.found.iter().filter(|&&j| j as usize != i);
                 self.seen.extend(others.map(|&index| Image { index, transform: 0 }));
             } else {
-                let is_near = |j: u32, distance_squared: f64| {
-                    let reach = supports[i].max(supports[j as usize]);
-                    distance_squared < reach * reach
-                };
-                let (found, support) = (&self.found, supports[i]);
-                walls.see(i as u32, found, positions, support, is_near, &mut self.scratch, &mut self.seen);
+                walls.see(i as u32, &self.found, positions, supports, &mut self.scratch, &mut self.seen);
             }
             self.starts.push(self.seen.len() as u32);
         }
