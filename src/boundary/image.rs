@@ -100,6 +100,8 @@ struct Marks {
     hidden: Vec<u64>,
     /// Bit a is set where the line of sight to the image goes through wall a.
     mirrored: Vec<u64>,
+    /// Bit c is set where the line of sight to the image in corner c goes through its first wall.
+    cornered: Vec<u64>,
 }
 
 /// Numbers of one wall for the loop over particles.
@@ -114,10 +116,49 @@ struct Mirror {
 }
 
 impl Marks {
+    /// Takes the particles found, without any mark.
+    fn fill(&mut self, found: &[u32], positions: &[Vec2], supports: &[f64], support: f64) {
+        self.x.clear();
+        self.y.clear();
+        self.reach_squared.clear();
+        for &j in found {
+            let (position, reach) = (positions[j as usize], support.max(supports[j as usize]));
+            self.x.push(position.x);
+            self.y.push(position.y);
+            self.reach_squared.push(reach * reach);
+        }
+        for marks in [&mut self.hidden, &mut self.mirrored, &mut self.cornered] {
+            marks.clear();
+            marks.resize(found.len(), 0);
+        }
+    }
+
     /// Marks the particles that a wall hides and those whose images it shows; see `Edge::crossing`.
     fn look_at(&mut self, place: Vec2, mirror: &Mirror) {
         let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
         look_at(columns, &mut self.hidden, &mut self.mirrored, place, mirror);
+    }
+
+    /// Marks the particles whose images in a corner may be seen through its first wall.
+    fn look_into(&mut self, place: Vec2, mirror: &Mirror) {
+        let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
+        look_into(columns, &mut self.cornered, place, mirror);
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn look_into((x, y, reach_squared): (&[f64], &[f64], &[f64]), cornered: &mut [u64], place: Vec2, mirror: &Mirror) {
+    let n = x.len();
+    let (y, reach_squared, cornered) = (&y[..n], &reach_squared[..n], &mut cornered[..n]);
+    let Mirror { bit, start, piece, reflection, .. } = mirror;
+    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
+    for k in 0..n {
+        let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
+        let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
+        let (to_x, to_y) = (image_x - place.x, image_y - place.y);
+        let image_turn = piece.x * (image_y - start.y) - piece.y * (image_x - start.x);
+        let is_near = (to_x * to_x + to_y * to_y < reach_squared[k]) & (own_turn * image_turn < 0.0);
+        cornered[k] |= u64::from(is_near) << bit;
     }
 }
 
@@ -213,11 +254,11 @@ impl Walls {
                     seen.push(Image { index: j, transform });
                 }
             }
-            for corner in &scratch.corners {
+            let mut cornered = scratch.marks.cornered[k];
+            while cornered != 0 {
+                let corner = &scratch.corners[cornered.trailing_zeros() as usize];
+                cornered &= cornered - 1;
                 let image = self.isometries()[corner.transform as usize].point(other);
-                if (image - place).norm_squared() >= scratch.marks.reach_squared[k] {
-                    continue;
-                }
                 let middle = self.isometries()[Walls::reflection_in(corner.second) as usize].point(other);
                 let (first, second) = (&edges[corner.first as usize], &edges[corner.second as usize]);
                 if self.is_seen_twice(first, second, place, image, middle)
@@ -239,28 +280,25 @@ impl Walls {
         supports: &[f64],
         scratch: &mut ImageScratch,
     ) {
-        let marks = &mut scratch.marks;
-        marks.x.clear();
-        marks.y.clear();
-        marks.reach_squared.clear();
-        for &j in found {
-            let (position, reach) = (positions[j as usize], support.max(supports[j as usize]));
-            marks.x.push(position.x);
-            marks.y.push(position.y);
-            marks.reach_squared.push(reach * reach);
-        }
-        marks.hidden.clear();
-        marks.hidden.resize(found.len(), 0);
-        marks.mirrored.clear();
-        marks.mirrored.resize(found.len(), 0);
-        for (bit, &member) in scratch.near.iter().enumerate() {
+        scratch.marks.fill(found, positions, supports, support);
+        let mirror = |bit: usize, member: u32, transform: u32| {
             let edge = &self.edges()[member as usize];
             let piece = edge.end - edge.start;
             let length_squared = piece.norm_squared();
-            let reflection = self.isometries()[Walls::reflection_in(member) as usize];
-            let stretch = self.margin() * length_squared.sqrt();
-            let mirror = Mirror { bit: bit as u32, start: edge.start, piece, length_squared, stretch, reflection };
-            marks.look_at(place, &mirror);
+            Mirror {
+                bit: bit as u32,
+                start: edge.start,
+                piece,
+                length_squared,
+                stretch: self.margin() * length_squared.sqrt(),
+                reflection: self.isometries()[transform as usize],
+            }
+        };
+        for (bit, &member) in scratch.near.iter().enumerate() {
+            scratch.marks.look_at(place, &mirror(bit, member, Walls::reflection_in(member)));
+        }
+        for (bit, corner) in scratch.corners.iter().enumerate() {
+            scratch.marks.look_into(place, &mirror(bit, corner.first, corner.transform));
         }
     }
 
@@ -291,7 +329,9 @@ impl Walls {
         for &member in &scratch.near {
             for corner in self.corners_of(member) {
                 let (first, second) = (&edges[corner.first as usize], &edges[corner.second as usize]);
-                if scratch.near.contains(&corner.second) && reaches(first, second) && reaches(second, first) {
+                let is_full = scratch.corners.len() == u64::BITS as usize;
+                if !is_full && scratch.near.contains(&corner.second) && reaches(first, second) && reaches(second, first)
+                {
                     scratch.corners.push(*corner);
                 }
             }
