@@ -81,9 +81,12 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
 
     let folder = RunFolder::create(&out, options.overwrite)?;
     let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
-    let solver = cores::build(scenario, problem, &still);
-    let run =
-        Run { manifest: first_manifest(scenario, options, &prepared, &bed), scenario, folder, prepared, still, clock };
+    let levels: Vec<f64> = prepared.waters.iter().map(|water| water.level).collect();
+    let seeds = cores::seeds(scenario, &problem, &still, &levels);
+    let moving = summary::MovingAtStart::of(&seeds);
+    let solver = cores::build(scenario, problem, seeds);
+    let manifest = first_manifest(scenario, options, &prepared, &bed);
+    let run = Run { manifest, scenario, folder, prepared, still, moving, clock };
     run.execute(solver, bed, !options.quiet)
 }
 
@@ -93,6 +96,7 @@ struct Run<'a> {
     folder: RunFolder,
     prepared: Prepared,
     still: StillWater,
+    moving: Option<summary::MovingAtStart>,
     manifest: RunManifest,
     clock: Clock,
 }
@@ -225,6 +229,7 @@ impl Run<'_> {
             folder: self.folder.path().to_path_buf(),
             manifest: self.manifest,
             seeded: self.still.volumes,
+            moving: self.moving,
             gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
         })
     }
@@ -302,6 +307,7 @@ fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared
         ("formulation", numerics.formulation.name()),
         ("motion", numerics.motion.name()),
         ("stabilisation", numerics.stabilisation.name()),
+        ("seeding", numerics.seeding.name()),
         ("kernel", numerics.kernel.name()),
         ("integrator", numerics.integrator.name()),
         ("bed", numerics.bed.name()),

@@ -5,7 +5,30 @@ use std::path::PathBuf;
 
 use super::progress::clock_time;
 use crate::output::{Gauge, GaugeResult, RunManifest};
-use crate::seeding::SeededVolume;
+use crate::seeding::{FluidSeed, SeededVolume};
+
+/// The moving particles at the start, in short.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovingAtStart {
+    /// How many there are.
+    pub count: usize,
+    /// The volume of all together (m³).
+    pub volume_m3: f64,
+    /// The volumes of the smallest and of the largest one (m³).
+    pub range_m3: (f64, f64),
+}
+
+impl MovingAtStart {
+    /// None where nothing moves.
+    pub(super) fn of(seeds: &[FluidSeed]) -> Option<Self> {
+        let volumes = || seeds.iter().map(|seed| seed.volume);
+        (!seeds.is_empty()).then(|| MovingAtStart {
+            count: seeds.len(),
+            volume_m3: volumes().sum(),
+            range_m3: (volumes().fold(f64::INFINITY, f64::min), volumes().fold(0.0, f64::max)),
+        })
+    }
+}
 
 /// The result of a run in short; its text is meant for people.
 #[derive(Clone, Debug)]
@@ -16,6 +39,8 @@ pub struct RunSummary {
     pub manifest: RunManifest,
     /// Volumes of the bodies of still water.
     pub seeded: Vec<SeededVolume>,
+    /// The moving particles at the start, where there are any.
+    pub moving: Option<MovingAtStart>,
     /// The gauges and what they saw.
     pub gauges: Vec<(Gauge, GaugeResult)>,
 }
@@ -31,6 +56,16 @@ impl fmt::Display for RunSummary {
                 volume.cells,
                 volume.integral_m3,
                 100.0 * volume.relative_error()
+            )?;
+        }
+        if let Some(moving) = &self.moving {
+            let integral: f64 = self.seeded.iter().map(|volume| volume.integral_m3).sum();
+            let off = if integral > 0.0 { 100.0 * (moving.volume_m3 / integral - 1.0).abs() } else { 0.0 };
+            let (least, greatest) = moving.range_m3;
+            writeln!(
+                f,
+                "moving particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
+                moving.count, moving.volume_m3
             )?;
         }
         writeln!(

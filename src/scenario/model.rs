@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -137,6 +137,8 @@ pub struct Numerics {
     pub motion: Motion,
     /// Stabilisation.
     pub stabilisation: Stabilisation,
+    /// Seeding of moving particles.
+    pub seeding: Seeding,
     /// Kernel.
     pub kernel: Kernel,
     /// Integrator.

@@ -9,7 +9,7 @@ use super::defaults::{
     machine_memory, sensible_interval,
 };
 use super::fields::VectorFile;
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use super::model::{
     CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
     TerrainLayer,
@@ -277,6 +277,7 @@ fn methods_of(section: Option<&NumericsSection>) -> Numerics {
         formulation,
         motion,
         stabilisation: section.and_then(|s| s.stabilisation.as_ref()).map_or(usual_pairs, |chosen| chosen.0.value),
+        seeding: section.and_then(|s| s.seeding.as_ref()).map_or(Seeding::default(), |chosen| chosen.0.value),
         kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
         integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
         bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),

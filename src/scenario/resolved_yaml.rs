@@ -93,6 +93,7 @@ impl Scenario {
         let numerics = &self.numerics;
         writeln!(text, "numerics:\n  formulation: {}", numerics.formulation.name())?;
         writeln!(text, "  motion: {}\n  stabilisation: {}", numerics.motion.name(), numerics.stabilisation.name())?;
+        writeln!(text, "  seeding: {}", numerics.seeding.name())?;
         writeln!(text, "  kernel: {}\n  integrator: {}", numerics.kernel.name(), numerics.integrator.name())?;
         writeln!(text, "  bed: {}\n  cfl: {}", numerics.bed.name(), numerics.cfl)?;
         writeln!(text, "  gravity: {} m/s2\n  dry_depth: {} m", numerics.gravity, numerics.dry_depth)?;
@@ -215,7 +216,7 @@ outputs:
   gauges_every: 333 ms
   arrival: {thresholds: [0.3 m, 1 ft], rise_on_wet: 1 mm}
   isochrones: []
-numerics: {formulation: variational, bed: shepard, cfl: 0.123456789, gravity: 3.71, dry_depth: 0.1 mm}
+numerics: {formulation: variational, seeding: equal_volume, bed: shepard, cfl: 0.123456789, gravity: 3.71, dry_depth: 0.1 mm}
 limits: {memory: 1.5 GiB, particles: 1e6}
 "#,
         );

@@ -12,7 +12,7 @@ use super::fields::{
     Count, Courant, DateTime, Duration, EndTime, FormatVersion, Gravity, InputFile, Length, Level, Manning, Memory,
     Offset, Quantity, Text, VectorFile,
 };
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::tree::{Node, Value};
@@ -272,6 +272,8 @@ section! {
         motion: Option<Chosen<Motion>>,
         /// Treatment of a pair of particles; riemann when absent, artificial_viscosity for the variational formulation.
         stabilisation: Option<Chosen<Stabilisation>>,
+        /// Places of moving particles at the start; lattice when absent.
+        seeding: Option<Chosen<Seeding>>,
         /// Smoothing kernel; cubic_spline when absent.
         kernel: Option<Chosen<Kernel>>,
         /// Time integration; heun for resting, leapfrog for moving particles when absent.
@@ -316,6 +318,15 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             "method-combination",
             "resting particles have no leapfrog: their faces are upwinded, which it makes unstable",
             "write `integrator: heun`, or take `motion: lagrangian`",
+        );
+        return None;
+    }
+    if !is_moving && is("seeding", Seeding::EqualVolume.name()) {
+        reader.error(
+            node.get("seeding")?,
+            "method-combination",
+            "resting particles have no equal-volume filling: each is as deep as its water and takes up one cell",
+            "write `seeding: lattice`, or take `motion: lagrangian`",
         );
         return None;
     }

@@ -11,7 +11,7 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
-use super::{FluidSeed, StillBody, StillWater};
+use super::{FluidSeed, StillWater};
 use crate::bed::BedParticles;
 use crate::math::Vec2;
 
@@ -37,22 +37,34 @@ struct Wet<'a> {
     still: &'a StillWater,
 }
 
-/// The particles of equal-volume filling, body after body.
+/// The volume (m³) of a particle for which there are as many particles as wet cells: the mean over the cells of all bodies.
+///
+/// ```text
+/// V = Σ d Δ² / N
+/// ```
+///
+/// 0 where there is no water.
+pub fn mean_cell_volume(still: &StillWater) -> f64 {
+    let cells: usize = still.volumes.iter().map(|volume| volume.cells).sum();
+    still.volumes.iter().map(|volume| volume.seeded_m3).sum::<f64>() / cells.max(1) as f64
+}
+
+/// The particles of equal-volume filling, body after body; `levels` (m) are those of the bodies.
 ///
 /// `particle_volume` (m³, above 0): the volume aimed at; that of a body's particles is its volume over the nearest whole number
 /// of particles, so that their sum meets the integral exactly.
 pub fn equal_volume_filling(
-    bodies: &[StillBody],
+    levels: &[f64],
     bed: &BedParticles,
     still: &StillWater,
     particle_volume: f64,
 ) -> Vec<FluidSeed> {
     debug_assert!(particle_volume > 0.0);
     let mut seeds = Vec::new();
-    for (number, (body, books)) in bodies.iter().zip(&still.volumes).enumerate() {
+    for (number, (&level, books)) in levels.iter().zip(&still.volumes).enumerate() {
         let count = (books.integral_m3 / particle_volume).round().max(1.0);
         let volume = books.integral_m3 / count;
-        let wet = Wet { number: number as u32, level: body.level, bed, still };
+        let wet = Wet { number: number as u32, level, bed, still };
         let samples = wet.samples(volume);
         if samples.is_empty() {
             continue;

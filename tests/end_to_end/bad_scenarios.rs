@@ -222,6 +222,15 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     );
     assert_change_refused(
         "title: Test",
+        &numerics("seeding: equal_volume"),
+        &[
+            "error[method-combination] numerics.seeding (s.yaml:2:21)",
+            "have no equal-volume filling",
+            "motion: lagrangian",
+        ],
+    );
+    assert_change_refused(
+        "title: Test",
         &numerics("motion: eulerain"),
         &["`eulerain` is not a motion", "did you mean `eulerian`?"],
     );

@@ -175,6 +175,38 @@ fn a_lake_at_rest_stays_at_rest() {
     assert!(speed < 1e-10, "{speed:e} m/s");
 }
 
+/// The first number after some words of a text.
+fn number_after(text: &str, words: &str) -> f64 {
+    let rest = text.split_once(words).unwrap_or_else(|| panic!("no `{words}` in {text}")).1;
+    rest.split_whitespace().next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn both_fillings_hold_the_integral_of_level_minus_terrain() {
+    let short_lake: &[&str] = &["--set", "time.end=1 s"];
+    for (name, short) in [("demo", &SHORT_DEMO[..]), ("lake_at_rest", short_lake)] {
+        let mut counts = Vec::new();
+        for seeding in ["lattice", "equal_volume"] {
+            let folder = TempDir::new().unwrap();
+            let method = format!("numerics={{motion: lagrangian, seeding: {seeding}}}");
+            let arguments = [short, &["--set", &method, "--set", "time.end=1 s"]].concat();
+            let summary = run(folder.path(), &shipped(name), &arguments).stdout;
+            let record = manifest(&folder.path().join("out"));
+            let initial = record["volume_m3"]["initial"].as_f64().unwrap();
+            let integral = number_after(&summary, "integral of level minus terrain ");
+            // The summary prints seven digits.
+            assert!((initial / integral - 1.0).abs() < 1e-6, "{name}, {seeding}: {initial} m3 of {integral} m3");
+            assert_eq!(record["methods"]["seeding"], seeding);
+            let (least, greatest) = (number_after(&summary, " with "), number_after(&summary, " to "));
+            assert!((seeding == "equal_volume") == (least.to_bits() == greatest.to_bits()), "{summary}");
+            counts.push(record["particles"]["initial"].as_i64().unwrap());
+            assert_eq!(counts.last(), Some(&(number_after(&summary, "moving particles: ") as i64)));
+        }
+        // One body: as many particles of one volume as there are wet cells.
+        assert_eq!(counts[0], counts[1], "{name}");
+    }
+}
+
 #[test]
 fn one_and_two_threads_give_equal_bytes() {
     // All in one folder, since the record of a run holds it.

@@ -7,7 +7,7 @@ use gdal::raster::{Buffer, GdalType};
 use tempfile::TempDir;
 
 use crate::math::Vec2;
-use crate::scenario::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use crate::scenario::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use crate::scenario::*;
 
 /// A value with a key and no place.
@@ -48,6 +48,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             formulation: Formulation::default(),
             motion: Motion::default(),
             stabilisation: Stabilisation::default(),
+            seeding: Seeding::default(),
             kernel: Kernel::default(),
             integrator: Integrator::default(),
             bed: BedMethod::default(),

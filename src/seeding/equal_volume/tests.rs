@@ -15,7 +15,7 @@ fn seeds(particle_volume: f64) -> (Vec<FluidSeed>, StillWater) {
     let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 20.0)];
     let still = fill_still_water(&bodies, &mut bed, &surface, &[]);
-    (equal_volume_filling(&bodies, &bed, &still, particle_volume), still)
+    (equal_volume_filling(&[20.0], &bed, &still, particle_volume), still)
 }
 
 #[test]
@@ -27,6 +27,13 @@ fn volumes_are_equal_and_meet_the_integral() {
         assert!(seeds.iter().all(|seed| (seed.volume / particle_volume - 1.0).abs() < 0.01));
         assert!(seeds.iter().all(|seed| seed.depth > 0.0));
     }
+}
+
+#[test]
+fn as_many_particles_as_wet_cells() {
+    let (_, still) = seeds(250.0);
+    let (seeds, _) = seeds(mean_cell_volume(&still));
+    assert!(seeds.len().abs_diff(still.volumes[0].cells) <= 1, "{} of {}", seeds.len(), still.volumes[0].cells);
 }
 
 #[test]
