@@ -409,6 +409,42 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
     }
 
     #[test]
+    fn exactly_the_combinations_that_a_core_has_are_accepted() {
+        let mut accepted = Vec::new();
+        for formulation in Formulation::ALL {
+            for motion in Motion::ALL {
+                for stabilisation in Stabilisation::ALL {
+                    for (integrator, seeding) in
+                        Integrator::ALL.iter().flat_map(|integrator| Seeding::ALL.iter().map(move |s| (integrator, s)))
+                    {
+                        let names = [formulation.name(), motion.name(), stabilisation.name(), integrator.name()];
+                        let text = format!(
+                            "numerics={{formulation: {}, motion: {}, stabilisation: {}, integrator: {}, seeding: {}}}",
+                            names[0],
+                            names[1],
+                            names[2],
+                            names[3],
+                            seeding.name()
+                        );
+                        let Ok(Loaded { scenario, .. }) = loaded(TEN_LINES, &[&text]) else { continue };
+                        let numerics = scenario.numerics;
+                        assert_eq!((numerics.formulation, numerics.motion), (*formulation, *motion));
+                        assert_eq!((numerics.integrator, numerics.seeding), (*integrator, *seeding));
+                        assert_eq!(numerics.stabilisation, *stabilisation);
+                        accepted.push((*formulation, *motion));
+                    }
+                }
+            }
+        }
+        let count = |formulation, motion| accepted.iter().filter(|pair| **pair == (formulation, motion)).count();
+        // Resting particles have one of each; moving ones two integrators and two fillings, and variational ones two ways for pairs.
+        assert_eq!(count(Formulation::Balanced, Motion::Eulerian), 1);
+        assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 4);
+        assert_eq!(count(Formulation::Variational, Motion::Eulerian), 0);
+        assert_eq!(count(Formulation::Variational, Motion::Lagrangian), 8);
+    }
+
+    #[test]
     fn a_wrong_indentation_is_named_as_such() {
         let text = TEN_LINES.replace("time: {end: 4000 s}", "time:\nend: 4000 s");
         let found = problems(&text);

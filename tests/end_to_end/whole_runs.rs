@@ -208,6 +208,36 @@ fn both_fillings_hold_the_integral_of_level_minus_terrain() {
 }
 
 #[test]
+fn no_core_ignores_a_setting_of_the_numerics() {
+    const VARIATIONAL: &str = "formulation: variational";
+    const MOVING: &str = "motion: lagrangian";
+    let settings = [
+        ("", vec!["bed: shepard", "cfl: 0.3", "gravity: 9 m/s2", "dry_depth: 5 cm"]),
+        (MOVING, vec!["integrator: heun", "seeding: equal_volume"]),
+        (VARIATIONAL, vec!["integrator: heun", "seeding: equal_volume", "stabilisation: riemann"]),
+    ];
+    let general = settings[0].1.clone();
+    let mut seen: Vec<(String, u64)> = Vec::new();
+    for (core, own) in settings {
+        let changes = if core.is_empty() { own } else { [general.clone(), own].concat() };
+        for change in std::iter::once("").chain(changes) {
+            let folder = TempDir::new().unwrap();
+            let parts: Vec<&str> = [core, change].into_iter().filter(|part| !part.is_empty()).collect();
+            let methods = format!("numerics={{{}}}", parts.join(", "));
+            let coarse = ["--set", "resolution=40 m", "--set", "outputs.cell=40 m", "--set", "time.end=40 s"];
+            run(folder.path(), &shipped("demo"), &[&coarse[..], &["--set", &methods]].concat());
+            let maps = Netcdf::read(&folder.path().join("out/maps.nc"));
+            let sum = maps.values("max_speed").iter().filter(|speed| speed.is_finite()).sum::<f64>();
+            assert!(sum > 0.0, "{methods}: no water moves");
+            if let Some((other, _)) = seen.iter().find(|(_, bits)| *bits == sum.to_bits()) {
+                panic!("`{methods}` gives the same greatest speeds as `{other}`");
+            }
+            seen.push((methods, sum.to_bits()));
+        }
+    }
+}
+
+#[test]
 fn one_and_two_threads_give_equal_bytes() {
     // All in one folder, since the record of a run holds it.
     let folder = TempDir::new().unwrap();
