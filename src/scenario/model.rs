@@ -110,8 +110,8 @@ pub enum Side {
 /// What to write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outputs {
-    /// Run folder, unless `--out` says otherwise.
-    pub folder: PathBuf,
+    /// Run folder, unless `--out` says otherwise; its key is empty where the scenario names none.
+    pub folder: Sourced<PathBuf>,
     /// Edge of a cell of the output grids (m).
     pub cell: f64,
     /// Interval of the frames of `fields.nc` (s).

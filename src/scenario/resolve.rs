@@ -8,7 +8,7 @@ use super::defaults::{
     DRY_DEPTH, FRAMES, GRAVITY, MAX_PARTICLES, MEMORY_SHARE, RISE_ON_WET, THRESHOLDS, default_isochrones,
     machine_memory, sensible_interval,
 };
-use super::fields::VectorFile;
+use super::fields::{Text, VectorFile};
 use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use super::model::{
     CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
@@ -246,8 +246,8 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
     };
     Outputs {
         folder: match section.folder {
-            Some(folder) => folder_of(file).join(folder.0.value),
-            None => Path::new("runs").join(name),
+            Some(Text(Sourced { value, key, place })) => Sourced { value: folder_of(file).join(value), key, place },
+            None => Sourced { value: Path::new("runs").join(name), key: String::new(), place: None },
         },
         cell: section.cell.map_or(resolution, |cell| cell.value()),
         every,
@@ -355,7 +355,7 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         let text = TEN_LINES.replace("outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}\n", "");
         let scenario = loaded(&text, &[]).unwrap().scenario;
         let outputs = &scenario.outputs;
-        assert_eq!(outputs.folder, Path::new("runs/malpasset"));
+        assert_eq!(outputs.folder.value, Path::new("runs/malpasset"));
         assert!(exact(outputs.cell, 20.0) && exact(outputs.every, 120.0) && exact(outputs.gauges_every, 12.0));
         assert_eq!(outputs.thresholds, [0.01, 0.10, 0.30]);
         assert_eq!(outputs.isochrones, [300.0, 600.0, 900.0, 1800.0, 2700.0, 3600.0]);

@@ -35,7 +35,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         end_time: 10.0,
         reference_time: None,
         outputs: Outputs {
-            folder: PathBuf::from("out"),
+            folder: sourced("outputs.folder", PathBuf::from("out")),
             cell: resolution,
             every: 1.0,
             gauges_every: 1.0,
