@@ -57,6 +57,7 @@ impl fmt::Display for RunSummary {
                 volume.integral_m3,
                 100.0 * volume.relative_error()
             )?;
+            write_shore(f, volume)?;
         }
         if let Some(moving) = &self.moving {
             let integral: f64 = self.seeded.iter().map(|volume| volume.integral_m3).sum();
@@ -101,5 +102,54 @@ impl fmt::Display for RunSummary {
             )?;
         }
         writeln!(f, "results in {}", self.folder.display())
+    }
+}
+
+/// What was done to the bed and to cells so that a body of water is level and holds its volume; nothing where nothing was.
+fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result {
+    let mut parts = Vec::new();
+    if water.shore_cells > 0 {
+        let change = water.largest_bed_change_at_shore;
+        parts.push(format!("bed set in {} cells at the shore, by {change:.2} m at most", water.shore_cells));
+    }
+    if water.largest_bed_change_under_water > 0.0 {
+        parts.push(format!("under water by {:.2} m at most", water.largest_bed_change_under_water));
+    }
+    if water.pocket_cells > 0 {
+        parts.push(format!("{} cells filled beside the polygon, where the lake ends", water.pocket_cells));
+    }
+    if water.toggled > 0 {
+        parts.push(format!("{} cells at the open rim taken in or left out", water.toggled));
+    }
+    if parts.is_empty() { Ok(()) } else { writeln!(f, "  to hold its volume: {}", parts.join("; ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shore_takes_one_line_or_none() {
+        struct Shown(SeededVolume);
+        impl fmt::Display for Shown {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write_shore(f, &self.0)
+            }
+        }
+        let mut water = SeededVolume::default();
+        assert_eq!(Shown(water.clone()).to_string(), "");
+        water.toggled = 3;
+        assert_eq!(
+            Shown(water.clone()).to_string(),
+            "  to hold its volume: 3 cells at the open rim taken in or left out\n"
+        );
+        water = SeededVolume { shore_cells: 12, largest_bed_change_at_shore: 0.456, pocket_cells: 1, ..water };
+        water.largest_bed_change_under_water = 0.3;
+        let text = Shown(water).to_string();
+        assert!(
+            text.contains("bed set in 12 cells at the shore, by 0.46 m at most; under water by 0.30 m at most"),
+            "{text}"
+        );
+        assert_eq!(text.lines().count(), 1);
     }
 }

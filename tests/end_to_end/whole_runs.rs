@@ -193,11 +193,13 @@ fn both_fillings_hold_the_integral_of_level_minus_terrain() {
             let summary = run(folder.path(), &shipped(name), &arguments).stdout;
             let record = manifest(&folder.path().join("out"));
             let initial = record["volume_m3"]["initial"].as_f64().unwrap();
+            assert!(number_after(&summary, "to hold its volume: bed set in ") > 0.0, "{summary}");
             let integral = number_after(&summary, "integral of level minus terrain ");
             // The summary prints seven digits.
             assert!((initial / integral - 1.0).abs() < 1e-6, "{name}, {seeding}: {initial} m3 of {integral} m3");
             assert_eq!(record["methods"]["seeding"], seeding);
-            let (least, greatest) = (number_after(&summary, " with "), number_after(&summary, " to "));
+            let volumes = summary.split_once("moving particles: ").unwrap().1;
+            let (least, greatest) = (number_after(volumes, " with "), number_after(volumes, " to "));
             assert!((seeding == "equal_volume") == (least.to_bits() == greatest.to_bits()), "{summary}");
             counts.push(record["particles"]["initial"].as_i64().unwrap());
             assert_eq!(counts.last(), Some(&(number_after(&summary, "moving particles: ") as i64)));
