@@ -22,6 +22,9 @@ const FEWEST_SAMPLES_PER_CELL_EDGE: usize = 2;
 /// Sweeps of relaxation: the distances hardly change after that.
 const SWEEPS: usize = 12;
 
+/// A place is as deep as this share of the mean of its own samples, at least.
+const LEAST_SHARE_OF_MEAN: f64 = 0.7;
+
 /// A piece of the water, smaller than a particle.
 #[derive(Clone, Copy)]
 struct Sample {
@@ -73,10 +76,8 @@ pub fn equal_volume_filling(
         for _ in 0..SWEEPS {
             places = relax(&samples, places);
         }
-        seeds.extend(places.into_iter().map(|place| {
-            let (position, depth) = wet.nearest_water(&samples, place);
-            FluidSeed { position, volume, depth }
-        }));
+        let wet_places = wet.off_the_shallows(&samples, places);
+        seeds.extend(wet_places.into_iter().map(|(position, depth)| FluidSeed { position, volume, depth }));
     }
     seeds
 }
@@ -115,15 +116,26 @@ impl Wet<'_> {
         samples.into_iter().map(|(_, sample)| sample).collect()
     }
 
-    /// A place and its depth, moved to the nearest sample where the place itself is dry: the centroid of the water around an
-    /// island may lie on the island.
-    fn nearest_water(&self, samples: &[Sample], place: Vec2) -> (Vec2, f64) {
-        if let Some(depth) = self.depth_at(place) {
-            return (place, depth);
+    /// The places and their depths. A place much shallower than the water of its own samples is moved to the nearest of them
+    /// that is deep enough: the centroid of the water around an island may lie on the island, or on its beach, where
+    /// the volume of a particle would stand for an area V/d without bounds.
+    fn off_the_shallows(&self, samples: &[Sample], places: Vec<Vec2>) -> Vec<(Vec2, f64)> {
+        let mut own = vec![Vec::new(); places.len()];
+        for (sample, particle) in samples.iter().zip(assign(samples, &places).unwrap_or_default()) {
+            own[particle].push(*sample);
         }
-        let distance = |sample: &Sample| (sample.position - place).norm_squared();
-        let nearest = samples.iter().fold(samples[0], |a, &b| if distance(&b) < distance(&a) { b } else { a });
-        (nearest.position, nearest.depth)
+        let settle = |(place, own): (Vec2, Vec<Sample>)| {
+            let own = if own.is_empty() { samples } else { &own };
+            let mean = own.iter().map(|sample| sample.depth).sum::<f64>() / own.len() as f64;
+            if let Some(depth) = self.depth_at(place).filter(|&depth| depth >= LEAST_SHARE_OF_MEAN * mean) {
+                return (place, depth);
+            }
+            let distance = |sample: &&Sample| (sample.position - place).norm_squared();
+            let deep = own.iter().filter(|sample| sample.depth >= LEAST_SHARE_OF_MEAN * mean);
+            let nearest = deep.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(&samples[0]);
+            (nearest.position, nearest.depth)
+        };
+        places.into_par_iter().zip(own).map(settle).collect()
     }
 }
 
@@ -148,17 +160,19 @@ fn along_curve(samples: &[Sample], count: usize) -> Vec<Vec2> {
     moments.into_iter().map(|(share, moment)| moment / share).collect()
 }
 
+/// The particle nearest to each sample; none where a place is no number, which the tree refuses.
+fn assign(samples: &[Sample], places: &[Vec2]) -> Option<Vec<usize>> {
+    let corners: Vec<[f64; 2]> = places.iter().map(|place| [place.x, place.y]).collect();
+    let tree = ImmutableKdTree::<f64, 2>::new_from_slice(&corners).ok()?;
+    let nearest = |Sample { position, .. }: &Sample| {
+        tree.query(&[position.x, position.y]).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize
+    };
+    Some(samples.par_iter().map(nearest).collect())
+}
+
 /// One sweep of Lloyd's relaxation. A particle without samples stays where it is.
 fn relax(samples: &[Sample], places: Vec<Vec2>) -> Vec<Vec2> {
-    let corners: Vec<[f64; 2]> = places.iter().map(|place| [place.x, place.y]).collect();
-    // The tree refuses only not-a-number; the places would then be left alone and found out by the caller.
-    let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&corners) else { return places };
-    let nearest: Vec<usize> = samples
-        .par_iter()
-        .map(|Sample { position, .. }| {
-            tree.query(&[position.x, position.y]).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize
-        })
-        .collect();
+    let Some(nearest) = assign(samples, &places) else { return places };
     let mut moments = vec![(0.0, Vec2::ZERO); places.len()];
     for (sample, &particle) in samples.iter().zip(&nearest) {
         let weight = sample.depth * sample.depth;

@@ -51,6 +51,17 @@ fn distance_of_particles_follows_the_depth() {
 }
 
 #[test]
+fn no_particle_stands_for_an_area_out_of_proportion() {
+    for particle_volume in [30.0, 250.0, 2000.0] {
+        let (seeds, still) = seeds(particle_volume);
+        let mut areas: Vec<f64> = seeds.iter().map(|seed| seed.volume / seed.depth).collect();
+        areas.sort_by(f64::total_cmp);
+        let (lake, largest) = (25.0 * still.volumes[0].cells as f64, areas[areas.len() - 1]);
+        assert!(areas.iter().sum::<f64>() < 1.2 * lake && largest < 0.05 * lake, "{largest} m² of {lake} m²");
+    }
+}
+
+#[test]
 fn same_bits_for_any_number_of_threads() {
     let run =
         |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| seeds(250.0).0);
