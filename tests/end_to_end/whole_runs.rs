@@ -210,11 +210,45 @@ fn both_fillings_hold_the_integral_of_level_minus_terrain() {
 }
 
 #[test]
+fn the_variational_formulation_runs_on_real_ground_through_the_whole_program() {
+    let folder = TempDir::new().unwrap();
+    let coarse = ["--set", "resolution=40 m", "--set", "outputs.cell=40 m", "--set", "time.end=6 min"];
+    run(folder.path(), &shipped("demo"), &[&coarse[..], &["--set", "numerics.formulation=variational"]].concat());
+    let out = folder.path().join("out");
+    assert_whole(&out);
+    let record = manifest(&out);
+    assert_eq!(record["methods"]["formulation"], "variational");
+    // A drop from the crest of the dam to the outlet, 120 m lower, ends at 49 m/s.
+    let speed = record["max_speed_m_s"].as_f64().unwrap();
+    assert!((5.0..49.0).contains(&speed), "{speed} m/s");
+    let maps = Netcdf::read(&out.join("maps.nc"));
+    let reached = maps.values("arrival_time").iter().filter(|time| **time > 0.0).count();
+    assert!(reached > 100, "{reached} cells were reached");
+}
+
+#[test]
+fn a_breakdown_of_the_numerics_is_said_with_time_place_quantity_and_limiter() {
+    let folder = TempDir::new().unwrap();
+    // Waves that cross a cell in 1e-15 s leave no step to take.
+    let arguments = ["run", &shipped("demo"), "--out", "out", "--quiet", "--set", "resolution=40 m"];
+    let absurd = ["--set", "numerics.gravity=1e30 m/s2"];
+    let answer = floodsim(folder.path(), &[&arguments[..], &absurd].concat());
+    assert_eq!((answer.code, answer.stdout.as_str()), (6, ""), "{}", answer.stderr);
+    let last = answer.stderr.lines().last().unwrap();
+    let parts = ["error: the run broke down at t = ", "step 1", "time step is ", " at 64", "limited by courant"];
+    for part in parts {
+        assert!(last.contains(part), "no `{part}` in: {last}");
+    }
+    let record = manifest(&folder.path().join("out"));
+    assert_eq!((&record["status"], &record["exit_code"]), (&"failed".into(), &6.into()));
+}
+
+#[test]
 fn no_core_ignores_a_setting_of_the_numerics() {
     const VARIATIONAL: &str = "formulation: variational";
     const MOVING: &str = "motion: lagrangian";
     let settings = [
-        ("", vec!["bed: shepard", "cfl: 0.3", "gravity: 9 m/s2", "dry_depth: 5 cm"]),
+        ("", vec!["bed: shepard", "cfl: 0.3", "gravity: 9 m/s2", "dry_depth: 2 m"]),
         (MOVING, vec!["integrator: heun", "seeding: equal_volume"]),
         (VARIATIONAL, vec!["integrator: heun", "seeding: equal_volume", "stabilisation: riemann"]),
     ];
