@@ -1,24 +1,38 @@
-//! Which core a scenario asks for.
+//! Which core a scenario asks for, and the particles that it starts with.
 
 use crate::scenario::Scenario;
-use crate::scenario::methods::{Formulation, Motion};
-use crate::seeding::{StillWater, lattice_filling};
+use crate::scenario::methods::{Formulation, Motion, Seeding};
+use crate::seeding::{FluidSeed, StillWater, equal_volume_filling, lattice_filling, mean_cell_volume};
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::variational::VariationalSolver;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
-/// The core of the scenario's formulation and motion, with its water at rest.
-///
-/// Moving particles start on the lattice, one in each wet cell.
-pub fn build(scenario: &Scenario, problem: FlowProblem, still: &StillWater) -> Box<dyn FlowSolver> {
+/// The moving particles at the start; none where particles rest. `levels` (m) are those of the bodies of still water.
+pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, levels: &[f64]) -> Vec<FluidSeed> {
     let numerics = &scenario.numerics;
-    if numerics.formulation == Formulation::Balanced && numerics.motion == Motion::Eulerian {
-        return Box::new(EulerianSolver::new(problem));
+    match (numerics.motion, numerics.seeding) {
+        (Motion::Eulerian, _) => Vec::new(),
+        (Motion::Lagrangian, Seeding::Lattice) => lattice_filling(&problem.bed.lattice, still),
+        (Motion::Lagrangian, Seeding::EqualVolume) => {
+            let particle_volume = mean_cell_volume(still);
+            if particle_volume > 0.0 {
+                equal_volume_filling(levels, &problem.bed, still, particle_volume)
+            } else {
+                Vec::new()
+            }
+        }
     }
-    let seeds = lattice_filling(&problem.bed.lattice, still);
-    match numerics.formulation {
-        Formulation::Balanced => Box::new(LagrangianSolver::new(problem, seeds, numerics.integrator)),
-        Formulation::Variational => {
+}
+
+/// The core of the scenario's formulation and motion, with its water at rest.
+pub fn build(scenario: &Scenario, problem: FlowProblem, seeds: Vec<FluidSeed>) -> Box<dyn FlowSolver> {
+    let numerics = &scenario.numerics;
+    match (numerics.formulation, numerics.motion) {
+        (Formulation::Balanced, Motion::Eulerian) => Box::new(EulerianSolver::new(problem)),
+        (Formulation::Balanced, Motion::Lagrangian) => {
+            Box::new(LagrangianSolver::new(problem, seeds, numerics.integrator))
+        }
+        (Formulation::Variational, _) => {
             Box::new(VariationalSolver::new(problem, seeds, numerics.integrator, numerics.stabilisation))
         }
     }

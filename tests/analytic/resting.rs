@@ -6,6 +6,7 @@ use floodsim::solver::{EulerianSolver, FlowSolver};
 use crate::support::{assert_below, problem, radial_reference, ritter, stoker};
 
 /// Steps to `end` (s).
+#[expect(clippy::unwrap_used, reason = "a failed step is a failed test")]
 fn run_until(solver: &mut EulerianSolver, end: f64) {
     while solver.time() < end {
         let time_step = solver.choose_step().time_step.min(end - solver.time());
