@@ -8,7 +8,10 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Module and what it may import. Modules that are not listed (cli, pipeline, prepare) join the others and may import all.
+/// Modules that join the others and may import all.
+const JOINING: &[&str] = &["cli", "pipeline", "prepare", "main", "lib"];
+
+/// Module and what it may import; docs/ARCHITECTURE.md holds the same table.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("lattice", &["math"]),
@@ -41,6 +44,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("output", &["math", "lattice", "error", "bed", "maps", "physics::kernel"]),
     ("maps", &["math"]),
     ("report", &["math", "error", "maps"]),
+    ("scenario", &["math", "error"]),
+    ("version", &[]),
     (
         "validation",
         &[
@@ -58,7 +63,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "terrain",
         ],
     ),
-    ("scenario", &["math", "error"]),
 ];
 
 /// Modules that open no file, print nothing and know no format.
@@ -162,7 +166,13 @@ fn imports(code: &str) -> BTreeSet<String> {
 fn data_flows_one_way() {
     let mut wrong = Vec::new();
     for (module, path, text) in sources() {
-        let Some((_, allowed)) = MAY_IMPORT.iter().find(|(name, _)| *name == module) else { continue };
+        if JOINING.contains(&module.as_str()) {
+            continue;
+        }
+        let Some((_, allowed)) = MAY_IMPORT.iter().find(|(name, _)| *name == module) else {
+            wrong.push(format!("src/{} belongs to a module without a rule", path.display()));
+            continue;
+        };
         for import in imports(&code(&path, &text)) {
             let fits = |allowed: &&str| import == **allowed || import.starts_with(&format!("{allowed}::"));
             let own = import == module || import.starts_with(&format!("{module}::"));
@@ -224,6 +234,87 @@ fn every_cited_equation_is_in_the_theory() {
         }
     }
     assert!(missing.is_empty(), "not in docs/theory.md: {missing:?}");
+}
+
+/// The words in backticks of a text.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+/// The rows of the table below a heading of docs/ARCHITECTURE.md, as their cells.
+fn table<'a>(text: &'a str, heading: &str) -> Vec<Vec<&'a str>> {
+    let below = text.split_once(heading).unwrap().1;
+    let rows = below.lines().skip_while(|line| !line.starts_with("| --- ")).skip(1).take_while(|l| l.starts_with('|'));
+    rows.map(|row| row.trim_matches('|').split(" | ").map(str::trim).collect()).collect()
+}
+
+fn architecture() -> String {
+    std::fs::read_to_string(root().join("docs/ARCHITECTURE.md")).unwrap()
+}
+
+#[test]
+fn the_document_has_the_rules_that_are_checked() {
+    let text = architecture();
+    let rows = table(&text, "## Who may import whom");
+    let written: Vec<(&str, Vec<&str>)> =
+        rows.iter().map(|row| (quoted(row[0]).next().unwrap(), quoted(row[1]).collect())).collect();
+    let checked: Vec<(&str, Vec<&str>)> = MAY_IMPORT.iter().map(|(module, may)| (*module, may.to_vec())).collect();
+    assert_eq!(written, checked);
+}
+
+#[test]
+fn every_module_is_in_the_document() {
+    let text = architecture();
+    let listed: BTreeSet<&str> = table(&text, "## Modules").iter().flat_map(|row| quoted(row[0])).collect();
+    let present: BTreeSet<String> = sources().into_iter().map(|(module, ..)| module).collect();
+    let present: BTreeSet<&str> = present.iter().map(String::as_str).filter(|m| !["main", "lib"].contains(m)).collect();
+    assert_eq!(listed, present);
+}
+
+#[test]
+fn every_path_in_the_document_exists() {
+    let text = architecture();
+    let mut missing = Vec::new();
+    for line in text.lines() {
+        // After `src/scenario/schema.rs` a bare `resolve.rs` lies in the same folder.
+        let mut folder = root().join("docs");
+        for word in quoted(line).filter(|word| !word.contains([' ', ':'])) {
+            let is_path = word.ends_with(".rs") || word.ends_with(".md") || word.ends_with('/');
+            let from_root = ["src/", "docs/", "tests/", "data/", "scenarios/"].iter().any(|top| word.starts_with(top));
+            let from_source = root().join("src").join(word);
+            let path = match word {
+                _ if from_root => root().join(word),
+                _ if from_source.exists() => from_source,
+                _ => folder.join(word),
+            };
+            if from_root {
+                folder = if path.is_dir() { path.clone() } else { path.with_file_name("") };
+            }
+            if is_path && !path.exists() {
+                missing.push(word.to_owned());
+            }
+        }
+    }
+    assert!(missing.is_empty(), "docs/ARCHITECTURE.md names what is not there: {missing:?}");
+    assert!(quoted(&text).any(|word| word == "src/pipeline/mod.rs"), "the paths were not found in the document");
+}
+
+#[test]
+fn every_command_of_cargo_in_the_readme_exists() {
+    let [readme, config] =
+        ["README.md", ".cargo/config.toml"].map(|file| std::fs::read_to_string(root().join(file)).unwrap());
+    let own = ["build", "run", "test"];
+    let aliases: Vec<&str> = config.lines().filter_map(|line| line.split_once(" = ")).map(|(name, _)| name).collect();
+    let named: Vec<&str> =
+        readme.split("cargo ").skip(1).filter_map(|rest| rest.split([' ', '`', '\n']).next()).collect();
+    assert!(named.contains(&"fast"), "{named:?}");
+    let missing: Vec<&&str> = named.iter().filter(|name| !own.contains(name) && !aliases.contains(name)).collect();
+    assert!(
+        missing.is_empty(),
+        "README.md names commands that are neither cargo's nor in .cargo/config.toml: {missing:?}"
+    );
+    let unnamed: Vec<&&str> = aliases.iter().filter(|alias| !named.contains(alias)).collect();
+    assert!(unnamed.is_empty(), "README.md does not name {unnamed:?}");
 }
 
 #[test]

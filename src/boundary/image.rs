@@ -4,8 +4,11 @@
 //! turned round, depth, bed and surface level as they are. An image counts when the line of sight to it goes through the
 //! wall itself and nothing else stands in the way; two walls that are not parallel give images of images, which closes
 //! corners. So a straight wall made of several pieces acts as one, and the end of a wall ends its image.
+//!
+//! A particle sees images only in walls within its own support, and of these in the nearest ones: a wide particle of thin
+//! water has hundreds of walls within reach, and the far ones would cost more than all other particles together.
 
-use super::wall::{Edge, Walls};
+use super::wall::{Edge, Walls, distance_to_segment};
 use crate::math::{Sym2, Vec2};
 
 /// A rotation or reflection followed by a shift: x' = R x + t.
@@ -63,136 +66,280 @@ impl Isometry {
     }
 }
 
-/// A neighbour as seen: particle `index` itself, or its image under transform `transform` (0: itself).
+/// A neighbour as seen: particle `index` itself, or its image under an isometry of the walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image {
     /// Index of the particle.
     pub index: u32,
-    /// Index of the isometry.
+    /// Index in `Walls::isometries`; 0 for the particle itself.
     pub transform: u32,
 }
 
-/// What particles see, one after the other, and the isometries that make the images.
-#[derive(Clone, Debug, Default)]
-pub struct Sight {
-    /// The isometries used so far; the first is the identity.
-    pub transforms: Vec<Isometry>,
-    /// Neighbours and images.
-    pub seen: Vec<Image>,
-}
+/// Images are seen in so many walls at most: about twice as many as a jagged shore puts within an ordinary support.
+const MOST_WALLS: usize = 24;
 
 /// Scratch space of the search for images, one for each thread's chunk.
 #[derive(Clone, Debug, Default)]
 pub struct ImageScratch {
-    /// Edges near the particle.
-    pub near: Vec<u32>,
-    single: Vec<u32>,
+    /// Walls near the particle, the nearest ones first in case there are too many.
+    near: Vec<u32>,
+    by_distance: Vec<(f64, u32)>,
     corners: Vec<Corner>,
     places: Vec<Vec2>,
+    marks: Marks,
 }
 
-/// Two walls through which a particle may see an image of an image.
+/// The particles that were found and what the walls do to them, one column for each quantity.
+#[derive(Clone, Debug, Default)]
+struct Marks {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Square of the distance (m²) up to which the particle or its image acts.
+    reach_squared: Vec<f64>,
+    /// Not 0 where a wall hides the particle itself.
+    hidden: Vec<u64>,
+    /// Bit a is set where the line of sight to the image goes through wall a.
+    mirrored: Vec<u64>,
+    /// Bit c is set where the line of sight to the image in corner c goes through its first wall.
+    cornered: Vec<u64>,
+}
+
+/// Numbers of one wall for the loop over particles.
+struct Mirror {
+    bit: u32,
+    start: Vec2,
+    piece: Vec2,
+    length_squared: f64,
+    /// Margin times length (m²).
+    stretch: f64,
+    reflection: Isometry,
+}
+
+impl Marks {
+    /// Takes the particles found, without any mark.
+    fn fill(&mut self, found: &[u32], positions: &[Vec2], supports: &[f64], support: f64) {
+        self.x.clear();
+        self.y.clear();
+        self.reach_squared.clear();
+        for &j in found {
+            let (position, reach) = (positions[j as usize], support.max(supports[j as usize]));
+            self.x.push(position.x);
+            self.y.push(position.y);
+            self.reach_squared.push(reach * reach);
+        }
+        for marks in [&mut self.hidden, &mut self.mirrored, &mut self.cornered] {
+            marks.clear();
+            marks.resize(found.len(), 0);
+        }
+    }
+
+    /// Marks the particles that a wall hides and those whose images it shows; see `Edge::crossing`.
+    fn look_at(&mut self, place: Vec2, mirror: &Mirror) {
+        let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
+        look_at(columns, &mut self.hidden, &mut self.mirrored, place, mirror);
+    }
+
+    /// Marks the particles whose images in a corner may be seen through its first wall.
+    fn look_into(&mut self, place: Vec2, mirror: &Mirror) {
+        let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
+        look_into(columns, &mut self.cornered, place, mirror);
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn look_into((x, y, reach_squared): (&[f64], &[f64], &[f64]), cornered: &mut [u64], place: Vec2, mirror: &Mirror) {
+    let n = x.len();
+    let (y, reach_squared, cornered) = (&y[..n], &reach_squared[..n], &mut cornered[..n]);
+    let Mirror { bit, start, piece, reflection, .. } = mirror;
+    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
+    for k in 0..n {
+        let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
+        let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
+        let (to_x, to_y) = (image_x - place.x, image_y - place.y);
+        let image_turn = piece.x * (image_y - start.y) - piece.y * (image_x - start.x);
+        let is_near = (to_x * to_x + to_y * to_y < reach_squared[k]) & (own_turn * image_turn < 0.0);
+        cornered[k] |= u64::from(is_near) << bit;
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn look_at(
+    (x, y, reach_squared): (&[f64], &[f64], &[f64]),
+    hidden: &mut [u64],
+    mirrored: &mut [u64],
+    place: Vec2,
+    mirror: &Mirror,
+) {
+    let n = x.len();
+    let (y, reach_squared, hidden, mirrored) = (&y[..n], &reach_squared[..n], &mut hidden[..n], &mut mirrored[..n]);
+    let Mirror { bit, start, piece, length_squared, stretch, reflection } = mirror;
+    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
+    let (from_x, from_y) = (place.x - start.x, place.y - start.y);
+    let along_place = piece.x * from_x + piece.y * from_y;
+    for k in 0..n {
+        let turn = piece.x * (y[k] - start.y) - piece.y * (x[k] - start.x);
+        let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
+        let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
+        let (to_x, to_y) = (x[k] - place.x, y[k] - place.y);
+        let (image_to_x, image_to_y) = (image_x - place.x, image_y - place.y);
+        let image_turn = piece.x * (image_y - start.y) - piece.y * (image_x - start.x);
+        // The way meets the line of the wall at this place along it (m²), for the particle and for its image.
+        let along = along_place + (piece.x * to_x + piece.y * to_y) * (own_turn / (own_turn - turn));
+        let image_along =
+            along_place + (piece.x * image_to_x + piece.y * image_to_y) * (own_turn / (own_turn - image_turn));
+        let is_hit = (own_turn * turn < 0.0) & (along >= -stretch) & (along <= length_squared + stretch);
+        let is_shown = (image_to_x * image_to_x + image_to_y * image_to_y < reach_squared[k])
+            & (own_turn * turn > 0.0)
+            & (own_turn * image_turn < 0.0)
+            & (image_along >= -stretch)
+            & (image_along <= length_squared + stretch);
+        hidden[k] |= u64::from(is_hit);
+        mirrored[k] |= u64::from(is_shown) << bit;
+    }
+}
+
+/// Two walls that meet, in which a particle may see an image of an image.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
-    /// Places of both walls in the list of those near the particle: the line of sight meets `first` first.
-    first: u32,
-    second: u32,
-    /// Both reflections.
-    isometry: Isometry,
-    /// Index of the isometry, once it is used.
-    transform: Option<u32>,
+pub(super) struct Corner {
+    /// The line of sight meets this edge first.
+    pub first: u32,
+    /// The line of sight meets this edge after the first one.
+    pub second: u32,
+    /// Index of both reflections together in `Walls::isometries`.
+    pub transform: u32,
 }
 
 impl Walls {
-    /// Appends to `sight` what particle `i` sees of itself and of the particles `found`, given the edges `scratch.near`.
+    /// Appends to `seen` what particle `i` sees of itself and of the particles `found`.
     ///
-    /// - `is_near(j, distance_squared)`: whether an image at that distance (m²) acts on `i`
+    /// - `supports`: distance (m) up to which each particle acts; `i` sees walls up to its own
     pub fn see(
         &self,
         i: u32,
         found: &[u32],
         positions: &[Vec2],
-        is_near: impl Fn(u32, f64) -> bool,
+        supports: &[f64],
         scratch: &mut ImageScratch,
-        sight: &mut Sight,
+        seen: &mut Vec<Image>,
     ) {
-        let Sight { transforms, seen } = sight;
-        let place = positions[i as usize];
+        let (place, support) = (positions[i as usize], supports[i as usize]);
         let edges = self.edges();
+        self.near(place, support, &mut scratch.near);
         scratch.near.retain(|&member| !edges[member as usize].is_open);
-        scratch.single.clear();
-        for &member in &scratch.near {
-            scratch.single.push(transforms.len() as u32);
-            transforms.push(Isometry::reflection(&edges[member as usize]));
+        let has_many = scratch.near.len() > MOST_WALLS;
+        if has_many {
+            self.keep_nearest(place, scratch);
         }
-        self.list_corners(place, transforms, scratch);
-        for &j in found {
+        self.list_corners(place, scratch);
+        self.mark(place, support, found, positions, supports, scratch);
+        for (k, &j) in found.iter().enumerate() {
             let other = positions[j as usize];
             if j != i {
-                if self.is_blocked(&scratch.near, place, other) {
+                let is_beyond = has_many || (other - place).norm_squared() > support * support;
+                if scratch.marks.hidden[k] != 0 || is_beyond && self.is_walled(place, other) {
                     continue;
                 }
                 seen.push(Image { index: j, transform: 0 });
             }
             scratch.places.clear();
-            for a in 0..scratch.near.len() {
-                let first = &edges[scratch.near[a] as usize];
-                let image = transforms[scratch.single[a] as usize].point(other);
-                if is_near(j, (image - place).norm_squared())
-                    && first.turn(place) * first.turn(other) > 0.0
-                    && self.is_seen_once(&scratch.near, a, place, other, image)
+            let mut mirrored = scratch.marks.mirrored[k];
+            while mirrored != 0 {
+                let a = mirrored.trailing_zeros() as usize;
+                mirrored &= mirrored - 1;
+                let transform = Walls::reflection_in(scratch.near[a]);
+                let image = self.isometries()[transform as usize].point(other);
+                if self.is_in_sight(&scratch.near, a, place, other, image)
                     && is_new(&mut scratch.places, image, self.margin())
                 {
-                    seen.push(Image { index: j, transform: scratch.single[a] });
+                    seen.push(Image { index: j, transform });
                 }
             }
-            for corner in &mut scratch.corners {
-                let image = corner.isometry.point(other);
-                if !is_near(j, (image - place).norm_squared()) {
-                    continue;
-                }
-                let edge = |k: u32| &edges[scratch.near[k as usize] as usize];
-                let middle = transforms[scratch.single[corner.second as usize] as usize].point(other);
-                if self.is_seen_twice(edge(corner.first), edge(corner.second), place, image, middle)
+            let mut cornered = scratch.marks.cornered[k];
+            while cornered != 0 {
+                let corner = &scratch.corners[cornered.trailing_zeros() as usize];
+                cornered &= cornered - 1;
+                let image = self.isometries()[corner.transform as usize].point(other);
+                let middle = self.isometries()[Walls::reflection_in(corner.second) as usize].point(other);
+                let (first, second) = (&edges[corner.first as usize], &edges[corner.second as usize]);
+                if self.is_seen_twice(first, second, place, image, middle)
                     && is_new(&mut scratch.places, image, self.margin())
                 {
-                    let transform = *corner.transform.get_or_insert_with(|| {
-                        transforms.push(corner.isometry);
-                        transforms.len() as u32 - 1
-                    });
-                    seen.push(Image { index: j, transform });
+                    seen.push(Image { index: j, transform: corner.transform });
                 }
             }
         }
     }
 
-    /// Lists the pairs of walls near a place through which it can see an image of an image.
+    /// Marks what the walls near a place do to the particles found.
+    fn mark(
+        &self,
+        place: Vec2,
+        support: f64,
+        found: &[u32],
+        positions: &[Vec2],
+        supports: &[f64],
+        scratch: &mut ImageScratch,
+    ) {
+        scratch.marks.fill(found, positions, supports, support);
+        let mirror = |bit: usize, member: u32, transform: u32| {
+            let edge = &self.edges()[member as usize];
+            let piece = edge.end - edge.start;
+            let length_squared = piece.norm_squared();
+            Mirror {
+                bit: bit as u32,
+                start: edge.start,
+                piece,
+                length_squared,
+                stretch: self.margin() * length_squared.sqrt(),
+                reflection: self.isometries()[transform as usize],
+            }
+        };
+        for (bit, &member) in scratch.near.iter().enumerate() {
+            scratch.marks.look_at(place, &mirror(bit, member, Walls::reflection_in(member)));
+        }
+        for (bit, corner) in scratch.corners.iter().enumerate() {
+            scratch.marks.look_into(place, &mirror(bit, corner.first, corner.transform));
+        }
+    }
+
+    /// Cuts the walls near a place down to the nearest ones.
+    fn keep_nearest(&self, place: Vec2, scratch: &mut ImageScratch) {
+        let distance = |member: u32| {
+            let edge = &self.edges()[member as usize];
+            distance_to_segment(place, edge.start, edge.end)
+        };
+        scratch.by_distance.clear();
+        scratch.by_distance.extend(scratch.near.iter().map(|&member| (distance(member), member)));
+        scratch.by_distance.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        scratch.near.clear();
+        scratch.near.extend(scratch.by_distance[..MOST_WALLS].iter().map(|&(_, member)| member));
+    }
+
+    /// Lists the corners near a place in which it can see an image of an image.
     ///
     /// The line of sight runs from the place to the first wall and from there to the second one, all on one side of each: so
-    /// each of them has an end on the side of the other on which the place lies. Parallel ones give no image of an image.
-    fn list_corners(&self, place: Vec2, transforms: &[Isometry], scratch: &mut ImageScratch) {
+    /// each of them has an end on the side of the other on which the place lies.
+    fn list_corners(&self, place: Vec2, scratch: &mut ImageScratch) {
         let edges = self.edges();
         let reaches = |wall: &Edge, other: &Edge| {
             let side = wall.turn(place).signum();
             (side * wall.turn(other.start)).max(side * wall.turn(other.end)) >= 0.0
         };
         scratch.corners.clear();
-        for a in 0..scratch.near.len() {
-            let first = &edges[scratch.near[a] as usize];
-            for b in (0..scratch.near.len()).filter(|&b| b != a) {
-                let second = &edges[scratch.near[b] as usize];
-                let are_parallel = first.direction().cross(second.direction()).abs() < 1e-6;
-                if !are_parallel && reaches(first, second) && reaches(second, first) {
-                    let [outer, inner] = [a, b].map(|k| &transforms[scratch.single[k] as usize]);
-                    let isometry = inner.then(outer);
-                    scratch.corners.push(Corner { first: a as u32, second: b as u32, isometry, transform: None });
+        for &member in &scratch.near {
+            for corner in self.corners_of(member) {
+                let (first, second) = (&edges[corner.first as usize], &edges[corner.second as usize]);
+                let is_full = scratch.corners.len() == u64::BITS as usize;
+                if !is_full && scratch.near.contains(&corner.second) && reaches(first, second) && reaches(second, first)
+                {
+                    scratch.corners.push(*corner);
                 }
             }
         }
     }
 
-    /// Whether the line of sight goes through wall `a` and neither of its two legs through another one.
-    fn is_seen_once(&self, near: &[u32], a: usize, place: Vec2, other: Vec2, image: Vec2) -> bool {
+    /// Whether no other wall stands in either leg of the line of sight through wall `a`.
+    fn is_in_sight(&self, near: &[u32], a: usize, place: Vec2, other: Vec2, image: Vec2) -> bool {
         let edges = self.edges();
         let Some(share) = edges[near[a] as usize].crossing(place, image, self.margin()) else { return false };
         let hit = place + (image - place) * share;
@@ -234,14 +381,14 @@ mod tests {
     fn seen_places(edges: Vec<Edge>, positions: &[Vec2]) -> Vec<(u32, Vec2)> {
         let walls = Walls::new(edges, 1.0);
         let mut scratch = ImageScratch::default();
-        let mut sight = Sight { transforms: vec![Isometry::IDENTITY], seen: Vec::new() };
-        walls.near(positions[0], 5.0, &mut scratch.near);
+        let mut seen = Vec::new();
         let found: Vec<u32> = (0..positions.len() as u32).collect();
-        walls.see(0, &found, positions, |_, r2| r2 < 25.0, &mut scratch, &mut sight);
-        let Sight { transforms, seen } = sight;
+        walls.see(0, &found, positions, &vec![5.0; positions.len()], &mut scratch, &mut seen);
         let mut places: Vec<(u32, Vec2)> = seen
             .iter()
-            .map(|image| (image.index, transforms[image.transform as usize].point(positions[image.index as usize])))
+            .map(|image| {
+                (image.index, walls.isometries()[image.transform as usize].point(positions[image.index as usize]))
+            })
             .collect();
         places.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.x.total_cmp(&b.1.x)).then(a.1.y.total_cmp(&b.1.y)));
         places

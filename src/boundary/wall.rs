@@ -2,6 +2,7 @@
 //!
 //! A wall has no thickness and two sides: no path crosses it and no two particles act through it.
 
+use super::image::{Corner, Isometry};
 use crate::math::Vec2;
 
 /// A straight piece of a wall or of an open edge, in local coordinates (m).
@@ -56,6 +57,26 @@ pub(super) fn distance_to_segment(point: Vec2, start: Vec2, end: Vec2) -> f64 {
     (point - (start + along * share)).norm()
 }
 
+/// Distance (m) between two pieces, 0 where they cross.
+fn gap_between(a: &Edge, b: &Edge) -> f64 {
+    if a.crossing(b.start, b.end, 0.0).is_some() {
+        return 0.0;
+    }
+    let ends = [(a.start, b), (a.end, b), (b.start, a), (b.end, a)];
+    ends.into_iter().map(|(end, edge)| distance_to_segment(end, edge.start, edge.end)).fold(f64::INFINITY, f64::min)
+}
+
+/// Way, in widths of a bin, from a place at `share` of the bin to its rim along a direction.
+fn to_the_rim(share: f64, along: f64) -> f64 {
+    if along > 0.0 {
+        (1.0 - share) / along
+    } else if along < 0.0 {
+        -share / along
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Where a particle's way ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
@@ -98,7 +119,17 @@ pub struct Walls {
     /// For each bin, how many bins away (in the greater of both directions) the nearest bin with an edge is.
     clearance: Vec<u32>,
     margin: f64,
+    /// The identity, the reflection in each edge, and the two reflections of each corner.
+    isometries: Vec<Isometry>,
+    /// Where the corners of each edge begin in `corners`.
+    corner_starts: Vec<u32>,
+    corners: Vec<Corner>,
 }
+
+/// Two walls that come as near as this share of the spacing make a corner.
+const CORNER_GAP: f64 = 0.5;
+/// Width of the rim of a bin, in bins.
+const RIM: f64 = 0.01;
 
 impl Walls {
     /// Sorts edges into bins of twice `spacing` (m). Edges of no length are dropped.
@@ -123,10 +154,55 @@ impl Walls {
             members: Vec::new(),
             clearance: Vec::new(),
             margin: 1e-9 * spacing,
+            isometries: vec![Isometry::IDENTITY],
+            corner_starts: vec![0],
+            corners: Vec::new(),
         };
         walls.fill_bins();
         walls.measure_clearance();
+        walls.find_corners(CORNER_GAP * spacing);
         walls
+    }
+
+    /// What images are made with: the identity, the reflection in each edge, the two reflections of each corner.
+    #[inline]
+    pub fn isometries(&self) -> &[Isometry] {
+        &self.isometries
+    }
+
+    /// Index of the reflection in an edge in `isometries`.
+    #[inline]
+    pub(super) fn reflection_in(edge: u32) -> u32 {
+        edge + 1
+    }
+
+    /// The corners in which the line of sight meets an edge first.
+    #[inline]
+    pub(super) fn corners_of(&self, edge: u32) -> &[Corner] {
+        &self.corners[self.corner_starts[edge as usize] as usize..self.corner_starts[edge as usize + 1] as usize]
+    }
+
+    /// Finds the pairs of walls that meet at an angle, up to a `gap` (m). Parallel ones give no image of an image.
+    fn find_corners(&mut self, gap: f64) {
+        self.isometries.extend(self.edges.iter().map(Isometry::reflection));
+        let mut near = Vec::new();
+        for (first, edge) in self.edges.iter().enumerate() {
+            let half_length = 0.5 * (edge.end - edge.start).norm();
+            self.near((edge.start + edge.end) * 0.5, half_length + gap, &mut near);
+            for &second in near.iter().filter(|&&second| second as usize != first) {
+                let other = &self.edges[second as usize];
+                let are_parallel = edge.direction().cross(other.direction()).abs() < 1e-6;
+                if edge.is_open || other.is_open || are_parallel || gap_between(edge, other) > gap {
+                    continue;
+                }
+                let outer = self.isometries[Self::reflection_in(first as u32) as usize];
+                let inner = self.isometries[Self::reflection_in(second) as usize];
+                let transform = self.isometries.len() as u32;
+                self.isometries.push(inner.then(&outer));
+                self.corners.push(Corner { first: first as u32, second, transform });
+            }
+            self.corner_starts.push(self.corners.len() as u32);
+        }
     }
 
     /// Length (m) below which two places on a wall count as one.
@@ -148,10 +224,12 @@ impl Walls {
     fn fill_bins(&mut self) {
         let mut pairs = Vec::new();
         let half_diagonal = 0.75 * self.bin;
+        // An edge on the rim of two bins belongs to both.
+        let rim = Vec2::new(RIM, RIM) * self.bin;
         for (member, edge) in self.edges.iter().enumerate() {
             let low = Vec2::new(edge.start.x.min(edge.end.x), edge.start.y.min(edge.end.y));
             let high = Vec2::new(edge.start.x.max(edge.end.x), edge.start.y.max(edge.end.y));
-            let (columns, rows) = self.bin_range(low, high);
+            let (columns, rows) = self.bin_range(low - rim, high + rim);
             for row in rows {
                 for column in columns.clone() {
                     let centre = self.origin + Vec2::new(column as f64 + 0.5, row as f64 + 0.5) * self.bin;
@@ -252,6 +330,34 @@ impl Walls {
         })
     }
 
+    /// Whether a wall crosses the way from `a` to `b`, by the bins along the way: for ways of any length.
+    pub fn is_walled(&self, a: Vec2, b: Vec2) -> bool {
+        let length = (b - a).norm();
+        if self.is_clear(a, length) {
+            return false;
+        }
+        let along = (b - a) / length;
+        // A bin holds every edge that comes near its rim, so that a step past it misses nothing.
+        let past_the_rim = 0.1 * RIM * self.bin;
+        let mut way = 0.0;
+        while way <= length {
+            let local = (a + along * way - self.origin) / self.bin;
+            let (column, row) = (local.x.floor(), local.y.floor());
+            let is_inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
+            let mut step = self.bin * to_the_rim(local.x - column, along.x).min(to_the_rim(local.y - row, along.y));
+            if is_inside {
+                let bin = row as usize * self.columns + column as usize;
+                let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
+                if self.is_blocked(members, a, b) {
+                    return true;
+                }
+                step = step.max(self.bin * (f64::from(self.clearance[bin]) - 1.0));
+            }
+            way += step + past_the_rim;
+        }
+        false
+    }
+
     /// Follows the straight way from `from` to `to`: walls reflect it, an open edge lets it out.
     ///
     /// `near` is scratch space.
@@ -344,6 +450,23 @@ mod tests {
             place = walls.travel(place, place + Vec2::new(angle.cos(), angle.sin()) * length, &mut near).position;
             assert!(inside(place), "step {step} ends at {place:?}");
         }
+    }
+
+    #[test]
+    fn ways_of_any_length_meet_the_walls_that_a_plain_search_finds() {
+        let fence = Edge { start: Vec2::new(3.0, 2.0), end: Vec2::new(4.1, 5.0), is_open: false };
+        let walls = Walls::new([room().edges(), &[fence]].concat(), 0.4);
+        let all: Vec<u32> = (0..5).collect();
+        let (mut open, mut closed) = (0, 0);
+        for step in 0..2000 {
+            let share = |factor: f64| (f64::from(step) * factor).fract();
+            let a = Vec2::new(10.0 * share(0.618), 6.0 * share(0.414));
+            let b = Vec2::new(14.0 * share(0.303) - 2.0, 10.0 * share(0.732) - 2.0);
+            let is_walled = walls.is_walled(a, b);
+            assert_eq!(is_walled, walls.is_blocked(&all, a, b), "from {a:?} to {b:?}");
+            *(if is_walled { &mut closed } else { &mut open }) += 1;
+        }
+        assert!(open > 200 && closed > 200);
     }
 
     #[test]

@@ -87,7 +87,7 @@ fn volume_and_momentum_are_conserved_on_rough_ground_with_nodata() {
     assert!(stray > 0.0, "the middle of the hole is out of reach");
     let grid = gridder.grid(&bed, &inside);
     assert_conserved(&inside, &grid, bed.lattice.cell_area());
-    assert_eq!(gridder.stray_volume(), 0.0);
+    assert!(gridder.stray_volume().abs() <= 0.0);
 }
 
 #[test]
@@ -186,8 +186,8 @@ fn spans_hold_the_water_of_now_and_of_before() {
     let mut before = vec![0.0; bed.lattice.len()];
     for particles in [at(20.0), at(40.0), at(140.0), FluidParticles::default(), FluidParticles::default()] {
         let grid = gridder.grid(&bed, &particles);
-        for index in 0..bed.lattice.len() {
-            let expected = grid.depth[index] > 0.0 || before[index] > 0.0;
+        for (index, depth_before) in before.iter().enumerate() {
+            let expected = grid.depth[index] > 0.0 || *depth_before > 0.0;
             assert_eq!(holds(grid.spans, index), expected);
         }
         let keys: Vec<(u32, u32)> =

@@ -155,12 +155,17 @@ impl CellGrid {
             for row in (bottom as usize)..=(top as usize).min(level.rows - 1) {
                 let cells = level.first + row * level.columns;
                 let (from, to) = (self.starts[cells + left] as usize, self.starts[cells + right + 1] as usize);
-                for k in from..to {
-                    let (dx, dy) = (self.x[k] - position.x, self.y[k] - position.y);
-                    if dx * dx + dy * dy < support_squared.max(self.support_squared[k]) {
-                        found.push(self.order[k]);
-                    }
+                // Every candidate is written and the end moves on past those that are near: no branch to mispredict.
+                let mut end = found.len();
+                found.resize(end + (to - from), 0);
+                let candidates = self.x[from..to].iter().zip(&self.y[from..to]);
+                let candidates = candidates.zip(&self.support_squared[from..to]).zip(&self.order[from..to]);
+                for (((x, y), other_squared), &j) in candidates {
+                    let (dx, dy) = (x - position.x, y - position.y);
+                    found[end] = j;
+                    end += usize::from(dx * dx + dy * dy < support_squared.max(*other_squared));
                 }
+                found.truncate(end);
             }
         }
     }

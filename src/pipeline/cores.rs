@@ -1,11 +1,10 @@
-//! Which core a scenario asks for.
+//! Which core a scenario asks for, and the particles that it starts with.
 
 use crate::math::Vec2;
-use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::{Formulation, Motion};
+use crate::scenario::methods::{Formulation, Motion, Seeding};
 use crate::scenario::{Numerics, Scenario};
-use crate::seeding::{StillWater, lattice_filling};
+use crate::seeding::{FluidSeed, StillWater, equal_volume_filling, lattice_filling, mean_cell_volume};
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::{self, MovingSolver, MovingWater};
 use crate::solver::variational::VariationalSolver;
@@ -77,13 +76,26 @@ impl Core {
     }
 }
 
+/// The moving particles at the start; none where particles rest. `levels` (m) are those of the bodies of still water.
+pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, levels: &[f64]) -> Vec<FluidSeed> {
+    let numerics = &scenario.numerics;
+    match (numerics.motion, numerics.seeding) {
+        (Motion::Eulerian, _) => Vec::new(),
+        (Motion::Lagrangian, Seeding::Lattice) => lattice_filling(&problem.bed.lattice, still),
+        (Motion::Lagrangian, Seeding::EqualVolume) => {
+            let particle_volume = mean_cell_volume(still);
+            if particle_volume > 0.0 {
+                equal_volume_filling(levels, &problem.bed, still, particle_volume)
+            } else {
+                Vec::new()
+            }
+        }
+    }
+}
+
 /// The core of the scenario's formulation and motion, with its water at rest.
-///
-/// Moving particles start on the lattice, one in each wet cell.
-pub fn build(scenario: &Scenario, problem: FlowProblem, still: &StillWater) -> Box<dyn FlowSolver> {
-    let lattice = problem.bed.lattice.clone();
-    let seeds = || lattice_filling(&lattice, still);
-    match Core::new(&scenario.numerics, problem, seeds, Dimension::Two) {
+pub fn build(scenario: &Scenario, problem: FlowProblem, seeds: Vec<FluidSeed>) -> Box<dyn FlowSolver> {
+    match Core::new(&scenario.numerics, problem, || seeds, Dimension::Two) {
         Core::Resting(solver) => solver,
         Core::Moving(solver) => solver,
     }

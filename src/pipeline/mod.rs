@@ -64,9 +64,9 @@ pub fn run(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Erro
 
 fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
     let mut clock = Clock::start();
-    let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.clone());
+    let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.value.clone());
     let mut prepared = prepare(scenario);
-    prepared.problems.extend(RunFolder::inspect(&out, options.overwrite));
+    prepared.problems.extend(RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)));
     if prepared.has_errors() {
         return Err(Error::Problems(prepared.problems));
     }
@@ -79,12 +79,33 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
         eprintln!("{problem}");
     }
 
-    let folder = RunFolder::create(&out, options.overwrite)?;
+    let folder = RunFolder::create(&out, options.overwrite).map_err(|error| match error {
+        Error::Problems(found) => {
+            Error::Problems(found.into_iter().map(|problem| as_written(problem, scenario, options)).collect())
+        }
+        other => other,
+    })?;
     let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
-    let solver = cores::build(scenario, problem, &still);
-    let run =
-        Run { manifest: first_manifest(scenario, options, &prepared, &bed), scenario, folder, prepared, still, clock };
+    let levels: Vec<f64> = prepared.waters.iter().map(|water| water.level).collect();
+    let seeds = cores::seeds(scenario, &problem, &still, &levels);
+    let moving = summary::MovingAtStart::of(&seeds);
+    let solver = cores::build(scenario, problem, seeds);
+    let manifest = first_manifest(scenario, options, &prepared, &bed);
+    let run = Run { manifest, scenario, folder, prepared, still, moving, clock };
     run.execute(solver, bed, !options.quiet)
+}
+
+/// A problem with the output folder, at the place where the planner wrote the folder.
+fn as_written(mut problem: Problem, scenario: &Scenario, options: &RunOptions) -> Problem {
+    let folder = &scenario.outputs.folder;
+    let (key, place) = match &options.out {
+        Some(_) => ("--out".to_owned(), None),
+        None if folder.key.is_empty() => ("outputs.folder, by default".to_owned(), None),
+        None if folder.place.is_none() => (format!("--set {}", folder.key), None),
+        None => (folder.key.clone(), folder.place.clone()),
+    };
+    problem.key = key;
+    problem.with_place(place)
 }
 
 /// A run on its way.
@@ -93,6 +114,7 @@ struct Run<'a> {
     folder: RunFolder,
     prepared: Prepared,
     still: StillWater,
+    moving: Option<summary::MovingAtStart>,
     manifest: RunManifest,
     clock: Clock,
 }
@@ -225,6 +247,7 @@ impl Run<'_> {
             folder: self.folder.path().to_path_buf(),
             manifest: self.manifest,
             seeded: self.still.volumes,
+            moving: self.moving,
             gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
         })
     }
@@ -302,6 +325,7 @@ fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared
         ("formulation", numerics.formulation.name()),
         ("motion", numerics.motion.name()),
         ("stabilisation", numerics.stabilisation.name()),
+        ("seeding", numerics.seeding.name()),
         ("kernel", numerics.kernel.name()),
         ("integrator", numerics.integrator.name()),
         ("bed", numerics.bed.name()),

@@ -5,7 +5,30 @@ use std::path::PathBuf;
 
 use super::progress::clock_time;
 use crate::output::{Gauge, GaugeResult, RunManifest};
-use crate::seeding::SeededVolume;
+use crate::seeding::{FluidSeed, SeededVolume};
+
+/// The moving particles at the start, in short.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovingAtStart {
+    /// How many there are.
+    pub count: usize,
+    /// The volume of all together (m³).
+    pub volume_m3: f64,
+    /// The volumes of the smallest and of the largest one (m³).
+    pub range_m3: (f64, f64),
+}
+
+impl MovingAtStart {
+    /// None where nothing moves.
+    pub(super) fn of(seeds: &[FluidSeed]) -> Option<Self> {
+        let volumes = || seeds.iter().map(|seed| seed.volume);
+        (!seeds.is_empty()).then(|| MovingAtStart {
+            count: seeds.len(),
+            volume_m3: volumes().sum(),
+            range_m3: (volumes().fold(f64::INFINITY, f64::min), volumes().fold(0.0, f64::max)),
+        })
+    }
+}
 
 /// The result of a run in short; its text is meant for people.
 #[derive(Clone, Debug)]
@@ -16,6 +39,8 @@ pub struct RunSummary {
     pub manifest: RunManifest,
     /// Volumes of the bodies of still water.
     pub seeded: Vec<SeededVolume>,
+    /// The moving particles at the start, where there are any.
+    pub moving: Option<MovingAtStart>,
     /// The gauges and what they saw.
     pub gauges: Vec<(Gauge, GaugeResult)>,
 }
@@ -31,6 +56,17 @@ impl fmt::Display for RunSummary {
                 volume.cells,
                 volume.integral_m3,
                 100.0 * volume.relative_error()
+            )?;
+            write_shore(f, volume)?;
+        }
+        if let Some(moving) = &self.moving {
+            let integral: f64 = self.seeded.iter().map(|volume| volume.integral_m3).sum();
+            let off = if integral > 0.0 { 100.0 * (moving.volume_m3 / integral - 1.0).abs() } else { 0.0 };
+            let (least, greatest) = moving.range_m3;
+            writeln!(
+                f,
+                "moving particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
+                moving.count, moving.volume_m3
             )?;
         }
         writeln!(
@@ -66,5 +102,54 @@ impl fmt::Display for RunSummary {
             )?;
         }
         writeln!(f, "results in {}", self.folder.display())
+    }
+}
+
+/// What was done to the bed and to cells so that a body of water is level and holds its volume; nothing where nothing was.
+fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result {
+    let mut parts = Vec::new();
+    if water.shore_cells > 0 {
+        let change = water.largest_bed_change_at_shore;
+        parts.push(format!("bed set in {} cells at the shore, by {change:.2} m at most", water.shore_cells));
+    }
+    if water.largest_bed_change_under_water > 0.0 {
+        parts.push(format!("under water by {:.2} m at most", water.largest_bed_change_under_water));
+    }
+    if water.pocket_cells > 0 {
+        parts.push(format!("{} cells filled beside the polygon, where the lake ends", water.pocket_cells));
+    }
+    if water.toggled > 0 {
+        parts.push(format!("{} cells at the open rim taken in or left out", water.toggled));
+    }
+    if parts.is_empty() { Ok(()) } else { writeln!(f, "  to hold its volume: {}", parts.join("; ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shore_takes_one_line_or_none() {
+        struct Shown(SeededVolume);
+        impl fmt::Display for Shown {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write_shore(f, &self.0)
+            }
+        }
+        let mut water = SeededVolume::default();
+        assert_eq!(Shown(water.clone()).to_string(), "");
+        water.toggled = 3;
+        assert_eq!(
+            Shown(water.clone()).to_string(),
+            "  to hold its volume: 3 cells at the open rim taken in or left out\n"
+        );
+        water = SeededVolume { shore_cells: 12, largest_bed_change_at_shore: 0.456, pocket_cells: 1, ..water };
+        water.largest_bed_change_under_water = 0.3;
+        let text = Shown(water).to_string();
+        assert!(
+            text.contains("bed set in 12 cells at the shore, by 0.46 m at most; under water by 0.30 m at most"),
+            "{text}"
+        );
+        assert_eq!(text.lines().count(), 1);
     }
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use super::model::{PointInterpolation, Side, Sourced};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
@@ -73,6 +73,7 @@ method_choices! {
     Formulation: "a formulation",
     Motion: "a motion",
     Stabilisation: "a stabilisation",
+    Seeding: "a way of seeding",
     Kernel: "a kernel",
     Integrator: "an integrator",
     BedMethod: "a method for the bed",

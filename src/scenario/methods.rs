@@ -63,6 +63,15 @@ family! {
 }
 
 family! {
+    /// How moving particles are placed in still water at the start.
+    Seeding {
+        #[default]
+        Lattice = "lattice": "one particle at the centre of each wet cell, with the volume of its water",
+        EqualVolume = "equal_volume": "particles of one volume, the mean of the wet cells; closer together where the water is deep",
+    }
+}
+
+family! {
     /// The smoothing kernel.
     Kernel {
         #[default]

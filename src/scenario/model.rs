@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -110,8 +110,8 @@ pub enum Side {
 /// What to write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outputs {
-    /// Run folder, unless `--out` says otherwise.
-    pub folder: PathBuf,
+    /// Run folder, unless `--out` says otherwise; its key is empty where the scenario names none.
+    pub folder: Sourced<PathBuf>,
     /// Edge of a cell of the output grids (m).
     pub cell: f64,
     /// Interval of the frames of `fields.nc` (s).
@@ -137,6 +137,8 @@ pub struct Numerics {
     pub motion: Motion,
     /// Stabilisation.
     pub stabilisation: Stabilisation,
+    /// Seeding of moving particles.
+    pub seeding: Seeding,
     /// Kernel.
     pub kernel: Kernel,
     /// Integrator.

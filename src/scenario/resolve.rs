@@ -8,8 +8,8 @@ use super::defaults::{
     DRY_DEPTH, FRAMES, GRAVITY, MAX_PARTICLES, MEMORY_SHARE, RISE_ON_WET, THRESHOLDS, default_isochrones,
     machine_memory, sensible_interval,
 };
-use super::fields::VectorFile;
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::fields::{Text, VectorFile};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use super::model::{
     CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
     TerrainLayer,
@@ -246,8 +246,8 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
     };
     Outputs {
         folder: match section.folder {
-            Some(folder) => folder_of(file).join(folder.0.value),
-            None => Path::new("runs").join(name),
+            Some(Text(Sourced { value, key, place })) => Sourced { value: folder_of(file).join(value), key, place },
+            None => Sourced { value: Path::new("runs").join(name), key: String::new(), place: None },
         },
         cell: section.cell.map_or(resolution, |cell| cell.value()),
         every,
@@ -277,6 +277,7 @@ fn methods_of(section: Option<&NumericsSection>) -> Numerics {
         formulation,
         motion,
         stabilisation: section.and_then(|s| s.stabilisation.as_ref()).map_or(usual_pairs, |chosen| chosen.0.value),
+        seeding: section.and_then(|s| s.seeding.as_ref()).map_or(Seeding::default(), |chosen| chosen.0.value),
         kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
         integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
         bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),
@@ -354,7 +355,7 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         let text = TEN_LINES.replace("outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}\n", "");
         let scenario = loaded(&text, &[]).unwrap().scenario;
         let outputs = &scenario.outputs;
-        assert_eq!(outputs.folder, Path::new("runs/malpasset"));
+        assert_eq!(outputs.folder.value, Path::new("runs/malpasset"));
         assert!(exact(outputs.cell, 20.0) && exact(outputs.every, 120.0) && exact(outputs.gauges_every, 12.0));
         assert_eq!(outputs.thresholds, [0.01, 0.10, 0.30]);
         assert_eq!(outputs.isochrones, [300.0, 600.0, 900.0, 1800.0, 2700.0, 3600.0]);
@@ -405,6 +406,42 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
             (11, "method-combination", "numerics.motion"),
         ];
         assert_eq!(found, expected.map(|(line, code, key)| (line, code, key.to_owned())));
+    }
+
+    #[test]
+    fn exactly_the_combinations_that_a_core_has_are_accepted() {
+        let mut accepted = Vec::new();
+        for formulation in Formulation::ALL {
+            for motion in Motion::ALL {
+                for stabilisation in Stabilisation::ALL {
+                    for (integrator, seeding) in
+                        Integrator::ALL.iter().flat_map(|integrator| Seeding::ALL.iter().map(move |s| (integrator, s)))
+                    {
+                        let names = [formulation.name(), motion.name(), stabilisation.name(), integrator.name()];
+                        let text = format!(
+                            "numerics={{formulation: {}, motion: {}, stabilisation: {}, integrator: {}, seeding: {}}}",
+                            names[0],
+                            names[1],
+                            names[2],
+                            names[3],
+                            seeding.name()
+                        );
+                        let Ok(Loaded { scenario, .. }) = loaded(TEN_LINES, &[&text]) else { continue };
+                        let numerics = scenario.numerics;
+                        assert_eq!((numerics.formulation, numerics.motion), (*formulation, *motion));
+                        assert_eq!((numerics.integrator, numerics.seeding), (*integrator, *seeding));
+                        assert_eq!(numerics.stabilisation, *stabilisation);
+                        accepted.push((*formulation, *motion));
+                    }
+                }
+            }
+        }
+        let count = |formulation, motion| accepted.iter().filter(|pair| **pair == (formulation, motion)).count();
+        // Resting particles have one of each; moving ones two integrators and two fillings, and variational ones two ways for pairs.
+        assert_eq!(count(Formulation::Balanced, Motion::Eulerian), 1);
+        assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 4);
+        assert_eq!(count(Formulation::Variational, Motion::Eulerian), 0);
+        assert_eq!(count(Formulation::Variational, Motion::Lagrangian), 8);
     }
 
     #[test]

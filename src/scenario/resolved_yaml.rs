@@ -78,7 +78,7 @@ impl Scenario {
             writeln!(text, "  reference: {}", quoted(reference))?;
         }
         let outputs = &self.outputs;
-        writeln!(text, "outputs:\n  folder: {}\n  cell: {} m", quoted_path(&outputs.folder), outputs.cell)?;
+        writeln!(text, "outputs:\n  folder: {}\n  cell: {} m", quoted_path(&outputs.folder.value), outputs.cell)?;
         writeln!(text, "  every: {} s\n  gauges_every: {} s", outputs.every, outputs.gauges_every)?;
         if let Some(gauges) = &outputs.gauges {
             writeln!(text, "  gauges: {}", quoted_vector(gauges))?;
@@ -93,6 +93,7 @@ impl Scenario {
         let numerics = &self.numerics;
         writeln!(text, "numerics:\n  formulation: {}", numerics.formulation.name())?;
         writeln!(text, "  motion: {}\n  stabilisation: {}", numerics.motion.name(), numerics.stabilisation.name())?;
+        writeln!(text, "  seeding: {}", numerics.seeding.name())?;
         writeln!(text, "  kernel: {}\n  integrator: {}", numerics.kernel.name(), numerics.integrator.name())?;
         writeln!(text, "  bed: {}\n  cfl: {}", numerics.bed.name(), numerics.cfl)?;
         writeln!(text, "  gravity: {} m/s2\n  dry_depth: {} m", numerics.gravity, numerics.dry_depth)?;
@@ -147,6 +148,7 @@ mod tests {
         plain.file = "".into();
         plain.crs.place = None;
         plain.resolution.place = None;
+        plain.outputs.folder.place = None;
         for layer in &mut plain.layers {
             layer.place = None;
         }
@@ -170,7 +172,9 @@ mod tests {
         let written = first.to_yaml();
         let second = resolve(&written, Path::new("/elsewhere/scenario.resolved.yaml"), &[]).unwrap().scenario;
         let (mut expected, mut found) = (without_places(&first), without_places(&second));
-        expected.outputs.folder = std::path::absolute(&expected.outputs.folder).unwrap();
+        expected.outputs.folder.value = std::path::absolute(&expected.outputs.folder.value).unwrap();
+        // What the first leaves to the default the second says.
+        expected.outputs.folder.key = "outputs.folder".to_owned();
         // The short form of the terrain has another key path.
         for (a, b) in expected.layers.iter_mut().zip(&mut found.layers) {
             a.key.clone_from(&b.key);
@@ -215,7 +219,7 @@ outputs:
   gauges_every: 333 ms
   arrival: {thresholds: [0.3 m, 1 ft], rise_on_wet: 1 mm}
   isochrones: []
-numerics: {formulation: variational, bed: shepard, cfl: 0.123456789, gravity: 3.71, dry_depth: 0.1 mm}
+numerics: {formulation: variational, seeding: equal_volume, bed: shepard, cfl: 0.123456789, gravity: 3.71, dry_depth: 0.1 mm}
 limits: {memory: 1.5 GiB, particles: 1e6}
 "#,
         );

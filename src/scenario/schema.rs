@@ -7,16 +7,17 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::choices::{Chosen, ElevationUnit, OpenType};
+use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
     Count, Courant, DateTime, Duration, EndTime, FormatVersion, Gravity, InputFile, Length, Level, Manning, Memory,
     Offset, Quantity, Text, VectorFile,
 };
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::tree::{Node, Value};
 use super::units::LENGTH;
+use crate::error::{Problem, ProblemKind};
 
 section! {
     /// A flood scenario.
@@ -272,6 +273,8 @@ section! {
         motion: Option<Chosen<Motion>>,
         /// Treatment of a pair of particles; riemann when absent, artificial_viscosity for the variational formulation.
         stabilisation: Option<Chosen<Stabilisation>>,
+        /// Places of moving particles at the start; lattice when absent.
+        seeding: Option<Chosen<Seeding>>,
         /// Smoothing kernel; cubic_spline when absent.
         kernel: Option<Chosen<Kernel>>,
         /// Time integration; heun for resting, leapfrog for moving particles when absent.
@@ -287,39 +290,67 @@ section! {
     }
 }
 
-/// Refuses combinations of methods that do not exist.
+/// A method as the scenario means it: the one written, or the usual one. None where the written name is unknown, which is
+/// reported elsewhere and must not draw further problems after it.
+fn meant<T: Choice>(node: &Node, key: &str, usual: T) -> Option<T> {
+    match node.get(key).map(|value| &value.value) {
+        None | Some(Value::Empty) => Some(usual),
+        Some(Value::Text(text)) => T::choices().into_iter().find(|(name, _)| name == text).map(|(_, method)| method),
+        Some(_) => None,
+    }
+}
+
+/// Refuses combinations of methods that do not exist: no core ignores what the scenario says.
 fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
-    let is = |key: &str, name: &str| node.get(key).is_some_and(|value| value.value == Value::Text(name.to_owned()));
-    let is_variational = is("formulation", Formulation::Variational.name());
-    if is_variational && is("motion", Motion::Eulerian.name()) {
-        reader.error(
-            node.get("motion")?,
-            "method-combination",
-            "the variational formulation has no resting particles: its density is summed over particles that move",
+    let formulation = meant(node, "formulation", Formulation::default())?;
+    let is_variational = formulation == Formulation::Variational;
+    let motion = meant(node, "motion", if is_variational { Motion::Lagrangian } else { Motion::default() });
+    let mut is_fit = true;
+    let mut refuse = |key: &str, message: &str, cause: &str, remedy: &str| {
+        if let Some(value) = node.get(key) {
+            let problem = Problem::error(ProblemKind::Scenario, "method-combination", value.key.clone(), message);
+            reader.report(value, problem.with_cause(cause).with_remedy(remedy));
+            is_fit = false;
+        }
+    };
+    if is_variational && motion == Some(Motion::Eulerian) {
+        refuse(
+            "motion",
+            "the variational formulation has no resting particles",
+            "its depth is summed over particles that move",
             "write `motion: lagrangian`, or take `formulation: balanced`",
         );
-        return None;
     }
-    if !is_variational && is("stabilisation", Stabilisation::ArtificialViscosity.name()) {
-        reader.error(
-            node.get("stabilisation")?,
-            "method-combination",
-            "the balanced formulation has no artificial viscosity: its pairs are Riemann problems",
+    if !is_variational
+        && meant(node, "stabilisation", Stabilisation::Riemann) == Some(Stabilisation::ArtificialViscosity)
+    {
+        refuse(
+            "stabilisation",
+            "the balanced formulation has no artificial viscosity",
+            "its pairs are Riemann problems",
             "write `stabilisation: riemann`, or take `formulation: variational`",
         );
-        return None;
     }
-    let is_moving = is_variational || is("motion", Motion::Lagrangian.name());
-    if !is_moving && is("integrator", Integrator::Leapfrog.name()) {
-        reader.error(
-            node.get("integrator")?,
-            "method-combination",
-            "resting particles have no leapfrog: their faces are upwinded, which it makes unstable",
+    if is_variational || motion != Some(Motion::Eulerian) {
+        return is_fit.then_some(());
+    }
+    if meant(node, "integrator", Integrator::Heun) == Some(Integrator::Leapfrog) {
+        refuse(
+            "integrator",
+            "resting particles have no leapfrog",
+            "their faces are upwinded, which leapfrog makes unstable",
             "write `integrator: heun`, or take `motion: lagrangian`",
         );
-        return None;
     }
-    Some(())
+    if meant(node, "seeding", Seeding::Lattice) == Some(Seeding::EqualVolume) {
+        refuse(
+            "seeding",
+            "resting particles have no equal-volume filling",
+            "each takes up one cell, and is as deep as the water there",
+            "write `seeding: lattice`, or take `motion: lagrangian`",
+        );
+    }
+    is_fit.then_some(())
 }
 
 section! {

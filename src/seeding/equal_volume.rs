@@ -11,7 +11,7 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
-use super::{FluidSeed, StillBody, StillWater};
+use super::{FluidSeed, StillWater};
 use crate::bed::BedParticles;
 use crate::math::Vec2;
 
@@ -21,6 +21,9 @@ const SAMPLES_PER_EDGE: f64 = 3.0;
 const FEWEST_SAMPLES_PER_CELL_EDGE: usize = 2;
 /// Sweeps of relaxation: the distances hardly change after that.
 const SWEEPS: usize = 12;
+
+/// A place is as deep as this share of the mean of its own samples, at least.
+const LEAST_SHARE_OF_MEAN: f64 = 0.7;
 
 /// A piece of the water, smaller than a particle.
 #[derive(Clone, Copy)]
@@ -37,22 +40,34 @@ struct Wet<'a> {
     still: &'a StillWater,
 }
 
-/// The particles of equal-volume filling, body after body.
+/// The volume (m³) of a particle for which there are as many particles as wet cells: the mean over the cells of all bodies.
+///
+/// ```text
+/// V = Σ d Δ² / N
+/// ```
+///
+/// 0 where there is no water.
+pub fn mean_cell_volume(still: &StillWater) -> f64 {
+    let cells: usize = still.volumes.iter().map(|volume| volume.cells).sum();
+    still.volumes.iter().map(|volume| volume.seeded_m3).sum::<f64>() / cells.max(1) as f64
+}
+
+/// The particles of equal-volume filling, body after body; `levels` (m) are those of the bodies.
 ///
 /// `particle_volume` (m³, above 0): the volume aimed at; that of a body's particles is its volume over the nearest whole number
 /// of particles, so that their sum meets the integral exactly.
 pub fn equal_volume_filling(
-    bodies: &[StillBody],
+    levels: &[f64],
     bed: &BedParticles,
     still: &StillWater,
     particle_volume: f64,
 ) -> Vec<FluidSeed> {
     debug_assert!(particle_volume > 0.0);
     let mut seeds = Vec::new();
-    for (number, (body, books)) in bodies.iter().zip(&still.volumes).enumerate() {
+    for (number, (&level, books)) in levels.iter().zip(&still.volumes).enumerate() {
         let count = (books.integral_m3 / particle_volume).round().max(1.0);
         let volume = books.integral_m3 / count;
-        let wet = Wet { number: number as u32, level: body.level, bed, still };
+        let wet = Wet { number: number as u32, level, bed, still };
         let samples = wet.samples(volume);
         if samples.is_empty() {
             continue;
@@ -61,10 +76,8 @@ pub fn equal_volume_filling(
         for _ in 0..SWEEPS {
             places = relax(&samples, places);
         }
-        seeds.extend(places.into_iter().map(|place| {
-            let (position, depth) = wet.nearest_water(&samples, place);
-            FluidSeed { position, volume, depth }
-        }));
+        let wet_places = wet.off_the_shallows(&samples, places);
+        seeds.extend(wet_places.into_iter().map(|(position, depth)| FluidSeed { position, volume, depth }));
     }
     seeds
 }
@@ -103,15 +116,26 @@ impl Wet<'_> {
         samples.into_iter().map(|(_, sample)| sample).collect()
     }
 
-    /// A place and its depth, moved to the nearest sample where the place itself is dry: the centroid of the water around an
-    /// island may lie on the island.
-    fn nearest_water(&self, samples: &[Sample], place: Vec2) -> (Vec2, f64) {
-        if let Some(depth) = self.depth_at(place) {
-            return (place, depth);
+    /// The places and their depths. A place much shallower than the water of its own samples is moved to the nearest of them
+    /// that is deep enough: the centroid of the water around an island may lie on the island, or on its beach, where
+    /// the volume of a particle would stand for an area V/d without bounds.
+    fn off_the_shallows(&self, samples: &[Sample], places: Vec<Vec2>) -> Vec<(Vec2, f64)> {
+        let mut own = vec![Vec::new(); places.len()];
+        for (sample, particle) in samples.iter().zip(assign(samples, &places).unwrap_or_default()) {
+            own[particle].push(*sample);
         }
-        let distance = |sample: &Sample| (sample.position - place).norm_squared();
-        let nearest = samples.iter().fold(samples[0], |a, &b| if distance(&b) < distance(&a) { b } else { a });
-        (nearest.position, nearest.depth)
+        let settle = |(place, own): (Vec2, Vec<Sample>)| {
+            let own = if own.is_empty() { samples } else { &own };
+            let mean = own.iter().map(|sample| sample.depth).sum::<f64>() / own.len() as f64;
+            if let Some(depth) = self.depth_at(place).filter(|&depth| depth >= LEAST_SHARE_OF_MEAN * mean) {
+                return (place, depth);
+            }
+            let distance = |sample: &&Sample| (sample.position - place).norm_squared();
+            let deep = own.iter().filter(|sample| sample.depth >= LEAST_SHARE_OF_MEAN * mean);
+            let nearest = deep.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(&samples[0]);
+            (nearest.position, nearest.depth)
+        };
+        places.into_par_iter().zip(own).map(settle).collect()
     }
 }
 
@@ -136,17 +160,19 @@ fn along_curve(samples: &[Sample], count: usize) -> Vec<Vec2> {
     moments.into_iter().map(|(share, moment)| moment / share).collect()
 }
 
+/// The particle nearest to each sample; none where a place is no number, which the tree refuses.
+fn assign(samples: &[Sample], places: &[Vec2]) -> Option<Vec<usize>> {
+    let corners: Vec<[f64; 2]> = places.iter().map(|place| [place.x, place.y]).collect();
+    let tree = ImmutableKdTree::<f64, 2>::new_from_slice(&corners).ok()?;
+    let nearest = |Sample { position, .. }: &Sample| {
+        tree.query(&[position.x, position.y]).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize
+    };
+    Some(samples.par_iter().map(nearest).collect())
+}
+
 /// One sweep of Lloyd's relaxation. A particle without samples stays where it is.
 fn relax(samples: &[Sample], places: Vec<Vec2>) -> Vec<Vec2> {
-    let corners: Vec<[f64; 2]> = places.iter().map(|place| [place.x, place.y]).collect();
-    // The tree refuses only not-a-number; the places would then be left alone and found out by the caller.
-    let Ok(tree) = ImmutableKdTree::<f64, 2>::new_from_slice(&corners) else { return places };
-    let nearest: Vec<usize> = samples
-        .par_iter()
-        .map(|Sample { position, .. }| {
-            tree.query(&[position.x, position.y]).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize
-        })
-        .collect();
+    let Some(nearest) = assign(samples, &places) else { return places };
     let mut moments = vec![(0.0, Vec2::ZERO); places.len()];
     for (sample, &particle) in samples.iter().zip(&nearest) {
         let weight = sample.depth * sample.depth;

@@ -9,7 +9,7 @@ mod shore;
 mod still_water;
 
 pub use crate::particles::FluidSeed;
-pub use equal_volume::equal_volume_filling;
+pub use equal_volume::{equal_volume_filling, mean_cell_volume};
 pub use lattice::lattice_filling;
 pub use leaks::Leak;
 pub use still_water::{SeededVolume, StillWater, VOLUME_TOLERANCE, fill_still_water};

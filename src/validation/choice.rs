@@ -10,8 +10,8 @@ use crate::scenario::{Numerics, resolve};
 
 /// The family by which runs are told apart unless the user says otherwise.
 const MOTION: &str = "motion";
-/// A key of `numerics:` that belongs to the cases.
-const FIXED: &str = "gravity";
+/// Keys of `numerics:` that belong to the cases: each brings its bed and its particles.
+const FIXED: [&str; 3] = ["gravity", "bed", "seeding"];
 
 /// A family and the members that are to be tried.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ impl Choice {
     /// # Errors
     /// `Error::Problems` as for a scenario, `Error::Usage` for an unknown family.
     pub fn new(given: &[(&str, &str)]) -> Result<Choice, Error> {
-        if let Some((family, _)) = given.iter().find(|(family, _)| *family == FIXED) {
+        if let Some((family, _)) = given.iter().find(|(family, _)| FIXED.contains(family)) {
             return Err(Error::Usage(format!("`{family}` is given by the cases")));
         }
         let numerics = numerics(given)?;

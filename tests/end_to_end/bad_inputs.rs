@@ -455,7 +455,7 @@ fn a_file_in_the_place_of_the_output_folder_is_refused() {
     scene.write("out", "a file");
     scene.assert_output_refused(
         "out",
-        &["error[output-folder-unwritable] outputs.folder", "out cannot be written", "it is a file", "--out"],
+        &["error[output-folder-unwritable] --out\n", "out cannot be written", "it is a file", "--out"],
     );
     scene.assert_output_refused("out/deeper", &["out/deeper cannot be written", "out is a file", "remedy"]);
 }
@@ -463,7 +463,7 @@ fn a_file_in_the_place_of_the_output_folder_is_refused() {
 #[test]
 fn an_output_folder_that_may_not_be_written_is_refused() {
     let scene = Scene::sound();
-    let expected = ["error[output-folder-unwritable] outputs.folder", "cause", "remedy  choose a folder with --out"];
+    let expected = ["error[output-folder-unwritable] --out\n", "cause", "remedy  choose a folder with --out"];
     if Path::new("/proc/self").exists() {
         // Nobody makes folders here, not even root.
         scene.assert_output_refused("/proc/floodsim", &expected);
@@ -492,11 +492,37 @@ fn an_output_folder_with_files_is_left_alone_without_overwrite() {
     scene.write("out/thesis.txt", "years of work");
     scene.assert_output_refused(
         "out",
-        &["error[output-folder-not-empty] outputs.folder", "out already holds files", "cause", "add --overwrite"],
+        &["error[output-folder-not-empty] --out\n", "out already holds files", "cause", "add --overwrite"],
     );
     let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "out", "--overwrite"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert_eq!(std::fs::read_to_string(scene.path("out/thesis.txt")).unwrap(), "years of work");
+}
+
+#[test]
+fn a_bad_output_folder_is_located_where_it_was_written() {
+    let scene = Scene::sound();
+    let scenario = std::fs::read_to_string(scene.path("s.yaml")).unwrap();
+    assert!(scenario.contains("outputs: {"), "{scenario}");
+    for taken in ["taken", "runs/s"] {
+        std::fs::create_dir_all(scene.path(taken)).unwrap();
+        scene.write(&format!("{taken}/thesis.txt"), "years of work");
+    }
+    scene.write("file", "");
+    let line = 1 + scenario.lines().position(|line| line.starts_with("outputs: {")).unwrap();
+    for (folder, code) in [("taken", "output-folder-not-empty"), ("file", "output-folder-unwritable")] {
+        scene.write("s.yaml", &scenario.replace("outputs: {", &format!("outputs: {{folder: {folder}, ")));
+        let located = format!("error[{code}] outputs.folder (s.yaml:{line}:19)");
+        assert_refusal(&floodsim(scene.folder.path(), &["s.yaml"]), 8, &[&located, "cause", "remedy"]);
+        // The command line wins, and is named then.
+        let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "taken"]);
+        assert_refusal(&run, 8, &["error[output-folder-not-empty] --out\n"]);
+    }
+    scene.write("s.yaml", &scenario);
+    let set = floodsim(scene.folder.path(), &["s.yaml", "--set", "outputs.folder=file"]);
+    assert_refusal(&set, 8, &["error[output-folder-unwritable] --set outputs.folder\n", "it is a file"]);
+    let unnamed = floodsim(scene.folder.path(), &["s.yaml"]);
+    assert_refusal(&unnamed, 8, &["error[output-folder-not-empty] outputs.folder, by default\n", "runs/s already"]);
 }
 
 #[test]
@@ -520,6 +546,6 @@ fn problems_of_data_and_output_folder_come_together() {
     assert_refusal(
         &run,
         4,
-        &["error[missing-file]", "error[self-crossing]", "error[output-folder-unwritable] outputs.folder"],
+        &["error[missing-file]", "error[self-crossing]", "error[output-folder-unwritable] --out\n"],
     );
 }

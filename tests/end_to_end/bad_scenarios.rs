@@ -222,10 +222,48 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     );
     assert_change_refused(
         "title: Test",
+        &numerics("motion: lagrangian, stabilisation: artificial_viscosity"),
+        &["error[method-combination] numerics.stabilisation (s.yaml:2:47)", "cause   its pairs are Riemann problems"],
+    );
+    assert_change_refused(
+        "title: Test",
+        &numerics("integrator: leapfrog"),
+        &["error[method-combination] numerics.integrator (s.yaml:2:24)", "have no leapfrog", "cause", "remedy"],
+    );
+    assert_change_refused(
+        "title: Test",
+        &numerics("seeding: equal_volume"),
+        &[
+            "error[method-combination] numerics.seeding (s.yaml:2:21)",
+            "have no equal-volume filling",
+            "motion: lagrangian",
+        ],
+    );
+    assert_change_refused(
+        "title: Test",
         &numerics("motion: eulerain"),
         &["`eulerain` is not a motion", "did you mean `eulerian`?"],
     );
     assert_change_refused("title: Test", &numerics("kernel: wendland"), &["use one of cubic_spline"]);
+}
+
+#[test]
+fn combinations_of_methods_are_all_reported_at_once_and_wrong_names_draw_no_further_ones() {
+    assert_change_refused(
+        "title: Test",
+        "numerics: {stabilisation: artificial_viscosity, integrator: leapfrog, seeding: equal_volume}",
+        &["] numerics.stabilisation (", "] numerics.integrator (", "] numerics.seeding ("],
+    );
+    let folder = TempDir::new().unwrap();
+    for (name, other) in [("formulation", "variatonal"), ("motion", "lagrangain")] {
+        let methods = format!("numerics: {{{name}: {other}, stabilisation: riemann, seeding: equal_volume}}");
+        std::fs::write(folder.path().join("s.yaml"), GOOD.replace("title: Test", &methods)).unwrap();
+        let check = floodsim(folder.path(), &["check", "s.yaml"]).stdout;
+        assert!(check.contains("did you mean") && !check.contains("method-combination"), "{check}");
+    }
+    std::fs::write(folder.path().join("s.yaml"), GOOD).unwrap();
+    let by_hand = floodsim(folder.path(), &["check", "s.yaml", "--set", "numerics.seeding=equal_volume"]).stdout;
+    assert!(by_hand.contains("error[method-combination] numerics.seeding\n"), "{by_hand}");
 }
 
 #[test]

@@ -175,6 +175,104 @@ fn a_lake_at_rest_stays_at_rest() {
     assert!(speed < 1e-10, "{speed:e} m/s");
 }
 
+/// The first number after some words of a text.
+fn number_after(text: &str, words: &str) -> f64 {
+    let rest = text.split_once(words).unwrap_or_else(|| panic!("no `{words}` in {text}")).1;
+    rest.split_whitespace().next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn both_fillings_hold_the_integral_of_level_minus_terrain() {
+    let short_lake: &[&str] = &["--set", "time.end=1 s"];
+    for (name, short) in [("demo", &SHORT_DEMO[..]), ("lake_at_rest", short_lake)] {
+        let mut counts = Vec::new();
+        for seeding in ["lattice", "equal_volume"] {
+            let folder = TempDir::new().unwrap();
+            let method = format!("numerics={{motion: lagrangian, seeding: {seeding}}}");
+            let arguments = [short, &["--set", &method, "--set", "time.end=1 s"]].concat();
+            let summary = run(folder.path(), &shipped(name), &arguments).stdout;
+            let record = manifest(&folder.path().join("out"));
+            let initial = record["volume_m3"]["initial"].as_f64().unwrap();
+            assert!(number_after(&summary, "to hold its volume: bed set in ") > 0.0, "{summary}");
+            let integral = number_after(&summary, "integral of level minus terrain ");
+            // The summary prints seven digits.
+            assert!((initial / integral - 1.0).abs() < 1e-6, "{name}, {seeding}: {initial} m3 of {integral} m3");
+            assert_eq!(record["methods"]["seeding"], seeding);
+            let volumes = summary.split_once("moving particles: ").unwrap().1;
+            let (least, greatest) = (number_after(volumes, " with "), number_after(volumes, " to "));
+            assert!((seeding == "equal_volume") == (least.to_bits() == greatest.to_bits()), "{summary}");
+            counts.push(record["particles"]["initial"].as_i64().unwrap());
+            assert_eq!(counts.last(), Some(&(number_after(&summary, "moving particles: ") as i64)));
+        }
+        // One body: as many particles of one volume as there are wet cells.
+        assert_eq!(counts[0], counts[1], "{name}");
+    }
+}
+
+#[test]
+fn the_variational_formulation_runs_on_real_ground_through_the_whole_program() {
+    let folder = TempDir::new().unwrap();
+    let coarse = ["--set", "resolution=40 m", "--set", "outputs.cell=40 m", "--set", "time.end=6 min"];
+    run(folder.path(), &shipped("demo"), &[&coarse[..], &["--set", "numerics.formulation=variational"]].concat());
+    let out = folder.path().join("out");
+    assert_whole(&out);
+    let record = manifest(&out);
+    assert_eq!(record["methods"]["formulation"], "variational");
+    // A drop from the crest of the dam to the outlet, 120 m lower, ends at 49 m/s.
+    let speed = record["max_speed_m_s"].as_f64().unwrap();
+    assert!((5.0..49.0).contains(&speed), "{speed} m/s");
+    let maps = Netcdf::read(&out.join("maps.nc"));
+    let reached = maps.values("arrival_time").iter().filter(|time| **time > 0.0).count();
+    assert!(reached > 100, "{reached} cells were reached");
+}
+
+#[test]
+fn a_breakdown_of_the_numerics_is_said_with_time_place_quantity_and_limiter() {
+    let folder = TempDir::new().unwrap();
+    // Waves that cross a cell in 1e-15 s leave no step to take.
+    let arguments = ["run", &shipped("demo"), "--out", "out", "--quiet", "--set", "resolution=40 m"];
+    let absurd = ["--set", "numerics.gravity=1e30 m/s2"];
+    let answer = floodsim(folder.path(), &[&arguments[..], &absurd].concat());
+    assert_eq!((answer.code, answer.stdout.as_str()), (6, ""), "{}", answer.stderr);
+    let last = answer.stderr.lines().last().unwrap();
+    let parts = ["error: the run broke down at t = ", "step 1", "time step is ", " at 64", "limited by courant"];
+    for part in parts {
+        assert!(last.contains(part), "no `{part}` in: {last}");
+    }
+    let record = manifest(&folder.path().join("out"));
+    assert_eq!((&record["status"], &record["exit_code"]), (&"failed".into(), &6.into()));
+}
+
+#[test]
+fn no_core_ignores_a_setting_of_the_numerics() {
+    const VARIATIONAL: &str = "formulation: variational";
+    const MOVING: &str = "motion: lagrangian";
+    let settings = [
+        ("", vec!["bed: shepard", "cfl: 0.3", "gravity: 9 m/s2", "dry_depth: 2 m"]),
+        (MOVING, vec!["integrator: heun", "seeding: equal_volume"]),
+        (VARIATIONAL, vec!["integrator: heun", "seeding: equal_volume", "stabilisation: riemann"]),
+    ];
+    let general = settings[0].1.clone();
+    let mut seen: Vec<(String, u64)> = Vec::new();
+    for (core, own) in settings {
+        let changes = if core.is_empty() { own } else { [general.clone(), own].concat() };
+        for change in std::iter::once("").chain(changes) {
+            let folder = TempDir::new().unwrap();
+            let parts: Vec<&str> = [core, change].into_iter().filter(|part| !part.is_empty()).collect();
+            let methods = format!("numerics={{{}}}", parts.join(", "));
+            let coarse = ["--set", "resolution=40 m", "--set", "outputs.cell=40 m", "--set", "time.end=40 s"];
+            run(folder.path(), &shipped("demo"), &[&coarse[..], &["--set", &methods]].concat());
+            let maps = Netcdf::read(&folder.path().join("out/maps.nc"));
+            let sum = maps.values("max_speed").iter().filter(|speed| speed.is_finite()).sum::<f64>();
+            assert!(sum > 0.0, "{methods}: no water moves");
+            if let Some((other, _)) = seen.iter().find(|(_, bits)| *bits == sum.to_bits()) {
+                panic!("`{methods}` gives the same greatest speeds as `{other}`");
+            }
+            seen.push((methods, sum.to_bits()));
+        }
+    }
+}
+
 #[test]
 fn one_and_two_threads_give_equal_bytes() {
     // All in one folder, since the record of a run holds it.

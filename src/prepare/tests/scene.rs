@@ -7,7 +7,7 @@ use gdal::raster::{Buffer, GdalType};
 use tempfile::TempDir;
 
 use crate::math::Vec2;
-use crate::scenario::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Stabilisation};
+use crate::scenario::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use crate::scenario::*;
 
 /// A value with a key and no place.
@@ -35,7 +35,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         end_time: 10.0,
         reference_time: None,
         outputs: Outputs {
-            folder: PathBuf::from("out"),
+            folder: sourced("outputs.folder", PathBuf::from("out")),
             cell: resolution,
             every: 1.0,
             gauges_every: 1.0,
@@ -48,6 +48,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             formulation: Formulation::default(),
             motion: Motion::default(),
             stabilisation: Stabilisation::default(),
+            seeding: Seeding::default(),
             kernel: Kernel::default(),
             integrator: Integrator::default(),
             bed: BedMethod::default(),

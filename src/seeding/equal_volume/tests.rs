@@ -15,7 +15,7 @@ fn seeds(particle_volume: f64) -> (Vec<FluidSeed>, StillWater) {
     let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 20.0)];
     let still = fill_still_water(&bodies, &mut bed, &surface, &[]);
-    (equal_volume_filling(&bodies, &bed, &still, particle_volume), still)
+    (equal_volume_filling(&[20.0], &bed, &still, particle_volume), still)
 }
 
 #[test]
@@ -30,6 +30,13 @@ fn volumes_are_equal_and_meet_the_integral() {
 }
 
 #[test]
+fn as_many_particles_as_wet_cells() {
+    let (_, still) = seeds(250.0);
+    let (seeds, _) = seeds(mean_cell_volume(&still));
+    assert!(seeds.len().abs_diff(still.volumes[0].cells) <= 1, "{} of {}", seeds.len(), still.volumes[0].cells);
+}
+
+#[test]
 fn distance_of_particles_follows_the_depth() {
     let (seeds, _) = seeds(250.0);
     let distance_to_nearest = |seed: &FluidSeed| {
@@ -41,6 +48,17 @@ fn distance_of_particles_follows_the_depth() {
     // Between 1 (square) and 1.07 (hexagonal) on a perfect lattice of uniform depth; random places give a mean of 0.5.
     let (low, median, high) = (ratios[ratios.len() / 50], ratios[ratios.len() / 2], ratios[ratios.len() * 49 / 50]);
     assert!(low > 0.7 && (0.85..1.07).contains(&median) && high < 1.25, "{low} {median} {high}");
+}
+
+#[test]
+fn no_particle_stands_for_an_area_out_of_proportion() {
+    for particle_volume in [30.0, 250.0, 2000.0] {
+        let (seeds, still) = seeds(particle_volume);
+        let mut areas: Vec<f64> = seeds.iter().map(|seed| seed.volume / seed.depth).collect();
+        areas.sort_by(f64::total_cmp);
+        let (lake, largest) = (25.0 * still.volumes[0].cells as f64, areas[areas.len() - 1]);
+        assert!(areas.iter().sum::<f64>() < 1.2 * lake && largest < 0.05 * lake, "{largest} m² of {lake} m²");
+    }
 }
 
 #[test]

@@ -57,7 +57,7 @@ pub(crate) fn assert_consistent(bed: &BedParticles, still: &StillWater, bodies: 
                 assert!(depth > 0.0 && (depth + bed.elevation[cell] - level).abs() <= 1e-15 * level.abs().max(64.0));
                 seeded[number as usize] += depth * bed.lattice.cell_area();
             }
-            None => assert_eq!(depth, 0.0),
+            None => assert!(depth.abs() <= 0.0),
         }
     }
     for (seeded, books) in seeded.iter().zip(&still.volumes) {
@@ -99,7 +99,7 @@ fn square_oblique_to_the_lattice_is_met_within_a_tenth_of_a_percent() {
         assert!(books.is_within_tolerance(), "turned by {turn}: {books:?}");
         // On a flat bed all of the rim leaks: one gap around the whole square.
         assert_eq!(books.leaks.len(), 1);
-        assert_eq!(books.leaks[0].depth, 10.0);
+        assert_eq!(books.leaks[0].depth.to_bits(), 10.0_f64.to_bits());
         assert_consistent(&bed, &still, &square);
     }
 }
@@ -122,7 +122,7 @@ fn island_and_hole_stay_dry() {
     assert_consistent(&bed, &still, &bodies);
     let depth_at = |x, y| still.depth[bed.lattice.cell_at(bed.lattice.to_local(Vec2::new(x, y))).unwrap()];
     assert_eq!((depth_at(20.0, 10.0), depth_at(-25.0, -20.0)), (0.0, 0.0));
-    assert_eq!(depth_at(0.0, 50.0), 10.0);
+    assert_eq!(depth_at(0.0, 50.0).to_bits(), 10.0_f64.to_bits());
 }
 
 #[test]
@@ -245,7 +245,7 @@ fn rim_through_open_water_makes_no_sill() {
     for cell in 0..bed.lattice.len() {
         let centre = bed.lattice.to_map(bed.lattice.centre(cell));
         if centre.y < 4.0 && centre.x.abs() < 16.0 {
-            assert_eq!(bed.elevation[cell], valley(centre));
+            assert_eq!(bed.elevation[cell].to_bits(), valley(centre).to_bits());
         }
     }
 }

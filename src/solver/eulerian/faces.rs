@@ -153,10 +153,6 @@ fn pair(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
 }
 
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "two sides of a row of faces with their offsets; a struct would only rename them"
-)]
 fn row_faces<const DIRECTION: usize>(
     left: Side<'_>,
     left_from: usize,

@@ -106,9 +106,9 @@ impl ActiveSet {
             if row == 0 || row > rows {
                 return;
             }
-            for near in row.saturating_sub(RIM)..=(row + RIM).min(rows) {
+            for near in &wet[row.saturating_sub(RIM)..=(row + RIM).min(rows)] {
                 let widened = |run: &Run| (run.start.saturating_sub(RIM)).max(1)..(run.end + RIM).min(columns + 1);
-                work.extend(wet[near].iter().map(widened));
+                work.extend(near.iter().map(widened));
             }
             work.sort_unstable_by_key(|run| (run.start, run.end));
             join(work);

@@ -38,10 +38,13 @@ fn run(solver: &mut EulerianSolver, steps: usize) {
     }
 }
 
+/// Elevation (m) of the bed at a cell.
+type Bed = Box<dyn Fn(usize) -> f64>;
+
 #[test]
 fn a_lake_stays_at_rest_on_every_bed() {
     let grid = lattice(40, 40, 1.0);
-    let beds: [(&str, Box<dyn Fn(usize) -> f64>); 6] = [
+    let beds: [(&str, Bed); 6] = [
         ("bump", Box::new(move |i| 1.2 * (-0.02 * place_of(i).norm_squared()).exp())),
         ("vertical step", Box::new(|i| if i % 40 < 20 { 0.0 } else { 1.5 })),
         ("rough", Box::new(|i| 1.5 * noise(i))),

@@ -152,6 +152,6 @@ mod tests {
 
     #[test]
     fn without_roughness_nothing_is_lost() {
-        assert_eq!(kept_by_friction(1.0, 2.0, 1.0, 0.0), 1.0);
+        assert_eq!(kept_by_friction(1.0, 2.0, 1.0, 0.0).to_bits(), 1.0_f64.to_bits());
     }
 }

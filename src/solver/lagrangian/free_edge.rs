@@ -49,7 +49,7 @@ impl Balanced {
         let mut is_beside_wall = false;
         for image in near.of(k) {
             let other = &self.states[image.index as usize];
-            let place = near.transforms()[image.transform as usize].point(other.position);
+            let place = water.walls.isometries()[image.transform as usize].point(other.position);
             cover += other.area * self.kernel.value((place - ahead).norm(), other.inverse_h);
             farther_cover += other.area * self.kernel.value((place - farther).norm(), other.inverse_h);
             is_beside_wall |= image.transform != 0;
@@ -68,7 +68,7 @@ impl Balanced {
             .into_iter()
             .map(|share| water.bed_at(me.position + (farther - me.position) * share).elevation)
             .fold(f64::NEG_INFINITY, f64::max);
-        if bed_ahead >= me.surface || water.is_walled(me.position, farther) {
+        if bed_ahead >= me.surface || water.walls.is_walled(me.position, farther) {
             return 0.0;
         }
         let bed_here = water.bed_points[i].elevation;

@@ -8,70 +8,163 @@
 //! ```
 //!
 //! The mean slope of both kernels keeps strong contrasts of volume stable.
+//!
+//! The smoothing lengths of the next evaluation come out of the same pass:
+//!
+//! ```text
+//! h_i = κ a_i^(1/dim),   a_i = max(A_i, Σ w A_j / Σ w),   w = W(r / max(h_i, h_j)) / W(0)
+//! ```
+//!
+//! Without the smoothing of the areas a thin particle beside deep ones loses touch with its own kind, and bores over thin
+//! water blow up.
 
 use rayon::prelude::*;
 
-use super::{Balanced, Gradients, Local, Seen, State};
+use super::pairs::{BLOCK, LaneSum, Pairs, smaller};
+use super::{Balanced, Gradients, Local, State};
+use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChunkNeighbours, MovingWater, correction};
+use crate::physics::kernel::CubicSpline;
+use crate::solver::moving::{CHUNK, MovingWater, correction};
 
 impl Balanced {
-    /// Fills `gradients` and `locals`.
+    /// Fills `gradients`, `locals` and `lengths`.
     pub(super) fn find_gradients(&mut self, water: &MovingWater) {
         let particles = water.particles.len();
         let mut gradients = std::mem::take(&mut self.gradients);
         let mut locals = std::mem::take(&mut self.locals);
+        let mut lengths = std::mem::take(&mut self.lengths);
         gradients.resize(particles, Gradients::default());
         locals.resize(particles, Local::default());
+        lengths.resize(particles, 0.0);
         gradients
             .par_chunks_mut(CHUNK)
             .zip(locals.par_chunks_mut(CHUNK))
+            .zip(lengths.par_chunks_mut(CHUNK))
             .zip(water.neighbours.chunks())
             .enumerate()
-            .for_each(|(chunk, ((gradients, locals), near))| {
+            .for_each(|(chunk, (((gradients, locals), lengths), near))| {
+                let mut pairs = Pairs::new();
                 for k in 0..gradients.len() {
                     let i = chunk * CHUNK + k;
-                    (gradients[k], locals[k]) = self.gradients_of(i, k, near);
+                    let sums = sum_pairs(
+                        &mut pairs,
+                        &self.states[i],
+                        near.of(k),
+                        &self.states,
+                        water.walls.isometries(),
+                        &self.kernel,
+                    );
+                    (gradients[k], locals[k]) = self.finish(&self.states[i], &sums);
+                    lengths[k] = self.next_smoothing_length(&self.states[i], &sums);
                     self.find_free_edge(water, i, k, near, &mut locals[k]);
                 }
             });
         self.gradients = gradients;
         self.locals = locals;
+        self.lengths = lengths;
     }
 
-    fn gradients_of(&self, i: usize, k: usize, near: &ChunkNeighbours) -> (Gradients, Local) {
-        let me: &State = &self.states[i];
-        let mut moment = Sym2::default();
-        let mut sum = Gradients::default();
-        let mut closure = Vec2::ZERO;
-        let mut partition = me.area * self.kernel.value(0.0, me.inverse_h);
-        for &image in near.of(k) {
-            let seen = Seen::new(me, image, &self.states, near.transforms());
-            if seen.is_far(me) {
-                continue;
-            }
-            let (other, e) = (&seen.state, seen.e);
-            let face = seen.face(me, &self.kernel);
-            let stretch = face * seen.r;
-            moment.xx += stretch * e.x * e.x;
-            moment.xy += stretch * e.x * e.y;
-            moment.yy += stretch * e.y * e.y;
-            closure += e * face;
-            partition += other.area * self.kernel.value(seen.r, me.inverse_h);
-            sum.surface += e * (face * (other.surface - me.surface));
-            sum.depth += e * (face * (other.depth - me.depth));
-            sum.u += e * (face * (other.velocity.x - me.velocity.x));
-            sum.v += e * (face * (other.velocity.y - me.velocity.y));
-        }
+    fn finish(&self, me: &State, sums: &Sums) -> (Gradients, Local) {
+        let moment = Sym2 { xx: sums.moment_xx.total(), xy: sums.moment_xy.total(), yy: sums.moment_yy.total() };
+        let vector = |x: &LaneSum, y: &LaneSum| Vec2::new(x.total(), y.total());
         let correction = correction(moment);
         let gradients = Gradients {
-            surface: correction.apply(sum.surface),
-            depth: correction.apply(sum.depth),
-            u: correction.apply(sum.u),
-            v: correction.apply(sum.v),
+            surface: correction.apply(vector(&sums.surface_x, &sums.surface_y)),
+            depth: correction.apply(vector(&sums.depth_x, &sums.depth_y)),
+            u: correction.apply(vector(&sums.u_x, &sums.u_y)),
+            v: correction.apply(vector(&sums.v_x, &sums.v_y)),
         };
         // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
-        let openness = closure * (-2.0 * self.dimension.edge(me.area));
+        let openness = vector(&sums.closure_x, &sums.closure_y) * (-2.0 * self.dimension.edge(me.area));
+        let partition = me.area * self.kernel.value(0.0, me.inverse_h) + sums.partition.total();
         (gradients, Local { correction, openness, partition, edge: 0.0, push: Vec2::ZERO })
     }
+
+    fn next_smoothing_length(&self, me: &State, sums: &Sums) -> f64 {
+        let smoothed = (me.area + sums.weighted_area.total()) / (1.0 + sums.weights.total());
+        self.factor * self.dimension.edge(me.area.max(smoothed))
+    }
+}
+
+/// The sums over the pairs of one particle.
+#[derive(Default)]
+struct Sums {
+    moment_xx: LaneSum,
+    moment_xy: LaneSum,
+    moment_yy: LaneSum,
+    closure_x: LaneSum,
+    closure_y: LaneSum,
+    partition: LaneSum,
+    surface_x: LaneSum,
+    surface_y: LaneSum,
+    depth_x: LaneSum,
+    depth_y: LaneSum,
+    u_x: LaneSum,
+    u_y: LaneSum,
+    v_x: LaneSum,
+    v_y: LaneSum,
+    weights: LaneSum,
+    weighted_area: LaneSum,
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn sum_pairs(
+    pairs: &mut Pairs,
+    me: &State,
+    images: &[Image],
+    states: &[State],
+    isometries: &[Isometry],
+    kernel: &CubicSpline,
+) -> Sums {
+    let mut sums = Sums::default();
+    for images in images.chunks(BLOCK) {
+        pairs.gather_states(me, images, states, isometries);
+        pairs.measure(me.inverse_h, kernel);
+        let n = pairs.len();
+        let (r, weight) = (&pairs.r[..n], &pairs.weight[..n]);
+        let (e_x, e_y) = (&pairs.e_x[..n], &pairs.e_y[..n]);
+        let (area, inverse_h) = (&pairs.area[..n], &pairs.inverse_h[..n]);
+        let [a, b, c, d, ..] = &mut pairs.terms;
+        let (a, b, c, d) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n]);
+        for k in 0..n {
+            let stretch = weight[k] * r[k];
+            a[k] = stretch * e_x[k] * e_x[k];
+            b[k] = stretch * e_x[k] * e_y[k];
+            c[k] = stretch * e_y[k] * e_y[k];
+            d[k] = area[k] * kernel.value(r[k], me.inverse_h);
+        }
+        sums.moment_xx.add(a);
+        sums.moment_xy.add(b);
+        sums.moment_yy.add(c);
+        sums.partition.add(d);
+        for k in 0..n {
+            // The pairs that fill up have no area and must not count.
+            let is_real = if area[k] > 0.0 { 1.0 } else { 0.0 };
+            a[k] = is_real * CubicSpline::shape(r[k] * smaller(me.inverse_h, inverse_h[k]));
+            b[k] = a[k] * area[k];
+            c[k] = weight[k] * e_x[k];
+            d[k] = weight[k] * e_y[k];
+        }
+        sums.weights.add(a);
+        sums.weighted_area.add(b);
+        sums.closure_x.add(c);
+        sums.closure_y.add(d);
+        let differences = [
+            (&pairs.surface, me.surface, &mut sums.surface_x, &mut sums.surface_y),
+            (&pairs.depth, me.depth, &mut sums.depth_x, &mut sums.depth_y),
+            (&pairs.velocity_x, me.velocity.x, &mut sums.u_x, &mut sums.u_y),
+            (&pairs.velocity_y, me.velocity.y, &mut sums.v_x, &mut sums.v_y),
+        ];
+        for (values, mine, sum_x, sum_y) in differences {
+            let values = &values[..n];
+            for k in 0..n {
+                a[k] = c[k] * (values[k] - mine);
+                b[k] = d[k] * (values[k] - mine);
+            }
+            sum_x.add(a);
+            sum_y.add(b);
+        }
+    }
+    sums
 }

@@ -1,8 +1,8 @@
 //! The balanced formulation with particles that move with the water.
 //!
 //! Depth is carried; every force is a difference that vanishes for a level surface, so that a lake stays at rest on any bed
-//! and with any arrangement of particles. One evaluation has three passes over the neighbours:
-//! smoothing lengths from smoothed areas (here), gradients and the free edge (`gradients`), faces and rates (`rates`).
+//! and with any arrangement of particles. One evaluation has two passes over the neighbours: gradients, the free edge and the
+//! smoothing lengths of the next evaluation (`gradients`), faces and rates (`rates`).
 //!
 //! ```text
 //! dd/dt = −d div v,   dv/dt = −g ∇η,   η = d + z_b,   A = V/d
@@ -12,12 +12,12 @@
 
 mod free_edge;
 mod gradients;
+mod pairs;
 mod rates;
 
 use rayon::prelude::*;
 
 use super::moving::{CHUNK, Formulation, MovingSolver, MovingWater};
-use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
@@ -32,9 +32,6 @@ fn smoothing_factor(dimension: Dimension) -> f64 {
         Dimension::Two => 1.5,
     }
 }
-
-/// Neighbours are searched with this slack, and h grows by at most as much between two evaluations.
-const SLACK: f64 = 1.1;
 
 /// What other particles need to know of one: one cache line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -80,7 +77,6 @@ pub struct Balanced {
     kernel: CubicSpline,
     factor: f64,
     lengths: Vec<f64>,
-    areas: Vec<f64>,
     states: Vec<State>,
     gradients: Vec<Gradients>,
     locals: Vec<Local>,
@@ -108,54 +104,11 @@ impl LagrangianSolver {
             kernel: CubicSpline::new(dimension),
             factor: smoothing_factor(dimension),
             lengths: Vec::new(),
-            areas: Vec::new(),
             states: Vec::new(),
             gradients: Vec::new(),
             locals: Vec::new(),
         };
         Self::with_formulation(problem, seeds, balanced, integrator, dimension)
-    }
-}
-
-/// A neighbour as particle i sees it.
-#[derive(Clone, Copy)]
-struct Seen {
-    /// Distance (m).
-    r: f64,
-    /// Unit vector from i to the neighbour; zero where both coincide.
-    e: Vec2,
-    /// The same vector as the neighbour itself would measure it: turned back by its isometry.
-    own_e: Vec2,
-    state: State,
-}
-
-impl Seen {
-    #[inline(always)]
-    fn new(me: &State, image: Image, states: &[State], transforms: &[Isometry]) -> Self {
-        let mut state = states[image.index as usize];
-        if image.transform != 0 {
-            let isometry = &transforms[image.transform as usize];
-            state.position = isometry.point(state.position);
-            state.velocity = isometry.vector(state.velocity);
-        }
-        let offset = state.position - me.position;
-        let r = offset.norm();
-        let e = offset * (1.0 / r.max(f64::MIN_POSITIVE));
-        let own_e = if image.transform != 0 { transforms[image.transform as usize].inverse_vector(e) } else { e };
-        Seen { r, e, own_e, state }
-    }
-
-    /// Whether the neighbour lies outside both supports: the search finds some that do.
-    #[inline(always)]
-    fn is_far(&self, me: &State) -> bool {
-        self.r * me.inverse_h.min(self.state.inverse_h) >= CubicSpline::SUPPORT
-    }
-
-    /// A_j G_ij, the neighbour's area times the mean slope of both kernels (m^(−dim−1) · m^dim), 0 or more.
-    #[inline(always)]
-    fn face(&self, me: &State, kernel: &CubicSpline) -> f64 {
-        let slopes = kernel.slope(self.r, me.inverse_h) + kernel.slope(self.r, self.state.inverse_h);
-        -0.5 * self.state.area * slopes
     }
 }
 
@@ -176,50 +129,15 @@ impl Formulation for Balanced {
 
     fn evaluate(&mut self, water: &mut MovingWater) {
         water.sample_bed();
-        water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, SLACK, &water.walls);
-        self.choose_smoothing_lengths(water);
+        water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, 1.0, &water.walls);
         self.pack(water);
         self.find_gradients(water);
         self.find_rates(water);
+        water.particles.smoothing_length.copy_from_slice(&self.lengths);
     }
 }
 
 impl Balanced {
-    /// h_i = κ a_i^(1/dim) with the smoothed area a_i = max(A_i, Σ w A_j / Σ w), w = W(r / max(h_i, h_j)).
-    ///
-    /// Without the smoothing a thin particle beside deep ones loses touch with its own kind, and bores over thin water blow up.
-    fn choose_smoothing_lengths(&mut self, water: &mut MovingWater) {
-        let (particles, dimension, factor) = (&water.particles, water.dimension, self.factor);
-        self.lengths.resize(particles.len(), 0.0);
-        self.areas.clear();
-        self.areas.extend(particles.volume.iter().zip(&particles.depth).map(|(volume, depth)| volume / depth));
-        let areas = &self.areas;
-        self.lengths.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(
-            |(chunk, (lengths, near))| {
-                for (k, length) in lengths.iter_mut().enumerate() {
-                    let i = chunk * CHUNK + k;
-                    let area = areas[i];
-                    let (place, h_i) = (particles.position[i], particles.smoothing_length[i]);
-                    let (mut weights, mut weighted) = (1.0, area);
-                    for image in near.of(k) {
-                        let j = image.index as usize;
-                        let mut other = particles.position[j];
-                        if image.transform != 0 {
-                            other = near.transforms()[image.transform as usize].point(other);
-                        }
-                        let h = h_i.max(particles.smoothing_length[j]);
-                        let w = CubicSpline::shape((other - place).norm() / h);
-                        weights += w;
-                        weighted += w * areas[j];
-                    }
-                    let smoothed = area.max(weighted / weights);
-                    *length = (factor * dimension.edge(smoothed)).min(SLACK * h_i);
-                }
-            },
-        );
-        water.particles.smoothing_length.copy_from_slice(&self.lengths);
-    }
-
     /// Copies what neighbours need side by side.
     fn pack(&mut self, water: &MovingWater) {
         let particles = &water.particles;

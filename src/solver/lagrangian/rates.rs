@@ -30,13 +30,14 @@
 
 use rayon::prelude::*;
 
-use super::{Balanced, Gradients, Seen, State};
+use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, larger, smaller};
+use super::{Balanced, Gradients, Local, State};
+use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
-use crate::physics::flux::two_shock;
-use crate::physics::limiter::van_leer;
-use crate::solver::moving::{CHUNK, ChunkNeighbours, MovingWater, Rates, correction};
+use crate::physics::kernel::CubicSpline;
+use crate::solver::moving::{CHUNK, MovingWater, Rates, correction};
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
@@ -49,16 +50,22 @@ const FREE_FROUDE_SQUARED: f64 = 0.25;
 /// A face with less water (m) than this is dry.
 const DRY_FACE: f64 = 1e-9;
 
-/// What a pair face does to particle i.
-struct Face {
-    /// p* − g d_l²/2 + g d_i a_1 (m³/s²).
-    pressure: f64,
-    /// θ D3 + (1 − θ) D1, without the factor A_j G_ij (m/s); D1 in the first part wants e·L e.
-    divergence: f64,
-    /// d_l c_l / d_i (m/s): how hard the face resists a motion of i alone.
-    impedance: f64,
-    /// Whether the waters of both meet; not so where one stands above the other's surface.
-    is_contact: bool,
+/// The sums over the pair faces of one particle.
+#[derive(Default)]
+struct Sums {
+    /// Σ 2 A_j G_ij (L e) [p* − g d_l²/2 + g d_i a_1] (m³/s²·1/m).
+    force_x: LaneSum,
+    force_y: LaneSum,
+    /// Σ A_j G_ij [θ D3 + (1 − θ) D1] (1/s).
+    divergence: LaneSum,
+    /// Σ A_j G_ij (e·L e) d_l c_l / d_i (1/s): how hard the faces resist a motion of i alone.
+    stiffness: LaneSum,
+    /// M over the pairs whose waters meet; not so where one stands above the other's surface.
+    contact_xx: LaneSum,
+    contact_xy: LaneSum,
+    contact_yy: LaneSum,
+    /// max |u_j − u_i| (m/s).
+    approach: LaneMaximum,
 }
 
 impl Balanced {
@@ -68,41 +75,29 @@ impl Balanced {
         rates.resize(water.particles.len(), Rates::default());
         let water_ref = &*water;
         rates.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(|(chunk, (rates, near))| {
+            let mut pairs = Pairs::new();
             for (k, rates) in rates.iter_mut().enumerate() {
-                *rates = self.rates_of(water_ref, chunk * CHUNK + k, k, near);
+                *rates = self.rates_of(water_ref, chunk * CHUNK + k, near.of(k), &mut pairs);
             }
         });
         water.rates = rates;
     }
 
-    fn rates_of(&self, water: &MovingWater, i: usize, k: usize, near: &ChunkNeighbours) -> Rates {
+    fn rates_of(&self, water: &MovingWater, i: usize, images: &[Image], pairs: &mut Pairs) -> Rates {
         let gravity = water.gravity;
         let (me, mine, local) = (&self.states[i], &self.gradients[i], &self.locals[i]);
-        let mut force = Vec2::ZERO;
-        let mut divergence = mine.u.x + mine.v.y;
-        let mut approach = 0.0_f64;
-        let mut stiffness = 0.0;
-        let mut contact = Sym2::default();
-        for &image in near.of(k) {
-            let seen = Seen::new(me, image, &self.states, near.transforms());
-            if seen.is_far(me) {
-                continue;
-            }
-            let weight = seen.face(me, &self.kernel);
-            let corrected = local.correction.apply(seen.e);
-            let others = &self.gradients[image.index as usize];
-            let difference = (seen.state.velocity - me.velocity).dot(seen.e);
-            let e_l_e = corrected.dot(seen.e);
-            let face = pair_face(me, mine, &seen, others, difference, e_l_e, gravity);
-            stiffness += weight * e_l_e * face.impedance;
-            force += corrected * (2.0 * weight * face.pressure);
-            let stretch = if face.is_contact { weight * seen.r } else { 0.0 };
-            contact.xx += stretch * seen.e.x * seen.e.x;
-            contact.xy += stretch * seen.e.x * seen.e.y;
-            contact.yy += stretch * seen.e.y * seen.e.y;
-            divergence += weight * face.divergence;
-            approach = approach.max(difference.abs());
-        }
+        let around = Around {
+            states: &self.states,
+            gradients: &self.gradients,
+            isometries: water.walls.isometries(),
+            kernel: &self.kernel,
+            gravity,
+        };
+        let sums = sum_faces(pairs, me, mine, local, images, &around);
+        let force = Vec2::new(sums.force_x.total(), sums.force_y.total());
+        let approach = sums.approach.total();
+        let divergence = mine.u.x + mine.v.y + sums.divergence.total();
+        let contact = Sym2 { xx: sums.contact_xx.total(), xy: sums.contact_xy.total(), yy: sums.contact_yy.total() };
         let inside = 1.0 - local.edge;
         let relaxation = RELAXATION * me.depth * (local.partition - 1.0) * inside * approach * me.inverse_h;
         let unsupported = self.unsupported(water, i, contact);
@@ -114,8 +109,9 @@ impl Balanced {
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
             // and on steep ground, where d_l exceeds d_i, it is less.
-            reach: (1.0 / me.inverse_h)
-                .min(self.dimension.count() * celerity(me.depth, gravity) / stiffness.max(f64::MIN_POSITIVE)),
+            reach: (1.0 / me.inverse_h).min(
+                self.dimension.count() * celerity(me.depth, gravity) / sums.stiffness.total().max(f64::MIN_POSITIVE),
+            ),
         }
     }
 }
@@ -135,49 +131,138 @@ impl Balanced {
     }
 }
 
-/// Half the limited difference of a quantity between i and j, from the gradient at one of them along e.
+/// What the pair faces of a particle need beside the particle itself.
+struct Around<'a> {
+    states: &'a [State],
+    gradients: &'a [Gradients],
+    isometries: &'a [Isometry],
+    kernel: &'a CubicSpline,
+    gravity: f64,
+}
+
+/// Products of slopes below this vanish: no division overflows.
+const LEAST_PRODUCT: f64 = 1e-290;
+
+/// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e, by one division.
 #[inline(always)]
-fn half_slope(along: f64, difference: f64) -> f64 {
-    0.5 * van_leer(2.0 * along - difference, difference)
+fn half_slopes(along_i: f64, along_j: f64, difference: f64) -> (f64, f64) {
+    let (a, b) = (2.0 * along_i - difference, 2.0 * along_j - difference);
+    let (product_a, product_b) = (a * difference, b * difference);
+    let (is_a, is_b) = (product_a > LEAST_PRODUCT, product_b > LEAST_PRODUCT);
+    let (top_a, top_b) = (if is_a { product_a } else { 0.0 }, if is_b { product_b } else { 0.0 });
+    let (sum_a, sum_b) = (if is_a { a + difference } else { 1.0 }, if is_b { b + difference } else { 1.0 });
+    let inverse = 1.0 / (sum_a * sum_b);
+    (top_a * (sum_b * inverse), top_b * (sum_a * inverse))
+}
+
+/// p* (m³/s²) and u* (m/s) between two wet states: `physics::flux::two_shock` without branches, one division shared.
+#[inline(always)]
+fn star(d_l: f64, c_l: f64, u_l: f64, d_r: f64, c_r: f64, u_r: f64, g: f64) -> (f64, f64) {
+    let bracket = larger(0.5 * (c_l + c_r) + 0.25 * (u_l - u_r), 0.0);
+    let d_0 = bracket * bracket / g;
+    let mean = 0.5 * (u_l + u_r);
+    let inverse = 0.5 * g / (d_0 * d_l * d_r);
+    let g_l = ((d_0 + d_l) * d_r * inverse).sqrt();
+    let g_r = ((d_0 + d_r) * d_l * inverse).sqrt();
+    let shocks = larger((g_l * d_l + g_r * d_r + u_l - u_r) / (g_l + g_r), 0.0);
+    let has_rarefactions = d_0 <= smaller(d_l, d_r);
+    let depth = if has_rarefactions { d_0 } else { shocks };
+    let velocity =
+        if has_rarefactions { mean + c_l - c_r } else { mean + 0.5 * ((shocks - d_r) * g_r - (shocks - d_l) * g_l) };
+    (0.5 * g * depth * depth, velocity)
 }
 
 #[inline(always)]
-fn pair_face(me: &State, mine: &Gradients, seen: &Seen, others: &Gradients, du: f64, e_l_e: f64, g: f64) -> Face {
-    let (other, e, own_e, r) = (&seen.state, seen.e, seen.own_e, seen.r);
-    let u_i = me.velocity.dot(e);
-    let u_j = other.velocity.dot(e);
-    let d_eta = other.surface - me.surface;
-    let a_1 = half_slope(mine.surface.dot(e) * r, d_eta);
-    let a_2 = half_slope(others.surface.dot(own_e) * r, d_eta);
-    // e·(∇v e): the gradient of u along e.
-    let b_1 = half_slope((mine.u.dot(e) * e.x + mine.v.dot(e) * e.y) * r, du);
-    let b_2 = half_slope((others.u.dot(own_e) * own_e.x + others.v.dot(own_e) * own_e.y) * r, du);
-    let d_d = other.depth - me.depth;
-    let d_ir = (me.depth + half_slope(mine.depth.dot(e) * r, d_d)).clamp(0.0, 2.0 * me.depth);
-    let d_jr = (other.depth - half_slope(others.depth.dot(own_e) * r, d_d)).clamp(0.0, 2.0 * other.depth);
-    // Levels relative to η_i, so that a high datum costs no digits.
-    let (eta_l, eta_r) = (a_1, d_eta - a_2);
-    let z_star = (eta_l - d_ir).max(eta_r - d_jr);
-    let d_l = (eta_l - z_star).clamp(0.0, d_ir);
-    let d_r = (eta_r - z_star).clamp(0.0, d_jr);
-    let u_mean = 0.5 * (u_i + u_j);
-    let (p_star, u_face) = if d_l <= DRY_FACE {
-        (0.0, u_i)
-    } else if d_r <= DRY_FACE {
-        (0.0, u_i.max((u_i + b_1).min(u_mean)))
-    } else {
-        let star = two_shock(d_l, u_i + b_1, d_r, u_j - b_2, g);
-        (0.5 * g * star.depth * star.depth, u_mean + (star.velocity - u_mean) * (d_l / d_ir))
-    };
-    let (shallow, deep) = (me.depth.min(other.depth), me.depth.max(other.depth));
-    let theta = shallow / deep;
-    let c_mean = 0.5 * (celerity(me.depth, g) + celerity(other.depth, g));
-    let by_velocity = 2.0 * e_l_e * (u_face - u_mean);
-    let by_surface = -c_mean * (d_eta - a_1 - a_2) * 2.0 * shallow / ((me.depth + other.depth) * me.depth);
-    Face {
-        pressure: p_star - 0.5 * g * d_l * d_l + g * me.depth * a_1,
-        impedance: d_l * celerity(d_l, g) / me.depth,
-        is_contact: d_l > DRY_FACE && d_r > DRY_FACE,
-        divergence: theta * by_surface + (1.0 - theta) * by_velocity,
+fn clamp(value: f64, low: f64, high: f64) -> f64 {
+    smaller(larger(value, low), high)
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn sum_faces(
+    pairs: &mut Pairs,
+    me: &State,
+    mine: &Gradients,
+    local: &Local,
+    images: &[Image],
+    around: &Around<'_>,
+) -> Sums {
+    let mut sums = Sums::default();
+    let g = around.gravity;
+    let (l, c_i, inverse_depth) = (local.correction, (g * me.depth).sqrt(), 1.0 / me.depth);
+    for images in images.chunks(BLOCK) {
+        pairs.gather_states(me, images, around.states, around.isometries);
+        pairs.gather_gradients(mine, images, around.gradients, around.isometries);
+        pairs.measure(me.inverse_h, around.kernel);
+        let n = pairs.len();
+        macro_rules! columns {
+            ($($name:ident)+) => { $(let $name = &pairs.$name[..n];)+ };
+        }
+        columns!(velocity_x velocity_y depth surface surface_x surface_y depth_x depth_y u_x u_y v_x v_y r e_x e_y weight);
+        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach] = &mut pairs.terms;
+        let (force_x, force_y) = (&mut force_x[..n], &mut force_y[..n]);
+        let (divergence, stiffness) = (&mut divergence[..n], &mut stiffness[..n]);
+        let (contact_xx, contact_xy) = (&mut contact_xx[..n], &mut contact_xy[..n]);
+        let (contact_yy, approach) = (&mut contact_yy[..n], &mut approach[..n]);
+        for k in 0..n {
+            let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
+            let (x, y) = (r * ex, r * ey);
+            let u_i = me.velocity.x * ex + me.velocity.y * ey;
+            let u_j = velocity_x[k] * ex + velocity_y[k] * ey;
+            let (d_eta, d_d, du) = (surface[k] - me.surface, depth[k] - me.depth, u_j - u_i);
+            let (a_1, a_2) =
+                half_slopes(mine.surface.x * x + mine.surface.y * y, surface_x[k] * x + surface_y[k] * y, d_eta);
+            // e·(∇v e): the gradient of u along e.
+            let (b_1, b_2) = half_slopes(
+                (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
+                (u_x[k] * x + u_y[k] * y) * ex + (v_x[k] * x + v_y[k] * y) * ey,
+                du,
+            );
+            let (s_1, s_2) = half_slopes(mine.depth.x * x + mine.depth.y * y, depth_x[k] * x + depth_y[k] * y, d_d);
+            let d_ir = clamp(me.depth + s_1, 0.0, 2.0 * me.depth);
+            let d_jr = clamp(depth[k] - s_2, 0.0, 2.0 * depth[k]);
+            // Levels relative to η_i, so that a high datum costs no digits.
+            let (eta_l, eta_r) = (a_1, d_eta - a_2);
+            let z_star = larger(eta_l - d_ir, eta_r - d_jr);
+            let d_l = clamp(eta_l - z_star, 0.0, d_ir);
+            let d_r = clamp(eta_r - z_star, 0.0, d_jr);
+            let u_mean = 0.5 * (u_i + u_j);
+            let (c_l, c_r) = ((g * d_l).sqrt(), (g * d_r).sqrt());
+            let (p_wet, u_star) = star(d_l, c_l, u_i + b_1, d_r, c_r, u_j - b_2, g);
+            let (is_left_wet, is_right_wet) = (d_l > DRY_FACE, d_r > DRY_FACE);
+            let u_wet = u_mean + (u_star - u_mean) * (d_l / d_ir);
+            let u_open = larger(u_i, smaller(u_i + b_1, u_mean));
+            let u_right = if is_right_wet { u_wet } else { u_open };
+            let u_face = if is_left_wet { u_right } else { u_i };
+            let p_right = if is_right_wet { p_wet } else { 0.0 };
+            let p_star = if is_left_wet { p_right } else { 0.0 };
+            let contact = if is_right_wet { weight[k] * r } else { 0.0 };
+            let contact = if is_left_wet { contact } else { 0.0 };
+            let (shallow, deep) = (smaller(me.depth, depth[k]), larger(me.depth, depth[k]));
+            let inverse = 1.0 / (deep * (me.depth + depth[k]));
+            let theta = shallow * (me.depth + depth[k]) * inverse;
+            let c_mean = 0.5 * (c_i + (g * depth[k]).sqrt());
+            let (l_x, l_y) = (l.xx * ex + l.xy * ey, l.xy * ex + l.yy * ey);
+            let e_l_e = l_x * ex + l_y * ey;
+            let by_velocity = 2.0 * e_l_e * (u_face - u_mean);
+            let by_surface = -c_mean * (d_eta - a_1 - a_2) * 2.0 * shallow * deep * inverse * inverse_depth;
+            let pressure = 2.0 * weight[k] * (p_star - 0.5 * g * d_l * d_l + g * me.depth * a_1);
+            force_x[k] = pressure * l_x;
+            force_y[k] = pressure * l_y;
+            divergence[k] = weight[k] * (theta * by_surface + (1.0 - theta) * by_velocity);
+            stiffness[k] = weight[k] * e_l_e * d_l * c_l * inverse_depth;
+            contact_xx[k] = contact * ex * ex;
+            contact_xy[k] = contact * ex * ey;
+            contact_yy[k] = contact * ey * ey;
+            approach[k] = du.abs();
+        }
+        sums.force_x.add(force_x);
+        sums.force_y.add(force_y);
+        sums.divergence.add(divergence);
+        sums.stiffness.add(stiffness);
+        sums.contact_xx.add(contact_xx);
+        sums.contact_xy.add(contact_xy);
+        sums.contact_yy.add(contact_yy);
+        sums.approach.add(approach);
     }
+    sums
 }

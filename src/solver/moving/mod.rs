@@ -146,17 +146,6 @@ impl MovingWater {
         self.dry_depth.max(self.particles.volume[i] / self.largest_area)
     }
 
-    /// Whether a wall stands between two places.
-    pub fn is_walled(&self, from: Vec2, to: Vec2) -> bool {
-        let reach = (to - from).norm();
-        if self.walls.is_clear(from, reach) {
-            return false;
-        }
-        let mut near = Vec::new();
-        self.walls.near(from, reach, &mut near);
-        self.walls.is_blocked(&near, from, to)
-    }
-
     /// Manning roughness (s·m^(−1/3)) at a place.
     pub fn manning_at(&self, place: Vec2) -> f64 {
         self.bed.lattice.cell_at(place).map_or(0.0, |cell| self.bed.manning[cell])

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::boundary::{Image, ImageScratch, Isometry, Sight, Walls};
+use crate::boundary::{Image, ImageScratch, Walls};
 use crate::math::Vec2;
 use crate::neighbours::CellGrid;
 use crate::physics::kernel::CubicSpline;
@@ -14,7 +14,7 @@ pub const CHUNK: usize = 128;
 #[derive(Clone, Debug, Default)]
 pub struct ChunkNeighbours {
     starts: Vec<u32>,
-    sight: Sight,
+    seen: Vec<Image>,
     found: Vec<u32>,
     scratch: ImageScratch,
 }
@@ -23,13 +23,7 @@ impl ChunkNeighbours {
     /// What the particle at place `k` of the chunk sees, itself excluded.
     #[inline]
     pub fn of(&self, k: usize) -> &[Image] {
-        &self.sight.seen[self.starts[k] as usize..self.starts[k + 1] as usize]
-    }
-
-    /// The isometries that `Image::transform` names; the first is the identity.
-    #[inline]
-    pub fn transforms(&self) -> &[Isometry] {
-        &self.sight.transforms
+        &self.seen[self.starts[k] as usize..self.starts[k + 1] as usize]
     }
 
     /// Fills the chunk whose first particle is `first`.
@@ -43,9 +37,7 @@ impl ChunkNeighbours {
         walls: &Walls,
     ) {
         self.starts.clear();
-        self.sight.seen.clear();
-        self.sight.transforms.clear();
-        self.sight.transforms.push(Isometry::IDENTITY);
+        self.seen.clear();
         self.starts.push(0);
         for i in first..first + count {
             self.found.clear();
@@ -53,16 +45,11 @@ impl ChunkNeighbours {
             let reach = self.found.iter().fold(supports[i], |reach, &j| reach.max(supports[j as usize]));
             if walls.is_clear(positions[i], reach) {
                 let others = self.found.iter().filter(|&&j| j as usize != i);
-                self.sight.seen.extend(others.map(|&index| Image { index, transform: 0 }));
+                self.seen.extend(others.map(|&index| Image { index, transform: 0 }));
             } else {
-                walls.near(positions[i], reach, &mut self.scratch.near);
-                let is_near = |j: u32, distance_squared: f64| {
-                    let reach = supports[i].max(supports[j as usize]);
-                    distance_squared < reach * reach
-                };
-                walls.see(i as u32, &self.found, positions, is_near, &mut self.scratch, &mut self.sight);
+                walls.see(i as u32, &self.found, positions, supports, &mut self.scratch, &mut self.seen);
             }
-            self.starts.push(self.sight.seen.len() as u32);
+            self.starts.push(self.seen.len() as u32);
         }
     }
 }

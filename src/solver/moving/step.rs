@@ -57,7 +57,7 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
             ..Moved::default()
         }
     });
-    let outflow = take_over(water, moved, true);
+    let outflow = take_over::<F>(water, moved, true);
     formulation.evaluate(water);
     finish::<F>(water, moved, dt, |rates, moved, least| {
         (
@@ -86,7 +86,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
             has_left: false,
         }
     });
-    take_over(water, moved, false);
+    take_over::<F>(water, moved, false);
     formulation.evaluate(water);
     let first = std::mem::take(moved);
     drift_from(
@@ -105,7 +105,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
             }
         },
     );
-    let outflow = take_over(water, moved, true);
+    let outflow = take_over::<F>(water, moved, true);
     finish::<F>(water, moved, dt, |_, moved, _| (moved.velocity, moved.depth));
     formulation.evaluate(water);
     outflow
@@ -136,9 +136,9 @@ fn drift_from(
     });
 }
 
-/// Writes the moved state into the particles; takes out those that left when `removes`, and returns their volume (m³).
-fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
-    let particles = &mut water.particles;
+/// Writes the moved state into the particles, whose smoothing lengths follow their areas; takes out those that left when `removes`, and returns their volume (m³).
+fn take_over<F: Formulation>(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
+    let (particles, dimension) = (&mut water.particles, water.dimension);
     let mut outflow = 0.0;
     let mut kept = 0;
     for i in 0..moved.len() {
@@ -147,11 +147,12 @@ fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> 
             continue;
         }
         moved[kept] = moved[i];
+        let spread = if F::CARRIES_DEPTH { dimension.edge(particles.depth[i] / moved[i].depth) } else { 1.0 };
+        particles.smoothing_length[kept] = particles.smoothing_length[i] * spread;
         particles.position[kept] = moved[i].position;
         particles.velocity[kept] = moved[i].velocity;
         particles.depth[kept] = moved[i].depth;
         particles.volume[kept] = particles.volume[i];
-        particles.smoothing_length[kept] = particles.smoothing_length[i];
         kept += 1;
     }
     moved.truncate(kept);

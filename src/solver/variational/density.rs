@@ -51,7 +51,7 @@ impl Variational {
             let mut moment = 0.0;
             for image in near.of(k) {
                 let j = image.index as usize;
-                let other = near.transforms()[image.transform as usize].point(particles.position[j]);
+                let other = water.walls.isometries()[image.transform as usize].point(particles.position[j]);
                 let r = (other - particles.position[i]).norm();
                 sum += particles.volume[j] * self.kernel.value(r, inverse_h);
                 moment -= particles.volume[j] * r * self.kernel.slope(r, inverse_h);
@@ -75,7 +75,7 @@ impl Variational {
         let (mut moment, mut depth, mut u, mut v) = (Sym2::default(), Vec2::ZERO, Vec2::ZERO, Vec2::ZERO);
         for image in near.of(k) {
             let j = image.index as usize;
-            let isometry = &near.transforms()[image.transform as usize];
+            let isometry = &water.walls.isometries()[image.transform as usize];
             let offset = isometry.point(particles.position[j]) - particles.position[i];
             let r = offset.norm().max(f64::MIN_POSITIVE);
             let e = offset / r;

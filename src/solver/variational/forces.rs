@@ -41,7 +41,7 @@ impl Variational {
         let mut approach = 0.0_f64;
         for image in near.of(k) {
             let j = image.index as usize;
-            let isometry = &near.transforms()[image.transform as usize];
+            let isometry = &water.walls.isometries()[image.transform as usize];
             let other = &self.densities[j];
             let offset = isometry.point(particles.position[j]) - particles.position[i];
             let r = offset.norm();
