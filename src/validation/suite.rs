@@ -195,3 +195,77 @@ impl Placed<'_> {
 fn is_moving(choice: &Choice) -> bool {
     choice.numerics.motion == crate::scenario::methods::Motion::Lagrangian
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec2;
+    use crate::scenario::methods::Motion;
+    use crate::validation::case::{SetupResult, Suite};
+    use crate::validation::cases::dam_breaks::channel;
+
+    const CASE: Case = Case {
+        name: "made",
+        suite: Suite::Analytic,
+        about: "Made for this test.",
+        is_tuned: true,
+        spacings: &[40.0, 20.0],
+        tested: 2,
+        bars: &[
+            Bar { scope: Scope::Of(Motion::Lagrangian), spacing: Some(20.0), depth: Some(1e-9), ..Bar::NONE },
+            Bar { order: Some((0.5, None)), ..Bar::NONE },
+        ],
+        setup: |spacing, _| Ok(channel(spacing, 5.0, 20.0)),
+    };
+
+    fn results(setup: fn(f64, Motion) -> SetupResult) -> [CaseResult; 2] {
+        ["eulerian", "lagrangian"].map(|motion| {
+            let choice = Choice::new(&[("motion", motion)]).unwrap();
+            run_case(&Case { setup, ..CASE }, &choice, Resolutions::Test)
+        })
+    }
+
+    #[test]
+    fn bars_are_judged_where_they_apply() {
+        let [resting, moving] = results(CASE.setup);
+        let statuses = |result: &CaseResult| result.rows.iter().map(|row| row.status).collect::<Vec<_>>();
+        assert_eq!(statuses(&resting), [Status::Holds, Status::Pass]);
+        assert_eq!(statuses(&moving), [Status::Holds, Status::FallShort]);
+        assert_eq!(moving.rows[1].bar, "depth <= 0.000000001 m; order of depth >= 0.5");
+        let row = &resting.rows[1];
+        let coarse = resting.rows[0].error_depth.unwrap();
+        assert!((row.order_depth.unwrap() - (coarse / row.error_depth.unwrap()).log2()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_run_that_breaks_says_when_where_and_what_and_stops_nothing() {
+        for result in results(|spacing, motion| {
+            let mut setup = (CASE.setup)(spacing, motion)?;
+            if spacing > 30.0 {
+                setup.velocity = Some(Box::new(|place| Vec2::new(if place.x < 50.0 { f64::NAN } else { 0.0 }, 0.0)));
+            }
+            Ok(setup)
+        }) {
+            let (broken, sound) = (&result.rows[0], &result.rows[1]);
+            assert_eq!((broken.status, broken.error_depth), (Status::Fails, None));
+            assert!(broken.note.contains("broke down at t =") && broken.note.contains("limited by"), "{}", broken.note);
+            assert!(sound.status != Status::Fails && sound.error_depth.is_some());
+            // Without a coarser error there is no order, and a bar on it is missed.
+            assert_eq!((sound.order_depth, sound.status), (None, Status::FallShort));
+        }
+    }
+
+    #[test]
+    fn a_run_whose_step_collapses_is_given_up() {
+        for result in results(|spacing, motion| {
+            let mut setup = (CASE.setup)(spacing, motion)?;
+            // As if the answer were so slow that hardly a step is foreseen for so long a time.
+            setup.until = crate::validation::Until::Time(1e5);
+            (setup.scale_depth, setup.scale_speed) = (1e-12, 0.0);
+            Ok(setup)
+        }) {
+            assert!(result.rows.iter().all(|row| row.status == Status::Fails));
+            assert!(result.rows[0].note.contains("given up at t ="), "{}", result.rows[0].note);
+        }
+    }
+}
