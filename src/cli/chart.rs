@@ -38,7 +38,8 @@ pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
         .map_err(|cause| Error::Output { path: folder.clone(), cause: cause.to_string() })?;
     write(&table, &text)?;
     let mut files = vec![table];
-    for case in chosen {
+    // A lake at rest is right or wrong: no figure.
+    for case in chosen.into_iter().filter(|case| case.bars.iter().all(|bar| bar.max_speed.is_none())) {
         let of_case: Vec<&Row> = rows.iter().filter(|row| row.case == case.name).collect();
         for (name, label, error) in ERRORS {
             let lines = lines(&of_case, error);

@@ -50,7 +50,7 @@ pub struct Bar {
     pub depth: Option<f64>,
     /// Largest mean error of the velocity (m/s).
     pub velocity: Option<f64>,
-    /// Least orders of depth and velocity, at the finest of the spacings that were run.
+    /// Least orders of depth and velocity from the coarsest to the finest of the spacings that were run.
     pub order: Option<(f64, Option<f64>)>,
     /// Greatest speed (m/s) at any step.
     pub max_speed: Option<f64>,

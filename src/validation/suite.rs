@@ -1,6 +1,6 @@
 //! A case at its spacings with given methods, judged by its bars.
 
-use super::case::{Bar, Case, Check, Scope};
+use super::case::{Bar, Case, Check, Scope, Until};
 use super::choice::Choice;
 use super::error::Errors;
 use super::row::{Row, Status};
@@ -47,7 +47,7 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
         Resolutions::Full => case.spacings.len(),
     };
     let mut result = CaseResult::default();
-    let mut coarser: Option<(f64, Errors)> = None;
+    let (mut coarsest, mut coarser): (Option<(f64, Errors)>, Option<(f64, Errors)>) = (None, None);
     for (k, &spacing) in case.spacings[..number].iter().enumerate() {
         let setup = match (case.setup)(spacing, choice.numerics.motion) {
             Ok(setup) => setup,
@@ -58,19 +58,28 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
         };
         let (cost, ended) = run(&setup, choice);
         let errors = ended.as_ref().ok().map(|outcome| outcome.errors);
-        let orders = errors.zip(coarser).map(|(fine, (coarse_spacing, coarse))| {
-            let of = |coarse: f64, fine: f64| {
-                (fine > ROUNDING).then(|| (coarse / fine).ln() / (coarse_spacing / spacing).ln())
-            };
-            (of(coarse.depth, fine.depth), of(coarse.velocity, fine.velocity))
-        });
-        coarser = errors.map(|errors| (spacing, errors));
-        let place = Placed { case, choice, spacing, is_finest: k + 1 == number };
-        let (row, verdicts) = place.row(cost, &ended, orders.unwrap_or_default());
+        // A lake at rest is right or wrong; it has no order.
+        let errors = errors.filter(|_| matches!(setup.until, Until::Time(_))).map(|errors| (spacing, errors));
+        let whole_order = orders(coarsest, errors);
+        let order = orders(coarser, errors);
+        coarsest = if k == 0 { errors } else { coarsest };
+        coarser = errors;
+        let is_finest = k + 1 == number && k > 0;
+        let place = Placed { case, choice, spacing, whole_order: is_finest.then_some(whole_order) };
+        let (row, verdicts) = place.row(cost, &ended, order);
         result.rows.push(row);
         result.verdicts.extend(verdicts);
     }
     result
+}
+
+type Orders = (Option<f64>, Option<f64>);
+
+/// Orders of depth and velocity from a coarser to a finer spacing (m).
+fn orders(coarse: Option<(f64, Errors)>, fine: Option<(f64, Errors)>) -> Orders {
+    let Some(((coarse_spacing, coarse), (spacing, fine))) = coarse.zip(fine) else { return (None, None) };
+    let of = |coarse: f64, fine: f64| (fine > ROUNDING).then(|| (coarse / fine).ln() / (coarse_spacing / spacing).ln());
+    (of(coarse.depth, fine.depth), of(coarse.velocity, fine.velocity))
 }
 
 /// Where a run stands among the runs of its case.
@@ -78,10 +87,9 @@ struct Placed<'a> {
     case: &'a Case,
     choice: &'a Choice,
     spacing: f64,
-    is_finest: bool,
+    /// Orders from the coarsest to this spacing, where it is the finest of several.
+    whole_order: Option<Orders>,
 }
-
-type Orders = (Option<f64>, Option<f64>);
 
 impl Placed<'_> {
     fn row(&self, cost: Cost, ended: &Result<Outcome, Broken>, orders: Orders) -> (Row, Vec<Verdict>) {
@@ -90,7 +98,7 @@ impl Placed<'_> {
         let mut asked = Vec::new();
         let mut verdicts = Vec::new();
         for (number, bar) in self.case.bars.iter().enumerate() {
-            let items = self.asked_by(bar, &cost, outcome, orders);
+            let items = self.asked_by(bar, &cost, outcome);
             if !items.is_empty() {
                 let is_met = items.iter().all(|item| item.is_met);
                 verdicts.push(Verdict { bar: number, scope: bar.scope, is_met });
@@ -134,7 +142,7 @@ impl Placed<'_> {
     }
 
     /// What a bar asks of this run and whether it is so; nothing where the bar is for other runs.
-    fn asked_by(&self, bar: &Bar, cost: &Cost, outcome: Option<&Outcome>, orders: Orders) -> Vec<Check> {
+    fn asked_by(&self, bar: &Bar, cost: &Cost, outcome: Option<&Outcome>) -> Vec<Check> {
         let is_for_me = match bar.scope {
             Scope::Each | Scope::Better | Scope::Shown => true,
             Scope::Of(motion) => motion == self.choice.numerics.motion,
@@ -156,11 +164,12 @@ impl Placed<'_> {
                 ask(format!("max speed <= {most:e} m/s"), at_most(outcome.map(|_| cost.max_speed), most));
             }
         }
-        if let Some((depth, velocity)) = bar.order.filter(|_| self.is_finest && self.has_coarser()) {
+        if let (Some((depth, velocity)), Some(orders)) = (bar.order, self.whole_order) {
+            let shown = |order: Option<f64>| order.map_or("none".to_owned(), |order| format!("{order:.2}"));
             let at_least = |order: Option<f64>, least: f64| order.is_some_and(|order| order >= least);
-            ask(format!("order of depth >= {depth}"), at_least(orders.0, depth));
+            ask(format!("order of depth {} >= {depth}", shown(orders.0)), at_least(orders.0, depth));
             if let Some(velocity) = velocity {
-                ask(format!("order of velocity >= {velocity}"), at_least(orders.1, velocity));
+                ask(format!("order of velocity {} >= {velocity}", shown(orders.1)), at_least(orders.1, velocity));
             }
         }
         if bar.checks {
@@ -168,10 +177,6 @@ impl Placed<'_> {
             ask("checks in the note".to_owned(), outcome.is_some() && checks.iter().all(|check| check.is_met));
         }
         items
-    }
-
-    fn has_coarser(&self) -> bool {
-        self.case.spacings.first().is_some_and(|coarsest| *coarsest > self.spacing)
     }
 
     fn note(&self, ended: &Result<Outcome, Broken>) -> String {
@@ -231,7 +236,10 @@ mod tests {
         let statuses = |result: &CaseResult| result.rows.iter().map(|row| row.status).collect::<Vec<_>>();
         assert_eq!(statuses(&resting), [Status::Holds, Status::Pass]);
         assert_eq!(statuses(&moving), [Status::Holds, Status::FallShort]);
-        assert_eq!(moving.rows[1].bar, "depth <= 0.000000001 m; order of depth >= 0.5");
+        assert_eq!(
+            moving.rows[1].bar,
+            format!("depth <= 0.000000001 m; order of depth {:.2} >= 0.5", moving.rows[1].order_depth.unwrap())
+        );
         let row = &resting.rows[1];
         let coarse = resting.rows[0].error_depth.unwrap();
         assert!((row.order_depth.unwrap() - (coarse / row.error_depth.unwrap()).log2()).abs() < 1e-12);

@@ -10,7 +10,8 @@ use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedMethod, Motion};
 use crate::solver::FlowProblem;
 use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
-use crate::validation::case::{Bar, Case, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{Bar, Case, Check, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::run::Snapshot;
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
 
 /// Edge of the square (m).
@@ -149,7 +150,15 @@ fn fill(problem: &mut FlowProblem, level: f64) {
 fn lake(problem: FlowProblem, seeds: Vec<FluidSeed>, level: f64, steps: usize) -> Setup {
     let bed = problem.bed.clone();
     let exact = move |place: Vec2| (bed.at(place).map_or(0.0, |point| (level - point.elevation).max(0.0)), Vec2::ZERO);
-    Setup::new(problem, seeds, Dimension::Two, Until::Steps(steps), Box::new(exact))
+    let mut setup = Setup::new(problem, seeds, Dimension::Two, Until::Steps(steps), Box::new(exact));
+    setup.checks = Some(Box::new(move |_, end| vec![at_the_end(end, level)]));
+    setup
+}
+
+/// The greatest speed after the last step, beside which the one at any step is to be seen.
+fn at_the_end(end: &Snapshot, level: f64) -> Check {
+    let speed = end.samples.iter().map(|sample| sample.velocity.norm()).fold(0.0, f64::max);
+    Check { found: format!("level {level:.1} m; {speed:.1e} m/s after the last step"), is_met: true }
 }
 
 /// A lake over a terrain up to the median of its elevations, with every pocket below that level.
