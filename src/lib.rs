@@ -24,5 +24,6 @@ pub mod scenario;
 pub mod seeding;
 pub mod solver;
 pub mod terrain;
+pub mod validation;
 pub mod vector;
 pub mod version;

@@ -46,6 +46,23 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("report", &["math", "error", "maps"]),
     ("scenario", &["math", "error"]),
     ("version", &[]),
+    (
+        "validation",
+        &[
+            "math",
+            "lattice",
+            "error",
+            "bed",
+            "geodata",
+            "particles",
+            "physics",
+            "pipeline::clock",
+            "pipeline::cores",
+            "scenario",
+            "solver",
+            "terrain",
+        ],
+    ),
 ];
 
 /// Modules that open no file, print nothing and know no format.

@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 const EXIT_CODES: &str = "\
@@ -54,6 +54,10 @@ pub enum Command {
         /// The run folder
         folder: PathBuf,
     },
+    /// Run the built-in cases with known answers: error, order, cost, pass or fail; exit code 7 if the default methods miss a bar
+    Validate(ValidateArguments),
+    /// Chart speed against accuracy of chosen methods on the built-in cases: CSV, and an SVG for each case and error
+    Chart(ChartArguments),
     /// Write a commented scenario to start from
     New {
         /// The new file; an existing one is never replaced
@@ -104,6 +108,70 @@ pub struct CheckArguments {
     /// Set a key of the scenario, as in a run; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+}
+
+/// Which of the built-in cases are run, and with which methods.
+#[derive(Args, Debug)]
+pub struct CaseArguments {
+    /// Cases by name; all of the suite when none is named (`floodsim validate --list` lists them)
+    #[arg(value_name = "CASE")]
+    pub cases: Vec<String>,
+    /// The suite [default: every suite]
+    #[arg(long)]
+    pub suite: Option<String>,
+    /// Try members of a family of methods, any key of `numerics:` such as --vary integrator=heun,leapfrog; may be repeated, all
+    /// combinations are run [default: motion=eulerian,lagrangian]
+    #[arg(long = "vary", value_name = "FAMILY=A,B,C")]
+    pub vary: Vec<String>,
+    /// Number of threads; the results are the same for any number, the CPU seconds are not
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub threads: NonZero<usize>,
+}
+
+/// Which spacings of each case are run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ResolutionsArgument {
+    /// The coarse ones that the tests take: seconds
+    Test,
+    /// All: minutes
+    Full,
+}
+
+/// The arguments of a validation.
+#[derive(Args, Debug)]
+pub struct ValidateArguments {
+    /// The cases and methods
+    #[command(flatten)]
+    pub cases: CaseArguments,
+    /// Which spacings of each case
+    #[arg(long, value_enum, default_value = "test")]
+    pub resolutions: ResolutionsArgument,
+    /// Write the rows as a JSON array, one object a row
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write the rows as comma-separated values
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// List the cases, one sentence each; run nothing
+    #[arg(long)]
+    pub list: bool,
+}
+
+/// The arguments of a chart.
+#[derive(Args, Debug)]
+pub struct ChartArguments {
+    /// The cases and methods
+    #[command(flatten)]
+    pub cases: CaseArguments,
+    /// Which spacings of each case
+    #[arg(long, value_enum, default_value = "full")]
+    pub resolutions: ResolutionsArgument,
+    /// Draw the rows of such a file (`chart.csv`, or one of `validate --csv`) instead of running anything
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["vary", "threads", "resolutions"])]
+    pub from: Option<PathBuf>,
+    /// The folder for `chart.csv` and the figures; it is made if need be
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 #[cfg(test)]

@@ -3,8 +3,10 @@
 //! stdout carries results, stderr progress and errors; there are no colours and no questions.
 
 mod args;
+mod chart;
 mod check;
 mod documents;
+mod validate;
 
 use std::io::Write;
 
@@ -39,6 +41,8 @@ pub fn main(stages: &Stages) -> ExitCode {
         Some(Command::Run(run)) => run_scenario(&run, stages),
         Some(Command::Check(check)) => return check::check(&check, stages),
         Some(Command::Report { folder }) => report_folder(&folder),
+        Some(Command::Validate(arguments)) => validate::validate(&arguments),
+        Some(Command::Chart(arguments)) => chart::chart(&arguments),
         Some(Command::New { file }) => documents::write_starter(&file),
         Some(Command::Schema) => documents::schema(),
         Some(Command::Completions { shell }) => documents::completions(shell),

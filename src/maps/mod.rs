@@ -1,8 +1,9 @@
-//! Pictures of results: map sheets as SVG with the rasters inside, and hydrographs. No font or plotting library is needed.
+//! Pictures of results: map sheets as SVG with the rasters inside, hydrographs, charts of methods. No font or plotting library is needed.
 //!
 //! Works on plain slices, `[rows, columns]` with row 0 in the north and NaN where there is nothing, so that a run folder
 //! read back from disk and results in memory are drawn alike. Opens no file. Not here: which maps a run gets (`report`).
 
+mod chart;
 mod colour;
 mod hillshade;
 mod hydrograph;
@@ -10,6 +11,7 @@ mod picture;
 mod sheet;
 mod svg;
 
+pub use chart::{ChartLine, ChartPoint, speed_against_accuracy};
 pub use colour::{Classes, Colour, clock};
 pub use hillshade::hillshade;
 pub use hydrograph::{Series, hydrograph};

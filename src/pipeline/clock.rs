@@ -45,6 +45,12 @@ fn cpu_seconds() -> Option<f64> {
     Some(ticks / TICKS_PER_SECOND)
 }
 
+/// Processor time of all threads so far (s), to the nanosecond where the system counts so finely; only differences mean anything.
+pub fn processor_seconds() -> f64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
 /// Greatest resident memory so far (MiB), where the system tells it in `/proc`.
 fn peak_memory_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

@@ -1,11 +1,80 @@
 //! Which core a scenario asks for, and the particles that it starts with.
 
-use crate::scenario::Scenario;
+use crate::math::Vec2;
+use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{Formulation, Motion, Seeding};
+use crate::scenario::{Numerics, Scenario};
 use crate::seeding::{FluidSeed, StillWater, equal_volume_filling, lattice_filling, mean_cell_volume};
 use crate::solver::lagrangian::LagrangianSolver;
+use crate::solver::moving::{self, MovingSolver, MovingWater};
 use crate::solver::variational::VariationalSolver;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+
+/// A core with particles that move, whatever its formulation.
+pub trait MovingCore: FlowSolver {
+    /// The particles, as they are now.
+    fn state(&self) -> &MovingWater;
+    /// Gives the water a velocity (m/s) at the start, by place.
+    fn set_velocity(&mut self, velocity: &dyn Fn(Vec2) -> Vec2);
+}
+
+impl<F: moving::Formulation> MovingCore for MovingSolver<F> {
+    fn state(&self) -> &MovingWater {
+        MovingSolver::state(self)
+    }
+
+    fn set_velocity(&mut self, velocity: &dyn Fn(Vec2) -> Vec2) {
+        let particles = &mut self.state_mut().particles;
+        for i in 0..particles.len() {
+            particles.velocity[i] = velocity(particles.position[i]);
+        }
+        self.restart();
+    }
+}
+
+/// A core of either motion.
+pub enum Core {
+    /// Particles that rest on the riverbed.
+    Resting(Box<EulerianSolver>),
+    /// Particles that move with the water.
+    Moving(Box<dyn MovingCore>),
+}
+
+impl Core {
+    /// The core of the chosen methods. Resting particles take the water of `problem`, moving ones that of `seeds`; a channel of
+    /// one dimension is a lattice of one row.
+    pub fn new(
+        numerics: &Numerics,
+        problem: FlowProblem,
+        seeds: impl FnOnce() -> Vec<FluidSeed>,
+        dimension: Dimension,
+    ) -> Core {
+        let (integrator, stabilisation) = (numerics.integrator, numerics.stabilisation);
+        match (numerics.formulation, numerics.motion, dimension) {
+            (Formulation::Balanced, Motion::Eulerian, _) => Core::Resting(Box::new(EulerianSolver::new(problem))),
+            (Formulation::Balanced, Motion::Lagrangian, Dimension::One) => {
+                Core::Moving(Box::new(LagrangianSolver::one_dimensional(problem, seeds(), integrator)))
+            }
+            (Formulation::Balanced, Motion::Lagrangian, Dimension::Two) => {
+                Core::Moving(Box::new(LagrangianSolver::new(problem, seeds(), integrator)))
+            }
+            (Formulation::Variational, _, Dimension::One) => {
+                Core::Moving(Box::new(VariationalSolver::one_dimensional(problem, seeds(), integrator, stabilisation)))
+            }
+            (Formulation::Variational, _, Dimension::Two) => {
+                Core::Moving(Box::new(VariationalSolver::new(problem, seeds(), integrator, stabilisation)))
+            }
+        }
+    }
+
+    /// The core as one that takes steps.
+    pub fn flow(&mut self) -> &mut dyn FlowSolver {
+        match self {
+            Core::Resting(solver) => solver.as_mut(),
+            Core::Moving(solver) => solver.as_mut(),
+        }
+    }
+}
 
 /// The moving particles at the start; none where particles rest. `levels` (m) are those of the bodies of still water.
 pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, levels: &[f64]) -> Vec<FluidSeed> {
@@ -26,14 +95,8 @@ pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, lev
 
 /// The core of the scenario's formulation and motion, with its water at rest.
 pub fn build(scenario: &Scenario, problem: FlowProblem, seeds: Vec<FluidSeed>) -> Box<dyn FlowSolver> {
-    let numerics = &scenario.numerics;
-    match (numerics.formulation, numerics.motion) {
-        (Formulation::Balanced, Motion::Eulerian) => Box::new(EulerianSolver::new(problem)),
-        (Formulation::Balanced, Motion::Lagrangian) => {
-            Box::new(LagrangianSolver::new(problem, seeds, numerics.integrator))
-        }
-        (Formulation::Variational, _) => {
-            Box::new(VariationalSolver::new(problem, seeds, numerics.integrator, numerics.stabilisation))
-        }
+    match Core::new(&scenario.numerics, problem, || seeds, Dimension::Two) {
+        Core::Resting(solver) => solver,
+        Core::Moving(solver) => solver,
     }
 }

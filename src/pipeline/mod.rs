@@ -2,8 +2,8 @@
 //!
 //! The only place that knows both the scenario and the stages; each stage gets a small plain struct.
 
-mod clock;
-mod cores;
+pub(crate) mod clock;
+pub(crate) mod cores;
 mod progress;
 mod summary;
 

@@ -15,5 +15,6 @@ pub mod schema;
 pub mod tree;
 pub mod units;
 
+pub use defaults::{DRY_DEPTH, GRAVITY};
 pub use model::*;
 pub use resolve::{Loaded, load, resolve};

@@ -1,59 +1,28 @@
 //! A lake at rest stays at rest: any bed, any arrangement of particles.
 
 use floodsim::math::Vec2;
-use floodsim::scenario::methods::Integrator;
-use floodsim::solver::lagrangian::LagrangianSolver;
+use floodsim::validation::cases::lakes::{bump, island, rough, step, still};
+use floodsim::validation::run;
 
-use crate::support::{max_speed, places, problem, run_steps, seeds_at};
+use crate::support::moving;
 
-const CELLS: usize = 24;
 const SPACING: f64 = 0.25;
-const SIZE: f64 = CELLS as f64 * SPACING;
-const LEVEL: f64 = 100.0;
 const STEPS: usize = 300;
 /// Rounding of levels near 100 m (1e-14 m) in sums over some thirty neighbours, for 300 steps.
 const REST: f64 = 1e-12;
 
-/// A repeatable number in [0, 1) for each place.
-fn noise(place: Vec2) -> f64 {
-    ((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545_3).fract().abs()
-}
-
-/// A hill of unit height.
-fn hill(place: Vec2) -> f64 {
-    (-(place - Vec2::new(3.1, 2.9)).norm_squared() / 2.0).exp()
-}
-
-fn bump(place: Vec2) -> f64 {
-    LEVEL - 1.0 + 0.5 * hill(place)
-}
-
-fn step(place: Vec2) -> f64 {
-    LEVEL - if place.x < 3.0 { 1.0 } else { 0.2 }
-}
-
-fn rough(place: Vec2) -> f64 {
-    LEVEL - 1.0 + 0.8 * noise(place)
-}
-
-fn island(place: Vec2) -> f64 {
-    LEVEL - 1.0 + 1.8 * hill(place)
-}
-
-/// Greatest speed (m/s) after a few hundred steps; places are moved by up to `jitter` spacings in each direction.
-fn speed(bed: fn(Vec2) -> f64, jitter: f64, integrator: Integrator) -> f64 {
-    let problem = problem(CELLS, CELLS, SPACING, bed);
-    let seeds = seeds_at(&problem, &places(SIZE, SIZE, SPACING, jitter), SPACING * SPACING, |_| LEVEL);
-    let mut solver = LagrangianSolver::new(problem, seeds, integrator);
-    run_steps(&mut solver, STEPS);
-    max_speed(&solver)
+/// Greatest speed (m/s) in a few hundred steps; places are moved by up to `jitter` spacings in each direction.
+fn speed(bed: fn(Vec2) -> f64, jitter: f64, integrator: &str) -> f64 {
+    let (cost, ended) = run(&still(bed, SPACING, jitter, STEPS), &moving(integrator));
+    assert!(ended.is_ok() && cost.steps == STEPS, "{cost:?}");
+    cost.max_speed
 }
 
 #[test]
 fn lake_is_at_rest_on_any_bed_and_arrangement() {
     for (name, bed) in [("bump", bump as fn(Vec2) -> f64), ("step", step), ("rough", rough)] {
         for jitter in [0.0, 0.15, 0.3] {
-            let speed = speed(bed, jitter, Integrator::Leapfrog);
+            let speed = speed(bed, jitter, "leapfrog");
             assert!(speed < REST, "{name}, jitter {jitter}: {speed:e} m/s");
         }
     }
@@ -62,18 +31,18 @@ fn lake_is_at_rest_on_any_bed_and_arrangement() {
 #[test]
 fn lake_is_at_rest_around_an_island() {
     for jitter in [0.0, 0.15] {
-        let speed = speed(island, jitter, Integrator::Leapfrog);
+        let speed = speed(island, jitter, "leapfrog");
         assert!(speed < REST, "jitter {jitter}: {speed:e} m/s");
     }
     // Stronger jitter leaves true gaps of more than two spacings before the shore, into which water slumps.
-    let slump = speed(island, 0.3, Integrator::Leapfrog);
+    let slump = speed(island, 0.3, "leapfrog");
     assert!(slump < 0.02, "{slump:e} m/s");
 }
 
 #[test]
 fn lake_is_at_rest_with_heun() {
     for bed in [rough, island] {
-        let speed = speed(bed, 0.15, Integrator::Heun);
+        let speed = speed(bed, 0.15, "heun");
         assert!(speed < REST, "{speed:e} m/s");
     }
 }

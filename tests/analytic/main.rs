@@ -4,6 +4,7 @@
 mod support;
 
 mod bowl;
+mod cases;
 mod channel;
 mod circle;
 mod lake;

@@ -1,39 +1,32 @@
 //! The variational form in the plane: a circular dam break between two walls of symmetry, and a closed box.
 
-use floodsim::math::Vec2;
-use floodsim::scenario::methods::{Integrator, Stabilisation};
-use floodsim::solver::FlowSolver;
+use floodsim::scenario::methods::{Integrator, Motion, Stabilisation};
 use floodsim::solver::variational::VariationalSolver;
+use floodsim::validation::cases::circles::circular;
+use floodsim::validation::exact::Accuracy;
+use floodsim::validation::{jittered_lattice, problem, seeds_at};
 
-use crate::support::{
-    assert_below, max_speed, mean_errors, places, problem, radial_reference, run_steps, run_until, seeds_at,
-};
+use crate::support::{assert_below, max_speed, methods, outcome, run_steps};
 
 const SIZE: f64 = 12.0;
-const DAM: f64 = 2.5;
-const END: f64 = 1.4;
+const SPACING: f64 = 0.4;
 
-fn box_of_water(spacing: f64, stabilisation: Stabilisation, level: impl Fn(Vec2) -> f64) -> VariationalSolver {
-    let cells = (SIZE / spacing).round() as usize;
-    let mut problem = problem(cells, cells, spacing, |_| 0.0);
+/// A closed box with a metre of level water.
+fn box_of_water(stabilisation: Stabilisation) -> VariationalSolver {
+    let cells = (SIZE / SPACING).round() as usize;
+    let mut problem = problem(cells, cells, SPACING, |_| 0.0);
     problem.courant = VariationalSolver::default_courant(Integrator::Leapfrog);
-    let seeds = seeds_at(&problem, &places(SIZE, SIZE, spacing, 0.0), spacing * spacing, level);
+    let places = jittered_lattice(SIZE, SIZE, SPACING, 0.0);
+    let seeds = seeds_at(&problem, &places, SPACING * SPACING, |_| 1.0);
     VariationalSolver::new(problem, seeds, Integrator::Leapfrog, stabilisation)
 }
 
 /// Mean errors of depth (m) and velocity (m/s) of the dam break 2.5 m to 0.5 m, and how far the momentum is off the diagonal.
 fn errors(spacing: f64, stabilisation: Stabilisation) -> ((f64, f64), f64) {
-    let reference = radial_reference(2.5, 0.5, DAM, 17.0, END, 2000);
-    let mut solver = box_of_water(spacing, stabilisation, |p| if p.norm() < DAM { 2.5 } else { 0.5 });
-    run_until(&mut solver, END);
-    assert!(solver.ledger().relative_error().abs() < 1e-12);
-    let errors = mean_errors(&solver, |p| {
-        let (d, u) = reference(p.norm());
-        (d, p * (u / p.norm()))
-    });
-    let particles = &solver.state().particles;
-    let momentum = (0..particles.len()).fold(Vec2::ZERO, |sum, i| sum + particles.velocity[i] * particles.volume[i]);
-    (errors, ((momentum.x - momentum.y) / momentum.x).abs())
+    let methods = methods(&[("formulation", "variational"), ("stabilisation", stabilisation.name())]);
+    let outcome = outcome(&circular(spacing, Motion::Lagrangian, Accuracy::First), &methods);
+    let momentum = outcome.end.momentum();
+    ((outcome.errors.depth, outcome.errors.velocity), ((momentum.x - momentum.y) / momentum.x).abs())
 }
 
 #[test]
@@ -55,7 +48,7 @@ fn circular_dam_break_converges_and_keeps_its_symmetry() {
 fn box_of_level_water_stays_at_rest_between_its_walls() {
     // Mirror images complete every kernel: a lattice of particles on a level bed has no force, corners included.
     for stabilisation in [Stabilisation::Riemann, Stabilisation::ArtificialViscosity] {
-        let mut solver = box_of_water(0.4, stabilisation, |_| 1.0);
+        let mut solver = box_of_water(stabilisation);
         run_steps(&mut solver, 200);
         // Summed depths of about 1 m are iterated to 1e-10 m, which drives some 1e-9 m/s² at random, 200 steps long.
         assert!(max_speed(&solver) < 1e-6, "{stabilisation:?}: {:e} m/s", max_speed(&solver));

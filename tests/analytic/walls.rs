@@ -5,7 +5,8 @@ use floodsim::scenario::methods::Integrator;
 use floodsim::solver::lagrangian::LagrangianSolver;
 use floodsim::solver::{FlowProblem, FlowSolver, OpenEdges};
 
-use crate::support::{max_speed, places, problem, run_steps, seeds_at};
+use crate::support::{max_speed, run_steps};
+use floodsim::validation::{jittered_lattice, problem, seeds_at};
 
 const CELLS: usize = 30;
 const SPACING: f64 = 1.0;
@@ -23,7 +24,7 @@ fn basin() -> FlowProblem {
 }
 
 fn solver(problem: FlowProblem, jitter: f64, level: impl Fn(Vec2) -> f64) -> LagrangianSolver {
-    let seeds = seeds_at(&problem, &places(SIZE, SIZE, SPACING, jitter), SPACING * SPACING, level);
+    let seeds = seeds_at(&problem, &jittered_lattice(SIZE, SIZE, SPACING, jitter), SPACING * SPACING, level);
     LagrangianSolver::new(problem, seeds, Integrator::Leapfrog)
 }
 

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use floodsim::validation::exact::{ritter, ritter_front, stoker};
 use tempfile::TempDir;
 
-use crate::support::{ritter, stoker};
 use crate::{Netcdf, floodsim};
 
 /// Place of the dam (m) and time (s) of the comparison.
@@ -54,8 +54,7 @@ fn reach(state: &[(f64, f64, f64)], depth: f64) -> f64 {
 fn ritter_through_the_whole_program() {
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ritter/scenario.yaml");
     let exact = |x: f64| ritter(WEST, x - DAM, TIME);
-    // The exact depth is 1 cm where x/t is 2 c − 3 √(g d).
-    let front = TIME * (2.0 * (9.81 * WEST).sqrt() - 3.0 * (9.81f64 * 0.01).sqrt());
+    let front = ritter_front(WEST, 0.01, TIME);
     let mut depth_errors = Vec::new();
     for cell in [10.0, 5.0] {
         let state = run(&scenario, cell);

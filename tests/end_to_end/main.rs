@@ -5,8 +5,6 @@ mod bad_inputs;
 mod bad_scenarios;
 mod commands;
 mod dam_breaks;
-#[path = "../support/mod.rs"]
-mod support;
 mod whole_runs;
 
 use std::collections::BTreeMap;

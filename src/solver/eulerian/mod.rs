@@ -104,6 +104,17 @@ impl EulerianSolver {
         solver
     }
 
+    /// Gives the water a velocity (m/s) at the start, by place (local coordinates).
+    pub fn set_velocity(&mut self, velocity: impl Fn(Vec2) -> Vec2) {
+        for (row, water) in self.state.water.iter_mut().enumerate() {
+            for column in (0..water.depth.len()).filter(|&column| water.depth[column] > self.scale.dry_depth) {
+                let discharge = velocity(State::position(row, column, self.scale.spacing)) * water.depth[column];
+                (water.discharge_x[column], water.discharge_y[column]) = (discharge.x, discharge.y);
+            }
+        }
+        self.evaluate_primitive();
+    }
+
     /// Velocities, surface levels and the greatest signal speed of the current state.
     fn evaluate_primitive(&mut self) {
         primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Step);

@@ -1,0 +1,95 @@
+//! `floodsim chart`: speed against accuracy of methods, as CSV and one figure for each case and error.
+
+use std::path::PathBuf;
+
+use super::args::ChartArguments;
+use super::print;
+use super::validate::{chosen_cases, run_cases, write};
+use crate::error::Error;
+use crate::maps::{ChartLine, ChartPoint, speed_against_accuracy};
+use crate::validation::{Row, rows_as_csv, rows_from_csv};
+
+/// Errors below this (m, m/s) are rounding: nothing to draw.
+const ROUNDING: f64 = 1e-10;
+
+/// What the errors of both motions are means of.
+const NORM: &str = "Mean over the particles where they move, over wet cells where they rest.";
+
+/// Runs the cases or reads their rows, and writes `chart.csv` and the figures.
+///
+/// # Errors
+/// `Error::Usage` for wrong names and files that hold no rows, `Error::Output` for the folder.
+pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
+    let chosen = chosen_cases(&arguments.cases)?;
+    let folder = &arguments.out;
+    let table = folder.join("chart.csv");
+    let text = match &arguments.from {
+        Some(file) => std::fs::read_to_string(file)
+            .map_err(|cause| Error::Usage(format!("{} cannot be read: {cause}", file.display())))?,
+        None => {
+            let runs = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
+            rows_as_csv(&runs.into_iter().flat_map(|run| run.result.rows).collect::<Vec<_>>())
+        }
+    };
+    // The figures show what the table says, to its last digit.
+    let source = arguments.from.as_ref().unwrap_or(&table).display();
+    let rows = rows_from_csv(&text).map_err(|fault| Error::Usage(format!("{source}: {fault}")))?;
+    std::fs::create_dir_all(folder)
+        .map_err(|cause| Error::Output { path: folder.clone(), cause: cause.to_string() })?;
+    write(&table, &text)?;
+    let mut files = vec![table];
+    for case in chosen {
+        let of_case: Vec<&Row> = rows.iter().filter(|row| row.case == case.name).collect();
+        for (name, label, error) in ERRORS {
+            let lines = lines(&of_case, error);
+            if lines.iter().all(|line| line.points.is_empty()) {
+                continue;
+            }
+            let title = format!("{}: {name}", case.name);
+            let file = folder.join(format!("{}_{name}.svg", case.name));
+            let about = format!("{} {NORM}", case.about);
+            write(&file, &speed_against_accuracy(&title, &about, label, &lines))?;
+            files.push(file);
+        }
+    }
+    print(&files.iter().map(|file: &PathBuf| format!("{}\n", file.display())).collect::<String>())
+}
+
+type ErrorOf = fn(&Row) -> Option<f64>;
+
+const ERRORS: [(&str, &str, ErrorOf); 2] = [
+    ("depth", "mean absolute error of the depth (m)", |row| row.error_depth),
+    ("velocity", "mean absolute error of the velocity (m/s)", |row| row.error_velocity),
+];
+
+/// One line for each method, with the spacings as points.
+fn lines(rows: &[&Row], error: ErrorOf) -> Vec<ChartLine> {
+    let families: [fn(&Row) -> &str; 5] =
+        [|row| &row.formulation, |row| &row.motion, |row| &row.flux, |row| &row.kernel, |row| &row.integrator];
+    // What all rows share needs no mention; which motion it is always does.
+    let differs = families.map(|family| rows.iter().any(|row| family(row) != family(rows[0])));
+    let name = |row: &Row| {
+        let named = families.iter().enumerate().filter(|(k, _)| *k == 1 || differs[*k]).map(|(_, family)| family(row));
+        named.map(str::to_owned).chain(other_methods(row)).collect::<Vec<_>>().join(", ")
+    };
+    let mut lines: Vec<ChartLine> = Vec::new();
+    for row in rows {
+        let name = name(row);
+        let index = lines.iter().position(|line| line.name == name).unwrap_or_else(|| {
+            lines.push(ChartLine { name, points: Vec::new() });
+            lines.len() - 1
+        });
+        if let Some(error) = error(row).filter(|error| *error > ROUNDING) {
+            lines[index].points.push(ChartPoint { cost: row.cpu_s, error, label: format!("{} m", row.spacing_m) });
+        }
+    }
+    lines
+}
+
+/// Families without a column stand at the beginning of the note, as `cfl 0.8`.
+fn other_methods(row: &Row) -> Option<String> {
+    let known = ["cfl ", "dry_depth ", "wall ", "reconstruction ", "preset "];
+    let parts: Vec<&str> =
+        row.note.split("; ").take_while(|part| known.iter().any(|key| part.starts_with(key))).collect();
+    (!parts.is_empty()).then(|| parts.join(", "))
+}

@@ -1,0 +1,149 @@
+//! `floodsim validate`: the built-in cases with chosen methods, as a table, JSON or CSV.
+
+use std::path::Path;
+
+use super::args::{CaseArguments, ResolutionsArgument, ValidateArguments};
+use super::print;
+use crate::error::Error;
+use crate::scenario::read::nearest;
+use crate::validation::{
+    Case, CaseResult, Choice, Resolutions, Row, Scope, Suite, Varied, cases, choices, list_of_cases, rows_as_csv,
+    run_case, table_of_rows,
+};
+
+/// Runs the cases, prints and writes their rows.
+///
+/// # Errors
+/// `Error::Usage` for wrong names, `Error::Output` for files, and `Error::Gate` where the default methods miss a bar: that of each run
+/// in every motion that was run, that of the better motion in all of them.
+pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
+    let chosen = chosen_cases(&arguments.cases)?;
+    if arguments.list {
+        return print(&list_of_cases(chosen.into_iter()));
+    }
+    let results = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
+    let rows: Vec<Row> = results.iter().flat_map(|result| result.result.rows.iter().cloned()).collect();
+    print(&table_of_rows(&rows))?;
+    if let Some(file) = &arguments.json {
+        write(file, &as_json(&rows)?)?;
+    }
+    if let Some(file) = &arguments.csv {
+        write(file, &rows_as_csv(&rows))?;
+    }
+    let missed = missed_bars(&results);
+    if missed.is_empty() {
+        Ok(())
+    } else {
+        Err(Error::Gate(format!("the default methods miss a bar of {}", missed.join(", "))))
+    }
+}
+
+/// A case with one choice of methods, and what came out.
+pub struct CaseRun {
+    case: &'static Case,
+    choice: Choice,
+    /// What came out.
+    pub result: CaseResult,
+}
+
+/// The cases that are named, or all of the suite.
+pub fn chosen_cases(arguments: &CaseArguments) -> Result<Vec<&'static Case>, Error> {
+    let suite = arguments.suite.as_deref().map(suite_named).transpose()?;
+    if arguments.cases.is_empty() {
+        return Ok(cases::all().filter(|case| suite.is_none_or(|suite| case.suite == suite)).collect());
+    }
+    arguments.cases.iter().map(|name| case_named(name)).collect()
+}
+
+fn suite_named(name: &str) -> Result<Suite, Error> {
+    let names = || Suite::ALL.iter().map(|suite| suite.name());
+    let found = Suite::ALL.iter().copied().find(|suite| suite.name() == name);
+    found.ok_or_else(|| Error::Usage(format!("`{name}` is not a suite; {}", remedy(name, names()))))
+}
+
+fn case_named(name: &str) -> Result<&'static Case, Error> {
+    // Scenarios and cases are named with either sign.
+    let plain = name.replace('-', "_");
+    let names = || cases::all().map(|case| case.name);
+    cases::named(&plain).ok_or_else(|| Error::Usage(format!("`{name}` is not a case; {}", remedy(name, names()))))
+}
+
+fn remedy<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.collect();
+    match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("use one of {}", known.join(", ")),
+    }
+}
+
+/// Runs every case with every choice, on so many threads; says on stderr where it is and what it leaves out.
+pub fn run_cases(
+    cases: &[&'static Case],
+    arguments: &CaseArguments,
+    resolutions: ResolutionsArgument,
+) -> Result<Vec<CaseRun>, Error> {
+    let varied: Result<Vec<Varied>, String> = arguments.vary.iter().map(|text| Varied::read(text)).collect();
+    let (choices, refused) = choices(&varied.map_err(|message| Error::Usage(format!("--vary: {message}")))?)?;
+    for line in refused {
+        eprintln!("left out: {line}");
+    }
+    let resolutions = match resolutions {
+        ResolutionsArgument::Test => Resolutions::Test,
+        ResolutionsArgument::Full => Resolutions::Full,
+    };
+    let threads = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads.get())
+        .build()
+        .map_err(|cause| Error::Internal(format!("the threads could not be started: {cause}")))?;
+    let mut runs = Vec::new();
+    for &case in cases {
+        for choice in &choices {
+            eprintln!("{}: {}", case.name, choice.label());
+            let result = threads.install(|| run_case(case, choice, resolutions));
+            if let Some(why) = &result.skipped {
+                eprintln!("{}: {} skipped, because {why}", case.name, choice.label());
+            }
+            runs.push(CaseRun { case, choice: choice.clone(), result });
+        }
+    }
+    Ok(runs)
+}
+
+/// The names of the cases of which the default methods miss a bar.
+fn missed_bars(runs: &[CaseRun]) -> Vec<&'static str> {
+    let mut missed: Vec<&'static str> = Vec::new();
+    for run in runs.iter().filter(|run| run.choice.is_default) {
+        let same_case = || runs.iter().filter(|other| other.choice.is_default && other.case.name == run.case.name);
+        let is_met_by = |run: &CaseRun, bar: usize| {
+            run.result.verdicts.iter().filter(|verdict| verdict.bar == bar).all(|verdict| verdict.is_met)
+        };
+        let is_missed = run.result.verdicts.iter().any(|verdict| {
+            let counts = match verdict.scope {
+                Scope::Each | Scope::Of(_) => true,
+                Scope::Better => !same_case().any(|other| is_met_by(other, verdict.bar)),
+                Scope::Shown => false,
+            };
+            counts && !verdict.is_met
+        });
+        let has_failed = run.result.rows.iter().any(|row| row.status == crate::validation::Status::Fails);
+        if (is_missed || has_failed) && !missed.contains(&run.case.name) {
+            missed.push(run.case.name);
+        }
+    }
+    missed
+}
+
+fn as_json(rows: &[Row]) -> Result<String, Error> {
+    let line = |row: &Row| serde_json::to_string(row).map_err(|cause| Error::Internal(cause.to_string()));
+    let lines: Result<Vec<String>, Error> = rows.iter().map(line).collect();
+    Ok(format!("[\n{}\n]\n", lines?.join(",\n")))
+}
+
+/// Writes a file that is complete when it has its name.
+pub fn write(file: &Path, text: &str) -> Result<(), Error> {
+    let mut partial = file.as_os_str().to_owned();
+    partial.push(".part");
+    let failed = |cause: std::io::Error| Error::Output { path: file.to_owned(), cause: cause.to_string() };
+    std::fs::write(&partial, text).map_err(failed)?;
+    std::fs::rename(&partial, file).map_err(failed)
+}

@@ -1,0 +1,166 @@
+//! What a case is: a problem with an answer, the spacings it is run at, and the bars it is held to.
+
+use super::run::Snapshot;
+use crate::math::Vec2;
+use crate::particles::FluidSeed;
+use crate::physics::dimension::Dimension;
+use crate::scenario::methods::Motion;
+use crate::solver::FlowProblem;
+
+/// A group of cases.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suite {
+    /// Error, order and cost against known answers.
+    Analytic,
+}
+
+impl Suite {
+    /// Every suite.
+    pub const ALL: &'static [Suite] = &[Suite::Analytic];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Suite::Analytic => "analytic",
+        }
+    }
+}
+
+/// Which runs a bar is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Every run of the case.
+    Each,
+    /// Runs of one motion.
+    Of(Motion),
+    /// The better of the motions.
+    Better,
+    /// Every run, but only for show: what is found is stated, and nothing is missed by it.
+    Shown,
+}
+
+/// What a case must reach. All that is given must hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Bar {
+    /// Which runs it is for.
+    pub scope: Scope,
+    /// The spacing (m) at which the errors are judged; any when absent.
+    pub spacing: Option<f64>,
+    /// Largest mean error of the depth (m).
+    pub depth: Option<f64>,
+    /// Largest mean error of the velocity (m/s).
+    pub velocity: Option<f64>,
+    /// Least orders of depth and velocity, at the finest of the spacings that were run.
+    pub order: Option<(f64, Option<f64>)>,
+    /// Greatest speed (m/s) at any step.
+    pub max_speed: Option<f64>,
+    /// Whether the checks of the setup belong to it, at every spacing.
+    pub checks: bool,
+}
+
+impl Bar {
+    /// A bar that asks nothing of any run; fill in what it asks.
+    pub const NONE: Bar = Bar {
+        scope: Scope::Each,
+        spacing: None,
+        depth: None,
+        velocity: None,
+        order: None,
+        max_speed: None,
+        checks: false,
+    };
+}
+
+/// Something that was found beside the errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// What was found, with its number.
+    pub found: String,
+    /// Whether it is as it must be.
+    pub is_met: bool,
+}
+
+/// When a run ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Until {
+    /// At a time (s).
+    Time(f64),
+    /// After a number of steps of the solver's own choice.
+    Steps(usize),
+}
+
+/// Depth (m) and velocity (m/s) at a place when the run ends.
+pub type Exact = Box<dyn Fn(Vec2) -> (f64, Vec2) + Send + Sync>;
+
+/// A velocity (m/s) at a place.
+pub type Velocity = Box<dyn Fn(Vec2) -> Vec2 + Send + Sync>;
+
+/// Looks at the start and the end of a run.
+pub type Checks = Box<dyn Fn(&Snapshot, &Snapshot) -> Vec<Check> + Send + Sync>;
+
+/// One run, ready to go but for its methods.
+pub struct Setup {
+    /// Bed, walls, and the water of resting particles.
+    pub problem: FlowProblem,
+    /// The water of moving particles.
+    pub seeds: Vec<FluidSeed>,
+    /// Velocity at the start; at rest when absent.
+    pub velocity: Option<Velocity>,
+    /// A channel of unit width, or the plane.
+    pub dimension: Dimension,
+    /// The end.
+    pub until: Until,
+    /// The answer.
+    pub exact: Exact,
+    /// The places at which errors count.
+    pub counts: Box<dyn Fn(Vec2) -> bool + Send + Sync>,
+    /// Greatest depth (m) of the answer: half a per cent of it is the least depth at which the velocity of resting particles counts.
+    pub scale_depth: f64,
+    /// Greatest speed (m/s) of the answer, to foresee the number of steps.
+    pub scale_speed: f64,
+    /// What else is looked at.
+    pub checks: Option<Checks>,
+}
+
+impl Setup {
+    /// Water at rest that is compared everywhere, without further checks.
+    pub fn new(problem: FlowProblem, seeds: Vec<FluidSeed>, dimension: Dimension, until: Until, exact: Exact) -> Setup {
+        let deepest = problem.initial_depth.iter().copied().fold(0.0, f64::max);
+        let deepest = seeds.iter().map(|seed| seed.depth).fold(deepest, f64::max);
+        Setup {
+            scale_depth: deepest,
+            scale_speed: 2.0 * (problem.gravity * deepest).sqrt(),
+            problem,
+            seeds,
+            velocity: None,
+            dimension,
+            until,
+            exact,
+            counts: Box::new(|_| true),
+            checks: None,
+        }
+    }
+}
+
+/// A setup, or why there is none for this motion on this machine.
+pub type SetupResult = Result<Setup, String>;
+
+/// A problem with a known answer.
+pub struct Case {
+    /// The name on the command line.
+    pub name: &'static str,
+    /// The suite.
+    pub suite: Suite,
+    /// One sentence: what it tests, and against what.
+    pub about: &'static str,
+    /// Whether constants of the methods were chosen on it.
+    pub is_tuned: bool,
+    /// Spacings (m), the coarsest first.
+    pub spacings: &'static [f64],
+    /// So many of the coarsest make up the test resolution.
+    pub tested: usize,
+    /// What must hold.
+    pub bars: &'static [Bar],
+    /// The run at a spacing (m) with a motion.
+    pub setup: fn(f64, Motion) -> SetupResult,
+}

@@ -1,0 +1,46 @@
+//! Mean absolute errors: over the particles where they move, over the riverbed particles that are wet where they rest.
+//!
+//! ```text
+//! error of the depth = Σ |d − d_exact| / N,   error of the velocity = Σ |v − v_exact| / N
+//! ```
+//!
+//! A resting particle is wet when either depth exceeds a ten-thousandth of the greatest one; its velocity counts as an error of 0 where
+//! the exact depth is below half a per cent of the greatest, because the velocity of such a film means nothing.
+
+use super::case::Setup;
+use super::run::Snapshot;
+
+/// Share of the greatest depth from which a resting particle is wet.
+const WET_SHARE: f64 = 1e-4;
+/// Share of the greatest depth from which the velocity of a resting particle counts.
+const THICK_SHARE: f64 = 5e-3;
+
+/// Mean absolute errors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// Of the depth (m).
+    pub depth: f64,
+    /// Of the velocity (m/s).
+    pub velocity: f64,
+}
+
+/// The errors of a snapshot at the end of a setup; none where no particle counts.
+pub fn errors(snapshot: &Snapshot, setup: &Setup) -> Errors {
+    let (wet, thick) = if snapshot.is_moving {
+        (f64::NEG_INFINITY, f64::NEG_INFINITY)
+    } else {
+        (WET_SHARE * setup.scale_depth, THICK_SHARE * setup.scale_depth)
+    };
+    let (mut sum, mut number) = (Errors::default(), 0);
+    for sample in snapshot.samples.iter().filter(|sample| (setup.counts)(sample.place)) {
+        let (depth, velocity) = (setup.exact)(sample.place);
+        if sample.depth <= wet && depth <= wet {
+            continue;
+        }
+        sum.depth += (sample.depth - depth).abs();
+        sum.velocity += if depth > thick { (sample.velocity - velocity).norm() } else { 0.0 };
+        number += 1;
+    }
+    let number = f64::from(number.max(1));
+    Errors { depth: sum.depth / number, velocity: sum.velocity / number }
+}

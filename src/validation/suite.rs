@@ -1,0 +1,271 @@
+//! A case at its spacings with given methods, judged by its bars.
+
+use super::case::{Bar, Case, Check, Scope};
+use super::choice::Choice;
+use super::error::Errors;
+use super::row::{Row, Status};
+use super::run::{Broken, Cost, Outcome, run};
+
+/// Errors below this (m, m/s) are rounding and have no order.
+const ROUNDING: f64 = 1e-10;
+
+/// Which spacings of a case are run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resolutions {
+    /// The coarse ones that the tests take.
+    Test,
+    /// All.
+    Full,
+}
+
+/// Whether a bar was met by one run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Verdict {
+    /// Number of the bar in its case.
+    pub bar: usize,
+    /// Which runs the bar is for.
+    pub scope: Scope,
+    /// Whether it was met.
+    pub is_met: bool,
+}
+
+/// What came out of a case with one choice of methods.
+#[derive(Clone, Debug, Default)]
+pub struct CaseResult {
+    /// A row for each spacing.
+    pub rows: Vec<Row>,
+    /// The bars that applied.
+    pub verdicts: Vec<Verdict>,
+    /// Why the case was left out, where it was.
+    pub skipped: Option<String>,
+}
+
+/// Runs a case; a run that breaks ends its own row alone.
+pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseResult {
+    let number = match resolutions {
+        Resolutions::Test => case.tested.min(case.spacings.len()),
+        Resolutions::Full => case.spacings.len(),
+    };
+    let mut result = CaseResult::default();
+    let mut coarser: Option<(f64, Errors)> = None;
+    for (k, &spacing) in case.spacings[..number].iter().enumerate() {
+        let setup = match (case.setup)(spacing, choice.numerics.motion) {
+            Ok(setup) => setup,
+            Err(why) => {
+                result.skipped = Some(why);
+                return result;
+            }
+        };
+        let (cost, ended) = run(&setup, choice);
+        let errors = ended.as_ref().ok().map(|outcome| outcome.errors);
+        let orders = errors.zip(coarser).map(|(fine, (coarse_spacing, coarse))| {
+            let of = |coarse: f64, fine: f64| {
+                (fine > ROUNDING).then(|| (coarse / fine).ln() / (coarse_spacing / spacing).ln())
+            };
+            (of(coarse.depth, fine.depth), of(coarse.velocity, fine.velocity))
+        });
+        coarser = errors.map(|errors| (spacing, errors));
+        let place = Placed { case, choice, spacing, is_finest: k + 1 == number };
+        let (row, verdicts) = place.row(cost, &ended, orders.unwrap_or_default());
+        result.rows.push(row);
+        result.verdicts.extend(verdicts);
+    }
+    result
+}
+
+/// Where a run stands among the runs of its case.
+struct Placed<'a> {
+    case: &'a Case,
+    choice: &'a Choice,
+    spacing: f64,
+    is_finest: bool,
+}
+
+type Orders = (Option<f64>, Option<f64>);
+
+impl Placed<'_> {
+    fn row(&self, cost: Cost, ended: &Result<Outcome, Broken>, orders: Orders) -> (Row, Vec<Verdict>) {
+        let numerics = &self.choice.numerics;
+        let outcome = ended.as_ref().ok();
+        let mut asked = Vec::new();
+        let mut verdicts = Vec::new();
+        for (number, bar) in self.case.bars.iter().enumerate() {
+            let items = self.asked_by(bar, &cost, outcome, orders);
+            if !items.is_empty() {
+                let is_met = items.iter().all(|item| item.is_met);
+                verdicts.push(Verdict { bar: number, scope: bar.scope, is_met });
+                let whose = match bar.scope {
+                    Scope::Each | Scope::Of(_) => "",
+                    Scope::Better => " (the better motion)",
+                    Scope::Shown => " (for show)",
+                };
+                asked.extend(items.into_iter().map(|item| format!("{}{whose}", item.found)));
+            }
+        }
+        let status = match ended {
+            Err(_) => Status::Fails,
+            Ok(_) if verdicts.is_empty() => Status::Holds,
+            Ok(_) if verdicts.iter().all(|verdict| verdict.is_met) => Status::Pass,
+            Ok(_) => Status::FallShort,
+        };
+        let row = Row {
+            suite: self.case.suite.name().to_owned(),
+            case: self.case.name.to_owned(),
+            formulation: numerics.formulation.name().to_owned(),
+            motion: numerics.motion.name().to_owned(),
+            kernel: numerics.kernel.name().to_owned(),
+            flux: numerics.stabilisation.name().to_owned(),
+            integrator: numerics.integrator.name().to_owned(),
+            spacing_m: self.spacing,
+            particles: cost.particles,
+            particle_evaluations: cost.evaluations,
+            cpu_s: cost.cpu_s,
+            norm: if is_moving(self.choice) { "mean_abs_particles" } else { "mean_abs_grid" }.to_owned(),
+            error_depth: outcome.map(|outcome| outcome.errors.depth),
+            error_velocity: outcome.map(|outcome| outcome.errors.velocity),
+            order_depth: orders.0,
+            order_velocity: orders.1,
+            max_speed_m_s: cost.max_speed,
+            status,
+            bar: asked.join("; "),
+            note: self.note(ended),
+        };
+        (row, verdicts)
+    }
+
+    /// What a bar asks of this run and whether it is so; nothing where the bar is for other runs.
+    fn asked_by(&self, bar: &Bar, cost: &Cost, outcome: Option<&Outcome>, orders: Orders) -> Vec<Check> {
+        let is_for_me = match bar.scope {
+            Scope::Each | Scope::Better | Scope::Shown => true,
+            Scope::Of(motion) => motion == self.choice.numerics.motion,
+        };
+        let mut items = Vec::new();
+        if !is_for_me {
+            return items;
+        }
+        let mut ask = |found: String, is_met: bool| items.push(Check { found, is_met });
+        let at_most = |value: Option<f64>, most: f64| value.is_some_and(|value| value <= most);
+        if bar.spacing.is_none_or(|spacing| (spacing / self.spacing - 1.0).abs() < 1e-9) {
+            if let Some(most) = bar.depth {
+                ask(format!("depth <= {most} m"), at_most(outcome.map(|o| o.errors.depth), most));
+            }
+            if let Some(most) = bar.velocity {
+                ask(format!("velocity <= {most} m/s"), at_most(outcome.map(|o| o.errors.velocity), most));
+            }
+            if let Some(most) = bar.max_speed {
+                ask(format!("max speed <= {most:e} m/s"), at_most(outcome.map(|_| cost.max_speed), most));
+            }
+        }
+        if let Some((depth, velocity)) = bar.order.filter(|_| self.is_finest && self.has_coarser()) {
+            let at_least = |order: Option<f64>, least: f64| order.is_some_and(|order| order >= least);
+            ask(format!("order of depth >= {depth}"), at_least(orders.0, depth));
+            if let Some(velocity) = velocity {
+                ask(format!("order of velocity >= {velocity}"), at_least(orders.1, velocity));
+            }
+        }
+        if bar.checks {
+            let checks = outcome.map_or(&[][..], |outcome| &outcome.checks);
+            ask("checks in the note".to_owned(), outcome.is_some() && checks.iter().all(|check| check.is_met));
+        }
+        items
+    }
+
+    fn has_coarser(&self) -> bool {
+        self.case.spacings.first().is_some_and(|coarsest| *coarsest > self.spacing)
+    }
+
+    fn note(&self, ended: &Result<Outcome, Broken>) -> String {
+        // Families that have a column of their own need no mention.
+        let columns = ["formulation", "motion", "kernel", "stabilisation", "integrator"];
+        let given = self.choice.given.iter().filter(|(family, _)| !columns.contains(&family.as_str()));
+        let mut parts: Vec<String> = given.map(|(family, member)| format!("{family} {member}")).collect();
+        match ended {
+            Err(broken) => parts.push(broken.to_string()),
+            Ok(outcome) => parts.extend(
+                outcome
+                    .checks
+                    .iter()
+                    .map(|check| if check.is_met { check.found.clone() } else { format!("{} (missed)", check.found) }),
+            ),
+        }
+        parts.join("; ")
+    }
+}
+
+fn is_moving(choice: &Choice) -> bool {
+    choice.numerics.motion == crate::scenario::methods::Motion::Lagrangian
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec2;
+    use crate::scenario::methods::Motion;
+    use crate::validation::case::{SetupResult, Suite};
+    use crate::validation::cases::dam_breaks::channel;
+
+    const CASE: Case = Case {
+        name: "made",
+        suite: Suite::Analytic,
+        about: "Made for this test.",
+        is_tuned: true,
+        spacings: &[40.0, 20.0],
+        tested: 2,
+        bars: &[
+            Bar { scope: Scope::Of(Motion::Lagrangian), spacing: Some(20.0), depth: Some(1e-9), ..Bar::NONE },
+            Bar { order: Some((0.5, None)), ..Bar::NONE },
+        ],
+        setup: |spacing, _| Ok(channel(spacing, 5.0, 20.0)),
+    };
+
+    fn results(setup: fn(f64, Motion) -> SetupResult) -> [CaseResult; 2] {
+        ["eulerian", "lagrangian"].map(|motion| {
+            let choice = Choice::new(&[("motion", motion)]).unwrap();
+            run_case(&Case { setup, ..CASE }, &choice, Resolutions::Test)
+        })
+    }
+
+    #[test]
+    fn bars_are_judged_where_they_apply() {
+        let [resting, moving] = results(CASE.setup);
+        let statuses = |result: &CaseResult| result.rows.iter().map(|row| row.status).collect::<Vec<_>>();
+        assert_eq!(statuses(&resting), [Status::Holds, Status::Pass]);
+        assert_eq!(statuses(&moving), [Status::Holds, Status::FallShort]);
+        assert_eq!(moving.rows[1].bar, "depth <= 0.000000001 m; order of depth >= 0.5");
+        let row = &resting.rows[1];
+        let coarse = resting.rows[0].error_depth.unwrap();
+        assert!((row.order_depth.unwrap() - (coarse / row.error_depth.unwrap()).log2()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_run_that_breaks_says_when_where_and_what_and_stops_nothing() {
+        for result in results(|spacing, motion| {
+            let mut setup = (CASE.setup)(spacing, motion)?;
+            if spacing > 30.0 {
+                setup.velocity = Some(Box::new(|place| Vec2::new(if place.x < 50.0 { f64::NAN } else { 0.0 }, 0.0)));
+            }
+            Ok(setup)
+        }) {
+            let (broken, sound) = (&result.rows[0], &result.rows[1]);
+            assert_eq!((broken.status, broken.error_depth), (Status::Fails, None));
+            assert!(broken.note.contains("broke down at t =") && broken.note.contains("limited by"), "{}", broken.note);
+            assert!(sound.status != Status::Fails && sound.error_depth.is_some());
+            // Without a coarser error there is no order, and a bar on it is missed.
+            assert_eq!((sound.order_depth, sound.status), (None, Status::FallShort));
+        }
+    }
+
+    #[test]
+    fn a_run_whose_step_collapses_is_given_up() {
+        for result in results(|spacing, motion| {
+            let mut setup = (CASE.setup)(spacing, motion)?;
+            // As if the answer were so slow that hardly a step is foreseen for so long a time.
+            setup.until = crate::validation::Until::Time(1e5);
+            (setup.scale_depth, setup.scale_speed) = (1e-12, 0.0);
+            Ok(setup)
+        }) {
+            assert!(result.rows.iter().all(|row| row.status == Status::Fails));
+            assert!(result.rows[0].note.contains("given up at t ="), "{}", result.rows[0].note);
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Every built-in case at test resolution, in both motions, as `floodsim validate` runs them.
+
+use floodsim::validation::{Case, Resolutions, Row, Scope, Status, cases, choices, run_case};
+
+use crate::support::methods;
+
+/// Cases of which a bar is missed today at test resolution, with the motion: the page of results says so too. A case that comes to
+/// meet its bars must be taken from here, and no other one may join.
+const FALL_SHORT: &[(&str, &str)] = &[
+    ("ritter", "eulerian"),
+    ("ritter", "lagrangian"),
+    ("stoker", "eulerian"),
+    ("stoker", "lagrangian"),
+    ("stoker_strong", "lagrangian"),
+    // Order 1.3, but at 0.1 m the mirror symmetry is 4.4e-6 instead of rounding.
+    ("circular_dam", "lagrangian"),
+    ("lake_island_disordered", "lagrangian"),
+];
+
+/// Nothing breaks down, and the bars are met but for those that are known to be missed.
+fn check(cases: &[Case]) {
+    for case in cases {
+        for motion in ["eulerian", "lagrangian"] {
+            let result = run_case(case, &methods(&[("motion", motion)]), Resolutions::Test);
+            if let Some(why) = &result.skipped {
+                println!("{} {motion} skipped, because {why}", case.name);
+            }
+            for row in &result.rows {
+                assert_ne!(row.status, Status::Fails, "{} {motion}: {}", row.case, row.note);
+            }
+            let counts = |scope: Scope| matches!(scope, Scope::Each | Scope::Of(_));
+            let is_missed = result.verdicts.iter().any(|verdict| counts(verdict.scope) && !verdict.is_met);
+            assert_eq!(
+                is_missed,
+                FALL_SHORT.contains(&(case.name, motion)),
+                "{} {motion}: {:#?}",
+                case.name,
+                result.rows
+            );
+        }
+    }
+}
+
+#[test]
+fn dam_breaks() {
+    check(cases::dam_breaks::CASES);
+}
+
+#[test]
+fn circles() {
+    check(cases::circles::CASES);
+}
+
+#[test]
+fn lakes() {
+    check(cases::lakes::CASES);
+}
+
+#[test]
+fn bowls() {
+    check(cases::bowls::CASES);
+}
+
+#[test]
+fn steady_flows_and_slopes() {
+    check(cases::steady::CASES);
+    check(cases::slopes::CASES);
+}
+
+#[test]
+fn rows_are_the_same_for_any_number_of_threads() {
+    let rows = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let (choices, _) = choices(&[]).unwrap();
+            let chosen = ["stoker", "lake_island_disordered", "normal_depth", "spreading_cylinder"].map(cases::named);
+            let runs = chosen.into_iter().flatten().flat_map(|case| {
+                choices.iter().map(|choice| run_case(case, choice, Resolutions::Test)).collect::<Vec<_>>()
+            });
+            let without_time = |row: Row| format!("{:?}", Row { cpu_s: 0.0, ..row });
+            runs.flat_map(|result| result.rows).map(without_time).collect::<Vec<_>>()
+        })
+    };
+    assert_eq!(rows(1), rows(3));
+}
