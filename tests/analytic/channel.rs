@@ -24,18 +24,18 @@ fn check(coarse: (f64, f64), fine: (f64, f64), bounds: [(f64, f64); 2], order: f
 #[test]
 fn dry_dam_break_converges_at_first_order() {
     let run = |spacing, integrator| balanced(spacing, 0.0, integrator);
-    let leapfrog = [(0.031, 0.031), (0.016, 0.017)];
+    let leapfrog = [(0.0207, 0.0205), (0.0104, 0.0108)];
     check(run(10.0, "leapfrog"), run(5.0, "leapfrog"), leapfrog, 0.85);
-    let heun = [(0.030, 0.031), (0.015, 0.016)];
+    let heun = [(0.0207, 0.0213), (0.0100, 0.0109)];
     check(run(10.0, "heun"), run(5.0, "heun"), heun, 0.9);
 }
 
 #[test]
 fn wet_dam_break_converges_at_first_order() {
     let run = |spacing, integrator| balanced(spacing, 5.0, integrator);
-    let leapfrog = [(0.0265, 0.0305), (0.0125, 0.0145)];
+    let leapfrog = [(0.0240, 0.0273), (0.0111, 0.0129)];
     check(run(10.0, "leapfrog"), run(5.0, "leapfrog"), leapfrog, 1.0);
-    let heun = [(0.0255, 0.0280), (0.0120, 0.0135)];
+    let heun = [(0.0240, 0.0266), (0.0112, 0.0127)];
     check(run(10.0, "heun"), run(5.0, "heun"), heun, 1.0);
 }
 

@@ -77,8 +77,10 @@ impl Balanced {
         };
         // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
         let openness = vector(&sums.closure_x, &sums.closure_y) * (-2.0 * self.dimension.edge(me.area));
-        let partition = me.area * self.kernel.value(0.0, me.inverse_h) + sums.partition.total();
-        (gradients, Local { correction, openness, partition, edge: 0.0, push: Vec2::ZERO })
+        let own = me.area * self.kernel.value(0.0, me.inverse_h);
+        let partition = own + sums.partition.total();
+        let mean_depth = (own * me.depth + sums.depth_sum.total()) / partition;
+        (gradients, Local { correction, openness, partition, mean_depth, edge: 0.0, push: Vec2::ZERO })
     }
 
     fn next_smoothing_length(&self, me: &State, sums: &Sums) -> f64 {
@@ -96,6 +98,7 @@ struct Sums {
     closure_x: LaneSum,
     closure_y: LaneSum,
     partition: LaneSum,
+    depth_sum: LaneSum,
     surface_x: LaneSum,
     surface_y: LaneSum,
     depth_x: LaneSum,
@@ -125,19 +128,22 @@ fn sum_pairs(
         let (r, weight) = (&pairs.r[..n], &pairs.weight[..n]);
         let (e_x, e_y) = (&pairs.e_x[..n], &pairs.e_y[..n]);
         let (area, inverse_h) = (&pairs.area[..n], &pairs.inverse_h[..n]);
-        let [a, b, c, d, ..] = &mut pairs.terms;
-        let (a, b, c, d) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n]);
+        let depth = &pairs.depth[..n];
+        let [a, b, c, d, e, ..] = &mut pairs.terms;
+        let (a, b, c, d, e) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n], &mut e[..n]);
         for k in 0..n {
             let stretch = weight[k] * r[k];
             a[k] = stretch * e_x[k] * e_x[k];
             b[k] = stretch * e_x[k] * e_y[k];
             c[k] = stretch * e_y[k] * e_y[k];
             d[k] = area[k] * kernel.value(r[k], me.inverse_h);
+            e[k] = d[k] * depth[k];
         }
         sums.moment_xx.add(a);
         sums.moment_xy.add(b);
         sums.moment_yy.add(c);
         sums.partition.add(d);
+        sums.depth_sum.add(e);
         for k in 0..n {
             // The pairs that fill up have no area and must not count.
             let is_real = if area[k] > 0.0 { 1.0 } else { 0.0 };

@@ -64,6 +64,8 @@ struct Local {
     openness: Vec2,
     /// Σ A W, 1 where particles and depths agree.
     partition: f64,
+    /// Σ A W d / Σ A W (m).
+    mean_depth: f64,
     /// χ, 1 at a free edge.
     edge: f64,
     /// Acceleration (m/s²) by the water's own weight at a free edge.

@@ -8,9 +8,16 @@
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
 //! dd/dt = −d_i {div v + Σ [θ D3 + (1 − θ) D1]} + α d_i (ΣAW − 1)(1 − χ) max|Δu| / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
+//! D2 = (1 − χ) A_j G_ij (e·L_i e)(b_1 − b_2) where the pair leaves each other, u_j > u_i; otherwise 0
 //! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))
-//! θ = min(d_i, d_j) / max(d_i, d_j)
+//! θ = min(d_i, d_j) / max(d_i, d_j);   d' = d_i where ΣAW < 1, otherwise min(d_i, ΣAWd / ΣAW)
 //! ```
+//!
+//! D2 is the part of D1 that limited slopes of the velocity give, which D3 lacks: with it the errors of a rarefaction fall by
+//! a third. Between particles that approach it spoils the speed of bores (decision 0008).
+//!
+//! A crowded particle swells no faster than the depth around it allows. By its own depth it would swell without end in a pond
+//! narrower than its neighbours.
 //!
 //! The share d_l/d_iR of the face that is not blocked by a sill keeps a deep particle beside a high shore from answering to
 //! the velocity of a film, √(g/d_l) d_i, which outran every step: an island's shore rang after two hundred steps at rest.
@@ -99,7 +106,9 @@ impl Balanced {
         let divergence = mine.u.x + mine.v.y + sums.divergence.total();
         let contact = Sym2 { xx: sums.contact_xx.total(), xy: sums.contact_xy.total(), yy: sums.contact_yy.total() };
         let inside = 1.0 - local.edge;
-        let relaxation = RELAXATION * me.depth * (local.partition - 1.0) * inside * approach * me.inverse_h;
+        let crowding = local.partition - 1.0;
+        let swelling = if crowding > 0.0 { me.depth.min(local.mean_depth) } else { me.depth };
+        let relaxation = RELAXATION * swelling * crowding * inside * approach * me.inverse_h;
         let unsupported = self.unsupported(water, i, contact);
         Rates {
             acceleration: local.push - force / me.depth - unsupported,
@@ -188,7 +197,8 @@ fn sum_faces(
 ) -> Sums {
     let mut sums = Sums::default();
     let g = around.gravity;
-    let (l, c_i, inverse_depth) = (local.correction, (g * me.depth).sqrt(), 1.0 / me.depth);
+    let (l, inside) = (local.correction, 1.0 - local.edge);
+    let (c_i, inverse_depth) = ((g * me.depth).sqrt(), 1.0 / me.depth);
     for images in images.chunks(BLOCK) {
         pairs.gather_states(me, images, around.states, around.isometries);
         pairs.gather_gradients(mine, images, around.gradients, around.isometries);
@@ -245,10 +255,11 @@ fn sum_faces(
             let e_l_e = l_x * ex + l_y * ey;
             let by_velocity = 2.0 * e_l_e * (u_face - u_mean);
             let by_surface = -c_mean * (d_eta - a_1 - a_2) * 2.0 * shallow * deep * inverse * inverse_depth;
+            let leaving = if du > 0.0 { inside * e_l_e * (b_1 - b_2) } else { 0.0 };
             let pressure = 2.0 * weight[k] * (p_star - 0.5 * g * d_l * d_l + g * me.depth * a_1);
             force_x[k] = pressure * l_x;
             force_y[k] = pressure * l_y;
-            divergence[k] = weight[k] * (theta * by_surface + (1.0 - theta) * by_velocity);
+            divergence[k] = weight[k] * (theta * (by_surface + leaving) + (1.0 - theta) * by_velocity);
             stiffness[k] = weight[k] * e_l_e * d_l * c_l * inverse_depth;
             contact_xx[k] = contact * ex * ex;
             contact_xy[k] = contact * ex * ey;
