@@ -1,9 +1,11 @@
 //! Which core a scenario asks for, and the particles that it starts with.
 
+use crate::physics::dimension::Dimension;
 use crate::scenario::Scenario;
 use crate::scenario::methods::{Formulation, Motion, Seeding};
 use crate::seeding::{FluidSeed, StillWater, equal_volume_filling, lattice_filling, mean_cell_volume};
 use crate::solver::lagrangian::LagrangianSolver;
+use crate::solver::moving::MovingMethods;
 use crate::solver::variational::VariationalSolver;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
@@ -27,13 +29,22 @@ pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, lev
 /// The core of the scenario's formulation and motion, with its water at rest.
 pub fn build(scenario: &Scenario, problem: FlowProblem, seeds: Vec<FluidSeed>) -> Box<dyn FlowSolver> {
     let numerics = &scenario.numerics;
+    let methods = MovingMethods {
+        integrator: numerics.integrator,
+        kernel: numerics.kernel,
+        stabilisation: numerics.stabilisation,
+        reconstruction: numerics.reconstruction,
+        bed_slope: numerics.bed_slope,
+    };
     match (numerics.formulation, numerics.motion) {
-        (Formulation::Balanced, Motion::Eulerian) => Box::new(EulerianSolver::new(problem)),
+        (Formulation::Balanced, Motion::Eulerian) => {
+            Box::new(EulerianSolver::with_methods(problem, numerics.stabilisation, numerics.reconstruction))
+        }
         (Formulation::Balanced, Motion::Lagrangian) => {
-            Box::new(LagrangianSolver::new(problem, seeds, numerics.integrator))
+            Box::new(LagrangianSolver::with_methods(problem, &seeds, methods, Dimension::Two))
         }
         (Formulation::Variational, _) => {
-            Box::new(VariationalSolver::new(problem, seeds, numerics.integrator, numerics.stabilisation))
+            Box::new(VariationalSolver::with_methods(problem, &seeds, methods, Dimension::Two))
         }
     }
 }

@@ -1,7 +1,9 @@
 //! A lake at rest stays at rest: any bed, any arrangement of particles.
 
 use floodsim::math::Vec2;
+use floodsim::particles::FluidSeed;
 use floodsim::scenario::methods::Integrator;
+use floodsim::solver::FlowProblem;
 use floodsim::solver::lagrangian::LagrangianSolver;
 
 use crate::support::{max_speed, places, problem, run_steps, seeds_at};
@@ -10,7 +12,7 @@ const CELLS: usize = 24;
 const SPACING: f64 = 0.25;
 const SIZE: f64 = CELLS as f64 * SPACING;
 const LEVEL: f64 = 100.0;
-const STEPS: usize = 300;
+pub const STEPS: usize = 300;
 /// Rounding of levels near 100 m (1e-14 m) in sums over some thirty neighbours, for 300 steps.
 const REST: f64 = 1e-12;
 
@@ -32,18 +34,24 @@ fn step(place: Vec2) -> f64 {
     LEVEL - if place.x < 3.0 { 1.0 } else { 0.2 }
 }
 
-fn rough(place: Vec2) -> f64 {
+pub fn rough(place: Vec2) -> f64 {
     LEVEL - 1.0 + 0.8 * noise(place)
 }
 
-fn island(place: Vec2) -> f64 {
+pub fn island(place: Vec2) -> f64 {
     LEVEL - 1.0 + 1.8 * hill(place)
 }
 
-/// Greatest speed (m/s) after a few hundred steps; places are moved by up to `jitter` spacings in each direction.
-fn speed(bed: fn(Vec2) -> f64, jitter: f64, integrator: Integrator) -> f64 {
+/// A lake over a bed; places are moved by up to `jitter` spacings in each direction.
+pub fn lake_of(bed: fn(Vec2) -> f64, jitter: f64) -> (FlowProblem, Vec<FluidSeed>) {
     let problem = problem(CELLS, CELLS, SPACING, bed);
     let seeds = seeds_at(&problem, &places(SIZE, SIZE, SPACING, jitter), SPACING * SPACING, |_| LEVEL);
+    (problem, seeds)
+}
+
+/// Greatest speed (m/s) after a few hundred steps.
+fn speed(bed: fn(Vec2) -> f64, jitter: f64, integrator: Integrator) -> f64 {
+    let (problem, seeds) = lake_of(bed, jitter);
     let mut solver = LagrangianSolver::new(problem, seeds, integrator);
     run_steps(&mut solver, STEPS);
     max_speed(&solver)

@@ -7,6 +7,7 @@ mod bowl;
 mod channel;
 mod circle;
 mod lake;
+mod methods;
 mod resting;
 mod variational;
 mod walls;

@@ -248,9 +248,28 @@ fn no_core_ignores_a_setting_of_the_numerics() {
     const VARIATIONAL: &str = "formulation: variational";
     const MOVING: &str = "motion: lagrangian";
     let settings = [
-        ("", vec!["bed: shepard", "cfl: 0.3", "gravity: 9 m/s2", "dry_depth: 2 m"]),
-        (MOVING, vec!["integrator: heun", "seeding: equal_volume"]),
-        (VARIATIONAL, vec!["integrator: heun", "seeding: equal_volume", "stabilisation: riemann"]),
+        (
+            "",
+            vec![
+                "bed: shepard",
+                "bed: moving_least_squares",
+                "cfl: 0.3",
+                "gravity: 9 m/s2",
+                "dry_depth: 2 m",
+                "reconstruction: none",
+            ],
+        ),
+        (MOVING, vec!["integrator: heun", "seeding: equal_volume", "kernel: wendland_c2", "stabilisation: hllc"]),
+        (
+            VARIATIONAL,
+            vec![
+                "integrator: heun",
+                "seeding: equal_volume",
+                "kernel: bell",
+                "bed_slope: steep",
+                "stabilisation: two_shocks",
+            ],
+        ),
     ];
     let general = settings[0].1.clone();
     let mut seen: Vec<(String, u64)> = Vec::new();
