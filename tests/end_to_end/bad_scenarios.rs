@@ -259,7 +259,7 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("kernel: wendland_c2"),
-        &["error[method-combination] numerics.kernel (s.yaml:2:21)", "have no choice of kernel", "motion: lagrangian"],
+        &["error[method-combination] numerics.kernel (s.yaml:2:20)", "have no choice of kernel", "motion: lagrangian"],
     );
 }
 
