@@ -35,7 +35,7 @@ use crate::lattice::{Lattice, Span, WaterOnLattice};
 use crate::math::Vec2;
 use crate::particles::FluidParticles;
 use crate::physics::dimension::Dimension;
-use crate::physics::kernel::CubicSpline;
+use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
 
 /// Support radius over smoothing length.
 const SUPPORT: f64 = 4.0 / 3.0;
@@ -143,7 +143,7 @@ impl Shares {
 /// What turns volumes into depths.
 #[derive(Clone, Copy, Debug)]
 struct Measures {
-    kernel: CubicSpline,
+    kernel: Smoothing<CubicSpline>,
     /// Area of a cell (m²; in one dimension its length, m).
     cell_area: f64,
 }
@@ -211,7 +211,7 @@ impl Gridder {
             Dimension::Two => lattice.cell_area(),
         };
         Gridder {
-            measures: Measures { kernel: CubicSpline::new(dimension), cell_area },
+            measures: Measures { kernel: Smoothing::new(dimension), cell_area },
             depth: vec![0.0; cells],
             discharge_x: vec![0.0; cells],
             discharge_y: vec![0.0; cells],

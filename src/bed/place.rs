@@ -1,15 +1,17 @@
-//! Terrain to riverbed particles: elevation by one of two methods, then slope and curvature from the elevations used.
+//! Terrain to riverbed particles: elevation by one of three methods, then slope and curvature from the elevations used.
 //!
 //! With the cubic B-spline W of smoothing length h, ξ the offset to a neighbour, and Δ the spacing of the lattice:
 //!
 //! ```text
 //! Shepard height   z_b = z̄ − g·ξ̄,  g = C⁻¹ Σ W (ξ − ξ̄)(z − z̄),  C = Σ W (ξ − ξ̄)(ξ − ξ̄)ᵀ,  bars: means with weights W;  h = 0.75 Δ
+//! least squares    the a of  z ≈ a + g·ξ + ½ ξ·K ξ  that minimises the squares of the samples with weights W;               h = Δ
 //! slope            ∇z_b = M⁻¹ Σ (z_j − z_i) (|W'|/r) ξ,           M = Σ (|W'|/r) ξ ξᵀ;                                     h = 0.75 Δ
 //! curvature        the K of  z_j − z_i ≈ g·ξ + ½ ξ·K ξ  that minimises the squares with weights W;                         h = 1.5 Δ
 //! ```
 //!
-//! The first two are exact for a plane and the third for a quadratic, whatever the arrangement of the neighbours: also at
-//! edges and beside nodata. References: `BonetLok1999` (corrected gradient), `Shepard1968`.
+//! The first and the third are exact for a plane, the others for a quadratic, whatever the arrangement of the neighbours: also at
+//! edges and beside nodata. References: `BonetLok1999` (corrected gradient), `Shepard1968`,
+//! `LancasterSalkauskas1981` (moving least squares; the corrected kernel mean is that of a plane).
 //!
 //! Widths. The terrain is smoothed over what one particle stands for and the flow can resolve (support 1.5 Δ, the eight
 //! neighbours), which takes out the detail that the lattice would alias. A lattice finer than the terrain has nothing to
@@ -21,11 +23,16 @@ use rayon::prelude::*;
 use super::{BedParticles, Surface};
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
-use crate::physics::kernel::CubicSpline;
+use crate::physics::kernel::{CubicSpline, Shape};
 use crate::scenario::methods::BedMethod;
 
 /// Support radius over lattice spacing for heights and slopes.
 const HEIGHT_SUPPORT: f64 = 1.5;
+/// Support radius over lattice spacing for the least squares: a quadratic asks for more samples than a plane.
+const SQUARES_SUPPORT: f64 = 2.0;
+/// A change of the samples may change the height of the quadratic so many times as much; 1.6 amid samples on a lattice. More says
+/// that they do not determine one.
+const LARGEST_RESPONSE: f64 = 4.0;
 /// Support radius over lattice spacing for curvatures.
 const CURVATURE_SUPPORT: f64 = 3.0;
 /// Fewest samples that determine a plane and leave one to spare.
@@ -61,6 +68,14 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
                     surface.samples(place, radius, samples);
                     shepard_height(place, radius, pointwise, samples).unwrap_or(pointwise)
                 }
+                BedMethod::MovingLeastSquares => {
+                    samples.clear();
+                    let radius = SQUARES_SUPPORT * lattice.spacing;
+                    surface.samples(place, radius, samples);
+                    squares_height(place, radius, pointwise, samples)
+                        .or_else(|| shepard_height(place, radius, pointwise, samples))
+                        .unwrap_or(pointwise)
+                }
             };
         }
     });
@@ -75,7 +90,7 @@ pub fn derive_shape(bed: &mut BedParticles) {
         return;
     }
     let slope_stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
-    let curvature_stencil = stencil(CURVATURE_SUPPORT, CubicSpline::shape);
+    let curvature_stencil = stencil(CURVATURE_SUPPORT, |q| CubicSpline.shape(q));
     bed.slope.par_chunks_mut(lattice.columns).zip(bed.curvature.par_chunks_mut(lattice.columns)).enumerate().for_each(
         |(row, (slopes, curvatures))| {
             for (column, (slope, curvature)) in slopes.iter_mut().zip(curvatures).enumerate() {
@@ -104,7 +119,7 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     // Offsets in units of the radius and elevations from the pointwise one: small numbers lose no digits.
     let weighted = |&(position, elevation): &(Vec2, f64)| {
         let offset = (position - place) / radius;
-        (offset, elevation - reference, CubicSpline::shape(2.0 * offset.norm()))
+        (offset, elevation - reference, CubicSpline.shape(2.0 * offset.norm()))
     };
     let (mut sum, mut sum_offset, mut sum_elevation, mut count) = (0.0, Vec2::ZERO, 0.0, 0);
     for (offset, elevation, w) in samples.iter().map(weighted) {
@@ -132,17 +147,48 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     let gradient = solve(spread, moment);
     let height = mean_elevation - gradient.dot(mean_offset);
 
+    let inside = samples.iter().map(weighted).filter(|&(.., w)| w > 0.0);
+    Some(reference + bounded(height, inside.map(|(offset, elevation, _)| (elevation, height + gradient.dot(offset)))))
+}
+
+/// A fitted height that leaves the range of the samples by as much as the fit deserves; `fitted` are the samples, each with
+/// what the fit makes of it.
+fn bounded(height: f64, fitted: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut lowest, mut highest, mut residual) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
-    for (offset, elevation, w) in samples.iter().map(weighted) {
-        if w > 0.0 {
-            lowest = lowest.min(elevation);
-            highest = highest.max(elevation);
-            residual = residual.max((elevation - height - gradient.dot(offset)).abs());
-        }
+    for (elevation, fit) in fitted {
+        lowest = lowest.min(elevation);
+        highest = highest.max(elevation);
+        residual = residual.max((elevation - fit).abs());
     }
     let within = height.clamp(lowest, highest);
     let beyond = height - within;
-    Some(reference + within + beyond.signum() * (beyond.abs() - residual).max(0.0))
+    within + beyond.signum() * (beyond.abs() - residual).max(0.0)
+}
+
+/// Height of the quadratic that fits the terrain's samples best; `None` where they do not determine one. Beside a step it
+/// is bounded as that of the plane.
+fn squares_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f64)]) -> Option<f64> {
+    let weighted = |&(position, elevation): &(Vec2, f64)| {
+        let Vec2 { x, y } = (position - place) / radius;
+        let w = CubicSpline.shape(2.0 * Vec2::new(x, y).norm());
+        ([1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y], elevation - reference, w)
+    };
+    let inside = || samples.iter().map(weighted).filter(|&(.., w)| w > 0.0);
+    let (mut normal, mut right) = ([[0.0; 6]; 6], [0.0; 6]);
+    for (terms, elevation, w) in inside() {
+        for (i, &term) in terms.iter().enumerate() {
+            right[i] += w * term * elevation;
+            for (entry, &other) in normal[i][..=i].iter_mut().zip(&terms) {
+                *entry += w * term * other;
+            }
+        }
+    }
+    let dot = |a: &[f64; 6], b: &[f64; 6]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    // The height is Σ w (p·y) z with y = N⁻¹ e₁.
+    let y = solve_cholesky(normal, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
+    let response: f64 = inside().map(|(terms, _, w)| (w * dot(&terms, &y)).abs()).sum();
+    let fit = solve_cholesky(normal, right).filter(|_| response < LARGEST_RESPONSE)?;
+    Some(reference + bounded(fit[0], inside().map(|(terms, elevation, _)| (elevation, dot(&terms, &fit)))))
 }
 
 /// A neighbour on the lattice: steps to the east and north, and its weight.

@@ -6,7 +6,7 @@ use crate::scenario::methods::{Formulation, Motion, Seeding};
 use crate::scenario::{Numerics, Scenario};
 use crate::seeding::{FluidSeed, StillWater, equal_volume_filling, lattice_filling, mean_cell_volume};
 use crate::solver::lagrangian::LagrangianSolver;
-use crate::solver::moving::{self, MovingSolver, MovingWater};
+use crate::solver::moving::{self, MovingMethods, MovingSolver, MovingWater};
 use crate::solver::variational::VariationalSolver;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
@@ -49,20 +49,24 @@ impl Core {
         seeds: impl FnOnce() -> Vec<FluidSeed>,
         dimension: Dimension,
     ) -> Core {
-        let (integrator, stabilisation) = (numerics.integrator, numerics.stabilisation);
-        match (numerics.formulation, numerics.motion, dimension) {
-            (Formulation::Balanced, Motion::Eulerian, _) => Core::Resting(Box::new(EulerianSolver::new(problem))),
-            (Formulation::Balanced, Motion::Lagrangian, Dimension::One) => {
-                Core::Moving(Box::new(LagrangianSolver::one_dimensional(problem, seeds(), integrator)))
+        let methods = MovingMethods {
+            integrator: numerics.integrator,
+            kernel: numerics.kernel,
+            stabilisation: numerics.stabilisation,
+            reconstruction: numerics.reconstruction,
+            bed_slope: numerics.bed_slope,
+        };
+        match (numerics.formulation, numerics.motion) {
+            (Formulation::Balanced, Motion::Eulerian) => Core::Resting(Box::new(EulerianSolver::with_methods(
+                problem,
+                numerics.stabilisation,
+                numerics.reconstruction,
+            ))),
+            (Formulation::Balanced, Motion::Lagrangian) => {
+                Core::Moving(Box::new(LagrangianSolver::with_methods(problem, &seeds(), methods, dimension)))
             }
-            (Formulation::Balanced, Motion::Lagrangian, Dimension::Two) => {
-                Core::Moving(Box::new(LagrangianSolver::new(problem, seeds(), integrator)))
-            }
-            (Formulation::Variational, _, Dimension::One) => {
-                Core::Moving(Box::new(VariationalSolver::one_dimensional(problem, seeds(), integrator, stabilisation)))
-            }
-            (Formulation::Variational, _, Dimension::Two) => {
-                Core::Moving(Box::new(VariationalSolver::new(problem, seeds(), integrator, stabilisation)))
+            (Formulation::Variational, _) => {
+                Core::Moving(Box::new(VariationalSolver::with_methods(problem, &seeds(), methods, dimension)))
             }
         }
     }

@@ -325,10 +325,12 @@ fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared
         ("formulation", numerics.formulation.name()),
         ("motion", numerics.motion.name()),
         ("stabilisation", numerics.stabilisation.name()),
+        ("reconstruction", numerics.reconstruction.name()),
         ("seeding", numerics.seeding.name()),
         ("kernel", numerics.kernel.name()),
         ("integrator", numerics.integrator.name()),
         ("bed", numerics.bed.name()),
+        ("bed_slope", numerics.bed_slope.name()),
     ];
     let input = |file: &crate::prepare::InputFile| InputFile {
         path: file.path.display().to_string(),

@@ -4,7 +4,9 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
+use super::methods::{
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+};
 use super::model::{PointInterpolation, Side, Sourced};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
@@ -73,10 +75,12 @@ method_choices! {
     Formulation: "a formulation",
     Motion: "a motion",
     Stabilisation: "a stabilisation",
+    Reconstruction: "a reconstruction",
     Seeding: "a way of seeding",
     Kernel: "a kernel",
     Integrator: "an integrator",
     BedMethod: "a method for the bed",
+    BedSlope: "an effect of the bed's slope",
 }
 
 impl Choice for Side {

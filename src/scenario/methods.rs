@@ -54,11 +54,32 @@ family! {
 }
 
 family! {
-    /// The treatment of a pair of particles as a Riemann problem.
+    /// What keeps the flow between a pair of particles stable.
     Stabilisation {
         #[default]
-        Riemann = "riemann": "approximate Riemann solver with limited reconstruction (HLL for resting, two shocks for moving particles)",
-        ArtificialViscosity = "artificial_viscosity": "Monaghan's viscosity; for the variational formulation",
+        Hllc = "hllc": "HLLC Riemann solver: two waves and the contact between them; default of resting particles",
+        TwoShocks = "two_shocks": "Riemann solver with two shocks or two rarefactions; default of the balanced formulation with moving particles",
+        LaxFriedrichs = "lax_friedrichs": "Lax-Friedrichs flux with the greatest speed of the pair",
+        ArtificialViscosity = "artificial_viscosity": "viscosity between particles that approach each other; default of the variational formulation, and for it alone",
+    }
+}
+
+family! {
+    /// The states on both sides of the face between a pair of particles.
+    Reconstruction {
+        #[default]
+        Limited = "limited": "values carried to the face along gradients that van Leer's limiter bounds",
+        None = "none": "the values of the two particles; default with artificial viscosity",
+    }
+}
+
+impl Stabilisation {
+    /// The reconstruction that goes with it unless the scenario says otherwise.
+    pub fn usual_reconstruction(self) -> Reconstruction {
+        match self {
+            Stabilisation::ArtificialViscosity => Reconstruction::None,
+            Stabilisation::Hllc | Stabilisation::TwoShocks | Stabilisation::LaxFriedrichs => Reconstruction::Limited,
+        }
     }
 }
 
@@ -76,6 +97,14 @@ family! {
     Kernel {
         #[default]
         CubicSpline = "cubic_spline": "cubic B-spline, support two smoothing lengths",
+        Quadratic = "quadratic": "parabola whose slope does not vanish at the middle: close particles go on repelling each other",
+        QuarticSpline = "quartic_spline": "quartic B-spline",
+        QuinticSpline = "quintic_spline": "quintic B-spline",
+        Gauss = "gauss": "Gaussian, cut at three smoothing lengths of its own",
+        SuperGauss = "super_gauss": "Gaussian times a parabola, of fourth order and negative outside; cut likewise",
+        Bell = "bell": "Lucy's bell-shaped kernel",
+        WendlandC2 = "wendland_c2": "Wendland's kernel of class C2",
+        WendlandC4 = "wendland_c4": "Wendland's kernel of class C4",
     }
 }
 
@@ -85,6 +114,16 @@ family! {
         #[default]
         Pointwise = "pointwise": "bilinear terrain elevation at the particle",
         Shepard = "shepard": "kernel mean of the terrain around the particle, corrected to be exact for a plane",
+        MovingLeastSquares = "moving_least_squares": "quadratic that fits the terrain around the particle best",
+    }
+}
+
+family! {
+    /// How the slope of the bed acts on the variational formulation.
+    BedSlope {
+        #[default]
+        Hydrostatic = "hydrostatic": "by the weight of the water alone: the shallow-water equations",
+        Steep = "steep": "with the inertia of the vertical motion over a steep, curved bed; for the variational formulation",
     }
 }
 

@@ -4,7 +4,9 @@
 
 use std::path::PathBuf;
 
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
+use super::methods::{
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+};
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -137,6 +139,8 @@ pub struct Numerics {
     pub motion: Motion,
     /// Stabilisation.
     pub stabilisation: Stabilisation,
+    /// Reconstruction.
+    pub reconstruction: Reconstruction,
     /// Seeding of moving particles.
     pub seeding: Seeding,
     /// Kernel.
@@ -145,6 +149,8 @@ pub struct Numerics {
     pub integrator: Integrator,
     /// Bed.
     pub bed: BedMethod,
+    /// Effect of the bed's slope.
+    pub bed_slope: BedSlope,
     /// Courant number.
     pub cfl: f64,
     /// Gravity (m/s²).

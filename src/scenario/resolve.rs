@@ -9,7 +9,7 @@ use super::defaults::{
     machine_memory, sensible_interval,
 };
 use super::fields::{Text, VectorFile};
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
+use super::methods::{BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
 use super::model::{
     CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
     TerrainLayer,
@@ -262,13 +262,23 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
     }
 }
 
+fn usual_stabilisation(formulation: Formulation, motion: Motion) -> Stabilisation {
+    match (formulation, motion) {
+        (Formulation::Variational, _) => Stabilisation::ArtificialViscosity,
+        (Formulation::Balanced, Motion::Lagrangian) => Stabilisation::TwoShocks,
+        (Formulation::Balanced, Motion::Eulerian) => Stabilisation::Hllc,
+    }
+}
+
 fn methods_of(section: Option<&NumericsSection>) -> Numerics {
     let formulation =
         section.and_then(|s| s.formulation.as_ref()).map_or(Formulation::default(), |chosen| chosen.0.value);
     let is_variational = formulation == Formulation::Variational;
     let usual_motion = if is_variational { Motion::Lagrangian } else { Motion::default() };
-    let usual_pairs = if is_variational { Stabilisation::ArtificialViscosity } else { Stabilisation::default() };
     let motion = section.and_then(|s| s.motion.as_ref()).map_or(usual_motion, |chosen| chosen.0.value);
+    let usual_pairs = usual_stabilisation(formulation, motion);
+    let stabilisation = section.and_then(|s| s.stabilisation.as_ref()).map_or(usual_pairs, |chosen| chosen.0.value);
+    let usual_states = stabilisation.usual_reconstruction();
     let (usual_integrator, usual_cfl) = match motion {
         Motion::Eulerian => (Integrator::Heun, 0.5),
         Motion::Lagrangian => (Integrator::Leapfrog, 0.4),
@@ -276,10 +286,12 @@ fn methods_of(section: Option<&NumericsSection>) -> Numerics {
     Numerics {
         formulation,
         motion,
-        stabilisation: section.and_then(|s| s.stabilisation.as_ref()).map_or(usual_pairs, |chosen| chosen.0.value),
+        stabilisation,
+        reconstruction: section.and_then(|s| s.reconstruction.as_ref()).map_or(usual_states, |chosen| chosen.0.value),
         seeding: section.and_then(|s| s.seeding.as_ref()).map_or(Seeding::default(), |chosen| chosen.0.value),
         kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
         integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
+        bed_slope: section.and_then(|s| s.bed_slope.as_ref()).map_or(BedSlope::default(), |chosen| chosen.0.value),
         bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),
         cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
         gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
@@ -298,6 +310,7 @@ fn limits(section: Option<LimitsSection>) -> Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::methods::Reconstruction;
 
     /// The ten lines of the design, to the letter.
     const TEN_LINES: &str = "floodsim: 1
@@ -361,15 +374,17 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         assert_eq!(outputs.isochrones, [300.0, 600.0, 900.0, 1800.0, 2700.0, 3600.0]);
         let numerics = &scenario.numerics;
         assert_eq!((numerics.motion, numerics.integrator), (Motion::Eulerian, Integrator::Heun));
+        assert_eq!((numerics.stabilisation, numerics.reconstruction), (Stabilisation::Hllc, Reconstruction::Limited));
         assert!(exact(numerics.cfl, 0.5) && exact(numerics.gravity, 9.81) && exact(numerics.dry_depth, 1e-3));
         assert!(exact(scenario.limits.particles, 50e6) && scenario.limits.memory > 1e8);
 
         let moving = loaded(&text, &["numerics.motion=lagrangian"]).unwrap().scenario.numerics;
-        assert_eq!(moving.integrator, Integrator::Leapfrog);
+        assert_eq!((moving.integrator, moving.stabilisation), (Integrator::Leapfrog, Stabilisation::TwoShocks));
+        assert_eq!(moving.reconstruction, Reconstruction::Limited);
         assert!(exact(moving.cfl, 0.4));
         let classic = loaded(&text, &["numerics.formulation=variational"]).unwrap().scenario.numerics;
         assert_eq!((classic.motion, classic.stabilisation), (Motion::Lagrangian, Stabilisation::ArtificialViscosity));
-        assert!(exact(classic.cfl, 0.4));
+        assert!(exact(classic.cfl, 0.4) && classic.reconstruction == Reconstruction::None);
     }
 
     #[test]
@@ -408,40 +423,47 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         assert_eq!(found, expected.map(|(line, code, key)| (line, code, key.to_owned())));
     }
 
+    fn all_pairs<A, B>(a: &'static [A], b: &'static [B]) -> impl Iterator<Item = (&'static A, &'static B)> {
+        a.iter().flat_map(move |a| b.iter().map(move |b| (a, b)))
+    }
+
     #[test]
     fn exactly_the_combinations_that_a_core_has_are_accepted() {
         let mut accepted = Vec::new();
         for formulation in Formulation::ALL {
             for motion in Motion::ALL {
-                for stabilisation in Stabilisation::ALL {
-                    for (integrator, seeding) in
-                        Integrator::ALL.iter().flat_map(|integrator| Seeding::ALL.iter().map(move |s| (integrator, s)))
-                    {
+                for (stabilisation, reconstruction) in all_pairs(Stabilisation::ALL, Reconstruction::ALL) {
+                    for (integrator, seeding) in all_pairs(Integrator::ALL, Seeding::ALL) {
                         let names = [formulation.name(), motion.name(), stabilisation.name(), integrator.name()];
                         let text = format!(
-                            "numerics={{formulation: {}, motion: {}, stabilisation: {}, integrator: {}, seeding: {}}}",
+                            "numerics={{formulation: {}, motion: {}, stabilisation: {}, integrator: {}, reconstruction: {}, seeding: {}}}",
                             names[0],
                             names[1],
                             names[2],
                             names[3],
+                            reconstruction.name(),
                             seeding.name()
                         );
                         let Ok(Loaded { scenario, .. }) = loaded(TEN_LINES, &[&text]) else { continue };
                         let numerics = scenario.numerics;
                         assert_eq!((numerics.formulation, numerics.motion), (*formulation, *motion));
                         assert_eq!((numerics.integrator, numerics.seeding), (*integrator, *seeding));
-                        assert_eq!(numerics.stabilisation, *stabilisation);
+                        assert_eq!(
+                            (numerics.stabilisation, numerics.reconstruction),
+                            (*stabilisation, *reconstruction)
+                        );
                         accepted.push((*formulation, *motion));
                     }
                 }
             }
         }
         let count = |formulation, motion| accepted.iter().filter(|pair| **pair == (formulation, motion)).count();
-        // Resting particles have one of each; moving ones two integrators and two fillings, and variational ones two ways for pairs.
-        assert_eq!(count(Formulation::Balanced, Motion::Eulerian), 1);
-        assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 4);
+        // Resting particles have two stabilisations, moving ones three, variational ones four; all with and without
+        // reconstruction. Moving ones have two integrators and two fillings.
+        assert_eq!(count(Formulation::Balanced, Motion::Eulerian), 2 * 2);
+        assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 3 * 2 * 4);
         assert_eq!(count(Formulation::Variational, Motion::Eulerian), 0);
-        assert_eq!(count(Formulation::Variational, Motion::Lagrangian), 8);
+        assert_eq!(count(Formulation::Variational, Motion::Lagrangian), 4 * 2 * 4);
     }
 
     #[test]

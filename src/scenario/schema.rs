@@ -12,7 +12,9 @@ use super::fields::{
     Count, Courant, DateTime, Duration, EndTime, FormatVersion, Gravity, InputFile, Length, Level, Manning, Memory,
     Offset, Quantity, Text, VectorFile,
 };
-use super::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
+use super::methods::{
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+};
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::tree::{Node, Value};
@@ -271,8 +273,10 @@ section! {
         formulation: Option<Chosen<Formulation>>,
         /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
         motion: Option<Chosen<Motion>>,
-        /// Treatment of a pair of particles; riemann when absent, artificial_viscosity for the variational formulation.
+        /// Treatment of a pair of particles; hllc for resting, two_shocks for moving particles, artificial_viscosity for the variational formulation when absent.
         stabilisation: Option<Chosen<Stabilisation>>,
+        /// States on both sides of a face; limited when absent, none with artificial_viscosity.
+        reconstruction: Option<Chosen<Reconstruction>>,
         /// Places of moving particles at the start; lattice when absent.
         seeding: Option<Chosen<Seeding>>,
         /// Smoothing kernel; cubic_spline when absent.
@@ -281,6 +285,8 @@ section! {
         integrator: Option<Chosen<Integrator>>,
         /// How riverbed particles get their elevation; see the methods for the default.
         bed: Option<Chosen<BedMethod>>,
+        /// Effect of the bed's slope on the variational formulation; hydrostatic when absent.
+        bed_slope: Option<Chosen<BedSlope>>,
         /// Courant number; 0.5 for resting, 0.4 for moving particles when absent.
         cfl: Option<Quantity<Courant>>,
         /// Gravity in m/s²; 9.81 when absent.
@@ -321,18 +327,33 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             "write `motion: lagrangian`, or take `formulation: balanced`",
         );
     }
-    if !is_variational
-        && meant(node, "stabilisation", Stabilisation::Riemann) == Some(Stabilisation::ArtificialViscosity)
-    {
+    let stabilisation = meant(node, "stabilisation", Stabilisation::default());
+    if !is_variational && stabilisation == Some(Stabilisation::ArtificialViscosity) {
         refuse(
             "stabilisation",
             "the balanced formulation has no artificial viscosity",
             "its pairs are Riemann problems",
-            "write `stabilisation: riemann`, or take `formulation: variational`",
+            "leave `stabilisation` out, or take `formulation: variational`",
+        );
+    }
+    if !is_variational && meant(node, "bed_slope", BedSlope::Hydrostatic) == Some(BedSlope::Steep) {
+        refuse(
+            "bed_slope",
+            "the balanced formulation has no inertia of the vertical motion",
+            "its faces balance a hydrostatic pressure",
+            "leave `bed_slope` out, or take `formulation: variational`",
         );
     }
     if is_variational || motion != Some(Motion::Eulerian) {
         return is_fit.then_some(());
+    }
+    if stabilisation == Some(Stabilisation::TwoShocks) {
+        refuse(
+            "stabilisation",
+            "resting particles have no two-shock solver",
+            "their faces rest in the middle of the waves, and it tells the state between the waves only",
+            "write `stabilisation: hllc`, or take `motion: lagrangian`",
+        );
     }
     if meant(node, "integrator", Integrator::Heun) == Some(Integrator::Leapfrog) {
         refuse(
@@ -348,6 +369,14 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             "resting particles have no equal-volume filling",
             "each takes up one cell, and is as deep as the water there",
             "write `seeding: lattice`, or take `motion: lagrangian`",
+        );
+    }
+    if meant(node, "kernel", Kernel::default()).is_some_and(|kernel| kernel != Kernel::default()) {
+        refuse(
+            "kernel",
+            "resting particles have no choice of kernel",
+            "with four neighbours at one distance every kernel gives the same faces",
+            "write `kernel: cubic_spline`, or take `motion: lagrangian`",
         );
     }
     is_fit.then_some(())

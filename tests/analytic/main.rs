@@ -8,6 +8,7 @@ mod cases;
 mod channel;
 mod circle;
 mod lake;
+mod methods;
 mod resting;
 mod variational;
 mod walls;

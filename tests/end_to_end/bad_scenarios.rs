@@ -244,19 +244,35 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
         &numerics("motion: eulerain"),
         &["`eulerain` is not a motion", "did you mean `eulerian`?"],
     );
-    assert_change_refused("title: Test", &numerics("kernel: wendland"), &["use one of cubic_spline"]);
+    assert_change_refused(
+        "title: Test",
+        &numerics("stabilisation: two_shocks"),
+        &["have no two-shock solver", "cause   their faces rest", "stabilisation: hllc"],
+    );
+    assert_change_refused(
+        "title: Test",
+        &numerics("motion: lagrangian, bed_slope: steep"),
+        &["has no inertia of the vertical motion", "formulation: variational"],
+    );
+    assert_change_refused("title: Test", &numerics("kernel: wendland"), &["did you mean `wendland_c2`?"]);
+    assert_change_refused("title: Test", &numerics("kernel: poly6"), &["use one of cubic_spline, quadratic"]);
+    assert_change_refused(
+        "title: Test",
+        &numerics("kernel: wendland_c2"),
+        &["error[method-combination] numerics.kernel (s.yaml:2:20)", "have no choice of kernel", "motion: lagrangian"],
+    );
 }
 
 #[test]
 fn combinations_of_methods_are_all_reported_at_once_and_wrong_names_draw_no_further_ones() {
     assert_change_refused(
         "title: Test",
-        "numerics: {stabilisation: artificial_viscosity, integrator: leapfrog, seeding: equal_volume}",
-        &["] numerics.stabilisation (", "] numerics.integrator (", "] numerics.seeding ("],
+        "numerics: {stabilisation: artificial_viscosity, integrator: leapfrog, seeding: equal_volume, kernel: bell}",
+        &["] numerics.stabilisation (", "] numerics.integrator (", "] numerics.seeding (", "] numerics.kernel ("],
     );
     let folder = TempDir::new().unwrap();
     for (name, other) in [("formulation", "variatonal"), ("motion", "lagrangain")] {
-        let methods = format!("numerics: {{{name}: {other}, stabilisation: riemann, seeding: equal_volume}}");
+        let methods = format!("numerics: {{{name}: {other}, stabilisation: hllc, seeding: equal_volume}}");
         std::fs::write(folder.path().join("s.yaml"), GOOD.replace("title: Test", &methods)).unwrap();
         let check = floodsim(folder.path(), &["check", "s.yaml"]).stdout;
         assert!(check.contains("did you mean") && !check.contains("method-combination"), "{check}");

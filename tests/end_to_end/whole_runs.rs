@@ -247,15 +247,23 @@ fn a_breakdown_of_the_numerics_is_said_with_time_place_quantity_and_limiter() {
 fn no_core_ignores_a_setting_of_the_numerics() {
     const VARIATIONAL: &str = "formulation: variational";
     const MOVING: &str = "motion: lagrangian";
+    let general = vec!["bed: shepard", "bed: moving_least_squares", "cfl: 0.3", "gravity: 9 m/s2", "dry_depth: 2 m"];
+    let moving = ["integrator: heun", "seeding: equal_volume"];
     let settings = [
-        ("", vec!["bed: shepard", "cfl: 0.3", "gravity: 9 m/s2", "dry_depth: 2 m"]),
-        (MOVING, vec!["integrator: heun", "seeding: equal_volume"]),
-        (VARIATIONAL, vec!["integrator: heun", "seeding: equal_volume", "stabilisation: riemann"]),
+        ("", vec!["reconstruction: none", "stabilisation: lax_friedrichs"]),
+        (MOVING, [&moving[..], &["reconstruction: none", "kernel: wendland_c2", "stabilisation: hllc"]].concat()),
+        (
+            VARIATIONAL,
+            [
+                &moving[..],
+                &["reconstruction: limited", "kernel: bell", "stabilisation: two_shocks", "bed_slope: steep"],
+            ]
+            .concat(),
+        ),
     ];
-    let general = settings[0].1.clone();
     let mut seen: Vec<(String, u64)> = Vec::new();
     for (core, own) in settings {
-        let changes = if core.is_empty() { own } else { [general.clone(), own].concat() };
+        let changes = [general.clone(), own].concat();
         for change in std::iter::once("").chain(changes) {
             let folder = TempDir::new().unwrap();
             let parts: Vec<&str> = [core, change].into_iter().filter(|part| !part.is_empty()).collect();

@@ -7,7 +7,9 @@ use gdal::raster::{Buffer, GdalType};
 use tempfile::TempDir;
 
 use crate::math::Vec2;
-use crate::scenario::methods::{BedMethod, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
+use crate::scenario::methods::{
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+};
 use crate::scenario::*;
 
 /// A value with a key and no place.
@@ -48,8 +50,10 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             formulation: Formulation::default(),
             motion: Motion::default(),
             stabilisation: Stabilisation::default(),
+            reconstruction: Reconstruction::default(),
             seeding: Seeding::default(),
             kernel: Kernel::default(),
+            bed_slope: BedSlope::default(),
             integrator: Integrator::default(),
             bed: BedMethod::default(),
             cfl: 0.4,

@@ -10,7 +10,10 @@
 //! (M16)  (F_d, F_n) = HLL(d_l, u_i + b_1; d_r, u_j − b_2)
 //! ```
 //!
-//! The water that passes takes the tangential velocity of the particle that it leaves. Reconstructing it, too, sharpens the
+//! With `lax_friedrichs` the flux of that name stands for HLL, without reconstruction a, b and the slopes of d are 0.
+//!
+//! The water that passes takes the tangential velocity of the particle that it leaves, which makes HLLC of HLL: F_d has the
+//! sign of the contact's speed. Reconstructing it, too, sharpens the
 //! shear layers in the bends of a gorge and raises the level above them further over what was observed (decision 0006).
 //!
 //! vl is van Leer's limiter (`VanLeer1974`), (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the
@@ -19,10 +22,12 @@
 
 use rayon::prelude::*;
 
-use super::Scale;
 use super::gradient::surface_difference;
 use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
+use super::{RestingFlux, RestingMethods, Scale};
+use crate::physics::flux::lax_friedrichs;
+use crate::scenario::methods::Reconstruction;
 
 /// The two directions in which a cell owns a face.
 pub(crate) const EAST: usize = 0;
@@ -81,8 +86,47 @@ pub(crate) fn hll(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) 
     )
 }
 
+/// A flux through a face at rest.
+pub(crate) trait Flux {
+    /// Fluxes of volume (m²/s) and normal momentum (m³/s²) between depths (m) and normal velocities (m/s) left and right.
+    fn through(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64);
+}
+
+/// [`hll`]; with the tangential velocity from upwind it is HLLC.
+struct Hllc;
+
+impl Flux for Hllc {
+    #[inline(always)]
+    fn through(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) {
+        hll(d_l, u_l, d_r, u_r, g)
+    }
+}
+
+/// [`lax_friedrichs`], the tangential velocity from upwind, too.
+struct LaxFriedrichs;
+
+impl Flux for LaxFriedrichs {
+    #[inline(always)]
+    fn through(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) {
+        lax_friedrichs(d_l, u_l, d_r, u_r, g)
+    }
+}
+
 /// Fills the flux rows of all cells in work.
-pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
+pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, methods: RestingMethods) {
+    match (methods.flux, methods.reconstruction) {
+        (RestingFlux::Hllc, Reconstruction::Limited) => evaluate_by::<Hllc, true>(state, active, scale),
+        (RestingFlux::Hllc, Reconstruction::None) => evaluate_by::<Hllc, false>(state, active, scale),
+        (RestingFlux::LaxFriedrichs, Reconstruction::Limited) => {
+            evaluate_by::<LaxFriedrichs, true>(state, active, scale);
+        }
+        (RestingFlux::LaxFriedrichs, Reconstruction::None) => {
+            evaluate_by::<LaxFriedrichs, false>(state, active, scale);
+        }
+    }
+}
+
+fn evaluate_by<F: Flux, const IS_LIMITED: bool>(state: &mut State, active: &ActiveSet, scale: &Scale) {
     let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
     state.flux.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, flux)| {
         for run in &active.work[row] {
@@ -90,8 +134,8 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
             let (here, north) = (side(row), side(row + 1));
             let (from, to) = (run.start, run.end);
             let numbers = Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth };
-            row_faces::<EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
-            row_faces::<NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
+            row_faces::<F, IS_LIMITED, EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
+            row_faces::<F, IS_LIMITED, NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
         }
     });
 }
@@ -128,21 +172,21 @@ struct Half {
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
-fn pair(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
+fn pair<F: Flux, const IS_LIMITED: bool>(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
     let jump_eta = surface_difference(i.d, i.eta, j.d, j.eta, dry_depth);
-    let a_1 = 0.5 * van_leer(2.0 * i.rise_eta - jump_eta, jump_eta);
-    let a_2 = 0.5 * van_leer(2.0 * j.rise_eta - jump_eta, jump_eta);
+    let half = |rise: f64, jump: f64| if IS_LIMITED { 0.5 * van_leer(2.0 * rise - jump, jump) } else { 0.0 };
+    let (a_1, a_2) = (half(i.rise_eta, jump_eta), half(j.rise_eta, jump_eta));
     let jump_d = j.d - i.d;
-    let d_i = clamp(i.d + 0.5 * van_leer(2.0 * i.rise_d - jump_d, jump_d), 0.0, 2.0 * i.d);
-    let d_j = clamp(j.d - 0.5 * van_leer(2.0 * j.rise_d - jump_d, jump_d), 0.0, 2.0 * j.d);
+    let d_i = clamp(i.d + half(i.rise_d, jump_d), 0.0, 2.0 * i.d);
+    let d_j = clamp(j.d - half(j.rise_d, jump_d), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
-    let u_l = i.u + 0.5 * van_leer(2.0 * i.rise_u - jump_u, jump_u);
-    let u_r = j.u - 0.5 * van_leer(2.0 * j.rise_u - jump_u, jump_u);
+    let u_l = i.u + half(i.rise_u, jump_u);
+    let u_r = j.u - half(j.rise_u, jump_u);
     let (eta_l, eta_r) = (i.eta + a_1, j.eta - a_2);
     let sill = smaller(larger(eta_l - d_i, eta_r - d_j), larger(i.z, j.z));
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
-    let (f_d, f_n) = hll(d_l, u_l, d_r, u_r, g);
+    let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let v_t = if f_d > 0.0 { i.v_t } else { j.v_t };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 { i.d } else { j.d };
@@ -153,7 +197,7 @@ fn pair(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
 }
 
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-fn row_faces<const DIRECTION: usize>(
+fn row_faces<F: Flux, const IS_LIMITED: bool, const DIRECTION: usize>(
     left: Side<'_>,
     left_from: usize,
     right: Side<'_>,
@@ -214,7 +258,7 @@ fn row_faces<const DIRECTION: usize>(
     for k in 0..len {
         let i = half!(k, li, ls, lv);
         let j = half!(k, ri, rs, rv);
-        let (f_d, f_t, lost, gained) = pair(i, j, g, dry_depth);
+        let (f_d, f_t, lost, gained) = pair::<F, IS_LIMITED>(i, j, g, dry_depth);
         mass[k] = f_d;
         tangential[k] = f_t;
         normal_left[k] = lost;

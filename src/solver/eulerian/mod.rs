@@ -34,6 +34,7 @@ use super::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
+use crate::scenario::methods::{Reconstruction, Stabilisation};
 use primitive::Source;
 use spans::ActiveSet;
 use state::State;
@@ -43,6 +44,7 @@ use walls::Walls;
 /// The core with resting particles.
 pub struct EulerianSolver {
     scale: Scale,
+    methods: RestingMethods,
     state: State,
     active: ActiveSet,
     walls: Walls,
@@ -67,12 +69,41 @@ pub(crate) struct Scale {
     pub dry_depth: f64,
 }
 
+/// The fluxes that resting particles have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RestingFlux {
+    Hllc,
+    LaxFriedrichs,
+}
+
+/// The methods of a run that every face needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RestingMethods {
+    pub flux: RestingFlux,
+    pub reconstruction: Reconstruction,
+}
+
 /// Below this step (s) the run has collapsed: a million steps would not reach one second.
 const SMALLEST_STEP: f64 = 1e-6;
 
 impl EulerianSolver {
-    /// Sets the still water of `problem` on its riverbed.
+    /// Sets the still water of `problem` on its riverbed; HLLC with limited reconstruction.
     pub fn new(problem: FlowProblem) -> Self {
+        Self::with_methods(problem, Stabilisation::Hllc, Reconstruction::Limited)
+    }
+
+    /// The same by other methods.
+    ///
+    /// # Panics
+    /// With a stabilisation that resting particles do not have; a scenario that asks for it is refused.
+    pub fn with_methods(problem: FlowProblem, stabilisation: Stabilisation, reconstruction: Reconstruction) -> Self {
+        let flux = match stabilisation {
+            Stabilisation::Hllc => RestingFlux::Hllc,
+            Stabilisation::LaxFriedrichs => RestingFlux::LaxFriedrichs,
+            Stabilisation::TwoShocks | Stabilisation::ArtificialViscosity => {
+                panic!("resting particles have no {}", stabilisation.name())
+            }
+        };
         let lattice = problem.bed.lattice.clone();
         let scale = Scale {
             spacing: lattice.spacing,
@@ -86,6 +117,7 @@ impl EulerianSolver {
         let cells = lattice.len();
         let mut solver = EulerianSolver {
             scale,
+            methods: RestingMethods { flux, reconstruction },
             state,
             active,
             walls,
@@ -123,9 +155,11 @@ impl EulerianSolver {
     /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
     fn stage(&mut self, stage: Stage, time_step: f64) {
         let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
-        gradient::evaluate(state, active, scale);
-        self.walls.correct_gradients(state, active, scale);
-        faces::evaluate(state, active, scale);
+        if self.methods.reconstruction == Reconstruction::Limited {
+            gradient::evaluate(state, active, scale);
+            self.walls.correct_gradients(state, active, scale);
+        }
+        faces::evaluate(state, active, scale, self.methods);
         self.walls.apply(state, scale);
         update::limit_outflow(state, active, scale, stage, time_step);
         update::apply(state, active, scale, stage, time_step);

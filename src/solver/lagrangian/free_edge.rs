@@ -12,8 +12,10 @@
 //! irregular arrangement stay at rest.
 
 use super::{Balanced, Local};
+use crate::boundary::Image;
 use crate::math::Vec2;
-use crate::solver::moving::{ChunkNeighbours, MovingWater};
+use crate::physics::kernel::{Shape, Smoothing};
+use crate::solver::moving::{ChunkNeighbours, MovingWater, with_kernel};
 
 /// Below this share of open outline a particle is inside the water.
 const LEAST_OPENNESS: f64 = 0.25;
@@ -44,21 +46,35 @@ impl Balanced {
         let outward = local.openness / openness;
         let ahead = me.position + outward * (AHEAD * edge_length);
         let farther = me.position + outward * (2.0 * AHEAD * edge_length);
-        let mut cover = me.area * self.kernel.value(AHEAD * edge_length, me.inverse_h);
-        let mut farther_cover = 0.0;
-        let mut is_beside_wall = false;
-        for image in near.of(k) {
-            let other = &self.states[image.index as usize];
-            let place = water.walls.isometries()[image.transform as usize].point(other.position);
-            cover += other.area * self.kernel.value((place - ahead).norm(), other.inverse_h);
-            farther_cover += other.area * self.kernel.value((place - farther).norm(), other.inverse_h);
-            is_beside_wall |= image.transform != 0;
-        }
+        let images = near.of(k);
+        let (cover, farther_cover) = with_kernel!(&self.kernel, kernel => {
+            let own = me.area * kernel.value(AHEAD * edge_length, me.inverse_h);
+            (self.cover(kernel, water, images, ahead, own), self.cover(kernel, water, images, farther, 0.0))
+        });
+        let is_beside_wall = images.iter().any(|image| image.transform != 0);
         let covered = if is_beside_wall { COVERED_BESIDE_WALL } else { COVERED };
         local.edge = ((covered - cover.max(farther_cover)) / TRANSITION).clamp(0.0, 1.0);
         if local.edge > 0.0 {
             local.push = outward * (local.edge * self.push(water, i, farther));
         }
+    }
+
+    /// Σ A_j W at a place over what a particle sees, beside its own share.
+    fn cover<S: Shape>(
+        &self,
+        kernel: &Smoothing<S>,
+        water: &MovingWater,
+        images: &[Image],
+        place: Vec2,
+        own: f64,
+    ) -> f64 {
+        let isometries = water.walls.isometries();
+        let part = |image: &Image| {
+            let other = &self.states[image.index as usize];
+            let distance = (isometries[image.transform as usize].point(other.position) - place).norm();
+            other.area * kernel.value(distance, other.inverse_h)
+        };
+        images.iter().map(part).fold(own, |sum, part| sum + part)
     }
 
     /// Acceleration (m/s²) of a particle whose whole side is open.

@@ -20,12 +20,11 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LaneSum, Pairs, smaller};
+use super::pairs::{BLOCK, LaneSum, Pairs};
 use super::{Balanced, Gradients, Local, State};
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
-use crate::physics::kernel::CubicSpline;
-use crate::solver::moving::{CHUNK, MovingWater, correction};
+use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, correction, with_kernel};
 
 impl Balanced {
     /// Fills `gradients`, `locals` and `lengths`.
@@ -77,7 +76,7 @@ impl Balanced {
         };
         // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
         let openness = vector(&sums.closure_x, &sums.closure_y) * (-2.0 * self.dimension.edge(me.area));
-        let own = me.area * self.kernel.value(0.0, me.inverse_h);
+        let own = me.area * with_kernel!(&self.kernel, kernel => kernel.value(0.0, me.inverse_h));
         let partition = own + sums.partition.total();
         let mean_depth = (own * me.depth + sums.depth_sum.total()) / partition;
         (gradients, Local { correction, openness, partition, mean_depth, edge: 0.0, push: Vec2::ZERO })
@@ -118,42 +117,40 @@ fn sum_pairs(
     images: &[Image],
     states: &[State],
     isometries: &[Isometry],
-    kernel: &CubicSpline,
+    kernel: &ChosenKernel,
 ) -> Sums {
     let mut sums = Sums::default();
     for images in images.chunks(BLOCK) {
         pairs.gather_states(me, images, states, isometries);
         pairs.measure(me.inverse_h, kernel);
+        pairs.cover(me.inverse_h, kernel);
         let n = pairs.len();
         let (r, weight) = (&pairs.r[..n], &pairs.weight[..n]);
         let (e_x, e_y) = (&pairs.e_x[..n], &pairs.e_y[..n]);
-        let (area, inverse_h) = (&pairs.area[..n], &pairs.inverse_h[..n]);
-        let depth = &pairs.depth[..n];
-        let [a, b, c, d, e, ..] = &mut pairs.terms;
-        let (a, b, c, d, e) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n], &mut e[..n]);
+        let (area, depth) = (&pairs.area[..n], &pairs.depth[..n]);
+        let [a, b, c, d, ..] = &mut pairs.terms;
+        let (a, b, c, d) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n]);
+        sums.weights.add(a);
+        sums.partition.add(b);
+        for k in 0..n {
+            c[k] = b[k] * depth[k];
+        }
+        sums.depth_sum.add(c);
         for k in 0..n {
             let stretch = weight[k] * r[k];
-            a[k] = stretch * e_x[k] * e_x[k];
-            b[k] = stretch * e_x[k] * e_y[k];
-            c[k] = stretch * e_y[k] * e_y[k];
-            d[k] = area[k] * kernel.value(r[k], me.inverse_h);
-            e[k] = d[k] * depth[k];
-        }
-        sums.moment_xx.add(a);
-        sums.moment_xy.add(b);
-        sums.moment_yy.add(c);
-        sums.partition.add(d);
-        sums.depth_sum.add(e);
-        for k in 0..n {
-            // The pairs that fill up have no area and must not count.
-            let is_real = if area[k] > 0.0 { 1.0 } else { 0.0 };
-            a[k] = is_real * CubicSpline::shape(r[k] * smaller(me.inverse_h, inverse_h[k]));
             b[k] = a[k] * area[k];
+            a[k] = stretch * e_x[k] * e_x[k];
+            c[k] = stretch * e_x[k] * e_y[k];
+            d[k] = stretch * e_y[k] * e_y[k];
+        }
+        sums.weighted_area.add(b);
+        sums.moment_xx.add(a);
+        sums.moment_xy.add(c);
+        sums.moment_yy.add(d);
+        for k in 0..n {
             c[k] = weight[k] * e_x[k];
             d[k] = weight[k] * e_y[k];
         }
-        sums.weights.add(a);
-        sums.weighted_area.add(b);
         sums.closure_x.add(c);
         sums.closure_y.add(d);
         let differences = [

@@ -17,21 +17,12 @@ mod rates;
 
 use rayon::prelude::*;
 
-use super::moving::{CHUNK, Formulation, MovingSolver, MovingWater};
+use super::moving::{CHUNK, ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
 use crate::math::{Sym2, Vec2};
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
-use crate::physics::kernel::CubicSpline;
-use crate::scenario::methods::Integrator;
+use crate::scenario::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
-
-/// h = κ A^(1/dim): 1.2 in one dimension and 1.5 in two, where 1.2 cannot tell jitter from an edge.
-fn smoothing_factor(dimension: Dimension) -> f64 {
-    match dimension {
-        Dimension::One => 1.2,
-        Dimension::Two => 1.5,
-    }
-}
 
 /// What other particles need to know of one: one cache line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -72,11 +63,32 @@ struct Local {
     push: Vec2,
 }
 
+/// The Riemann solvers that give p* and u* of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Faces {
+    TwoShocks,
+    Hllc,
+    LaxFriedrichs,
+}
+
+impl Faces {
+    fn new(stabilisation: Stabilisation) -> Self {
+        match stabilisation {
+            Stabilisation::TwoShocks => Faces::TwoShocks,
+            Stabilisation::Hllc => Faces::Hllc,
+            Stabilisation::LaxFriedrichs => Faces::LaxFriedrichs,
+            Stabilisation::ArtificialViscosity => panic!("the balanced formulation has no artificial viscosity"),
+        }
+    }
+}
+
 /// The balanced formulation; scratch space only, all state is in `MovingWater`.
 #[derive(Debug)]
 pub struct Balanced {
     dimension: Dimension,
-    kernel: CubicSpline,
+    kernel: ChosenKernel,
+    faces: Faces,
+    reconstruction: Reconstruction,
     factor: f64,
     lengths: Vec<f64>,
     states: Vec<State>,
@@ -92,25 +104,38 @@ impl LagrangianSolver {
     ///
     /// The depths of `seeds` must be level minus `problem.bed.at(position)` for a lake to be at rest.
     pub fn new(problem: FlowProblem, seeds: Vec<FluidSeed>, integrator: Integrator) -> Self {
-        Self::with_dimension(problem, &seeds, integrator, Dimension::Two)
+        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, Stabilisation::TwoShocks), Dimension::Two)
     }
 
     /// Water in a channel of unit width along x: a lattice of one row; walls at its two ends.
     pub fn one_dimensional(problem: FlowProblem, seeds: Vec<FluidSeed>, integrator: Integrator) -> Self {
-        Self::with_dimension(problem, &seeds, integrator, Dimension::One)
+        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, Stabilisation::TwoShocks), Dimension::One)
     }
 
-    fn with_dimension(problem: FlowProblem, seeds: &[FluidSeed], integrator: Integrator, dimension: Dimension) -> Self {
+    /// Water in the plane or in a channel by the given methods.
+    ///
+    /// # Panics
+    /// With the artificial viscosity or a steep bed, which the variational formulation alone has; a scenario that asks for them is
+    /// refused.
+    pub fn with_methods(
+        problem: FlowProblem,
+        seeds: &[FluidSeed],
+        methods: MovingMethods,
+        dimension: Dimension,
+    ) -> Self {
+        assert!(methods.bed_slope == BedSlope::Hydrostatic, "the balanced formulation is hydrostatic");
         let balanced = Balanced {
             dimension,
-            kernel: CubicSpline::new(dimension),
+            kernel: ChosenKernel::new(methods.kernel, dimension),
+            faces: Faces::new(methods.stabilisation),
+            reconstruction: methods.reconstruction,
             factor: smoothing_factor(dimension),
             lengths: Vec::new(),
             states: Vec::new(),
             gradients: Vec::new(),
             locals: Vec::new(),
         };
-        Self::with_formulation(problem, seeds, balanced, integrator, dimension)
+        Self::with_formulation(problem, seeds, balanced, methods.integrator, dimension)
     }
 }
 
@@ -131,7 +156,12 @@ impl Formulation for Balanced {
 
     fn evaluate(&mut self, water: &mut MovingWater) {
         water.sample_bed();
-        water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, 1.0, &water.walls);
+        water.neighbours.search(
+            &water.particles.position,
+            &water.particles.smoothing_length,
+            self.kernel.support(),
+            &water.walls,
+        );
         self.pack(water);
         self.find_gradients(water);
         self.find_rates(water);

@@ -7,7 +7,8 @@
 use super::{Gradients, State};
 use crate::boundary::{Image, Isometry};
 use crate::math::Vec2;
-use crate::physics::kernel::CubicSpline;
+use crate::physics::kernel::{Shape, Smoothing};
+use crate::solver::moving::{ChosenKernel, with_kernel};
 
 /// Most pairs in a block.
 pub(super) const BLOCK: usize = 64;
@@ -146,8 +147,12 @@ impl Pairs {
     }
 
     /// Distances, directions and weights from offsets, areas and smoothing lengths.
+    pub(super) fn measure(&mut self, inverse_h: f64, kernel: &ChosenKernel) {
+        measure(self, inverse_h, kernel);
+    }
+
     #[inline(always)]
-    pub(super) fn measure(&mut self, inverse_h: f64, kernel: &CubicSpline) {
+    fn measure_with<S: Shape>(&mut self, inverse_h: f64, kernel: &Smoothing<S>) {
         let n = self.len;
         let (x, y) = (&self.offset_x[..n], &self.offset_y[..n]);
         let (area, other_inverse_h) = (&self.area[..n], &self.inverse_h[..n]);
@@ -163,6 +168,35 @@ impl Pairs {
             weight[k] = -0.5 * area[k] * slopes;
         }
     }
+
+    /// Puts the weight w of each pair's area into the first column of `terms`, A_j W(r, h_i) into the second.
+    pub(super) fn cover(&mut self, inverse_h: f64, kernel: &ChosenKernel) {
+        cover(self, inverse_h, kernel);
+    }
+
+    #[inline(always)]
+    fn cover_with<S: Shape>(&mut self, inverse_h: f64, kernel: &Smoothing<S>) {
+        let n = self.len;
+        let (r, area, other_inverse_h) = (&self.r[..n], &self.area[..n], &self.inverse_h[..n]);
+        let [weight, covered, ..] = &mut self.terms;
+        let (weight, covered) = (&mut weight[..n], &mut covered[..n]);
+        for k in 0..n {
+            // The pairs that fill up have no area and must not count.
+            let is_real = if area[k] > 0.0 { 1.0 } else { 0.0 };
+            weight[k] = is_real * kernel.share(r[k], smaller(inverse_h, other_inverse_h[k]));
+            covered[k] = area[k] * kernel.value(r[k], inverse_h);
+        }
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn measure(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.measure_with(inverse_h, kernel));
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+fn cover(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.cover_with(inverse_h, kernel));
 }
 
 impl Gradients {

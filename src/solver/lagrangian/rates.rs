@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_iR = η_i + a_1 − d_iR,  z* = max(z_iR, z_jR)     (Audusse2004, on limited states)
-//! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks; p* = 0 where either is dry
+//! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks or as chosen; p* = 0 where either is dry
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
 //! dd/dt = −d_i {div v + Σ [θ D3 + (1 − θ) D1]} + α d_i (ΣAW − 1)(1 − χ) max|Δu| / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
@@ -38,13 +38,14 @@
 use rayon::prelude::*;
 
 use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, larger, smaller};
-use super::{Balanced, Gradients, Local, State};
+use super::{Balanced, Faces, Gradients, Local, State};
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
-use crate::physics::kernel::CubicSpline;
-use crate::solver::moving::{CHUNK, MovingWater, Rates, correction};
+use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
+use crate::scenario::methods::Reconstruction;
+use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, correction};
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
@@ -98,6 +99,8 @@ impl Balanced {
             gradients: &self.gradients,
             isometries: water.walls.isometries(),
             kernel: &self.kernel,
+            faces: self.faces,
+            reconstruction: self.reconstruction,
             gravity,
         };
         let sums = sum_faces(pairs, me, mine, local, images, &around);
@@ -145,16 +148,22 @@ struct Around<'a> {
     states: &'a [State],
     gradients: &'a [Gradients],
     isometries: &'a [Isometry],
-    kernel: &'a CubicSpline,
+    kernel: &'a ChosenKernel,
+    faces: Faces,
+    reconstruction: Reconstruction,
     gravity: f64,
 }
 
 /// Products of slopes below this vanish: no division overflows.
 const LEAST_PRODUCT: f64 = 1e-290;
 
-/// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e, by one division.
+/// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e, by one division; 0
+/// without reconstruction.
 #[inline(always)]
-fn half_slopes(along_i: f64, along_j: f64, difference: f64) -> (f64, f64) {
+fn half_slopes<const IS_LIMITED: bool>(along_i: f64, along_j: f64, difference: f64) -> (f64, f64) {
+    if !IS_LIMITED {
+        return (0.0, 0.0);
+    }
     let (a, b) = (2.0 * along_i - difference, 2.0 * along_j - difference);
     let (product_a, product_b) = (a * difference, b * difference);
     let (is_a, is_b) = (product_a > LEAST_PRODUCT, product_b > LEAST_PRODUCT);
@@ -164,30 +173,41 @@ fn half_slopes(along_i: f64, along_j: f64, difference: f64) -> (f64, f64) {
     (top_a * (sum_b * inverse), top_b * (sum_a * inverse))
 }
 
-/// p* (m³/s²) and u* (m/s) between two wet states: `physics::flux::two_shock` without branches, one division shared.
-#[inline(always)]
-fn star(d_l: f64, c_l: f64, u_l: f64, d_r: f64, c_r: f64, u_r: f64, g: f64) -> (f64, f64) {
-    let bracket = larger(0.5 * (c_l + c_r) + 0.25 * (u_l - u_r), 0.0);
-    let d_0 = bracket * bracket / g;
-    let mean = 0.5 * (u_l + u_r);
-    let inverse = 0.5 * g / (d_0 * d_l * d_r);
-    let g_l = ((d_0 + d_l) * d_r * inverse).sqrt();
-    let g_r = ((d_0 + d_r) * d_l * inverse).sqrt();
-    let shocks = larger((g_l * d_l + g_r * d_r + u_l - u_r) / (g_l + g_r), 0.0);
-    let has_rarefactions = d_0 <= smaller(d_l, d_r);
-    let depth = if has_rarefactions { d_0 } else { shocks };
-    let velocity =
-        if has_rarefactions { mean + c_l - c_r } else { mean + 0.5 * ((shocks - d_r) * g_r - (shocks - d_l) * g_l) };
-    (0.5 * g * depth * depth, velocity)
-}
-
 #[inline(always)]
 fn clamp(value: f64, low: f64, high: f64) -> f64 {
     smaller(larger(value, low), high)
 }
 
+/// Sums over the faces by the chosen Riemann solver, with or without limited slopes.
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
 fn sum_faces(
+    pairs: &mut Pairs,
+    me: &State,
+    mine: &Gradients,
+    local: &Local,
+    images: &[Image],
+    around: &Around<'_>,
+) -> Sums {
+    match (around.faces, around.reconstruction) {
+        (Faces::TwoShocks, Reconstruction::Limited) => {
+            sum_faces_by::<TwoShocks, true>(pairs, me, mine, local, images, around)
+        }
+        (Faces::TwoShocks, Reconstruction::None) => {
+            sum_faces_by::<TwoShocks, false>(pairs, me, mine, local, images, around)
+        }
+        (Faces::Hllc, Reconstruction::Limited) => sum_faces_by::<Hllc, true>(pairs, me, mine, local, images, around),
+        (Faces::Hllc, Reconstruction::None) => sum_faces_by::<Hllc, false>(pairs, me, mine, local, images, around),
+        (Faces::LaxFriedrichs, Reconstruction::Limited) => {
+            sum_faces_by::<LaxFriedrichs, true>(pairs, me, mine, local, images, around)
+        }
+        (Faces::LaxFriedrichs, Reconstruction::None) => {
+            sum_faces_by::<LaxFriedrichs, false>(pairs, me, mine, local, images, around)
+        }
+    }
+}
+
+#[inline(always)]
+fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
     pairs: &mut Pairs,
     me: &State,
     mine: &Gradients,
@@ -219,15 +239,19 @@ fn sum_faces(
             let u_i = me.velocity.x * ex + me.velocity.y * ey;
             let u_j = velocity_x[k] * ex + velocity_y[k] * ey;
             let (d_eta, d_d, du) = (surface[k] - me.surface, depth[k] - me.depth, u_j - u_i);
-            let (a_1, a_2) =
-                half_slopes(mine.surface.x * x + mine.surface.y * y, surface_x[k] * x + surface_y[k] * y, d_eta);
+            let (a_1, a_2) = half_slopes::<IS_LIMITED>(
+                mine.surface.x * x + mine.surface.y * y,
+                surface_x[k] * x + surface_y[k] * y,
+                d_eta,
+            );
             // e·(∇v e): the gradient of u along e.
-            let (b_1, b_2) = half_slopes(
+            let (b_1, b_2) = half_slopes::<IS_LIMITED>(
                 (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
                 (u_x[k] * x + u_y[k] * y) * ex + (v_x[k] * x + v_y[k] * y) * ey,
                 du,
             );
-            let (s_1, s_2) = half_slopes(mine.depth.x * x + mine.depth.y * y, depth_x[k] * x + depth_y[k] * y, d_d);
+            let (s_1, s_2) =
+                half_slopes::<IS_LIMITED>(mine.depth.x * x + mine.depth.y * y, depth_x[k] * x + depth_y[k] * y, d_d);
             let d_ir = clamp(me.depth + s_1, 0.0, 2.0 * me.depth);
             let d_jr = clamp(depth[k] - s_2, 0.0, 2.0 * depth[k]);
             // Levels relative to η_i, so that a high datum costs no digits.
@@ -237,7 +261,8 @@ fn sum_faces(
             let d_r = clamp(eta_r - z_star, 0.0, d_jr);
             let u_mean = 0.5 * (u_i + u_j);
             let (c_l, c_r) = ((g * d_l).sqrt(), (g * d_r).sqrt());
-            let (p_wet, u_star) = star(d_l, c_l, u_i + b_1, d_r, c_r, u_j - b_2, g);
+            let (left, right) = (Side { d: d_l, c: c_l, u: u_i + b_1 }, Side { d: d_r, c: c_r, u: u_j - b_2 });
+            let (p_wet, u_star) = F::star(left, right, g);
             let (is_left_wet, is_right_wet) = (d_l > DRY_FACE, d_r > DRY_FACE);
             let u_wet = u_mean + (u_star - u_mean) * (d_l / d_ir);
             let u_open = larger(u_i, smaller(u_i + b_1, u_mean));

@@ -4,11 +4,14 @@
 //! A formulation turns the present state into rates (`Formulation::evaluate`); everything else is here, once.
 
 mod correction;
+mod kernel;
 mod neighbours;
 mod solver;
 mod step;
 
 pub use correction::correction;
+pub(super) use kernel::with_kernel;
+pub use kernel::{ChosenKernel, smoothing_factor};
 pub use neighbours::{CHUNK, ChunkNeighbours, Neighbours};
 pub use solver::MovingSolver;
 
@@ -16,13 +19,43 @@ use rayon::prelude::*;
 
 use crate::bed::{BedParticles, BedPoint};
 use crate::boundary::{Edge, Walls, outline};
-use crate::math::Vec2;
+use crate::math::{Sym2, Vec2};
 use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
+use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
 const LARGEST_SPREAD: f64 = 144.0;
+
+/// The methods of moving particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MovingMethods {
+    /// Time integration.
+    pub integrator: Integrator,
+    /// Smoothing kernel.
+    pub kernel: Kernel,
+    /// Treatment of pairs.
+    pub stabilisation: Stabilisation,
+    /// What a pair takes for the states on both sides of its face.
+    pub reconstruction: Reconstruction,
+    /// Effect of the bed's slope.
+    pub bed_slope: BedSlope,
+}
+
+impl MovingMethods {
+    /// An integrator and a treatment of pairs, and the usual choice of everything else.
+    pub fn new(integrator: Integrator, stabilisation: Stabilisation) -> Self {
+        let reconstruction = stabilisation.usual_reconstruction();
+        MovingMethods {
+            integrator,
+            kernel: Kernel::default(),
+            stabilisation,
+            reconstruction,
+            bed_slope: BedSlope::default(),
+        }
+    }
+}
 
 /// The rates of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -144,6 +177,11 @@ impl MovingWater {
     #[inline]
     pub fn least_depth(&self, i: usize) -> f64 {
         self.dry_depth.max(self.particles.volume[i] / self.largest_area)
+    }
+
+    /// Curvature of the bed (1/m) at a place, that of its riverbed particle.
+    pub fn curvature_at(&self, place: Vec2) -> Sym2 {
+        self.bed.lattice.cell_at(place).map_or(Sym2::default(), |cell| self.bed.curvature[cell])
     }
 
     /// Manning roughness (s·m^(−1/3)) at a place.

@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use crate::boundary::{Image, ImageScratch, Walls};
 use crate::math::Vec2;
 use crate::neighbours::CellGrid;
-use crate::physics::kernel::CubicSpline;
 
 /// Number of particles in a chunk: the unit of parallel work, fixed so that no result depends on the number of threads.
 pub const CHUNK: usize = 128;
@@ -63,10 +62,10 @@ pub struct Neighbours {
 }
 
 impl Neighbours {
-    /// Searches anew: j is seen by i when it is nearer than `slack` times the larger of the two supports.
-    pub fn search(&mut self, positions: &[Vec2], smoothing_lengths: &[f64], slack: f64, walls: &Walls) {
+    /// Searches anew: j is seen by i when it is nearer than `reach` times the larger of the two smoothing lengths.
+    pub fn search(&mut self, positions: &[Vec2], smoothing_lengths: &[f64], reach: f64, walls: &Walls) {
         self.supports.clear();
-        self.supports.extend(smoothing_lengths.iter().map(|h| slack * CubicSpline::SUPPORT * h));
+        self.supports.extend(smoothing_lengths.iter().map(|h| reach * h));
         self.grid.build(positions, &self.supports);
         self.chunks.resize_with(positions.len().div_ceil(CHUNK), ChunkNeighbours::default);
         let (grid, supports) = (&self.grid, &self.supports);

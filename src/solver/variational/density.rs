@@ -6,8 +6,11 @@
 use rayon::prelude::*;
 
 use super::{Density, SLACK, Variational};
+use crate::boundary::Image;
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChunkNeighbours, MovingWater, correction};
+use crate::physics::kernel::{Shape, Smoothing};
+use crate::scenario::methods::Reconstruction;
+use crate::solver::moving::{CHUNK, MovingWater, correction, with_kernel};
 
 const MOST_ROUNDS: usize = 30;
 const TOLERANCE: f64 = 1e-10;
@@ -22,7 +25,8 @@ impl Variational {
         densities.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(
             |(chunk, (densities, near))| {
                 for (k, density) in densities.iter_mut().enumerate() {
-                    *density = self.density_of(water, chunk * CHUNK + k, k, near);
+                    let i = chunk * CHUNK + k;
+                    *density = with_kernel!(&self.kernel, kernel => self.density_of(kernel, water, i, near.of(k)));
                 }
             },
         );
@@ -33,7 +37,7 @@ impl Variational {
         self.densities = densities;
     }
 
-    fn density_of(&self, water: &MovingWater, i: usize, k: usize, near: &ChunkNeighbours) -> Density {
+    fn density_of<S: Shape>(&self, kernel: &Smoothing<S>, water: &MovingWater, i: usize, images: &[Image]) -> Density {
         let particles = &water.particles;
         let volume = particles.volume[i];
         let h_limit = SLACK * particles.smoothing_length[i];
@@ -47,14 +51,14 @@ impl Variational {
         let (mut inverse_h, mut beta) = (0.0, 1.0);
         for _ in 0..MOST_ROUNDS {
             inverse_h = 1.0 / (self.factor * self.dimension.edge(volume / d));
-            let mut sum = volume * self.kernel.value(0.0, inverse_h);
+            let mut sum = volume * kernel.value(0.0, inverse_h);
             let mut moment = 0.0;
-            for image in near.of(k) {
+            for image in images {
                 let j = image.index as usize;
                 let other = water.walls.isometries()[image.transform as usize].point(particles.position[j]);
                 let r = (other - particles.position[i]).norm();
-                sum += particles.volume[j] * self.kernel.value(r, inverse_h);
-                moment -= particles.volume[j] * r * self.kernel.slope(r, inverse_h);
+                sum += particles.volume[j] * kernel.value(r, inverse_h);
+                moment -= particles.volume[j] * r * kernel.slope(r, inverse_h);
             }
             beta = (moment / (self.dimension.count() * d)).max(LEAST_BETA);
             let next = (d + (sum - d) / beta).clamp(0.7 * d, 1.4 * d).max(floor);
@@ -65,21 +69,30 @@ impl Variational {
             }
         }
         let mut density = Density { depth: d, inverse_h, beta, ..Density::default() };
-        self.find_gradients(water, i, k, near, &mut density);
+        if self.reconstruction == Reconstruction::Limited {
+            self.find_gradients(kernel, water, i, images, &mut density);
+        }
         density
     }
 
     /// Corrected gradients over the particle's own kernel; depths of neighbours are those of the latest evaluation.
-    fn find_gradients(&self, water: &MovingWater, i: usize, k: usize, near: &ChunkNeighbours, density: &mut Density) {
+    fn find_gradients<S: Shape>(
+        &self,
+        kernel: &Smoothing<S>,
+        water: &MovingWater,
+        i: usize,
+        images: &[Image],
+        density: &mut Density,
+    ) {
         let particles = &water.particles;
         let (mut moment, mut depth, mut u, mut v) = (Sym2::default(), Vec2::ZERO, Vec2::ZERO, Vec2::ZERO);
-        for image in near.of(k) {
+        for image in images {
             let j = image.index as usize;
             let isometry = &water.walls.isometries()[image.transform as usize];
             let offset = isometry.point(particles.position[j]) - particles.position[i];
             let r = offset.norm().max(f64::MIN_POSITIVE);
             let e = offset / r;
-            let face = -particles.volume[j] / particles.depth[j] * self.kernel.slope(r, density.inverse_h);
+            let face = -particles.volume[j] / particles.depth[j] * kernel.slope(r, density.inverse_h);
             let difference = isometry.vector(particles.velocity[j]) - particles.velocity[i];
             moment.xx += face * r * e.x * e.x;
             moment.xy += face * r * e.x * e.y;

@@ -5,19 +5,18 @@
 //! dv/dt = −Σ m_j [p_i/(d_i² β_i) ∇W(h_i) + p_j/(d_j² β_j) ∇W(h_j)] − g ∇z_b,   p = g d²/2
 //! ```
 //!
-//! `RodriguezPaz2005`, hydrostatic: without the inertia of the vertical motion over the bed. Stabilised by Monaghan's
-//! viscosity, or by p* of two shocks between states with limited reconstruction in place of both p.
+//! `RodriguezPaz2005`, hydrostatic unless the scenario asks for the inertia of the vertical motion over the bed (`forces`). Stabilised by an artificial
+//! viscosity, or by p* of a Riemann solver in place of both p, as `Wu2020` compare them; with limited reconstruction or without.
 //! **Weak spot**: a lake over an uneven bed does not stay at rest, because nothing balances the slope of the bed exactly.
 
 mod density;
 mod forces;
 
-use super::moving::{Formulation, MovingSolver, MovingWater};
+use super::moving::{ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
-use crate::physics::kernel::CubicSpline;
-use crate::scenario::methods::{Integrator, Stabilisation};
+use crate::scenario::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
 
 /// Neighbours are searched with this slack, and h grows by at most as much between two evaluations.
@@ -39,9 +38,11 @@ struct Density {
 #[derive(Debug)]
 pub struct Variational {
     dimension: Dimension,
-    kernel: CubicSpline,
+    kernel: ChosenKernel,
     factor: f64,
     stabilisation: Stabilisation,
+    reconstruction: Reconstruction,
+    bed_slope: BedSlope,
     densities: Vec<Density>,
 }
 
@@ -56,7 +57,7 @@ impl VariationalSolver {
         integrator: Integrator,
         stabilisation: Stabilisation,
     ) -> Self {
-        Self::with_dimension(problem, &seeds, integrator, stabilisation, Dimension::Two)
+        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, stabilisation), Dimension::Two)
     }
 
     /// Water in a channel of unit width along x: a lattice of one row; walls at its two ends.
@@ -66,23 +67,27 @@ impl VariationalSolver {
         integrator: Integrator,
         stabilisation: Stabilisation,
     ) -> Self {
-        Self::with_dimension(problem, &seeds, integrator, stabilisation, Dimension::One)
+        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, stabilisation), Dimension::One)
     }
 
-    fn with_dimension(
+    /// Water in the plane or in a channel by the given methods.
+    pub fn with_methods(
         problem: FlowProblem,
         seeds: &[FluidSeed],
-        integrator: Integrator,
-        stabilisation: Stabilisation,
+        methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
-        let factor = match dimension {
-            Dimension::One => 1.2,
-            Dimension::Two => 1.5,
+        let (factor, kernel) = (smoothing_factor(dimension), ChosenKernel::new(methods.kernel, dimension));
+        let variational = Variational {
+            dimension,
+            kernel,
+            factor,
+            stabilisation: methods.stabilisation,
+            reconstruction: methods.reconstruction,
+            bed_slope: methods.bed_slope,
+            densities: Vec::new(),
         };
-        let kernel = CubicSpline::new(dimension);
-        let variational = Variational { dimension, kernel, factor, stabilisation, densities: Vec::new() };
-        Self::with_formulation(problem, seeds, variational, integrator, dimension)
+        Self::with_formulation(problem, seeds, variational, methods.integrator, dimension)
     }
 }
 
@@ -103,7 +108,8 @@ impl Formulation for Variational {
 
     fn evaluate(&mut self, water: &mut MovingWater) {
         water.sample_bed();
-        water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, SLACK, &water.walls);
+        let reach = SLACK * self.kernel.support();
+        water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, reach, &water.walls);
         self.sum_depths(water);
         self.find_rates(water);
     }
