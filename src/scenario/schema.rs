@@ -345,6 +345,14 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
         );
     }
     if is_variational || motion != Some(Motion::Eulerian) {
+        if meant(node, "reconstruction", Reconstruction::Limited) == Some(Reconstruction::Sharp) {
+            refuse(
+                "reconstruction",
+                "moving particles have no sharp reconstruction",
+                "their faces have no limiter but van Leer's",
+                "write `reconstruction: limited`, or take `motion: eulerian`",
+            );
+        }
         return is_fit.then_some(());
     }
     if stabilisation == Some(Stabilisation::TwoShocks) {

@@ -41,6 +41,10 @@ impl Core {
         }
     }
 
+    fn reconstructions(self) -> &'static [Reconstruction] {
+        if self == Core::Resting { Reconstruction::ALL } else { &[Reconstruction::Limited, Reconstruction::None] }
+    }
+
     fn kernels(self) -> &'static [Kernel] {
         if self == Core::Resting { &[Kernel::CubicSpline] } else { Kernel::ALL }
     }
@@ -83,7 +87,7 @@ fn all_choices() -> Vec<Choice> {
     for core in Core::ALL {
         for &kernel in core.kernels() {
             for &stabilisation in core.stabilisations() {
-                for &reconstruction in Reconstruction::ALL {
+                for &reconstruction in core.reconstructions() {
                     choices.push(Choice { core, kernel, stabilisation, reconstruction });
                 }
             }

@@ -3,20 +3,21 @@
 //! For a pair i (left), j (right) with e from i to j, D q = q_j − q_i and x_ij = x_j − x_i:
 //!
 //! ```text
-//! (M12)  a_1 = ½ vl(2 ∇η_i·x_ij − D η, D η)          a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
-//! (M13)  d_iR = clamp(d_i + ½ vl(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)      d_jR likewise
+//! (M12)  a_1 = ½ φ(2 ∇η_i·x_ij − D η, D η)          a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
+//! (M13)  d_iR = clamp(d_i + ½ φ(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)      d_jR likewise
 //! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
 //! (M15)  d_l = clamp(η_i + a_1 − z*, 0, d_iR)       d_r = clamp(η_j − a_2 − z*, 0, d_jR)
 //! (M16)  (F_d, F_n) = HLL(d_l, u_i + b_1; d_r, u_j − b_2)
 //! ```
 //!
-//! With `lax_friedrichs` the flux of that name stands for HLL, without reconstruction a, b and the slopes of d are 0.
+//! With `lax_friedrichs` the flux of that name stands for HLL, without reconstruction a, b and the slopes of d are 0, and with
+//! the sharp one φ is superbee and the tangential velocity has its slope, too (decision 0009).
 //!
 //! The water that passes takes the tangential velocity of the particle that it leaves, which makes HLLC of HLL: F_d has the
 //! sign of the contact's speed. Reconstructing it, too, sharpens the
 //! shear layers in the bends of a gorge and raises the level above them further over what was observed (decision 0006).
 //!
-//! vl is van Leer's limiter (`VanLeer1974`), (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the
+//! φ is the monotonised central mean (`VanLeer1977`, `physics::limiter`), (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the
 //! two beds, (M16) is `HLL1983` with the speeds of a dry side after `Toro2001`. The bound 2 d_i keeps the mirrored value
 //! of the reconstruction positive.
 
@@ -27,21 +28,12 @@ use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
 use super::{RestingFlux, RestingMethods, Scale};
 use crate::physics::flux::lax_friedrichs;
+use crate::physics::limiter::monotonised;
 use crate::scenario::methods::Reconstruction;
 
 /// The two directions in which a cell owns a face.
 pub(crate) const EAST: usize = 0;
 pub(crate) const NORTH: usize = 1;
-
-/// Van Leer's limiter: the harmonic mean of slopes of one sign, 0 at an extremum.
-#[inline(always)]
-pub(crate) fn van_leer(a: f64, b: f64) -> f64 {
-    let product = a * b;
-    let sum = a + b;
-    let safe = if product > 0.0 { sum } else { 1.0 };
-    let positive = if product > 0.0 { product } else { 0.0 };
-    2.0 * positive / safe
-}
 
 #[inline(always)]
 fn clamp(value: f64, low: f64, high: f64) -> f64 {
@@ -114,28 +106,23 @@ impl Flux for LaxFriedrichs {
 
 /// Fills the flux rows of all cells in work.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, methods: RestingMethods) {
-    match (methods.flux, methods.reconstruction) {
-        (RestingFlux::Hllc, Reconstruction::Limited) => evaluate_by::<Hllc, true>(state, active, scale),
-        (RestingFlux::Hllc, Reconstruction::None) => evaluate_by::<Hllc, false>(state, active, scale),
-        (RestingFlux::LaxFriedrichs, Reconstruction::Limited) => {
-            evaluate_by::<LaxFriedrichs, true>(state, active, scale);
-        }
-        (RestingFlux::LaxFriedrichs, Reconstruction::None) => {
-            evaluate_by::<LaxFriedrichs, false>(state, active, scale);
-        }
+    match methods.flux {
+        RestingFlux::Hllc => evaluate_by::<Hllc>(state, active, scale, methods.reconstruction),
+        RestingFlux::LaxFriedrichs => evaluate_by::<LaxFriedrichs>(state, active, scale, methods.reconstruction),
     }
 }
 
-fn evaluate_by<F: Flux, const IS_LIMITED: bool>(state: &mut State, active: &ActiveSet, scale: &Scale) {
+fn evaluate_by<F: Flux>(state: &mut State, active: &ActiveSet, scale: &Scale, reconstruction: Reconstruction) {
+    let slopes = Slopes::of(reconstruction);
     let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
     state.flux.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, flux)| {
         for run in &active.work[row] {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));
             let (from, to) = (run.start, run.end);
-            let numbers = Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth };
-            row_faces::<F, IS_LIMITED, EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
-            row_faces::<F, IS_LIMITED, NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
+            let numbers = Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes };
+            row_faces::<F, EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
+            row_faces::<F, NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
         }
     });
 }
@@ -148,16 +135,38 @@ struct Side<'a> {
     ground: &'a GroundRow,
 }
 
-/// Spacing (m), gravity (m/s²) and dry depth (m).
+/// Spacing (m), gravity (m/s²), dry depth (m) and the treatment of slopes.
 #[derive(Clone, Copy)]
 struct Numbers {
     dx: f64,
     g: f64,
     dry_depth: f64,
+    slopes: Slopes,
+}
+
+/// How a face takes slopes, as numbers: no branch in the loop, one copy of it for all reconstructions.
+#[derive(Clone, Copy)]
+struct Slopes {
+    /// Share of the limited slopes of level, depth and normal velocity: 0 or 1.
+    share: f64,
+    /// The same of the tangential velocity.
+    tangential: f64,
+    /// See [`monotonised`].
+    sharpness: f64,
+}
+
+impl Slopes {
+    fn of(reconstruction: Reconstruction) -> Self {
+        match reconstruction {
+            Reconstruction::Limited => Slopes { share: 1.0, tangential: 0.0, sharpness: 0.0 },
+            Reconstruction::Sharp => Slopes { share: 1.0, tangential: 1.0, sharpness: 1.0 },
+            Reconstruction::None => Slopes { share: 0.0, tangential: 0.0, sharpness: 0.0 },
+        }
+    }
 }
 
 /// One particle of a pair: depth, surface, bed, normal and tangential velocity, and the increments of surface, depth and
-/// normal velocity that its gradients predict over the pair.
+/// both velocities that its gradients predict over the pair.
 #[derive(Clone, Copy)]
 struct Half {
     d: f64,
@@ -168,13 +177,16 @@ struct Half {
     rise_eta: f64,
     rise_d: f64,
     rise_u: f64,
+    rise_t: f64,
 }
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
-fn pair<F: Flux, const IS_LIMITED: bool>(i: Half, j: Half, g: f64, dry_depth: f64) -> (f64, f64, f64, f64) {
+fn pair<F: Flux>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
+    let Numbers { g, dry_depth, slopes, .. } = numbers;
     let jump_eta = surface_difference(i.d, i.eta, j.d, j.eta, dry_depth);
-    let half = |rise: f64, jump: f64| if IS_LIMITED { 0.5 * van_leer(2.0 * rise - jump, jump) } else { 0.0 };
+    let limited = |rise: f64, jump: f64| 0.5 * monotonised(2.0 * rise - jump, jump, slopes.sharpness);
+    let half = |rise: f64, jump: f64| slopes.share * limited(rise, jump);
     let (a_1, a_2) = (half(i.rise_eta, jump_eta), half(j.rise_eta, jump_eta));
     let jump_d = j.d - i.d;
     let d_i = clamp(i.d + half(i.rise_d, jump_d), 0.0, 2.0 * i.d);
@@ -187,7 +199,10 @@ fn pair<F: Flux, const IS_LIMITED: bool>(i: Half, j: Half, g: f64, dry_depth: f6
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
-    let v_t = if f_d > 0.0 { i.v_t } else { j.v_t };
+    let jump_t = j.v_t - i.v_t;
+    let t_i = i.v_t + slopes.tangential * limited(i.rise_t, jump_t);
+    let t_j = j.v_t - slopes.tangential * limited(j.rise_t, jump_t);
+    let v_t = if f_d > 0.0 { t_i } else { t_j };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 { i.d } else { j.d };
     let open = if giver > dry_depth { 1.0 } else { 0.0 };
@@ -197,7 +212,7 @@ fn pair<F: Flux, const IS_LIMITED: bool>(i: Half, j: Half, g: f64, dry_depth: f6
 }
 
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-fn row_faces<F: Flux, const IS_LIMITED: bool, const DIRECTION: usize>(
+fn row_faces<F: Flux, const DIRECTION: usize>(
     left: Side<'_>,
     left_from: usize,
     right: Side<'_>,
@@ -231,7 +246,7 @@ fn row_faces<F: Flux, const IS_LIMITED: bool, const DIRECTION: usize>(
             )
         };
     }
-    let Numbers { dx, g, dry_depth } = numbers;
+    let dx = numbers.dx;
     let (li, ls, lv) = columns!(left, left_from);
     let (ri, rs, rv) = columns!(right, right_from);
     let mass = &mut out.mass[left_from..][..len];
@@ -252,13 +267,14 @@ fn row_faces<F: Flux, const IS_LIMITED: bool, const DIRECTION: usize>(
                 rise_eta: dx * if DIRECTION == EAST { $s.0[k] } else { $s.1[k] },
                 rise_d: dx * if DIRECTION == EAST { $s.2[k] } else { $s.3[k] },
                 rise_u: dx * if DIRECTION == EAST { $v.0[k] } else { $v.3[k] },
+                rise_t: dx * if DIRECTION == EAST { $v.2[k] } else { $v.1[k] },
             }
         }};
     }
     for k in 0..len {
         let i = half!(k, li, ls, lv);
         let j = half!(k, ri, rs, rv);
-        let (f_d, f_t, lost, gained) = pair::<F, IS_LIMITED>(i, j, g, dry_depth);
+        let (f_d, f_t, lost, gained) = pair::<F>(i, j, numbers);
         mass[k] = f_d;
         tangential[k] = f_t;
         normal_left[k] = lost;

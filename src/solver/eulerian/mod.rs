@@ -155,7 +155,7 @@ impl EulerianSolver {
     /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
     fn stage(&mut self, stage: Stage, time_step: f64) {
         let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
-        if self.methods.reconstruction == Reconstruction::Limited {
+        if self.methods.reconstruction != Reconstruction::None {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
         }

@@ -188,21 +188,13 @@ fn sum_faces(
     images: &[Image],
     around: &Around<'_>,
 ) -> Sums {
-    match (around.faces, around.reconstruction) {
-        (Faces::TwoShocks, Reconstruction::Limited) => {
-            sum_faces_by::<TwoShocks, true>(pairs, me, mine, local, images, around)
-        }
-        (Faces::TwoShocks, Reconstruction::None) => {
-            sum_faces_by::<TwoShocks, false>(pairs, me, mine, local, images, around)
-        }
-        (Faces::Hllc, Reconstruction::Limited) => sum_faces_by::<Hllc, true>(pairs, me, mine, local, images, around),
-        (Faces::Hllc, Reconstruction::None) => sum_faces_by::<Hllc, false>(pairs, me, mine, local, images, around),
-        (Faces::LaxFriedrichs, Reconstruction::Limited) => {
-            sum_faces_by::<LaxFriedrichs, true>(pairs, me, mine, local, images, around)
-        }
-        (Faces::LaxFriedrichs, Reconstruction::None) => {
-            sum_faces_by::<LaxFriedrichs, false>(pairs, me, mine, local, images, around)
-        }
+    match (around.faces, around.reconstruction != Reconstruction::None) {
+        (Faces::TwoShocks, true) => sum_faces_by::<TwoShocks, true>(pairs, me, mine, local, images, around),
+        (Faces::TwoShocks, false) => sum_faces_by::<TwoShocks, false>(pairs, me, mine, local, images, around),
+        (Faces::Hllc, true) => sum_faces_by::<Hllc, true>(pairs, me, mine, local, images, around),
+        (Faces::Hllc, false) => sum_faces_by::<Hllc, false>(pairs, me, mine, local, images, around),
+        (Faces::LaxFriedrichs, true) => sum_faces_by::<LaxFriedrichs, true>(pairs, me, mine, local, images, around),
+        (Faces::LaxFriedrichs, false) => sum_faces_by::<LaxFriedrichs, false>(pairs, me, mine, local, images, around),
     }
 }
 

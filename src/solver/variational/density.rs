@@ -69,7 +69,7 @@ impl Variational {
             }
         }
         let mut density = Density { depth: d, inverse_h, beta, ..Density::default() };
-        if self.reconstruction == Reconstruction::Limited {
+        if self.reconstruction != Reconstruction::None {
             self.find_gradients(kernel, water, i, images, &mut density);
         }
         density

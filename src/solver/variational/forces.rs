@@ -102,7 +102,7 @@ impl Variational {
         g: f64,
     ) -> (Side, Side) {
         let (mut d_l, mut u_l, mut d_r, mut u_r) = (mine.depth, u.0, other.depth, u.1);
-        if self.reconstruction == Reconstruction::Limited {
+        if self.reconstruction != Reconstruction::None {
             let half = |along: f64, difference: f64| 0.5 * van_leer(2.0 * along * r - difference, difference);
             let along = |density: &Density, e: Vec2| density.grad_u.dot(e) * e.x + density.grad_v.dot(e) * e.y;
             let (dd, du) = (other.depth - mine.depth, u.1 - u.0);
