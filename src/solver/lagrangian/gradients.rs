@@ -20,11 +20,11 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LaneSum, Pairs};
+use super::pairs::{BLOCK, LaneSum, Pairs, measure_and_cover};
 use super::{Balanced, Gradients, Local, State};
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, correction, with_kernel};
+use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, correction};
 
 impl Balanced {
     /// Fills `gradients`, `locals` and `lengths`.
@@ -76,8 +76,7 @@ impl Balanced {
         };
         // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
         let openness = vector(&sums.closure_x, &sums.closure_y) * (-2.0 * self.dimension.edge(me.area));
-        let own = with_kernel!(&self.kernel, kernel => kernel.value(0.0, me.inverse_h));
-        let partition = me.area * own + sums.partition.total();
+        let partition = me.area * self.kernel.at_zero(me.inverse_h) + sums.partition.total();
         (gradients, Local { correction, openness, partition, edge: 0.0, push: Vec2::ZERO })
     }
 
@@ -120,8 +119,7 @@ fn sum_pairs(
     let mut sums = Sums::default();
     for images in images.chunks(BLOCK) {
         pairs.gather_states(me, images, states, isometries);
-        pairs.measure(me.inverse_h, kernel);
-        pairs.cover(me.inverse_h, kernel);
+        measure_and_cover(pairs, me.inverse_h, kernel);
         let n = pairs.len();
         let (r, weight) = (&pairs.r[..n], &pairs.weight[..n]);
         let (e_x, e_y) = (&pairs.e_x[..n], &pairs.e_y[..n]);
