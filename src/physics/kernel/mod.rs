@@ -93,8 +93,9 @@ impl<S: Shape> Smoothing<S> {
         self.stretch * S::SUPPORT
     }
 
+    /// W(0) (m^−dim) for 1/h (1/m).
     #[inline(always)]
-    fn norm(&self, inverse_h: f64) -> f64 {
+    pub fn at_zero(&self, inverse_h: f64) -> f64 {
         self.sigma * inverse_h * (self.constant + self.linear * inverse_h)
     }
 
@@ -112,14 +113,14 @@ impl<S: Shape> Smoothing<S> {
     /// W (m^−dim) at distance `r` (m) for 1/h (1/m).
     #[inline(always)]
     pub fn value(&self, r: f64, inverse_h: f64) -> f64 {
-        self.norm(inverse_h) * self.share(r, inverse_h)
+        self.at_zero(inverse_h) * self.share(r, inverse_h)
     }
 
     /// dW/dr (m^(−dim−1)) at distance `r` (m) for 1/h (1/m).
     #[inline(always)]
     pub fn slope(&self, r: f64, inverse_h: f64) -> f64 {
         let q = self.stretched(r * inverse_h);
-        self.norm(inverse_h) * self.stretched(inverse_h) * self.shape.slope_shape(q)
+        self.at_zero(inverse_h) * self.stretched(inverse_h) * self.shape.slope_shape(q)
     }
 }
 

@@ -49,7 +49,7 @@ impl Balanced {
         let images = near.of(k);
         let (cover, farther_cover) = with_kernel!(&self.kernel, kernel => {
             let own = me.area * kernel.value(AHEAD * edge_length, me.inverse_h);
-            (self.cover(kernel, water, images, ahead, own), self.cover(kernel, water, images, farther, 0.0))
+            self.cover(kernel, water, images, (ahead, farther), own)
         });
         let is_beside_wall = images.iter().any(|image| image.transform != 0);
         let covered = if is_beside_wall { COVERED_BESIDE_WALL } else { COVERED };
@@ -59,22 +59,22 @@ impl Balanced {
         }
     }
 
-    /// Σ A_j W at a place over what a particle sees, beside its own share.
+    /// Σ A_j W at two places over what a particle sees, at the first one beside its `own` share.
     fn cover<S: Shape>(
         &self,
         kernel: &Smoothing<S>,
         water: &MovingWater,
         images: &[Image],
-        place: Vec2,
+        (ahead, farther): (Vec2, Vec2),
         own: f64,
-    ) -> f64 {
+    ) -> (f64, f64) {
         let isometries = water.walls.isometries();
-        let part = |image: &Image| {
+        images.iter().fold((own, 0.0), |(cover, farther_cover), image| {
             let other = &self.states[image.index as usize];
-            let distance = (isometries[image.transform as usize].point(other.position) - place).norm();
-            other.area * kernel.value(distance, other.inverse_h)
-        };
-        images.iter().map(part).fold(own, |sum, part| sum + part)
+            let place = isometries[image.transform as usize].point(other.position);
+            let share = |at: Vec2| other.area * kernel.value((place - at).norm(), other.inverse_h);
+            (cover + share(ahead), farther_cover + share(farther))
+        })
     }
 
     /// Acceleration (m/s²) of a particle whose whole side is open.

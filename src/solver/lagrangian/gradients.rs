@@ -20,11 +20,11 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LaneSum, Pairs};
+use super::pairs::{BLOCK, LaneSum, Pairs, measure_and_cover};
 use super::{Balanced, Gradients, Local, State};
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, correction, with_kernel};
+use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, correction};
 
 impl Balanced {
     /// Fills `gradients`, `locals` and `lengths`.
@@ -76,7 +76,7 @@ impl Balanced {
         };
         // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
         let openness = vector(&sums.closure_x, &sums.closure_y) * (-2.0 * self.dimension.edge(me.area));
-        let own = me.area * with_kernel!(&self.kernel, kernel => kernel.value(0.0, me.inverse_h));
+        let own = me.area * self.kernel.at_zero(me.inverse_h);
         let partition = own + sums.partition.total();
         let mean_depth = (own * me.depth + sums.depth_sum.total()) / partition;
         (gradients, Local { correction, openness, partition, mean_depth, edge: 0.0, push: Vec2::ZERO })
@@ -122,8 +122,7 @@ fn sum_pairs(
     let mut sums = Sums::default();
     for images in images.chunks(BLOCK) {
         pairs.gather_states(me, images, states, isometries);
-        pairs.measure(me.inverse_h, kernel);
-        pairs.cover(me.inverse_h, kernel);
+        measure_and_cover(pairs, me.inverse_h, kernel);
         let n = pairs.len();
         let (r, weight) = (&pairs.r[..n], &pairs.weight[..n]);
         let (e_x, e_y) = (&pairs.e_x[..n], &pairs.e_y[..n]);

@@ -146,18 +146,17 @@ impl Pairs {
         (self.v_x[k], self.v_y[k]) = (gradients.v.x, gradients.v.y);
     }
 
-    /// Distances, directions and weights from offsets, areas and smoothing lengths.
-    pub(super) fn measure(&mut self, inverse_h: f64, kernel: &ChosenKernel) {
-        measure(self, inverse_h, kernel);
-    }
-
+    /// Distances, directions and weights from offsets, areas and smoothing lengths. `COVERS`: puts the weight w of each pair's area
+    /// into the first column of `terms`, A_j W(r, h_i) into the second.
     #[inline(always)]
-    fn measure_with<S: Shape>(&mut self, inverse_h: f64, kernel: &Smoothing<S>) {
+    fn measure_with<S: Shape, const COVERS: bool>(&mut self, inverse_h: f64, kernel: &Smoothing<S>) {
         let n = self.len;
         let (x, y) = (&self.offset_x[..n], &self.offset_y[..n]);
         let (area, other_inverse_h) = (&self.area[..n], &self.inverse_h[..n]);
         let (r, weight) = (&mut self.r[..n], &mut self.weight[..n]);
         let (e_x, e_y) = (&mut self.e_x[..n], &mut self.e_y[..n]);
+        let [shares, covered, ..] = &mut self.terms;
+        let (shares, covered) = (&mut shares[..n], &mut covered[..n]);
         for k in 0..n {
             let distance = (x[k] * x[k] + y[k] * y[k]).sqrt();
             let inverse = 1.0 / larger(distance, f64::MIN_POSITIVE);
@@ -166,37 +165,26 @@ impl Pairs {
             e_x[k] = x[k] * inverse;
             e_y[k] = y[k] * inverse;
             weight[k] = -0.5 * area[k] * slopes;
-        }
-    }
-
-    /// Puts the weight w of each pair's area into the first column of `terms`, A_j W(r, h_i) into the second.
-    pub(super) fn cover(&mut self, inverse_h: f64, kernel: &ChosenKernel) {
-        cover(self, inverse_h, kernel);
-    }
-
-    #[inline(always)]
-    fn cover_with<S: Shape>(&mut self, inverse_h: f64, kernel: &Smoothing<S>) {
-        let n = self.len;
-        let (r, area, other_inverse_h) = (&self.r[..n], &self.area[..n], &self.inverse_h[..n]);
-        let [weight, covered, ..] = &mut self.terms;
-        let (weight, covered) = (&mut weight[..n], &mut covered[..n]);
-        for k in 0..n {
-            // The pairs that fill up have no area and must not count.
-            let is_real = if area[k] > 0.0 { 1.0 } else { 0.0 };
-            weight[k] = is_real * kernel.share(r[k], smaller(inverse_h, other_inverse_h[k]));
-            covered[k] = area[k] * kernel.value(r[k], inverse_h);
+            if COVERS {
+                // The pairs that fill up have no area and must not count.
+                let is_real = if area[k] > 0.0 { 1.0 } else { 0.0 };
+                shares[k] = is_real * kernel.share(distance, smaller(inverse_h, other_inverse_h[k]));
+                covered[k] = area[k] * kernel.value(distance, inverse_h);
+            }
         }
     }
 }
 
+/// Distances, directions and weights of all pairs, by the chosen kernel.
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-fn measure(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
-    with_kernel!(kernel, kernel => pairs.measure_with(inverse_h, kernel));
+pub(super) fn measure(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.measure_with::<_, false>(inverse_h, kernel));
 }
 
+/// The same, with the weight w of each pair's area in the first column of `terms`, and A_j W(r, h_i) in the second.
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-fn cover(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
-    with_kernel!(kernel, kernel => pairs.cover_with(inverse_h, kernel));
+pub(super) fn measure_and_cover(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.measure_with::<_, true>(inverse_h, kernel));
 }
 
 impl Gradients {

@@ -37,7 +37,7 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, larger, smaller};
+use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, larger, measure, smaller};
 use super::{Balanced, Faces, Gradients, Local, State};
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
@@ -214,7 +214,7 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
     for images in images.chunks(BLOCK) {
         pairs.gather_states(me, images, around.states, around.isometries);
         pairs.gather_gradients(mine, images, around.gradients, around.isometries);
-        pairs.measure(me.inverse_h, around.kernel);
+        measure(pairs, me.inverse_h, around.kernel);
         let n = pairs.len();
         macro_rules! columns {
             ($($name:ident)+) => { $(let $name = &pairs.$name[..n];)+ };

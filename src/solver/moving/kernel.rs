@@ -65,6 +65,16 @@ impl ChosenKernel {
         }
     }
 
+    /// W(0) (m^−dim) for 1/h (1/m).
+    #[inline(always)]
+    pub fn at_zero(&self, inverse_h: f64) -> f64 {
+        match self {
+            // One test instead of a jump, for the usual kernel.
+            ChosenKernel::CubicSpline(kernel) => kernel.at_zero(inverse_h),
+            chosen => with_kernel!(chosen, kernel => kernel.at_zero(inverse_h)),
+        }
+    }
+
     /// Radius of the support in smoothing lengths.
     pub fn support(&self) -> f64 {
         with_kernel!(self, kernel => kernel.support())
