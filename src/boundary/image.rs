@@ -75,6 +75,17 @@ pub struct Image {
     pub transform: u32,
 }
 
+/// From where particles and their images are seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// The place (m).
+    pub place: Vec2,
+    /// Distance (m) up to which walls are seen.
+    pub support: f64,
+    /// The particle that looks, which does not see itself but for its images; none where nobody stands.
+    pub particle: Option<u32>,
+}
+
 /// Images are seen in so many walls at most: about twice as many as a jagged shore puts within an ordinary support.
 const MOST_WALLS: usize = 24;
 
@@ -210,19 +221,19 @@ pub(super) struct Corner {
 }
 
 impl Walls {
-    /// Appends to `seen` what particle `i` sees of itself and of the particles `found`.
+    /// Appends to `seen` what is seen of the particles `found`: by one of them, itself in walls included, or from a bare place.
     ///
-    /// - `supports`: distance (m) up to which each particle acts; `i` sees walls up to its own
+    /// - `supports`: distance (m) up to which each particle acts
     pub fn see(
         &self,
-        i: u32,
+        from: &Viewpoint,
         found: &[u32],
         positions: &[Vec2],
         supports: &[f64],
         scratch: &mut ImageScratch,
         seen: &mut Vec<Image>,
     ) {
-        let (place, support) = (positions[i as usize], supports[i as usize]);
+        let &Viewpoint { place, support, particle } = from;
         let edges = self.edges();
         self.near(place, support, &mut scratch.near);
         scratch.near.retain(|&member| !edges[member as usize].is_open);
@@ -234,7 +245,7 @@ impl Walls {
         self.mark(place, support, found, positions, supports, scratch);
         for (k, &j) in found.iter().enumerate() {
             let other = positions[j as usize];
-            if j != i {
+            if particle != Some(j) {
                 let is_beyond = has_many || (other - place).norm_squared() > support * support;
                 if scratch.marks.hidden[k] != 0 || is_beyond && self.is_walled(place, other) {
                     continue;
@@ -386,7 +397,8 @@ mod tests {
         let mut scratch = ImageScratch::default();
         let mut seen = Vec::new();
         let found: Vec<u32> = (0..positions.len() as u32).collect();
-        walls.see(0, &found, positions, &vec![5.0; positions.len()], &mut scratch, &mut seen);
+        let from = Viewpoint { place: positions[0], support: 5.0, particle: Some(0) };
+        walls.see(&from, &found, positions, &vec![5.0; positions.len()], &mut scratch, &mut seen);
         let mut places: Vec<(u32, Vec2)> = seen
             .iter()
             .map(|image| {
@@ -442,7 +454,8 @@ mod tests {
         (0..positions.len())
             .map(|i| {
                 seen.clear();
-                walls.see(i as u32, &found, positions, &supports, &mut scratch, &mut seen);
+                let from = Viewpoint { place: positions[i], support, particle: Some(i as u32) };
+                walls.see(&from, &found, positions, &supports, &mut scratch, &mut seen);
                 let near = |&(_, place): &(u32, Vec2)| (place - positions[i]).norm() < support * (1.0 - 1e-9);
                 seen.iter().map(|image| (image.index, place(image))).filter(near).collect()
             })

@@ -9,7 +9,7 @@ mod solver;
 mod step;
 
 pub use correction::correction;
-pub use neighbours::{CHUNK, ChunkNeighbours, Neighbours};
+pub use neighbours::{CHUNK, ChunkNeighbours, Glance, Neighbours};
 pub use solver::MovingSolver;
 
 use rayon::prelude::*;
