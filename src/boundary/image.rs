@@ -75,6 +75,17 @@ pub struct Image {
     pub transform: u32,
 }
 
+/// From where particles and their images are seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// The place (m).
+    pub place: Vec2,
+    /// Distance (m) up to which walls are seen.
+    pub support: f64,
+    /// The particle that looks, which does not see itself but for its images; none where nobody stands.
+    pub particle: Option<u32>,
+}
+
 /// Images are seen in so many walls at most: about twice as many as a jagged shore puts within an ordinary support.
 const MOST_WALLS: usize = 24;
 
@@ -210,19 +221,19 @@ pub(super) struct Corner {
 }
 
 impl Walls {
-    /// Appends to `seen` what particle `i` sees of itself and of the particles `found`.
+    /// Appends to `seen` what is seen of the particles `found`: by one of them, itself in walls included, or from a bare place.
     ///
-    /// - `supports`: distance (m) up to which each particle acts; `i` sees walls up to its own
+    /// - `supports`: distance (m) up to which each particle acts
     pub fn see(
         &self,
-        i: u32,
+        from: &Viewpoint,
         found: &[u32],
         positions: &[Vec2],
         supports: &[f64],
         scratch: &mut ImageScratch,
         seen: &mut Vec<Image>,
     ) {
-        let (place, support) = (positions[i as usize], supports[i as usize]);
+        let &Viewpoint { place, support, particle } = from;
         let edges = self.edges();
         self.near(place, support, &mut scratch.near);
         scratch.near.retain(|&member| !edges[member as usize].is_open);
@@ -234,7 +245,7 @@ impl Walls {
         self.mark(place, support, found, positions, supports, scratch);
         for (k, &j) in found.iter().enumerate() {
             let other = positions[j as usize];
-            if j != i {
+            if particle != Some(j) {
                 let is_beyond = has_many || (other - place).norm_squared() > support * support;
                 if scratch.marks.hidden[k] != 0 || is_beyond && self.is_walled(place, other) {
                     continue;
@@ -377,13 +388,17 @@ fn is_new(places: &mut Vec<Vec2>, image: Vec2, margin: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bed::BedParticles;
+    use crate::boundary::{OpenEdges, outline};
+    use crate::lattice::Lattice;
 
     fn seen_places(edges: Vec<Edge>, positions: &[Vec2]) -> Vec<(u32, Vec2)> {
         let walls = Walls::new(edges, 1.0);
         let mut scratch = ImageScratch::default();
         let mut seen = Vec::new();
         let found: Vec<u32> = (0..positions.len() as u32).collect();
-        walls.see(0, &found, positions, &vec![5.0; positions.len()], &mut scratch, &mut seen);
+        let from = Viewpoint { place: positions[0], support: 5.0, particle: Some(0) };
+        walls.see(&from, &found, positions, &vec![5.0; positions.len()], &mut scratch, &mut seen);
         let mut places: Vec<(u32, Vec2)> = seen
             .iter()
             .map(|image| {
@@ -428,6 +443,75 @@ mod tests {
         );
         assert_eq!(whole, pieces);
         assert_eq!(whole.len(), 3, "the particle behind the wall is not seen: {whole:?}");
+    }
+
+    /// What every particle sees within `support` (m): whose image, and where.
+    fn all_seen(walls: &Walls, positions: &[Vec2], support: f64) -> Vec<Vec<(u32, Vec2)>> {
+        let supports = vec![support; positions.len()];
+        let found: Vec<u32> = (0..positions.len() as u32).collect();
+        let (mut scratch, mut seen) = (ImageScratch::default(), Vec::new());
+        let place = |image: &Image| walls.isometries()[image.transform as usize].point(positions[image.index as usize]);
+        (0..positions.len())
+            .map(|i| {
+                seen.clear();
+                let from = Viewpoint { place: positions[i], support, particle: Some(i as u32) };
+                walls.see(&from, &found, positions, &supports, &mut scratch, &mut seen);
+                let near = |&(_, place): &(u32, Vec2)| (place - positions[i]).norm() < support * (1.0 - 1e-9);
+                seen.iter().map(|image| (image.index, place(image))).filter(near).collect()
+            })
+            .collect()
+    }
+
+    /// Asserts that every particle of a room sees what an unbounded lattice of mirror images around its corners shows.
+    fn assert_closed(walls: &Walls, size: f64, positions: &[Vec2], support: f64) {
+        for (i, seen) in all_seen(walls, positions, support).into_iter().enumerate() {
+            let mut expected = 0;
+            for (j, p) in positions.iter().enumerate() {
+                let copies = |p: f64| [p, -p, 2.0 * size - p];
+                for (x, y) in copies(p.x).into_iter().flat_map(|x| copies(p.y).map(|y| (x, y))) {
+                    let image = Vec2::new(x, y);
+                    if image != positions[i] && (image - positions[i]).norm() < support * (1.0 - 1e-9) {
+                        expected += 1;
+                        let is_seen =
+                            seen.iter().any(|&(index, q)| index == j as u32 && (q - image).norm() < 1e-9 * size);
+                        assert!(is_seen, "{:?} does not see the image of {p:?} at {image:?}", positions[i]);
+                    }
+                }
+            }
+            assert_eq!(seen.len(), expected, "{:?} sees images that are none", positions[i]);
+        }
+    }
+
+    #[test]
+    fn every_corner_of_a_room_shows_all_images() {
+        let mut state = 5_u64;
+        let mut next = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for spacing in [0.025, 0.05, 0.1, 0.2, 0.3, 1.0 / 3.0, 0.7, 1.0, 20.0] {
+            let lattice = Lattice { origin: Vec2::ZERO, columns: 8, rows: 8, spacing };
+            let bed = BedParticles::from_elevation(lattice, vec![0.0; 64], 0.0);
+            let walls = Walls::new(outline(&bed, &OpenEdges::default()), spacing);
+            let centres: Vec<Vec2> = (0..64).map(|cell| bed.lattice.centre(cell)).collect();
+            assert_closed(&walls, 8.0 * spacing, &centres, 3.1 * spacing);
+            for _ in 0..20 {
+                let places: Vec<Vec2> = (0..40).map(|_| Vec2::new(next(), next()) * (8.0 * spacing)).collect();
+                // Arrangements that are symmetric about the diagonal have their lines of sight through the very corner.
+                let mirrored = places.iter().map(|p| Vec2::new(p.y, p.x));
+                let both: Vec<Vec2> = places.iter().copied().chain(mirrored).collect();
+                assert_closed(&walls, 8.0 * spacing, &both, 3.1 * spacing);
+            }
+        }
+    }
+
+    #[test]
+    fn joints_of_a_wall_hide_no_image_in_its_corner() {
+        let positions = [Vec2::new(2.5, 0.3), Vec2::new(0.4, 2.4), Vec2::new(1.2, 0.7)];
+        let whole = seen_places(vec![wall(0.0, 9.0, 0.0, 0.0), wall(0.0, 0.0, 9.0, 0.0)], &positions);
+        let pieces = [wall(0.0, 9.0, 0.0, 0.0), wall(0.0, 0.0, 1.3, 0.0), wall(1.3, 0.0, 9.0, 0.0)];
+        assert_eq!(whole, seen_places(pieces.to_vec(), &positions));
+        assert_eq!(whole.len(), 9, "all but two images lie within the support: {whole:?}");
     }
 
     #[test]

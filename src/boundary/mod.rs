@@ -5,7 +5,7 @@ mod open_edges;
 mod outline;
 mod wall;
 
-pub use image::{Image, ImageScratch, Isometry};
+pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use open_edges::OpenEdges;
 pub use outline::outline;
 pub use wall::{Edge, Path, Walls};

@@ -107,6 +107,7 @@ fn polyline(faces: &[Face], is_closed: bool, bed: &BedParticles) -> Vec<Vec2> {
     let runs = straight_runs(faces, is_closed);
     let (columns, rows) = (bed.lattice.columns as i64, bed.lattice.rows as i64);
     let mut points = Vec::new();
+    let mut first_corner = None;
     if !is_closed {
         points.push(vertex(faces[0].start));
     }
@@ -117,11 +118,14 @@ fn polyline(faces: &[Face], is_closed: bool, bed: &BedParticles) -> Vec<Vec2> {
             let corner = face.end();
             let on_lattice_corner = (corner.0 == 0 || corner.0 == columns) && (corner.1 == 0 || corner.1 == rows);
             if on_lattice_corner || runs[k].min(runs[next]) >= SHARP_RUN {
+                first_corner = first_corner.or(Some(points.len()));
                 points.push(vertex(corner));
             }
         }
     }
     if is_closed {
+        // The first point stays whatever it is: a ring begins at a corner, so that no straight wall has a joint.
+        points.rotate_left(first_corner.unwrap_or(0));
         points.push(points[0]);
     } else {
         points.push(vertex(faces[faces.len() - 1].end()));
@@ -193,7 +197,7 @@ mod tests {
     fn rectangle_keeps_its_corners() {
         let edges = outline(&bed(7, 5, |_, _| true), &OpenEdges::default());
         assert!((enclosed_area(&edges) - 14.0 * 10.0).abs() < 1e-12);
-        assert!(edges.len() <= 5 && edges.iter().all(|edge| !edge.is_open));
+        assert!(edges.len() == 4 && edges.iter().all(|edge| !edge.is_open), "no joint in a straight wall");
     }
 
     #[test]

@@ -11,30 +11,27 @@
 //! no edge: the same sum is taken at twice the distance, and the greater one counts. So shorelines and gaps in an
 //! irregular arrangement stay at rest.
 
-use super::{Balanced, Local};
+use super::{Balanced, Local, State};
 use crate::boundary::Image;
 use crate::math::Vec2;
-use crate::physics::kernel::{Shape, Smoothing};
-use crate::solver::moving::{ChunkNeighbours, MovingWater, with_kernel};
+use crate::solver::moving::{Glance, MovingWater};
 
 /// Below this share of open outline a particle is inside the water.
 const LEAST_OPENNESS: f64 = 0.25;
 /// Coverage of the place ahead at which an edge begins to count, and the width of the transition.
 const COVERED: f64 = 0.75;
-/// The same beside a wall, which cuts gaps of up to two spacings into any arrangement; a straight edge covers 0.2.
-const COVERED_BESIDE_WALL: f64 = 0.55;
 const TRANSITION: f64 = 0.2;
 /// Distance of the place ahead, in particle edges; a second look goes twice as far.
 const AHEAD: f64 = 1.2;
 
 impl Balanced {
-    /// Sets χ and the push of particle `i`, at place `k` of its chunk.
+    /// Sets χ and the push of particle `i`.
     pub(super) fn find_free_edge(
         &self,
         water: &MovingWater,
         i: usize,
-        k: usize,
-        near: &ChunkNeighbours,
+        images: &[Image],
+        glance: &mut Glance,
         local: &mut Local,
     ) {
         let openness = local.openness.norm();
@@ -42,39 +39,44 @@ impl Balanced {
             return;
         }
         let me = &self.states[i];
-        let edge_length = self.dimension.edge(me.area);
         let outward = local.openness / openness;
-        let ahead = me.position + outward * (AHEAD * edge_length);
-        let farther = me.position + outward * (2.0 * AHEAD * edge_length);
-        let images = near.of(k);
-        let (cover, farther_cover) = with_kernel!(&self.kernel, kernel => {
-            let own = me.area * kernel.value(AHEAD * edge_length, me.inverse_h);
-            self.cover(kernel, water, images, (ahead, farther), own)
-        });
-        let is_beside_wall = images.iter().any(|image| image.transform != 0);
-        let covered = if is_beside_wall { COVERED_BESIDE_WALL } else { COVERED };
-        local.edge = ((covered - cover.max(farther_cover)) / TRANSITION).clamp(0.0, 1.0);
+        let ahead = outward * (AHEAD * self.dimension.edge(me.area));
+        let mut cover = [1.0, 2.0].map(|times| self.cover_by(me, me.position, me.position + ahead * times));
+        for image in images {
+            let other = &self.states[image.index as usize];
+            let place = water.walls.isometries()[image.transform as usize].point(other.position);
+            for (k, cover) in cover.iter_mut().enumerate() {
+                *cover += self.cover_by(other, place, me.position + ahead * (k + 1) as f64);
+            }
+        }
+        // What the particle itself sees covers no more than what reaches the places: most particles are done here.
+        if cover[0].max(cover[1]) >= COVERED {
+            return;
+        }
+        let covered = (1..3).map(|k| self.cover_at(water, me.position, me.position + ahead * f64::from(k), glance));
+        let covered = covered.fold(cover[0].max(cover[1]), f64::max);
+        local.edge = ((COVERED - covered) / TRANSITION).clamp(0.0, 1.0);
         if local.edge > 0.0 {
-            local.push = outward * (local.edge * self.push(water, i, farther));
+            local.push = outward * (local.edge * self.push(water, i, me.position + ahead * 2.0));
         }
     }
 
-    /// Σ A_j W at two places over what a particle sees, at the first one beside its `own` share.
-    fn cover<S: Shape>(
-        &self,
-        kernel: &Smoothing<S>,
-        water: &MovingWater,
-        images: &[Image],
-        (ahead, farther): (Vec2, Vec2),
-        own: f64,
-    ) -> (f64, f64) {
+    /// A W: how far the water of a particle seen at `place` covers another place.
+    #[inline(always)]
+    fn cover_by(&self, particle: &State, place: Vec2, covered: Vec2) -> f64 {
+        particle.area * self.kernel.value((covered - place).norm(), particle.inverse_h)
+    }
+
+    /// Σ A W over all particles that reach a place as seen from `from`; behind a wall, that of the place before it.
+    fn cover_at(&self, water: &MovingWater, from: Vec2, place: Vec2, glance: &mut Glance) -> f64 {
+        let place = water.walls.travel(from, place, &mut Vec::new()).position;
         let isometries = water.walls.isometries();
-        images.iter().fold((own, 0.0), |(cover, farther_cover), image| {
+        let images = water.neighbours.at(place, &water.particles.position, &water.walls, glance);
+        let cover = |image: &Image| {
             let other = &self.states[image.index as usize];
-            let place = isometries[image.transform as usize].point(other.position);
-            let share = |at: Vec2| other.area * kernel.value((place - at).norm(), other.inverse_h);
-            (cover + share(ahead), farther_cover + share(farther))
-        })
+            self.cover_by(other, isometries[image.transform as usize].point(other.position), place)
+        };
+        images.iter().map(cover).sum()
     }
 
     /// Acceleration (m/s²) of a particle whose whole side is open.

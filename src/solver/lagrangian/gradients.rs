@@ -24,7 +24,7 @@ use super::pairs::{BLOCK, LaneSum, Pairs, measure_and_cover};
 use super::{Balanced, Gradients, Local, State};
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, correction};
+use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, correction};
 
 impl Balanced {
     /// Fills `gradients`, `locals` and `lengths`.
@@ -43,7 +43,7 @@ impl Balanced {
             .zip(water.neighbours.chunks())
             .enumerate()
             .for_each(|(chunk, (((gradients, locals), lengths), near))| {
-                let mut pairs = Pairs::new();
+                let (mut pairs, mut glance) = (Pairs::new(), Glance::default());
                 for k in 0..gradients.len() {
                     let i = chunk * CHUNK + k;
                     let sums = sum_pairs(
@@ -56,7 +56,7 @@ impl Balanced {
                     );
                     (gradients[k], locals[k]) = self.finish(&self.states[i], &sums);
                     lengths[k] = self.next_smoothing_length(&self.states[i], &sums);
-                    self.find_free_edge(water, i, k, near, &mut locals[k]);
+                    self.find_free_edge(water, i, near.of(k), &mut glance, &mut locals[k]);
                 }
             });
         self.gradients = gradients;

@@ -75,6 +75,15 @@ impl ChosenKernel {
         }
     }
 
+    /// W (m^−dim) at distance `r` (m) for 1/h (1/m); for single pairs.
+    #[inline(always)]
+    pub fn value(&self, r: f64, inverse_h: f64) -> f64 {
+        match self {
+            ChosenKernel::CubicSpline(kernel) => kernel.value(r, inverse_h),
+            chosen => with_kernel!(chosen, kernel => kernel.value(r, inverse_h)),
+        }
+    }
+
     /// Radius of the support in smoothing lengths.
     pub fn support(&self) -> f64 {
         with_kernel!(self, kernel => kernel.support())

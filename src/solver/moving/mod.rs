@@ -12,7 +12,7 @@ mod step;
 pub use correction::correction;
 pub(super) use kernel::with_kernel;
 pub use kernel::{ChosenKernel, smoothing_factor};
-pub use neighbours::{CHUNK, ChunkNeighbours, Neighbours};
+pub use neighbours::{CHUNK, ChunkNeighbours, Glance, Neighbours};
 pub use solver::MovingSolver;
 
 use rayon::prelude::*;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::boundary::{Image, ImageScratch, Walls};
+use crate::boundary::{Image, ImageScratch, Viewpoint, Walls};
 use crate::math::Vec2;
 use crate::neighbours::CellGrid;
 
@@ -46,11 +46,20 @@ impl ChunkNeighbours {
                 let others = self.found.iter().filter(|&&j| j as usize != i);
                 self.seen.extend(others.map(|&index| Image { index, transform: 0 }));
             } else {
-                walls.see(i as u32, &self.found, positions, supports, &mut self.scratch, &mut self.seen);
+                let from = Viewpoint { place: positions[i], support: supports[i], particle: Some(i as u32) };
+                walls.see(&from, &self.found, positions, supports, &mut self.scratch, &mut self.seen);
             }
             self.starts.push(self.seen.len() as u32);
         }
     }
+}
+
+/// What reaches a bare place; scratch space.
+#[derive(Clone, Debug, Default)]
+pub struct Glance {
+    found: Vec<u32>,
+    seen: Vec<Image>,
+    scratch: ImageScratch,
 }
 
 /// The neighbours of all particles.
@@ -74,6 +83,21 @@ impl Neighbours {
             let count = CHUNK.min(positions.len() - first);
             neighbours.search(grid, first, count, positions, supports, walls);
         });
+    }
+
+    /// The particles and images that act at a place where no particle stands: those that reach it by their own support.
+    pub fn at<'a>(&self, place: Vec2, positions: &[Vec2], walls: &Walls, glance: &'a mut Glance) -> &'a [Image] {
+        glance.found.clear();
+        glance.seen.clear();
+        self.grid.within(place, 0.0, &mut glance.found);
+        let reach = glance.found.iter().fold(0.0_f64, |reach, &j| reach.max(self.supports[j as usize]));
+        if walls.is_clear(place, reach) {
+            glance.seen.extend(glance.found.iter().map(|&index| Image { index, transform: 0 }));
+        } else {
+            let from = Viewpoint { place, support: reach, particle: None };
+            walls.see(&from, &glance.found, positions, &self.supports, &mut glance.scratch, &mut glance.seen);
+        }
+        &glance.seen
     }
 
     /// The chunks, in the order of the particles.
