@@ -3,20 +3,23 @@
 //! ```text
 //! fails      the run breaks down, loses or makes more than 1e-9 of its volume, is faster than energy allows by more than a tenth,
 //!            or a measure is beyond its outer bound
-//! degrades   it is faster than energy allows, or a measure is beyond its inner bound
+//! degrades   it is faster than energy allows by more than 0.05 per cent, or a measure is beyond its inner bound
 //! holds      otherwise
 //! ```
 //!
-//! Energy: water of celerity c that falls through a height reaches 2 c + √(2 g height) at most. A tenth more speed is a fifth more
-//! energy than there is, which no rounding and no smearing explains.
+//! Energy: water of celerity c that falls through a height reaches 2 c + √(2 g height) at most. Where it may be off by a thousandth, as in
+//! the bowls, speed may by half of that; a tenth more speed is a fifth more energy than there is, which no smearing explains.
 
 use super::row::Status;
 use super::run::{Broken, Cost, Outcome};
 
 /// Share of the volume that may be lost or made: a hundred thousand steps of rounding stay below it.
 const VOLUME: f64 = 1e-9;
-/// A run fails that is so many times as fast as energy allows.
-const OVERSPEED: f64 = 1.1;
+/// How many times as fast as energy allows a run may be.
+const OVERSPEED: Share = Share { holds: 1.000_5, fails: 1.1 };
+/// Energy that a flow without friction may gain, as a share of what it has above its lowest bed: what the bowls are held to, and ten times
+/// as much.
+pub const ENERGY: Share = Share { holds: 1e-3, fails: 1e-2 };
 
 /// A number with an inner bound, up to which a run holds, and an outer one, beyond which it fails; both in its own unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +44,7 @@ pub struct Measure {
 }
 
 impl Measure {
-    /// `what` is `value`, with three digits, in `unit`.
+    /// `what` is `value`, with four digits, in `unit`.
     pub fn new(what: &str, value: f64, unit: &str, bounds: Share) -> Measure {
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         let asked = format!("{what} <= {}{unit} (fails beyond {})", short(bounds.holds), short(bounds.fails));
@@ -70,6 +73,13 @@ pub struct Limits {
     pub measures: Measures,
 }
 
+impl Limits {
+    /// The speed (m/s) up to which a run holds.
+    pub fn allowed_speed(&self) -> f64 {
+        OVERSPEED.holds * self.speed
+    }
+}
+
 /// What was found of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
@@ -87,7 +97,7 @@ pub fn judge(limits: &Limits, cost: &Cost, ended: &Result<Outcome, Broken>) -> J
         let bounds = Share { holds: VOLUME, fails: VOLUME };
         Measure::new("volume error", outcome.volume_error.abs(), "", bounds)
     };
-    let speed = Share { holds: limits.speed, fails: OVERSPEED * limits.speed };
+    let speed = Share { holds: limits.allowed_speed(), fails: OVERSPEED.fails * limits.speed };
     let speed = Measure::new("greatest speed", cost.max_speed, "m/s", speed);
     let mut measures = vec![speed];
     if let Ok(outcome) = ended {
@@ -121,12 +131,12 @@ pub fn judge(limits: &Limits, cost: &Cost, ended: &Result<Outcome, Broken>) -> J
     Judgement { status, asked: asked.join("; "), found: bad.join("; ") }
 }
 
-/// A number in three digits.
+/// A number in four digits.
 fn short(value: f64) -> String {
     if value == 0.0 {
         "0".to_owned()
     } else if (1e-3..1e4).contains(&value.abs()) {
-        let digits = (2 - value.abs().log10().floor() as i32).clamp(0, 5) as usize;
+        let digits = (3 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
         let text = format!("{value:.digits$}");
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     } else {
@@ -173,6 +183,6 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         let texts = [0.0, 1e-9, 0.012_34, 1.0, 19.81, 123.4, 54_321.0].map(short);
-        assert_eq!(texts, ["0", "1.0e-9", "0.0123", "1", "19.8", "123", "5.4e4"]);
+        assert_eq!(texts, ["0", "1.0e-9", "0.01234", "1", "19.81", "123.4", "5.4e4"]);
     }
 }

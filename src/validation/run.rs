@@ -5,6 +5,7 @@ use std::fmt;
 use super::case::{Check, Setup, Until};
 use super::choice::Choice;
 use super::error::{Errors, errors};
+use super::judge::Limits;
 use crate::error::NumericalFailure;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
@@ -228,7 +229,7 @@ fn steps_foreseen(setup: &Setup, choice: &Choice) -> f64 {
 
 /// Steps to the end; the reason where it is not reached.
 fn advance(core: &mut Core, setup: &Setup, steps_allowed: f64, cost: &mut Cost) -> Option<Broken> {
-    let speed_limit = setup.limits.as_ref().map_or(f64::INFINITY, |limits| limits.speed);
+    let speed_limit = setup.limits.as_ref().map_or(f64::INFINITY, Limits::allowed_speed);
     loop {
         let choice = core.flow().choose_step();
         cost.max_speed = cost.max_speed.max(choice.max_speed);

@@ -39,6 +39,8 @@ pub struct CaseResult {
     pub verdicts: Vec<Verdict>,
     /// Why the case was left out, where it was.
     pub skipped: Option<String>,
+    /// Whether the case takes a larger Courant number than the methods ask for: what is found is for show.
+    pub is_stretched: bool,
 }
 
 /// Runs a case; a run that breaks ends its own row alone.
@@ -57,6 +59,7 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
                 return result;
             }
         };
+        result.is_stretched |= setup.courant.is_some_and(|courant| courant > choice.numerics.cfl);
         let (cost, ended) = run(&setup, choice);
         let found = ended.as_ref().ok().filter(|_| setup.is_answer_known).map(|outcome| outcome.errors);
         // A lake at rest is right or wrong; it has no order.

@@ -174,7 +174,12 @@ fn stopped(spacing: f64, film: f64) -> Setup {
         let inside = outcome.end.samples.iter().filter(|sample| WINDOW.contains(&sample.place.x));
         let backwards = inside.map(|sample| -sample.velocity.x).fold(0.0, f64::max);
         vec![
-            Measure::new("mean velocity error over the velocity", outcome.errors.velocity / velocity, "", KEPT),
+            Measure::new(
+                "mean velocity error over the velocity at the start",
+                outcome.errors.velocity / SPEED,
+                "",
+                KEPT,
+            ),
             Measure::new("velocity backwards", backwards, "m/s", Share { holds: 0.0, fails: 1e-9 }),
         ]
     };

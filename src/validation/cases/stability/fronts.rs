@@ -2,8 +2,10 @@
 
 use super::{DEPTH, PLACE, depth_error, fastest, fill, front};
 use crate::math::Vec2;
+use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
 use crate::scenario::GRAVITY;
+use crate::scenario::methods::Motion;
 use crate::validation::case::{Case, Setup, Suite, Until};
 use crate::validation::cases::dam_breaks::{DAM, DEEP, END, LENGTH, channel};
 use crate::validation::exact::{ritter, ritter_front, stoker};
@@ -76,7 +78,21 @@ pub const CASES: &[Case] = &[
         spacings: &[1.0, 0.5],
         tested: 1,
         bars: &[],
-        setup: |spacing, _| Ok(standing_jump(spacing)),
+        setup: |spacing, _| Ok(standing_jump(spacing, true)),
+    },
+    Case {
+        name: "standing_jump_unequal",
+        suite: Suite::Stability,
+        about: "The same with moving particles that are equally far apart on both sides at the start, so that those behind the jump \
+                carry 3.77 times the volume of those that come.",
+        is_tuned: false,
+        spacings: &[1.0, 0.5],
+        tested: 1,
+        bars: &[],
+        setup: |spacing, motion| match motion {
+            Motion::Eulerian => Err("resting particles do not carry their volume along".to_owned()),
+            Motion::Lagrangian => Ok(standing_jump(spacing, false)),
+        },
     },
 ];
 
@@ -167,20 +183,33 @@ fn restarted(spacing: f64) -> Setup {
     setup
 }
 
-/// A hydraulic jump at rest: d₂ = d₁ (√(1 + 8 Fr²) − 1)/2, u₂ = u₁ d₁/d₂ (Belanger's equation, in `Chow1959`).
-fn standing_jump(spacing: f64) -> Setup {
+/// A hydraulic jump at rest, behind which moving particles have the volume of those before it where they are `equal`: such a jump is made
+/// of the water that came through it. d₂ = d₁ (√(1 + 8 Fr²) − 1)/2, u₂ = u₁ d₁/d₂ (Belanger's equation, in `Chow1959`).
+fn standing_jump(spacing: f64, equal: bool) -> Setup {
     const FROUDE: f64 = 3.0;
     const SHALLOW: f64 = 1.0;
     const END: f64 = 20.0;
     /// Metres before and behind the jump: u₁ + c₁ = 12.5 m/s and c₂ = 6.1 m/s do not come from the closed ends into the window.
     const SIDES: (f64, f64) = (300.0, 180.0);
     const WINDOW: f64 = 30.0;
+    /// Where the depth behind the jump is taken (m from it).
+    const BEHIND: std::ops::Range<f64> = 15.0..30.0;
     let speed = FROUDE * (GRAVITY * SHALLOW).sqrt();
     let deep = 0.5 * SHALLOW * ((1.0 + 8.0 * FROUDE * FROUDE).sqrt() - 1.0);
     let state = move |x: f64| if x < SIDES.0 { (SHALLOW, speed) } else { (deep, speed * SHALLOW / deep) };
     let mut problem = flat_strip(SIDES.0 + SIDES.1, spacing, |_| 0.0);
     fill(&mut problem, |place| state(place.x).0);
-    let seeds = line_seeds(&problem);
+    let mut seeds = line_seeds(&problem);
+    if equal {
+        seeds.retain(|seed| seed.position.x < SIDES.0);
+        let y = 0.5 * spacing;
+        let number = (SIDES.1 * deep / (SHALLOW * spacing)).round();
+        let volume = SIDES.1 * deep / number;
+        seeds.extend((0..number as usize).map(|k| {
+            let position = Vec2::new(SIDES.0 + (k as f64 + 0.5) * SIDES.1 / number, y);
+            FluidSeed { position, volume, depth: deep }
+        }));
+    }
     let exact = move |place: Vec2| (state(place.x).0, Vec2::new(state(place.x).1, 0.0));
     let mut setup = Setup::new(problem, seeds, Dimension::One, Until::Time(END), Box::new(exact));
     setup.velocity = Some(Box::new(move |place| Vec2::new(state(place.x).1, 0.0)));
@@ -191,10 +220,19 @@ fn standing_jump(spacing: f64) -> Setup {
         let wet = depths.iter().take(((SIDES.0 + WINDOW) / spacing) as usize);
         let halfway = 0.5 * (SHALLOW + deep);
         let last_shallow = wet.clone().rposition(|d| *d < halfway).unwrap_or(0);
-        let moved = ((last_shallow as f64 + 1.0) * spacing - SIDES.0).abs() / spacing;
+        let moved = ((last_shallow as f64 + 1.0) * spacing - SIDES.0) / spacing;
+        let bounds = Share { holds: 2.0, fails: 10.0 };
+        let mut wandering = Measure::new("the jump moved by", moved.abs(), "spacings", bounds);
+        if moved != 0.0 {
+            wandering.found += if moved < 0.0 { " upstream" } else { " downstream" };
+        }
+        let behind = SIDES.0 + BEHIND.start..SIDES.0 + BEHIND.end;
+        let cells = (behind.start / spacing) as usize..(behind.end / spacing) as usize;
+        let mean = depths[cells.clone()].iter().sum::<f64>() / cells.len() as f64;
         vec![
             Measure::new("mean depth error over the depth", outcome.errors.depth / deep, "", DEPTH),
-            Measure::new("the jump moved by", moved, "spacings", Share { holds: 2.0, fails: 10.0 }),
+            wandering,
+            Measure::new("mean depth behind the jump off by the share", (mean / deep - 1.0).abs(), "", DEPTH),
         ]
     };
     setup.limits = Some(Limits { speed: speed + fastest(SHALLOW, 0.0), measures: Box::new(measures) });

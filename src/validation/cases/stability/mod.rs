@@ -12,7 +12,7 @@ use crate::math::Vec2;
 use crate::scenario::GRAVITY;
 use crate::solver::FlowProblem;
 use crate::validation::case::Case;
-use crate::validation::judge::{Measure, Share};
+use crate::validation::judge::{ENERGY, Measure, Share};
 use crate::validation::run::Outcome;
 use crate::validation::scene::problem;
 
@@ -21,9 +21,6 @@ pub const FAMILIES: &[&[Case]] = &[fronts::CASES, beds::CASES, walls::CASES, lon
 
 /// Rows of a channel over an uneven bed: one row alone has no bed beside it.
 const ROWS: usize = 4;
-/// Energy that a flow without friction may gain, as a share of what it has above its lowest bed: what the bowls are held to, and ten times
-/// as much, which is no error of the time step any more.
-const ENERGY: Share = Share { holds: 1e-3, fails: 1e-2 };
 /// Mean error of a depth as a share of the greatest depth.
 const DEPTH: Share = Share { holds: 0.01, fails: 0.05 };
 /// Relative error of a place, of a velocity that must be kept, of a volume.
