@@ -1,5 +1,6 @@
 //! What a case is: a problem with an answer, the spacings it is run at, and the bars it is held to.
 
+use super::judge::Limits;
 use super::run::Snapshot;
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
@@ -12,16 +13,19 @@ use crate::solver::FlowProblem;
 pub enum Suite {
     /// Error, order and cost against known answers.
     Analytic,
+    /// Where methods fail: harsh problems, each run held to what physics allows.
+    Stability,
 }
 
 impl Suite {
     /// Every suite.
-    pub const ALL: &'static [Suite] = &[Suite::Analytic];
+    pub const ALL: &'static [Suite] = &[Suite::Analytic, Suite::Stability];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Suite::Analytic => "analytic",
+            Suite::Stability => "stability",
         }
     }
 }
@@ -120,6 +124,12 @@ pub struct Setup {
     pub scale_speed: f64,
     /// What else is looked at.
     pub checks: Option<Checks>,
+    /// Whether `exact` is an answer to compare with; where it is not, there are no errors.
+    pub is_answer_known: bool,
+    /// The Courant number of the case, whatever the methods say.
+    pub courant: Option<f64>,
+    /// What tells holding from degrading and failing; only in the suite of stability.
+    pub limits: Option<Limits>,
 }
 
 impl Setup {
@@ -138,7 +148,16 @@ impl Setup {
             exact,
             counts: Box::new(|_| true),
             checks: None,
+            is_answer_known: true,
+            courant: None,
+            limits: None,
         }
+    }
+
+    /// Water at rest at the start without an answer to compare with.
+    pub fn without_answer(problem: FlowProblem, seeds: Vec<FluidSeed>, dimension: Dimension, until: Until) -> Setup {
+        let exact: Exact = Box::new(|_| (0.0, Vec2::ZERO));
+        Setup { is_answer_known: false, ..Setup::new(problem, seeds, dimension, until, exact) }
     }
 }
 

@@ -5,11 +5,13 @@ use std::fmt;
 use super::case::{Check, Setup, Until};
 use super::choice::Choice;
 use super::error::{Errors, errors};
+use super::judge::Limits;
 use crate::error::NumericalFailure;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::pipeline::clock::processor_seconds;
 use crate::pipeline::cores::Core;
+use crate::solver::StepChoice;
 
 /// A run may take so many times the steps foreseen, and a few more; beyond that its step has collapsed.
 const STEPS_IN_RESERVE: f64 = 20.0;
@@ -142,9 +144,11 @@ impl fmt::Display for Broken {
 /// What came out of a run that reached its end.
 #[derive(Clone, Debug)]
 pub struct Outcome {
+    /// The water at the start.
+    pub start: Snapshot,
     /// The water at the end.
     pub end: Snapshot,
-    /// Mean errors.
+    /// Mean errors; without a meaning where there is no answer to compare with.
     pub errors: Errors,
     /// What else was looked at.
     pub checks: Vec<Check>,
@@ -165,12 +169,27 @@ pub struct Cost {
     pub cpu_s: f64,
     /// Greatest speed (m/s) at any step.
     pub max_speed: f64,
+    /// Where the water was first faster than it may be.
+    pub excess: Option<Excess>,
+}
+
+/// The first step at which the water was faster than its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excess {
+    /// Simulated time (s).
+    pub time: f64,
+    /// The fastest particle's place (local coordinates, m).
+    pub place: Vec2,
+    /// The greatest speed (m/s).
+    pub speed: f64,
+    /// What limited the time step.
+    pub limiter: &'static str,
 }
 
 /// Runs a setup to its end; a run that breaks says why.
 pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let mut problem = setup.problem.clone();
-    problem.courant = choice.numerics.cfl;
+    problem.courant = setup.courant.unwrap_or(choice.numerics.cfl);
     problem.dry_depth = choice.dry_depth().unwrap_or(problem.dry_depth);
     let steps_allowed = steps_foreseen(setup, choice) * STEPS_IN_RESERVE + FEWEST_STEPS;
     let before = processor_seconds();
@@ -183,7 +202,7 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     }
     let start = Snapshot::take(&mut core, setup);
     let mut cost = Cost { particles: core.flow().particles(), ..Cost::default() };
-    let broken = advance(&mut core, setup.until, steps_allowed, &mut cost);
+    let broken = advance(&mut core, setup, steps_allowed, &mut cost);
     cost.cpu_s = processor_seconds() - before;
     let solver = core.flow();
     cost.particles = cost.particles.max(solver.particles());
@@ -194,7 +213,7 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let volume_error = solver.ledger().relative_error();
     let end = Snapshot::take(&mut core, setup);
     let found = setup.checks.as_ref().map_or_else(Vec::new, |checks| checks(&start, &end));
-    (cost, Ok(Outcome { errors: errors(&end, setup), end, checks: found, volume_error }))
+    (cost, Ok(Outcome { errors: errors(&end, setup), start, end, checks: found, volume_error }))
 }
 
 /// Steps of the Courant number over the spacing, at the greatest signal speed of the answer.
@@ -203,18 +222,22 @@ fn steps_foreseen(setup: &Setup, choice: &Choice) -> f64 {
         Until::Steps(steps) => steps as f64,
         Until::Time(end) => {
             let signal = setup.scale_speed + (setup.problem.gravity * setup.scale_depth).sqrt();
-            end * signal / (choice.numerics.cfl * setup.problem.bed.lattice.spacing)
+            end * signal / (setup.courant.unwrap_or(choice.numerics.cfl) * setup.problem.bed.lattice.spacing)
         }
     }
 }
 
 /// Steps to the end; the reason where it is not reached.
-fn advance(core: &mut Core, until: Until, steps_allowed: f64, cost: &mut Cost) -> Option<Broken> {
-    let solver = core.flow();
+fn advance(core: &mut Core, setup: &Setup, steps_allowed: f64, cost: &mut Cost) -> Option<Broken> {
+    let speed_limit = setup.limits.as_ref().map_or(f64::INFINITY, Limits::allowed_speed);
     loop {
-        let choice = solver.choose_step();
+        let choice = core.flow().choose_step();
         cost.max_speed = cost.max_speed.max(choice.max_speed);
-        let (is_over, step) = match until {
+        if cost.excess.is_none() && choice.max_speed > speed_limit {
+            cost.excess = Some(excess(core, setup, &choice));
+        }
+        let solver = core.flow();
+        let (is_over, step) = match setup.until {
             Until::Time(end) => (solver.time() >= end - END_TOLERANCE, choice.time_step.min(end - solver.time())),
             Until::Steps(steps) => (cost.steps >= steps, choice.time_step),
         };
@@ -229,5 +252,17 @@ fn advance(core: &mut Core, until: Until, steps_allowed: f64, cost: &mut Cost) -
             return Some(Broken::Failure(failure));
         }
         cost.steps += 1;
+    }
+}
+
+/// The fastest water now.
+fn excess(core: &mut Core, setup: &Setup, choice: &StepChoice) -> Excess {
+    let now = Snapshot::take(core, setup);
+    let fastest = now.samples.iter().max_by(|a, b| a.velocity.norm().total_cmp(&b.velocity.norm()));
+    Excess {
+        time: core.flow().time(),
+        place: fastest.map_or(choice.position, |sample| sample.place),
+        speed: choice.max_speed,
+        limiter: choice.limit.name(),
     }
 }

@@ -3,6 +3,7 @@
 use super::case::{Bar, Case, Check, Scope, Until};
 use super::choice::Choice;
 use super::error::Errors;
+use super::judge::{Judgement, judge};
 use super::row::{Row, Status};
 use super::run::{Broken, Cost, Outcome, run};
 
@@ -38,6 +39,8 @@ pub struct CaseResult {
     pub verdicts: Vec<Verdict>,
     /// Why the case was left out, where it was.
     pub skipped: Option<String>,
+    /// Whether the case takes a larger Courant number than the methods ask for: what is found is for show.
+    pub is_stretched: bool,
 }
 
 /// Runs a case; a run that breaks ends its own row alone.
@@ -56,16 +59,19 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
                 return result;
             }
         };
+        result.is_stretched |= setup.courant.is_some_and(|courant| courant > choice.numerics.cfl);
         let (cost, ended) = run(&setup, choice);
-        let errors = ended.as_ref().ok().map(|outcome| outcome.errors);
+        let found = ended.as_ref().ok().filter(|_| setup.is_answer_known).map(|outcome| outcome.errors);
         // A lake at rest is right or wrong; it has no order.
-        let errors = errors.filter(|_| matches!(setup.until, Until::Time(_))).map(|errors| (spacing, errors));
+        let errors = found.filter(|_| matches!(setup.until, Until::Time(_))).map(|errors| (spacing, errors));
         let whole_order = orders(coarsest, errors);
         let order = orders(coarser, errors);
         coarsest = if k == 0 { errors } else { coarsest };
         coarser = errors;
         let is_finest = k + 1 == number && k > 0;
-        let place = Placed { case, choice, spacing, whole_order: is_finest.then_some(whole_order) };
+        let judgement = setup.limits.as_ref().map(|limits| judge(limits, &cost, &ended));
+        let whole_order = is_finest.then_some(whole_order);
+        let place = Placed { case, choice, spacing, errors: found, whole_order, judgement };
         let (row, verdicts) = place.row(cost, &ended, order);
         result.rows.push(row);
         result.verdicts.extend(verdicts);
@@ -87,8 +93,12 @@ struct Placed<'a> {
     case: &'a Case,
     choice: &'a Choice,
     spacing: f64,
+    /// Where there is an answer.
+    errors: Option<Errors>,
     /// Orders from the coarsest to this spacing, where it is the finest of several.
     whole_order: Option<Orders>,
+    /// Whether it holds, in the suite of stability.
+    judgement: Option<Judgement>,
 }
 
 impl Placed<'_> {
@@ -110,7 +120,11 @@ impl Placed<'_> {
                 asked.extend(items.into_iter().map(|item| format!("{}{whose}", item.found)));
             }
         }
+        if let Some(judgement) = &self.judgement {
+            asked.push(judgement.asked.clone());
+        }
         let status = match ended {
+            _ if self.judgement.is_some() => self.judgement.as_ref().map_or(Status::Fails, |judged| judged.status),
             Err(_) => Status::Fails,
             Ok(_) if verdicts.is_empty() => Status::Holds,
             Ok(_) if verdicts.iter().all(|verdict| verdict.is_met) => Status::Pass,
@@ -129,8 +143,8 @@ impl Placed<'_> {
             particle_evaluations: cost.evaluations,
             cpu_s: cost.cpu_s,
             norm: if is_moving(self.choice) { "mean_abs_particles" } else { "mean_abs_grid" }.to_owned(),
-            error_depth: outcome.map(|outcome| outcome.errors.depth),
-            error_velocity: outcome.map(|outcome| outcome.errors.velocity),
+            error_depth: self.errors.map(|errors| errors.depth),
+            error_velocity: self.errors.map(|errors| errors.velocity),
             order_depth: orders.0,
             order_velocity: orders.1,
             max_speed_m_s: cost.max_speed,
@@ -155,10 +169,10 @@ impl Placed<'_> {
         let at_most = |value: Option<f64>, most: f64| value.is_some_and(|value| value <= most);
         if bar.spacing.is_none_or(|spacing| (spacing / self.spacing - 1.0).abs() < 1e-9) {
             if let Some(most) = bar.depth {
-                ask(format!("depth <= {most} m"), at_most(outcome.map(|o| o.errors.depth), most));
+                ask(format!("depth <= {most} m"), at_most(self.errors.map(|errors| errors.depth), most));
             }
             if let Some(most) = bar.velocity {
-                ask(format!("velocity <= {most} m/s"), at_most(outcome.map(|o| o.errors.velocity), most));
+                ask(format!("velocity <= {most} m/s"), at_most(self.errors.map(|errors| errors.velocity), most));
             }
             if let Some(most) = bar.max_speed {
                 ask(format!("max speed <= {most:e} m/s"), at_most(outcome.map(|_| cost.max_speed), most));
@@ -193,6 +207,7 @@ impl Placed<'_> {
                     .map(|check| if check.is_met { check.found.clone() } else { format!("{} (missed)", check.found) }),
             ),
         }
+        parts.extend(self.judgement.iter().map(|judgement| judgement.found.clone()).filter(|found| !found.is_empty()));
         parts.join("; ")
     }
 }

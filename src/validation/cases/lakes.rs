@@ -99,7 +99,7 @@ pub const CASES: &[Case] = lakes! {
 };
 
 /// A repeatable number in [0, 1) for each place.
-fn noise(place: Vec2) -> f64 {
+pub fn noise(place: Vec2) -> f64 {
     ((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545_3).fract().abs()
 }
 

@@ -1,0 +1,108 @@
+//! Where methods fail: the suite of stability at test resolution, as `floodsim validate --suite stability` runs it.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+use floodsim::validation::Status::{Degrades, Fails, Holds};
+use floodsim::validation::{CaseResult, Resolutions, Status, Suite, cases, run_case};
+
+use support::methods;
+
+/// The methods: resting and moving particles of the balanced formulation, and the variational one.
+const METHODS: &[(&str, &[(&str, &str)])] = &[
+    ("eulerian", &[("motion", "eulerian")]),
+    ("lagrangian", &[("motion", "lagrangian")]),
+    ("variational", &[("motion", "lagrangian"), ("formulation", "variational")]),
+];
+
+/// What does not hold today, with the method: docs/validation/stability.md says so too. Every other run holds, and what comes to hold, or
+/// comes to fail, must be changed here.
+const KNOWN: &[(&str, &str, Status)] = &[
+    ("two_rarefactions", "eulerian", Degrades),
+    ("steep_film", "eulerian", Degrades),
+    ("friction_film", "eulerian", Degrades),
+    ("friction_vanishing", "eulerian", Degrades),
+    ("cfl_08", "eulerian", Degrades),
+    ("cfl_10", "eulerian", Fails),
+    ("cfl_12", "eulerian", Fails),
+    ("cfl_14", "eulerian", Fails),
+    ("cfl_16", "eulerian", Fails),
+    ("over_film", "lagrangian", Degrades),
+    ("ratio_100", "lagrangian", Degrades),
+    ("ratio_1000", "lagrangian", Degrades),
+    ("two_rarefactions", "lagrangian", Degrades),
+    ("restart_film", "lagrangian", Degrades),
+    ("standing_jump", "lagrangian", Fails),
+    ("standing_jump_unequal", "lagrangian", Fails),
+    ("waterfall", "lagrangian", Fails),
+    ("steep_film", "lagrangian", Degrades),
+    ("gap", "lagrangian", Degrades),
+    ("clumping", "lagrangian", Degrades),
+    ("cfl_10", "lagrangian", Degrades),
+    ("cfl_12", "lagrangian", Degrades),
+    ("cfl_14", "lagrangian", Degrades),
+    ("cfl_16", "lagrangian", Degrades),
+    ("over_film", "variational", Fails),
+    ("ratio_100", "variational", Fails),
+    ("ratio_1000", "variational", Fails),
+    ("two_rarefactions", "variational", Degrades),
+    ("waterfall", "variational", Fails),
+    ("clumping", "variational", Fails),
+    ("calm", "variational", Fails),
+];
+
+/// Runs every case with a method and compares with what is known.
+fn check(method: &str) -> Vec<CaseResult> {
+    let (_, given) = METHODS.iter().find(|(name, _)| *name == method).unwrap();
+    let mut different = Vec::new();
+    let mut results = Vec::new();
+    for case in cases::of_suite(Suite::Stability) {
+        let result = run_case(case, &methods(given), Resolutions::Test);
+        if let Some(why) = &result.skipped {
+            println!("{} {method} skipped, because {why}", case.name);
+        }
+        let known = KNOWN.iter().find(|(name, of, _)| *name == case.name && *of == method);
+        let expected = known.map_or(Holds, |(_, _, status)| *status);
+        let rows = result.rows.iter().filter(|row| row.status != expected);
+        different.extend(rows.map(|row| format!("{} {method} {}: {}", row.case, row.status.name(), row.note)));
+        results.push(result);
+    }
+    assert!(different.is_empty(), "other than known:\n{}", different.join("\n"));
+    results
+}
+
+#[test]
+fn the_default_method_fails_nothing_at_its_own_courant_number() {
+    for result in check("eulerian").iter().filter(|result| !result.is_stretched) {
+        for row in &result.rows {
+            assert_ne!(row.status, Fails, "{}: {}", row.case, row.note);
+        }
+    }
+}
+
+#[test]
+fn moving_particles_hold_degrade_and_fail_as_known() {
+    check("lagrangian");
+}
+
+#[test]
+fn the_variational_formulation_holds_degrades_and_fails_as_known() {
+    // What breaks must say when and where, and by what its step was limited.
+    let results = check("variational");
+    let notes = results.iter().flat_map(|result| &result.rows).filter(|row| row.note.contains("given up at t ="));
+    assert!(notes.clone().count() > 0);
+    for row in notes {
+        assert!(row.status == Fails && row.note.contains("limited by courant at"), "{}", row.note);
+    }
+}
+
+#[test]
+fn what_is_known_is_about_cases_and_methods_that_exist() {
+    for (name, method, status) in KNOWN {
+        assert!(cases::named(name).is_some_and(|case| case.suite == Suite::Stability), "{name}");
+        assert!(
+            METHODS.iter().any(|(known, _)| known == method) && matches!(status, Degrades | Fails),
+            "{name} {method}"
+        );
+    }
+}
