@@ -115,9 +115,10 @@ impl State {
             };
             rows + 2
         ];
+        let datum = mean_level(bed, initial_depth);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
             let (column, row) = bed.lattice.column_row(index);
-            ground[row + 1].bed[column + 1] = bed.elevation[index];
+            ground[row + 1].bed[column + 1] = bed.elevation[index] - datum;
             ground[row + 1].friction[column + 1] = gravity * bed.manning[index] * bed.manning[index];
             water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
         }
@@ -203,4 +204,12 @@ impl State {
             ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
         })
     }
+}
+
+/// Mean level (m) of the water by depth, from which elevations are counted here: a lake in the mountains then rests as still
+/// as one at the sea, because its height costs no digits.
+fn mean_level(bed: &BedParticles, depth: &[f64]) -> f64 {
+    let wet = || (0..bed.lattice.len()).filter(|&i| bed.has_terrain(i) && depth[i] > 0.0);
+    let water: f64 = wet().map(|i| depth[i]).sum();
+    if water > 0.0 { wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water } else { 0.0 }
 }
