@@ -12,7 +12,6 @@ const FALL_SHORT: &[(&str, &str)] = &[
     ("stoker", "eulerian"),
     ("stoker", "lagrangian"),
     ("stoker_strong", "lagrangian"),
-    ("lake_island_disordered", "lagrangian"),
 ];
 
 /// Nothing breaks down, and the bars are met but for those that are known to be missed.

@@ -1,19 +1,25 @@
 //! The free edge of the water: where nothing but air stands before a particle, its own weight pushes it out.
 //!
 //! ```text
-//! s = |S₀| / A^((dim−1)/dim),  n = S₀/|S₀|;  χ = 0 where s < 0.25, otherwise
-//! χ = clamp((0.75 − Σ A_j W(x_i + 1.2 A^(1/dim) n − x_j, h_j)) / 0.2, 0, 1)
-//! push = χ g δ²/2 · A^((dim−1)/dim) n / V,   δ = depth of the edge above the bed before it
+//! s = |S₀| / A^((dim−1)/dim),  n = S₀/|S₀|,  x_1 = x_i + 1.2 A^(1/dim) n,  x_2 = x_i + 2.4 A^(1/dim) n
+//! C_k = Σ A_j W(x_k − x_j, h_j),  f(C) = clamp((0.75 − C) / 0.2, 0, 1);  χ = 0 where s < 0.25, otherwise f(max C_k)
+//! B_k = Σ_m w_m [z_b(x_k + ξ_m) < η_i] / Σ_m w_m
+//! push = f(max C_k / B_k) g δ²/2 · A^((dim−1)/dim) n / V,   δ = depth of the edge above the bed before it
 //! ```
 //!
 //! It asks whether the place where the water would flow is covered already. Carried depth would never start to flow
 //! otherwise: all surface levels of a dam are equal. A gap narrower than two spacings before water, a wall or higher ground is
-//! no edge: the same sum is taken at twice the distance, and the greater one counts. So shorelines and gaps in an
-//! irregular arrangement stay at rest.
+//! no edge: the same sum is taken at twice the distance, and the greater one counts. So gaps in an irregular arrangement
+//! stay at rest.
+//!
+//! All water that reaches a place counts, also what lies beyond the particle's own neighbours: their share alone takes the
+//! widest gaps of a disordered lake for edges. Ground above the surface, a share 1 − B of the place, will never be covered: the
+//! water at a shore covers half of the place before it, and is at rest.
 
 use super::{Balanced, Local, State};
 use crate::boundary::Image;
 use crate::math::Vec2;
+use crate::physics::dimension::Dimension;
 use crate::solver::moving::{Glance, MovingWater};
 
 /// Below this share of open outline a particle is inside the water.
@@ -23,6 +29,38 @@ const COVERED: f64 = 0.75;
 const TRANSITION: f64 = 0.2;
 /// Distance of the place ahead, in particle edges; a second look goes twice as far.
 const AHEAD: f64 = 1.2;
+
+/// How open a place is that is covered so far.
+fn open_share(cover: f64) -> f64 {
+    ((COVERED - cover) / TRANSITION).clamp(0.0, 1.0)
+}
+
+/// Distance of the samples of the bed around a place, in smoothing lengths.
+const SAMPLING: f64 = 0.6;
+/// Half the root of 3.
+const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
+/// A point of a hexagonal lattice and its two rings of neighbours.
+const HEXAGON: [Vec2; 19] = [
+    Vec2::new(0.0, 0.0),
+    Vec2::new(1.0, 0.0),
+    Vec2::new(-1.0, 0.0),
+    Vec2::new(0.5, HALF_ROOT_3),
+    Vec2::new(-0.5, HALF_ROOT_3),
+    Vec2::new(0.5, -HALF_ROOT_3),
+    Vec2::new(-0.5, -HALF_ROOT_3),
+    Vec2::new(2.0, 0.0),
+    Vec2::new(-2.0, 0.0),
+    Vec2::new(1.5, HALF_ROOT_3),
+    Vec2::new(-1.5, HALF_ROOT_3),
+    Vec2::new(1.5, -HALF_ROOT_3),
+    Vec2::new(-1.5, -HALF_ROOT_3),
+    Vec2::new(0.0, 2.0 * HALF_ROOT_3),
+    Vec2::new(0.0, -2.0 * HALF_ROOT_3),
+    Vec2::new(1.0, 2.0 * HALF_ROOT_3),
+    Vec2::new(-1.0, 2.0 * HALF_ROOT_3),
+    Vec2::new(1.0, -2.0 * HALF_ROOT_3),
+    Vec2::new(-1.0, -2.0 * HALF_ROOT_3),
+];
 
 impl Balanced {
     /// Sets χ and the push of particle `i`.
@@ -49,15 +87,23 @@ impl Balanced {
                 *cover += self.cover_by(other, place, me.position + ahead * (k + 1) as f64);
             }
         }
-        // What the particle itself sees covers no more than what reaches the places: most particles are done here.
-        if cover[0].max(cover[1]) >= COVERED {
+        // More water may reach these places than the particle itself sees, never less: most particles are done here.
+        local.edge = open_share(cover[0].max(cover[1]));
+        if local.edge == 0.0 {
             return;
         }
-        let covered = (1..3).map(|k| self.cover_at(water, me.position, me.position + ahead * f64::from(k), glance));
-        let covered = covered.fold(cover[0].max(cover[1]), f64::max);
-        local.edge = ((COVERED - covered) / TRANSITION).clamp(0.0, 1.0);
+        let push = self.push(water, i, me.position + ahead * 2.0);
+        if push == 0.0 {
+            return;
+        }
+        let places = [1.0, 2.0].map(|times| self.place_ahead(water, me, ahead * times));
+        for (cover, &place) in cover.iter_mut().zip(&places) {
+            *cover = cover.max(self.cover_at(water, place, glance));
+        }
+        local.edge = open_share(cover[0].max(cover[1]));
         if local.edge > 0.0 {
-            local.push = outward * (local.edge * self.push(water, i, me.position + ahead * 2.0));
+            let wet = places.map(|place| self.share_below(water, me, place));
+            local.push = outward * (push * open_share((cover[0] / wet[0]).max(cover[1] / wet[1])));
         }
     }
 
@@ -67,16 +113,38 @@ impl Balanced {
         particle.area * self.kernel.value((covered - place).norm(), particle.inverse_h)
     }
 
-    /// Σ A W over all particles that reach a place as seen from `from`; behind a wall, that of the place before it.
-    fn cover_at(&self, water: &MovingWater, from: Vec2, place: Vec2, glance: &mut Glance) -> f64 {
-        let place = water.walls.travel(from, place, &mut Vec::new()).position;
+    /// The place at an offset from a particle; of one behind a wall, the place before the wall whose image it is.
+    fn place_ahead(&self, water: &MovingWater, me: &State, ahead: Vec2) -> Vec2 {
+        water.walls.travel(me.position, me.position + ahead, &mut Vec::new()).position
+    }
+
+    /// Σ A W over all particles that reach a place.
+    fn cover_at(&self, water: &MovingWater, place: Vec2, glance: &mut Glance) -> f64 {
         let isometries = water.walls.isometries();
         let images = water.neighbours.at(place, &water.particles.position, &water.walls, glance);
         let cover = |image: &Image| {
             let other = &self.states[image.index as usize];
             self.cover_by(other, isometries[image.transform as usize].point(other.position), place)
         };
-        images.iter().map(cover).sum()
+        images.iter().map(cover).sum::<f64>()
+    }
+
+    /// Kernel mean of the ground below the surface of `me` around a place, by the points of a hexagonal lattice.
+    fn share_below(&self, water: &MovingWater, me: &State, place: Vec2) -> f64 {
+        let (mut below, mut all) = (0.0, 0.0);
+        for point in HEXAGON {
+            if self.dimension == Dimension::One && point.y != 0.0 {
+                continue;
+            }
+            let offset = point * (SAMPLING / me.inverse_h);
+            let weight = self.kernel.value(offset.norm(), me.inverse_h);
+            let sample = water.walls.travel(place, place + offset, &mut Vec::new()).position;
+            all += weight;
+            if water.bed_at(sample).elevation < me.surface {
+                below += weight;
+            }
+        }
+        below / all
     }
 
     /// Acceleration (m/s²) of a particle whose whole side is open.
