@@ -1,7 +1,8 @@
-"""The page of results, docs/validation/README.md, from the tables of `floodsim chart`.
+"""The pages of results, docs/validation/README.md and stability.md, from the tables of `floodsim chart` and `floodsim validate`.
 
-    python3 docs/validation/build.py            # the page, from the tables that lie beside it
-    python3 docs/validation/build.py --run      # everything anew: cases, tables, figures, page
+    python3 docs/validation/build.py                  # the pages, from the tables that lie beside them
+    python3 docs/validation/build.py --run            # everything anew: cases, tables, figures, pages
+    python3 docs/validation/build.py --run stability  # one of the tables anew: analytic, methods, stability
 
 Run it in the folder of the repository after `cargo build --release`. Terrain for `lake_terrain` is found through FLOODSIM_DATA. Only the
 standard library is needed. No number stands in this file that is not a bar or another author's: all others come from the tables.
@@ -26,6 +27,10 @@ RUNS = {
     + "--resolutions test --vary formulation=balanced,variational --vary stabilisation=riemann,artificial_viscosity".split()
     + "--vary integrator=heun,leapfrog".split(),
 }
+# The map of stability is no chart: `floodsim validate` writes its table.
+STABILITY = "--suite stability --resolutions full --vary formulation=balanced,variational".split()
+# Exit codes of a run that came to its end, with every bar met or not.
+ENDED = (0, 7)
 FIGURES = ["ritter_depth", "stoker_depth", "stoker_strong_depth", "circular_dam_depth", "thacker_axisymmetric_depth", "bump_subcritical_depth"]
 # Of Wu2020: mean absolute errors of depth (m) and velocity (m/s), two-shocks solver, spacing 10 m.
 WU = {"wu_dry": ("0.0356", "0.0351"), "wu_wet_50s": ("0.0613", "0.0603")}
@@ -86,21 +91,63 @@ WHY = {
 }
 
 
-def run(name, arguments):
-    subprocess.run([PROGRAM, "chart", *arguments, "--out", str(HERE / name)], check=True)
+STABILITY_METHODS = {
+    "balanced, eulerian": ("balanced", "eulerian"),
+    "balanced, lagrangian": ("balanced", "lagrangian"),
+    "variational": ("variational", "lagrangian"),
+}
+WORST = ["holds", "degrades", "fails"]
+STRETCHED = "cfl_"
+
+WHY_NOT_STABLE = {
+    "over_film": "Moving particles of thin water pile up before the deep ones, and the bore is late. Variational: the pile is pressed together until the time step collapses.",
+    "ratio_100": "As over_film; the variational run is also faster than energy allows before it is given up.",
+    "ratio_1000": "As over_film.",
+    "two_rarefactions": "The thin edges of the vacuum are smeared over a few spacings; the error falls with the spacing. Moving particles leave the vacuum empty.",
+    "restart_film": "Moving particles: the outermost one, alone at its front, is a little faster than the tip of the exact solution at the coarse spacing only.",
+    "standing_jump": "Moving particles of the balanced formulation: the jump wanders upstream and the depth behind it is wrong, by the same number of metres at both spacings: "
+    "this is no error of resolution. Likely because the carried depth is integrated as a rate, which does not know the jump condition of a strong jump; smaller time steps do "
+    "not help. The variational form, which sums its depth, and resting particles keep the jump in its place.",
+    "standing_jump_unequal": "As standing_jump: the volumes of the particles are not the cause.",
+    "waterfall": "Moving particles gain energy on the cliff, which is one spacing wide and which they pass in two or three time steps; with smaller steps (`--vary cfl=0.1`) the balanced form gains "
+    "none. Resting particles lose the energy of the fall, as a real fall does.",
+    "steep_film": "The film is far thinner than the fall of the bed from one particle to the next. Resting particles: water that starts at rest allows time steps longer than the whole acceleration; there are only a few of them at the coarse spacing. Moving particles: why the depth is off at the coarse spacing only is not known yet.",
+    "friction_film": "Resting particles: the mean of Heun's two stages keeps half of the velocity of the start however strong friction is, so that a step halves the velocity at most. "
+    "A film that should stand still after one step takes several; it never turns round.",
+    "friction_vanishing": "As friction_film.",
+    "gap": "Moving particles: a gap as wide as one particle lets far less water through than one of two particles, which they pass like resting ones.",
+    "clumping": "Balanced: some neighbours come near to each other, but all in all they are farther apart than at random. Variational: particles lie in clumps, pairs at one place.",
+    "calm": "Variational: the depth is a sum over neighbours and not in balance with an uneven bed, so that the lake moves from the first step on.",
+    "cfl_08": "Resting particles: their Courant number is made of the greatest signal speed over the spacing; in two dimensions water enters through faces of both directions, so that their "
+    "limit is near one half, which is the default.",
+    "cfl_10": "As cfl_08. A scenario may still ask for it.",
+    "cfl_12": "Resting particles break down within a few steps. Moving ones, whose step is bound by the smoothing length, lose accuracy only.",
+    "cfl_14": "As cfl_12.",
+    "cfl_16": "As cfl_12.",
+}
 
 
-def rows(name):
-    with open(HERE / name / "chart.csv", newline="", encoding="utf-8") as file:
+def run(name):
+    if name == "stability":
+        (HERE / name).mkdir(exist_ok=True)
+        command = [PROGRAM, "validate", *STABILITY, "--csv", str(HERE / name / "map.csv")]
+        if subprocess.run(command, check=False).returncode not in ENDED:
+            raise SystemExit("the suite of stability did not come to its end")
+    else:
+        subprocess.run([PROGRAM, "chart", *RUNS[name], "--out", str(HERE / name)], check=True)
+
+
+def rows(name, table_of="chart"):
+    with open(HERE / name / f"{table_of}.csv", newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
-def cases():
-    """Name, sentence, and whether it was used to choose constants, in order."""
+def cases(suite):
+    """Name, sentence, and whether it was used to choose constants, of the cases of a suite, in order."""
     found = {}
     lines = (HERE / "cases.txt").read_text(encoding="utf-8").splitlines()
-    for name, about in zip(lines, lines[1:]):
-        if name and not name.startswith(" "):
+    for name, about, where in zip(lines, lines[1:], lines[2:]):
+        if name and not name.startswith(" ") and f"suite {suite};" in where:
             mark = " Not used to choose constants."
             found[name] = (about.strip().removesuffix(mark), mark not in about)
     return found
@@ -176,7 +223,7 @@ def summary(analytic, known):
 
 
 def page():
-    known, analytic, methods = cases(), rows("analytic"), rows("methods")
+    known, analytic, methods = cases("analytic"), rows("analytic"), rows("methods")
     total = sum(float(row["cpu_s"]) for row in analytic)
     out = [
         "# Results on problems with known answers",
@@ -188,6 +235,8 @@ def page():
         "Errors are mean absolute errors, over the particles where they move, over wet cells where they rest. The order is that from the next coarser spacing. *Status*: `pass` and",
         "`fall-short` tell whether the bar of that row is met, `holds` that a run without a bar came to its end, `fails` that it broke down. Cases with a star were not used to choose",
         "constants of the methods. A bar of the better motion is marked as such, and one that is only for show.",
+        "",
+        "Where methods fail, and how: [the map of stability](stability.md).",
         "",
         "## Overview: finest spacing, default methods of both motions",
         "",
@@ -231,15 +280,86 @@ def page():
     (HERE / "README.md").write_text("\n".join(out).rstrip() + "\n", encoding="utf-8")
 
 
+def status_of(stability, case, named):
+    """The status at each spacing, the coarsest first; nothing where the case is not for the method."""
+    of_method = STABILITY_METHODS[named]
+    return [row["status"] for row in stability if row["case"] == case and (row["formulation"], row["motion"]) == of_method]
+
+
+def stability_page():
+    known, stability = cases("stability"), rows("stability", "map")
+    total = sum(float(row["cpu_s"]) for row in stability)
+    out = [
+        "# Where methods fail: the map of stability",
+        "",
+        "Made by `python3 docs/validation/build.py` from the table [stability/map.csv](stability/map.csv); with `--run stability` that command makes the table again, too, by",
+        f"`floodsim validate {' '.join(STABILITY)} --csv docs/validation/stability/map.csv` ({total:.0f} CPU seconds on one thread of a machine shared with other work).",
+        "The set-ups are in `src/validation/cases/stability/`, and the tests run them at the coarsest spacing (`cargo test --release --test stability`).",
+        "",
+        "A run *fails* when it breaks down, loses or makes more than 1e-9 of its volume, is faster than energy allows by more than a tenth (2c + √(2g · drop), c = √(g · depth)), or is beyond the outer",
+        "bound of a measure of its case; it *degrades* when it is faster than energy allows at all (by 0.05 %, the half of what energy may be off) or beyond the inner bound; else it *holds*. Where there",
+        "is an exact solution, it is what is measured against. A run that breaks ends by itself and says when, where, in what and by what its step was limited. No inflow is",
+        "available in the core yet: flows that need one start from their exact state in a channel so long that nothing from its ends comes into the window. Cases with a star were not used to choose",
+        "constants of the methods.",
+        "",
+        "## The map",
+        "",
+        "Default methods, at the coarse spacing / at the fine one. The cases `cfl_...` have one spacing, and their Courant number whatever the method's own is (0.5 for resting, 0.4 for moving particles).",
+        "",
+    ]
+    lines, not_default = [], []
+    for case, (_, is_tuned) in known.items():
+        found = {named: status_of(stability, case, named) for named in STABILITY_METHODS}
+        lines.append([f"[{case}](#{case})" + ("" if is_tuned else " *"), *(" / ".join(one) or "not for it" for one in found.values())])
+        worst = {named: max(map(WORST.index, one)) for named, one in found.items() if one}
+        default = worst.pop("balanced, eulerian", None)
+        better = [named for named, one in worst.items() if default is not None and one < default]
+        if better:
+            not_default.append(f"- **{case}**: {' and '.join(better)}.")
+    out += table(["case", *STABILITY_METHODS], lines)
+    failed = [
+        case
+        for case in known
+        if not case.startswith(STRETCHED) and "fails" in status_of(stability, case, "balanced, eulerian")
+    ]
+    out += [
+        f"The default method, balanced and eulerian, fails {'nothing' if not failed else ', '.join(failed)} at its own Courant number.",
+        "",
+        "## What degrades or fails, and why as far as it is known",
+        "",
+    ]
+    for case in known:
+        bad = [named for named in STABILITY_METHODS if any(one != "holds" for one in status_of(stability, case, named))]
+        if bad:
+            out.append(f"- **{case}** ({'; '.join(bad)}). {WHY_NOT_STABLE.get(case, 'Not known yet.')}")
+    out += ["", "## Where another method does better than the default", "", *(not_default or ["Nowhere."]), "", "## Case by case", ""]
+    for case, (about, is_tuned) in known.items():
+        out += [f"### {case}", "", about + ("" if is_tuned else " Not used to choose constants."), ""]
+        here = [row for row in stability if row["case"] == case]
+        asked = {row["bar"]: None for row in here}
+        out += [f"Held to: {max(asked, key=len)}.", ""]
+        lines = [
+            [named, row["spacing_m"], number(row["cpu_s"]), number(row["error_depth"]), number(row["error_velocity"]), row["status"], row["note"]]
+            for row in here
+            for named, method in STABILITY_METHODS.items()
+            if method == (row["formulation"], row["motion"])
+        ]
+        out += table(["method", "spacing m", "CPU s", "depth m", "velocity m/s", "status", "what was seen"], lines)
+    (HERE / "stability.md").write_text("\n".join(out).rstrip() + "\n", encoding="utf-8")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run", action="store_true", help="run the cases and draw the figures first")
-    if parser.parse_args().run:
-        for name, arguments in RUNS.items():
-            run(name, arguments)
+    tables = [*RUNS, "stability"]
+    parser.add_argument("--run", nargs="*", choices=tables, help="run the cases and draw the figures first, of all tables or of those named")
+    wanted = parser.parse_args().run
+    if wanted is not None:
+        for name in wanted or tables:
+            run(name)
         listed = subprocess.run([PROGRAM, "validate", "--list"], check=True, capture_output=True, text=True)
         (HERE / "cases.txt").write_text(listed.stdout, encoding="utf-8")
     page()
+    stability_page()
 
 
 if __name__ == "__main__":

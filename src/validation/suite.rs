@@ -50,7 +50,7 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
         Resolutions::Full => case.spacings.len(),
     };
     let mut result = CaseResult::default();
-    let (mut coarsest, mut coarser): (Option<(f64, Errors)>, Option<(f64, Errors)>) = (None, None);
+    let (mut coarsest, mut coarser): (Option<ErrorsAt>, Option<ErrorsAt>) = (None, None);
     for (k, &spacing) in case.spacings[..number].iter().enumerate() {
         let setup = match (case.setup)(spacing, choice.numerics.motion) {
             Ok(setup) => setup,
@@ -79,10 +79,12 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
     result
 }
 
+/// A spacing (m) and the errors at it.
+type ErrorsAt = (f64, Errors);
 type Orders = (Option<f64>, Option<f64>);
 
 /// Orders of depth and velocity from a coarser to a finer spacing (m).
-fn orders(coarse: Option<(f64, Errors)>, fine: Option<(f64, Errors)>) -> Orders {
+fn orders(coarse: Option<ErrorsAt>, fine: Option<ErrorsAt>) -> Orders {
     let Some(((coarse_spacing, coarse), (spacing, fine))) = coarse.zip(fine) else { return (None, None) };
     let of = |coarse: f64, fine: f64| (fine > ROUNDING).then(|| (coarse / fine).ln() / (coarse_spacing / spacing).ln());
     (of(coarse.depth, fine.depth), of(coarse.velocity, fine.velocity))
