@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! s = |S₀| / A^((dim−1)/dim),  n = S₀/|S₀|,  x_1 = x_i + 1.2 A^(1/dim) n,  x_2 = x_i + 2.4 A^(1/dim) n
-//! C_k = Σ A_j W(x_k − x_j, h_j),  f(C) = clamp((0.75 − C) / 0.2, 0, 1);  χ = 0 where s < 0.25, otherwise f(max C_k)
+//! C_k = Σ A_j W(x_k − x_j, h_j),  f(C) = clamp((C_0 − C) / 0.2, 0, 1);  χ = 0 where s < 0.25, otherwise f(max C_k)
 //! B_k = Σ_m w_m [z_b(x_k + ξ_m) < η_i] / Σ_m w_m
+//! C_0 = 0.75, 0.55 where the particle sees images in a wall
 //! push = f(max C_k / B_k) g δ²/2 · A^((dim−1)/dim) n / V,   δ = depth of the edge above the bed before it
 //! ```
 //!
@@ -26,18 +27,15 @@ use crate::solver::moving::{Glance, MovingWater};
 const LEAST_OPENNESS: f64 = 0.25;
 /// Coverage of the place ahead at which an edge begins to count, and the width of the transition.
 const COVERED: f64 = 0.75;
+/// The same beside a wall, which cuts gaps of up to two spacings into any arrangement; a straight edge covers 0.2.
+const COVERED_BESIDE_WALL: f64 = 0.55;
 const TRANSITION: f64 = 0.2;
 /// Distance of the place ahead, in particle edges; a second look goes twice as far.
 const AHEAD: f64 = 1.2;
 
-/// How open a place is that is covered so far.
-fn open_share(cover: f64) -> f64 {
-    ((COVERED - cover) / TRANSITION).clamp(0.0, 1.0)
-}
-
 /// Distance of the samples of the bed around a place, in smoothing lengths.
 const SAMPLING: f64 = 0.6;
-/// Half the root of 3.
+/// √3 / 2, the distance of two rows.
 const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
 /// A point of a hexagonal lattice and its two rings of neighbours.
 const HEXAGON: [Vec2; 19] = [
@@ -87,6 +85,8 @@ impl Balanced {
                 *cover += self.cover_by(other, place, me.position + ahead * (k + 1) as f64);
             }
         }
+        let covered = if images.iter().any(|image| image.transform != 0) { COVERED_BESIDE_WALL } else { COVERED };
+        let open_share = |cover: f64| ((covered - cover) / TRANSITION).clamp(0.0, 1.0);
         // More water may reach these places than the particle itself sees, never less: most particles are done here.
         local.edge = open_share(cover[0].max(cover[1]));
         if local.edge == 0.0 {
