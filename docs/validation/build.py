@@ -118,8 +118,8 @@ WHY_NOT_STABLE = {
     "gap": "Moving particles: a gap as wide as one particle lets far less water through than one of two particles, which they pass like resting ones.",
     "clumping": "Balanced: some neighbours come near to each other, but all in all they are farther apart than at random. Variational: particles lie in clumps, pairs at one place.",
     "calm": "Variational: the depth is a sum over neighbours and not in balance with an uneven bed, so that the lake moves from the first step on.",
-    "cfl_08": "Resting particles: their Courant number is made of the greatest signal speed over the spacing; in two dimensions water enters through faces of both directions, so that their "
-    "limit is near one half, which is the default.",
+    "cfl_08": "Resting particles: their Courant number is made of the greatest signal speed over the spacing; in two dimensions water leaves through faces of both directions, so that "
+    "what is safe is one half, which is the default.",
     "cfl_10": "As cfl_08. A scenario may still ask for it.",
     "cfl_12": "Resting particles break down within a few steps. Moving ones, whose step is bound by the smoothing length, lose accuracy only.",
     "cfl_14": "As cfl_12.",
