@@ -4,7 +4,7 @@
 //! s = |S₀| / A^((dim−1)/dim),  n = S₀/|S₀|,  x_1 = x_i + 1.2 A^(1/dim) n,  x_2 = x_i + 2.4 A^(1/dim) n
 //! C_k = Σ A_j W(x_k − x_j, h_j),  f(C) = clamp((C_0 − C) / 0.2, 0, 1);  χ = 0 where s < 0.25, otherwise f(max C_k)
 //! B_k = Σ_m w_m [z_b(x_k + ξ_m) < η_i] / Σ_m w_m
-//! C_0 = 0.75, 0.55 where the particle sees images in a wall
+//! C_0 = 0.75, 0.7 where the particle sees images in a wall
 //! push = f(max C_k / B_k) g δ²/2 · A^((dim−1)/dim) n / V,   δ = depth of the edge above the bed before it
 //! ```
 //!
@@ -28,7 +28,7 @@ const LEAST_OPENNESS: f64 = 0.25;
 /// Coverage of the place ahead at which an edge begins to count, and the width of the transition.
 const COVERED: f64 = 0.75;
 /// The same beside a wall, which cuts gaps of up to two spacings into any arrangement; a straight edge covers 0.2.
-const COVERED_BESIDE_WALL: f64 = 0.55;
+const COVERED_BESIDE_WALL: f64 = 0.7;
 const TRANSITION: f64 = 0.2;
 /// Distance of the place ahead, in particle edges; a second look goes twice as far.
 const AHEAD: f64 = 1.2;
