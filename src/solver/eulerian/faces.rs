@@ -17,7 +17,7 @@
 //! sign of the contact's speed. Reconstructing it, too, sharpens the
 //! shear layers in the bends of a gorge and raises the level above them further over what was observed (decision 0006).
 //!
-//! φ is the monotonised central mean (`VanLeer1977`, `physics::limiter`), (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the
+//! φ is van Leer's limiter (`VanLeer1974`), (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the
 //! two beds, (M16) is `HLL1983` with the speeds of a dry side after `Toro2001`. The bound 2 d_i keeps the mirrored value
 //! of the reconstruction positive.
 
@@ -28,7 +28,7 @@ use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
 use super::{RestingFlux, RestingMethods, Scale};
 use crate::physics::flux::lax_friedrichs;
-use crate::physics::limiter::monotonised;
+use crate::physics::limiter::{superbee, van_leer};
 use crate::scenario::methods::Reconstruction;
 
 /// The two directions in which a cell owns a face.
@@ -106,14 +106,17 @@ impl Flux for LaxFriedrichs {
 
 /// Fills the flux rows of all cells in work.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, methods: RestingMethods) {
-    match methods.flux {
-        RestingFlux::Hllc => evaluate_by::<Hllc>(state, active, scale, methods.reconstruction),
-        RestingFlux::LaxFriedrichs => evaluate_by::<LaxFriedrichs>(state, active, scale, methods.reconstruction),
+    let is_sharp = methods.reconstruction == Reconstruction::Sharp;
+    let slopes = Slopes::of(methods.reconstruction);
+    match (methods.flux, is_sharp) {
+        (RestingFlux::Hllc, false) => evaluate_by::<Hllc, false>(state, active, scale, slopes),
+        (RestingFlux::Hllc, true) => evaluate_by::<Hllc, true>(state, active, scale, slopes),
+        (RestingFlux::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, scale, slopes),
+        (RestingFlux::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, scale, slopes),
     }
 }
 
-fn evaluate_by<F: Flux>(state: &mut State, active: &ActiveSet, scale: &Scale, reconstruction: Reconstruction) {
-    let slopes = Slopes::of(reconstruction);
+fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &ActiveSet, scale: &Scale, slopes: Slopes) {
     let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
     state.flux.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, flux)| {
         for run in &active.work[row] {
@@ -121,8 +124,8 @@ fn evaluate_by<F: Flux>(state: &mut State, active: &ActiveSet, scale: &Scale, re
             let (here, north) = (side(row), side(row + 1));
             let (from, to) = (run.start, run.end);
             let numbers = Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes };
-            row_faces::<F, EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
-            row_faces::<F, NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
+            row_faces::<F, IS_SHARP, EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
+            row_faces::<F, IS_SHARP, NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
         }
     });
 }
@@ -144,23 +147,21 @@ struct Numbers {
     slopes: Slopes,
 }
 
-/// How a face takes slopes, as numbers: no branch in the loop, one copy of it for all reconstructions.
+/// How a face takes slopes, as numbers: no branch in the loop.
 #[derive(Clone, Copy)]
 struct Slopes {
     /// Share of the limited slopes of level, depth and normal velocity: 0 or 1.
     share: f64,
     /// The same of the tangential velocity.
     tangential: f64,
-    /// See [`monotonised`].
-    sharpness: f64,
 }
 
 impl Slopes {
     fn of(reconstruction: Reconstruction) -> Self {
         match reconstruction {
-            Reconstruction::Limited => Slopes { share: 1.0, tangential: 0.0, sharpness: 0.0 },
-            Reconstruction::Sharp => Slopes { share: 1.0, tangential: 1.0, sharpness: 1.0 },
-            Reconstruction::None => Slopes { share: 0.0, tangential: 0.0, sharpness: 0.0 },
+            Reconstruction::Limited => Slopes { share: 1.0, tangential: 0.0 },
+            Reconstruction::Sharp => Slopes { share: 1.0, tangential: 1.0 },
+            Reconstruction::None => Slopes { share: 0.0, tangential: 0.0 },
         }
     }
 }
@@ -182,10 +183,13 @@ struct Half {
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
-fn pair<F: Flux>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
+fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
     let Numbers { g, dry_depth, slopes, .. } = numbers;
     let jump_eta = surface_difference(i.d, i.eta, j.d, j.eta, dry_depth);
-    let limited = |rise: f64, jump: f64| 0.5 * monotonised(2.0 * rise - jump, jump, slopes.sharpness);
+    let limited = |rise: f64, jump: f64| {
+        let other = 2.0 * rise - jump;
+        0.5 * if IS_SHARP { superbee(other, jump) } else { van_leer(other, jump) }
+    };
     let half = |rise: f64, jump: f64| slopes.share * limited(rise, jump);
     let (a_1, a_2) = (half(i.rise_eta, jump_eta), half(j.rise_eta, jump_eta));
     let jump_d = j.d - i.d;
@@ -212,7 +216,7 @@ fn pair<F: Flux>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
 }
 
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-fn row_faces<F: Flux, const DIRECTION: usize>(
+fn row_faces<F: Flux, const IS_SHARP: bool, const DIRECTION: usize>(
     left: Side<'_>,
     left_from: usize,
     right: Side<'_>,
@@ -274,7 +278,7 @@ fn row_faces<F: Flux, const DIRECTION: usize>(
     for k in 0..len {
         let i = half!(k, li, ls, lv);
         let j = half!(k, ri, rs, rv);
-        let (f_d, f_t, lost, gained) = pair::<F>(i, j, numbers);
+        let (f_d, f_t, lost, gained) = pair::<F, IS_SHARP>(i, j, numbers);
         mass[k] = f_d;
         tangential[k] = f_t;
         normal_left[k] = lost;
