@@ -35,7 +35,6 @@ const KNOWN: &[(&str, &str, Status)] = &[
     ("standing_jump", "lagrangian", Fails),
     ("standing_jump_unequal", "lagrangian", Fails),
     ("waterfall", "lagrangian", Fails),
-    ("steep_film", "lagrangian", Degrades),
     ("gap", "lagrangian", Degrades),
     ("clumping", "lagrangian", Degrades),
     ("cfl_10", "lagrangian", Degrades),
