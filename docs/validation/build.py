@@ -67,17 +67,15 @@ USE = {
     "variational, lagrangian, two_shocks, heun": ("nothing that leapfrog does not do at half the cost", "as with leapfrog"),
 }
 
-ROUNDING = "Resting particles: rounding of the level in sums over many steps, a few times the bar at the finest spacing at most; after the last step see the note. "
 POCKETS = "Moving particles (for show): puddles of one or two particles have no neighbours to balance them and slosh without friction."
 WHY = {
     "ritter": "The tip: reconstruction is of first order next to dry ground, so that the last cells are late, and one moving particle stands for as much water as "
     "the whole tip of the exact front. The front is in place from 2.5 m on with resting particles.",
-    "stoker": "The error is that of the bore, smeared over two or three spacings, and of the corners of the rarefaction; which limiter or solver halves it is not known yet.",
+    "stoker": "The error is that of the bore, smeared over two or three spacings, and of the corners of the rarefaction; a sharper limiter lowers it for resting particles, and fails at a cliff (docs/decisions/0009).",
     "stoker_strong": "Moving particles of thin water pile up before the deep ones at the contact and change order; no cure is known yet. Resting particles converge.",
-    "lake_island": ROUNDING,
-    "lake_pockets": ROUNDING + POCKETS,
+    "lake_pockets": POCKETS,
     "lake_pockets_disordered": POCKETS,
-    "lake_valley": ROUNDING + POCKETS,
+    "lake_valley": POCKETS,
     "lake_terrain": POCKETS,
     "thacker_planar": "Resting particles: the shore crosses the lattice, and cells that fall dry or wet take energy out of the oscillation (see the note); the error falls with the "
     "spacing, at order 1.9. The bar is met by moving particles, which carry the shore with them.",
