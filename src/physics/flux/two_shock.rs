@@ -10,6 +10,7 @@
 //! The positive parts keep d* at 0 or above, also where two rarefactions leave a vacuum.
 
 use super::face::Side;
+use crate::math::larger;
 use crate::physics::celerity;
 
 /// The state between the two waves.
@@ -39,11 +40,6 @@ pub fn two_shock(d_l: f64, u_l: f64, d_r: f64, u_r: f64, gravity: f64) -> Star {
     let g_r = (0.5 * gravity * (d_0 + d_r) / (d_0 * d_r)).sqrt();
     let depth = ((g_l * d_l + g_r * d_r + u_l - u_r) / (g_l + g_r)).max(0.0);
     Star { depth, velocity: mean + 0.5 * ((depth - d_r) * g_r - (depth - d_l) * g_l) }
-}
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// p* (m³/s²) and u* (m/s) between two wet states: the same without branches, one division shared.

@@ -27,6 +27,7 @@ use super::gradient::surface_difference;
 use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
 use super::{RestingFlux, RestingMethods, Scale};
+use crate::math::{clamp, larger, smaller};
 use crate::physics::flux::lax_friedrichs;
 use crate::physics::limiter::{superbee, van_leer};
 use crate::scenario::methods::Reconstruction;
@@ -34,22 +35,6 @@ use crate::scenario::methods::Reconstruction;
 /// The two directions in which a cell owns a face.
 pub(crate) const EAST: usize = 0;
 pub(crate) const NORTH: usize = 1;
-
-#[inline(always)]
-fn clamp(value: f64, low: f64, high: f64) -> f64 {
-    let raised = if value > low { value } else { low };
-    if raised < high { raised } else { high }
-}
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-#[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
 
 /// Fluxes of volume and normal momentum through a face, after `HLL1983`.
 ///

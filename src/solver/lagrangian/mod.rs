@@ -107,12 +107,7 @@ impl LagrangianSolver {
         Self::with_methods(problem, &seeds, MovingMethods::new(integrator, Stabilisation::TwoShocks), Dimension::Two)
     }
 
-    /// Water in a channel of unit width along x: a lattice of one row; walls at its two ends.
-    pub fn one_dimensional(problem: FlowProblem, seeds: Vec<FluidSeed>, integrator: Integrator) -> Self {
-        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, Stabilisation::TwoShocks), Dimension::One)
-    }
-
-    /// Water in the plane or in a channel by the given methods.
+    /// Water in the plane, or in a channel of unit width along x (a lattice of one row, walls at its two ends), by the given methods.
     ///
     /// # Panics
     /// With the artificial viscosity or a steep bed, which the variational formulation alone has; a scenario that asks for them is

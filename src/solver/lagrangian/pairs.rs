@@ -6,7 +6,7 @@
 
 use super::{Gradients, State};
 use crate::boundary::{Image, Isometry};
-use crate::math::Vec2;
+use crate::math::{Vec2, larger, smaller};
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::solver::moving::{ChosenKernel, with_kernel};
 
@@ -241,16 +241,4 @@ impl LaneMaximum {
     pub(super) fn total(&self) -> f64 {
         self.0.into_iter().fold(0.0, f64::max)
     }
-}
-
-/// The larger number by one instruction; the second one where the first is none.
-#[inline(always)]
-pub(super) fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller number by one instruction; the second one where the first is none.
-#[inline(always)]
-pub(super) fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
 }

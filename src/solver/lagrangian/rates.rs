@@ -37,10 +37,10 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, larger, measure, smaller};
+use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, measure};
 use super::{Balanced, Faces, Gradients, Local, State};
 use crate::boundary::{Image, Isometry};
-use crate::math::{Sym2, Vec2};
+use crate::math::{Sym2, Vec2, clamp, larger, smaller};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
@@ -171,11 +171,6 @@ fn half_slopes<const IS_LIMITED: bool>(along_i: f64, along_j: f64, difference: f
     let (sum_a, sum_b) = (if is_a { a + difference } else { 1.0 }, if is_b { b + difference } else { 1.0 });
     let inverse = 1.0 / (sum_a * sum_b);
     (top_a * (sum_b * inverse), top_b * (sum_a * inverse))
-}
-
-#[inline(always)]
-fn clamp(value: f64, low: f64, high: f64) -> f64 {
-    smaller(larger(value, low), high)
 }
 
 /// Sums over the faces by the chosen Riemann solver, with or without limited slopes.

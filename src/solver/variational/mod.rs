@@ -60,17 +60,7 @@ impl VariationalSolver {
         Self::with_methods(problem, &seeds, MovingMethods::new(integrator, stabilisation), Dimension::Two)
     }
 
-    /// Water in a channel of unit width along x: a lattice of one row; walls at its two ends.
-    pub fn one_dimensional(
-        problem: FlowProblem,
-        seeds: Vec<FluidSeed>,
-        integrator: Integrator,
-        stabilisation: Stabilisation,
-    ) -> Self {
-        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, stabilisation), Dimension::One)
-    }
-
-    /// Water in the plane or in a channel by the given methods.
+    /// Water in the plane, or in a channel of unit width along x (a lattice of one row, walls at its two ends), by the given methods.
     pub fn with_methods(
         problem: FlowProblem,
         seeds: &[FluidSeed],
