@@ -19,9 +19,6 @@ const VARIATIONAL: Method = ("variational", &[("motion", "lagrangian"), ("formul
 /// comes to fail, must be changed here.
 const KNOWN: &[(&str, &str, Status)] = &[
     ("two_rarefactions", "eulerian", Degrades),
-    ("steep_film", "eulerian", Degrades),
-    ("friction_film", "eulerian", Degrades),
-    ("friction_vanishing", "eulerian", Degrades),
     ("cfl_08", "eulerian", Degrades),
     ("cfl_10", "eulerian", Fails),
     ("cfl_12", "eulerian", Fails),

@@ -1,25 +1,23 @@
-//! The faces of the pairs: limited reconstruction, hydrostatic reconstruction, HLL Riemann problem (M12 to M16).
+//! The faces of the pairs: limited reconstruction, hydrostatic reconstruction, Riemann problem (M12 to M16).
 //!
 //! For a pair i (left), j (right) with e from i to j, D q = q_j − q_i and x_ij = x_j − x_i:
 //!
 //! ```text
-//! (M12)  a_1 = ½ φ(2 ∇η_i·x_ij − D η, D η)          a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
-//! (M13)  d_iR = clamp(d_i + ½ φ(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)      d_jR likewise
+//! (M12)  a_1 = ½ φ_i(2 ∇η_i·x_ij − D η, D η)        a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
+//! (M13)  d_iR = clamp(d_i + ½ φ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise
 //! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
 //! (M15)  d_l = clamp(η_i + a_1 − z*, 0, d_iR)       d_r = clamp(η_j − a_2 − z*, 0, d_jR)
-//! (M16)  (F_d, F_n) = HLL(d_l, u_i + b_1; d_r, u_j − b_2)
+//! (M16)  (F_d, F_n) = flux(d_l, u_i + b_1; d_r, u_j − b_2)
 //! ```
 //!
-//! With `lax_friedrichs` the flux of that name stands for HLL, without reconstruction a, b and the slopes of d are 0, and with
-//! the sharp one φ is superbee and the tangential velocity has its slope, too (decision 0009).
+//! φ_i goes from van Leer's limiter (`VanLeer1974`) in thin water beside a step of the bed to the monotonised central mean
+//! (`VanLeer1977`) on level ground. The water that passes takes the tangential velocity of the particle that it leaves,
+//! by the sign of F_d, with its slope in the same measure (decision 0012). With the sharp reconstruction φ is superbee, with
+//! none a, b and the slopes of d are 0; with `lax_friedrichs` the flux of that name stands in (M16).
 //!
-//! The water that passes takes the tangential velocity of the particle that it leaves, which makes HLLC of HLL: F_d has the
-//! sign of the contact's speed. Reconstructing it, too, sharpens the
-//! shear layers in the bends of a gorge and raises the level above them further over what was observed (decision 0006).
-//!
-//! φ is van Leer's limiter (`VanLeer1974`), (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the
-//! two beds, (M16) is `HLL1983` with the speeds of a dry side after `Toro2001`. The bound 2 d_i keeps the mirrored value
-//! of the reconstruction positive.
+//! (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the
+//! mirrored value of the reconstruction positive. Levels enter as differences only: on a level bed they change as depths
+//! do, to the last digit.
 
 use rayon::prelude::*;
 

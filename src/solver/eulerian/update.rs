@@ -1,10 +1,10 @@
 //! From face fluxes to the new state: the sums of (M10), friction, and the two stages of Heun's method.
 //!
 //! ```text
-//! (M17)  U' = F(U + Δt L(U))        U'' = ½ U + ½ F(U' + Δt L(U'))
+//! (M17)  U' = F(U + Δt L(U))        U'' = F(U + ½ Δt (L(U) + L(U')))
 //! ```
 //!
-//! with F the implicit Manning friction of one step (M18), exact for friction alone:
+//! The first stage leaves U + ½ Δt L(U) where U was. F is the implicit Manning friction of one step (M18), exact for friction alone:
 //! |v_new| = (√(1 + 4 k |v|) − 1) / (2 k), k = Δt g n² / d^(4/3).
 
 use rayon::prelude::*;
