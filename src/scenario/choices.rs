@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
 };
 use super::model::{PointInterpolation, Side, Sourced};
 use super::read::{FromNode, Reader, nearest};
@@ -72,6 +72,7 @@ macro_rules! method_choices {
 }
 
 method_choices! {
+    Preset: "a preset",
     Formulation: "a formulation",
     Motion: "a motion",
     Stabilisation: "a stabilisation",

@@ -194,6 +194,14 @@ mod tests {
     }
 
     #[test]
+    fn a_preset_reads_back_as_its_choices() {
+        assert_round_trip(
+            "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
+             resolution: 20 m\ntime: {end: 1 h}\nnumerics: {preset: fast, cfl: 0.4}\n",
+        );
+    }
+
+    #[test]
     fn a_scenario_with_every_key_reads_back_as_itself() {
         assert_round_trip(
             r#"

@@ -13,7 +13,7 @@ use super::fields::{
     Offset, Quantity, Text, VectorFile,
 };
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
 };
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
@@ -269,6 +269,8 @@ fn check_thresholds(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// Methods by family, each with a default, and their numbers.
     NumericsSection, example "{cfl: 0.5}", check check_methods {
+        /// A set of choices by name, of which the keys beside it change one each; the defaults are those of balanced.
+        preset: Option<Chosen<Preset>>,
         /// How the equations become sums over particles; balanced when absent.
         formulation: Option<Chosen<Formulation>>,
         /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
