@@ -15,23 +15,37 @@ pub struct BedPoint {
 impl BedParticles {
     /// The bed at a place in local coordinates (m), or `None` where the cell that holds it has no terrain.
     ///
-    /// Bilinear between the four particles around the place; one of them that is missing is replaced by the tangent plane of
-    /// the particle of the cell, so that a plane stays exact up to edges and nodata.
+    /// Bilinear between the four particles around the place. One of them that is missing continues the tangent planes of those beside
+    /// it, so that a plane stays exact up to edges and nodata, and a channel of one row has no slope across.
     pub fn at(&self, local: Vec2) -> Option<BedPoint> {
         let lattice = &self.lattice;
-        let home = lattice.cell_at(local).filter(|&home| self.has_terrain(home))?;
-        let (home_column, home_row) = lattice.column_row(home);
+        lattice.cell_at(local).filter(|&home| self.has_terrain(home))?;
         let west = (local.x / lattice.spacing - 0.5).floor();
         let south = (local.y / lattice.spacing - 0.5).floor();
-        let corner = |east: f64, north: f64| {
+        let known = |east: f64, north: f64| {
             let (column, row) = (west + east, south + north);
             let on_lattice =
                 column >= 0.0 && row >= 0.0 && column < lattice.columns as f64 && row < lattice.rows as f64;
-            let known = on_lattice.then(|| self.elevation[lattice.index(column as usize, row as usize)]);
-            known.filter(|elevation| !elevation.is_nan()).unwrap_or_else(|| {
-                let offset = Vec2::new(column - home_column as f64, row - home_row as f64) * lattice.spacing;
-                self.elevation[home] + self.slope[home].dot(offset)
-            })
+            on_lattice.then(|| lattice.index(column as usize, row as usize)).filter(|&index| self.has_terrain(index))
+        };
+        let continued =
+            |index: usize, steps: Vec2| self.elevation[index] + self.slope[index].dot(steps * lattice.spacing);
+        let corner = |east: f64, north: f64| {
+            if let Some(index) = known(east, north) {
+                return self.elevation[index];
+            }
+            let (across, along) = (2.0 * east - 1.0, 2.0 * north - 1.0);
+            let in_row = known(1.0 - east, north).map(|index| continued(index, Vec2::new(across, 0.0)));
+            let in_column = known(east, 1.0 - north).map(|index| continued(index, Vec2::new(0.0, along)));
+            match (in_row, in_column) {
+                (Some(row), Some(column)) => 0.5 * (row + column),
+                (Some(one), None) | (None, Some(one)) => one,
+                // The cell that holds the place has terrain: it is the corner opposite.
+                (None, None) => {
+                    let opposite = known(1.0 - east, 1.0 - north);
+                    opposite.map_or(f64::NAN, |index| continued(index, Vec2::new(across, along)))
+                }
+            }
         };
         let (z_sw, z_se, z_nw, z_ne) = (corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0));
         let (x, y) = (local.x / lattice.spacing - 0.5 - west, local.y / lattice.spacing - 0.5 - south);
@@ -46,6 +60,7 @@ impl BedParticles {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "a slope across that is exactly none")]
 mod tests {
     use super::*;
     use crate::lattice::Lattice;
@@ -79,6 +94,18 @@ mod tests {
             }
         }
         assert_eq!(bed.at(Vec2::new(-0.1, 1.0)), None);
+    }
+
+    #[test]
+    fn channel_of_one_row_has_no_slope_across() {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 6, rows: 1, spacing: 2.0 };
+        let bed = BedParticles::from_elevation(lattice, vec![0.0, 1.0, 3.0, -2.0, 0.5, 0.5], 0.0);
+        for step in 0..100 {
+            let x = 12.0 * (step as f64 * 0.618).fract();
+            let (middle, rim) = (bed.at(Vec2::new(x, 1.0)).unwrap(), bed.at(Vec2::new(x, 1.7)).unwrap());
+            assert_eq!((middle.slope.y, rim.slope.y), (0.0, 0.0));
+            assert!((middle.elevation - rim.elevation).abs() < 1e-14);
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
+    WallMethod,
 };
 use super::model::{PointInterpolation, Side, Sourced};
 use super::read::{FromNode, Reader, nearest};
@@ -82,6 +83,7 @@ method_choices! {
     Integrator: "an integrator",
     BedMethod: "a method for the bed",
     BedSlope: "an effect of the bed's slope",
+    WallMethod: "a kind of wall",
 }
 
 impl Choice for Side {

@@ -129,6 +129,15 @@ family! {
 }
 
 family! {
+    /// What stands for a wall beside moving particles.
+    WallMethod {
+        #[default]
+        Mirror = "mirror": "mirror images of the particle and its neighbours",
+        VirtualParticles = "virtual_particles": "rows of fixed particles along the wall, in each of which a particle is mirrored through the point",
+    }
+}
+
+family! {
     /// Time integration.
     Integrator {
         #[default]

@@ -9,7 +9,9 @@ use super::defaults::{
     machine_memory, sensible_interval,
 };
 use super::fields::{Text, VectorFile};
-use super::methods::{BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
+use super::methods::{
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, WallMethod,
+};
 use super::model::{
     CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
     TerrainLayer,
@@ -293,6 +295,7 @@ fn methods_of(section: Option<&NumericsSection>) -> Numerics {
         kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
         integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
         bed_slope: section.and_then(|s| s.bed_slope.as_ref()).map_or(BedSlope::default(), |chosen| chosen.0.value),
+        wall: section.and_then(|s| s.wall.as_ref()).map_or(WallMethod::default(), |chosen| chosen.0.value),
         bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),
         cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
         gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
@@ -480,6 +483,16 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         let changed = of(&["numerics={preset: accurate, cfl: 0.3, stabilisation: lax_friedrichs, reconstruction: }"]);
         assert!(exact(changed.cfl, 0.3) && changed.stabilisation == Stabilisation::LaxFriedrichs);
         assert_eq!(changed.reconstruction, Reconstruction::Limited);
+    }
+
+    #[test]
+    fn walls_are_a_choice_of_moving_particles() {
+        let of = |text: &str| loaded(TEN_LINES, &[text]).unwrap().scenario.numerics.wall;
+        assert_eq!(of("numerics.motion=lagrangian"), WallMethod::Mirror);
+        assert_eq!(of("numerics={motion: lagrangian, wall: virtual_particles}"), WallMethod::VirtualParticles);
+        assert_eq!(of("numerics={formulation: variational, wall: virtual_particles}"), WallMethod::VirtualParticles);
+        let found = problems(&format!("{TEN_LINES}numerics: {{wall: virtual_particles}}\n"));
+        assert_eq!((found[0].code, found[0].key.as_str()), ("method-combination", "numerics.wall"));
     }
 
     #[test]
