@@ -60,7 +60,6 @@ impl BedParticles {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "a slope across that is exactly none")]
 mod tests {
     use super::*;
     use crate::lattice::Lattice;
