@@ -151,8 +151,8 @@ family! {
     Preset {
         #[default]
         Balanced = "balanced": "the defaults: resting particles, van Leer's limiter; nothing of the stability suite fails with them",
-        Fast = "fast": "for dam-break waves on coarse lattices: sharp reconstruction, 8 to 28 % less error of depth there than `balanced` at like time; noisy in smooth and long flow, and fails at a cliff",
-        Accurate = "accurate": "half the time step of `balanced` for twice its time: 4 to 21 % less error of depth in dam breaks, nothing gained in steady flow and bowls",
+        Fast = "fast": "for dam-break waves on coarse lattices: sharp reconstruction, 8 to 28 % less error of depth there than `balanced` at like time; many times the error in steady flow, noise in smooth and long flow, and fails at a cliff",
+        Accurate = "accurate": "half the time step of `balanced` for twice its time: 4 to 24 % less error of depth in dam breaks, hardly any in steady flow and bowls",
     }
 }
 
