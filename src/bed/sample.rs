@@ -15,37 +15,24 @@ pub struct BedPoint {
 impl BedParticles {
     /// The bed at a place in local coordinates (m), or `None` where the cell that holds it has no terrain.
     ///
-    /// Bilinear between the four particles around the place. One of them that is missing continues the tangent planes of those beside
-    /// it, so that a plane stays exact up to edges and nodata, and a channel of one row has no slope across.
+    /// Bilinear between the four particles around the place; one of them that is missing is replaced by the tangent plane of
+    /// the particle of the cell, so that a plane stays exact up to edges and nodata. A lattice of one row is the same all across.
     pub fn at(&self, local: Vec2) -> Option<BedPoint> {
         let lattice = &self.lattice;
-        lattice.cell_at(local).filter(|&home| self.has_terrain(home))?;
+        let home = lattice.cell_at(local).filter(|&home| self.has_terrain(home))?;
+        let (home_column, home_row) = lattice.column_row(home);
         let west = (local.x / lattice.spacing - 0.5).floor();
         let south = (local.y / lattice.spacing - 0.5).floor();
-        let known = |east: f64, north: f64| {
-            let (column, row) = (west + east, south + north);
+        let corner = |east: f64, north: f64| {
+            let column = if lattice.columns == 1 { 0.0 } else { west + east };
+            let row = if lattice.rows == 1 { 0.0 } else { south + north };
             let on_lattice =
                 column >= 0.0 && row >= 0.0 && column < lattice.columns as f64 && row < lattice.rows as f64;
-            on_lattice.then(|| lattice.index(column as usize, row as usize)).filter(|&index| self.has_terrain(index))
-        };
-        let continued =
-            |index: usize, steps: Vec2| self.elevation[index] + self.slope[index].dot(steps * lattice.spacing);
-        let corner = |east: f64, north: f64| {
-            if let Some(index) = known(east, north) {
-                return self.elevation[index];
-            }
-            let (across, along) = (2.0 * east - 1.0, 2.0 * north - 1.0);
-            let in_row = known(1.0 - east, north).map(|index| continued(index, Vec2::new(across, 0.0)));
-            let in_column = known(east, 1.0 - north).map(|index| continued(index, Vec2::new(0.0, along)));
-            match (in_row, in_column) {
-                (Some(row), Some(column)) => 0.5 * (row + column),
-                (Some(one), None) | (None, Some(one)) => one,
-                // The cell that holds the place has terrain: it is the corner opposite.
-                (None, None) => {
-                    let opposite = known(1.0 - east, 1.0 - north);
-                    opposite.map_or(f64::NAN, |index| continued(index, Vec2::new(across, along)))
-                }
-            }
+            let known = on_lattice.then(|| self.elevation[lattice.index(column as usize, row as usize)]);
+            known.filter(|elevation| !elevation.is_nan()).unwrap_or_else(|| {
+                let offset = Vec2::new(column - home_column as f64, row - home_row as f64) * lattice.spacing;
+                self.elevation[home] + self.slope[home].dot(offset)
+            })
         };
         let (z_sw, z_se, z_nw, z_ne) = (corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0));
         let (x, y) = (local.x / lattice.spacing - 0.5 - west, local.y / lattice.spacing - 0.5 - south);
