@@ -52,6 +52,7 @@ STABILITY = {
 # Exit codes of a run that came to its end, with every bar met or not.
 ENDED = (0, 7)
 FIGURES = ["ritter_depth", "stoker_depth", "stoker_strong_depth", "circular_dam_depth", "thacker_axisymmetric_depth", "bump_subcritical_depth"]
+PRESET_FIGURES = ["ritter_depth", "circular_dam_deep_depth", "thacker_axisymmetric_depth", "bump_subcritical_depth"]
 # Of Wu2020: mean absolute errors of depth (m) and velocity (m/s) at a spacing of 10 m, as far as they are at hand: their cubic B-spline with each stabilisation.
 WU = {
     ("wu_dry", "artificial_viscosity"): ("0.0515", "0.0617"),
@@ -320,7 +321,7 @@ def page():
     out += table(["method", "use it for", "not for"], lines)
     out += ["## Speed against accuracy", ""]
     for figure in FIGURES:
-        for folder in ("presets", "methods", "analytic"):
+        for folder in ("methods", "analytic"):
             if (HERE / folder / f"{figure}.svg").is_file():
                 out += [f"![{figure.replace('_', ' ')}]({folder}/{figure}.svg)", ""]
                 break
@@ -367,7 +368,10 @@ def presets_section():
         stability.setdefault(row["case"], {})[preset_of(row)] = row["status"]
     differ = [[f"[{case}](stability.md#{case})", *(one[name] for name in PRESETS)] for case, one in stability.items() if len(set(one.values())) > 1]
     out += [f"Of the {len(stability)} cases of the suite of stability ([stability/presets.csv](stability/presets.csv), coarse spacing) those in which they differ:", ""]
-    return [*out, *table(["case", *PRESETS], differ)]
+    out += table(["case", *PRESETS], differ)
+    for figure in PRESET_FIGURES:
+        out += [f"![{figure.replace('_', ' ')}](presets/{figure}.svg)", ""]
+    return out
 
 
 def walls_section():
