@@ -146,8 +146,8 @@ WHY_NOT_STABLE = {
     "A film that should stand still after one step takes several; it never turns round.",
     "friction_vanishing": "As friction_film.",
     "gap": "Moving particles: a gap as wide as one particle lets far less water through than one of two particles, which they pass like resting ones.",
-    "clumping": "Balanced: some neighbours come near to each other, but all in all they are farther apart than at random. The greatest speed of the long run is above that of the vortex at its start, for a reason that is not known yet. Variational: particles lie in clumps, pairs at one place.",
-    "calm": "Variational: the depth is a sum over neighbours and not in balance with an uneven bed, so that the lake moves from the first step on.",
+    "clumping": "Balanced: some neighbours come near to each other, but all in all they are farther apart than at random. The greatest speed of the long run is above that of the vortex at its start, for a reason that is not known yet. Variational: particles lie in clumps, pairs at one place, after the short run as after the long one, which comes to its end and keeps its volume; some of them move faster than the vortex did.",
+    "calm": "Variational: the depth is a sum over neighbours and not in balance with an uneven bed, so that the lake moves from the first step on; it goes on doing so to the end of the long run without breaking down.",
     "cfl_08": "Resting particles: their Courant number is made of the greatest signal speed over the spacing; in two dimensions water leaves through faces of both directions, so that "
     "what is safe is one half, which is the default.",
     "cfl_10": "As cfl_08. A scenario may still ask for it.",
