@@ -13,7 +13,8 @@ use super::fields::{
     Offset, Quantity, Text, VectorFile,
 };
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
+    WallMethod,
 };
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
@@ -269,6 +270,8 @@ fn check_thresholds(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// Methods by family, each with a default, and their numbers.
     NumericsSection, example "{cfl: 0.5}", check check_methods {
+        /// A set of choices by name, of which the keys beside it change one each; the defaults are those of balanced.
+        preset: Option<Chosen<Preset>>,
         /// How the equations become sums over particles; balanced when absent.
         formulation: Option<Chosen<Formulation>>,
         /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
@@ -287,6 +290,8 @@ section! {
         bed: Option<Chosen<BedMethod>>,
         /// Effect of the bed's slope on the variational formulation; hydrostatic when absent.
         bed_slope: Option<Chosen<BedSlope>>,
+        /// What stands for a wall beside moving particles; mirror when absent.
+        wall: Option<Chosen<WallMethod>>,
         /// Courant number; 0.5 for resting, 0.4 for moving particles when absent.
         cfl: Option<Quantity<Courant>>,
         /// Gravity in m/s²; 9.81 when absent.
@@ -377,6 +382,14 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             "resting particles have no equal-volume filling",
             "each takes up one cell, and is as deep as the water there",
             "write `seeding: lattice`, or take `motion: lagrangian`",
+        );
+    }
+    if meant(node, "wall", WallMethod::default()).is_some_and(|wall| wall != WallMethod::default()) {
+        refuse(
+            "wall",
+            "resting particles have no choice of wall",
+            "their faces at a wall are those of the mirror problem",
+            "write `wall: mirror`, or take `motion: lagrangian`",
         );
     }
     if meant(node, "kernel", Kernel::default()).is_some_and(|kernel| kernel != Kernel::default()) {

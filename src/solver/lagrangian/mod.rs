@@ -130,7 +130,7 @@ impl LagrangianSolver {
             gradients: Vec::new(),
             locals: Vec::new(),
         };
-        Self::with_formulation(problem, seeds, balanced, methods.integrator, dimension)
+        Self::with_formulation(problem, seeds, balanced, methods, dimension)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The core with moving particles: a formulation, an integrator, the books and the watch.
 
 use super::step::{Moved, heun, leapfrog};
-use super::{Formulation, MovingWater};
+use super::{Formulation, MovingMethods, MovingWater};
 use crate::error::NumericalFailure;
 use crate::gridding::Gridder;
 use crate::lattice::WaterOnLattice;
@@ -45,16 +45,16 @@ impl<F: Formulation> MovingSolver<F> {
         problem: FlowProblem,
         seeds: &[FluidSeed],
         formulation: F,
-        integrator: Integrator,
+        methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
-        let water = MovingWater::new(&problem, seeds, dimension);
+        let water = MovingWater::new(&problem, seeds, dimension, methods.wall);
         let stored = seeds.iter().map(|seed| seed.volume).sum();
         let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let mut solver = MovingSolver {
             water,
             formulation,
-            integrator,
+            integrator: methods.integrator,
             courant: problem.courant,
             time: 0.0,
             steps: 0,
