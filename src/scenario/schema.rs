@@ -301,6 +301,17 @@ section! {
     }
 }
 
+/// The greatest Courant number at which resting particles hold in the suite of stability (cases `cfl_02` to `cfl_16`).
+const GREATEST_RESTING_COURANT: f64 = 0.6;
+
+/// A number as it is written; none where there is none, or something that is no number, which is reported elsewhere.
+fn number(node: &Node, key: &str) -> Option<f64> {
+    match &node.get(key)?.value {
+        Value::Text(text) => text.parse().ok(),
+        _ => None,
+    }
+}
+
 /// A method as the scenario means it: the one written, or the usual one. None where the written name is unknown, which is
 /// reported elsewhere and must not draw further problems after it.
 fn meant<T: Choice>(node: &Node, key: &str, usual: T) -> Option<T> {
@@ -374,6 +385,14 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             "resting particles have no leapfrog",
             "their faces are upwinded, which leapfrog makes unstable",
             "write `integrator: heun`, or take `motion: lagrangian`",
+        );
+    }
+    if number(node, "cfl").is_some_and(|courant| courant > GREATEST_RESTING_COURANT && courant <= 1.0) {
+        refuse(
+            "cfl",
+            &format!("resting particles are unstable beyond a Courant number of {GREATEST_RESTING_COURANT}"),
+            "in two dimensions water leaves through faces of both directions: 0.5 is safe, 0.8 degrades, 1 breaks down",
+            "write `cfl: 0.5`, or leave it out",
         );
     }
     if meant(node, "seeding", Seeding::Lattice) == Some(Seeding::EqualVolume) {
