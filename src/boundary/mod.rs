@@ -1,11 +1,16 @@
-//! Where the water ends: the outline of the terrain, walls, open edges, and the mirror images that stand for a wall.
+//! Where the water ends, and where it comes and goes: the outline of the terrain, walls and the mirror images that stand for them,
+//! open edges, and the forcing by boundaries, sources and rain.
 
+mod forcing;
 mod image;
 mod open_edges;
 mod outline;
+mod series;
 mod wall;
 
+pub use forcing::{Boundary, Condition, Forcing, PointSource, Rain, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use open_edges::OpenEdges;
 pub use outline::outline;
+pub use series::Series;
 pub use wall::{Edge, Path, Walls};

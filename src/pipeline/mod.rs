@@ -295,6 +295,7 @@ fn flow_problem(scenario: &Scenario, prepared: &Prepared, bed: BedParticles, sti
         bed,
         walls: prepared.walls.clone(),
         open_edges: prepared.open_edges.clone(),
+        forcing: prepared.forcing.clone(),
         initial_depth: still.depth.clone(),
         gravity: scenario.numerics.gravity,
         courant: scenario.numerics.cfl,

@@ -22,7 +22,7 @@ use crate::output::{Gauge, OutputCrs};
 use crate::scenario::methods::Motion;
 use crate::scenario::{OpenBoundary, Scenario, TerrainLayer};
 use crate::seeding::StillWater;
-use crate::solver::OpenEdges;
+use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
@@ -87,6 +87,8 @@ pub struct Prepared {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave, in local coordinates.
     pub open_edges: OpenEdges,
+    /// What brings water in or takes it out, in local coordinates.
+    pub forcing: Forcing,
     /// The riverbed.
     pub bed: Option<BedParticles>,
     /// Bodies of still water at the start.
@@ -165,6 +167,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         crs: crs.map_or(OutputCrs::Local, |crs| crs.to_output()),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
+        forcing: Forcing::default(),
         bed: None,
         waters: Vec::new(),
         still_water: None,

@@ -20,6 +20,13 @@ pub(crate) struct GroundRow {
     pub friction: Vec<f64>,
 }
 
+impl GroundRow {
+    /// Whether there is terrain at a padded column.
+    pub fn has_terrain(&self, column: usize) -> bool {
+        self.bed[column] < NO_TERRAIN
+    }
+}
+
 /// The conserved quantities, at the start of the step and after its first stage.
 #[derive(Clone, Debug)]
 pub(crate) struct WaterRow {
@@ -115,7 +122,7 @@ impl State {
             };
             rows + 2
         ];
-        let datum = mean_level(bed, initial_depth);
+        let datum = datum(bed, initial_depth);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
             let (column, row) = bed.lattice.column_row(index);
             ground[row + 1].bed[column + 1] = bed.elevation[index] - datum;
@@ -156,7 +163,7 @@ impl State {
 
     /// Whether there is terrain at a padded cell.
     pub fn has_terrain(&self, row: usize, column: usize) -> bool {
-        self.ground[row].bed[column] < NO_TERRAIN
+        self.ground[row].has_terrain(column)
     }
 
     /// Brings a padded cell that leaves the work to rest: no velocity, no gradient, no flux; its film stays.
@@ -208,7 +215,7 @@ impl State {
 
 /// Mean level (m) of the water by depth, from which elevations are counted here: a lake in the mountains then rests as still
 /// as one at the sea, because its height costs no digits.
-fn mean_level(bed: &BedParticles, depth: &[f64]) -> f64 {
+pub(crate) fn datum(bed: &BedParticles, depth: &[f64]) -> f64 {
     let wet = || (0..bed.lattice.len()).filter(|&i| bed.has_terrain(i) && depth[i] > 0.0);
     let water: f64 = wet().map(|i| depth[i]).sum();
     if water > 0.0 { wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water } else { 0.0 }
