@@ -26,6 +26,11 @@ impl Findings {
         result.map_err(|problem| self.add(source, problem)).ok()
     }
 
+    /// Adds the problems of a failed result; hands on the value of another.
+    pub fn take_all<T, V>(&mut self, source: &Sourced<T>, result: Result<V, Vec<Problem>>) -> Option<V> {
+        result.map_err(|problems| self.add_all(source, problems)).ok()
+    }
+
     /// Adds several.
     pub fn add_all<T>(&mut self, source: &Sourced<T>, problems: impl IntoIterator<Item = Problem>) {
         problems.into_iter().for_each(|problem| self.add(source, problem));

@@ -4,10 +4,13 @@
 //! solver, gauges and the reference system for the outputs.
 
 mod findings;
+mod forcing;
 mod grid;
 mod layers;
 mod places;
 mod polygons;
+mod rain;
+mod series;
 mod water;
 
 use std::path::{Path, PathBuf};
@@ -18,9 +21,9 @@ use crate::bed::{BedParticles, place_bed};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::output::{Gauge, OutputCrs};
+use crate::output::{Gauge, OutputCrs, Section};
 use crate::scenario::methods::Motion;
-use crate::scenario::{OpenBoundary, Scenario, TerrainLayer};
+use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed};
 use crate::seeding::StillWater;
 use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
@@ -95,6 +98,8 @@ pub struct Prepared {
     pub waters: Vec<StillBody>,
     /// The bodies on the lattice: depths, volumes, leaks.
     pub still_water: Option<StillWater>,
+    /// Cross-sections.
+    pub sections: Vec<Section>,
     /// Gauges.
     pub gauges: Vec<Gauge>,
     /// Every input file, each once, in the order of the scenario.
@@ -160,6 +165,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         .as_ref()
         .map(|source| places::gauges(source, crs.as_ref(), scenario.reproject, &mut findings))
         .unwrap_or_default();
+    let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
         terrain,
@@ -171,24 +177,30 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         bed: None,
         waters: Vec::new(),
         still_water: None,
+        sections: Vec::new(),
         gauges,
         inputs: inputs(scenario),
         gap: None,
         needs: Needs::default(),
     };
     if spacing.is_finite() && spacing > 0.0 {
-        place_on_lattice(scenario, &mut prepared, walls, open_lines, bodies, &mut findings);
+        let lines = (walls, open_lines);
+        place_on_lattice(scenario, &mut prepared, lines, &mut opened, bodies, &mut findings);
     }
+    prepared.sections = opened.sections;
     prepared.problems = findings.into_problems();
     prepared
 }
+
+/// Of several files the straight pieces of their lines (map coordinates), as far as they could be read.
+type Lines = Vec<Option<Vec<[Vec2; 2]>>>;
 
 /// The lattice, and everything that is checked on it.
 fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
-    walls: Vec<Option<Vec<[Vec2; 2]>>>,
-    open_lines: Vec<Option<Vec<[Vec2; 2]>>>,
+    (walls, open_lines): (Lines, Lines),
+    opened: &mut forcing::Opened,
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -204,6 +216,7 @@ fn place_on_lattice(
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
+    prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);
     water::check(&mut bodies, &bed, findings);
     let still_water = water::fill(&bodies, &mut bed, terrain, &prepared.walls, findings);
     if let Some(source) = &scenario.outputs.gauges {
@@ -236,9 +249,11 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     });
     let vectors = scenario.initial.iter().map(|water| &water.polygons.value.path);
     let walls = scenario.walls.iter().map(|source| &source.value.path);
+    let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
     let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
+    let forcing = forcing_files(scenario);
     let mut paths: Vec<PathBuf> = Vec::new();
-    for path in layers.chain(vectors).chain(walls).chain(open).chain(gauges) {
+    for path in layers.chain(vectors).chain(walls).chain(open).chain(forcing).chain(sections).chain(gauges) {
         let is_shapefile = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("shp"));
         let side_files = ["dbf", "shx", "prj"].iter().filter(|_| is_shapefile).map(|e| path.with_extension(e));
         for file in std::iter::once(path.clone()).chain(side_files) {
@@ -248,6 +263,45 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         }
     }
     paths.into_iter().filter_map(|path| Some(InputFile { sha256: sha256(&path)?, path })).collect()
+}
+
+/// The file of a series.
+fn series(timed: &Timed) -> Option<&PathBuf> {
+    match timed {
+        Timed::Series(table) => Some(&table.file.value),
+        Timed::Constant(_) => None,
+    }
+}
+
+/// The files of boundaries, sources and rain.
+fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
+    let mut files: Vec<&PathBuf> = Vec::new();
+    for boundary in &scenario.boundaries {
+        if let OpenBoundary::Lines(lines) = &boundary.value.place {
+            files.push(&lines.value.path);
+        }
+        match &boundary.value.condition {
+            BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
+            BoundaryCondition::Stage(level, _) => files.extend(series(level)),
+            BoundaryCondition::Rating(table) => files.push(&table.file.value),
+            BoundaryCondition::Discharge { discharge, level } => {
+                files.extend(series(discharge));
+                files.extend(level.as_ref().and_then(series));
+            }
+        }
+    }
+    for source in &scenario.sources {
+        if let SourcePlace::Points(points) = &source.value.place {
+            files.push(&points.value.path);
+        }
+        files.extend(series(&source.value.discharge));
+    }
+    match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
+        Some(RainAmount::Rate(rate)) => files.extend(series(rate)),
+        Some(RainAmount::Raster { file, .. }) => files.push(&file.value),
+        None => {}
+    }
+    files
 }
 
 #[cfg(test)]

@@ -94,6 +94,117 @@ pub enum OpenBoundary {
     Lines(Sourced<VectorSource>),
 }
 
+/// A quantity that may change over time, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Timed {
+    /// One value at all times.
+    Constant(Sourced<f64>),
+    /// Times and values in a table.
+    Series(TableFile),
+}
+
+impl Timed {
+    /// The key path and the place in the scenario.
+    pub fn source(&self) -> (&str, Option<&Place>) {
+        match self {
+            Timed::Constant(value) => (&value.key, value.place.as_ref()),
+            Timed::Series(table) => (&table.file.key, table.file.place.as_ref()),
+        }
+    }
+}
+
+/// Two columns of a CSV file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableFile {
+    /// The file.
+    pub file: Sourced<PathBuf>,
+    /// The columns, the one that rises first.
+    pub columns: [ColumnUnit; 2],
+}
+
+/// A column and its unit, as far as the scenario says them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColumnUnit {
+    /// Its name; by its place in the table when absent.
+    pub name: Option<String>,
+    /// Its unit and the factor to SI; from the end of its name when absent.
+    pub unit: Option<(String, f64)>,
+}
+
+/// An open part of the edge of the terrain at which something is known of the water beyond.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundary {
+    /// Where.
+    pub place: OpenBoundary,
+    /// What is known.
+    pub condition: BoundaryCondition,
+}
+
+/// What is known of the water beyond a boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BoundaryCondition {
+    /// Waves leave.
+    Free,
+    /// A discharge comes in (m³/s), at a level (m) where it comes in faster than waves run.
+    Discharge {
+        /// Discharge (m³/s).
+        discharge: Timed,
+        /// Level (m).
+        level: Option<Timed>,
+    },
+    /// The level is held (m); the key by which the scenario says so.
+    Stage(Timed, &'static str),
+    /// Uniform flow on a slope (dimensionless).
+    NormalDepth(Sourced<f64>),
+    /// The discharge that leaves follows from the level.
+    Rating(TableFile),
+}
+
+/// Water that comes out of the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// Where.
+    pub place: SourcePlace,
+    /// The discharge at each place (m³/s).
+    pub discharge: Timed,
+}
+
+/// The places of a source.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SourcePlace {
+    /// One place in the coordinates of the run (m).
+    At(Sourced<[f64; 2]>),
+    /// The points of a file.
+    Points(Sourced<VectorSource>),
+}
+
+/// Rain on the whole terrain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rain {
+    /// How much.
+    pub amount: RainAmount,
+    /// Its end (s); that of the run when absent.
+    pub duration: Option<f64>,
+    /// The first rain that runs off nowhere (m).
+    pub initial_loss: f64,
+    /// What of the rain runs off nowhere from then on (m/s).
+    pub constant_loss: f64,
+}
+
+/// How much rain falls.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RainAmount {
+    /// The same everywhere (m/s).
+    Rate(Timed),
+    /// A raster of constant intensities.
+    Raster {
+        /// The file.
+        file: Sourced<PathBuf>,
+        /// Unit of its values and the factor to m/s.
+        unit: (String, f64),
+    },
+}
+
 /// A side of the rectangle of the terrain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
@@ -120,6 +231,8 @@ pub struct Outputs {
     pub every: f64,
     /// Interval of the gauge series (s).
     pub gauges_every: f64,
+    /// File of cross-sections.
+    pub sections: Option<Sourced<VectorSource>>,
     /// Gauge file.
     pub gauges: Option<Sourced<VectorSource>>,
     /// Depths (m) for which arrival and duration are mapped; the first one gives `arrival_time` and the isochrones.
@@ -187,8 +300,14 @@ pub struct Scenario {
     pub initial: Vec<InitialWater>,
     /// Polylines that no water crosses.
     pub walls: Vec<Sourced<VectorSource>>,
-    /// Open parts of the outline.
+    /// Open parts of the outline through which water leaves.
     pub open: Vec<OpenBoundary>,
+    /// Open parts of the outline at which more is known.
+    pub boundaries: Vec<Sourced<Boundary>>,
+    /// Sources of water.
+    pub sources: Vec<Sourced<Source>>,
+    /// Rain.
+    pub rain: Option<Sourced<Rain>>,
     /// Distance of two particles (m).
     pub resolution: Sourced<f64>,
     /// End time (s).

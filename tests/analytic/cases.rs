@@ -65,6 +65,11 @@ fn steady_flows_and_slopes() {
 }
 
 #[test]
+fn open_channels() {
+    check(cases::open_channels::CASES);
+}
+
+#[test]
 fn rows_are_the_same_for_any_number_of_threads() {
     let rows = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

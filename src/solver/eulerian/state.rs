@@ -213,10 +213,14 @@ impl State {
     }
 }
 
-/// Mean level (m) of the water by depth, from which elevations are counted here: a lake in the mountains then rests as still
-/// as one at the sea, because its height costs no digits.
+/// Mean level (m) of the water by depth, from which elevations are counted here, or the lowest bed where there is none: a lake in
+/// the mountains then rests as still as one at the sea, because its height costs no digits.
 pub(crate) fn datum(bed: &BedParticles, depth: &[f64]) -> f64 {
     let wet = || (0..bed.lattice.len()).filter(|&i| bed.has_terrain(i) && depth[i] > 0.0);
     let water: f64 = wet().map(|i| depth[i]).sum();
-    if water > 0.0 { wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water } else { 0.0 }
+    if water > 0.0 {
+        return wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water;
+    }
+    let lowest = bed.elevation.iter().copied().fold(f64::INFINITY, f64::min);
+    if lowest.is_finite() { lowest } else { 0.0 }
 }
