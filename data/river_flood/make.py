@@ -44,8 +44,8 @@ def main():
         rows.append(" ".join(f"{elevation((column + 0.5) * CELL, y):.3f}" for column in range(COLUMNS)))
     header = f"ncols {COLUMNS}\nnrows {ROWS}\nxllcorner 0\nyllcorner 0\ncellsize {CELL:g}\nNODATA_value -9999\n"
     (FOLDER / "terrain_5m.asc").write_text(header + "\n".join(rows) + "\n")
-    # A flood wave: rises within half an hour from 15 to 120 m3/s, and falls slowly.
-    flood = [(0, 15), (10, 15), (20, 45), (30, 95), (40, 120), (50, 105), (65, 75), (80, 50), (100, 30), (120, 22), (150, 18)]
+    # A flood wave: rises within half an hour from 15 to 220 m3/s, and falls slowly.
+    flood = [(0, 15), (10, 15), (20, 80), (30, 170), (40, 220), (50, 190), (65, 130), (80, 80), (100, 45), (120, 30), (150, 20)]
     text = "time_min,q_m3_s\n" + "".join(f"{time},{q}\n" for time, q in flood)
     (FOLDER / "hydrograph.csv").write_text(text)
     collection("inflow", [line("river", [(0.0, 110.0), (0.0, 190.0)])])

@@ -76,8 +76,9 @@ impl Series {
 
     /// The largest value from one time to a later one (s).
     pub fn largest(&self, from: f64, to: f64) -> f64 {
-        let inside = self.points().filter(|(time, _)| (from..=to).contains(time)).map(|(_, value)| value);
-        inside.fold(self.at(from).max(self.at(to)), f64::max)
+        let first = self.times.partition_point(|time| *time < from);
+        let last = self.times.partition_point(|time| *time <= to).max(first);
+        self.values[first..last].iter().copied().fold(self.at(from).max(self.at(to)), f64::max)
     }
 
     /// The largest value of all.

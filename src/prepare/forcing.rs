@@ -29,14 +29,16 @@ fn input_error(code: &'static str, message: String) -> Problem {
 /// Everything that could be opened; map coordinates.
 #[derive(Debug, Default)]
 pub(super) struct Opened {
-    /// Of each boundary its lines, where it has any, and its condition.
-    boundaries: Vec<(Option<Vec<[Vec2; 2]>>, Option<Condition>)>,
+    boundaries: Vec<OpenedBoundary>,
     /// Of each source its places and its discharge.
     sources: Vec<(Vec<Vec2>, Option<Series>)>,
     rain: Option<OpenedRain>,
     /// The cross-sections.
     pub sections: Vec<Section>,
 }
+
+/// A boundary before it is put on the lattice: its lines (map coordinates), where it has any, and its condition.
+type OpenedBoundary = (Option<Vec<[Vec2; 2]>>, Option<Condition>);
 
 /// Rain before it is put on the lattice.
 #[derive(Debug)]
@@ -196,7 +198,7 @@ pub(super) fn on_lattice(
         for place in places {
             let local = lattice.to_local(*place);
             let cell = lattice.cell_at(local);
-            if !cell.is_some_and(|cell| !bed[cell].is_nan()) {
+            if cell.is_none_or(|cell| bed[cell].is_nan()) {
                 let where_ = if cell.is_none() { "outside the terrain" } else { "where the terrain has no data" };
                 let problem = input_error("source-outside", format!("this source lies {where_}"))
                     .with_remedy("check its coordinates, their order and their CRS")

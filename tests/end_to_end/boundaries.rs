@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use crate::{Netcdf, floodsim};
 
-/// A channel that falls to the east by 1 %, 200 m long and 60 m wide, with a bed lower by 1 m in its middle third. Times in the
+/// A channel that falls to the east by 4 %, 200 m long and 60 m wide, with a bed lower by 1 m in its middle third. Times in the
 /// hydrograph are minutes. The lines of this scenario are counted on by the tests.
 const SCENARIO: &str = "\
 floodsim: 1
@@ -15,7 +15,7 @@ terrain: dem.asc
 roughness: {manning: 0.03}
 boundaries:
   - {line: inflow.geojson, discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}}
-  - {edge: east, normal_depth: {slope: 0.01}}
+  - {edge: east, normal_depth: {slope: 0.04}}
 resolution: 5 m
 time: {end: 2 min}
 outputs: {every: 30 s, sections: sections.geojson}
@@ -32,7 +32,7 @@ impl Scene {
         let scene = Scene { folder: TempDir::new().unwrap() };
         let cell = |column: usize, row: usize| {
             let low = if (4..8).contains(&row) { 0.0 } else { 1.0 };
-            format!("{}", 10.0 - 0.05 * column as f64 + low)
+            format!("{}", 10.0 - 0.2 * column as f64 + low)
         };
         let rows: Vec<String> =
             (0..12).map(|row| (0..40).map(|column| cell(column, row)).collect::<Vec<_>>().join(" ")).collect();
@@ -192,12 +192,12 @@ fn a_raster_of_rain_falls_where_it_says() {
 #[test]
 fn a_tide_and_a_rating_curve_move_the_water_of_a_lake() {
     let lake = "initial:\n  - {water: lake.geojson, level: 12 m}\nresolution: 5 m";
-    let edges = ("  - {edge: east, normal_depth: {slope: 0.01}}", "  - {edge: east, rating: {table: weir.csv}}");
+    let edges = ("  - {edge: east, normal_depth: {slope: 0.04}}", "  - {edge: east, rating: {table: weir.csv}}");
     let tide = ("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "stage: {series: tide.csv}");
     let scene = Scene::with(&[("resolution: 5 m", lake), edges, tide]);
     scene.write("tide.csv", "time [min];level [cm]\n0;1200\n1;1230\n2;1230\n");
     scene.write("weir.csv", "level_m,discharge_m3_s\n11,0\n12,3\n13,20\n");
-    let ring = "[[[990,1990],[1210,1990],[1210,2070],[990,2070],[990,1990]]]";
+    let ring = "[[[1000,2000],[1200,2000],[1200,2060],[1000,2060],[1000,2000]]]";
     scene.write("lake.geojson", &format!(r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":{ring}}}}}]}}"#));
     let (run, _) = scene.run();
     assert!(volume(&run, "in") > 500.0 && volume(&run, "out") > 100.0, "{run:#}");
@@ -211,9 +211,9 @@ fn a_lake_behind_edges_at_its_level_stays_at_rest() {
     let scene = Scene::with(&[
         ("resolution: 5 m", "initial:\n  - {water: lake.geojson, level: 12 m}\nresolution: 5 m"),
         ("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "level: 12 m"),
-        ("normal_depth: {slope: 0.01}", "type: free"),
+        ("normal_depth: {slope: 0.04}", "type: free"),
     ]);
-    let ring = "[[[990,1990],[1210,1990],[1210,2070],[990,2070],[990,1990]]]";
+    let ring = "[[[1000,2000],[1200,2000],[1200,2060],[1000,2060],[1000,2000]]]";
     scene.write("lake.geojson", &format!(r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":{ring}}}}}]}}"#));
     let (run, _) = scene.run();
     let speed = run["max_speed_m_s"].as_f64().unwrap();
@@ -266,8 +266,8 @@ fn units_are_asked_for_and_checked() {
 fn kinds_that_exclude_each_other_are_refused_at_once() {
     let scene = Scene::with(&[
         (
-            "normal_depth: {slope: 0.01}}",
-            "normal_depth: {slope: 0.01}, stage: 3 m}\n  - {side: north}\n  - {side: south, edge: west, type: free}",
+            "normal_depth: {slope: 0.04}}",
+            "normal_depth: {slope: 0.04}, stage: 3 m}\n  - {side: north}\n  - {side: south, edge: west, type: free}",
         ),
         (
             "time: {end: 2 min}",
@@ -322,7 +322,7 @@ fn places_that_do_not_fit_are_told_with_their_coordinates() {
 
 #[test]
 fn rating_curves_and_roughness_are_checked() {
-    let scene = Scene::with(&[("normal_depth: {slope: 0.01}", "rating: {table: weir.csv}")]);
+    let scene = Scene::with(&[("normal_depth: {slope: 0.04}", "rating: {table: weir.csv}")]);
     scene.write("weir.csv", "level_m,discharge_m3_s\n8,1\n9,0.5\n9,3\n");
     scene.assert_refused(
         4,

@@ -77,9 +77,11 @@ impl Walls {
                     walls.faces[row].push(SpecialFace { column, direction, open });
                     let mark =
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
-                    for ((row, column), offset) in [((row, column), (dc, dr)), ((r, c), (-dc, -dr))] {
-                        blocked[row][column].0 |= mark(offset);
-                        blocked[row][column].1 |= if goes_on { mark(offset) } else { 0 };
+                    blocked[row][column].0 |= mark((dc, dr));
+                    blocked[r][c].0 |= mark((-dc, -dr));
+                    if goes_on {
+                        blocked[row][column].1 |= mark((dc, dr));
+                        blocked[r][c].1 |= mark((-dc, -dr));
                     }
                 }
             }

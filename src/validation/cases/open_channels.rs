@@ -172,8 +172,8 @@ fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
         let envelope = if along.abs() < 1.5 { (std::f64::consts::PI * along / 3.0).cos().powi(2) } else { 0.0 };
         DEPTH + height * envelope * (std::f64::consts::TAU * along).cos()
     };
-    let free = || Some(Condition::Free);
-    let mut problem = channel((length, spacing), motion, |_| 0.0, [free(), free()])?;
+    // What comes back meets a wall in the west, and cannot leave again before the end.
+    let mut problem = channel((length, spacing), motion, |_| 0.0, [None, Some(Condition::Free)])?;
     let lattice = problem.bed.lattice.clone();
     problem.initial_depth = (0..lattice.len()).map(|cell| surface(lattice.centre(cell).x)).collect();
     let celerity = |depth: f64| (crate::scenario::GRAVITY * depth).sqrt();
