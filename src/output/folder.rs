@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Problem, ProblemKind};
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
-const OWN_FILES: [&str; 19] = [
+const OWN_FILES: [&str; 20] = [
     "run.json",
     "scenario.resolved.yaml",
     "fields.nc",
@@ -31,6 +31,7 @@ const OWN_FILES: [&str; 19] = [
     "report/max_speed.svg",
     "report/four_times.svg",
     "report/gauges.svg",
+    "report/sections.svg",
 ];
 
 /// Beginning of the temporary name of a file that is not yet whole.

@@ -15,7 +15,7 @@ pub struct Section {
     pub line: Vec<Vec2>,
 }
 
-/// What a section has seen; discharges are positive from the upstream side, to which the line turns its right, to the other one.
+/// What a section has seen; discharges are positive where the water crosses the line towards its left side, that is downstream.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SectionResult {
     /// First time (s) at which water passed.

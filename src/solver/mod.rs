@@ -93,8 +93,8 @@ impl Ledger {
     }
 }
 
-/// What passed a cross-section, from its left to its right side counted against the clock: positive where the line was drawn from
-/// the left to the right bank and the water flows downstream.
+/// What passed a cross-section: positive where the water crosses the line towards its left side, that is downstream where the line was
+/// drawn from the left to the right bank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SectionFlow {
     /// Mean discharge of the last step (m³/s).

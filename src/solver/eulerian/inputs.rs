@@ -17,7 +17,7 @@ struct Spring {
 pub(crate) struct Inputs {
     springs: Vec<Spring>,
     rain: Option<Rain>,
-    /// Whether rain can fall on a cell at all, for every padded row a run of columns with terrain.
+    /// Whether it rains: water may then come to every cell.
     pub is_wetted: bool,
 }
 
