@@ -16,7 +16,7 @@ impl BedParticles {
     /// The bed at a place in local coordinates (m), or `None` where the cell that holds it has no terrain.
     ///
     /// Bilinear between the four particles around the place; one of them that is missing is replaced by the tangent plane of
-    /// the particle of the cell, so that a plane stays exact up to edges and nodata.
+    /// the particle of the cell, so that a plane stays exact up to edges and nodata. A lattice of one row is the same all across.
     pub fn at(&self, local: Vec2) -> Option<BedPoint> {
         let lattice = &self.lattice;
         let home = lattice.cell_at(local).filter(|&home| self.has_terrain(home))?;
@@ -24,7 +24,8 @@ impl BedParticles {
         let west = (local.x / lattice.spacing - 0.5).floor();
         let south = (local.y / lattice.spacing - 0.5).floor();
         let corner = |east: f64, north: f64| {
-            let (column, row) = (west + east, south + north);
+            let column = if lattice.columns == 1 { 0.0 } else { west + east };
+            let row = if lattice.rows == 1 { 0.0 } else { south + north };
             let on_lattice =
                 column >= 0.0 && row >= 0.0 && column < lattice.columns as f64 && row < lattice.rows as f64;
             let known = on_lattice.then(|| self.elevation[lattice.index(column as usize, row as usize)]);
@@ -79,6 +80,18 @@ mod tests {
             }
         }
         assert_eq!(bed.at(Vec2::new(-0.1, 1.0)), None);
+    }
+
+    #[test]
+    fn channel_of_one_row_has_no_slope_across() {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 6, rows: 1, spacing: 2.0 };
+        let bed = BedParticles::from_elevation(lattice, vec![0.0, 1.0, 3.0, -2.0, 0.5, 0.5], 0.0);
+        for step in 0..100 {
+            let x = 12.0 * (step as f64 * 0.618).fract();
+            let (middle, rim) = (bed.at(Vec2::new(x, 1.0)).unwrap(), bed.at(Vec2::new(x, 1.7)).unwrap());
+            assert_eq!((middle.slope.y, rim.slope.y), (0.0, 0.0));
+            assert!((middle.elevation - rim.elevation).abs() < 1e-14);
+        }
     }
 
     #[test]

@@ -234,6 +234,9 @@ impl Walls {
         seen: &mut Vec<Image>,
     ) {
         let &Viewpoint { place, support, particle } = from;
+        if let (Some(virtuals), Some(particle)) = (self.virtual_particles(), particle) {
+            return self.see_virtual(virtuals, (from, particle), found, positions, &mut scratch.near, seen);
+        }
         let edges = self.edges();
         self.near(place, support, &mut scratch.near);
         scratch.near.retain(|&member| !edges[member as usize].is_open);

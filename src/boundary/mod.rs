@@ -1,11 +1,12 @@
-//! Where the water ends, and where it comes and goes: the outline of the terrain, walls and the mirror images that stand for them,
-//! open edges, and the forcing by boundaries, sources and rain.
+//! Where the water ends, and where it comes and goes: the outline of the terrain, walls, the mirror images or virtual particles that
+//! stand for them, open edges, and the forcing by boundaries, sources and rain.
 
 mod forcing;
 mod image;
 mod open_edges;
 mod outline;
 mod series;
+mod virtual_particles;
 mod wall;
 
 pub use forcing::{Boundary, Condition, Forcing, PointSource, Rain, Rating, edge_faces};

@@ -3,6 +3,7 @@
 //! A wall has no thickness and two sides: no path crosses it and no two particles act through it.
 
 use super::image::{Corner, Isometry};
+use super::virtual_particles::VirtualParticles;
 use crate::math::Vec2;
 
 /// A straight piece of a wall or of an open edge, in local coordinates (m).
@@ -145,6 +146,8 @@ pub struct Walls {
     /// Where the corners of each edge begin in `corners`.
     corner_starts: Vec<u32>,
     corners: Vec<Corner>,
+    /// In place of mirror images, where the walls are made of particles.
+    virtual_particles: Option<VirtualParticles>,
 }
 
 /// Two walls that come as near as this share of the spacing make a corner. The outline of a lattice has gaps of 0.5 and 0.71
@@ -178,6 +181,7 @@ impl Walls {
             isometries: vec![Isometry::IDENTITY],
             corner_starts: vec![0],
             corners: Vec::new(),
+            virtual_particles: None,
         };
         walls.fill_bins();
         walls.measure_clearance();
@@ -189,6 +193,18 @@ impl Walls {
     #[inline]
     pub fn isometries(&self) -> &[Isometry] {
         &self.isometries
+    }
+
+    /// The particles that the walls are made of, if they are.
+    #[inline]
+    pub(super) fn virtual_particles(&self) -> Option<&VirtualParticles> {
+        self.virtual_particles.as_ref()
+    }
+
+    /// Takes virtual particles and their transforms.
+    pub(super) fn add_virtual_particles(&mut self, virtuals: VirtualParticles, transforms: Vec<Isometry>) {
+        self.isometries.extend(transforms);
+        self.virtual_particles = Some(virtuals);
     }
 
     /// Index of the reflection in an edge in `isometries`.

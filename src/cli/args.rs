@@ -7,6 +7,8 @@ use std::sync::LazyLock;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use crate::scenario::methods::Preset;
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  done
@@ -42,10 +44,20 @@ fn version() -> &'static str {
     &TEXT
 }
 
+/// The presets with what they are for and what they lose, from the registry.
+fn presets() -> &'static str {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let line = |preset: &Preset| format!("\n    {:<9} {}", preset.name(), preset.summary());
+        format!("Presets (--set numerics.preset=NAME):{}", Preset::ALL.iter().map(line).collect::<String>())
+    });
+    &TEXT
+}
+
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a scenario and write its maps (the same as `floodsim SCENARIO`)
+    #[command(after_help = presets())]
     Run(RunArguments),
     /// Open every input of a scenario and report every problem at once; run nothing
     Check(CheckArguments),
@@ -119,8 +131,8 @@ pub struct CaseArguments {
     /// The suite [default: every suite]
     #[arg(long)]
     pub suite: Option<String>,
-    /// Try members of a family of methods, any key of `numerics:` such as --vary integrator=heun,leapfrog; may be repeated, all
-    /// combinations are run [default: motion=eulerian,lagrangian]
+    /// Try members of a family of methods, any key of `numerics:` such as --vary integrator=heun,leapfrog or
+    /// --vary preset=fast,balanced,accurate; may be repeated, all combinations are run [default: motion=eulerian,lagrangian]
     #[arg(long = "vary", value_name = "FAMILY=A,B,C")]
     pub vary: Vec<String>,
     /// Number of threads; the results are the same for any number, the CPU seconds are not
@@ -169,6 +181,10 @@ pub struct ChartArguments {
     /// Draw the rows of such a file (`chart.csv`, or one of `validate --csv`) instead of running anything
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vary", "threads", "resolutions"])]
     pub from: Option<PathBuf>,
+    /// Lay what other codes made of the same cases on the figures: a table with the columns case, norm, code, spacing_m, cpu_s,
+    /// error_depth and error_velocity; drawn where case and norm agree with a row
+    #[arg(long, value_name = "FILE")]
+    pub peers: Option<PathBuf>,
     /// The folder for `chart.csv` and the figures; it is made if need be
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -182,6 +198,16 @@ mod tests {
     #[test]
     fn the_arguments_are_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn the_help_of_a_run_tells_every_preset() {
+        let mut command = Arguments::command();
+        let run = command.find_subcommand_mut("run").unwrap();
+        let help = run.render_help().to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+        for preset in Preset::ALL {
+            assert!(help.contains(&format!("{} {}", preset.name(), preset.summary())), "{help}");
+        }
     }
 
     #[test]

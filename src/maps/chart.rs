@@ -24,6 +24,15 @@ pub struct ChartLine {
     pub points: Vec<ChartPoint>,
 }
 
+/// Runs of other codes, measured elsewhere.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChartPeers {
+    /// Where they come from.
+    pub source: String,
+    /// The runs, labelled with code and resolution.
+    pub points: Vec<ChartPoint>,
+}
+
 /// The shortest time (s) that means anything.
 const LEAST_COST: f64 = 1e-4;
 /// Colours that remain distinct for colour-blind readers, after `Okabe2008`.
@@ -40,6 +49,8 @@ const SHAPES: [&[f64]; 7] = [
     &[0.0, 60.0, 120.0, 180.0, 240.0, 300.0],
 ];
 const MARKER: f64 = 5.5;
+/// Colour of what was measured elsewhere.
+const ELSEWHERE: &str = "#777777";
 /// The field of the drawing: left, top, width, height (pixels).
 const FIELD: (f64, f64, f64, f64) = (86.0, 84.0, 600.0, 430.0);
 
@@ -75,11 +86,18 @@ impl Axis {
     }
 }
 
-/// The figure as an SVG document. `about` stands under the title, `error_label` at the upright axis.
-pub fn speed_against_accuracy(title: &str, about: &str, error_label: &str, lines: &[ChartLine]) -> String {
+/// The figure as an SVG document. `about` stands under the title, `error_label` at the upright axis; `peers` take no part in the front.
+pub fn speed_against_accuracy(
+    title: &str,
+    about: &str,
+    error_label: &str,
+    lines: &[ChartLine],
+    peers: &ChartPeers,
+) -> String {
     let points = || lines.iter().flat_map(|line| &line.points);
-    let cost_axis = Axis::around(points().map(|point| point.cost.max(LEAST_COST)));
-    let error_axis = Axis::around(points().map(|point| point.error));
+    let all = || points().chain(&peers.points);
+    let cost_axis = Axis::around(all().map(|point| point.cost.max(LEAST_COST)));
+    let error_axis = Axis::around(all().map(|point| point.error));
     let (left, top, width, height) = FIELD;
     let place = |point: &ChartPoint| {
         let x = left + cost_axis.share(point.cost.max(LEAST_COST)) * width;
@@ -99,8 +117,11 @@ pub fn speed_against_accuracy(title: &str, about: &str, error_label: &str, lines
         r##"<polyline points="{}" fill="none" stroke="#c8c8c8" stroke-width="7" stroke-linejoin="round" stroke-linecap="round"/>"##,
         path.join(" ")
     ));
+    for point in &peers.points {
+        cross(&mut drawing, place(point));
+    }
     let mut taken: Vec<(f64, f64, f64, f64)> =
-        points().map(place).map(|(x, y)| (x - MARKER, y - MARKER, x + MARKER, y + MARKER)).collect();
+        all().map(place).map(|(x, y)| (x - MARKER, y - MARKER, x + MARKER, y + MARKER)).collect();
     for (k, line) in lines.iter().enumerate() {
         draw_line(&mut drawing, k, line.points.iter().map(place).collect());
     }
@@ -110,10 +131,13 @@ pub fn speed_against_accuracy(title: &str, about: &str, error_label: &str, lines
             if front.iter().any(|other| std::ptr::eq(*other, point)) {
                 ring(&mut drawing, centre);
             }
-            draw_label(&mut drawing, centre, &point.label, &mut taken);
+            draw_label(&mut drawing, centre, &point.label, Style::PLAIN.fill, &mut taken);
         }
     }
-    draw_legend(&mut drawing, lines);
+    for point in &peers.points {
+        draw_label(&mut drawing, place(point), &point.label, ELSEWHERE, &mut taken);
+    }
+    draw_legend(&mut drawing, lines, peers);
     drawing.finish(total_width, top + height + 64.0, title)
 }
 
@@ -198,6 +222,14 @@ fn marker(drawing: &mut Drawing, k: usize, (x, y): (f64, f64)) {
     ));
 }
 
+/// The marker of what was measured elsewhere.
+fn cross(drawing: &mut Drawing, (x, y): (f64, f64)) {
+    let r = MARKER - 1.5;
+    for slope in [1.0, -1.0] {
+        drawing.line((x - r, y - slope * r), (x + r, y + slope * r), ELSEWHERE, 1.6);
+    }
+}
+
 fn ring(drawing: &mut Drawing, (x, y): (f64, f64)) {
     drawing.raw(format_args!(
         r##"<circle cx="{x:.1}" cy="{y:.1}" r="{:.1}" fill="none" stroke="#000" stroke-width="1.2"/>"##,
@@ -206,7 +238,13 @@ fn ring(drawing: &mut Drawing, (x, y): (f64, f64)) {
 }
 
 /// Sets a label beside its point, where it is in nobody's way if there is such a place.
-fn draw_label(drawing: &mut Drawing, (x, y): (f64, f64), label: &str, taken: &mut Vec<(f64, f64, f64, f64)>) {
+fn draw_label(
+    drawing: &mut Drawing,
+    (x, y): (f64, f64),
+    label: &str,
+    colour: &'static str,
+    taken: &mut Vec<(f64, f64, f64, f64)>,
+) {
     const SIZE: f64 = 10.0;
     let width = text_width(label, SIZE);
     let corners = [
@@ -217,7 +255,13 @@ fn draw_label(drawing: &mut Drawing, (x, y): (f64, f64), label: &str, taken: &mu
         (-0.5 * width, -13.0),
         (-0.5 * width, 21.0),
     ];
-    let boxes = corners.map(|(dx, dy)| (x + dx, y + dy - SIZE, x + dx + width, y + dy + 2.0));
+    // Where all six are taken, the same a line further off.
+    let farther = corners.map(|(dx, dy)| (dx, dy + if dy < 0.0 { -13.0 } else { 13.0 }));
+    let boxes: Vec<_> = corners
+        .into_iter()
+        .chain(farther)
+        .map(|(dx, dy)| (x + dx, y + dy - SIZE, x + dx + width, y + dy + 2.0))
+        .collect();
     let overlap = |a: &(f64, f64, f64, f64)| {
         let common =
             |b: &(f64, f64, f64, f64)| (a.2.min(b.2) - a.0.max(b.0)).max(0.0) * (a.3.min(b.3) - a.1.max(b.1)).max(0.0);
@@ -225,11 +269,11 @@ fn draw_label(drawing: &mut Drawing, (x, y): (f64, f64), label: &str, taken: &mu
         taken.iter().map(common).sum::<f64>() + 100.0 * beyond
     };
     let best = boxes.iter().min_by(|a, b| overlap(a).total_cmp(&overlap(b))).copied().unwrap_or(boxes[0]);
-    drawing.text(best.0, best.3 - 2.0, Style::PLAIN.size(SIZE).halo(), label);
+    drawing.text(best.0, best.3 - 2.0, Style::PLAIN.size(SIZE).fill(colour).halo(), label);
     taken.push(best);
 }
 
-fn draw_legend(drawing: &mut Drawing, lines: &[ChartLine]) {
+fn draw_legend(drawing: &mut Drawing, lines: &[ChartLine], peers: &ChartPeers) {
     let (x, mut y) = (FIELD.0 + FIELD.2 + 18.0, FIELD.1 + 10.0);
     for (k, line) in lines.iter().enumerate() {
         draw_line(drawing, k, vec![(x, y), (x + 28.0, y)]);
@@ -243,6 +287,12 @@ fn draw_legend(drawing: &mut Drawing, lines: &[ChartLine]) {
     ));
     ring(drawing, (x + 14.0, y));
     drawing.text(x + 38.0, y + 4.0, Style::PLAIN, "Pareto front");
+    if !peers.points.is_empty() {
+        y += 24.0;
+        cross(drawing, (x + 14.0, y));
+        drawing.text(x + 38.0, y + 4.0, Style::PLAIN, "measured elsewhere:");
+        drawing.text(x + 38.0, y + 18.0, Style::PLAIN, &format!("see {}", peers.source));
+    }
 }
 
 /// A text in lines of at most `width` (pixels), two at most.
@@ -294,9 +344,23 @@ mod tests {
             ChartLine { name: "resting & quick".to_owned(), points: vec![point(0.1, 1e-2), point(1.0, 5e-3)] },
             ChartLine { name: "moving".to_owned(), points: vec![point(0.2, 1e-1)] },
         ];
-        let svg = speed_against_accuracy("case: depth", "About it.", "error (m)", &lines);
+        let peers = ChartPeers::default();
+        let svg = speed_against_accuracy("case: depth", "About it.", "error (m)", &lines, &peers);
+        assert!(!svg.contains("measured elsewhere"));
         assert!(svg.contains("resting &amp; quick") && svg.contains("Pareto front") && svg.contains("10 m"));
         // Two rings on the front and one in the legend.
         assert_eq!(svg.matches(r##"fill="none" stroke="#000" stroke-width="1.2"/>"##).count(), 3);
+    }
+
+    #[test]
+    fn what_was_measured_elsewhere_is_shown_beside_the_front() {
+        let lines = [ChartLine { name: "ours".to_owned(), points: vec![point(0.1, 1e-2)] }];
+        let better = ChartPoint { cost: 0.01, error: 1e-5, label: "other 3 m".to_owned() };
+        let peers = ChartPeers { source: "peers.csv".to_owned(), points: vec![better] };
+        let svg = speed_against_accuracy("case: depth", "About it.", "error (m)", &lines, &peers);
+        assert!(svg.contains("other 3 m") && svg.contains("measured elsewhere:") && svg.contains("see peers.csv"));
+        // Ours keeps its ring on the front, and the axis reaches down to the other one.
+        assert_eq!(svg.matches(r##"fill="none" stroke="#000" stroke-width="1.2"/>"##).count(), 2);
+        assert!(svg.contains("1e−5"));
     }
 }

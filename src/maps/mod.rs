@@ -11,7 +11,7 @@ mod picture;
 mod sheet;
 mod svg;
 
-pub use chart::{ChartLine, ChartPoint, speed_against_accuracy};
+pub use chart::{ChartLine, ChartPeers, ChartPoint, speed_against_accuracy};
 pub use colour::{Classes, Colour, clock};
 pub use hillshade::hillshade;
 pub use hydrograph::{Series, hydrograph};

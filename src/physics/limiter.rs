@@ -1,7 +1,8 @@
 //! Limiters: from two slopes of one sign a slope between them, 0 at an extremum. Without branches.
 //!
 //! ```text
-//! van Leer:  2 a b / (a + b)                       `VanLeer1974`
+//! van Leer:             2 a b / (a + b)                            `VanLeer1974`
+//! monotonised central:  min(2 min(|a|, |b|), |a + b| / 2)          `VanLeer1977`
 //! superbee:  min(2 min(|a|, |b|), max(|a|, |b|))   `Roe1986`
 //! ```
 
@@ -13,6 +14,17 @@ pub fn van_leer(a: f64, b: f64) -> f64 {
     let safe = if product > 0.0 { sum } else { 1.0 };
     let positive = if product > 0.0 { product } else { 0.0 };
     2.0 * positive / safe
+}
+
+/// Mean of the slopes, but never more than twice the smaller one, where both have the same sign; otherwise 0.
+#[inline(always)]
+pub fn monotonised_central(a: f64, b: f64) -> f64 {
+    let (size_a, size_b) = (a.abs(), b.abs());
+    let least = if size_a < size_b { size_a } else { size_b };
+    let mean = 0.5 * (size_a + size_b);
+    let size = if 2.0 * least < mean { 2.0 * least } else { mean };
+    let signed = if a > 0.0 { size } else { -size };
+    if a * b > 0.0 { signed } else { 0.0 }
 }
 
 /// The larger slope, but never more than twice the smaller one, where both have the same sign; otherwise 0. It steepens every
@@ -29,7 +41,7 @@ pub fn superbee(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values that are exact in binary")]
 mod tests {
-    use super::{superbee, van_leer};
+    use super::{monotonised_central, superbee, van_leer};
 
     #[test]
     fn keeps_equal_slopes_and_stops_at_extrema() {
@@ -38,6 +50,13 @@ mod tests {
         assert_eq!(van_leer(0.0, 2.0), 0.0);
         assert!((van_leer(1.0, 3.0) - 1.5).abs() < 1e-15);
         assert!(van_leer(1e-3, 1e6) < 2.01e-3, "never more than twice the smaller slope");
+    }
+
+    #[test]
+    fn the_monotonised_central_mean_is_a_mean_until_twice_the_smaller_slope() {
+        assert_eq!((monotonised_central(1.0, 2.0), monotonised_central(-2.0, -1.0)), (1.5, -1.5));
+        assert_eq!((monotonised_central(1.0, 8.0), monotonised_central(-8.0, -1.0)), (2.0, -2.0));
+        assert_eq!((monotonised_central(-1.0, 2.0), monotonised_central(0.0, 2.0)), (0.0, 0.0));
     }
 
     #[test]

@@ -55,6 +55,7 @@ impl Core {
             stabilisation: numerics.stabilisation,
             reconstruction: numerics.reconstruction,
             bed_slope: numerics.bed_slope,
+            wall: numerics.wall,
         };
         match (numerics.formulation, numerics.motion) {
             (Formulation::Balanced, Motion::Eulerian) => Core::Resting(Box::new(EulerianSolver::with_methods(

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
+    WallMethod,
 };
 use super::model::{PointInterpolation, Side, Sourced};
 use super::read::{FromNode, Reader, nearest};
@@ -72,6 +73,7 @@ macro_rules! method_choices {
 }
 
 method_choices! {
+    Preset: "a preset",
     Formulation: "a formulation",
     Motion: "a motion",
     Stabilisation: "a stabilisation",
@@ -81,6 +83,7 @@ method_choices! {
     Integrator: "an integrator",
     BedMethod: "a method for the bed",
     BedSlope: "an effect of the bed's slope",
+    WallMethod: "a kind of wall",
 }
 
 impl Choice for Side {

@@ -1,6 +1,6 @@
 //! The scenario: what the user writes in YAML, checked and resolved to SI units with every default filled in.
 //!
-//! A text goes through `tree` (values with places), `read` and `schema` (typed sections, all problems), and `resolve`
+//! A text goes through `tree` (values with places), `preset` (a named set of choices becomes single ones), `read` and `schema` (typed sections, all problems), and `resolve`
 //! (defaults) into the `Scenario` of `model`; `resolved_yaml` writes it down again.
 
 pub mod choices;
@@ -8,6 +8,7 @@ mod defaults;
 pub mod fields;
 pub mod methods;
 mod model;
+mod preset;
 pub mod read;
 mod resolve;
 mod resolved_yaml;

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
 };
 use crate::error::Place;
 
@@ -264,6 +264,8 @@ pub struct Numerics {
     pub bed: BedMethod,
     /// Effect of the bed's slope.
     pub bed_slope: BedSlope,
+    /// Walls beside moving particles.
+    pub wall: WallMethod,
     /// Courant number.
     pub cfl: f64,
     /// Gravity (m/s²).

@@ -9,7 +9,9 @@ use super::defaults::{
     machine_memory, sensible_interval,
 };
 use super::fields::Text;
-use super::methods::{BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation};
+use super::methods::{
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, WallMethod,
+};
 use super::model::{
     Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation,
     Rain, RainAmount, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
@@ -19,8 +21,8 @@ use super::schema::{
     BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, NumericsSection, OutputsSection, RainSection, ScenarioFile,
     SourceEntry, Terrain,
 };
-use super::tree;
 use super::units::INTENSITY;
+use super::{preset, tree};
 use crate::error::{Error, Place, Problem, ProblemKind};
 
 /// Largest scenario file (bytes); data belongs into files of its own.
@@ -52,6 +54,7 @@ pub fn resolve(text: &str, file: &Path, overrides: &[String]) -> Result<Loaded, 
     for change in overrides {
         tree::apply_override(&mut root, change).map_err(Error::Usage)?;
     }
+    preset::expand(&mut root);
     let mut reader = Reader::new(&folder_of(file));
     reader.problems = duplicates;
     let written = ScenarioFile::from_node(&root, &mut reader);
@@ -381,6 +384,7 @@ fn methods_of(section: Option<&NumericsSection>) -> Numerics {
         kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
         integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
         bed_slope: section.and_then(|s| s.bed_slope.as_ref()).map_or(BedSlope::default(), |chosen| chosen.0.value),
+        wall: section.and_then(|s| s.wall.as_ref()).map_or(WallMethod::default(), |chosen| chosen.0.value),
         bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),
         cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
         gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
@@ -399,7 +403,7 @@ fn limits(section: Option<LimitsSection>) -> Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::methods::Reconstruction;
+    use crate::scenario::methods::{Preset, Reconstruction};
 
     /// The ten lines of the design, to the letter.
     const TEN_LINES: &str = "floodsim: 1
@@ -553,6 +557,46 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 3 * 2 * 4);
         assert_eq!(count(Formulation::Variational, Motion::Eulerian), 0);
         assert_eq!(count(Formulation::Variational, Motion::Lagrangian), 4 * 2 * 4);
+    }
+
+    #[test]
+    fn a_preset_sets_choices_that_single_keys_beside_it_change() {
+        let of = |overrides: &[&str]| loaded(TEN_LINES, overrides).unwrap().scenario.numerics;
+        assert_eq!(of(&["numerics.preset=balanced"]), of(&[]));
+        for preset in Preset::ALL {
+            let name = format!("numerics.preset={}", preset.name());
+            let single = preset.keys().map(|(key, value)| format!("numerics.{key}={value}"));
+            assert_eq!(of(&[&name]), of(&single.each_ref().map(String::as_str)), "{name}");
+        }
+        assert_eq!(of(&["numerics.preset=fast"]).reconstruction, Reconstruction::Sharp);
+        let changed = of(&["numerics={preset: accurate, cfl: 0.3, stabilisation: lax_friedrichs, reconstruction: }"]);
+        assert!(exact(changed.cfl, 0.3) && changed.stabilisation == Stabilisation::LaxFriedrichs);
+        assert_eq!(changed.reconstruction, Reconstruction::Limited);
+    }
+
+    #[test]
+    fn walls_are_a_choice_of_moving_particles() {
+        let of = |text: &str| loaded(TEN_LINES, &[text]).unwrap().scenario.numerics.wall;
+        assert_eq!(of("numerics.motion=lagrangian"), WallMethod::Mirror);
+        assert_eq!(of("numerics={motion: lagrangian, wall: virtual_particles}"), WallMethod::VirtualParticles);
+        assert_eq!(of("numerics={formulation: variational, wall: virtual_particles}"), WallMethod::VirtualParticles);
+        let found = problems(&format!("{TEN_LINES}numerics: {{wall: virtual_particles}}\n"));
+        assert_eq!((found[0].code, found[0].key.as_str()), ("method-combination", "numerics.wall"));
+    }
+
+    #[test]
+    fn what_does_not_go_with_a_preset_is_reported_at_the_preset() {
+        let found = problems(&format!("{TEN_LINES}numerics: {{preset: fsat}}\n"));
+        assert_eq!((found[0].code, found[0].key.as_str()), ("unknown-name", "numerics.preset"));
+        assert_eq!(found[0].remedy.as_deref(), Some("did you mean `fast`?"));
+        let found = problems(&format!("{TEN_LINES}numerics: {{motion: lagrangian, preset: fast}}\n"));
+        let place = found[0].place.as_ref().map(|place| (place.line, place.column));
+        assert_eq!(
+            (found.len(), found[0].code, found[0].key.as_str()),
+            (1, "method-combination", "numerics.preset"),
+            "{found:?}"
+        );
+        assert_eq!(place, Some((12, 40)));
     }
 
     #[test]

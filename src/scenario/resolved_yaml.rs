@@ -152,7 +152,7 @@ impl Scenario {
         writeln!(text, "  seeding: {}", numerics.seeding.name())?;
         writeln!(text, "  kernel: {}\n  integrator: {}", numerics.kernel.name(), numerics.integrator.name())?;
         writeln!(text, "  bed: {}\n  bed_slope: {}", numerics.bed.name(), numerics.bed_slope.name())?;
-        writeln!(text, "  cfl: {}", numerics.cfl)?;
+        writeln!(text, "  wall: {}\n  cfl: {}", numerics.wall.name(), numerics.cfl)?;
         writeln!(text, "  gravity: {} m/s2\n  dry_depth: {} m", numerics.gravity, numerics.dry_depth)?;
         writeln!(text, "limits: {{memory: {} B, particles: {}}}", self.limits.memory, self.limits.particles)
     }
@@ -340,6 +340,14 @@ boundaries:
     }
 
     #[test]
+    fn a_preset_reads_back_as_its_choices() {
+        assert_round_trip(
+            "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
+             resolution: 20 m\ntime: {end: 1 h}\nnumerics: {preset: fast, cfl: 0.4}\n",
+        );
+    }
+
+    #[test]
     fn a_scenario_with_every_key_reads_back_as_itself() {
         assert_round_trip(
             r#"
@@ -367,7 +375,7 @@ outputs:
   gauges_every: 333 ms
   arrival: {thresholds: [0.3 m, 1 ft], rise_on_wet: 1 mm}
   isochrones: []
-numerics: {formulation: variational, seeding: equal_volume, bed: shepard, bed_slope: steep, cfl: 0.123456789, gravity: 3.71, dry_depth: 0.1 mm}
+numerics: {formulation: variational, seeding: equal_volume, bed: shepard, bed_slope: steep, wall: virtual_particles, cfl: 0.123456789, gravity: 3.71, dry_depth: 0.1 mm}
 limits: {memory: 1.5 GiB, particles: 1e6}
 "#,
         );

@@ -13,7 +13,8 @@ use super::fields::{
     Intensity, Length, Level, Manning, Memory, Offset, Quantity, Slope, Text, VectorFile,
 };
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
+    WallMethod,
 };
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
@@ -436,6 +437,8 @@ fn check_thresholds(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// Methods by family, each with a default, and their numbers.
     NumericsSection, example "{cfl: 0.5}", check check_methods {
+        /// A set of choices by name, of which the keys beside it change one each; the defaults are those of balanced.
+        preset: Option<Chosen<Preset>>,
         /// How the equations become sums over particles; balanced when absent.
         formulation: Option<Chosen<Formulation>>,
         /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
@@ -454,12 +457,25 @@ section! {
         bed: Option<Chosen<BedMethod>>,
         /// Effect of the bed's slope on the variational formulation; hydrostatic when absent.
         bed_slope: Option<Chosen<BedSlope>>,
+        /// What stands for a wall beside moving particles; mirror when absent.
+        wall: Option<Chosen<WallMethod>>,
         /// Courant number; 0.5 for resting, 0.4 for moving particles when absent.
         cfl: Option<Quantity<Courant>>,
         /// Gravity in m/s²; 9.81 when absent.
         gravity: Option<Quantity<Gravity>>,
         /// Depth below which water does not move; 1 mm when absent.
         dry_depth: Option<Quantity<Length>>,
+    }
+}
+
+/// The greatest Courant number at which resting particles hold in the suite of stability (cases `cfl_02` to `cfl_16`).
+const GREATEST_RESTING_COURANT: f64 = 0.6;
+
+/// A number as it is written; none where there is none, or something that is no number, which is reported elsewhere.
+fn number(node: &Node, key: &str) -> Option<f64> {
+    match &node.get(key)?.value {
+        Value::Text(text) => text.parse().ok(),
+        _ => None,
     }
 }
 
@@ -516,7 +532,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             refuse(
                 "reconstruction",
                 "moving particles have no sharp reconstruction",
-                "their faces have no limiter but van Leer's",
+                "their faces have no sharper limiter",
                 "write `reconstruction: limited`, or take `motion: eulerian`",
             );
         }
@@ -538,12 +554,28 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             "write `integrator: heun`, or take `motion: lagrangian`",
         );
     }
+    if number(node, "cfl").is_some_and(|courant| courant > GREATEST_RESTING_COURANT && courant <= 1.0) {
+        refuse(
+            "cfl",
+            &format!("resting particles are unstable beyond a Courant number of {GREATEST_RESTING_COURANT}"),
+            "in two dimensions water leaves through faces of both directions: 0.5 is safe, 0.8 degrades, 1 breaks down",
+            "write `cfl: 0.5`, or leave it out",
+        );
+    }
     if meant(node, "seeding", Seeding::Lattice) == Some(Seeding::EqualVolume) {
         refuse(
             "seeding",
             "resting particles have no equal-volume filling",
             "each takes up one cell, and is as deep as the water there",
             "write `seeding: lattice`, or take `motion: lagrangian`",
+        );
+    }
+    if meant(node, "wall", WallMethod::default()).is_some_and(|wall| wall != WallMethod::default()) {
+        refuse(
+            "wall",
+            "resting particles have no choice of wall",
+            "their faces at a wall are those of the mirror problem",
+            "write `wall: mirror`, or take `motion: lagrangian`",
         );
     }
     if meant(node, "kernel", Kernel::default()).is_some_and(|kernel| kernel != Kernel::default()) {

@@ -64,6 +64,12 @@ impl Node {
         entries.iter().find(|entry| entry.name == name).map(|entry| &entry.node)
     }
 
+    /// The same, to be changed.
+    pub fn get_mut(&mut self, name: &str) -> Option<&mut Node> {
+        let Value::Section(entries) = &mut self.value else { return None };
+        entries.iter_mut().find(|entry| entry.name == name).map(|entry| &mut entry.node)
+    }
+
     fn build(raw: Spanned<Raw>, key: String, file: Option<&Path>) -> Node {
         let place = file.and_then(|file| place_in(file, raw.referenced));
         let mut node = Node { value: Value::Empty, key, place };

@@ -10,6 +10,8 @@ use crate::scenario::{Numerics, resolve};
 
 /// The family by which runs are told apart unless the user says otherwise.
 const MOTION: &str = "motion";
+/// The family whose members name a motion of their own.
+const PRESET: &str = "preset";
 /// Keys of `numerics:` that belong to the cases: each brings its bed and its particles.
 const FIXED: [&str; 3] = ["gravity", "bed", "seeding"];
 
@@ -98,13 +100,13 @@ time: {end: 1 s}
 
 /// Every combination of the members that exists, and a line on each one that does not.
 ///
-/// Both motions are taken unless `motion` is among the families; a combination that only this would make impossible is no news.
+/// Both motions are taken unless `motion` is among the families, or `preset`, which names one; a combination that only this would make impossible is no news.
 ///
 /// # Errors
 /// `Error::Usage` for an unknown family or member, with the nearest name, and when nothing is left.
 pub fn choices(varied: &[Varied]) -> Result<(Vec<Choice>, Vec<String>), Error> {
     let mut families = varied.to_vec();
-    let is_motion_implied = !families.iter().any(|varied| varied.family == MOTION);
+    let is_motion_implied = !families.iter().any(|varied| [MOTION, PRESET].contains(&varied.family.as_str()));
     if is_motion_implied {
         let members = Motion::ALL.iter().map(|motion| motion.name().to_owned()).collect();
         families.insert(0, Varied { family: MOTION.to_owned(), members });
@@ -196,6 +198,14 @@ mod tests {
         }
         assert!(Varied::read("kernel").is_err() && Varied::read("kernel=a,,b").is_err());
         assert!(matches!(choices_of(&["gravity=1.6"]), Err(Error::Usage(_))));
+    }
+
+    #[test]
+    fn presets_bring_their_own_motion() {
+        let (found, refused) = choices_of(&["preset=fast,balanced,accurate"]).unwrap();
+        assert_eq!(found.iter().map(Choice::label).collect::<Vec<_>>(), ["fast", "balanced", "accurate"]);
+        assert!(refused.is_empty() && found.iter().all(|choice| choice.numerics.motion == Motion::Eulerian));
+        assert_eq!(found.iter().map(|choice| choice.is_default).collect::<Vec<_>>(), [false, true, false]);
     }
 
     #[test]

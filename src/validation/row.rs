@@ -185,24 +185,55 @@ fn row(record: &[String]) -> Option<Row> {
     })
 }
 
+/// A field of a table and where it begins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Field {
+    pub text: String,
+    /// Line and column, from 1.
+    pub place: (usize, usize),
+}
+
 /// The fields of each line; a quoted one may hold commas, quotes and line ends.
-fn records(text: &str) -> Vec<Vec<String>> {
-    let (mut records, mut record, mut field, mut is_quoted) = (Vec::new(), Vec::new(), String::new(), false);
+pub(super) fn fields_of(text: &str) -> Vec<Vec<Field>> {
+    let (mut records, mut record, mut is_quoted) = (Vec::new(), Vec::new(), false);
+    let mut field = Field { text: String::new(), place: (1, 1) };
+    let (mut line, mut column) = (1, 1);
     let mut letters = text.chars().peekable();
     while let Some(letter) = letters.next() {
+        column += 1;
         match letter {
-            '"' if is_quoted && letters.peek() == Some(&'"') => field.extend(letters.next()),
+            '"' if is_quoted && letters.peek() == Some(&'"') => {
+                column += 1;
+                field.text.extend(letters.next());
+            }
             '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => record.push(std::mem::take(&mut field)),
-            '\n' if !is_quoted => {
-                record.push(std::mem::take(&mut field));
+            ',' if !is_quoted => {
+                let next = Field { text: String::new(), place: (line, column) };
+                record.push(std::mem::replace(&mut field, next));
+            }
+            '\n' => {
+                (line, column) = (line + 1, 1);
+                if is_quoted {
+                    field.text.push(letter);
+                    continue;
+                }
+                let next = Field { text: String::new(), place: (line, column) };
+                record.push(std::mem::replace(&mut field, next));
                 records.push(std::mem::take(&mut record));
             }
             '\r' if !is_quoted => {}
-            other => field.push(other),
+            other => field.text.push(other),
         }
     }
+    if !record.is_empty() || !field.text.is_empty() {
+        record.push(field);
+        records.push(record);
+    }
     records
+}
+
+fn records(text: &str) -> Vec<Vec<String>> {
+    fields_of(text).into_iter().map(|record| record.into_iter().map(|field| field.text).collect()).collect()
 }
 
 #[cfg(test)]

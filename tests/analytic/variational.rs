@@ -11,7 +11,7 @@ use floodsim::solver::moving::MovingMethods;
 use floodsim::solver::variational::VariationalSolver;
 use floodsim::validation::cases::circles::circular;
 use floodsim::validation::exact::Accuracy;
-use floodsim::validation::{jittered_lattice, problem, seeds_at};
+use floodsim::validation::{flat_strip, jittered_lattice, line_seeds, problem, seeds_at};
 
 use crate::support::{assert_below, max_speed, methods, outcome, run_steps};
 
@@ -46,6 +46,24 @@ fn circular_dam_break_converges_and_keeps_its_symmetry() {
         assert!(coarse.0 > 1.3 * fine.0 && coarse.1 > 1.3 * fine.1, "{coarse:?} to {fine:?}");
         assert!(asymmetry < 1e-12, "{asymmetry:e}");
     }
+}
+
+#[test]
+fn channel_of_one_row_pushes_nothing_across_over_an_uneven_bed() {
+    let mut problem = flat_strip(20.0, 0.5, |x| 0.4 * (0.9 * x).sin());
+    problem.courant = VariationalSolver::default_courant(Integrator::Leapfrog);
+    let lattice = &problem.bed.lattice;
+    problem.initial_depth = (0..lattice.len()).map(|cell| 1.0 - problem.bed.elevation[cell]).collect();
+    let middle = 0.5 * lattice.size().y;
+    let methods = MovingMethods::new(Integrator::Leapfrog, Stabilisation::ArtificialViscosity);
+    let seeds = line_seeds(&problem);
+    let mut solver = VariationalSolver::with_methods(problem, &seeds, methods, Dimension::One);
+    run_steps(&mut solver, 300);
+    // Nothing acts across: neither force nor rounding.
+    let particles = &solver.state().particles;
+    assert!(particles.velocity.iter().all(|v| v.y.abs() <= 0.0), "{:?}", particles.velocity);
+    assert!(particles.position.iter().all(|place| (place.y - middle).abs() <= 0.0));
+    assert!(max_speed(&solver) > 1e-3, "the classic form moves over an uneven bed");
 }
 
 #[test]

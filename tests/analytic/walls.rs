@@ -1,8 +1,10 @@
 //! Walls, open edges, the books, and the same bits for any number of threads.
 
 use floodsim::math::Vec2;
-use floodsim::scenario::methods::Integrator;
+use floodsim::physics::dimension::Dimension;
+use floodsim::scenario::methods::{Integrator, Stabilisation, WallMethod};
 use floodsim::solver::lagrangian::LagrangianSolver;
+use floodsim::solver::moving::MovingMethods;
 use floodsim::solver::{FlowProblem, FlowSolver, OpenEdges};
 
 use crate::support::{max_speed, run_steps};
@@ -26,6 +28,15 @@ fn basin() -> FlowProblem {
 fn solver(problem: FlowProblem, jitter: f64, level: impl Fn(Vec2) -> f64) -> LagrangianSolver {
     let seeds = seeds_at(&problem, &jittered_lattice(SIZE, SIZE, SPACING, jitter), SPACING * SPACING, level);
     LagrangianSolver::new(problem, seeds, Integrator::Leapfrog)
+}
+
+fn solver_with_virtual_particles(problem: FlowProblem, jitter: f64, level: impl Fn(Vec2) -> f64) -> LagrangianSolver {
+    let seeds = seeds_at(&problem, &jittered_lattice(SIZE, SIZE, SPACING, jitter), SPACING * SPACING, level);
+    let methods = MovingMethods {
+        wall: WallMethod::VirtualParticles,
+        ..MovingMethods::new(Integrator::Leapfrog, Stabilisation::TwoShocks)
+    };
+    LagrangianSolver::with_methods(problem, &seeds, methods, Dimension::Two)
 }
 
 /// A bent dam from side to side.
@@ -65,6 +76,30 @@ fn nothing_leaves_a_closed_basin_in_motion() {
     assert!(max_speed(&solver) > 0.5, "the water did move");
     let ledger = solver.ledger();
     assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow == 0.0);
+}
+
+#[test]
+fn a_lake_beside_walls_of_virtual_particles_stays_at_rest() {
+    for jitter in [0.0, 0.15] {
+        let problem = FlowProblem { walls: dam(), ..basin() };
+        let level = |p| if is_behind_dam(p) { 100.0 } else { 94.0 };
+        let mut solver = solver_with_virtual_particles(problem, jitter, level);
+        run_steps(&mut solver, 300);
+        // As beside mirrors: a fictitious particle has the level of the one that it copies.
+        assert!(max_speed(&solver) < 1e-12, "jitter {jitter}: {:e} m/s", max_speed(&solver));
+    }
+}
+
+#[test]
+fn walls_of_virtual_particles_let_nothing_through() {
+    let problem = FlowProblem { walls: dam(), ..basin() };
+    let level = |p: Vec2| if is_behind_dam(p) { if p.y < 12.0 { 100.0 } else { 94.0 } } else { 85.0 };
+    let mut solver = solver_with_virtual_particles(problem, 0.0, level);
+    let at_start = solver.particles();
+    run_steps(&mut solver, 400);
+    assert_eq!(solver.particles(), at_start);
+    assert!(solver.state().particles.position.iter().all(|&place| is_behind_dam(place) && place.norm() > 8.0));
+    assert!(max_speed(&solver) > 0.5 && solver.ledger().relative_error().abs() < 1e-12);
 }
 
 #[test]

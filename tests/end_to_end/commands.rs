@@ -115,3 +115,24 @@ fn a_chart_has_a_table_and_a_figure_for_each_error_and_can_be_drawn_again() {
     assert_eq!(figure("b/ritter_velocity.svg"), figure("a/ritter_velocity.svg"));
     floodsim().current_dir(&folder).args(["chart", "--from", "none.csv", "--out", "b"]).assert().code(2);
 }
+
+#[test]
+fn peers_are_laid_on_the_figures_of_their_case_and_norm() {
+    let folder = TempDir::new().unwrap();
+    let heading = "case,norm,code,spacing_m,cpu_s,error_depth,error_velocity\n";
+    let rows = "ritter,mean_abs_grid,Rival,10,0.1,0.02,0.03\nritter,root_mean_square,Stranger,10,0.1,0.02,0.03\n";
+    std::fs::write(folder.path().join("peers.csv"), format!("{heading}{rows}stoker,mean_abs_grid,Absent,10,1,1,1\n"))
+        .unwrap();
+    std::fs::write(folder.path().join("bad.csv"), format!("{heading}ritter,mean_abs_grid,Rival,ten,0.1,,\n")).unwrap();
+    let arguments = |peers| {
+        ["chart", "ritter", "--resolutions", "test", "--vary", "preset=fast,balanced", "--peers", peers, "--out", "a"]
+    };
+    floodsim().current_dir(&folder).args(arguments("peers.csv")).assert().code(0);
+    let figure = std::fs::read_to_string(folder.path().join("a/ritter_depth.svg")).unwrap();
+    assert!(figure.contains("Rival 10 m") && figure.contains("see peers.csv") && figure.contains("preset fast"));
+    assert!(!figure.contains("Stranger") && !figure.contains("Absent"));
+    let refused = floodsim().current_dir(&folder).args(arguments("bad.csv")).assert().code(4);
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(said.contains("bad.csv:2:28") && said.contains("`ten` is not a number above 0"), "{said}");
+    floodsim().current_dir(&folder).args(arguments("none.csv")).assert().code(4);
+}

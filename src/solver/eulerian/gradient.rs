@@ -8,61 +8,75 @@ use rayon::prelude::*;
 
 use super::Scale;
 use super::spans::ActiveSet;
-use super::state::{GradientRow, PrimitiveRow, State};
+use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
 
-/// The primitive rows south of a row, the row itself and the one north of it.
+/// The rows south of a row, the row itself and the one north of it.
 #[derive(Clone, Copy)]
-struct Rows<'a> {
-    south: &'a PrimitiveRow,
-    here: &'a PrimitiveRow,
-    north: &'a PrimitiveRow,
+struct Rows<'a, Row> {
+    south: &'a Row,
+    here: &'a Row,
+    north: &'a Row,
+}
+
+impl<'a, Row> Rows<'a, Row> {
+    fn around(all: &'a [Row], row: usize) -> Self {
+        Rows { south: &all[row - 1], here: &all[row], north: &all[row + 1] }
+    }
 }
 
 /// Fills the gradient rows of all cells in work.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
-    let primitive = &state.primitive;
+    let (primitive, ground) = (&state.primitive, &state.ground);
     state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
         for run in &active.work[row] {
-            let rows = Rows { south: &primitive[row - 1], here: &primitive[row], north: &primitive[row + 1] };
-            row_gradient(rows, (run.start, run.end), scale.spacing, scale.dry_depth, gradient);
+            let (water, ground) = (Rows::around(primitive, row), Rows::around(ground, row));
+            row_gradient(water, ground, (run.start, run.end), scale.spacing, scale.dry_depth, gradient);
         }
     });
 }
 
-/// Difference of surface levels after the dry rule.
+/// Difference of surface levels (m) after the dry rule, from the difference of the beds (m): on a level bed it is that of the
+/// depths to the last digit.
 #[inline(always)]
-pub(crate) fn surface_difference(depth_i: f64, surface_i: f64, depth_j: f64, surface_j: f64, dry_depth: f64) -> f64 {
-    let difference = surface_j - surface_i;
+pub(crate) fn surface_difference(depth_i: f64, depth_j: f64, bed_difference: f64, dry_depth: f64) -> f64 {
+    let difference = (depth_j - depth_i) + bed_difference;
     let hill = (depth_j <= dry_depth && difference > 0.0) || (depth_i <= dry_depth && difference < 0.0);
     if hill { 0.0 } else { difference }
 }
 
 #[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-fn row_gradient(rows: Rows<'_>, (from, to): (usize, usize), dx: f64, dry: f64, out: &mut GradientRow) {
+fn row_gradient(
+    water: Rows<'_, PrimitiveRow>,
+    ground: Rows<'_, GroundRow>,
+    (from, to): (usize, usize),
+    dx: f64,
+    dry: f64,
+    out: &mut GradientRow,
+) {
     let len = to - from;
     let per_two_spacings = 0.5 / dx;
     // Slices of equal length: the neighbours to the west, south, east and north, and the cells themselves.
     macro_rules! star {
-        ($field:ident) => {
+        ($rows:ident, $field:ident) => {
             (
-                &rows.here.$field[from - 1..][..len],
-                &rows.south.$field[from..][..len],
-                &rows.here.$field[from..][..len],
-                &rows.north.$field[from..][..len],
-                &rows.here.$field[from + 1..][..len],
+                &$rows.here.$field[from - 1..][..len],
+                &$rows.south.$field[from..][..len],
+                &$rows.here.$field[from..][..len],
+                &$rows.north.$field[from..][..len],
+                &$rows.here.$field[from + 1..][..len],
             )
         };
     }
-    let (depth_w, depth_s, depth, depth_n, depth_e) = star!(depth);
+    let (depth_w, depth_s, depth, depth_n, depth_e) = star!(water, depth);
     {
-        let (w, s, eta, n, e) = star!(surface);
+        let (w, s, bed, n, e) = star!(ground, bed);
         let out_x = &mut out.surface_x[from..to];
         let out_y = &mut out.surface_y[from..to];
         for k in 0..len {
-            let east = surface_difference(depth[k], eta[k], depth_e[k], e[k], dry);
-            let west = surface_difference(depth[k], eta[k], depth_w[k], w[k], dry);
-            let north = surface_difference(depth[k], eta[k], depth_n[k], n[k], dry);
-            let south = surface_difference(depth[k], eta[k], depth_s[k], s[k], dry);
+            let east = surface_difference(depth[k], depth_e[k], e[k] - bed[k], dry);
+            let west = surface_difference(depth[k], depth_w[k], w[k] - bed[k], dry);
+            let north = surface_difference(depth[k], depth_n[k], n[k] - bed[k], dry);
+            let south = surface_difference(depth[k], depth_s[k], s[k] - bed[k], dry);
             let scale = if depth[k] > dry { per_two_spacings } else { 0.0 };
             out_x[k] = scale * (east - west);
             out_y[k] = scale * (north - south);
@@ -70,13 +84,13 @@ fn row_gradient(rows: Rows<'_>, (from, to): (usize, usize), dx: f64, dry: f64, o
     }
     macro_rules! plain {
         ($field:ident, $x:ident, $y:ident) => {{
-            let (w, s, _, n, e) = star!($field);
+            let (w, s, here, n, e) = star!(water, $field);
             let out_x = &mut out.$x[from..to];
             let out_y = &mut out.$y[from..to];
             for k in 0..len {
                 let scale = if depth[k] > dry { per_two_spacings } else { 0.0 };
-                out_x[k] = scale * (e[k] - w[k]);
-                out_y[k] = scale * (n[k] - s[k]);
+                out_x[k] = scale * ((e[k] - here[k]) - (w[k] - here[k]));
+                out_y[k] = scale * ((n[k] - here[k]) - (s[k] - here[k]));
             }
         }};
     }

@@ -164,7 +164,7 @@ impl EulerianSolver {
         self.evaluate_primitive();
     }
 
-    /// Velocities, surface levels and the greatest signal speed of the current state.
+    /// Velocities and the greatest signal speed of the current state.
     fn evaluate_primitive(&mut self) {
         primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Step);
     }

@@ -11,7 +11,7 @@
 //! and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
 //! over the step. All other conditions pass the flux of (M16). Boundaries are few: their faces are worked off one after another.
 
-use super::faces::{EAST, NORTH, hll, turned};
+use super::faces::{EAST, NORTH, through_face, turned};
 use super::gradient::surface_difference;
 use super::state::{State, datum};
 use super::walls::Walls;
@@ -277,11 +277,10 @@ impl Face {
             let water = &state.primitive[row];
             let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
             let normal = if self.direction == EAST { turned::<EAST>(u, v).0 } else { turned::<NORTH>(u, v).0 };
-            (water.depth[column], water.surface[column], self.sign * normal)
+            (water.depth[column], state.ground[row].bed[column], self.sign * normal)
         };
-        let ground = &state.ground[self.cell.0];
-        let (bed, friction) = (ground.bed[self.cell.1], ground.friction[self.cell.1]);
-        let (depth, level, outwards) = at(self.cell);
+        let friction = state.ground[self.cell.0].friction[self.cell.1];
+        let (depth, bed, outwards) = at(self.cell);
         let is_wet = depth > scale.dry_depth;
         if !is_wet {
             let face = EdgeState { depth: 0.0, outwards: 0.0 };
@@ -291,16 +290,16 @@ impl Face {
         let (rise, rise_d, rise_u) = match (wet(self.behind), wet(self.further)) {
             (None, _) => (0.0, 0.0, 0.0),
             (Some(b), further) => {
-                let jump = (surface_difference(b.0, b.1, depth, level, scale.dry_depth), depth - b.0, outwards - b.2);
+                let jump = (surface_difference(b.0, depth, bed - b.1, scale.dry_depth), depth - b.0, outwards - b.2);
                 let before = further
-                    .map_or(jump, |f| (surface_difference(f.0, f.1, b.0, b.1, scale.dry_depth), b.0 - f.0, b.2 - f.2));
+                    .map_or(jump, |f| (surface_difference(f.0, b.0, b.1 - f.1, scale.dry_depth), b.0 - f.0, b.2 - f.2));
                 let half = |a: f64, b: f64| 0.5 * van_leer(a, b);
                 (half(jump.0, before.0), half(jump.1, before.1), half(jump.2, before.2))
             }
         };
         let at_face = (depth + rise_d).clamp(0.0, 2.0 * depth);
         let face = EdgeState { depth: at_face, outwards: outwards + rise_u };
-        let sill = level + rise - at_face;
+        let sill = bed + (depth - at_face) + rise;
         Inside { depth, face, rise, sill, bed, friction, invariant: face.invariant(scale.gravity), is_wet }
     }
 }
@@ -309,7 +308,7 @@ impl Inside {
     /// What passes between the water before the face and a state beyond it.
     fn between(&self, beyond: EdgeState, g: f64) -> Passing {
         let face = self.face;
-        let (mass, momentum) = hll(face.depth, face.outwards, beyond.depth, beyond.outwards, g);
+        let (mass, momentum) = through_face(face.depth, face.outwards, beyond.depth, beyond.outwards, g);
         Passing { mass, momentum, speed: Passing::of(beyond, g).speed }
     }
 
@@ -325,7 +324,7 @@ impl Inside {
     /// The face as a wall.
     fn closed(&self, g: f64) -> Passing {
         let face = self.face;
-        let momentum = hll(face.depth, face.outwards, face.depth, -face.outwards, g).1;
+        let momentum = through_face(face.depth, face.outwards, face.depth, -face.outwards, g).1;
         Passing { mass: 0.0, momentum, speed: 0.0 }
     }
 

@@ -1,4 +1,4 @@
-//! Moving depth, surface level and velocity of the particles in work, and the greatest signal speed.
+//! Moving depth and velocity of the particles in work, and the greatest signal speed.
 
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ pub(crate) enum Source {
 ///
 /// Water that is not deeper than the dry depth is a film: the pairs see its depth, but it has no velocity and gives nothing.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, source: Source) {
-    let (ground, water) = (&state.ground, &state.water);
+    let water = &state.water;
     state.primitive.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, primitive)| {
         let water = &water[row];
         let (depth, discharge_x, discharge_y) = match source {
@@ -35,7 +35,6 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, sou
                 let per_depth = if wet { 1.0 / depth[i] } else { 0.0 };
                 let (u, v) = (discharge_x[i] * per_depth, discharge_y[i] * per_depth);
                 primitive.depth[i] = d;
-                primitive.surface[i] = ground[row].bed[i] + d;
                 primitive.velocity_x[i] = u;
                 primitive.velocity_y[i] = v;
                 let speed_squared = u * u + v * v;

@@ -18,6 +18,8 @@ pub(crate) struct GroundRow {
     pub bed: Vec<f64>,
     /// g n² (m^(1/3)).
     pub friction: Vec<f64>,
+    /// Greatest step of the bed to one of the four neighbours (m), those without terrain left out.
+    pub step: Vec<f64>,
 }
 
 impl GroundRow {
@@ -46,8 +48,6 @@ pub(crate) struct WaterRow {
 pub(crate) struct PrimitiveRow {
     /// Depth d (m).
     pub depth: Vec<f64>,
-    /// Surface level η = z_b + d (m).
-    pub surface: Vec<f64>,
     /// Velocity (m/s).
     pub velocity_x: Vec<f64>,
     pub velocity_y: Vec<f64>,
@@ -110,7 +110,8 @@ impl State {
         let (columns, rows) = (bed.lattice.columns, bed.lattice.rows);
         let zeros = || vec![0.0; columns + 2];
         let face = || FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() };
-        let mut ground = vec![GroundRow { bed: vec![NO_TERRAIN; columns + 2], friction: zeros() }; rows + 2];
+        let mut ground =
+            vec![GroundRow { bed: vec![NO_TERRAIN; columns + 2], friction: zeros(), step: zeros() }; rows + 2];
         let mut water = vec![
             WaterRow {
                 depth: zeros(),
@@ -129,12 +130,11 @@ impl State {
             ground[row + 1].friction[column + 1] = gravity * bed.manning[index] * bed.manning[index];
             water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
         }
-        let primitive = ground
+        find_steps(&mut ground);
+        let primitive = water
             .iter()
-            .zip(&water)
-            .map(|(ground, water)| PrimitiveRow {
+            .map(|water| PrimitiveRow {
                 depth: water.depth.clone(),
-                surface: ground.bed.iter().zip(&water.depth).map(|(bed, depth)| bed + depth).collect(),
                 velocity_x: zeros(),
                 velocity_y: zeros(),
                 fastest: Fastest::default(),
@@ -170,7 +170,6 @@ impl State {
     pub fn rest(&mut self, row: usize, column: usize) {
         let primitive = &mut self.primitive[row];
         primitive.depth[column] = self.water[row].depth[column];
-        primitive.surface[column] = self.ground[row].bed[column] + self.water[row].depth[column];
         primitive.velocity_x[column] = 0.0;
         primitive.velocity_y[column] = 0.0;
         let gradient = &mut self.gradient[row];
@@ -210,6 +209,19 @@ impl State {
             flow_speed: row.flow_speed.max(greatest.flow_speed),
             ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
         })
+    }
+}
+
+/// Fills the steps of the bed.
+fn find_steps(ground: &mut [GroundRow]) {
+    for row in 1..ground.len() - 1 {
+        for column in 1..ground[row].bed.len() - 1 {
+            let bed = ground[row].bed[column];
+            let neighbours = [(row, column - 1), (row, column + 1), (row - 1, column), (row + 1, column)]
+                .map(|(r, c)| ground[r].bed[c]);
+            let with_terrain = neighbours.into_iter().filter(|&neighbour| neighbour < NO_TERRAIN && bed < NO_TERRAIN);
+            ground[row].step[column] = with_terrain.map(|neighbour| (neighbour - bed).abs()).fold(0.0, f64::max);
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! From face fluxes to the new state: the sums of (M10), friction, and the two stages of Heun's method.
 //!
 //! ```text
-//! (M17)  U' = F(U + Δt L(U))        U'' = ½ U + ½ F(U' + Δt L(U'))
+//! (M17)  U' = F(U + Δt L(U))        U'' = F(U + ½ Δt (L(U) + L(U')))
 //! ```
 //!
-//! with F the implicit Manning friction of one step (M18), exact for friction alone:
+//! The first stage leaves U + ½ Δt L(U) where U was. F is the implicit Manning friction of one step (M18), exact for friction alone:
 //! |v_new| = (√(1 + 4 k |v|) − 1) / (2 k), k = Δt g n² / d^(4/3).
 
 use rayon::prelude::*;
@@ -92,31 +92,30 @@ fn row_update(
             (east.normal_right[i - 1] - east.normal_left[i]) + (from_south.tangential[i] - north.tangential[i]);
         let gained_y =
             (from_south.normal_right[i] - north.normal_left[i]) + (east.tangential[i - 1] - east.tangential[i]);
-        let (depth, discharge_x, discharge_y) = match stage {
-            Stage::First => (water.depth[i], water.discharge_x[i], water.discharge_y[i]),
-            Stage::Second => (water.stage_depth[i], water.stage_discharge_x[i], water.stage_discharge_y[i]),
+        let half = 0.5 * step_ratio;
+        let (half_depth, half_x, half_y) = (
+            water.depth[i] + half * gained_depth,
+            water.discharge_x[i] + half * gained_x,
+            water.discharge_y[i] + half * gained_y,
+        );
+        // The first stage looks ahead by the whole step; what it gained counts half.
+        let ahead = match stage {
+            Stage::First => 1.0,
+            Stage::Second => 0.0,
         };
-        let raised = depth + step_ratio * gained_depth;
-        let new_depth = if raised > 0.0 { raised } else { 0.0 };
-        let (q_x, q_y) = (discharge_x + step_ratio * gained_x, discharge_y + step_ratio * gained_y);
-        let kept = if new_depth > dry_depth {
-            kept_by_friction(new_depth, q_x, q_y, ground.friction[i] * time_step)
-        } else {
-            0.0
-        };
-        let (new_x, new_y) = (counted(kept * q_x), counted(kept * q_y));
+        let raised = half_depth + ahead * half * gained_depth;
+        let depth = if raised > 0.0 { raised } else { 0.0 };
+        let (q_x, q_y) = (half_x + ahead * half * gained_x, half_y + ahead * half * gained_y);
+        let kept =
+            if depth > dry_depth { kept_by_friction(depth, q_x, q_y, ground.friction[i] * time_step) } else { 0.0 };
+        let (q_x, q_y) = (counted(kept * q_x), counted(kept * q_y));
         match stage {
             Stage::First => {
-                water.stage_depth[i] = new_depth;
-                water.stage_discharge_x[i] = new_x;
-                water.stage_discharge_y[i] = new_y;
+                (water.stage_depth[i], water.stage_discharge_x[i], water.stage_discharge_y[i]) = (depth, q_x, q_y);
+                (water.depth[i], water.discharge_x[i], water.discharge_y[i]) = (half_depth, half_x, half_y);
             }
             Stage::Second => {
-                let mean_depth = 0.5 * (water.depth[i] + new_depth);
-                let moving = if mean_depth > dry_depth { 0.5 } else { 0.0 };
-                water.depth[i] = mean_depth;
-                water.discharge_x[i] = moving * (water.discharge_x[i] + new_x);
-                water.discharge_y[i] = moving * (water.discharge_y[i] + new_y);
+                (water.depth[i], water.discharge_x[i], water.discharge_y[i]) = (depth, q_x, q_y);
             }
         }
     }

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::Scale;
-use super::faces::{EAST, NORTH, hll, turned};
+use super::faces::{EAST, NORTH, through_face, turned};
 use super::spans::ActiveSet;
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
 use crate::math::{Vec2, segments_cross};
@@ -106,13 +106,13 @@ impl Walls {
     /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
     /// is mirrored; over that of an open boundary they go on as they come from the other side of the cell.
     pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
-        let primitive = &state.primitive;
+        let (primitive, ground) = (&state.primitive, &state.ground);
         state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
             if active.work[row].is_empty() {
                 return;
             }
             for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
-                correct(primitive, row, *cell, scale, gradient);
+                correct(primitive, ground, row, *cell, scale, gradient);
             }
         });
     }
@@ -175,7 +175,7 @@ impl Particle {
 
 /// Normal momentum that a particle loses to its mirror, beyond the pressure of still water.
 fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
-    if depth > 0.0 { hll(depth, towards, depth, -towards, g).1 - 0.5 * g * depth * depth } else { 0.0 }
+    if depth > 0.0 { through_face(depth, towards, depth, -towards, g).1 - 0.5 * g * depth * depth } else { 0.0 }
 }
 
 /// Volume flux and normal momentum of water leaving over an open face behind which the bed falls by `drop` (m).
@@ -191,7 +191,7 @@ fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f
     } else {
         (0.0, 0.0)
     };
-    let (mass, momentum) = hll(depth, outwards, outside_depth, outside_velocity, g);
+    let (mass, momentum) = through_face(depth, outwards, outside_depth, outside_velocity, g);
     if mass > 0.0 { (mass, momentum - 0.5 * g * depth * depth) } else { (0.0, mirrored(depth, outwards, g)) }
 }
 
@@ -213,7 +213,14 @@ impl Beyond {
     }
 }
 
-fn correct(primitive: &[PrimitiveRow], row: usize, cell: WallCell, scale: &Scale, out: &mut GradientRow) {
+fn correct(
+    primitive: &[PrimitiveRow],
+    ground: &[GroundRow],
+    row: usize,
+    cell: WallCell,
+    scale: &Scale,
+    out: &mut GradientRow,
+) {
     let i = cell.column;
     let here = &primitive[row];
     let velocity = Vec2::new(here.velocity_x[i], here.velocity_y[i]);
@@ -233,9 +240,8 @@ fn correct(primitive: &[PrimitiveRow], row: usize, cell: WallCell, scale: &Scale
             let differences = [
                 super::gradient::surface_difference(
                     here.depth[i],
-                    here.surface[i],
                     there.depth[j],
-                    there.surface[j],
+                    ground[shift(row, dr)].bed[j] - ground[row].bed[i],
                     scale.dry_depth,
                 ),
                 there.depth[j] - here.depth[i],

@@ -22,7 +22,7 @@ use crate::boundary::{Edge, Walls, outline};
 use crate::math::{Sym2, Vec2};
 use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation};
+use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
 use crate::solver::FlowProblem;
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
@@ -41,6 +41,8 @@ pub struct MovingMethods {
     pub reconstruction: Reconstruction,
     /// Effect of the bed's slope.
     pub bed_slope: BedSlope,
+    /// What stands for walls.
+    pub wall: WallMethod,
 }
 
 impl MovingMethods {
@@ -53,6 +55,7 @@ impl MovingMethods {
             stabilisation,
             reconstruction,
             bed_slope: BedSlope::default(),
+            wall: WallMethod::default(),
         }
     }
 }
@@ -62,8 +65,12 @@ impl MovingMethods {
 pub struct Rates {
     /// dv/dt (m/s²) without friction.
     pub acceleration: Vec2,
-    /// dd/dt (m/s); not used where the depth is summed.
-    pub depth_rate: f64,
+    /// (dd/dt)/d (1/s); 0 where the depth is summed.
+    pub growth: f64,
+    /// −div v (1/s), the smooth part of the growth.
+    pub compression: f64,
+    /// The same at the evaluation before.
+    pub compression_before: f64,
     /// Added to the velocity with which the position moves (m/s).
     pub shift: Vec2,
     /// Greatest speed (m/s) at which a neighbour approaches or leaves.
@@ -99,6 +106,8 @@ pub struct MovingWater {
     pub particles: FluidParticles,
     /// Their rates, from the latest evaluation.
     pub rates: Vec<Rates>,
+    /// Length (s) of the step before, 0 where there is none to build on.
+    pub step_before: f64,
     /// Who is near whom.
     pub neighbours: Neighbours,
     /// The riverbed.
@@ -111,7 +120,9 @@ pub struct MovingWater {
 
 impl MovingWater {
     /// Particles at rest on the bed of a problem.
-    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension) -> Self {
+    ///
+    /// In one dimension the point of a wall and its mirror show the same: there walls are mirrors whatever `wall` says.
+    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, wall: WallMethod) -> Self {
         let lattice = &problem.bed.lattice;
         let mut edges = match dimension {
             Dimension::One => channel_ends(problem),
@@ -121,6 +132,11 @@ impl MovingWater {
         if dimension == Dimension::One {
             edges.retain(|edge| (edge.end - edge.start).x.abs() < 1e-6 * (edge.end - edge.start).norm());
         }
+        let walls = Walls::new(edges, lattice.spacing);
+        let walls = match (wall, dimension) {
+            (WallMethod::Mirror, _) | (_, Dimension::One) => walls,
+            (WallMethod::VirtualParticles, Dimension::Two) => walls.with_virtual_particles(lattice.spacing),
+        };
         MovingWater {
             dimension,
             gravity: problem.gravity,
@@ -128,8 +144,9 @@ impl MovingWater {
             largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(0.0, f64::max),
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
+            step_before: 0.0,
             neighbours: Neighbours::default(),
-            walls: Walls::new(edges, lattice.spacing),
+            walls,
             bed: problem.bed.clone(),
             bed_points: Vec::new(),
         }

@@ -1,7 +1,7 @@
 //! The core with moving particles: a formulation, an integrator, the books and the watch.
 
 use super::step::{Moved, heun, leapfrog};
-use super::{Formulation, MovingWater};
+use super::{Formulation, MovingMethods, MovingWater};
 use crate::error::NumericalFailure;
 use crate::gridding::Gridder;
 use crate::lattice::WaterOnLattice;
@@ -45,16 +45,16 @@ impl<F: Formulation> MovingSolver<F> {
         problem: FlowProblem,
         seeds: &[FluidSeed],
         formulation: F,
-        integrator: Integrator,
+        methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
-        let water = MovingWater::new(&problem, seeds, dimension);
+        let water = MovingWater::new(&problem, seeds, dimension, methods.wall);
         let stored = seeds.iter().map(|seed| seed.volume).sum();
         let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let mut solver = MovingSolver {
             water,
             formulation,
-            integrator,
+            integrator: methods.integrator,
             courant: problem.courant,
             time: 0.0,
             steps: 0,
@@ -91,6 +91,7 @@ impl<F: Formulation> MovingSolver<F> {
 
     /// Evaluates the rates anew after a change of the state from outside.
     pub fn restart(&mut self) {
+        self.water.step_before = 0.0;
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
         self.gridding_age = None;
@@ -120,7 +121,7 @@ impl<F: Formulation> MovingSolver<F> {
                 ("the depth", d),
                 ("the smoothing length", particles.smoothing_length[i]),
                 ("the acceleration", rates.acceleration.norm()),
-                ("the rate of the depth", rates.depth_rate),
+                ("the rate of the depth", rates.growth),
             ];
             if let Some((quantity, value)) = values.into_iter().find(|(_, value)| !value.is_finite()) {
                 return Err(self.failure(quantity, value, x));

@@ -77,7 +77,7 @@ impl VariationalSolver {
             bed_slope: methods.bed_slope,
             densities: Vec::new(),
         };
-        Self::with_formulation(problem, seeds, variational, methods.integrator, dimension)
+        Self::with_formulation(problem, seeds, variational, methods, dimension)
     }
 }
 

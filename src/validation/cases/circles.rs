@@ -40,6 +40,16 @@ pub const CASES: &[Case] = &[
         setup: |spacing, motion| Ok(circular(spacing, motion, Accuracy::Second)),
     },
     Case {
+        name: "circular_dam_deep",
+        suite: Suite::Analytic,
+        about: "Circular dam break, 10 m over 1 m within 11 m, in a square of 50 m, at 0.69 s against radial finite volumes.",
+        is_tuned: false,
+        spacings: &[1.0, 0.5, 0.25],
+        tested: 2,
+        bars: &[Bar { order: Some((0.0, Some(0.0))), ..Bar::NONE }],
+        setup: |spacing, _| Ok(deep(spacing)),
+    },
+    Case {
         name: "spreading_cylinder",
         suite: Suite::Analytic,
         about: "A cylinder of water, 1 m high and wide, spreading on dry ground for 1 s to a fiftieth of its depth, against radial finite volumes.",
@@ -74,6 +84,17 @@ pub fn circular(spacing: f64, motion: Motion, accuracy: Accuracy) -> Setup {
     }
     setup.checks = Some(Box::new(|_, end| vec![symmetry(end)]));
     setup
+}
+
+/// The circular dam break as other codes were measured on it: in a whole square, whose edges no wave has reached.
+fn deep(spacing: f64) -> Setup {
+    static REFERENCE: OnceLock<Profile> = OnceLock::new();
+    const CENTRE: Vec2 = Vec2::new(25.0, 25.0);
+    let reference =
+        REFERENCE.get_or_init(|| radial_dam_break((10.0, 1.0), 11.0, (40.0, REFERENCE_CELLS), 0.69, Accuracy::Second));
+    let level = |place: Vec2| if (place - CENTRE).norm() < 11.0 { 10.0 } else { 1.0 };
+    let exact = radially(reference);
+    quadrant(50.0, spacing, spacing, level, 0.69, Box::new(move |place| exact(place - CENTRE)))
 }
 
 /// The spreading cylinder; the lattice of moving particles and of their bed are different ones.
