@@ -36,6 +36,11 @@ impl Findings {
         problems.into_iter().for_each(|problem| self.add(source, problem));
     }
 
+    /// Whether something of a key was refused.
+    pub fn has_errors_of(&self, key: &str) -> bool {
+        self.problems.iter().any(|problem| problem.key == key && problem.severity == Severity::Error)
+    }
+
     /// All of them, errors first, each kind in the order in which they were found.
     pub fn into_problems(mut self) -> Vec<Problem> {
         self.problems.sort_by_key(|problem| problem.severity == Severity::Warning);

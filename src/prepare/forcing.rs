@@ -13,7 +13,7 @@ use crate::math::Vec2;
 use crate::output::Section;
 use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, Side, SourcePlace, Sourced};
-use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
+use crate::terrain::{Layer, RasterFile, RasterRequest, Resampling, Terrain};
 
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
@@ -100,7 +100,7 @@ fn condition(condition: &BoundaryCondition, scenario: &Scenario, findings: &mut 
             }
         }
         BoundaryCondition::NormalDepth(slope) => {
-            if scenario.manning <= 0.0 {
+            if scenario.roughness.is_none() {
                 let message = "without roughness there is no uniform flow, and no normal depth";
                 let problem = Problem::error(ProblemKind::Scenario, "no-roughness", "", message);
                 let remedy = "give `roughness.manning` a value above 0, or take `type: free`";
@@ -132,6 +132,7 @@ fn open_rain(
                 unit: 1.0,
                 offset: 0.0,
                 reproject: scenario.reproject,
+                resampling: Resampling::Bilinear,
                 resolution: scenario.resolution.value,
                 memory: scenario.limits.memory,
             };

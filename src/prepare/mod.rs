@@ -10,6 +10,7 @@ mod layers;
 mod places;
 mod polygons;
 mod rain;
+mod roughness;
 mod series;
 mod water;
 
@@ -165,6 +166,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         .as_ref()
         .map(|source| places::gauges(source, crs.as_ref(), scenario.reproject, &mut findings))
         .unwrap_or_default();
+    let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
     let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
@@ -185,7 +187,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        place_on_lattice(scenario, &mut prepared, lines, &mut opened, bodies, &mut findings);
+        place_on_lattice(scenario, &mut prepared, lines, (&mut opened, &rough), bodies, &mut findings);
     }
     prepared.sections = opened.sections;
     prepared.problems = findings.into_problems();
@@ -200,7 +202,7 @@ fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    opened: &mut forcing::Opened,
+    (opened, rough): (&mut forcing::Opened, &roughness::Opened),
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -211,7 +213,8 @@ fn place_on_lattice(
     let Some(lattice) = findings.take(&scenario.resolution, lattice) else {
         return;
     };
-    let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.manning);
+    let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.roughness.manning.unwrap_or(0.0));
+    bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     for (source, pieces) in scenario.walls.iter().zip(walls) {
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
     }
@@ -251,9 +254,13 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let walls = scenario.walls.iter().map(|source| &source.value.path);
     let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
     let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
+    let roughness = &scenario.roughness;
+    let rough = roughness.raster.iter().chain(&roughness.table).map(|file| &file.value);
+    let rough = rough.chain(roughness.polygons.iter().map(|file| &file.value.path));
     let forcing = forcing_files(scenario);
     let mut paths: Vec<PathBuf> = Vec::new();
-    for path in layers.chain(vectors).chain(walls).chain(open).chain(forcing).chain(sections).chain(gauges) {
+    for path in layers.chain(rough).chain(vectors).chain(walls).chain(open).chain(forcing).chain(sections).chain(gauges)
+    {
         let is_shapefile = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("shp"));
         let side_files = ["dbf", "shx", "prj"].iter().filter(|_| is_shapefile).map(|e| path.with_extension(e));
         for file in std::iter::once(path.clone()).chain(side_files) {

@@ -74,6 +74,31 @@ pub enum CrsChoice {
     Named(String),
 }
 
+/// Roughness of the ground after Manning (s·m^(−1/3)).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roughness {
+    /// n where no file says it: everywhere without a raster, the default beside one.
+    pub manning: Option<f64>,
+    /// A raster of classes, with their table, or of n itself.
+    pub raster: Option<Sourced<PathBuf>>,
+    /// The n of each class.
+    pub table: Option<Sourced<PathBuf>>,
+    /// Areas with an n of their own, on top.
+    pub polygons: Option<Sourced<VectorSource>>,
+}
+
+impl Roughness {
+    /// The same n everywhere.
+    pub fn uniform(manning: f64) -> Self {
+        Roughness { manning: Some(manning), raster: None, table: None, polygons: None }
+    }
+
+    /// Whether there is no friction anywhere.
+    pub fn is_none(&self) -> bool {
+        self.raster.is_none() && self.polygons.is_none() && self.manning.is_none_or(|n| n <= 0.0)
+    }
+}
+
 /// A body of still water at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialWater {
@@ -296,8 +321,8 @@ pub struct Scenario {
     pub layers: Vec<Sourced<TerrainLayer>>,
     /// Whether terrain in another or a geographic CRS is warped to the CRS of the run.
     pub reproject: bool,
-    /// Manning roughness (s·m^(−1/3)).
-    pub manning: f64,
+    /// Roughness of the ground.
+    pub roughness: Roughness,
     /// Water at the start.
     pub initial: Vec<InitialWater>,
     /// Polylines that no water crosses.

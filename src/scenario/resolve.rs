@@ -14,12 +14,12 @@ use super::methods::{
 };
 use super::model::{
     Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation,
-    Rain, RainAmount, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
+    Rain, RainAmount, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
 };
 use super::read::{FromNode, Reader};
 use super::schema::{
-    BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, NumericsSection, OutputsSection, RainSection, ScenarioFile,
-    SourceEntry, Terrain,
+    BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, NumericsSection, OutputsSection, RainSection,
+    Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
 use super::units::INTENSITY;
 use super::{preset, tree};
@@ -159,7 +159,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         },
         layers,
         reproject,
-        manning: written.roughness.manning.value(),
+        roughness: roughness(written.roughness),
         initial: written
             .initial
             .map_or_else(Vec::new, |entries| entries.0)
@@ -207,6 +207,15 @@ fn terrain(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool) {
             let layers = section.layers.0.into_iter().filter_map(layer).collect();
             (layers, section.reproject.unwrap_or(false))
         }
+    }
+}
+
+fn roughness(section: RoughnessSection) -> Roughness {
+    Roughness {
+        manning: section.manning.or(section.default).map(|n| n.value()),
+        raster: section.raster.map(|file| file.0),
+        table: section.table.map(|file| file.0),
+        polygons: section.polygons.map(|file| file.0),
     }
 }
 
@@ -446,7 +455,7 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         let TerrainLayer::Raster { path, offset, unit } = &scenario.layers[0].value else { panic!("not a raster") };
         assert_eq!(path, Path::new("cases/malpasset/dem_20m.tif"));
         assert!(exact(*offset, 0.0) && exact(*unit, 1.0));
-        assert!(exact(scenario.manning, 0.033) && exact(scenario.resolution.value, 20.0));
+        assert!(exact(scenario.roughness.manning.unwrap(), 0.033) && exact(scenario.resolution.value, 20.0));
         assert!(exact(scenario.end_time, 4000.0) && exact(scenario.outputs.every, 100.0));
         assert_eq!(scenario.initial.len(), 2);
         let level = scenario.initial[0].level.as_ref().unwrap();

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use super::choices::{Choice, ElevationUnit};
 use super::model::{
-    BoundaryCondition, CrsChoice, OpenBoundary, PointInterpolation, RainAmount, Scenario, Side, SourcePlace, Sourced,
-    TableFile, TerrainLayer, Timed, VectorSource,
+    BoundaryCondition, CrsChoice, OpenBoundary, PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace,
+    Sourced, TableFile, TerrainLayer, Timed, VectorSource,
 };
 
 impl Scenario {
@@ -42,7 +42,8 @@ impl Scenario {
                 }
             }
         }
-        writeln!(text, "  reproject: {}\nroughness: {{manning: {}}}", self.reproject, self.manning)?;
+        writeln!(text, "  reproject: {}", self.reproject)?;
+        self.write_roughness(text)?;
         if !self.walls.is_empty() {
             writeln!(text, "structures:\n  walls:")?;
         }
@@ -75,6 +76,24 @@ impl Scenario {
             }
         }
         self.write_forcing(text)
+    }
+
+    fn write_roughness(&self, text: &mut String) -> std::fmt::Result {
+        let Roughness { manning, raster, table, polygons } = &self.roughness;
+        writeln!(text, "roughness:")?;
+        if let Some(raster) = raster {
+            writeln!(text, "  raster: {}", quoted_path(&raster.value))?;
+        }
+        if let Some(table) = table {
+            writeln!(text, "  table: {}", quoted_path(&table.value))?;
+        }
+        if let Some(n) = manning {
+            writeln!(text, "  {}: {n}", if raster.is_some() { "default" } else { "manning" })?;
+        }
+        if let Some(polygons) = polygons {
+            writeln!(text, "  polygons: {}", quoted_vector(polygons))?;
+        }
+        Ok(())
     }
 
     fn write_forcing(&self, text: &mut String) -> std::fmt::Result {
@@ -245,6 +264,9 @@ mod tests {
                 lines.place = None;
             }
         }
+        let rough = &mut plain.roughness;
+        rough.raster.iter_mut().chain(&mut rough.table).for_each(|file| file.place = None);
+        rough.polygons.iter_mut().for_each(|file| file.place = None);
         forget_forcing(&mut plain);
         plain
     }
@@ -336,6 +358,21 @@ boundaries:
         let raster = "rain: {raster: rain.tif, unit: in/h, duration: 2 h, losses: {constant: 1 mm/h}}\n";
         for rain in [rate, raster] {
             assert_round_trip(&format!("{start}{boundaries}{sources}{rain}"));
+        }
+    }
+
+    #[test]
+    fn every_kind_of_roughness_reads_back_as_itself() {
+        let kinds = [
+            "{raster: manning.tif}",
+            "{raster: land cover.tif, table: manning.csv, default: 0.05, polygons: areas.gpkg:rough}",
+            "{manning: 0.04, polygons: areas.geojson}",
+        ];
+        for kind in kinds {
+            assert_round_trip(&format!(
+                "floodsim: 1\nterrain: dem.tif\nroughness: {kind}\ninitial: [{{sea: a.geojson, level: 0.1 m}}]\n\
+                 resolution: 20 m\ntime: {{end: 1 h}}\n"
+            ));
         }
     }
 

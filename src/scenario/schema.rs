@@ -143,11 +143,19 @@ section! {
     /// Roughness of the ground.
     Roughness, example "{manning: 0.033}", check check_roughness {
         /// Manning's n, everywhere.
-        manning: Quantity<Manning>,
+        manning: Option<Quantity<Manning>>,
+        /// Raster of n, or of classes when there is a table.
+        raster: Option<InputFile>,
+        /// CSV with the columns class, name, n.
+        table: Option<InputFile>,
+        /// Manning's n where the raster gives none; that is an error when absent.
+        default: Option<Quantity<Manning>>,
+        /// Polygons with an attribute `n`, which win over all else.
+        polygons: Option<VectorFile>,
     }
 }
 
-/// Warns of a roughness that is possible, but hardly meant.
+/// Refuses what does not go together, and warns of a roughness that is possible, but hardly meant.
 fn check_roughness(node: &Node, reader: &mut Reader) -> Option<()> {
     if let Some(manning) = node.get("manning")
         && let Value::Text(text) = &manning.value
@@ -156,7 +164,17 @@ fn check_roughness(node: &Node, reader: &mut Reader) -> Option<()> {
         let message = format!("a Manning roughness of `{text}` is smoother than glass");
         reader.warning(manning, "roughness", message, "natural ground has 0.02 to 0.15, smooth concrete 0.012");
     }
-    Some(())
+    let kind = reader.exactly_one(node, &["manning", "raster"])?;
+    let foreign: &[&str] = if kind == "manning" { &["table", "default"] } else { &[] };
+    let mut is_fit = true;
+    for name in foreign {
+        if let Some(value) = node.get(name) {
+            let remedy = "take it out, or give a `raster` in place of `manning`";
+            reader.error(value, "conflict", format!("`{name}` goes with `raster`, not with `manning`"), remedy);
+            is_fit = false;
+        }
+    }
+    is_fit.then_some(())
 }
 
 section! {

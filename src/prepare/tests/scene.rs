@@ -29,7 +29,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         crs: sourced("crs", CrsChoice::Local),
         layers: Vec::new(),
         reproject: false,
-        manning: 0.03,
+        roughness: Roughness::uniform(0.03),
         initial: Vec::new(),
         walls: Vec::new(),
         open: Vec::new(),
