@@ -1,13 +1,12 @@
 //! Faces between pairs, and the rates of velocity and depth.
 //!
-//! On the way from i to j along e, with limited slopes (a of η, b of u = v·e):
+//! On the way from i to j along e, with slopes limited by van Leer (a of η, b of u = v·e):
 //!
 //! ```text
-//! a_1 = ½ φ(2 ∇η_i·x_ij − Δη, Δη),  φ(p, q) = least of 1.6 |p|, 1.6 |q|, |p + q|/2 with their sign, 0 where they differ in it
 //! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_iR = η_i + a_1 − d_iR,  z* = max(z_iR, z_jR)     (Audusse2004, on limited states)
 //! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks or as chosen; p* = 0 where either is dry
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
-//! dd/dt = −d_i {div v + Σ [θ D3 + (1 − θ) D1]} + α d' (ΣAW/σ − 1)(1 − χ) max|Δu| / h_i
+//! dd/dt = −d_i {div v + Σ [θ D3 + (1 − θ) D1]} + α d_i (ΣAW − 1)(1 − χ) max|Δu| / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
 //! D2 = (1 − χ) A_j G_ij (e·L_i e)(b_1 − b_2) where the pair leaves each other, u_j > u_i; otherwise 0
 //! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))
@@ -16,9 +15,6 @@
 //!
 //! D2 is the part of D1 that limited slopes of the velocity give, which D3 lacks: with it the errors of a rarefaction fall by
 //! a third. Between particles that approach it spoils the speed of bores (decision 0008).
-//!
-//! σ is ΣAW on a square lattice, 1.002 in the plane: with 1 in its place water swelled wherever it was sheared or stretched,
-//! which was most of the error of an oscillating bowl (decision 0011).
 //!
 //! A crowded particle swells no faster than the depth around it allows. By its own depth it would swell without end in a pond
 //! narrower than its neighbours.
@@ -37,8 +33,7 @@
 //! lonely particle may be a puddle.
 //!
 //! The bracket vanishes for a level surface on any bed and is exact for a plane one. Positions move with v plus a shift out
-//! of the crowd, max|Δu − b_1 − b_2| (1 − χ) S₀ / A^((dim−1)/dim), which vanishes at rest and in smooth flow, and keeps the
-//! particles of thin water from piling up before deep ones.
+//! of the crowd, 0.3 max|Δu| (1 − χ) S₀ / A^((dim−1)/dim), which vanishes at rest.
 
 use rayon::prelude::*;
 
@@ -54,8 +49,8 @@ use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, correction}
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
-/// Slopes may be so many times as steep as the flatter of both sides: 1 is minmod, 2 the steepest that makes no extremum.
-const STEEPEST: f64 = 1.6;
+/// Share of the greatest approach speed with which particles leave a crowd.
+const SHIFT: f64 = 0.3;
 /// The moment of contacts counts so many times: half of what an inverse needs suffices to know the surface.
 const ENOUGH_CONTACT: f64 = 2.0;
 /// Froude number squared from which on a particle without support feels the whole slope.
@@ -79,8 +74,6 @@ struct Sums {
     contact_yy: LaneSum,
     /// max |u_j − u_i| (m/s).
     approach: LaneMaximum,
-    /// max |u_j − b_2 − u_i − b_1| (m/s): what is left of it at the face.
-    jump: LaneMaximum,
 }
 
 impl Balanced {
@@ -92,9 +85,7 @@ impl Balanced {
         rates.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(|(chunk, (rates, near))| {
             let mut pairs = Pairs::new();
             for (k, rates) in rates.iter_mut().enumerate() {
-                let compression_before = rates.compression;
-                let now = self.rates_of(water_ref, chunk * CHUNK + k, near.of(k), &mut pairs);
-                *rates = Rates { compression_before, ..now };
+                *rates = self.rates_of(water_ref, chunk * CHUNK + k, near.of(k), &mut pairs);
             }
         });
         water.rates = rates;
@@ -115,18 +106,17 @@ impl Balanced {
         let sums = sum_faces(pairs, me, mine, local, images, &around);
         let force = Vec2::new(sums.force_x.total(), sums.force_y.total());
         let approach = sums.approach.total();
-        let compression = -(mine.u.x + mine.v.y);
+        let divergence = mine.u.x + mine.v.y + sums.divergence.total();
         let contact = Sym2 { xx: sums.contact_xx.total(), xy: sums.contact_xy.total(), yy: sums.contact_yy.total() };
         let inside = 1.0 - local.edge;
-        let crowding = local.partition / self.full - 1.0;
-        let swelling = if crowding > 0.0 { (local.mean_depth / me.depth).min(1.0) } else { 1.0 };
+        let crowding = local.partition - 1.0;
+        let swelling = if crowding > 0.0 { me.depth.min(local.mean_depth) } else { me.depth };
         let relaxation = RELAXATION * swelling * crowding * inside * approach * me.inverse_h;
         let unsupported = self.unsupported(water, i, contact);
         Rates {
             acceleration: local.push - force / me.depth - unsupported,
-            growth: compression - sums.divergence.total() + relaxation,
-            compression,
-            shift: local.openness * (sums.jump.total() * inside),
+            depth_rate: relaxation - me.depth * divergence,
+            shift: local.openness * (SHIFT * approach * inside),
             approach,
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
@@ -134,7 +124,6 @@ impl Balanced {
             reach: (1.0 / me.inverse_h).min(
                 self.dimension.count() * celerity(me.depth, gravity) / sums.stiffness.total().max(f64::MIN_POSITIVE),
             ),
-            ..Rates::default()
         }
     }
 }
@@ -165,21 +154,23 @@ struct Around<'a> {
     gravity: f64,
 }
 
-/// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e; 0 without
-/// reconstruction.
+/// Products of slopes below this vanish: no division overflows.
+const LEAST_PRODUCT: f64 = 1e-290;
+
+/// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e, by one division; 0
+/// without reconstruction.
 #[inline(always)]
 fn half_slopes<const IS_LIMITED: bool>(along_i: f64, along_j: f64, difference: f64) -> (f64, f64) {
-    if IS_LIMITED { (half_slope(along_i, difference), half_slope(along_j, difference)) } else { (0.0, 0.0) }
-}
-
-/// Half the gradient along e as far as the differences on both sides, one of them seen in the gradient alone, allow.
-#[inline(always)]
-fn half_slope(along: f64, difference: f64) -> f64 {
-    let behind = 2.0 * along - difference;
-    let flatter = smaller(behind.abs(), difference.abs());
-    let size = 0.5 * smaller(STEEPEST * flatter, along.abs());
-    let slope = if difference > 0.0 { size } else { -size };
-    if behind * difference > 0.0 { slope } else { 0.0 }
+    if !IS_LIMITED {
+        return (0.0, 0.0);
+    }
+    let (a, b) = (2.0 * along_i - difference, 2.0 * along_j - difference);
+    let (product_a, product_b) = (a * difference, b * difference);
+    let (is_a, is_b) = (product_a > LEAST_PRODUCT, product_b > LEAST_PRODUCT);
+    let (top_a, top_b) = (if is_a { product_a } else { 0.0 }, if is_b { product_b } else { 0.0 });
+    let (sum_a, sum_b) = (if is_a { a + difference } else { 1.0 }, if is_b { b + difference } else { 1.0 });
+    let inverse = 1.0 / (sum_a * sum_b);
+    (top_a * (sum_b * inverse), top_b * (sum_a * inverse))
 }
 
 /// Sums over the faces by the chosen Riemann solver, with or without limited slopes.
@@ -224,12 +215,11 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
             ($($name:ident)+) => { $(let $name = &pairs.$name[..n];)+ };
         }
         columns!(velocity_x velocity_y depth surface surface_x surface_y depth_x depth_y u_x u_y v_x v_y r e_x e_y weight);
-        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach, jump] =
-            &mut pairs.terms;
+        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach] = &mut pairs.terms;
         let (force_x, force_y) = (&mut force_x[..n], &mut force_y[..n]);
         let (divergence, stiffness) = (&mut divergence[..n], &mut stiffness[..n]);
         let (contact_xx, contact_xy) = (&mut contact_xx[..n], &mut contact_xy[..n]);
-        let (contact_yy, approach, jump) = (&mut contact_yy[..n], &mut approach[..n], &mut jump[..n]);
+        let (contact_yy, approach) = (&mut contact_yy[..n], &mut approach[..n]);
         for k in 0..n {
             let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
             let (x, y) = (r * ex, r * ey);
@@ -287,7 +277,6 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
             contact_xy[k] = contact * ex * ey;
             contact_yy[k] = contact * ey * ey;
             approach[k] = du.abs();
-            jump[k] = (du - b_1 - b_2).abs();
         }
         sums.force_x.add(force_x);
         sums.force_y.add(force_y);
@@ -297,7 +286,6 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
         sums.contact_xy.add(contact_xy);
         sums.contact_yy.add(contact_yy);
         sums.approach.add(approach);
-        sums.jump.add(jump);
     }
     sums
 }

@@ -65,12 +65,8 @@ impl MovingMethods {
 pub struct Rates {
     /// dv/dt (m/s²) without friction.
     pub acceleration: Vec2,
-    /// (dd/dt)/d (1/s); 0 where the depth is summed.
-    pub growth: f64,
-    /// −div v (1/s), the smooth part of the growth.
-    pub compression: f64,
-    /// The same at the evaluation before.
-    pub compression_before: f64,
+    /// dd/dt (m/s); not used where the depth is summed.
+    pub depth_rate: f64,
     /// Added to the velocity with which the position moves (m/s).
     pub shift: Vec2,
     /// Greatest speed (m/s) at which a neighbour approaches or leaves.
@@ -106,8 +102,6 @@ pub struct MovingWater {
     pub particles: FluidParticles,
     /// Their rates, from the latest evaluation.
     pub rates: Vec<Rates>,
-    /// Length (s) of the step before, 0 where there is none to build on.
-    pub step_before: f64,
     /// Who is near whom.
     pub neighbours: Neighbours,
     /// The riverbed.
@@ -144,7 +138,6 @@ impl MovingWater {
             largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(0.0, f64::max),
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
-            step_before: 0.0,
             neighbours: Neighbours::default(),
             walls,
             bed: problem.bed.clone(),

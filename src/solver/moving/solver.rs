@@ -91,7 +91,6 @@ impl<F: Formulation> MovingSolver<F> {
 
     /// Evaluates the rates anew after a change of the state from outside.
     pub fn restart(&mut self) {
-        self.water.step_before = 0.0;
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
         self.gridding_age = None;
@@ -121,7 +120,7 @@ impl<F: Formulation> MovingSolver<F> {
                 ("the depth", d),
                 ("the smoothing length", particles.smoothing_length[i]),
                 ("the acceleration", rates.acceleration.norm()),
-                ("the rate of the depth", rates.growth),
+                ("the rate of the depth", rates.depth_rate),
             ];
             if let Some((quantity, value)) = values.into_iter().find(|(_, value)| !value.is_finite()) {
                 return Err(self.failure(quantity, value, x));
