@@ -1,12 +1,17 @@
-//! Where the water ends: the outline of the terrain, walls, open edges, and the mirror images or virtual particles that stand for a wall.
+//! Where the water ends, and where it comes and goes: the outline of the terrain, walls, the mirror images or virtual particles that
+//! stand for them, open edges, and the forcing by boundaries, sources and rain.
 
+mod forcing;
 mod image;
 mod open_edges;
 mod outline;
+mod series;
 mod virtual_particles;
 mod wall;
 
+pub use forcing::{Boundary, Condition, Forcing, PointSource, Rain, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use open_edges::OpenEdges;
 pub use outline::outline;
+pub use series::Series;
 pub use wall::{Edge, Path, Walls};

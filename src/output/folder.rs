@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Problem, ProblemKind};
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
-const OWN_FILES: [&str; 16] = [
+const OWN_FILES: [&str; 20] = [
     "run.json",
     "scenario.resolved.yaml",
     "fields.nc",
@@ -21,6 +21,9 @@ const OWN_FILES: [&str; 16] = [
     "tables/gauges.csv",
     "tables/gauge_series.csv",
     "tables/mass_balance.csv",
+    "tables/sections.csv",
+    "tables/section_series.csv",
+    "sections.nc",
     "report/index.html",
     "report/max_depth.svg",
     "report/arrival.svg",
@@ -28,6 +31,7 @@ const OWN_FILES: [&str; 16] = [
     "report/max_speed.svg",
     "report/four_times.svg",
     "report/gauges.svg",
+    "report/sections.svg",
 ];
 
 /// Beginning of the temporary name of a file that is not yet whole.

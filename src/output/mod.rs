@@ -18,6 +18,7 @@ mod manifest;
 mod maxima;
 mod outline;
 mod recorder;
+mod sections;
 mod write;
 
 pub use folder::RunFolder;
@@ -28,9 +29,10 @@ pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{InputFile, ParticleCounts, RunManifest, StepLengths, VolumeBooks};
 pub use maxima::{LatticeMaps, ThresholdMaps};
 pub use recorder::{Recorder, RecorderPlan, Recording};
+pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{
-    FieldsWriter, MapVariable, Provenance, map_variables, utc_now, write_cogs, write_geopackage, write_maps,
-    write_tables,
+    FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_cogs, write_geopackage, write_maps,
+    write_sections, write_tables,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

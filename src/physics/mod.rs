@@ -5,6 +5,7 @@ pub mod flux;
 pub mod friction;
 pub mod kernel;
 pub mod limiter;
+pub mod open_boundary;
 
 /// Speed of small waves c = √(g d) (m/s) at a depth (m) of 0 or more.
 #[inline(always)]

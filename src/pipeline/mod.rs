@@ -15,8 +15,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
-    FieldsWriter, InputFile, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest, VolumeBooks,
-    Volumes, utc_now, write_cogs, write_geopackage, write_maps, write_tables,
+    FieldsWriter, Findings, InputFile, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest,
+    SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now, write_cogs, write_geopackage, write_maps,
+    write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
@@ -137,28 +138,39 @@ impl Run<'_> {
         let provenance = self.provenance();
         let mut fields = FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance)?;
         let mut progress = Progress::new(self.scenario.end_time, &lattice, show);
-        let early = self.compute(solver.as_mut(), &mut recorder, &mut fields, &mut progress)?;
+        let outputs = &self.scenario.outputs;
+        let count = self.prepared.sections.len();
+        let mut sections = SectionRecorder::new(count, outputs.gauges_every, self.scenario.end_time);
+        let recorders = (&mut recorder, &mut sections);
+        let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap("compute");
 
         let recording = recorder.finish();
+        let (section_results, section_samples) = sections.finish();
         fields.finish()?;
         let crs = &self.prepared.crs;
         let outputs = &self.scenario.outputs;
         let rise_on_wet = outputs.rise_on_wet;
         write_maps(&self.folder, &grid, crs, &provenance, &recording.maps, (recording.end_time, rise_on_wet))?;
         write_cogs(&self.folder, &grid, crs, &provenance, &recording.maps, rise_on_wet)?;
-        let gauges_and_isochrones = (self.prepared.gauges.as_slice(), outputs.isochrones.as_slice());
-        write_geopackage(&self.folder, &grid, crs, &recording, gauges_and_isochrones, &self.prepared.problems)?;
+        let findings = Findings {
+            gauges: &self.prepared.gauges,
+            sections: (&self.prepared.sections, &section_results),
+            isochrones: &outputs.isochrones,
+            problems: &self.prepared.problems,
+        };
+        write_geopackage(&self.folder, &grid, crs, &recording, &findings)?;
         write_tables(&self.folder, &self.prepared.gauges, &recording)?;
+        write_sections(&self.folder, &provenance, &self.prepared.sections, &section_results, &section_samples)?;
         self.clock.lap("outputs");
-        self.finish(solver.ledger(), &recording, early)
+        self.finish(solver.ledger(), &recording, &section_results, early)
     }
 
     /// The loop of steps.
     fn compute(
         &mut self,
         solver: &mut dyn FlowSolver,
-        recorder: &mut Recorder,
+        (recorder, sections): (&mut Recorder, &mut SectionRecorder),
         fields: &mut FieldsWriter,
         progress: &mut Progress,
     ) -> Result<Option<Early>, Error> {
@@ -187,6 +199,7 @@ impl Run<'_> {
             steps.count(&choice, solver.particles());
             let (time, ledger) = (solver.time(), solver.ledger());
             recorder.step(time, &solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
+            sections.step(time, solver.sections().iter().map(|flow| (flow.discharge, flow.volume)));
             progress.show(time, solver.particles(), &choice, ledger.relative_error());
             let received = signal.load(Ordering::Relaxed);
             if received != 0 {
@@ -204,7 +217,13 @@ impl Run<'_> {
     }
 
     /// Fills in the manifest, closes the run, and says how it went.
-    fn finish(mut self, ledger: Ledger, recording: &Recording, early: Option<Early>) -> Result<RunSummary, Error> {
+    fn finish(
+        mut self,
+        ledger: Ledger,
+        recording: &Recording,
+        sections: &[SectionResult],
+        early: Option<Early>,
+    ) -> Result<RunSummary, Error> {
         let grid_error = recording
             .mass_balance
             .iter()
@@ -249,6 +268,7 @@ impl Run<'_> {
             seeded: self.still.volumes,
             moving: self.moving,
             gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
+            sections: self.prepared.sections.into_iter().zip(sections.iter().copied()).collect(),
         })
     }
 
@@ -295,6 +315,7 @@ fn flow_problem(scenario: &Scenario, prepared: &Prepared, bed: BedParticles, sti
         bed,
         walls: prepared.walls.clone(),
         open_edges: prepared.open_edges.clone(),
+        forcing: prepared.forcing.clone(),
         initial_depth: still.depth.clone(),
         gravity: scenario.numerics.gravity,
         courant: scenario.numerics.cfl,

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::progress::clock_time;
-use crate::output::{Gauge, GaugeResult, RunManifest};
+use crate::output::{Gauge, GaugeResult, RunManifest, Section, SectionResult};
 use crate::seeding::{FluidSeed, SeededVolume};
 
 /// The moving particles at the start, in short.
@@ -43,6 +43,8 @@ pub struct RunSummary {
     pub moving: Option<MovingAtStart>,
     /// The gauges and what they saw.
     pub gauges: Vec<(Gauge, GaugeResult)>,
+    /// The cross-sections and what passed them.
+    pub sections: Vec<(Section, SectionResult)>,
 }
 
 impl fmt::Display for RunSummary {
@@ -83,8 +85,13 @@ impl fmt::Display for RunSummary {
         let volume = &run.volume_m3;
         writeln!(
             f,
-            "volume {:.6e} m3 at the start, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}, on the grid {:.1e}",
-            volume.initial, volume.outflow, volume.last, volume.error_relative, volume.grid_error_relative
+            "volume {:.6e} m3 at the start, {:.6e} m3 came in, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}, on the grid {:.1e}",
+            volume.initial,
+            volume.inflow,
+            volume.outflow,
+            volume.last,
+            volume.error_relative,
+            volume.grid_error_relative
         )?;
         if !self.gauges.is_empty() {
             writeln!(f, "{:<12} {:>10} {:>10} {:>10} {:>10}", "gauge", "arrival s", "max m", "level m", "speed m/s")?;
@@ -99,6 +106,25 @@ impl fmt::Display for RunSummary {
                 number(result.max_depth, 2),
                 number(result.max_level, 2),
                 number(result.max_speed, 2)
+            )?;
+        }
+        if !self.sections.is_empty() {
+            writeln!(
+                f,
+                "{:<12} {:>10} {:>12} {:>10} {:>12}",
+                "section", "arrival s", "peak m3/s", "at s", "volume m3"
+            )?;
+        }
+        for (section, result) in &self.sections {
+            let time = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.1}"));
+            writeln!(
+                f,
+                "{:<12} {:>10} {:>12.4} {:>10} {:>12.4e}",
+                section.id,
+                time(result.arrival),
+                result.peak_discharge,
+                time(result.time_of_peak),
+                result.volume
             )?;
         }
         writeln!(f, "results in {}", self.folder.display())

@@ -26,9 +26,19 @@ impl Findings {
         result.map_err(|problem| self.add(source, problem)).ok()
     }
 
+    /// Adds the problems of a failed result; hands on the value of another.
+    pub fn take_all<T, V>(&mut self, source: &Sourced<T>, result: Result<V, Vec<Problem>>) -> Option<V> {
+        result.map_err(|problems| self.add_all(source, problems)).ok()
+    }
+
     /// Adds several.
     pub fn add_all<T>(&mut self, source: &Sourced<T>, problems: impl IntoIterator<Item = Problem>) {
         problems.into_iter().for_each(|problem| self.add(source, problem));
+    }
+
+    /// Whether something of a key was refused.
+    pub fn has_errors_of(&self, key: &str) -> bool {
+        self.problems.iter().any(|problem| problem.key == key && problem.severity == Severity::Error)
     }
 
     /// All of them, errors first, each kind in the order in which they were found.

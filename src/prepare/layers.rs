@@ -7,7 +7,9 @@ use crate::error::{Problem, ProblemKind};
 use crate::geodata::{Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, transform};
 use crate::math::Vec2;
 use crate::scenario::{CrsChoice, Scenario, Sourced, TerrainLayer};
-use crate::terrain::{Layer, RasterFile, RasterRequest, Survey, SurveyFile, SurveyPoint, Terrain, read_survey};
+use crate::terrain::{
+    Layer, RasterFile, RasterRequest, Resampling, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
+};
 
 /// A terrain file that is open, with its place in the scenario.
 enum Opened<'a> {
@@ -193,6 +195,7 @@ fn read_raster(
         unit: *unit,
         offset: *offset,
         reproject: scenario.reproject,
+        resampling: Resampling::Bilinear,
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
     };

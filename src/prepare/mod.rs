@@ -4,10 +4,14 @@
 //! solver, gauges and the reference system for the outputs.
 
 mod findings;
+mod forcing;
 mod grid;
 mod layers;
 mod places;
 mod polygons;
+mod rain;
+mod roughness;
+mod series;
 mod water;
 
 use std::path::{Path, PathBuf};
@@ -18,11 +22,11 @@ use crate::bed::{BedParticles, place_bed};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::output::{Gauge, OutputCrs};
+use crate::output::{Gauge, OutputCrs, Section};
 use crate::scenario::methods::Motion;
-use crate::scenario::{OpenBoundary, Scenario, TerrainLayer};
+use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed};
 use crate::seeding::StillWater;
-use crate::solver::OpenEdges;
+use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
@@ -87,12 +91,16 @@ pub struct Prepared {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave, in local coordinates.
     pub open_edges: OpenEdges,
+    /// What brings water in or takes it out, in local coordinates.
+    pub forcing: Forcing,
     /// The riverbed.
     pub bed: Option<BedParticles>,
     /// Bodies of still water at the start.
     pub waters: Vec<StillBody>,
     /// The bodies on the lattice: depths, volumes, leaks.
     pub still_water: Option<StillWater>,
+    /// Cross-sections.
+    pub sections: Vec<Section>,
     /// Gauges.
     pub gauges: Vec<Gauge>,
     /// Every input file, each once, in the order of the scenario.
@@ -158,6 +166,8 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         .as_ref()
         .map(|source| places::gauges(source, crs.as_ref(), scenario.reproject, &mut findings))
         .unwrap_or_default();
+    let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
+    let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
         terrain,
@@ -165,27 +175,34 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         crs: crs.map_or(OutputCrs::Local, |crs| crs.to_output()),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
+        forcing: Forcing::default(),
         bed: None,
         waters: Vec::new(),
         still_water: None,
+        sections: Vec::new(),
         gauges,
         inputs: inputs(scenario),
         gap: None,
         needs: Needs::default(),
     };
     if spacing.is_finite() && spacing > 0.0 {
-        place_on_lattice(scenario, &mut prepared, walls, open_lines, bodies, &mut findings);
+        let lines = (walls, open_lines);
+        place_on_lattice(scenario, &mut prepared, lines, (&mut opened, &rough), bodies, &mut findings);
     }
+    prepared.sections = opened.sections;
     prepared.problems = findings.into_problems();
     prepared
 }
+
+/// Of several files the straight pieces of their lines (map coordinates), as far as they could be read.
+type Lines = Vec<Option<Vec<[Vec2; 2]>>>;
 
 /// The lattice, and everything that is checked on it.
 fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
-    walls: Vec<Option<Vec<[Vec2; 2]>>>,
-    open_lines: Vec<Option<Vec<[Vec2; 2]>>>,
+    (walls, open_lines): (Lines, Lines),
+    (opened, rough): (&mut forcing::Opened, &roughness::Opened),
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -196,11 +213,13 @@ fn place_on_lattice(
     let Some(lattice) = findings.take(&scenario.resolution, lattice) else {
         return;
     };
-    let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.manning);
+    let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.roughness.manning.unwrap_or(0.0));
+    bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     for (source, pieces) in scenario.walls.iter().zip(walls) {
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
+    prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);
     water::check(&mut bodies, &bed, findings);
     let still_water = water::fill(&bodies, &mut bed, terrain, &prepared.walls, findings);
     if let Some(source) = &scenario.outputs.gauges {
@@ -233,9 +252,15 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     });
     let vectors = scenario.initial.iter().map(|water| &water.polygons.value.path);
     let walls = scenario.walls.iter().map(|source| &source.value.path);
+    let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
     let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
+    let roughness = &scenario.roughness;
+    let rough = roughness.raster.iter().chain(&roughness.table).map(|file| &file.value);
+    let rough = rough.chain(roughness.polygons.iter().map(|file| &file.value.path));
+    let forcing = forcing_files(scenario);
     let mut paths: Vec<PathBuf> = Vec::new();
-    for path in layers.chain(vectors).chain(walls).chain(open).chain(gauges) {
+    for path in layers.chain(rough).chain(vectors).chain(walls).chain(open).chain(forcing).chain(sections).chain(gauges)
+    {
         let is_shapefile = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("shp"));
         let side_files = ["dbf", "shx", "prj"].iter().filter(|_| is_shapefile).map(|e| path.with_extension(e));
         for file in std::iter::once(path.clone()).chain(side_files) {
@@ -245,6 +270,45 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         }
     }
     paths.into_iter().filter_map(|path| Some(InputFile { sha256: sha256(&path)?, path })).collect()
+}
+
+/// The file of a series.
+fn series(timed: &Timed) -> Option<&PathBuf> {
+    match timed {
+        Timed::Series(table) => Some(&table.file.value),
+        Timed::Constant(_) => None,
+    }
+}
+
+/// The files of boundaries, sources and rain.
+fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
+    let mut files: Vec<&PathBuf> = Vec::new();
+    for boundary in &scenario.boundaries {
+        if let OpenBoundary::Lines(lines) = &boundary.value.place {
+            files.push(&lines.value.path);
+        }
+        match &boundary.value.condition {
+            BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
+            BoundaryCondition::Stage(level, _) => files.extend(series(level)),
+            BoundaryCondition::Rating(table) => files.push(&table.file.value),
+            BoundaryCondition::Discharge { discharge, level } => {
+                files.extend(series(discharge));
+                files.extend(level.as_ref().and_then(series));
+            }
+        }
+    }
+    for source in &scenario.sources {
+        if let SourcePlace::Points(points) = &source.value.place {
+            files.push(&points.value.path);
+        }
+        files.extend(series(&source.value.discharge));
+    }
+    match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
+        Some(RainAmount::Rate(rate)) => files.extend(series(rate)),
+        Some(RainAmount::Raster { file, .. }) => files.push(&file.value),
+        None => {}
+    }
+    files
 }
 
 #[cfg(test)]

@@ -112,7 +112,7 @@ fn warn_of_other_levels(water: &InitialWater, level: &Sourced<f64>, features: &[
 }
 
 /// Reports the fault of a polygon; says whether it can be used.
-fn check_polygon(
+pub(super) fn check_polygon(
     source: &Sourced<VectorSource>,
     number: usize,
     polygon: &geo::Polygon<f64>,

@@ -148,6 +148,11 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
         let caption = "Water depth at the gauges";
         figures.push(Figure { name: "gauges", caption, svg: hydrograph(caption, "depth (m)", &lines) });
     }
+    let lines: Vec<_> = run.discharges.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect();
+    if !lines.is_empty() {
+        let caption = "Discharge at the cross-sections";
+        figures.push(Figure { name: "sections", caption, svg: hydrograph(caption, "discharge (m³/s)", &lines) });
+    }
     Ok(figures)
 }
 

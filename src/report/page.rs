@@ -29,7 +29,10 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
     for figure in figures {
         let _ = write!(html, "<h2>{}</h2>\n<figure>{}</figure>\n", figure.caption, figure.svg);
     }
-    gauges(&mut html, run);
+    let gauges: Vec<&[String]> = run.gauges.iter().map(|gauge| &gauge.cells[..]).collect();
+    records(&mut html, "Gauges", &run.gauge_columns, &gauges);
+    let sections: Vec<&[String]> = run.sections.1.iter().map(|row| &row[..]).collect();
+    records(&mut html, "Cross-sections", &run.sections.0, &sections);
     table(&mut html, "Methods", &pairs(&run.summary["methods"]));
     table(&mut html, "Inputs (SHA-256)", &input_rows(&run.summary["inputs"]));
     html.push_str("</body></html>\n");
@@ -119,19 +122,19 @@ fn input_rows(inputs: &Value) -> Vec<(String, String)> {
         .collect()
 }
 
-/// `tables/gauges.csv` as it is; numbers to the right, arrival also in minutes.
-fn gauges(html: &mut String, run: &RunFolder) {
-    if run.gauges.is_empty() {
+/// A table of a run folder as it is; numbers to the right, arrival also in minutes. Nothing where it has no rows.
+fn records(html: &mut String, title: &str, columns: &[String], rows: &[&[String]]) {
+    if rows.is_empty() {
         return;
     }
-    html.push_str("<h2>Gauges</h2>\n<div class=\"scroll\"><table><tr>");
-    for column in &run.gauge_columns {
+    let _ = write!(html, "<h2>{title}</h2>\n<div class=\"scroll\"><table><tr>");
+    for column in columns {
         let _ = write!(html, "<th>{}</th>", escape(column));
     }
     html.push_str("</tr>\n");
-    for gauge in &run.gauges {
+    for row in rows {
         html.push_str("<tr>");
-        for (column, cell) in run.gauge_columns.iter().zip(&gauge.cells) {
+        for (column, cell) in columns.iter().zip(*row) {
             let number = cell.parse::<f64>().ok();
             let class = if number.is_some() { " class=\"n\"" } else { "" };
             let minutes = match number {

@@ -34,6 +34,10 @@ pub(super) struct RunFolder {
     pub gauge_columns: Vec<String>,
     pub gauges: Vec<GaugeRow>,
     pub series: Vec<Series>,
+    /// `tables/sections.csv`: columns and rows.
+    pub sections: (Vec<String>, Vec<Vec<String>>),
+    /// The size of the discharge over time at each section.
+    pub discharges: Vec<Series>,
     maps: netcdf::File,
     fields: Option<netcdf::File>,
 }
@@ -57,10 +61,14 @@ impl RunFolder {
             _ => None,
         };
         let (gauge_columns, gauges) = read_gauges(&folder.join("tables/gauges.csv"));
+        let mut sections = read_csv(&folder.join("tables/sections.csv")).into_iter();
+        let sections: (Vec<String>, Vec<Vec<String>>) = (sections.next().unwrap_or_default(), sections.collect());
         Ok(RunFolder {
             title: text("title").unwrap_or_else(|| "Flood".to_string()),
             crs: crs_name(&maps),
             series: read_series(&folder.join("tables/gauge_series.csv"), &gauges),
+            discharges: read_discharges(&folder.join("tables/section_series.csv"), &sections.1),
+            sections,
             grid,
             bed,
             summary,
@@ -240,6 +248,26 @@ fn read_series(path: &Path, gauges: &[GaugeRow]) -> Vec<Series> {
         let gauge = gauges.iter().position(|gauge| Some(&gauge.id) == cells.get(id));
         if let (Some(gauge), Some(time), Some(depth)) = (gauge, number(time), number(depth)) {
             series[gauge].points.push((time, depth));
+        }
+    }
+    series
+}
+
+/// The size of the discharge over time at each section, in the order of the sections.
+fn read_discharges(path: &Path, sections: &[Vec<String>]) -> Vec<Series> {
+    let name = |row: &Vec<String>| row.first().cloned().unwrap_or_default();
+    let mut series: Vec<Series> = sections.iter().map(|row| Series { name: name(row), points: Vec::new() }).collect();
+    let mut rows = read_csv(path).into_iter();
+    let columns = rows.next().unwrap_or_default();
+    let column = |name: &str| columns.iter().position(|column| column == name);
+    let (Some(id), Some(time), Some(discharge)) = (column("id"), column("time_s"), column("discharge_m3_s")) else {
+        return series;
+    };
+    for cells in rows {
+        let number = |k: usize| cells.get(k)?.parse::<f64>().ok();
+        let line = series.iter().position(|line| Some(&line.name) == cells.get(id));
+        if let (Some(line), Some(time), Some(discharge)) = (line, number(time), number(discharge)) {
+            series[line].points.push((time, discharge.abs()));
         }
     }
     series

@@ -100,15 +100,20 @@ impl Choice for Side {
     }
 }
 
-/// What happens at a boundary.
-#[derive(Clone, Copy, Debug)]
-pub struct OpenType;
+/// What happens at a boundary of which nothing else is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OpenType {
+    /// Water leaves, over an edge where the bed does not fall.
+    Open,
+    /// Waves leave.
+    Free,
+}
 
 impl Choice for OpenType {
     const WHAT: &'static str = "a type of boundary";
 
     fn choices() -> Vec<(&'static str, Self)> {
-        vec![("open", OpenType)]
+        vec![("open", OpenType::Open), ("free", OpenType::Free)]
     }
 }
 

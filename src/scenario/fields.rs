@@ -114,6 +114,16 @@ kinds! {
     Duration: TIME, "100 s", "greater than 0", |value| value > 0.0;
     /// The end of a run (s).
     EndTime: TIME, "1 h 30 min", "greater than 0 and at most 366 d", |value| value > 0.0 && value <= 366.0 * 86_400.0;
+    /// A discharge (m³/s).
+    Discharge: DISCHARGE, "30 m3/s", "0 or more", |value| value >= 0.0;
+    /// An intensity of rain or of its loss (m/s).
+    Intensity: INTENSITY, "20 mm/h", "0 or more", |value| value >= 0.0;
+    /// A depth of water that may be 0 (m).
+    Height: LENGTH, "5 mm", "0 or more", |value| value >= 0.0;
+    /// A slope (dimensionless).
+    Slope: SLOPE, "0.002", "greater than 0 and at most 1", |value| value > 0.0 && value <= 1.0;
+    /// A coordinate of the reference system of the run (m).
+    Coordinate: NUMBER, "712345.0", "any finite value", f64::is_finite;
     /// Manning roughness (s·m^(−1/3)).
     Manning: NUMBER, "0.033", "between 0 and 0.5, in s/m^(1/3)", |value| (0.0..=0.5).contains(&value);
     /// Courant number.

@@ -13,6 +13,7 @@ pub mod read;
 mod resolve;
 mod resolved_yaml;
 pub mod schema;
+pub mod timed;
 pub mod tree;
 pub mod units;
 

@@ -74,6 +74,31 @@ pub enum CrsChoice {
     Named(String),
 }
 
+/// Roughness of the ground after Manning (s·m^(−1/3)).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roughness {
+    /// n where no file says it: everywhere without a raster, the default beside one.
+    pub manning: Option<f64>,
+    /// A raster of classes, with their table, or of n itself.
+    pub raster: Option<Sourced<PathBuf>>,
+    /// The n of each class.
+    pub table: Option<Sourced<PathBuf>>,
+    /// Areas with an n of their own, on top.
+    pub polygons: Option<Sourced<VectorSource>>,
+}
+
+impl Roughness {
+    /// The same n everywhere.
+    pub fn uniform(manning: f64) -> Self {
+        Roughness { manning: Some(manning), raster: None, table: None, polygons: None }
+    }
+
+    /// Whether there is no friction anywhere.
+    pub fn is_none(&self) -> bool {
+        self.raster.is_none() && self.polygons.is_none() && self.manning.is_none_or(|n| n <= 0.0)
+    }
+}
+
 /// A body of still water at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialWater {
@@ -92,6 +117,117 @@ pub enum OpenBoundary {
     Side(Side),
     /// Edge faces near these lines.
     Lines(Sourced<VectorSource>),
+}
+
+/// A quantity that may change over time, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Timed {
+    /// One value at all times.
+    Constant(Sourced<f64>),
+    /// Times and values in a table.
+    Series(TableFile),
+}
+
+impl Timed {
+    /// The key path and the place in the scenario.
+    pub fn source(&self) -> (&str, Option<&Place>) {
+        match self {
+            Timed::Constant(value) => (&value.key, value.place.as_ref()),
+            Timed::Series(table) => (&table.file.key, table.file.place.as_ref()),
+        }
+    }
+}
+
+/// Two columns of a CSV file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableFile {
+    /// The file.
+    pub file: Sourced<PathBuf>,
+    /// The columns, the one that rises first.
+    pub columns: [ColumnUnit; 2],
+}
+
+/// A column and its unit, as far as the scenario says them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColumnUnit {
+    /// Its name; by its place in the table when absent.
+    pub name: Option<String>,
+    /// Its unit and the factor to SI; from the end of its name when absent.
+    pub unit: Option<(String, f64)>,
+}
+
+/// An open part of the edge of the terrain at which something is known of the water beyond.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundary {
+    /// Where.
+    pub place: OpenBoundary,
+    /// What is known.
+    pub condition: BoundaryCondition,
+}
+
+/// What is known of the water beyond a boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BoundaryCondition {
+    /// Waves leave.
+    Free,
+    /// A discharge comes in (m³/s), at a level (m) where it comes in faster than waves run.
+    Discharge {
+        /// Discharge (m³/s).
+        discharge: Timed,
+        /// Level (m).
+        level: Option<Timed>,
+    },
+    /// The level is held (m); the key by which the scenario says so.
+    Stage(Timed, &'static str),
+    /// Uniform flow on a slope (dimensionless).
+    NormalDepth(Sourced<f64>),
+    /// The discharge that leaves follows from the level.
+    Rating(TableFile),
+}
+
+/// Water that comes out of the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// Where.
+    pub place: SourcePlace,
+    /// The discharge at each place (m³/s).
+    pub discharge: Timed,
+}
+
+/// The places of a source.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SourcePlace {
+    /// One place in the coordinates of the run (m).
+    At(Sourced<[f64; 2]>),
+    /// The points of a file.
+    Points(Sourced<VectorSource>),
+}
+
+/// Rain on the whole terrain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rain {
+    /// How much.
+    pub amount: RainAmount,
+    /// Its end (s); that of the run when absent.
+    pub duration: Option<f64>,
+    /// The first rain that runs off nowhere (m).
+    pub initial_loss: f64,
+    /// What of the rain runs off nowhere from then on (m/s).
+    pub constant_loss: f64,
+}
+
+/// How much rain falls.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RainAmount {
+    /// The same everywhere (m/s).
+    Rate(Timed),
+    /// A raster of constant intensities.
+    Raster {
+        /// The file.
+        file: Sourced<PathBuf>,
+        /// Unit of its values and the factor to m/s.
+        unit: (String, f64),
+    },
 }
 
 /// A side of the rectangle of the terrain.
@@ -120,6 +256,8 @@ pub struct Outputs {
     pub every: f64,
     /// Interval of the gauge series (s).
     pub gauges_every: f64,
+    /// File of cross-sections.
+    pub sections: Option<Sourced<VectorSource>>,
     /// Gauge file.
     pub gauges: Option<Sourced<VectorSource>>,
     /// Depths (m) for which arrival and duration are mapped; the first one gives `arrival_time` and the isochrones.
@@ -183,14 +321,20 @@ pub struct Scenario {
     pub layers: Vec<Sourced<TerrainLayer>>,
     /// Whether terrain in another or a geographic CRS is warped to the CRS of the run.
     pub reproject: bool,
-    /// Manning roughness (s·m^(−1/3)).
-    pub manning: f64,
+    /// Roughness of the ground.
+    pub roughness: Roughness,
     /// Water at the start.
     pub initial: Vec<InitialWater>,
     /// Polylines that no water crosses.
     pub walls: Vec<Sourced<VectorSource>>,
-    /// Open parts of the outline.
+    /// Open parts of the outline through which water leaves.
     pub open: Vec<OpenBoundary>,
+    /// Open parts of the outline at which more is known.
+    pub boundaries: Vec<Sourced<Boundary>>,
+    /// Sources of water.
+    pub sources: Vec<Sourced<Source>>,
+    /// Rain.
+    pub rain: Option<Sourced<Rain>>,
     /// Distance of two particles (m).
     pub resolution: Sourced<f64>,
     /// End time (s).

@@ -3,23 +3,25 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::choices::ElevationUnit;
+use super::choices::{ElevationUnit, OpenType};
 use super::defaults::{
     DRY_DEPTH, FRAMES, GRAVITY, MAX_PARTICLES, MEMORY_SHARE, RISE_ON_WET, THRESHOLDS, default_isochrones,
     machine_memory, sensible_interval,
 };
-use super::fields::{Text, VectorFile};
+use super::fields::Text;
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, WallMethod,
 };
 use super::model::{
-    CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation, Scenario, Sourced,
-    TerrainLayer,
+    Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation,
+    Rain, RainAmount, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
 };
 use super::read::{FromNode, Reader};
 use super::schema::{
-    BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, NumericsSection, OutputsSection, ScenarioFile, Terrain,
+    BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, NumericsSection, OutputsSection, RainSection,
+    Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
+use super::units::INTENSITY;
 use super::{preset, tree};
 use crate::error::{Error, Place, Problem, ProblemKind};
 
@@ -140,6 +142,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
     let end_time = written.time.end.value();
     let resolution = written.resolution.sourced;
     let (layers, reproject) = terrain(written.terrain);
+    let (open, boundaries) = boundaries(written.boundaries.unwrap_or_default());
     Scenario {
         file: file.to_owned(),
         title: written.title.map_or_else(|| name.clone(), |title| title.0.value),
@@ -156,8 +159,13 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         },
         layers,
         reproject,
-        manning: written.roughness.manning.value(),
-        initial: written.initial.0.into_iter().filter_map(initial_water).collect(),
+        roughness: roughness(written.roughness),
+        initial: written
+            .initial
+            .map_or_else(Vec::new, |entries| entries.0)
+            .into_iter()
+            .filter_map(initial_water)
+            .collect(),
         walls: written
             .structures
             .and_then(|structures| structures.walls)
@@ -165,7 +173,10 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
             .into_iter()
             .map(|wall| wall.lines.0)
             .collect(),
-        open: written.boundaries.unwrap_or_default().into_iter().filter_map(open_boundary).collect(),
+        open,
+        boundaries,
+        sources: sources(written.sources.unwrap_or_default()),
+        rain: written.rain.and_then(rain),
         outputs: outputs(written.outputs, &name, file, resolution.value, end_time),
         resolution,
         end_time,
@@ -199,6 +210,15 @@ fn terrain(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool) {
     }
 }
 
+fn roughness(section: RoughnessSection) -> Roughness {
+    Roughness {
+        manning: section.manning.or(section.default).map(|n| n.value()),
+        raster: section.raster.map(|file| file.0),
+        table: section.table.map(|file| file.0),
+        polygons: section.polygons.map(|file| file.0),
+    }
+}
+
 fn layer(entry: LayerEntry) -> Option<Sourced<TerrainLayer>> {
     let offset = entry.offset.map_or(0.0, |offset| offset.value());
     if let Some(raster) = entry.raster {
@@ -220,12 +240,88 @@ fn initial_water(entry: InitialEntry) -> Option<InitialWater> {
     })
 }
 
-fn open_boundary(entry: BoundaryEntry) -> Option<OpenBoundary> {
-    match (entry.side, entry.lines) {
-        (Some(side), _) => Some(OpenBoundary::Side(side.0.value)),
-        (None, Some(VectorFile(lines))) => Some(OpenBoundary::Lines(lines)),
-        (None, None) => None,
+/// The edges through which water leaves, and those at which more is known.
+fn boundaries(entries: Vec<BoundaryEntry>) -> (Vec<OpenBoundary>, Vec<Sourced<Boundary>>) {
+    let (mut open, mut known) = (Vec::new(), Vec::new());
+    for (index, entry) in entries.into_iter().enumerate() {
+        let place = match (entry.side.or(entry.edge), entry.lines.or(entry.line)) {
+            (Some(side), _) => {
+                Sourced { value: OpenBoundary::Side(side.0.value), key: side.0.key, place: side.0.place }
+            }
+            (None, Some(lines)) => {
+                let (key, place) = (lines.0.key.clone(), lines.0.place.clone());
+                Sourced { value: OpenBoundary::Lines(lines.0), key, place }
+            }
+            (None, None) => continue,
+        };
+        let condition = if let Some(discharge) = entry.discharge {
+            BoundaryCondition::Discharge { discharge: discharge.timed, level: entry.level.map(|level| level.timed) }
+        } else if let Some(stage) = entry.stage {
+            BoundaryCondition::Stage(stage.timed, "stage")
+        } else if let Some(level) = entry.level {
+            BoundaryCondition::Stage(level.timed, "level")
+        } else if let Some(uniform) = entry.normal_depth {
+            BoundaryCondition::NormalDepth(uniform.slope.sourced)
+        } else if let Some(rating) = entry.rating {
+            BoundaryCondition::Rating(rating.0)
+        } else {
+            match entry.r#type.map(|kind| kind.0.value) {
+                Some(OpenType::Free) => BoundaryCondition::Free,
+                _ => {
+                    open.push(place.value);
+                    continue;
+                }
+            }
+        };
+        let boundary = Boundary { place: place.value, condition };
+        known.push(Sourced { value: boundary, key: format!("boundaries[{index}]"), place: place.place });
     }
+    (open, known)
+}
+
+fn sources(entries: Vec<SourceEntry>) -> Vec<Sourced<Source>> {
+    let place = |entry: &mut SourceEntry| match (entry.at.take(), entry.points.take()) {
+        (Some(at), _) => {
+            let [x, y] = &at[..] else { return None };
+            let (key, place) = (x.sourced.key.trim_end_matches("[0]").to_owned(), x.sourced.place.clone());
+            Some(SourcePlace::At(Sourced { value: [x.value(), y.value()], key, place }))
+        }
+        (None, Some(points)) => Some(SourcePlace::Points(points.0)),
+        (None, None) => None,
+    };
+    let source = |(index, mut entry): (usize, SourceEntry)| {
+        let found = place(&mut entry)?;
+        let at = match &found {
+            SourcePlace::At(at) => at.place.clone(),
+            SourcePlace::Points(points) => points.place.clone(),
+        };
+        let value = Source { place: found, discharge: entry.discharge.timed };
+        Some(Sourced { value, key: format!("sources[{index}]"), place: at })
+    };
+    entries.into_iter().enumerate().filter_map(source).collect()
+}
+
+fn rain(section: RainSection) -> Option<Sourced<Rain>> {
+    let (amount, place) = match (section.rate, section.raster, section.unit) {
+        (Some(rate), _, _) => {
+            let place = rate.timed.source().1.cloned();
+            (RainAmount::Rate(rate.timed), place)
+        }
+        (None, Some(raster), Some(unit)) => {
+            let factor = INTENSITY.factor_of(unit.0.value.trim())?;
+            let place = raster.0.place.clone();
+            (RainAmount::Raster { file: raster.0, unit: (unit.0.value.trim().to_owned(), factor) }, place)
+        }
+        _ => return None,
+    };
+    let (initial, constant) = section.losses.map_or((None, None), |losses| (losses.initial, losses.constant));
+    let value = Rain {
+        amount,
+        duration: section.duration.map(|duration| duration.value()),
+        initial_loss: initial.map_or(0.0, |initial| initial.value()),
+        constant_loss: constant.map_or(0.0, |constant| constant.value()),
+    };
+    Some(Sourced { value, key: "rain".to_owned(), place })
 }
 
 fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution: f64, end_time: f64) -> Outputs {
@@ -233,6 +329,7 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
         folder: None,
         cell: None,
         every: None,
+        sections: None,
         gauges: None,
         gauges_every: None,
         arrival: None,
@@ -255,6 +352,7 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
         cell: section.cell.map_or(resolution, |cell| cell.value()),
         every,
         gauges_every: section.gauges_every.map_or_else(|| (every / 10.0).max(1.0).min(every), |every| every.value()),
+        sections: section.sections.map(|sections| sections.0),
         gauges: section.gauges.map(|gauges| gauges.0),
         thresholds: match thresholds {
             Some(thresholds) => thresholds.0.iter().map(|threshold| threshold.value()).collect(),
@@ -357,7 +455,7 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         let TerrainLayer::Raster { path, offset, unit } = &scenario.layers[0].value else { panic!("not a raster") };
         assert_eq!(path, Path::new("cases/malpasset/dem_20m.tif"));
         assert!(exact(*offset, 0.0) && exact(*unit, 1.0));
-        assert!(exact(scenario.manning, 0.033) && exact(scenario.resolution.value, 20.0));
+        assert!(exact(scenario.roughness.manning.unwrap(), 0.033) && exact(scenario.resolution.value, 20.0));
         assert!(exact(scenario.end_time, 4000.0) && exact(scenario.outputs.every, 100.0));
         assert_eq!(scenario.initial.len(), 2);
         let level = scenario.initial[0].level.as_ref().unwrap();

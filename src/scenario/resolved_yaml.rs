@@ -6,7 +6,10 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::choices::{Choice, ElevationUnit};
-use super::model::{CrsChoice, OpenBoundary, PointInterpolation, Scenario, Side, Sourced, TerrainLayer, VectorSource};
+use super::model::{
+    BoundaryCondition, CrsChoice, OpenBoundary, PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace,
+    Sourced, TableFile, TerrainLayer, Timed, VectorSource,
+};
 
 impl Scenario {
     /// The text of `scenario.resolved.yaml`.
@@ -39,14 +42,17 @@ impl Scenario {
                 }
             }
         }
-        writeln!(text, "  reproject: {}\nroughness: {{manning: {}}}", self.reproject, self.manning)?;
+        writeln!(text, "  reproject: {}", self.reproject)?;
+        self.write_roughness(text)?;
         if !self.walls.is_empty() {
             writeln!(text, "structures:\n  walls:")?;
         }
         for wall in &self.walls {
             writeln!(text, "    - {{lines: {}}}", quoted_vector(wall))?;
         }
-        writeln!(text, "initial:")?;
+        if !self.initial.is_empty() {
+            writeln!(text, "initial:")?;
+        }
         for water in &self.initial {
             write!(text, "  - {{{}: {}", water_kind(&water.polygons.key), quoted_vector(&water.polygons))?;
             if let Some(level) = &water.level {
@@ -57,7 +63,7 @@ impl Scenario {
             }
             writeln!(text, "}}")?;
         }
-        if !self.open.is_empty() {
+        if !self.open.is_empty() || !self.boundaries.is_empty() {
             writeln!(text, "boundaries:")?;
         }
         for boundary in &self.open {
@@ -69,7 +75,72 @@ impl Scenario {
                 OpenBoundary::Lines(lines) => writeln!(text, "  - {{lines: {}, type: open}}", quoted_vector(lines))?,
             }
         }
+        self.write_forcing(text)
+    }
+
+    fn write_roughness(&self, text: &mut String) -> std::fmt::Result {
+        let Roughness { manning, raster, table, polygons } = &self.roughness;
+        writeln!(text, "roughness:")?;
+        if let Some(raster) = raster {
+            writeln!(text, "  raster: {}", quoted_path(&raster.value))?;
+        }
+        if let Some(table) = table {
+            writeln!(text, "  table: {}", quoted_path(&table.value))?;
+        }
+        if let Some(n) = manning {
+            writeln!(text, "  {}: {n}", if raster.is_some() { "default" } else { "manning" })?;
+        }
+        if let Some(polygons) = polygons {
+            writeln!(text, "  polygons: {}", quoted_vector(polygons))?;
+        }
         Ok(())
+    }
+
+    fn write_forcing(&self, text: &mut String) -> std::fmt::Result {
+        for boundary in &self.boundaries {
+            match &boundary.value.place {
+                OpenBoundary::Side(side) => write!(text, "  - {{side: {}", name_of(|s: &Side| s == side))?,
+                OpenBoundary::Lines(lines) => write!(text, "  - {{lines: {}", quoted_vector(lines))?,
+            }
+            match &boundary.value.condition {
+                BoundaryCondition::Free => write!(text, ", type: free")?,
+                BoundaryCondition::Discharge { discharge, level } => {
+                    write!(text, ", discharge: {}", timed(discharge, "m3/s"))?;
+                    if let Some(level) = level {
+                        write!(text, ", level: {}", timed(level, "m"))?;
+                    }
+                }
+                BoundaryCondition::Stage(level, key) => write!(text, ", {key}: {}", timed(level, "m"))?,
+                BoundaryCondition::NormalDepth(slope) => write!(text, ", normal_depth: {{slope: {}}}", slope.value)?,
+                BoundaryCondition::Rating(table) => {
+                    let names = [["level", "level_unit"], ["discharge", "discharge_unit"]];
+                    write!(text, ", rating: {{table: {}{}}}", quoted_path(&table.file.value), columns(table, names))?;
+                }
+            }
+            writeln!(text, "}}")?;
+        }
+        if !self.sources.is_empty() {
+            writeln!(text, "sources:")?;
+        }
+        for source in &self.sources {
+            match &source.value.place {
+                SourcePlace::At(at) => write!(text, "  - {{at: [{}, {}]", at.value[0], at.value[1])?,
+                SourcePlace::Points(points) => write!(text, "  - {{points: {}", quoted_vector(points))?,
+            }
+            writeln!(text, ", discharge: {}}}", timed(&source.value.discharge, "m3/s"))?;
+        }
+        let Some(rain) = self.rain.as_ref().map(|rain| &rain.value) else { return Ok(()) };
+        writeln!(text, "rain:")?;
+        match &rain.amount {
+            RainAmount::Rate(rate) => writeln!(text, "  rate: {}", timed(rate, "m/s"))?,
+            RainAmount::Raster { file, unit } => {
+                writeln!(text, "  raster: {}\n  unit: {}", quoted_path(&file.value), quoted(&unit.0))?;
+            }
+        }
+        if let Some(duration) = rain.duration {
+            writeln!(text, "  duration: {duration} s")?;
+        }
+        writeln!(text, "  losses: {{initial: {} m, constant: {} m/s}}", rain.initial_loss, rain.constant_loss)
     }
 
     fn write_run(&self, text: &mut String) -> std::fmt::Result {
@@ -82,6 +153,9 @@ impl Scenario {
         writeln!(text, "  every: {} s\n  gauges_every: {} s", outputs.every, outputs.gauges_every)?;
         if let Some(gauges) = &outputs.gauges {
             writeln!(text, "  gauges: {}", quoted_vector(gauges))?;
+        }
+        if let Some(sections) = &outputs.sections {
+            writeln!(text, "  sections: {}", quoted_vector(sections))?;
         }
         writeln!(text, "  arrival:\n    thresholds: [{}]", list(&outputs.thresholds, "m"))?;
         writeln!(
@@ -101,6 +175,31 @@ impl Scenario {
         writeln!(text, "  gravity: {} m/s2\n  dry_depth: {} m", numerics.gravity, numerics.dry_depth)?;
         writeln!(text, "limits: {{memory: {} B, particles: {}}}", self.limits.memory, self.limits.particles)
     }
+}
+
+/// A quantity over time; `unit` is that of SI.
+fn timed(timed: &Timed, unit: &str) -> String {
+    match timed {
+        Timed::Constant(value) => format!("{} {unit}", value.value),
+        Timed::Series(table) => {
+            let names = [["time", "time_unit"], ["column", "unit"]];
+            format!("{{series: {}{}}}", quoted_path(&table.file.value), columns(table, names))
+        }
+    }
+}
+
+/// The columns of a table and their units, as far as they are given, by the keys of both.
+fn columns(table: &TableFile, names: [[&str; 2]; 2]) -> String {
+    let mut text = String::new();
+    for (column, [name, unit]) in table.columns.iter().zip(names) {
+        if let Some(value) = &column.name {
+            text += &format!(", {name}: {}", quoted(value));
+        }
+        if let Some((value, _)) = &column.unit {
+            text += &format!(", {unit}: {}", quoted(value));
+        }
+    }
+    text
 }
 
 /// The kind of water that the key path names, such as `initial[0].sea`.
@@ -142,7 +241,7 @@ fn quoted(text: &str) -> String {
 mod tests {
     use std::path::Path;
 
-    use crate::scenario::{Scenario, resolve};
+    use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, Timed, resolve};
 
     /// The scenario without the places of its values, which differ between two files by nature.
     fn without_places(scenario: &Scenario) -> Scenario {
@@ -165,7 +264,53 @@ mod tests {
                 lines.place = None;
             }
         }
+        let rough = &mut plain.roughness;
+        rough.raster.iter_mut().chain(&mut rough.table).for_each(|file| file.place = None);
+        rough.polygons.iter_mut().for_each(|file| file.place = None);
+        forget_forcing(&mut plain);
         plain
+    }
+
+    /// The same for boundaries, sources, rain and sections; their keys count the entries, which the resolved file puts in order.
+    fn forget_forcing(plain: &mut Scenario) {
+        fn forget(timed: &mut Timed) {
+            match timed {
+                Timed::Constant(value) => value.place = None,
+                Timed::Series(table) => table.file.place = None,
+            }
+        }
+        for boundary in &mut plain.boundaries {
+            boundary.place = None;
+            if let OpenBoundary::Lines(lines) = &mut boundary.value.place {
+                lines.place = None;
+            }
+            match &mut boundary.value.condition {
+                BoundaryCondition::Free => {}
+                BoundaryCondition::Discharge { discharge, level } => {
+                    forget(discharge);
+                    level.iter_mut().for_each(forget);
+                }
+                BoundaryCondition::Stage(level, _) => forget(level),
+                BoundaryCondition::NormalDepth(slope) => slope.place = None,
+                BoundaryCondition::Rating(table) => table.file.place = None,
+            }
+        }
+        for source in &mut plain.sources {
+            source.place = None;
+            forget(&mut source.value.discharge);
+            match &mut source.value.place {
+                SourcePlace::At(at) => at.place = None,
+                SourcePlace::Points(points) => points.place = None,
+            }
+        }
+        if let Some(rain) = &mut plain.rain {
+            rain.place = None;
+            match &mut rain.value.amount {
+                RainAmount::Rate(rate) => forget(rate),
+                RainAmount::Raster { file, .. } => file.place = None,
+            }
+        }
+        plain.outputs.sections.iter_mut().for_each(|sections| sections.place = None);
     }
 
     #[track_caller]
@@ -191,6 +336,44 @@ mod tests {
             "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
              resolution: 20 ft\ntime: {end: 1 h 30 min}\n",
         );
+    }
+
+    #[test]
+    fn boundaries_sources_rain_and_sections_read_back_as_themselves() {
+        let start = "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\nresolution: 20 m\ntime: {end: 1 h}\n";
+        let boundaries = r#"
+boundaries:
+  - {side: all, type: open}
+  - {edge: west, discharge: 250 l/s}
+  - {lines: in.gpkg:upper, discharge: {series: q.csv, column: "Q, peak", unit: ft3/s, time: t, time_unit: h}, level: 12.3 m}
+  - {lines: tide.geojson, stage: {series: tide.csv}}
+  - {side: north, level: 3 m}
+  - {side: south, normal_depth: {slope: 2 %}}
+  - {side: east, rating: {table: w.csv, level: h, level_unit: cm, discharge_unit: m3/s}}
+  - {lines: sea.geojson, type: free}
+"#;
+        let sources = "sources: [{at: [712345.5, -3.25], discharge: 2 m3/s}, {points: springs.gpkg:wells, discharge: {series: q.csv, unit: l/s}}]\n";
+        let rate =
+            "rain: {rate: {series: rain.csv, unit: mm/h}, losses: {initial: 5 mm}}\noutputs: {sections: s.geojson}\n";
+        let raster = "rain: {raster: rain.tif, unit: in/h, duration: 2 h, losses: {constant: 1 mm/h}}\n";
+        for rain in [rate, raster] {
+            assert_round_trip(&format!("{start}{boundaries}{sources}{rain}"));
+        }
+    }
+
+    #[test]
+    fn every_kind_of_roughness_reads_back_as_itself() {
+        let kinds = [
+            "{raster: manning.tif}",
+            "{raster: land cover.tif, table: manning.csv, default: 0.05, polygons: areas.gpkg:rough}",
+            "{manning: 0.04, polygons: areas.geojson}",
+        ];
+        for kind in kinds {
+            assert_round_trip(&format!(
+                "floodsim: 1\nterrain: dem.tif\nroughness: {kind}\ninitial: [{{sea: a.geojson, level: 0.1 m}}]\n\
+                 resolution: 20 m\ntime: {{end: 1 h}}\n"
+            ));
+        }
     }
 
     #[test]

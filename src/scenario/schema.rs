@@ -9,8 +9,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
-    Count, Courant, DateTime, Duration, EndTime, FormatVersion, Gravity, InputFile, Length, Level, Manning, Memory,
-    Offset, Quantity, Text, VectorFile,
+    Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
+    Intensity, Length, Level, Manning, Memory, Offset, Quantity, Slope, Text, VectorFile,
 };
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
@@ -18,13 +18,14 @@ use super::methods::{
 };
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
+use super::timed::{Changing, RatingFile};
 use super::tree::{Node, Value};
-use super::units::LENGTH;
+use super::units::{INTENSITY, LENGTH};
 use crate::error::{Problem, ProblemKind};
 
 section! {
     /// A flood scenario.
-    ScenarioFile, example "{...}" {
+    ScenarioFile, example "{...}", check check_scenario {
         /// Version of the scenario format.
         floodsim: FormatVersion,
         /// Title; the name of the scenario when absent.
@@ -37,10 +38,14 @@ section! {
         roughness: Roughness,
         /// Structures that hold or divert water.
         structures: Option<Structures>,
-        /// Bodies of still water at the start.
-        initial: NonEmpty<InitialEntry>,
-        /// Open edges, where water leaves; all other edges are walls.
+        /// Bodies of still water at the start; needed unless water comes by a boundary, a source or rain.
+        initial: Option<NonEmpty<InitialEntry>>,
+        /// Open edges, where water comes and goes; all other edges are walls.
         boundaries: Option<Vec<BoundaryEntry>>,
+        /// Water that comes out of the ground.
+        sources: Option<Vec<SourceEntry>>,
+        /// Rain on the whole terrain.
+        rain: Option<RainSection>,
         /// Distance of two particles.
         resolution: Quantity<Length>,
         /// Simulated time.
@@ -138,11 +143,19 @@ section! {
     /// Roughness of the ground.
     Roughness, example "{manning: 0.033}", check check_roughness {
         /// Manning's n, everywhere.
-        manning: Quantity<Manning>,
+        manning: Option<Quantity<Manning>>,
+        /// Raster of n, or of classes when there is a table.
+        raster: Option<InputFile>,
+        /// CSV with the columns class, name, n.
+        table: Option<InputFile>,
+        /// Manning's n where the raster gives none; that is an error when absent.
+        default: Option<Quantity<Manning>>,
+        /// Polygons with an attribute `n`, which win over all else.
+        polygons: Option<VectorFile>,
     }
 }
 
-/// Warns of a roughness that is possible, but hardly meant.
+/// Refuses what does not go together, and warns of a roughness that is possible, but hardly meant.
 fn check_roughness(node: &Node, reader: &mut Reader) -> Option<()> {
     if let Some(manning) = node.get("manning")
         && let Value::Text(text) = &manning.value
@@ -151,7 +164,17 @@ fn check_roughness(node: &Node, reader: &mut Reader) -> Option<()> {
         let message = format!("a Manning roughness of `{text}` is smoother than glass");
         reader.warning(manning, "roughness", message, "natural ground has 0.02 to 0.15, smooth concrete 0.012");
     }
-    Some(())
+    let kind = reader.exactly_one(node, &["manning", "raster"])?;
+    let foreign: &[&str] = if kind == "manning" { &["table", "default"] } else { &[] };
+    let mut is_fit = true;
+    for name in foreign {
+        if let Some(value) = node.get(name) {
+            let remedy = "take it out, or give a `raster` in place of `manning`";
+            reader.error(value, "conflict", format!("`{name}` goes with `raster`, not with `manning`"), remedy);
+            is_fit = false;
+        }
+    }
+    is_fit.then_some(())
 }
 
 section! {
@@ -200,19 +223,179 @@ fn check_initial(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// An open part of the edge of the terrain.
+    /// An open part of the edge of the terrain: where it is, and what is known of the water beyond.
     BoundaryEntry, example "{side: south, type: open}", check check_boundary {
         /// A side of the terrain.
         side: Option<Chosen<Side>>,
-        /// File with lines along the open edge.
+        /// The same as `side`.
+        edge: Option<Chosen<Side>>,
+        /// File with lines along the open edge; outlines of polygons count as lines.
         lines: Option<VectorFile>,
-        /// What happens there: water leaves.
-        r#type: Chosen<OpenType>,
+        /// The same as `lines`.
+        line: Option<VectorFile>,
+        /// Where nothing is known: open (water leaves, over an edge where the bed does not fall) or free (waves leave).
+        r#type: Option<Chosen<OpenType>>,
+        /// Discharge that comes in.
+        discharge: Option<Changing<Discharge>>,
+        /// Level of the water that comes in; with a discharge it counts where the flow is supercritical.
+        level: Option<Changing<Level>>,
+        /// Level that is held, such as a tide.
+        stage: Option<Changing<Level>>,
+        /// Uniform flow goes on beyond.
+        normal_depth: Option<NormalDepth>,
+        /// The discharge that leaves as a function of the level.
+        rating: Option<RatingFile>,
     }
 }
 
+section! {
+    /// Uniform flow.
+    NormalDepth, example "{slope: 0.002}" {
+        /// Slope of the bed beyond the edge.
+        slope: Quantity<Slope>,
+    }
+}
+
+/// The keys of a boundary that say what is known there.
+pub const BOUNDARY_KINDS: [&str; 6] = ["type", "discharge", "level", "stage", "normal_depth", "rating"];
+
 fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
-    reader.exactly_one(node, &["side", "lines"]).map(|_| ())
+    let place = reader.exactly_one(node, &["side", "edge", "lines", "line"]);
+    let kinds: Vec<&str> = BOUNDARY_KINDS.into_iter().filter(|name| node.get(name).is_some()).collect();
+    match kinds[..] {
+        [] => {
+            let message = "nothing is said of the water beyond this edge";
+            let remedy = format!("add one of the keys {}, such as `type: open`", BOUNDARY_KINDS.join(", "));
+            reader.error(node, "missing-key", message, remedy);
+            return None;
+        }
+        [_] | ["discharge", "level"] => {}
+        _ => {
+            let message = format!("{} exclude each other at one boundary", kinds.join(" and "));
+            let remedy = "keep one of them; only `discharge` and `level` go together, for supercritical inflow";
+            reader.error(node, "conflict", message, remedy);
+            return None;
+        }
+    }
+    place.map(|_| ())
+}
+
+section! {
+    /// Water that comes out of the ground at a place.
+    SourceEntry, example "{at: [712345.0, 5312345.0], discharge: 2 m3/s}", check check_source {
+        /// The place: its two coordinates in the reference system of the run.
+        at: Option<Vec<Quantity<Coordinate>>>,
+        /// File of points.
+        points: Option<VectorFile>,
+        /// Discharge at each place.
+        discharge: Changing<Discharge>,
+    }
+}
+
+fn check_source(node: &Node, reader: &mut Reader) -> Option<()> {
+    reader.exactly_one(node, &["at", "points"])?;
+    if let Some(at) = node.get("at")
+        && let Value::List(items) = &at.value
+        && items.len() != 2
+    {
+        let message = format!("a place has two coordinates, not {}", items.len());
+        reader.error(at, "wrong-type", message, "write for example `at: [712345.0, 5312345.0]`");
+        return None;
+    }
+    Some(())
+}
+
+section! {
+    /// Rain on the whole terrain.
+    RainSection, example "{rate: 20 mm/h}", check check_rain {
+        /// Intensity, the same everywhere.
+        rate: Option<Changing<Intensity>>,
+        /// Raster of intensities, constant in time.
+        raster: Option<InputFile>,
+        /// Unit of the values of the raster.
+        unit: Option<Text>,
+        /// How long it rains; up to the end of the run when absent.
+        duration: Option<Quantity<Duration>>,
+        /// What does not run off; nothing when absent.
+        losses: Option<Losses>,
+    }
+}
+
+section! {
+    /// Rain that does not run off.
+    Losses, example "{initial: 5 mm, constant: 2 mm/h}" {
+        /// The first rain; 0 when absent.
+        initial: Option<Quantity<Height>>,
+        /// What is lost of the rain from then on; 0 when absent.
+        constant: Option<Quantity<Intensity>>,
+    }
+}
+
+fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
+    let amount = reader.exactly_one(node, &["rate", "raster"])?;
+    match (amount, node.get("unit")) {
+        ("raster", None) => {
+            let remedy = format!("add `unit: mm/h`, or one of {}", INTENSITY.unit_list());
+            reader.error(node, "missing-key", "a raster of rain needs the key `unit`", remedy);
+            None
+        }
+        ("raster", Some(unit)) => {
+            let text = reader.text(unit, "a unit", "mm/h")?.trim().to_owned();
+            if INTENSITY.factor_of(&text).is_none() {
+                let message = format!("`{text}` is no unit of {}", INTENSITY.name);
+                reader.error(unit, "unit", message, format!("use one of {}", INTENSITY.unit_list()));
+                return None;
+            }
+            Some(())
+        }
+        (_, Some(unit)) => {
+            let remedy = "take it out: a rate carries its unit, and a series has a `unit` of its own";
+            reader.error(unit, "conflict", "`unit` goes with `raster`", remedy);
+            None
+        }
+        (_, None) => Some(()),
+    }
+}
+
+/// Refuses what moving particles do not have, and a scenario without any water.
+fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
+    let boundaries = match node.get("boundaries").map(|list| &list.value) {
+        Some(Value::List(entries)) => entries.as_slice(),
+        _ => &[],
+    };
+    let has = |entry: &Node, key: &str| entry.get(key).is_some_and(|value| value.value != Value::Empty);
+    let feeds = |entry: &Node| ["discharge", "level", "stage"].iter().any(|key| has(entry, key));
+    let is_fed = has(node, "sources") || has(node, "rain") || boundaries.iter().any(feeds);
+    if !is_fed && !has(node, "initial") {
+        NonEmpty::<InitialEntry>::when_absent(node, "initial", reader);
+        return None;
+    }
+    let empty = Node { value: Value::Section(Vec::new()), ..node.clone() };
+    let numerics = node.get("numerics").filter(|n| matches!(n.value, Value::Section(_))).unwrap_or(&empty);
+    let formulation = meant(numerics, "formulation", Formulation::default())?;
+    let usual = if formulation == Formulation::Variational { Motion::Lagrangian } else { Motion::default() };
+    if meant(numerics, "motion", usual)? == Motion::Eulerian {
+        return Some(());
+    }
+    let is_open = |entry: &Node| entry.get("type").is_some_and(|kind| kind.value == Value::Text("open".to_owned()));
+    let outputs = node.get("outputs").and_then(|outputs| outputs.get("sections"));
+    let foreign = boundaries
+        .iter()
+        .filter(|entry| matches!(entry.value, Value::Section(_)) && !is_open(entry))
+        .map(|entry| (entry, "a boundary with a condition"))
+        .chain(node.get("sources").map(|sources| (sources, "sources")))
+        .chain(node.get("rain").map(|rain| (rain, "rain")))
+        .chain(outputs.map(|sections| (sections, "cross-sections")));
+    let mut is_fit = true;
+    for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {
+        let message = format!("moving particles know no {}", what.trim_start_matches("a "));
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", place.key.clone(), message)
+            .with_cause(format!("{what} would need particles that come and go, and those of this motion stay the same"))
+            .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`), or take this out");
+        reader.report(place, problem);
+        is_fit = false;
+    }
+    is_fit.then_some(())
 }
 
 section! {
@@ -236,7 +419,9 @@ section! {
         every: Option<Quantity<Duration>>,
         /// File of gauges: CSV with columns id, x, y, or points.
         gauges: Option<VectorFile>,
-        /// Interval of the gauge series; a tenth of `every`, but at least 1 s, when absent.
+        /// File of cross-sections: lines drawn from the left to the right bank.
+        sections: Option<VectorFile>,
+        /// Interval of the gauge and section series; a tenth of `every`, but at least 1 s, when absent.
         gauges_every: Option<Quantity<Duration>>,
         /// What counts as arrival.
         arrival: Option<ArrivalSection>,

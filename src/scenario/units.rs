@@ -32,6 +32,47 @@ pub static TIME: Dimension = Dimension {
     is_compound: true,
 };
 
+/// A discharge (m³/s).
+pub static DISCHARGE: Dimension = Dimension {
+    name: "a discharge",
+    units: &[
+        ("m3/s", 1.0),
+        ("m³/s", 1.0),
+        ("m^3/s", 1.0),
+        ("l/s", 1e-3),
+        ("m3/h", 1.0 / 3600.0),
+        ("m3/min", 1.0 / 60.0),
+        ("m3/d", 1.0 / 86_400.0),
+        ("ft3/s", 0.028_316_846_592),
+        ("cfs", 0.028_316_846_592),
+    ],
+    is_bare_allowed: false,
+    is_compound: false,
+};
+
+/// An intensity of rain (m/s).
+pub static INTENSITY: Dimension = Dimension {
+    name: "an intensity of rain",
+    units: &[
+        ("m/s", 1.0),
+        ("mm/h", 1e-3 / 3600.0),
+        ("mm/min", 1e-3 / 60.0),
+        ("mm/d", 1e-3 / 86_400.0),
+        ("cm/h", 1e-2 / 3600.0),
+        ("in/h", 0.0254 / 3600.0),
+    ],
+    is_bare_allowed: false,
+    is_compound: false,
+};
+
+/// A slope (dimensionless).
+pub static SLOPE: Dimension = Dimension {
+    name: "a slope",
+    units: &[("m/m", 1.0), ("%", 1e-2), ("‰", 1e-3)],
+    is_bare_allowed: true,
+    is_compound: false,
+};
+
 /// An amount of memory (bytes).
 pub static MEMORY: Dimension = Dimension {
     name: "an amount of memory",
@@ -74,6 +115,11 @@ pub struct UnitError {
 }
 
 impl Dimension {
+    /// The factor to SI of a unit of this dimension.
+    pub fn factor_of(&self, unit: &str) -> Option<f64> {
+        self.units.iter().find(|(name, _)| *name == unit).map(|(_, factor)| *factor)
+    }
+
     /// The accepted units as a list for messages.
     pub fn unit_list(&self) -> String {
         self.units.iter().map(|(unit, _)| *unit).collect::<Vec<_>>().join(", ")
@@ -179,6 +225,11 @@ mod tests {
         assert_value(&TIME, "1h30min", 5400.0);
         assert_value(&TIME, "90 min", 5400.0);
         assert_value(&TIME, "2 d", 172_800.0);
+        assert_value(&DISCHARGE, "30 m3/s", 30.0);
+        assert_value(&DISCHARGE, "250l/s", 0.25);
+        assert_value(&INTENSITY, "36 mm/h", 1e-5);
+        assert_value(&SLOPE, "2 ‰", 0.002);
+        assert_value(&SLOPE, "0.002", 0.002);
         assert_value(&MEMORY, "8 GB", 8e9);
         assert_value(&MEMORY, "2 GiB", 2_147_483_648.0);
         assert_value(&NUMBER, "0.033", 0.033);
@@ -216,7 +267,7 @@ mod tests {
     proptest::proptest! {
         #[test]
         fn no_text_makes_it_panic(text in ".*") {
-            for dimension in [&LENGTH, &TIME, &MEMORY, &NUMBER, &ACCELERATION] {
+            for dimension in [&LENGTH, &TIME, &DISCHARGE, &INTENSITY, &SLOPE, &MEMORY, &NUMBER, &ACCELERATION] {
                 let _ = dimension.parse(&text);
             }
         }

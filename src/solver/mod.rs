@@ -5,7 +5,7 @@ pub mod lagrangian;
 pub mod moving;
 pub mod variational;
 
-pub use crate::boundary::OpenEdges;
+pub use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rain, Rating, Series, edge_faces};
 pub use eulerian::EulerianSolver;
 
 use crate::bed::BedParticles;
@@ -22,6 +22,8 @@ pub struct FlowProblem {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave.
     pub open_edges: OpenEdges,
+    /// What brings water in or takes it out, and the sections that measure it. Particles that move know none of it.
+    pub forcing: Forcing,
     /// Still water at the start: depth (m) at each cell of the lattice.
     pub initial_depth: Vec<f64>,
     /// Gravity (m/s²).
@@ -91,6 +93,16 @@ impl Ledger {
     }
 }
 
+/// What passed a cross-section: positive where the water crosses the line towards its left side, that is downstream where the line was
+/// drawn from the left to the right bank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SectionFlow {
+    /// Mean discharge of the last step (m³/s).
+    pub discharge: f64,
+    /// Volume since the start (m³).
+    pub volume: f64,
+}
+
 /// A core that moves water, in whichever formulation and motion.
 pub trait FlowSolver: Send {
     /// Simulated time (s).
@@ -108,6 +120,10 @@ pub trait FlowSolver: Send {
     fn water(&mut self) -> WaterOnLattice<'_>;
     /// The volumes.
     fn ledger(&self) -> Ledger;
+    /// What passed the cross-sections of the problem; nothing where the core knows none.
+    fn sections(&self) -> &[SectionFlow] {
+        &[]
+    }
     /// Number of particles that carry water now.
     fn particles(&self) -> usize;
     /// Evaluations of the rates of one particle so far.

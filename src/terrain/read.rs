@@ -16,6 +16,15 @@ use crate::math::Vec2;
 /// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
 pub const PLAUSIBLE_ELEVATION: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
 
+/// What a raster holds, and so how it is resampled where it must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resampling {
+    /// A quantity that varies from cell to cell: linear between their centres.
+    Bilinear,
+    /// Classes, or a quantity that belongs to whole cells: the nearest cell.
+    Nearest,
+}
+
 /// How a raster file is to be understood.
 #[derive(Clone, Debug)]
 pub struct RasterRequest<'a> {
@@ -27,6 +36,8 @@ pub struct RasterRequest<'a> {
     pub offset: f64,
     /// Whether another CRS, degrees or a rotated grid are warped to the CRS of the run.
     pub reproject: bool,
+    /// What it holds.
+    pub resampling: Resampling,
     /// Distance of two particles (m): a warped raster gets a cell that fits into it.
     pub resolution: f64,
     /// Memory limit (bytes).
@@ -275,7 +286,7 @@ impl RasterFile {
         }
     }
 
-    /// Warps read values to a north-up grid in the CRS of the run, bilinear, with square cells that fit the resolution.
+    /// Warps read values to a north-up grid in the CRS of the run, with square cells that fit the resolution.
     fn warped(&self, values: &[f64], request: &RasterRequest, run_crs: &Crs) -> Result<Raster, Problem> {
         let (columns, rows) = self.dataset.raster_size();
         let cell = fitting_cell(self.cell_in_metres(), request.resolution);
@@ -298,7 +309,11 @@ impl RasterFile {
             let mut buffer = gdal::raster::Buffer::new((columns, rows), values.to_vec());
             band.write((0, 0), (columns, rows), &mut buffer).map_err(text)?;
             let cell_text = format!("{cell}");
-            let mut arguments = vec!["-r", "bilinear", "-dstnodata", "nan", "-tap", "-tr", &cell_text, &cell_text];
+            let method = match request.resampling {
+                Resampling::Bilinear => "bilinear",
+                Resampling::Nearest => "near",
+            };
+            let mut arguments = vec!["-r", method, "-dstnodata", "nan", "-tap", "-tr", &cell_text, &cell_text];
             if let Some(target) = &target {
                 arguments.extend(["-t_srs", target]);
             }

@@ -11,7 +11,7 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::pipeline::clock::processor_seconds;
 use crate::pipeline::cores::Core;
-use crate::solver::StepChoice;
+use crate::solver::{Ledger, StepChoice};
 
 /// A run may take so many times the steps foreseen, and a few more; beyond that its step has collapsed.
 const STEPS_IN_RESERVE: f64 = 20.0;
@@ -47,6 +47,10 @@ pub struct Snapshot {
     pub depth_on_lattice: Vec<f64>,
     /// Gravity (m/s²).
     pub gravity: f64,
+    /// Simulated time (s).
+    pub time: f64,
+    /// The books of the core; in a channel those of a strip as wide as a cell.
+    pub ledger: Ledger,
 }
 
 impl Snapshot {
@@ -83,7 +87,8 @@ impl Snapshot {
             }
         };
         let depth_on_lattice = core.flow().water().depth.to_vec();
-        Snapshot { is_moving: matches!(core, Core::Moving(_)), samples, depth_on_lattice, gravity }
+        let (time, ledger) = (core.flow().time(), core.flow().ledger());
+        Snapshot { is_moving: matches!(core, Core::Moving(_)), samples, depth_on_lattice, gravity, time, ledger }
     }
 
     /// Volume of all water (m³).

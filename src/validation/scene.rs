@@ -5,7 +5,7 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
 use crate::scenario::GRAVITY;
-use crate::solver::{FlowProblem, OpenEdges};
+use crate::solver::{FlowProblem, Forcing, OpenEdges};
 
 /// Depth (m) below which water does not move in the made problems, unless they say otherwise: far below what any of them resolves.
 const DRY_DEPTH: f64 = 1e-6;
@@ -22,6 +22,7 @@ pub fn problem(columns: usize, rows: usize, spacing: f64, bed: impl Fn(Vec2) -> 
         bed: BedParticles::from_elevation(lattice, elevation, 0.0),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
+        forcing: Forcing::default(),
         gravity: GRAVITY,
         courant: 0.4,
         dry_depth: DRY_DEPTH,

@@ -64,6 +64,11 @@ fn steady_flows_and_slopes() {
 }
 
 #[test]
+fn open_channels() {
+    check(cases::open_channels::CASES);
+}
+
+#[test]
 fn presets_are_more_exact_in_dam_breaks_and_fast_is_not_in_steady_flow() {
     let error = |case: &str, preset: &str| {
         let result = run_case(cases::named(case).unwrap(), &methods(&[("preset", preset)]), Resolutions::Test);

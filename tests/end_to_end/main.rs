@@ -3,6 +3,7 @@
 
 mod bad_inputs;
 mod bad_scenarios;
+mod boundaries;
 mod commands;
 mod dam_breaks;
 mod whole_runs;

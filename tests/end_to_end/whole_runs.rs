@@ -144,13 +144,20 @@ fn every_scenario_that_ships_passes_the_check() {
 fn the_scenarios_run_write_every_file_and_are_reported() {
     let short_lake = ["--set", "time.end=20 s"];
     let short_ritter = ["--set", "time.end=20 s"];
-    let cases: [(&str, &[&str]); 3] = [("demo", &SHORT_DEMO), ("ritter", &short_ritter), ("lake_at_rest", &short_lake)];
+    let short_river = ["--set", "resolution=10 m", "--set", "outputs.cell=10 m", "--set", "time.end=15 min"];
+    let cases: [(&str, &[&str]); 4] = [
+        ("demo", &SHORT_DEMO),
+        ("ritter", &short_ritter),
+        ("lake_at_rest", &short_lake),
+        ("river_flood", &short_river),
+    ];
     for (name, arguments) in cases {
         let folder = TempDir::new().unwrap();
         let answer = run(folder.path(), &shipped(name), arguments);
         assert!(answer.stdout.contains("results in out"), "{}", answer.stdout);
         let out = folder.path().join("out");
         assert_whole(&out);
+        assert_eq!(out.join("sections.nc").exists(), name == "river_flood");
         let report = floodsim(folder.path(), &["report", "out"]);
         assert_eq!((report.code, report.stderr.as_str()), (0, ""), "{}", report.stdout);
         for line in report.stdout.lines() {
@@ -162,6 +169,7 @@ fn the_scenarios_run_write_every_file_and_are_reported() {
         assert_eq!(again.code, 8, "{}", again.stderr);
         let arguments = ["run", &shipped("ritter"), "--out", "out", "--set", "time.end=1 s", "--overwrite"];
         assert_eq!(floodsim(folder.path(), &arguments).code, 0);
+        assert!(!out.join("sections.nc").exists() && !out.join("tables/sections.csv").exists());
         assert!(!out.join("report/index.html").exists() && !out.join("cog/arrival_time_0p50m.tif").exists());
     }
 }

@@ -13,8 +13,8 @@ use floodsim::error::{Problem, ProblemKind};
 use floodsim::lattice::{Lattice, Span, WaterOnLattice};
 use floodsim::math::Vec2;
 use floodsim::output::{
-    FieldsWriter, Gauge, OutputCrs, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest, Volumes,
-    write_cogs, write_geopackage, write_maps, write_tables,
+    FieldsWriter, Findings, Gauge, OutputCrs, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest,
+    Section, SectionRecorder, Volumes, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
 };
 use gdal::spatial_ref::SpatialRef;
 use gdal::vector::LayerAccess;
@@ -125,7 +125,18 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
         .with_remedy("raise the rim")
         .with_at(origin + Vec2::new(100.0, 100.0));
     let isochrones = [60.0, 180.0, 300.0];
-    write_geopackage(&folder, &grid, crs, &recording, (&plan.gauges, &isochrones), &[finding]).unwrap();
+    let section = Section { id: "bridge".into(), line: vec![origin, origin + Vec2::new(50.0, 70.0)] };
+    let mut sections = SectionRecorder::new(1, 60.0, END);
+    sections.step(END, std::iter::once((2.5, 2.5 * END)));
+    let (results, samples) = sections.finish();
+    let findings = Findings {
+        gauges: &plan.gauges,
+        sections: (std::slice::from_ref(&section), &results),
+        isochrones: &isochrones,
+        problems: &[finding],
+    };
+    write_geopackage(&folder, &grid, crs, &recording, &findings).unwrap();
+    write_sections(&folder, &provenance, std::slice::from_ref(&section), &results, &samples).unwrap();
     write_tables(&folder, &plan.gauges, &recording).unwrap();
     (manifest.status, manifest.exit_code) = ("done".into(), Some(0));
     manifest.write(&folder).unwrap();

@@ -1,4 +1,4 @@
-//! `results.gpkg`: outline, isochrones, gauges and findings, each layer with a default style.
+//! `results.gpkg`: outline, isochrones, gauges, cross-sections and findings, each layer with a default style.
 //!
 //! The date of change in the file's own tables is fixed, so that equal results give equal bytes.
 
@@ -14,6 +14,7 @@ use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, OutputGrid};
 use super::super::outline::{Region, regions};
 use super::super::recorder::Recording;
+use super::super::sections::{Section, SectionResult};
 use super::super::{Gauge, OutputCrs};
 use super::crs::WritableCrs;
 use super::qgis::{LayerStyle, vector_style};
@@ -40,7 +41,20 @@ struct Layer<'a> {
     features: Vec<(Option<Geometry>, Vec<Value>)>,
 }
 
-/// Writes `results.gpkg`; `isochrones` are times (s), `findings` the problems of which those with a place become points.
+/// What the layers beside the maps show.
+#[derive(Clone, Copy, Debug)]
+pub struct Findings<'a> {
+    /// The gauges.
+    pub gauges: &'a [Gauge],
+    /// The cross-sections and what they saw.
+    pub sections: (&'a [Section], &'a [SectionResult]),
+    /// Times (s).
+    pub isochrones: &'a [f64],
+    /// The problems, of which those with a place become points.
+    pub problems: &'a [Problem],
+}
+
+/// Writes `results.gpkg`.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -49,19 +63,22 @@ pub fn write_geopackage(
     grid: &OutputGrid,
     crs: &OutputCrs,
     recording: &Recording,
-    (gauges, isochrones): (&[Gauge], &[f64]),
-    findings: &[Problem],
+    findings: &Findings<'_>,
 ) -> Result<(), Error> {
     folder.write_with("results.gpkg", |path| {
         let crs = WritableCrs::new(crs, path)?;
         let write = || -> GdalResult<()> {
             let mut layers = vec![
                 extent_layer(grid, recording)?,
-                isochrone_layer(grid, recording, isochrones)?,
-                gauge_layer(gauges, recording)?,
-                findings_layer(findings)?,
+                isochrone_layer(grid, recording, findings.isochrones)?,
+                gauge_layer(findings.gauges, recording)?,
+                findings_layer(findings.problems)?,
             ];
-            layers.push(style_layer(isochrones));
+            let has_sections = !findings.sections.0.is_empty();
+            if has_sections {
+                layers.push(section_layer(findings.sections)?);
+            }
+            layers.push(style_layer(findings.isochrones, has_sections));
             let spatial_ref = match crs {
                 Some(crs) => crs.spatial_ref,
                 None => SpatialRef::from_wkt(PLAIN_METRES)?,
@@ -232,6 +249,24 @@ fn gauge_layer<'a>(gauges: &[Gauge], recording: &Recording) -> GdalResult<Layer<
     Ok(Layer { name: "gauges", geometry: OGRwkbGeometryType::wkbPoint, columns, features })
 }
 
+/// The cross-sections with all results.
+fn section_layer<'a>((sections, results): (&[Section], &[SectionResult])) -> GdalResult<Layer<'a>> {
+    let mut columns = text_columns(&["id"]);
+    columns.extend(number_columns(&["arrival_s", "peak_discharge_m3_s", "time_of_peak_s", "volume_m3"]));
+    let feature = |(section, result): (&Section, &SectionResult)| {
+        let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
+        for place in &section.line {
+            line.add_point_2d((place.x, place.y));
+        }
+        let mut values = vec![Value::Text(section.id.clone())];
+        let numbers = [result.arrival, Some(result.peak_discharge), result.time_of_peak, Some(result.volume)];
+        values.extend(numbers.map(Value::Number));
+        Ok((Some(line), values))
+    };
+    let features = sections.iter().zip(results).map(feature).collect::<GdalResult<_>>()?;
+    Ok(Layer { name: "sections", geometry: OGRwkbGeometryType::wkbLineString, columns, features })
+}
+
 /// A column name that is not taken; SQLite does not tell upper from lower case.
 fn unused_name(name: &str, columns: &[(String, OGRFieldType::Type)]) -> String {
     let is_taken = |candidate: &str| {
@@ -263,13 +298,16 @@ fn findings_layer<'a>(findings: &[Problem]) -> GdalResult<Layer<'a>> {
 }
 
 /// The table in which QGIS looks for default styles.
-fn style_layer<'a>(isochrones: &[f64]) -> Layer<'a> {
-    let styles = [
+fn style_layer<'a>(isochrones: &[f64], has_sections: bool) -> Layer<'a> {
+    let mut styles = vec![
         ("inundation_extent", LayerStyle::Area("49,130,189,60", "8,81,156,255")),
         ("isochrones", LayerStyle::Categories("arrival_s", isochrones)),
         ("gauges", LayerStyle::Point("255,215,0,255", "id")),
         ("findings", LayerStyle::Point("215,25,28,255", "code")),
     ];
+    if has_sections {
+        styles.push(("sections", LayerStyle::Line("227,26,28,255", "id")));
+    }
     let names =
         ["f_table_catalog", "f_table_schema", "f_table_name", "f_geometry_column", "styleName", "styleQML", "styleSLD"];
     let mut columns = text_columns(&names);

@@ -9,6 +9,7 @@ mod maps;
 mod netcdf_file;
 mod projection;
 mod qgis;
+mod sections;
 mod tables;
 mod variables;
 
@@ -16,8 +17,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 pub use cog::write_cogs;
 pub use fields::FieldsWriter;
-pub use geopackage::write_geopackage;
+pub use geopackage::{Findings, write_geopackage};
 pub use maps::write_maps;
+pub use sections::write_sections;
 pub use tables::write_tables;
 pub use variables::{MapVariable, map_variables};
 

@@ -123,17 +123,24 @@ impl<'a> NetcdfFile<'a> {
     /// Defines a time variable over the given dimensions.
     pub(super) fn define_time(&mut self, dimensions: &[&str], provenance: &Provenance) -> netcdf::Result<()> {
         self.file.add_variable::<f64>("time", dimensions)?;
-        let units = provenance.time_units();
-        self.describe_variable(
-            "time",
-            &[
-                ("standard_name", "time"),
-                ("long_name", "time"),
-                ("units", &units),
-                ("calendar", "standard"),
-                ("units_metadata", "leap_seconds: none"),
-                ("axis", "T"),
-            ],
-        )
+        put_time_attributes(&mut self.file, provenance)
     }
+}
+
+/// Describes the variable `time`.
+pub(super) fn put_time_attributes(file: &mut FileMut, provenance: &Provenance) -> netcdf::Result<()> {
+    let mut time = file.variable_mut("time").ok_or_else(|| netcdf::Error::NotFound("time".to_string()))?;
+    let units = provenance.time_units();
+    let attributes = [
+        ("standard_name", "time"),
+        ("long_name", "time"),
+        ("units", units.as_str()),
+        ("calendar", "standard"),
+        ("units_metadata", "leap_seconds: none"),
+        ("axis", "T"),
+    ];
+    for (key, value) in attributes {
+        time.put_attribute(key, AttributeValue::from(value))?;
+    }
+    Ok(())
 }

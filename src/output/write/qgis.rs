@@ -135,6 +135,8 @@ pub(super) enum LayerStyle<'a> {
     Area(&'a str, &'a str),
     /// Points of a colour, labelled with a column.
     Point(&'a str, &'a str),
+    /// Lines of a colour, labelled with a column.
+    Line(&'a str, &'a str),
     /// Areas coloured by the values of a column, early to late.
     Categories(&'a str, &'a [f64]),
 }
@@ -144,6 +146,7 @@ pub(super) fn vector_style(style: &LayerStyle<'_>) -> String {
     let (renderer, labels) = match style {
         LayerStyle::Area(fill, rim) => (single_symbol(&fill_symbol("0", fill, rim)), String::new()),
         LayerStyle::Point(colour, column) => (single_symbol(&marker_symbol(colour)), labelling(column)),
+        LayerStyle::Line(colour, column) => (single_symbol(&line_symbol(colour)), labelling(column)),
         LayerStyle::Categories(column, values) => (categories(column, values), String::new()),
     };
     format!(
@@ -185,6 +188,11 @@ fn fill_symbol(name: &str, fill: &str, rim: &str) -> String {
 fn marker_symbol(colour: &str) -> String {
     let options = [("color", colour), ("name", "circle"), ("size", "2.4"), ("outline_color", "35,35,35,255")];
     symbol("0", "marker", "SimpleMarker", &options)
+}
+
+fn line_symbol(colour: &str) -> String {
+    let options = [("line_color", colour), ("line_width", "0.6"), ("line_style", "solid")];
+    symbol("0", "line", "SimpleLine", &options)
 }
 
 fn labelling(column: &str) -> String {

@@ -54,12 +54,12 @@ pub fn write_tables(folder: &RunFolder, gauges: &[Gauge], recording: &Recording)
     write_lines(folder, "tables/mass_balance.csv", header, balance_rows)
 }
 
-fn row<const COLUMNS: usize>(fields: [String; COLUMNS]) -> String {
+pub(super) fn row<const COLUMNS: usize>(fields: [String; COLUMNS]) -> String {
     fields.join(",")
 }
 
 /// A number with fixed decimals; empty when there is none or it is not finite; never a negative zero.
-fn number(value: Option<f64>, decimals: usize) -> String {
+pub(super) fn number(value: Option<f64>, decimals: usize) -> String {
     let Some(value) = value.filter(|value| value.is_finite()) else {
         return String::new();
     };
@@ -72,7 +72,7 @@ fn number(value: Option<f64>, decimals: usize) -> String {
 }
 
 /// A text field, quoted where it must be.
-fn text(value: &str) -> String {
+pub(super) fn text(value: &str) -> String {
     if value.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", value.replace('"', "\"\""))
     } else {

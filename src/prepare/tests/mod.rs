@@ -2,5 +2,6 @@
 
 mod bad_inputs;
 mod malpasset;
+mod roughness;
 mod scene;
 mod still_water;

@@ -33,6 +33,7 @@ fn greatest_speed(scenario: &Scenario, prepared: Prepared, steps: usize) -> f64 
         bed: prepared.bed.unwrap(),
         walls: prepared.walls,
         open_edges: prepared.open_edges,
+        forcing: prepared.forcing,
         initial_depth: prepared.still_water.unwrap().depth,
         gravity: scenario.numerics.gravity,
         courant: scenario.numerics.cfl,

@@ -21,7 +21,10 @@
 
 mod faces;
 mod gradient;
+mod inputs;
+mod open;
 mod primitive;
+mod sections;
 mod spans;
 mod state;
 mod update;
@@ -30,13 +33,16 @@ mod walls;
 #[cfg(test)]
 mod tests;
 
-use super::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
+use super::{FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::scenario::methods::{Reconstruction, Stabilisation};
+use inputs::Inputs;
+use open::OpenBoundaries;
 use primitive::Source;
-use spans::ActiveSet;
+use sections::Sections;
+use spans::{ActiveSet, Run};
 use state::State;
 use update::Stage;
 use walls::Walls;
@@ -48,6 +54,9 @@ pub struct EulerianSolver {
     state: State,
     active: ActiveSet,
     walls: Walls,
+    open: OpenBoundaries,
+    inputs: Inputs,
+    sections: Sections,
     lattice: crate::lattice::Lattice,
     /// Depth and discharges without the padding, for the recorder.
     depth_out: Vec<f64>,
@@ -57,6 +66,7 @@ pub struct EulerianSolver {
     steps: u64,
     evaluations: u64,
     initial_volume: f64,
+    inflow: f64,
     outflow: f64,
 }
 
@@ -113,7 +123,10 @@ impl EulerianSolver {
         };
         let state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
         let walls = Walls::new(&problem, &state);
-        let active = ActiveSet::new(&state, scale.dry_depth);
+        let open = OpenBoundaries::new(&problem, &state, &walls);
+        let inputs = Inputs::new(&problem, &state);
+        let sections = Sections::new(&problem, &state);
+        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs));
         let cells = lattice.len();
         let mut solver = EulerianSolver {
             scale,
@@ -121,6 +134,9 @@ impl EulerianSolver {
             state,
             active,
             walls,
+            open,
+            inputs,
+            sections,
             lattice,
             depth_out: vec![0.0; cells],
             discharge_x_out: vec![0.0; cells],
@@ -129,6 +145,7 @@ impl EulerianSolver {
             steps: 0,
             evaluations: 0,
             initial_volume: 0.0,
+            inflow: 0.0,
             outflow: 0.0,
         };
         solver.initial_volume = solver.state.volume(solver.scale.spacing);
@@ -161,10 +178,15 @@ impl EulerianSolver {
         }
         faces::evaluate(state, active, scale, self.methods);
         self.walls.apply(state, scale);
+        self.open.apply(state, scale, self.methods, (self.time, self.time + time_step));
         update::limit_outflow(state, active, scale, stage, time_step);
         update::apply(state, active, scale, stage, time_step);
         // Each of the two stages carries half of the step's exchange.
-        self.outflow += 0.5 * time_step * self.walls.leaving(state) * scale.spacing;
+        let carried = 0.5 * time_step * scale.spacing;
+        let (coming, leaving) = self.open.rates(state);
+        self.inflow += carried * coming;
+        self.outflow += carried * (self.walls.leaving(state) + leaving);
+        self.sections.add(state, scale, time_step);
         self.evaluations += active.cells() as u64;
     }
 
@@ -182,6 +204,21 @@ impl EulerianSolver {
     }
 }
 
+/// For every padded row the cells to which water comes from elsewhere than their neighbours: all terrain where it rains.
+fn fed(state: &State, open: &OpenBoundaries, inputs: &Inputs) -> Vec<Vec<Run>> {
+    let mut fed: Vec<Vec<Run>> = vec![Vec::new(); state.rows + 2];
+    if inputs.is_wetted {
+        for runs in &mut fed[1..=state.rows] {
+            runs.push(1..state.columns + 1);
+        }
+        return fed;
+    }
+    for (row, column) in open.inlets().chain(inputs.cells()) {
+        fed[row].push(column..column + 1);
+    }
+    fed
+}
+
 impl FlowSolver for EulerianSolver {
     fn time(&self) -> f64 {
         self.time
@@ -194,7 +231,7 @@ impl FlowSolver for EulerianSolver {
     fn choose_step(&mut self) -> StepChoice {
         let fastest = self.state.fastest();
         let scale = &self.scale;
-        if fastest.signal_speed > 0.0 {
+        let mut choice = if fastest.signal_speed > 0.0 {
             StepChoice {
                 time_step: scale.courant * scale.spacing / fastest.signal_speed,
                 limit: StepLimit::Courant,
@@ -208,13 +245,25 @@ impl FlowSolver for EulerianSolver {
                 position: Vec2::ZERO,
                 max_speed: 0.0,
             }
+        };
+        // What comes in may be faster than what is there.
+        let step = (self.time, self.time + choice.time_step);
+        let (speed, (row, column)) = self.open.fastest(&self.state, scale, self.methods, step);
+        if scale.courant * scale.spacing < choice.time_step * speed {
+            choice.time_step = scale.courant * scale.spacing / speed;
+            choice.limit = StepLimit::Courant;
+            choice.position = State::position(row, column, scale.spacing);
         }
+        choice.time_step = self.inputs.longest_step(scale, self.time, choice.time_step);
+        choice
     }
 
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
         self.stage(Stage::First, time_step);
         primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Stage);
         self.stage(Stage::Second, time_step);
+        self.sections.close(time_step);
+        self.inflow += self.inputs.add(&mut self.state, &self.scale, self.time, self.time + time_step);
         self.active.follow(&mut self.state, self.scale.dry_depth);
         self.evaluate_primitive();
         self.time += time_step;
@@ -254,10 +303,14 @@ impl FlowSolver for EulerianSolver {
     fn ledger(&self) -> Ledger {
         Ledger {
             initial: self.initial_volume,
-            inflow: 0.0,
+            inflow: self.inflow,
             outflow: self.outflow,
             stored: self.state.volume(self.scale.spacing),
         }
+    }
+
+    fn sections(&self) -> &[SectionFlow] {
+        self.sections.flows()
     }
 
     fn particles(&self) -> usize {

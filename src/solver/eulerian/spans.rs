@@ -20,6 +20,8 @@ pub(crate) type Run = std::ops::Range<usize>;
 /// The runs of cells in work, for every padded row.
 pub(crate) struct ActiveSet {
     wet: Vec<Vec<Run>>,
+    /// Runs that are in work as if they were wet: water may come to them from elsewhere than their neighbours.
+    fed: Vec<Vec<Run>>,
     pub work: Vec<Vec<Run>>,
     /// Work of the step before together with that of now, as spans of the lattice: what a recorder has to look at.
     recorded: Vec<Span>,
@@ -28,9 +30,11 @@ pub(crate) struct ActiveSet {
 }
 
 impl ActiveSet {
-    pub fn new(state: &State, dry_depth: f64) -> Self {
+    /// The wet cells of a state, and `fed`, the runs of each padded row to which water comes from elsewhere.
+    pub fn new(state: &State, dry_depth: f64, fed: Vec<Vec<Run>>) -> Self {
         let mut active = ActiveSet {
             wet: vec![Vec::new(); state.rows + 2],
+            fed,
             work: vec![Vec::new(); state.rows + 2],
             recorded: Vec::new(),
             cells: 0,
@@ -99,14 +103,15 @@ impl ActiveSet {
 
     /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch.
     fn spread(&mut self, columns: usize) {
-        let wet = &self.wet;
+        let (wet, fed) = (&self.wet, &self.fed);
         let rows = wet.len() - 2;
         self.work.par_iter_mut().enumerate().with_min_len(16).for_each(|(row, work)| {
             work.clear();
             if row == 0 || row > rows {
                 return;
             }
-            for near in &wet[row.saturating_sub(RIM)..=(row + RIM).min(rows)] {
+            let around = row.saturating_sub(RIM)..=(row + RIM).min(rows);
+            for near in wet[around.clone()].iter().chain(&fed[around]) {
                 let widened = |run: &Run| (run.start.saturating_sub(RIM)).max(1)..(run.end + RIM).min(columns + 1);
                 work.extend(near.iter().map(widened));
             }

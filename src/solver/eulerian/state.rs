@@ -22,6 +22,13 @@ pub(crate) struct GroundRow {
     pub step: Vec<f64>,
 }
 
+impl GroundRow {
+    /// Whether there is terrain at a padded column.
+    pub fn has_terrain(&self, column: usize) -> bool {
+        self.bed[column] < NO_TERRAIN
+    }
+}
+
 /// The conserved quantities, at the start of the step and after its first stage.
 #[derive(Clone, Debug)]
 pub(crate) struct WaterRow {
@@ -116,7 +123,7 @@ impl State {
             };
             rows + 2
         ];
-        let datum = mean_level(bed, initial_depth);
+        let datum = datum(bed, initial_depth);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
             let (column, row) = bed.lattice.column_row(index);
             ground[row + 1].bed[column + 1] = bed.elevation[index] - datum;
@@ -156,7 +163,7 @@ impl State {
 
     /// Whether there is terrain at a padded cell.
     pub fn has_terrain(&self, row: usize, column: usize) -> bool {
-        self.ground[row].bed[column] < NO_TERRAIN
+        self.ground[row].has_terrain(column)
     }
 
     /// Brings a padded cell that leaves the work to rest: no velocity, no gradient, no flux; its film stays.
@@ -218,10 +225,14 @@ fn find_steps(ground: &mut [GroundRow]) {
     }
 }
 
-/// Mean level (m) of the water by depth, from which elevations are counted here: a lake in the mountains then rests as still
-/// as one at the sea, because its height costs no digits.
-fn mean_level(bed: &BedParticles, depth: &[f64]) -> f64 {
+/// Mean level (m) of the water by depth, from which elevations are counted here, or the lowest bed where there is none: a lake in
+/// the mountains then rests as still as one at the sea, because its height costs no digits.
+pub(crate) fn datum(bed: &BedParticles, depth: &[f64]) -> f64 {
     let wet = || (0..bed.lattice.len()).filter(|&i| bed.has_terrain(i) && depth[i] > 0.0);
     let water: f64 = wet().map(|i| depth[i]).sum();
-    if water > 0.0 { wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water } else { 0.0 }
+    if water > 0.0 {
+        return wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water;
+    }
+    let lowest = bed.elevation.iter().copied().fold(f64::INFINITY, f64::min);
+    if lowest.is_finite() { lowest } else { 0.0 }
 }

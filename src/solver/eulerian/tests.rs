@@ -4,7 +4,7 @@ use super::EulerianSolver;
 use crate::bed::BedParticles;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::solver::{FlowProblem, FlowSolver, OpenEdges};
+use crate::solver::{FlowProblem, FlowSolver, Forcing, OpenEdges};
 
 fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
     Lattice { origin: Vec2::ZERO, columns, rows, spacing }
@@ -15,6 +15,7 @@ fn problem(lattice: Lattice, elevation: Vec<f64>, initial_depth: Vec<f64>) -> Fl
         bed: BedParticles::from_elevation(lattice, elevation, 0.0),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
+        forcing: Forcing::default(),
         initial_depth,
         gravity: 9.81,
         courant: 0.5,

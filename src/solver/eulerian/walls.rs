@@ -4,6 +4,7 @@
 //! Riemann problem between (d, u) and (d, −u). It stands between terrain and no terrain, and where a wall polyline
 //! crosses the line between two particles. An open face stands between terrain and no terrain, lets water out and
 //! none in; beyond it the bed goes on falling as it does before it, and where it does not fall the water drops over the edge.
+//! Faces at which more is known of the water beyond are in [`super::open`].
 
 use rayon::prelude::*;
 
@@ -27,6 +28,8 @@ struct SpecialFace {
 struct WallCell {
     column: usize,
     blocked: u8,
+    /// The blocked ones beyond which the water goes on as it is before them.
+    onward: u8,
 }
 
 /// Offsets (column, row) of the four neighbours.
@@ -51,7 +54,7 @@ impl Walls {
     pub fn new(problem: &FlowProblem, state: &State) -> Self {
         let spacing = problem.bed.lattice.spacing;
         let mut walls = Walls { faces: vec![Vec::new(); state.rows + 2], cells: vec![Vec::new(); state.rows + 2] };
-        let mut blocked = vec![vec![0u8; state.columns + 2]; state.rows + 2];
+        let mut blocked = vec![vec![(0u8, 0u8); state.columns + 2]; state.rows + 2];
         let cut = crossed_faces(problem, state);
         for row in 0..=state.rows {
             for column in 0..state.columns + 2 {
@@ -69,27 +72,39 @@ impl Walls {
                         continue;
                     }
                     let middle = (State::position(row, column, spacing) + State::position(r, c, spacing)) * 0.5;
-                    let open = is_edge && problem.open_edges.is_open(middle);
+                    let goes_on = is_edge && problem.forcing.boundary_at(middle).is_some();
+                    let open = is_edge && !goes_on && problem.open_edges.is_open(middle);
                     walls.faces[row].push(SpecialFace { column, direction, open });
                     let mark =
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
-                    blocked[row][column] |= mark((dc, dr));
-                    blocked[r][c] |= mark((-dc, -dr));
+                    blocked[row][column].0 |= mark((dc, dr));
+                    blocked[r][c].0 |= mark((-dc, -dr));
+                    if goes_on {
+                        blocked[row][column].1 |= mark((dc, dr));
+                        blocked[r][c].1 |= mark((-dc, -dr));
+                    }
                 }
             }
         }
         for (row, columns) in blocked.iter().enumerate() {
-            for (column, &blocked) in columns.iter().enumerate() {
+            for (column, &(blocked, onward)) in columns.iter().enumerate() {
                 if blocked != 0 && state.has_terrain(row, column) {
-                    walls.cells[row].push(WallCell { column, blocked });
+                    walls.cells[row].push(WallCell { column, blocked, onward });
                 }
             }
         }
         walls
     }
 
+    /// Whether no water passes from a padded cell to its neighbour (row, column) at an offset (column, row).
+    pub fn is_blocked(&self, (row, column): (usize, usize), offset: (isize, isize)) -> bool {
+        let cells = &self.cells[row];
+        let Ok(found) = cells.binary_search_by_key(&column, |cell| cell.column) else { return false };
+        NEIGHBOURS.iter().position(|n| *n == offset).is_some_and(|k| cells[found].blocked & (1 << k) != 0)
+    }
+
     /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
-    /// is mirrored.
+    /// is mirrored; over that of an open boundary they go on as they come from the other side of the cell.
     pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
@@ -212,12 +227,17 @@ fn correct(
     let mut sums = [Vec2::ZERO; 4];
     for (k, &(dc, dr)) in NEIGHBOURS.iter().enumerate() {
         let e = Vec2::new(dc as f64, dr as f64);
-        let differences = if cell.blocked & (1 << k) != 0 {
+        let is_onward = cell.onward & (1 << k) != 0;
+        // The neighbours stand in pairs.
+        let differences = if is_onward && cell.blocked & (1 << (k ^ 1)) != 0 {
+            [0.0; 4]
+        } else if cell.blocked & (1 << k) != 0 && !is_onward {
             let turned = e * (-2.0 * velocity.dot(e));
             [0.0, 0.0, turned.x, turned.y]
         } else {
-            let (there, j) = (&primitive[shift(row, dr)], shift(i, dc));
-            [
+            let sign = if is_onward { -1 } else { 1 };
+            let (there, j) = (&primitive[shift(row, sign * dr)], shift(i, sign * dc));
+            let differences = [
                 super::gradient::surface_difference(
                     here.depth[i],
                     there.depth[j],
@@ -227,7 +247,8 @@ fn correct(
                 there.depth[j] - here.depth[i],
                 there.velocity_x[j] - velocity.x,
                 there.velocity_y[j] - velocity.y,
-            ]
+            ];
+            differences.map(|difference| sign as f64 * difference)
         };
         for (sum, difference) in sums.iter_mut().zip(differences) {
             *sum += e * (0.5 / scale.spacing * difference);

@@ -4,6 +4,7 @@ pub mod bowls;
 pub mod circles;
 pub mod dam_breaks;
 pub mod lakes;
+pub mod open_channels;
 pub mod slopes;
 pub mod stability;
 pub mod steady;
@@ -12,7 +13,7 @@ use super::case::{Case, Suite};
 
 /// Every case, in the order of tables.
 pub fn all() -> impl Iterator<Item = &'static Case> {
-    [dam_breaks::CASES, circles::CASES, lakes::CASES, bowls::CASES, steady::CASES, slopes::CASES]
+    [dam_breaks::CASES, circles::CASES, lakes::CASES, bowls::CASES, steady::CASES, slopes::CASES, open_channels::CASES]
         .into_iter()
         .chain(stability::FAMILIES.iter().copied())
         .flatten()

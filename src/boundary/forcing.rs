@@ -1,0 +1,196 @@
+//! What brings water in or takes it out, and where it is measured on its way: open boundaries, sources, rain, cross-sections.
+
+use super::Series;
+use super::wall::distance_to_segment;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+
+/// What is known of the water beyond an open boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Condition {
+    /// The discharge that comes in (m³/s, not negative), and the level (m) that counts where it comes in faster than waves run.
+    Discharge {
+        /// All over the boundary (m³/s).
+        discharge: Series,
+        /// Level above the datum of the terrain (m).
+        level: Option<Series>,
+    },
+    /// The level (m) is held, whether water comes or goes.
+    Stage(Series),
+    /// Uniform flow on a bed of this slope goes on beyond; water leaves only.
+    NormalDepth {
+        /// Slope (dimensionless, positive).
+        slope: f64,
+    },
+    /// The discharge that leaves is a function of the level at the boundary.
+    Rating(Rating),
+    /// Waves leave. Where there was water at the start, it goes on beyond at its level and at rest; where the ground was dry, the
+    /// flow goes on as it arrives, and nothing comes back.
+    Free,
+}
+
+/// Discharge as a function of the level: linear between rows, 0 below the first, and beyond the last on as between the last two.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rating {
+    rows: Vec<(f64, f64)>,
+}
+
+impl Rating {
+    /// A table of levels (m, rising) and discharges (m³/s, rising or equal, not negative); none where it is not so, or has less than
+    /// two rows.
+    pub fn new(rows: &[(f64, f64)]) -> Option<Self> {
+        let rises = rows.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 <= pair[1].1);
+        let is_sound = rows.len() >= 2 && rises && rows.iter().all(|row| row.0.is_finite() && row.1.is_finite());
+        (is_sound && rows[0].1 >= 0.0).then(|| Rating { rows: rows.to_vec() })
+    }
+
+    /// The rows: level (m), discharge (m³/s).
+    pub fn rows(&self) -> &[(f64, f64)] {
+        &self.rows
+    }
+
+    /// The discharge (m³/s) at a level (m).
+    pub fn discharge(&self, level: f64) -> f64 {
+        if level <= self.rows[0].0 {
+            return 0.0;
+        }
+        let upper = self.rows.partition_point(|row| row.0 <= level).clamp(1, self.rows.len() - 1);
+        let (low, high) = (self.rows[upper - 1], self.rows[upper]);
+        low.1 + (level - low.0) / (high.0 - low.0) * (high.1 - low.1)
+    }
+}
+
+/// An open part of the edge of the terrain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundary {
+    /// Straight pieces of its lines, in local coordinates (m).
+    pub segments: Vec<[Vec2; 2]>,
+    /// What is known there.
+    pub condition: Condition,
+}
+
+/// Water that comes out of the ground at a place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointSource {
+    /// Local coordinates (m).
+    pub place: Vec2,
+    /// Discharge (m³/s, not negative).
+    pub discharge: Series,
+}
+
+/// Rain that reaches the ground and runs off: losses are taken off already.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Rain {
+    /// The same everywhere (m/s).
+    Uniform(Series),
+    /// Constant at each cell from its own time to a common one.
+    Map {
+        /// Rate (m/s) at each cell of the lattice.
+        rate: Vec<f64>,
+        /// Time (s) at each cell from which the rain runs off.
+        from: Vec<f64>,
+        /// End (s).
+        until: f64,
+    },
+}
+
+impl Rain {
+    /// Depth (m) that falls on a cell between two times (s).
+    pub fn depth(&self, cell: usize, from: f64, to: f64) -> f64 {
+        match self {
+            Rain::Uniform(series) => series.integral(from, to),
+            Rain::Map { rate, from: start, until } => rate[cell] * (to.min(*until) - from.max(start[cell])).max(0.0),
+        }
+    }
+}
+
+/// All of it; nothing by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Forcing {
+    /// Open boundaries with a condition.
+    pub boundaries: Vec<Boundary>,
+    /// Distance (m) up to which a line opens a face of the edge.
+    pub reach: f64,
+    /// Point sources.
+    pub sources: Vec<PointSource>,
+    /// Rain.
+    pub rain: Option<Rain>,
+    /// Cross-sections: the straight pieces of each in local coordinates (m), from the left to the right bank.
+    pub sections: Vec<Vec<[Vec2; 2]>>,
+}
+
+impl Forcing {
+    /// Whether there is no water that comes or goes by it.
+    pub fn is_still(&self) -> bool {
+        self.boundaries.is_empty() && self.sources.is_empty() && self.rain.is_none()
+    }
+
+    /// The boundary that opens an edge face with this midpoint (local coordinates, m): the nearest one within reach, the earlier
+    /// one of two that are equally near.
+    pub fn boundary_at(&self, midpoint: Vec2) -> Option<usize> {
+        let distance = |boundary: &Boundary| {
+            let each = boundary.segments.iter().map(|piece| distance_to_segment(midpoint, piece[0], piece[1]));
+            each.fold(f64::INFINITY, f64::min)
+        };
+        let near = self.boundaries.iter().map(distance).enumerate().filter(|(_, distance)| *distance <= self.reach);
+        near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))).map(|(index, _)| index)
+    }
+}
+
+/// Midpoints of the edge faces of a bed (local coordinates, m), each with its cell: where terrain meets none.
+pub fn edge_faces(lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
+    let half = 0.5 * lattice.spacing;
+    let steps = [Vec2::new(half, 0.0), Vec2::new(-half, 0.0), Vec2::new(0.0, half), Vec2::new(0.0, -half)];
+    let cells = (0..lattice.len()).filter(|&cell| !bed[cell].is_nan());
+    cells
+        .flat_map(|cell| {
+            let centre = lattice.centre(cell);
+            let is_edge = move |step: &Vec2| lattice.cell_at(centre + *step * 2.0).is_none_or(|n| bed[n].is_nan());
+            steps.into_iter().filter(is_edge).map(move |step| (cell, centre + step))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rating_is_linear_between_its_rows() {
+        let rating = Rating::new(&[(10.0, 0.0), (11.0, 4.0), (12.0, 10.0)]).unwrap();
+        for (level, discharge) in [(9.0, 0.0), (10.5, 2.0), (11.5, 7.0), (13.0, 16.0)] {
+            assert!((rating.discharge(level) - discharge).abs() < 1e-12, "{level}");
+        }
+        assert_eq!(Rating::new(&[(10.0, 0.0), (10.0, 4.0)]), None);
+        assert_eq!(Rating::new(&[(10.0, 3.0), (11.0, 2.0)]), None);
+    }
+
+    #[test]
+    fn rain_from_a_map_falls_between_its_times() {
+        let rain = Rain::Map { rate: vec![2.0, 1.0], from: vec![0.0, 5.0], until: 8.0 };
+        assert!((rain.depth(0, 1.0, 3.0) - 4.0).abs() < 1e-15 && rain.depth(1, 1.0, 3.0).abs() <= 0.0);
+        assert!((rain.depth(1, 4.0, 10.0) - 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_face_belongs_to_the_nearest_boundary() {
+        let line = |x: f64| Boundary {
+            segments: vec![[Vec2::new(x, 0.0), Vec2::new(x, 10.0)]],
+            condition: Condition::NormalDepth { slope: 0.1 },
+        };
+        let forcing = Forcing { boundaries: vec![line(0.0), line(3.0)], reach: 2.0, ..Forcing::default() };
+        assert_eq!(forcing.boundary_at(Vec2::new(1.4, 5.0)), Some(0));
+        assert_eq!(forcing.boundary_at(Vec2::new(1.6, 5.0)), Some(1));
+        assert_eq!(forcing.boundary_at(Vec2::new(5.5, 5.0)), None);
+    }
+
+    #[test]
+    fn edges_are_faces_between_terrain_and_none() {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 3, rows: 3, spacing: 2.0 };
+        let mut bed = vec![0.0; 9];
+        bed[4] = f64::NAN;
+        let faces = edge_faces(&lattice, &bed);
+        assert_eq!(faces.len(), 12 + 4);
+        assert!(faces.contains(&(3, Vec2::new(2.0, 3.0))));
+    }
+}

@@ -1,0 +1,211 @@
+//! The water beyond an open edge, from what is known there and the characteristic that arrives from inside.
+//!
+//! With u outwards and c = √(g d), the invariant that arrives at the edge from inside is
+//!
+//! ```text
+//! (M40)  R = u + 2 c
+//! ```
+//!
+//! as long as the water does not come in faster than waves run. It holds beyond as well; one condition more gives the state there:
+//!
+//! ```text
+//! (M41)  held depth d:        u = R − 2 √(g d)                       not above the critical outflow c = u = R/3, not below −c
+//! (M42)  held discharge −q:   2 c³ − R c² − g q = 0                  c not below that of critical flow, (g q)^(1/3)
+//! (M43)  uniform flow:        √S d^(2/3) / n + 2 √(g d) = R          critical outflow where that would be faster
+//! (M44)  rest at depth d_0:   u − 2 c = −2 c_0                       the invariant that arrives from beyond
+//! ```
+//!
+//! Where the state has the same R as that inside, the flux of (M16) between both is that of the state itself to first order, and
+//! that of the inside where water leaves faster than waves run. Sources: `Toro2001`. Not here: which face has which condition.
+
+/// Depth (m) and velocity outwards (m/s) on one side of an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeState {
+    /// Depth (m), 0 or more.
+    pub depth: f64,
+    /// Velocity outwards (m/s).
+    pub outwards: f64,
+}
+
+impl EdgeState {
+    /// R of (M40) in m/s.
+    pub fn invariant(&self, g: f64) -> f64 {
+        self.outwards + 2.0 * (g * self.depth).sqrt()
+    }
+
+    fn of(celerity: f64, outwards: f64, g: f64) -> Self {
+        EdgeState { depth: celerity * celerity / g, outwards }
+    }
+}
+
+/// The outflow over an edge behind which nothing holds the water back, c = u = R/3; dry where nothing arrives.
+pub fn overfall(invariant: f64, g: f64) -> EdgeState {
+    let critical = (invariant / 3.0).max(0.0);
+    EdgeState::of(critical, critical, g)
+}
+
+/// (M41): the depth `held` (m, 0 or more), whether water comes or goes; critical flow where that is all that can pass.
+pub fn at_depth(held: f64, invariant: f64, g: f64) -> EdgeState {
+    let celerity = (g * held).sqrt().max(invariant / 3.0);
+    EdgeState::of(celerity, (invariant - 2.0 * celerity).max(-celerity), g)
+}
+
+/// (M42): the discharge `q` (m²/s, 0 or more) comes in; `held` (m) is the depth that counts where it comes in faster than waves run.
+///
+/// Water inside that stands so high that it would drive a bore out against the inflow makes it subcritical.
+pub fn inflow(q: f64, held: Option<f64>, invariant: f64, g: f64) -> EdgeState {
+    let critical = (g * q).cbrt();
+    let subcritical = (invariant > critical).then(|| subcritical_celerity(critical, invariant));
+    let thrust = |c: f64| if c > 0.0 { g * q * q / (c * c) + 0.5 * (c * c) * (c * c) / g } else { 0.0 };
+    let fast = held.map(|depth| (g * depth).sqrt()).filter(|&c| c > 0.0 && c < critical);
+    let celerity = match (fast, subcritical) {
+        (Some(fast), Some(slow)) if thrust(slow) > thrust(fast) => slow,
+        (Some(fast), _) => fast,
+        (None, slow) => slow.unwrap_or(critical),
+    };
+    let outwards = if celerity > 0.0 { -(critical / celerity) * (critical / celerity) * critical } else { 0.0 };
+    EdgeState::of(celerity, outwards, g)
+}
+
+/// The root of 2 c³ − R c² = c_c³ above c_c, by Newton's method from above, where the left side is convex.
+fn subcritical_celerity(critical: f64, invariant: f64) -> f64 {
+    let cube = critical * critical * critical;
+    let mut c = 0.5 * invariant + critical;
+    for _ in 0..MOST_ITERATIONS {
+        let excess = c * c * (2.0 * c - invariant) - cube;
+        let next = c - excess / (c * (6.0 * c - 2.0 * invariant));
+        if next >= c || !next.is_finite() {
+            break;
+        }
+        c = next;
+    }
+    c.max(critical)
+}
+
+/// Newton's method doubles its digits each time: from any start of the formulas here twenty are there long before.
+const MOST_ITERATIONS: usize = 40;
+
+/// (M43): uniform flow on a bed of this slope with g n² = `friction` (m^(1/3), positive) goes on beyond the edge.
+pub fn uniform_flow(slope: f64, friction: f64, invariant: f64, g: f64) -> EdgeState {
+    if invariant <= 0.0 {
+        return EdgeState { depth: 0.0, outwards: 0.0 };
+    }
+    // u = k c^(4/3), from d = c²/g.
+    let k = (g * slope / friction).sqrt() / (g * g).cbrt();
+    let mut c = 0.5 * invariant;
+    for _ in 0..MOST_ITERATIONS {
+        let third = c.cbrt();
+        let excess = k * c * third + 2.0 * c - invariant;
+        let next = c - excess / (4.0 / 3.0 * k * third + 2.0);
+        if next >= c || !next.is_finite() {
+            break;
+        }
+        c = next;
+    }
+    let velocity = k * c * c.cbrt();
+    if velocity > c { overfall(invariant, g) } else { EdgeState::of(c, velocity, g) }
+}
+
+/// (M44): still water of depth `rest` (m, positive) beyond; what comes in is not faster than the middle of the wave that it sends.
+pub fn waves_leave(rest: f64, invariant: f64, g: f64) -> EdgeState {
+    let c_0 = (g * rest).sqrt();
+    let (celerity, outwards) = ((0.25 * (invariant + 2.0 * c_0)).max(0.0), 0.5 * (invariant - 2.0 * c_0));
+    if outwards < -celerity {
+        let critical = 2.0 / 3.0 * c_0;
+        return EdgeState::of(critical, -critical, g);
+    }
+    EdgeState::of(celerity, outwards, g)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const G: f64 = 9.81;
+
+    fn close(a: f64, b: f64) -> bool {
+        (a - b).abs() <= 1e-12 * (1.0 + a.abs().max(b.abs()))
+    }
+
+    #[test]
+    fn the_invariant_that_leaves_is_kept_by_every_condition() {
+        for depth in [0.3, 2.0] {
+            for outwards in [-0.4, 0.0, 0.9] {
+                let inside = EdgeState { depth, outwards };
+                let r = inside.invariant(G);
+                let states = [
+                    at_depth(1.1 * depth, r, G),
+                    inflow(0.2 * depth, None, r, G),
+                    uniform_flow(1e-3, G * 9e-4, r, G),
+                    waves_leave(1.05 * depth, r, G),
+                    overfall(r, G),
+                ];
+                for state in states {
+                    assert!(close(state.invariant(G), r), "{inside:?}: {state:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_state_inside_is_found_again_where_it_fits_the_condition() {
+        let (depth, velocity) = (1.3, -0.7);
+        let r = EdgeState { depth, outwards: velocity }.invariant(G);
+        assert!(close(inflow(-depth * velocity, None, r, G).depth, depth));
+        assert!(close(at_depth(depth, r, G).outwards, velocity));
+        let (slope, n): (f64, f64) = (2e-3, 0.03);
+        let uniform = slope.sqrt() / n * depth.cbrt().powi(2);
+        let r = EdgeState { depth, outwards: uniform }.invariant(G);
+        assert!(close(uniform_flow(slope, G * n * n, r, G).depth, depth));
+    }
+
+    #[test]
+    fn inflow_onto_dry_ground_is_critical_or_as_held() {
+        let q: f64 = 3.0;
+        let critical = (q * q / G).cbrt();
+        assert!(close(inflow(q, None, 0.0, G).depth, critical));
+        assert!(
+            close(inflow(q, Some(2.0 * critical), 0.0, G).depth, critical),
+            "a slow pair says nothing of the level"
+        );
+        let fast = inflow(q, Some(0.5 * critical), 0.0, G);
+        assert!(close(fast.depth, 0.5 * critical) && close(fast.outwards, -2.0 * q / critical));
+        assert_eq!(inflow(0.0, None, 0.0, G), EdgeState { depth: 0.0, outwards: 0.0 });
+    }
+
+    #[test]
+    fn deep_water_drowns_a_fast_inflow() {
+        let q = 3.0;
+        let deep = EdgeState { depth: 6.0, outwards: -0.5 };
+        let state = inflow(q, Some(0.5), deep.invariant(G), G);
+        assert!(state.depth > 5.0 && close(-state.depth * state.outwards, q));
+        let shallow = EdgeState { depth: 0.9, outwards: -2.0 };
+        assert!(close(inflow(q, Some(0.5), shallow.invariant(G), G).depth, 0.5));
+    }
+
+    #[test]
+    fn nothing_leaves_faster_than_critical_and_nothing_comes_in_faster() {
+        let r = EdgeState { depth: 1.0, outwards: 0.5 }.invariant(G);
+        let fall = at_depth(0.0, r, G);
+        assert!(close(fall.outwards, (G * fall.depth).sqrt()) && close(fall.invariant(G), r));
+        let flood = at_depth(2.0, 0.0, G);
+        assert!(close(flood.outwards, -(G * 2.0).sqrt()));
+        let fan = waves_leave(2.0, 0.0, G);
+        assert!(
+            close(fan.depth, 8.0 / 9.0) && close(fan.outwards, -(G * fan.depth).sqrt()),
+            "the front of a dam break"
+        );
+        let steep = uniform_flow(0.2, G * 1e-4, r, G);
+        assert!(close(steep.outwards, (G * steep.depth).sqrt()));
+    }
+
+    #[test]
+    fn still_water_stays_still() {
+        let (depth, n) = (1.7, 0.03);
+        let r = EdgeState { depth, outwards: 0.0 }.invariant(G);
+        assert!(at_depth(depth, r, G).outwards.abs() < 1e-14);
+        assert!(waves_leave(depth, r, G).outwards.abs() < 1e-14);
+        assert!(close(inflow(0.0, None, r, G).depth, depth));
+        assert_eq!(uniform_flow(1e-3, G * n * n, -1.0, G).depth.to_bits(), 0.0_f64.to_bits());
+    }
+}

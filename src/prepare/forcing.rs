@@ -1,0 +1,382 @@
+//! Boundaries with a condition, sources, rain and cross-sections: their files, and where they lie on the terrain.
+
+use super::findings::Findings;
+use super::grid::{REACH, open_side};
+use super::rain::{self, Losses};
+use super::series::{self, Meaning};
+use super::{places, polygons};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rain, Series, edge_faces};
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::Crs;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::output::Section;
+use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
+use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, Side, SourcePlace, Sourced};
+use crate::terrain::{Layer, RasterFile, RasterRequest, Resampling, Terrain};
+
+/// Two boundaries that share more than this of the faces of one of them overlap.
+const SHARED: f64 = 0.5;
+
+const COMING: Meaning = Meaning { dimension: &DISCHARGE, is_signed: false };
+const LEVEL: Meaning = Meaning { dimension: &LENGTH, is_signed: true };
+const FALLING: Meaning = Meaning { dimension: &INTENSITY, is_signed: false };
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// Everything that could be opened; map coordinates.
+#[derive(Debug, Default)]
+pub(super) struct Opened {
+    boundaries: Vec<OpenedBoundary>,
+    /// Of each source its places and its discharge.
+    sources: Vec<(Vec<Vec2>, Option<Series>)>,
+    rain: Option<OpenedRain>,
+    /// The cross-sections.
+    pub sections: Vec<Section>,
+}
+
+/// A boundary before it is put on the lattice: its lines (map coordinates), where it has any, and its condition.
+type OpenedBoundary = (Option<Vec<[Vec2; 2]>>, Option<Condition>);
+
+/// Rain before it is put on the lattice.
+#[derive(Debug)]
+enum OpenedRain {
+    Uniform(Rain),
+    Raster(Terrain, Losses),
+}
+
+/// Opens every file of boundaries, sources, rain and sections.
+pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
+    let end = scenario.end_time;
+    let boundaries = scenario.boundaries.iter().map(|boundary| {
+        let lines = match &boundary.value.place {
+            OpenBoundary::Side(_) => None,
+            OpenBoundary::Lines(source) => places::pieces(source, crs, scenario, findings),
+        };
+        (lines, condition(&boundary.value.condition, scenario, findings))
+    });
+    let boundaries = boundaries.collect();
+    let sources = scenario.sources.iter().map(|source| {
+        let places = match &source.value.place {
+            SourcePlace::At(at) => vec![Vec2::new(at.value[0], at.value[1])],
+            SourcePlace::Points(points) => {
+                let features = places::features(points, crs, scenario.reproject, findings).unwrap_or_default();
+                let found: Vec<Vec2> = features.iter().flat_map(|f| f.points.iter().map(|(place, _)| *place)).collect();
+                if found.is_empty() {
+                    let message = format!("{} holds no point", points.value.path.display());
+                    let remedy = "draw points where the water comes out of the ground";
+                    findings.add(points, input_error("no-points", message).with_remedy(remedy));
+                }
+                found
+            }
+        };
+        (places, series::series(&source.value.discharge, COMING, end, findings))
+    });
+    let sources = sources.collect();
+    let rain = scenario.rain.as_ref().and_then(|rain| open_rain(rain, scenario, crs, findings));
+    let sections = scenario
+        .outputs
+        .sections
+        .as_ref()
+        .and_then(|source| Some((source, places::features(source, crs, scenario.reproject, findings)?)))
+        .map_or_else(Vec::new, |(source, features)| sections(source, &features, findings));
+    Opened { boundaries, sources, rain, sections }
+}
+
+fn condition(condition: &BoundaryCondition, scenario: &Scenario, findings: &mut Findings) -> Option<Condition> {
+    let end = scenario.end_time;
+    Some(match condition {
+        BoundaryCondition::Free => Condition::Free,
+        BoundaryCondition::Stage(level, _) => Condition::Stage(series::series(level, LEVEL, end, findings)?),
+        BoundaryCondition::Rating(table) => Condition::Rating(series::rating(table, findings)?),
+        BoundaryCondition::Discharge { discharge, level } => {
+            let discharge = series::series(discharge, COMING, end, findings);
+            let level = level.as_ref().map(|level| series::series(level, LEVEL, end, findings));
+            Condition::Discharge {
+                discharge: discharge?,
+                level: if let Some(level) = level { Some(level?) } else { None },
+            }
+        }
+        BoundaryCondition::NormalDepth(slope) => {
+            if scenario.roughness.is_none() {
+                let message = "without roughness there is no uniform flow, and no normal depth";
+                let problem = Problem::error(ProblemKind::Scenario, "no-roughness", "", message);
+                let remedy = "give `roughness.manning` a value above 0, or take `type: free`";
+                findings.add(slope, problem.with_remedy(remedy));
+                return None;
+            }
+            Condition::NormalDepth { slope: slope.value }
+        }
+    })
+}
+
+fn open_rain(
+    rain: &Sourced<crate::scenario::Rain>,
+    scenario: &Scenario,
+    crs: Option<&Crs>,
+    findings: &mut Findings,
+) -> Option<OpenedRain> {
+    let until = rain.value.duration.unwrap_or(scenario.end_time).min(scenario.end_time);
+    let losses = Losses { initial: rain.value.initial_loss, constant: rain.value.constant_loss, until };
+    match &rain.value.amount {
+        RainAmount::Rate(rate) => {
+            let rate = series::series(rate, FALLING, until, findings)?;
+            Some(OpenedRain::Uniform(rain::uniform(&rate, losses)))
+        }
+        RainAmount::Raster { file, unit } => {
+            let opened = findings.take(file, RasterFile::open(&file.value))?;
+            let request = RasterRequest {
+                path: &file.value,
+                unit: 1.0,
+                offset: 0.0,
+                reproject: scenario.reproject,
+                resampling: Resampling::Bilinear,
+                resolution: scenario.resolution.value,
+                memory: scenario.limits.memory,
+            };
+            let (mut raster, warnings) = findings.take(file, opened.read(&request, crs?))?;
+            findings.add_all(file, warnings);
+            let negative = raster.values.iter().filter(|value| **value < 0.0).count();
+            if negative > 0 {
+                let message = format!("{negative} cells of {} have rain below 0", file.value.display());
+                let problem = input_error("negative-value", message)
+                    .with_cause("a fill value that the file does not declare, perhaps")
+                    .with_remedy("declare it, as with `gdal_edit.py -a_nodata`");
+                findings.add(file, problem);
+                return None;
+            }
+            raster.values.iter_mut().for_each(|value| *value *= unit.1);
+            Terrain::new(vec![Layer::Raster(raster)]).map(|terrain| OpenedRain::Raster(terrain, losses))
+        }
+    }
+}
+
+/// The cross-sections of a file: each of its lines is one.
+fn sections(
+    source: &Sourced<crate::scenario::VectorSource>,
+    features: &[crate::vector::Feature],
+    findings: &mut Findings,
+) -> Vec<Section> {
+    let mut found: Vec<Section> = Vec::new();
+    let path = source.value.path.display();
+    for feature in features {
+        let named = feature.attribute("id").or_else(|| feature.attribute("name"));
+        let id = named.map_or_else(|| feature.number.to_string(), ToString::to_string);
+        for (number, line) in feature.lines.iter().enumerate() {
+            let id = if feature.lines.len() > 1 { format!("{id}.{}", number + 1) } else { id.clone() };
+            let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
+            places.dedup();
+            if places.len() < 2 {
+                continue;
+            }
+            if found.iter().any(|earlier| earlier.id == id) {
+                let problem = input_error("duplicate-section", format!("{path} holds more than one section `{id}`"));
+                findings.add(source, problem.with_remedy("give each section its own id").with_at(places[0]));
+            }
+            found.push(Section { id, line: places });
+        }
+    }
+    if found.is_empty() {
+        let problem = input_error("no-lines", format!("{path} holds no line"));
+        findings.add(source, problem.with_remedy("draw lines from the left to the right bank; or take the key away"));
+    }
+    found
+}
+
+/// Puts everything on the lattice and checks where it lies; `bed` is the elevation at the cells, NaN without terrain.
+pub(super) fn on_lattice(
+    opened: &mut Opened,
+    scenario: &Scenario,
+    lattice: &Lattice,
+    bed: &[f64],
+    findings: &mut Findings,
+) -> Forcing {
+    let mut forcing = Forcing { reach: REACH * lattice.spacing, ..Forcing::default() };
+    boundaries(opened, scenario, (lattice, bed), &mut forcing, findings);
+    for (source, (places, discharge)) in scenario.sources.iter().zip(&opened.sources) {
+        for place in places {
+            let local = lattice.to_local(*place);
+            let cell = lattice.cell_at(local);
+            if cell.is_none_or(|cell| bed[cell].is_nan()) {
+                let where_ = if cell.is_none() { "outside the terrain" } else { "where the terrain has no data" };
+                let problem = input_error("source-outside", format!("this source lies {where_}"))
+                    .with_remedy("check its coordinates, their order and their CRS")
+                    .with_at(*place);
+                findings.add(source, problem);
+            }
+            if let Some(discharge) = discharge {
+                forcing.sources.push(PointSource { place: local, discharge: discharge.clone() });
+            }
+        }
+    }
+    forcing.rain = match (opened.rain.take(), &scenario.rain) {
+        (Some(OpenedRain::Uniform(rain)), _) => Some(rain),
+        (Some(OpenedRain::Raster(raster, losses)), Some(source)) => {
+            Some(rain::map(rain_at_cells(&raster, source, (lattice, bed), findings), losses))
+        }
+        _ => None,
+    };
+    if let Some(source) = &scenario.outputs.sections {
+        for section in &opened.sections {
+            check_section(section, source, (lattice, bed), findings);
+            let local: Vec<Vec2> = section.line.iter().map(|place| lattice.to_local(*place)).collect();
+            forcing.sections.push(local.windows(2).map(|pair| [pair[0], pair[1]]).collect());
+        }
+    }
+    forcing
+}
+
+fn rain_at_cells(
+    raster: &Terrain,
+    source: &Sourced<crate::scenario::Rain>,
+    (lattice, bed): (&Lattice, &[f64]),
+    findings: &mut Findings,
+) -> Vec<f64> {
+    let at = |cell: usize| raster.elevation(lattice.to_map(lattice.centre(cell)));
+    let values: Vec<Option<f64>> = (0..lattice.len()).map(at).collect();
+    let with_terrain = || (0..lattice.len()).filter(|&cell| !bed[cell].is_nan());
+    let missing: Vec<usize> = with_terrain().filter(|&cell| values[cell].is_none()).collect();
+    if let Some(&first) = missing.first() {
+        let share = 100.0 * missing.len() as f64 / with_terrain().count() as f64;
+        let message =
+            format!("the raster of rain has no value for {share:.1} % of the terrain ({} cells)", missing.len());
+        let problem = input_error("rain-gap", message)
+            .with_remedy("give it values there, 0 where no rain falls")
+            .with_at(lattice.to_map(lattice.centre(first)));
+        findings.add(source, problem);
+    }
+    values.into_iter().map(|value| value.unwrap_or(0.0)).collect()
+}
+
+/// Refuses a section that lies on no cell of the terrain.
+fn check_section(
+    section: &Section,
+    source: &Sourced<crate::scenario::VectorSource>,
+    (lattice, bed): (&Lattice, &[f64]),
+    findings: &mut Findings,
+) {
+    let is_on_terrain = |place: Vec2| lattice.cell_at(lattice.to_local(place)).is_some_and(|cell| !bed[cell].is_nan());
+    let touches = section.line.windows(2).any(|pair| {
+        let along = pair[1] - pair[0];
+        let pieces = (2.0 * along.norm() / lattice.spacing).ceil().max(1.0) as usize;
+        (0..=pieces).any(|k| is_on_terrain(pair[0] + along * (k as f64 / pieces as f64)))
+    });
+    if !touches {
+        let problem = input_error("section-outside", format!("the section `{}` lies on no terrain", section.id))
+            .with_remedy("check that the file and the terrain have the same CRS")
+            .with_at(section.line[0]);
+        findings.add(source, problem);
+    } else if section.line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>() < 2.0 * lattice.spacing {
+        let message = format!("the section `{}` is shorter than two cells", section.id);
+        let problem = Problem::warning(ProblemKind::Input, "section-short", "", message)
+            .with_cause("it may pass between two particles and measure nothing")
+            .with_remedy("draw it from bank to bank, or choose a finer `resolution`")
+            .with_at(section.line[0]);
+        findings.add(source, problem);
+    }
+}
+
+/// The boundaries, and what is wrong with their places.
+fn boundaries(
+    opened: &Opened,
+    scenario: &Scenario,
+    (lattice, bed): (&Lattice, &[f64]),
+    forcing: &mut Forcing,
+    findings: &mut Findings,
+) {
+    let edges = edge_faces(lattice, bed);
+    // Of each boundary that has a line and a condition: its place in the scenario, and what it would open alone.
+    let mut placed: Vec<(&Sourced<crate::scenario::Boundary>, Vec<usize>)> = Vec::new();
+    for (source, (lines, condition)) in scenario.boundaries.iter().zip(&opened.boundaries) {
+        let segments = match (&source.value.place, lines) {
+            (OpenBoundary::Side(Side::All), _) => edges.iter().map(|(_, midpoint)| [*midpoint; 2]).collect(),
+            (OpenBoundary::Side(side), _) => {
+                let mut open = OpenEdges::default();
+                open_side(&mut open, *side, lattice);
+                open.segments
+            }
+            (OpenBoundary::Lines(lines_source), Some(lines)) => {
+                places::on_lattice(lines_source, lines.clone(), lattice, findings)
+            }
+            (OpenBoundary::Lines(_), None) => continue,
+        };
+        if segments.is_empty() {
+            continue;
+        }
+        let is_near = |midpoint: Vec2| {
+            segments.iter().any(|piece| polygons::distance_to_segment(midpoint, *piece) <= forcing.reach)
+        };
+        let near: Vec<usize> = (0..edges.len()).filter(|&face| is_near(edges[face].1)).collect();
+        if near.is_empty() {
+            let problem = input_error("opens-nothing", "this boundary touches no edge of the terrain".to_owned())
+                .with_cause(format!("no edge face lies within {} m of it", forcing.reach))
+                .with_remedy("draw it along the edge of the terrain data; water that comes in elsewhere is a source")
+                .with_at(lattice.to_map(segments[0][0]));
+            findings.add(source, problem);
+            continue;
+        }
+        for (other, faces) in &placed {
+            let shared: Vec<usize> = near.iter().copied().filter(|face| faces.contains(face)).collect();
+            if shared.len() as f64 > SHARED * near.len().min(faces.len()) as f64 {
+                let message =
+                    format!("this boundary overlaps `{}` along {} faces of the edge", other.key, shared.len());
+                let problem = input_error("overlapping-boundaries", message)
+                    .with_remedy("let each part of the edge have one condition")
+                    .with_at(lattice.to_map(edges[shared[0]].1));
+                findings.add(source, problem);
+            }
+        }
+        if let Some(condition) = condition {
+            check_ground(source, condition, &near, (&edges, lattice, bed), findings);
+            forcing.boundaries.push(Boundary { segments, condition: condition.clone() });
+        }
+        placed.push((source, near));
+    }
+}
+
+/// Whether the ground under a boundary fits its levels.
+fn check_ground(
+    source: &Sourced<crate::scenario::Boundary>,
+    condition: &Condition,
+    near: &[usize],
+    (edges, lattice, bed): (&[(usize, Vec2)], &Lattice, &[f64]),
+    findings: &mut Findings,
+) {
+    let lowest_of = |faces: &mut dyn Iterator<Item = usize>| {
+        faces.map(|face| (bed[edges[face].0], edges[face].1)).min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let Some((lowest, place)) = lowest_of(&mut near.iter().copied()) else { return };
+    let highest = match condition {
+        Condition::Stage(level) | Condition::Discharge { level: Some(level), .. } => Some(level.peak()),
+        Condition::Rating(rating) => rating.rows().last().map(|row| row.0),
+        _ => None,
+    };
+    if let Some(highest) = highest.filter(|highest| *highest <= lowest) {
+        let message = format!(
+            "the highest level of this boundary, {highest} m, is not above the lowest ground along it, {lowest:.2} m"
+        );
+        let problem = input_error("boundary-dry", message)
+            .with_remedy("correct the level, its unit or its datum, or draw the boundary through the river bed")
+            .with_at(lattice.to_map(place));
+        findings.add(source, problem);
+    }
+    if let Condition::Discharge { .. } = condition {
+        let beside = |&face: &usize| {
+            let reach = 2.0 * REACH * lattice.spacing;
+            !near.contains(&face) && near.iter().any(|&own| (edges[own].1 - edges[face].1).norm() <= reach)
+        };
+        let outside = lowest_of(&mut (0..edges.len()).filter(beside));
+        if let Some((ground, at)) = outside.filter(|(ground, _)| *ground < lowest) {
+            let message = format!(
+                "the edge beside this boundary is lower ({ground:.2} m) than all ground along it ({lowest:.2} m at least)"
+            );
+            let problem = Problem::warning(ProblemKind::Input, "lower-ground-beside", "", message)
+                .with_cause("the line may miss the river bed: the water would come in over a bank")
+                .with_remedy("draw the line across the whole river bed")
+                .with_at(lattice.to_map(at));
+            findings.add(source, problem);
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Series and rating curves from CSV files: every row checked, each fault with its line.
+
+use crate::boundary::{Rating, Series};
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::{Table, read_text, readable_file};
+use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, TIME};
+use crate::scenario::{ColumnUnit, TableFile, Timed};
+
+use super::findings::Findings;
+
+/// A step of time longer than so many of the usual ones is a gap.
+const GAP: f64 = 10.0;
+/// So many faulty rows are named one by one.
+const NAMED_ROWS: usize = 5;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// What the values of a series may be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meaning {
+    /// Their dimension.
+    pub dimension: &'static Dimension,
+    /// Whether they may be negative.
+    pub is_signed: bool,
+}
+
+/// A row of a table: its line in the file and two numbers in SI units.
+struct Row {
+    line: usize,
+    numbers: [f64; 2],
+}
+
+/// The series of a quantity, which must hold from the start of the run to its end (s); none after an error.
+pub(super) fn series(timed: &Timed, meaning: Meaning, end: f64, findings: &mut Findings) -> Option<Series> {
+    let table = match timed {
+        Timed::Constant(value) => return Some(Series::constant(value.value)),
+        Timed::Series(table) => table,
+    };
+    let rows = findings.take_all(&table.file, rows(table, [&TIME, meaning.dimension]))?;
+    let name = table.file.value.display();
+    let mut faults = Vec::new();
+    rises(&rows, &name.to_string(), "time", &mut faults);
+    if !meaning.is_signed {
+        faults.extend(in_lines(
+            rows.iter().filter(|row| row.numbers[1] < 0.0).map(|row| (row.line, format!("{}", row.numbers[1]))),
+            "negative-value",
+            |count, lines| format!("{} below 0 in {name}: {lines}", rows_are(count)),
+            "give what comes in as a positive number; water that leaves needs a boundary of its own",
+        ));
+    }
+    if faults.is_empty() {
+        faults.extend(coverage(&rows, &name.to_string(), end));
+    }
+    let is_sound = faults.iter().all(|fault| fault.severity == crate::error::Severity::Warning);
+    findings.add_all(&table.file, faults);
+    let points: Vec<(f64, f64)> = rows.iter().map(|row| (row.numbers[0], row.numbers[1])).collect();
+    if is_sound { Series::new(&points) } else { None }
+}
+
+/// A rating curve; none after an error.
+pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Rating> {
+    let rows = findings.take_all(&table.file, rows(table, [&LENGTH, &DISCHARGE]))?;
+    let name = table.file.value.display();
+    let mut faults = Vec::new();
+    rises(&rows, &name.to_string(), "level", &mut faults);
+    faults.extend(in_lines(
+        rows.windows(2).filter(|pair| pair[1].numbers[1] < pair[0].numbers[1]).map(|p| (p[1].line, String::new())),
+        "falling-discharge",
+        |count, lines| format!("{} less discharge at a higher level in {name}: {lines}", rows_are(count)),
+        "a rating curve rises with the level, or stays",
+    ));
+    if rows.len() < 2 {
+        faults.push(
+            input_error("short-table", format!("{name} has fewer than two rows"))
+                .with_remedy("give at least the level at which water begins to leave, and one above it"),
+        );
+    }
+    if let Some(first) = rows.first().filter(|row| row.numbers[1] != 0.0) {
+        faults.push(
+            input_error(
+                "rating-start",
+                format!("the rating curve of {name} begins with {} m3/s in line {}", first.numbers[1], first.line),
+            )
+            .with_cause("below its first level nothing leaves: the discharge would jump there")
+            .with_remedy("let it begin at the level at which the discharge is 0"),
+        );
+    }
+    let is_sound = faults.is_empty();
+    findings.add_all(&table.file, faults);
+    let points: Vec<(f64, f64)> = rows.iter().map(|row| (row.numbers[0], row.numbers[1])).collect();
+    if is_sound { Rating::new(&points) } else { None }
+}
+
+fn rows_are(count: usize) -> String {
+    if count == 1 { "one row has".to_owned() } else { format!("{count} rows have") }
+}
+
+/// One problem for all faulty rows, the first of them by line.
+fn in_lines(
+    faulty: impl Iterator<Item = (usize, String)>,
+    code: &'static str,
+    message: impl FnOnce(usize, &str) -> String,
+    remedy: &str,
+) -> Option<Problem> {
+    let faulty: Vec<(usize, String)> = faulty.collect();
+    if faulty.is_empty() {
+        return None;
+    }
+    let one = |(line, text): &(usize, String)| {
+        if text.is_empty() { format!("line {line}") } else { format!("line {line} (`{text}`)") }
+    };
+    let mut lines = faulty.iter().take(NAMED_ROWS).map(one).collect::<Vec<_>>().join(", ");
+    if faulty.len() > NAMED_ROWS {
+        lines += &format!(" and {} more", faulty.len() - NAMED_ROWS);
+    }
+    Some(input_error(code, message(faulty.len(), &lines)).with_remedy(remedy))
+}
+
+/// Refuses a column that does not rise from row to row.
+fn rises(rows: &[Row], name: &str, what: &str, faults: &mut Vec<Problem>) {
+    let fallen = rows.windows(2).filter(|pair| pair[1].numbers[0] <= pair[0].numbers[0]);
+    faults.extend(in_lines(
+        fallen.map(|pair| (pair[1].line, String::new())),
+        "not-rising",
+        |count, lines| {
+            format!("{} a {what} that is not above that of the row before, in {name}: {lines}", rows_are(count))
+        },
+        "sort the rows, and take out what stands there twice",
+    ));
+}
+
+/// Whether rows that rise hold from the start of the run to its end, and have no gap.
+fn coverage(rows: &[Row], name: &str, end: f64) -> Vec<Problem> {
+    let mut found = Vec::new();
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return found };
+    if first.numbers[0] > 0.0 {
+        let message = format!("{name} begins {} s after the start of the run (line {})", first.numbers[0], first.line);
+        let remedy = "add a row for time 0; times count from the start of the run";
+        found.push(input_error("series-starts-late", message).with_remedy(remedy));
+    }
+    if last.numbers[0] < end {
+        let message =
+            format!("{name} ends at {} s (line {}), before the run does at {end} s", last.numbers[0], last.line);
+        let remedy = "add rows up to the end, shorten `time.end`, or correct the unit of the times";
+        found.push(input_error("series-ends-early", message).with_remedy(remedy));
+    }
+    let mut steps: Vec<f64> = rows.windows(2).map(|pair| pair[1].numbers[0] - pair[0].numbers[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    if let Some(usual) = steps.get(steps.len() / 2).copied().filter(|_| steps.len() >= 4) {
+        for pair in rows.windows(2).filter(|pair| pair[1].numbers[0] - pair[0].numbers[0] > GAP * usual) {
+            let [from, to] = [pair[0].numbers[0], pair[1].numbers[0]];
+            let message = format!(
+                "{name} has a gap from {from} s (line {}) to {to} s (line {}), where a step of {usual} s is usual",
+                pair[0].line, pair[1].line
+            );
+            let problem = Problem::warning(ProblemKind::Input, "series-gap", "", message);
+            found.push(
+                problem
+                    .with_cause("between rows the value is taken as linear")
+                    .with_remedy("fill the gap if it is not so"),
+            );
+        }
+    }
+    found
+}
+
+/// Two columns of a table in SI units, every row read.
+fn rows(table: &TableFile, dimensions: [&'static Dimension; 2]) -> Result<Vec<Row>, Vec<Problem>> {
+    let path = &table.file.value;
+    let name = path.display();
+    readable_file(path).map_err(|problem| vec![problem])?;
+    let text = read_text(path).map_err(|error| {
+        let problem = input_error("not-a-table", format!("{name} is no table")).with_cause(error.to_string());
+        vec![problem.with_remedy("name a CSV file whose first line holds the names of its columns")]
+    })?;
+    let parsed = Table::parse(&text, |_| true);
+    let header = parsed.header.clone().unwrap_or_default();
+    if header.len() < 2 || header.iter().any(|field| field.parse::<f64>().is_ok()) {
+        let problem = input_error("no-header", format!("the first line of {name} does not name two columns"))
+            .with_cause(format!("it reads `{}`", header.join(",")))
+            .with_remedy("begin it with a line such as `time_h,q_m3_s`");
+        return Err(vec![problem]);
+    }
+    let mut faults = Vec::new();
+    let mut found = [(0, 1.0); 2];
+    for (place, (column, dimension)) in table.columns.iter().zip(dimensions).enumerate() {
+        match choose(column, place, &header, dimension, &name.to_string()) {
+            Ok(chosen) => found[place] = chosen,
+            Err(problem) => faults.push(*problem),
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let number = |fields: &[String], (column, factor): (usize, f64)| {
+        let value = fields.get(column)?.parse::<f64>().ok().filter(|value| value.is_finite())?;
+        Some(value * factor)
+    };
+    let (mut rows, mut faulty) = (Vec::with_capacity(parsed.rows.len()), Vec::new());
+    for (line, fields) in &parsed.rows {
+        match (number(fields, found[0]), number(fields, found[1])) {
+            (Some(first), Some(second)) => rows.push(Row { line: *line, numbers: [first, second] }),
+            _ => faulty.push((*line, fields.join(","))),
+        }
+    }
+    faults.extend(in_lines(
+        faulty.into_iter(),
+        "not-a-number",
+        |count, lines| format!("{} no two numbers in {name}: {lines}", rows_are(count)),
+        "write numbers with a point as decimal sign, and leave out rows without a value",
+    ));
+    if rows.is_empty() && faults.is_empty() {
+        faults.push(input_error("empty-table", format!("{name} has no rows")).with_remedy("give it at least one row"));
+    }
+    if faults.is_empty() { Ok(rows) } else { Err(faults) }
+}
+
+/// The number of a column and the factor of its unit.
+fn choose(
+    column: &ColumnUnit,
+    place: usize,
+    header: &[String],
+    dimension: &'static Dimension,
+    name: &str,
+) -> Result<(usize, f64), Box<Problem>> {
+    let index = match &column.name {
+        None => place,
+        Some(wanted) => {
+            let is_it = |field: &&String| field.eq_ignore_ascii_case(wanted);
+            header.iter().position(|field| is_it(&field)).ok_or_else(|| {
+                let problem = input_error("missing-column", format!("{name} has no column `{wanted}`"));
+                let problem = problem.with_cause(format!("its columns are {}", header.join(", ")));
+                problem.with_remedy("correct the name, or that in the first line of the file")
+            })?
+        }
+    };
+    if let Some((_, factor)) = &column.unit {
+        return Ok((index, *factor));
+    }
+    unit_in_name(&header[index], dimension).map(|factor| (index, factor)).ok_or_else(|| {
+        let message = format!("the column `{}` of {name} has no unit of {}", header[index], dimension.name);
+        let remedy = format!(
+            "name the unit in the scenario (`unit`, `time_unit` ...), or end the column's name with it, as in `{}_{}`; the units are {}",
+            header[index].split(['_', ' ', '[', '(']).next().unwrap_or_default(),
+            dimension.units[0].0.replace('/', "_"),
+            dimension.unit_list()
+        );
+        Box::new(input_error("missing-unit", message).with_remedy(remedy))
+    })
+}
+
+/// The factor of the unit at the end of a column's name: `q [m3/s]`, `q (m3/s)` or `q_m3_s`.
+fn unit_in_name(name: &str, dimension: &Dimension) -> Option<f64> {
+    let inside = name.strip_suffix([']', ')']).and_then(|rest| rest.rsplit_once(['[', '(']));
+    if let Some((_, unit)) = inside {
+        return dimension.factor_of(unit.trim());
+    }
+    let ends = |unit: &&(&str, f64)| name.ends_with(&format!("_{}", unit.0.replace('/', "_")));
+    dimension.units.iter().filter(ends).max_by_key(|unit| unit.0.len()).map(|unit| unit.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_is_read_from_the_name_of_a_column() {
+        for (name, factor) in [("q_m3_s", 1.0), ("Q [l/s]", 1e-3), ("q (m3/s)", 1.0), ("inflow_m3_h", 1.0 / 3600.0)] {
+            assert_eq!(unit_in_name(name, &DISCHARGE), Some(factor), "{name}");
+        }
+        assert_eq!(unit_in_name("time_min", &TIME), Some(60.0));
+        assert_eq!(unit_in_name("q", &DISCHARGE), None);
+        assert_eq!(unit_in_name("q [kg/s]", &DISCHARGE), None);
+    }
+}

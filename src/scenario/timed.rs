@@ -1,0 +1,134 @@
+//! A quantity that may change over time: one value, or columns of a CSV file with their units.
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+use super::fields::{InputFile, Kind, Quantity, Text};
+use super::model::{ColumnUnit, TableFile, Timed};
+use super::read::{FromNode, Reader, section};
+use super::tree::{Node, Value};
+use super::units::{self, Dimension};
+use crate::error::{Problem, ProblemKind};
+
+section! {
+    /// A series of values over time in a CSV file.
+    SeriesSection, example "{series: hydrograph.csv, column: q, unit: m3/s}" {
+        /// CSV file with a line of names, a column of times and a column of values.
+        series: InputFile,
+        /// Name of the column of values; the second column when absent.
+        column: Option<Text>,
+        /// Unit of the values; when absent, that at the end of the column's name, as in `q_m3_s` or `q [m3/s]`.
+        unit: Option<Text>,
+        /// Name of the column of times; the first column when absent.
+        time: Option<Text>,
+        /// Unit of the times; when absent, that at the end of the column's name, as in `time_h` or `t [min]`.
+        time_unit: Option<Text>,
+    }
+}
+
+section! {
+    /// A rating curve in a CSV file.
+    RatingSection, example "{table: rating.csv}" {
+        /// CSV file with a line of names, a column of levels and a column of discharges.
+        table: InputFile,
+        /// Name of the column of levels; the first column when absent.
+        level: Option<Text>,
+        /// Unit of the levels; when absent, that at the end of the column's name.
+        level_unit: Option<Text>,
+        /// Name of the column of discharges; the second column when absent.
+        discharge: Option<Text>,
+        /// Unit of the discharges; when absent, that at the end of the column's name.
+        discharge_unit: Option<Text>,
+    }
+}
+
+/// A constant quantity, or a series.
+#[derive(Clone, Debug)]
+pub struct Changing<K> {
+    /// The quantity in SI units.
+    pub timed: Timed,
+    /// What it is a quantity of.
+    kind: std::marker::PhantomData<K>,
+}
+
+impl<K: Kind> FromNode for Changing<K> {
+    fn example() -> String {
+        K::EXAMPLE.to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let kind = std::marker::PhantomData;
+        if !matches!(node.value, Value::Section(_)) {
+            let quantity = Quantity::<K>::from_node(node, reader)?;
+            return Some(Changing { timed: Timed::Constant(quantity.sourced), kind });
+        }
+        let section = SeriesSection::from_node(node, reader)?;
+        let time = column(section.time, section.time_unit, &units::TIME, reader);
+        let values = column(section.column, section.unit, K::DIMENSION, reader);
+        let table = TableFile { file: section.series.0, columns: [time?, values?] };
+        Some(Changing { timed: Timed::Series(table), kind })
+    }
+}
+
+impl<K: Kind> JsonSchema for Changing<K> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("Changing{}", K::NAME).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let constant = generator.subschema_for::<Quantity<K>>();
+        let series = generator.subschema_for::<SeriesSection>();
+        json_schema!({"anyOf": [constant, series]})
+    }
+}
+
+/// A column as the scenario names it; none where the unit is none of its dimension.
+fn column(
+    name: Option<Text>,
+    unit: Option<Text>,
+    dimension: &'static Dimension,
+    reader: &mut Reader,
+) -> Option<ColumnUnit> {
+    let factor = match unit {
+        None => None,
+        Some(Text(unit)) => {
+            let Some(factor) = dimension.factor_of(unit.value.trim()) else {
+                let message = format!("`{}` is no unit of {}", unit.value, dimension.name);
+                let problem = Problem::error(ProblemKind::Scenario, "unit", unit.key.clone(), message);
+                let remedy = format!("use one of {}", dimension.unit_list());
+                reader.problems.push(problem.with_remedy(remedy).with_place(unit.place));
+                return None;
+            };
+            Some((unit.value.trim().to_owned(), factor))
+        }
+    };
+    Some(ColumnUnit { name: name.map(|name| name.0.value), unit: factor })
+}
+
+/// A rating curve.
+#[derive(Clone, Debug)]
+pub struct RatingFile(pub TableFile);
+
+impl FromNode for RatingFile {
+    fn example() -> String {
+        RatingSection::example()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let section = RatingSection::from_node(node, reader)?;
+        let level = column(section.level, section.level_unit, &units::LENGTH, reader);
+        let discharge = column(section.discharge, section.discharge_unit, &units::DISCHARGE, reader);
+        Some(RatingFile(TableFile { file: section.table.0, columns: [level?, discharge?] }))
+    }
+}
+
+impl JsonSchema for RatingFile {
+    fn schema_name() -> Cow<'static, str> {
+        "RatingFile".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        generator.subschema_for::<RatingSection>()
+    }
+}

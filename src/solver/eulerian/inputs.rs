@@ -1,0 +1,88 @@
+//! Point sources and rain: depth that is added at the end of each step, and keeps the momentum as it is.
+
+use rayon::prelude::*;
+
+use super::Scale;
+use super::state::State;
+use crate::boundary::{PointSource, Rain};
+use crate::solver::FlowProblem;
+
+/// A source and its padded cell.
+struct Spring {
+    source: PointSource,
+    cell: (usize, usize),
+}
+
+/// All sources and the rain of a problem.
+pub(crate) struct Inputs {
+    springs: Vec<Spring>,
+    rain: Option<Rain>,
+    /// Whether it rains: water may then come to every cell.
+    pub is_wetted: bool,
+}
+
+impl Inputs {
+    pub fn new(problem: &FlowProblem, state: &State) -> Self {
+        let lattice = &problem.bed.lattice;
+        let spring = |source: &PointSource| {
+            let (column, row) = lattice.column_row(lattice.cell_at(source.place)?);
+            let cell = (row + 1, column + 1);
+            state.has_terrain(cell.0, cell.1).then(|| Spring { source: source.clone(), cell })
+        };
+        let springs = problem.forcing.sources.iter().filter_map(spring).collect();
+        let rain = problem.forcing.rain.clone();
+        Inputs { springs, is_wetted: rain.is_some(), rain }
+    }
+
+    /// The cells (row, column) of the sources.
+    pub fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.springs.iter().map(|spring| spring.cell)
+    }
+
+    /// Adds what comes between two times (s); returns its volume (m³).
+    pub fn add(&self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
+        let area = scale.spacing * scale.spacing;
+        let mut volume = 0.0;
+        for Spring { source, cell } in &self.springs {
+            let came = source.discharge.integral(from, to).max(0.0);
+            state.water[cell.0].depth[cell.1] += came / area;
+            volume += came;
+        }
+        if let Some(rain) = &self.rain {
+            let columns = state.columns;
+            let everywhere = if let Rain::Uniform(_) = rain { rain.depth(0, from, to) } else { 0.0 };
+            let ground = &state.ground;
+            let rows = state.water.par_iter_mut().enumerate().with_min_len(4).map(|(row, water)| {
+                let mut fallen = 0.0;
+                for column in 1..=columns {
+                    if !ground[row].has_terrain(column) {
+                        continue;
+                    }
+                    let depth = match rain {
+                        Rain::Uniform(_) => everywhere,
+                        Rain::Map { .. } => rain.depth((row - 1) * columns + column - 1, from, to),
+                    };
+                    water.depth[column] += depth;
+                    fallen += depth;
+                }
+                fallen
+            });
+            // Row by row, so that the threads do not matter.
+            let fallen: Vec<f64> = rows.collect();
+            volume += fallen.iter().sum::<f64>() * area;
+        }
+        volume
+    }
+
+    /// The longest step (s) from a time on in which no source fills its cell so fast that the water leaves it again within the step.
+    pub fn longest_step(&self, scale: &Scale, time: f64, step: f64) -> f64 {
+        let area = scale.spacing * scale.spacing;
+        let longest = |spring: &Spring| {
+            let rise = spring.source.discharge.largest(time, time + step) / area;
+            // A cell that was dry has d = (Q/A) Δt after the step, and its water spreads with 2 √(g d).
+            let reach = scale.courant * scale.spacing;
+            if rise > 0.0 { (reach * reach / (4.0 * scale.gravity * rise)).cbrt() } else { f64::INFINITY }
+        };
+        self.springs.iter().map(longest).fold(step, f64::min)
+    }
+}

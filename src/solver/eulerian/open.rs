@@ -1,0 +1,412 @@
+//! Open boundaries: the faces between terrain and no terrain at which something is known of the water beyond.
+//!
+//! The state at the face is that of the particle before it, carried there along limited differences to the particles behind it;
+//! the state beyond comes from that and the condition of the boundary (`physics::open_boundary`). A discharge is spread over the
+//! faces of its boundary by conveyance,
+//!
+//! ```text
+//! (M45)  q_k = Q w_k / (Δ Σ w)        w = d^(5/3)/n, d the depth, at least that of critical flow of Q at one level
+//! ```
+//!
+//! and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
+//! over the step. All other conditions pass the flux of (M16). Boundaries are few: their faces are worked off one after another.
+
+use super::faces::{EAST, NORTH, through_face, turned};
+use super::gradient::surface_difference;
+use super::state::{State, datum};
+use super::walls::Walls;
+use super::{RestingMethods, Scale};
+use crate::boundary::{Condition, Rating};
+use crate::physics::limiter::van_leer;
+use crate::physics::open_boundary::{EdgeState, at_depth, inflow, overfall, uniform_flow, waves_leave};
+use crate::scenario::methods::Reconstruction;
+use crate::solver::FlowProblem;
+
+/// Halvings of an interval of levels: a kilometre comes down to less than its rounding.
+const HALVINGS: usize = 64;
+
+/// A face of a boundary.
+#[derive(Clone, Debug)]
+struct Face {
+    /// The cell that owns the face, and the direction in which it does.
+    owner: (usize, usize),
+    direction: usize,
+    /// The particle before the face, and those behind it, as far as there are any before a wall.
+    cell: (usize, usize),
+    behind: Option<(usize, usize)>,
+    further: Option<(usize, usize)>,
+    /// 1 where outwards is to the east or north, −1 otherwise.
+    sign: f64,
+    /// Level (m) of the water at the start, counted as in the solver; none where it was dry.
+    rest: Option<f64>,
+}
+
+/// What is known at a face.
+#[derive(Clone, Copy, Debug)]
+struct Inside {
+    /// Depth of the particle (m) and at the face; level at the face less that of the particle.
+    depth: f64,
+    face: EdgeState,
+    rise: f64,
+    /// Elevation of the bed at the face and at the particle (m), counted as in the solver.
+    sill: f64,
+    bed: f64,
+    /// g n² (m^(1/3)).
+    friction: f64,
+    invariant: f64,
+    is_wet: bool,
+}
+
+/// What passes a face, outwards, and the signal speed there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Passing {
+    mass: f64,
+    momentum: f64,
+    speed: f64,
+}
+
+/// One boundary.
+struct Line {
+    condition: Condition,
+    faces: Vec<Face>,
+    inside: Vec<Inside>,
+    passing: Vec<Passing>,
+}
+
+/// All boundaries of a problem.
+pub(crate) struct OpenBoundaries {
+    lines: Vec<Line>,
+    /// Height (m) from which the solver counts elevations.
+    datum: f64,
+}
+
+/// Discharge and level of a boundary: the mean of a step, or the largest in it.
+#[derive(Clone, Copy)]
+enum Of {
+    Mean,
+    Largest,
+}
+
+impl OpenBoundaries {
+    pub fn new(problem: &FlowProblem, state: &State, walls: &Walls) -> Self {
+        let line = |condition: &Condition| Line {
+            condition: condition.clone(),
+            faces: Vec::new(),
+            inside: Vec::new(),
+            passing: Vec::new(),
+        };
+        let mut lines: Vec<Line> = problem.forcing.boundaries.iter().map(|b| line(&b.condition)).collect();
+        if !lines.is_empty() {
+            for row in 0..=state.rows {
+                for column in 0..=state.columns {
+                    for direction in [EAST, NORTH] {
+                        if let Some((line, face)) = face(problem, state, walls, (row, column), direction) {
+                            lines[line].faces.push(face);
+                        }
+                    }
+                }
+            }
+        }
+        OpenBoundaries { lines, datum: datum(&problem.bed, &problem.initial_depth) }
+    }
+
+    /// The cells (row, column) to which water may come by a boundary while they are dry.
+    pub fn inlets(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let feeds = |line: &&Line| matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_));
+        self.lines.iter().filter(feeds).flat_map(|line| line.faces.iter().map(|face| face.cell))
+    }
+
+    /// Fluxes of the faces in a step from one time to another (s).
+    pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, step: (f64, f64)) {
+        let datum = self.datum;
+        for line in &mut self.lines {
+            line.look(state, scale, methods);
+            line.pass(scale, datum, step, Of::Mean);
+            for ((face, inside), passing) in line.faces.iter().zip(&line.inside).zip(&line.passing) {
+                let water = &state.primitive[face.cell.0];
+                let (u, v) = (water.velocity_x[face.cell.1], water.velocity_y[face.cell.1]);
+                let tangent = if face.direction == EAST { turned::<EAST>(u, v).1 } else { turned::<NORTH>(u, v).1 };
+                let out = &mut state.flux[face.owner.0][face.direction];
+                let i = face.owner.1;
+                let mass = face.sign * passing.mass;
+                // What comes in brings no velocity along the edge.
+                let carried = if passing.mass > 0.0 { mass * tangent } else { 0.0 };
+                let at_face = inside.face.depth;
+                let normal = passing.momentum - 0.5 * scale.gravity * at_face * at_face
+                    + 0.5 * scale.gravity * (inside.depth + at_face) * inside.rise;
+                (out.mass[i], out.tangential[i]) = (mass, carried);
+                (out.normal_left[i], out.normal_right[i]) = if face.sign > 0.0 { (normal, 0.0) } else { (0.0, normal) };
+            }
+        }
+    }
+
+    /// Rates at which water comes in and leaves now (m²/s, per metre of face), after outflow was limited to what is there.
+    pub fn rates(&self, state: &State) -> (f64, f64) {
+        let (mut coming, mut leaving) = (0.0, 0.0);
+        for face in self.lines.iter().flat_map(|line| &line.faces) {
+            let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
+            if outwards > 0.0 {
+                leaving += outwards;
+            } else {
+                coming -= outwards;
+            }
+        }
+        (coming, leaving)
+    }
+
+    /// The greatest signal speed (m/s) at the boundaries in a step from one time to another (s), and where (row, column).
+    pub fn fastest(
+        &mut self,
+        state: &State,
+        scale: &Scale,
+        methods: RestingMethods,
+        step: (f64, f64),
+    ) -> (f64, (usize, usize)) {
+        let datum = self.datum;
+        let mut fastest = (0.0, (0, 0));
+        for line in &mut self.lines {
+            line.look(state, scale, methods);
+            line.pass(scale, datum, step, Of::Largest);
+            for (face, passing) in line.faces.iter().zip(&line.passing) {
+                if passing.speed > fastest.0 {
+                    fastest = (passing.speed, face.cell);
+                }
+            }
+        }
+        fastest
+    }
+}
+
+/// The face that a padded cell owns in a direction, and its boundary; none where it is no edge or belongs to no boundary.
+fn face(
+    problem: &FlowProblem,
+    state: &State,
+    walls: &Walls,
+    owner: (usize, usize),
+    direction: usize,
+) -> Option<(usize, Face)> {
+    let other = if direction == EAST { (owner.0, owner.1 + 1) } else { (owner.0 + 1, owner.1) };
+    let has_terrain = |(row, column): (usize, usize)| {
+        row <= state.rows + 1 && column <= state.columns + 1 && state.has_terrain(row, column)
+    };
+    let (cell, beyond, sign) = match (has_terrain(owner), has_terrain(other)) {
+        (true, false) => (owner, other, 1.0),
+        (false, true) => (other, owner, -1.0),
+        _ => return None,
+    };
+    let spacing = problem.bed.lattice.spacing;
+    let middle = (State::position(owner.0, owner.1, spacing) + State::position(other.0, other.1, spacing)) * 0.5;
+    let line = problem.forcing.boundary_at(middle)?;
+    let inwards = (cell.1 as isize - beyond.1 as isize, cell.0 as isize - beyond.0 as isize);
+    let next = |from: (usize, usize)| {
+        let to = ((from.0 as isize + inwards.1) as usize, (from.1 as isize + inwards.0) as usize);
+        (has_terrain(to) && !walls.is_blocked(from, inwards)).then_some(to)
+    };
+    let behind = next(cell);
+    let depth = state.water[cell.0].depth[cell.1];
+    let rest = (depth > problem.dry_depth).then(|| state.ground[cell.0].bed[cell.1] + depth);
+    Some((line, Face { owner, direction, cell, behind, further: behind.and_then(next), sign, rest }))
+}
+
+impl Line {
+    /// Reads the water before the faces.
+    fn look(&mut self, state: &State, scale: &Scale, methods: RestingMethods) {
+        let is_carried = methods.reconstruction != Reconstruction::None;
+        self.inside.clear();
+        self.inside.extend(self.faces.iter().map(|face| face.look(state, scale, is_carried)));
+    }
+
+    /// What passes the faces.
+    fn pass(&mut self, scale: &Scale, datum: f64, (from, to): (f64, f64), of: Of) {
+        let g = scale.gravity;
+        let value = |series: &crate::boundary::Series| match of {
+            Of::Mean => series.mean(from, to),
+            Of::Largest => series.largest(from, to),
+        };
+        let (faces, inside, passing) = (&self.faces, &self.inside, &mut self.passing);
+        passing.clear();
+        match &self.condition {
+            Condition::Discharge { discharge, level } => {
+                let total = value(discharge).max(0.0) / scale.spacing;
+                let level = level.as_ref().map(|level| value(level) - datum);
+                let weigh = Weights::new(inside, total, g);
+                passing.extend(inside.iter().map(|inside| {
+                    let q = weigh.share(inside) * total;
+                    let held = level.map(|level| (level - inside.sill).max(0.0));
+                    let beyond = inflow(q, held, inside.invariant, g);
+                    Passing { mass: -q, ..Passing::of(beyond, g) }
+                }));
+            }
+            Condition::Stage(series) => {
+                let level = value(series) - datum;
+                passing.extend(inside.iter().map(|inside| {
+                    let held = (level - inside.sill).max(0.0);
+                    if inside.is_wet {
+                        inside.between(at_depth(held, inside.invariant, g), g)
+                    } else if held > scale.dry_depth {
+                        Passing::of(at_depth(held, 0.0, g), g)
+                    } else {
+                        inside.closed(g)
+                    }
+                }));
+            }
+            Condition::NormalDepth { slope } => passing.extend(
+                inside
+                    .iter()
+                    .map(|inside| inside.leaving(|| uniform_flow(*slope, inside.friction, inside.invariant, g), g)),
+            ),
+            Condition::Rating(rating) => {
+                let level = rated_level(rating, inside, datum, scale);
+                passing.extend(inside.iter().map(|inside| inside.leaving(|| inside.below(level, g), g)));
+            }
+            Condition::Free => passing.extend(faces.iter().zip(inside).map(|(face, inside)| {
+                match face.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
+                    Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.invariant, g), g),
+                    Some(rest) => Passing::of(waves_leave(rest, 0.0, g), g),
+                    None if inside.is_wet && inside.face.outwards > 0.0 => Passing::of(inside.face, g),
+                    None => inside.closed(g),
+                }
+            })),
+        }
+    }
+}
+
+impl Face {
+    fn look(&self, state: &State, scale: &Scale, is_carried: bool) -> Inside {
+        let at = |(row, column): (usize, usize)| {
+            let water = &state.primitive[row];
+            let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
+            let normal = if self.direction == EAST { turned::<EAST>(u, v).0 } else { turned::<NORTH>(u, v).0 };
+            (water.depth[column], state.ground[row].bed[column], self.sign * normal)
+        };
+        let friction = state.ground[self.cell.0].friction[self.cell.1];
+        let (depth, bed, outwards) = at(self.cell);
+        let is_wet = depth > scale.dry_depth;
+        if !is_wet {
+            let face = EdgeState { depth: 0.0, outwards: 0.0 };
+            return Inside { depth, face, rise: 0.0, sill: bed, bed, friction, invariant: 0.0, is_wet };
+        }
+        let wet = |place: Option<(usize, usize)>| place.map(at).filter(|water| is_carried && water.0 > scale.dry_depth);
+        let (rise, rise_d, rise_u) = match (wet(self.behind), wet(self.further)) {
+            (None, _) => (0.0, 0.0, 0.0),
+            (Some(b), further) => {
+                let jump = (surface_difference(b.0, depth, bed - b.1, scale.dry_depth), depth - b.0, outwards - b.2);
+                let before = further
+                    .map_or(jump, |f| (surface_difference(f.0, b.0, b.1 - f.1, scale.dry_depth), b.0 - f.0, b.2 - f.2));
+                let half = |a: f64, b: f64| 0.5 * van_leer(a, b);
+                (half(jump.0, before.0), half(jump.1, before.1), half(jump.2, before.2))
+            }
+        };
+        let at_face = (depth + rise_d).clamp(0.0, 2.0 * depth);
+        let face = EdgeState { depth: at_face, outwards: outwards + rise_u };
+        let sill = bed + (depth - at_face) + rise;
+        Inside { depth, face, rise, sill, bed, friction, invariant: face.invariant(scale.gravity), is_wet }
+    }
+}
+
+impl Inside {
+    /// What passes between the water before the face and a state beyond it.
+    fn between(&self, beyond: EdgeState, g: f64) -> Passing {
+        let face = self.face;
+        let (mass, momentum) = through_face(face.depth, face.outwards, beyond.depth, beyond.outwards, g);
+        Passing { mass, momentum, speed: Passing::of(beyond, g).speed }
+    }
+
+    /// The same where nothing may come in.
+    fn leaving(&self, beyond: impl FnOnce() -> EdgeState, g: f64) -> Passing {
+        if !self.is_wet || self.invariant <= 0.0 {
+            return self.closed(g);
+        }
+        let passing = self.between(beyond(), g);
+        if passing.mass > 0.0 { passing } else { self.closed(g) }
+    }
+
+    /// The face as a wall.
+    fn closed(&self, g: f64) -> Passing {
+        let face = self.face;
+        let momentum = through_face(face.depth, face.outwards, face.depth, -face.outwards, g).1;
+        Passing { mass: 0.0, momentum, speed: 0.0 }
+    }
+
+    /// The state beyond at a level (m), between critical outflow and rest.
+    fn below(&self, level: f64, g: f64) -> EdgeState {
+        let fall = overfall(self.invariant, g);
+        let still = 0.25 * self.invariant * self.invariant / g;
+        at_depth((level - self.sill).clamp(fall.depth.min(still), still), self.invariant, g)
+    }
+}
+
+impl Passing {
+    /// The flux of a state alone.
+    fn of(state: EdgeState, g: f64) -> Self {
+        let EdgeState { depth, outwards } = state;
+        Passing {
+            mass: depth * outwards,
+            momentum: depth * outwards * outwards + 0.5 * g * depth * depth,
+            speed: outwards.abs() + (g * depth).sqrt(),
+        }
+    }
+}
+
+/// The shares of a discharge (M45).
+struct Weights {
+    critical_level: f64,
+    counts_roughness: bool,
+    sum: f64,
+}
+
+impl Weights {
+    /// Of a discharge `total` (m²/s, over all faces) among these faces.
+    fn new(inside: &[Inside], total: f64, g: f64) -> Self {
+        let lowest = inside.iter().map(|i| i.bed).fold(f64::INFINITY, f64::min);
+        let critical = |level: f64| inside.iter().map(|i| (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
+        // All through the lowest face alone stands highest.
+        let (mut low, mut high) = (lowest, lowest + (total * total / g).cbrt());
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if critical(middle) < total {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let counts_roughness = inside.iter().all(|i| i.friction > 0.0);
+        let mut weights = Weights { critical_level: high, counts_roughness, sum: 0.0 };
+        weights.sum = inside.iter().map(|i| weights.of(i)).sum();
+        weights
+    }
+
+    fn of(&self, inside: &Inside) -> f64 {
+        let depth = inside.depth.max(self.critical_level - inside.bed);
+        let conveyance = depth * depth.cbrt() * depth.cbrt();
+        if self.counts_roughness { conveyance / inside.friction.sqrt() } else { conveyance }
+    }
+
+    fn share(&self, inside: &Inside) -> f64 {
+        if self.sum > 0.0 { self.of(inside) / self.sum } else { 0.0 }
+    }
+}
+
+/// The level (m), counted as in the solver, at which what leaves through the faces is what the rating says.
+fn rated_level(rating: &Rating, inside: &[Inside], datum: f64, scale: &Scale) -> f64 {
+    let g = scale.gravity;
+    let wet = || inside.iter().filter(|i| i.is_wet && i.invariant > 0.0);
+    let mut low = wet().map(|i| i.sill).fold(f64::INFINITY, f64::min);
+    let mut high = wet().map(|i| i.sill + 0.25 * i.invariant * i.invariant / g).fold(f64::NEG_INFINITY, f64::max);
+    if low > high {
+        return 0.0;
+    }
+    for _ in 0..HALVINGS {
+        let level = 0.5 * (low + high);
+        let leaves: f64 = wet().map(|i| i.below(level, g)).map(|s| s.depth * s.outwards).sum::<f64>() * scale.spacing;
+        if leaves > rating.discharge(level + datum) {
+            low = level;
+        } else {
+            high = level;
+        }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,276 @@
+//! Boundaries with a condition: rest, the hydrograph in the books, uniform flow, waves that leave, and the same bits for any threads.
+
+use crate::bed::BedParticles;
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rain, Rating, Series};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+
+const G: f64 = 9.81;
+
+fn problem(size: (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64, level: impl Fn(Vec2) -> f64) -> FlowProblem {
+    let lattice = Lattice { origin: Vec2::ZERO, columns: size.0, rows: size.1, spacing };
+    let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
+    let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
+    FlowProblem {
+        bed: BedParticles::from_elevation(lattice, elevation, 0.0),
+        walls: Vec::new(),
+        open_edges: OpenEdges::default(),
+        forcing: Forcing { reach: 0.3 * spacing, ..Forcing::default() },
+        initial_depth,
+        gravity: G,
+        courant: 0.5,
+        dry_depth: 1e-6,
+    }
+}
+
+/// Opens the western or eastern side of a problem.
+fn open(problem: &mut FlowProblem, is_west: bool, condition: Condition) {
+    let size = problem.bed.lattice.size();
+    let x = if is_west { 0.0 } else { size.x };
+    let segments = vec![[Vec2::new(x, 0.0), Vec2::new(x, size.y)]];
+    problem.forcing.boundaries.push(Boundary { segments, condition });
+}
+
+fn run_until(solver: &mut EulerianSolver, end: f64) -> usize {
+    let mut steps = 0;
+    while solver.time() < end - 1e-9 {
+        let choice = solver.choose_step();
+        solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
+        steps += 1;
+    }
+    steps
+}
+
+fn noise(place: Vec2) -> f64 {
+    ((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545_3).fract() - 0.5
+}
+
+#[test]
+fn a_lake_stays_at_rest_behind_edges_at_its_level() {
+    for level in [2.0, 1234.5] {
+        for conditions in [
+            [Condition::Stage(Series::constant(level)), Condition::Free],
+            [Condition::Discharge { discharge: Series::constant(0.0), level: None }, Condition::Free],
+        ] {
+            let bed = |place: Vec2| level - 2.0 + 2.5 * (noise(place) + 0.2);
+            let mut problem = problem((30, 24), 1.0, bed, |_| level);
+            let [west, east] = conditions;
+            open(&mut problem, true, west);
+            open(&mut problem, false, east);
+            let mut solver = EulerianSolver::new(problem);
+            let mut fastest = 0.0_f64;
+            for _ in 0..300 {
+                let choice = solver.choose_step();
+                fastest = fastest.max(choice.max_speed);
+                solver.advance(choice.time_step).unwrap();
+            }
+            assert!(fastest < 1e-12, "level {level}: {fastest:e} m/s");
+        }
+    }
+}
+
+/// A valley 40 m wide that falls to the east.
+fn valley(place: Vec2) -> f64 {
+    0.02 * (200.0 - place.x) + 0.01 * (place.y - 20.0).powi(2) + 0.1 * noise(place)
+}
+
+fn flooded_valley() -> FlowProblem {
+    let mut problem = problem((80, 16), 2.5, valley, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.04);
+    problem.dry_depth = 1e-3;
+    let hydrograph = Series::new(&[(10.0, 0.0), (60.0, 30.0), (60.0, 12.0), (140.0, 3.0)]).unwrap();
+    open(&mut problem, true, Condition::Discharge { discharge: hydrograph, level: None });
+    open(&mut problem, false, Condition::NormalDepth { slope: 0.02 });
+    let across = |x: f64| vec![[Vec2::new(x, 40.0), Vec2::new(x, 23.1)], [Vec2::new(x, 23.1), Vec2::new(x, 0.0)]];
+    problem.forcing.sections = vec![across(50.0), across(120.3), vec![[Vec2::new(90.0, 0.0), Vec2::new(99.0, 40.0)]]];
+    problem
+}
+
+#[test]
+fn a_hydrograph_is_booked_to_its_integral_on_dry_ground() {
+    let mut solver = EulerianSolver::new(flooded_valley());
+    let mut beyond = 0.0;
+    for end in [30.0, 100.0, 200.0, 400.0] {
+        run_until(&mut solver, end);
+        let hydrograph = Series::new(&[(10.0, 0.0), (60.0, 30.0), (60.0, 12.0), (140.0, 3.0)]).unwrap();
+        let (ledger, wanted) = (solver.ledger(), hydrograph.integral(0.0, end));
+        assert!((ledger.inflow / wanted - 1.0).abs() < 1e-12, "{end} s: {} of {wanted} m3", ledger.inflow);
+        assert!(ledger.relative_error().abs() < 1e-12, "{end} s: {:e}", ledger.relative_error());
+        beyond = ledger.outflow;
+    }
+    assert!(beyond > 1500.0, "{beyond} m3 left");
+    // What passed a section is what lies behind it or has left.
+    let sections = solver.sections().to_vec();
+    let depth = solver.water().depth.to_vec();
+    let behind = |x: f64| -> f64 {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 80, rows: 16, spacing: 2.5 };
+        (0..depth.len()).filter(|&i| lattice.centre(i).x > x).map(|i| depth[i] * 6.25).sum()
+    };
+    for (section, x) in [(0, 50.0), (1, 120.3)] {
+        let wanted = behind(x) + solver.ledger().outflow;
+        let found = sections[section].volume;
+        assert!((found / wanted - 1.0).abs() < 1e-11, "{x}: {found} of {wanted} m3");
+    }
+    assert!(sections[2].volume < -1500.0, "drawn from the right to the left bank: {}", sections[2].volume);
+    assert!((sections[0].discharge - 3.0).abs() < 0.1, "{} m3/s", sections[0].discharge);
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let state_after = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut problem = flooded_valley();
+            problem.forcing.rain = Some(Rain::Uniform(Series::constant(1e-5)));
+            problem.forcing.sources =
+                vec![PointSource { place: Vec2::new(60.0, 20.0), discharge: Series::constant(2.0) }];
+            let mut solver = EulerianSolver::new(problem);
+            for _ in 0..300 {
+                let choice = solver.choose_step();
+                solver.advance(choice.time_step).unwrap();
+            }
+            let bits: Vec<u64> = solver.water().depth.iter().map(|d| d.to_bits()).collect();
+            (bits, solver.ledger().inflow.to_bits(), solver.sections()[0].volume.to_bits())
+        })
+    };
+    let one = state_after(1);
+    assert_eq!(one, state_after(2));
+    assert_eq!(one, state_after(5));
+}
+
+/// Uniform flow of depth 1 m in a channel that starts dry: greatest relative errors of depth and velocity after `end` (s).
+fn uniform(slope: f64, length: f64, spacing: f64, end: f64) -> (f64, f64) {
+    let (n, depth): (f64, f64) = (0.03, 1.0);
+    let velocity = slope.sqrt() / n * depth.powf(2.0 / 3.0);
+    let is_fast = velocity > (G * depth).sqrt();
+    let columns = (length / spacing).round() as usize;
+    let bed = |place: Vec2| -slope * place.x;
+    let mut problem = problem((columns, 1), spacing, bed, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(n);
+    problem.dry_depth = 1e-3;
+    let level = is_fast.then(|| Series::constant(depth));
+    let discharge = Series::constant(depth * velocity * spacing);
+    open(&mut problem, true, Condition::Discharge { discharge, level });
+    open(&mut problem, false, Condition::NormalDepth { slope });
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, end);
+    let ledger = solver.ledger();
+    assert!(ledger.relative_error().abs() < 1e-12, "{:e}", ledger.relative_error());
+    let water = solver.water();
+    let errors = (0..columns).map(|i| {
+        ((water.depth[i] / depth - 1.0).abs(), (water.discharge_x[i] / water.depth[i] / velocity - 1.0).abs())
+    });
+    errors.fold((0.0, 0.0), |worst, error| (worst.0.max(error.0), worst.1.max(error.1)))
+}
+
+#[test]
+fn uniform_flow_enters_and_leaves_as_manning_has_it() {
+    for (slope, end) in [(0.001, 6000.0), (0.02, 600.0)] {
+        let (depth, velocity) = uniform(slope, 400.0, 4.0, end);
+        println!("slope {slope}: depth {depth:.1e}, velocity {velocity:.1e}");
+        assert!(depth < 5e-3 && velocity < 5e-3, "slope {slope}: {depth:e}, {velocity:e}");
+    }
+}
+
+/// A wave of amplitude `height` (m) on still water 1 m deep leaves to the east; the share that comes back.
+fn reflected(height: f64, condition: Condition) -> f64 {
+    let (spacing, length, middle) = (0.25, 100.0, 50.0);
+    let hump = |place: Vec2| 1.0 + height * (-(place.x - middle).powi(2) / 25.0).exp();
+    let mut problem = problem((400, 1), spacing, |_| 0.0, hump);
+    // The water beyond the eastern edge is as it was there at the start: 1 m deep.
+    open(&mut problem, false, condition);
+    open(&mut problem, true, Condition::Free);
+    let celerity = |d: f64| (G * d).sqrt();
+    let mut solver = EulerianSolver::new(problem);
+    solver.set_velocity(|place| Vec2::new(2.0 * (celerity(hump(place)) - celerity(1.0)), 0.0));
+    // The whole wave has gone, and what came back is still on its way.
+    let slowest = 3.0 * celerity(1.0 + height.min(0.0)) - 2.0 * celerity(1.0);
+    run_until(&mut solver, 1.3 * (length - middle) / slowest);
+    let water = solver.water();
+    water.depth.iter().map(|d| (d - 1.0).abs()).fold(0.0, f64::max) / height.abs()
+}
+
+#[test]
+fn waves_leave_through_a_free_edge() {
+    for height in [0.01, -0.01, 0.1, 0.5, -0.3] {
+        let share = reflected(height, Condition::Free);
+        println!("wave of {height} m: {:.3} % comes back", 100.0 * share);
+        assert!(share < 0.02, "wave of {height} m: {share}");
+    }
+    // A level that is held sends all of it back: what is measured is no accident.
+    let held = reflected(0.01, Condition::Stage(Series::constant(1.0)));
+    assert!(held > 0.9, "{held}");
+}
+
+#[test]
+fn a_tide_at_the_edge_of_a_basin_fills_and_empties_it() {
+    // A basin much shorter than the tide follows it: Q = A dη/dt.
+    // It starts without a jump of its rate, which would set the basin swinging.
+    let tide = |time: f64| 0.5 * (std::f64::consts::TAU * time / 3600.0).cos() - 0.5;
+    let points: Vec<(f64, f64)> = (0..=360).map(|i| f64::from(i) * 20.0).map(|t| (t, tide(t))).collect();
+    let mut problem = problem((40, 6), 10.0, |_| -5.0, |_| 0.0);
+    open(&mut problem, true, Condition::Stage(Series::new(&points).unwrap()));
+    let mut solver = EulerianSolver::new(problem);
+    let mut worst = 0.0_f64;
+    for k in 1..=14 {
+        let time = 450.0 * f64::from(k);
+        run_until(&mut solver, time);
+        worst = solver.water().depth.iter().map(|d| (d - 5.0 - tide(time)).abs()).fold(worst, f64::max);
+    }
+    let ledger = solver.ledger();
+    println!("tide: greatest error of the level {worst:.1e} m; {ledger:?}");
+    assert!(worst < 5e-3, "{worst} m");
+    assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow > 0.0 && ledger.inflow > 0.0);
+}
+
+#[test]
+fn a_rating_lets_out_what_its_level_says() {
+    let rating = Rating::new(&[(0.5, 0.0), (1.0, 2.0), (2.0, 10.0)]).unwrap();
+    let mut problem = problem((30, 8), 5.0, |_| 0.0, |_| 0.5);
+    open(&mut problem, true, Condition::Discharge { discharge: Series::constant(6.0), level: None });
+    open(&mut problem, false, Condition::Rating(rating.clone()));
+    problem.bed.manning.fill(0.03);
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 9000.0);
+    let before = solver.ledger();
+    run_until(&mut solver, 9100.0);
+    let ledger = solver.ledger();
+    let leaves = (ledger.outflow - before.outflow) / 100.0;
+    let level = solver.water().depth[4 * 30 + 29];
+    println!("rating: {leaves} m3/s at {level} m, which stands for {}", rating.discharge(level));
+    assert!((leaves - 6.0).abs() < 0.03, "{leaves} m3/s");
+    assert!((rating.discharge(level) / 6.0 - 1.0).abs() < 0.01, "level {level} m");
+    assert!(ledger.relative_error().abs() < 1e-12);
+}
+
+#[test]
+fn a_supercritical_inflow_turns_subcritical_when_the_reach_fills_up() {
+    // A steep inflow into a closed basin: the bore runs back to the edge and drowns it, and the hydrograph still comes in.
+    let mut problem = problem((60, 1), 2.0, |_| 0.0, |_| f64::NEG_INFINITY);
+    problem.dry_depth = 1e-3;
+    let condition = Condition::Discharge { discharge: Series::constant(2.0 * 3.0), level: Some(Series::constant(0.5)) };
+    open(&mut problem, true, condition);
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 10.0);
+    assert!((solver.water().depth[0] - 0.5).abs() < 0.05, "{} m", solver.water().depth[0]);
+    run_until(&mut solver, 100.0);
+    assert!(solver.water().depth[0] > 1.5, "{} m", solver.water().depth[0]);
+    let ledger = solver.ledger();
+    assert!((ledger.inflow / 600.0 - 1.0).abs() < 1e-12 && ledger.relative_error().abs() < 1e-12);
+}
+
+#[test]
+fn rain_and_sources_are_booked_and_flow_together() {
+    let mut problem = problem((20, 20), 5.0, |p| 0.02 * (p - Vec2::new(50.0, 50.0)).norm(), |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.05);
+    problem.dry_depth = 1e-3;
+    problem.forcing.rain = Some(Rain::Uniform(Series::new(&[(0.0, 2e-5), (100.0, 2e-5), (100.0, 0.0)]).unwrap()));
+    problem.forcing.sources = vec![PointSource { place: Vec2::new(11.0, 11.0), discharge: Series::constant(0.5) }];
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 600.0);
+    let (wanted, ledger) = (2e-5 * 100.0 * 10_000.0 + 0.5 * 600.0, solver.ledger());
+    assert!((ledger.inflow / wanted - 1.0).abs() < 1e-12, "{} of {wanted} m3", ledger.inflow);
+    assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow.abs() <= 0.0);
+    assert!(solver.water().depth[10 * 20 + 10] > 0.1, "it gathers in the middle");
+}

@@ -1,0 +1,363 @@
+//! Open boundaries, sources, rain and cross-sections through the whole program: what is written, and what bad inputs get.
+
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use crate::{Netcdf, floodsim};
+
+/// A channel that falls to the east by 4 %, 200 m long and 60 m wide, with a bed lower by 1 m in its middle third. Times in the
+/// hydrograph are minutes. The lines of this scenario are counted on by the tests.
+const SCENARIO: &str = "\
+floodsim: 1
+crs: local
+terrain: dem.asc
+roughness: {manning: 0.03}
+boundaries:
+  - {line: inflow.geojson, discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}}
+  - {edge: east, normal_depth: {slope: 0.04}}
+resolution: 5 m
+time: {end: 2 min}
+outputs: {every: 30 s, sections: sections.geojson}
+";
+
+const HYDROGRAPH: &str = "t,q\n0,0\n0.5,12\n1.5,4\n3,4\n";
+
+struct Scene {
+    folder: TempDir,
+}
+
+impl Scene {
+    fn sound() -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap() };
+        let cell = |column: usize, row: usize| {
+            let low = if (4..8).contains(&row) { 0.0 } else { 1.0 };
+            format!("{}", 10.0 - 0.2 * column as f64 + low)
+        };
+        let rows: Vec<String> =
+            (0..12).map(|row| (0..40).map(|column| cell(column, row)).collect::<Vec<_>>().join(" ")).collect();
+        let header = "ncols 40\nnrows 12\nxllcorner 1000\nyllcorner 2000\ncellsize 5\nNODATA_value -9999\n";
+        scene.write("dem.asc", &(header.to_owned() + &rows.join("\n") + "\n"));
+        scene.write("s.yaml", SCENARIO);
+        scene.write("q.csv", HYDROGRAPH);
+        scene.line("inflow.geojson", &[(1000.0, 2020.0), (1000.0, 2040.0)], "in");
+        scene.line("sections.geojson", &[(1100.0, 2060.0), (1102.0, 2000.0)], "bridge");
+        scene
+    }
+
+    fn with(changes: &[(&str, &str)]) -> Scene {
+        let scene = Scene::sound();
+        let mut text = SCENARIO.to_owned();
+        for (from, to) in changes {
+            assert!(text.contains(from), "`{from}` is not in the scenario");
+            text = text.replace(from, to);
+        }
+        scene.write("s.yaml", &text);
+        scene
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &str) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    fn line(&self, name: &str, places: &[(f64, f64)], id: &str) {
+        let places: Vec<String> = places.iter().map(|(x, y)| format!("[{x},{y}]")).collect();
+        let geometry = format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, places.join(","));
+        let feature = format!(r#"{{"type":"Feature","properties":{{"id":"{id}"}},"geometry":{geometry}}}"#);
+        self.write(name, &format!(r#"{{"type":"FeatureCollection","features":[{feature}]}}"#));
+    }
+
+    /// Runs the scene; returns `run.json` and the folder of the run.
+    #[track_caller]
+    fn run(&self) -> (serde_json::Value, PathBuf) {
+        let answer = floodsim(self.folder.path(), &["run", "s.yaml", "--out", "out", "--quiet"]);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let out = self.path("out");
+        let text = std::fs::read_to_string(out.join("run.json")).unwrap();
+        (serde_json::from_str(&text).unwrap(), out)
+    }
+
+    /// Asserts that the check refuses the scene with this exit code, and says all these texts.
+    #[track_caller]
+    fn assert_refused(&self, code: i32, expected: &[&str]) {
+        let check = floodsim(self.folder.path(), &["check", "s.yaml"]);
+        for text in expected {
+            assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
+        }
+        assert_eq!(check.code, code, "{}", check.stdout);
+        for problem in check.stdout.split("error[").skip(1) {
+            assert!(problem.contains("\n  cause   ") || problem.contains("\n  remedy  "), "no way out of: {problem}");
+        }
+    }
+
+    /// Asserts that the check warns with all these texts, and refuses nothing.
+    #[track_caller]
+    fn assert_warned(&self, expected: &[&str]) {
+        let check = floodsim(self.folder.path(), &["check", "s.yaml"]);
+        for text in expected {
+            assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
+        }
+        assert_eq!(check.code, 0, "{}", check.stdout);
+    }
+}
+
+fn volume(run: &serde_json::Value, key: &str) -> f64 {
+    run["volume_m3"][key].as_f64().unwrap()
+}
+
+fn table(path: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn a_hydrograph_comes_in_passes_its_section_and_leaves() {
+    let scene = Scene::sound();
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+    assert!(check.stdout.contains("0 errors, 0 warnings"), "{}", check.stdout);
+    let (run, out) = scene.run();
+    // 30 s of a triangle to 12, 60 s down to 4, 30 s of 4 m3/s.
+    let wanted = 180.0 + 480.0 + 120.0;
+    assert!((volume(&run, "in") / wanted - 1.0).abs() < 1e-9, "{} m3", volume(&run, "in"));
+    assert!(volume(&run, "error_relative").abs() < 1e-9 && volume(&run, "out") > 100.0, "{run:#}");
+    assert!(run["inputs"].as_array().unwrap().iter().any(|input| input["path"].as_str().unwrap().ends_with("q.csv")));
+    let sections = table(&out.join("tables/sections.csv"));
+    assert_eq!(sections[0].join(","), "id,length_m,arrival_s,peak_discharge_m3_s,time_of_peak_s,volume_m3");
+    assert_eq!(sections[1][0], "bridge");
+    let number = |column: usize| sections[1][column].parse::<f64>().unwrap();
+    assert!((10.0..60.0).contains(&number(2)), "arrives at {} s", number(2));
+    // 12 m3/s came in at most. The front crosses cells of 5 m in jumps, which adds some per cent; at 2.5 m it adds nothing.
+    assert!((4.0..14.0).contains(&number(3)) && number(4) > number(2), "peak {} m3/s", number(3));
+    assert!(number(5) > volume(&run, "out") && number(5) < wanted, "{} m3 passed", number(5));
+    let series = table(&out.join("tables/section_series.csv"));
+    assert_eq!(series[0].join(","), "id,time_s,discharge_m3_s,volume_m3");
+    let last = series.last().unwrap();
+    assert_eq!((last[1].as_str(), last[3].as_str()), ("120.000", sections[1][5].as_str()));
+    let file = Netcdf::read(&out.join("sections.nc"));
+    assert_eq!((file.dimensions["section"], file.dimensions["time"]), (1, series.len() - 1));
+    let discharge = file.values("discharge");
+    for (row, value) in series[1..].iter().zip(discharge) {
+        assert!((row[2].parse::<f64>().unwrap() - value).abs() < 1e-6, "{row:?}: {value}");
+    }
+    let layers = gdal::Dataset::open(out.join("results.gpkg")).unwrap();
+    let mut layer = layers.layer_by_name("sections").unwrap();
+    let feature = gdal::vector::LayerAccess::features(&mut layer).next().unwrap();
+    let index = feature.field_index("volume_m3").unwrap();
+    assert!((feature.field_as_double(index).unwrap().unwrap() - number(5)).abs() < 1e-3);
+    // The resolved scenario gives the same run.
+    let resolved = out.join("scenario.resolved.yaml").display().to_string();
+    let again = floodsim(scene.folder.path(), &["run", &resolved, "--out", "again", "--quiet", "--threads", "3"]);
+    assert_eq!(again.code, 0, "{}", again.stderr);
+    for name in ["tables/sections.csv", "tables/section_series.csv", "tables/mass_balance.csv"] {
+        let read = |run: &str| std::fs::read_to_string(scene.path(run).join(name)).unwrap();
+        assert_eq!(read("out"), read("again"), "{name}");
+    }
+}
+
+#[test]
+fn rain_and_sources_fill_a_closed_basin() {
+    let rain = "sources: [{at: [1100, 2030], discharge: 250 l/s}]\nrain: {rate: 72 mm/h, duration: 1 min, losses: {initial: 0.2 mm, constant: 36 mm/h}}\n";
+    let scene = Scene::with(&[("resolution: 5 m", &format!("{rain}resolution: 5 m"))]);
+    let text = std::fs::read_to_string(scene.path("s.yaml")).unwrap();
+    let without: String = text
+        .lines()
+        .filter(|line| !line.starts_with("  - ") && !line.starts_with("boundaries"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    scene.write("s.yaml", &without);
+    let (run, _) = scene.run();
+    // 0.2 mm take 10 s of 0.02 mm/s; 50 s of 0.01 mm/s are left, on 12 000 m2.
+    let wanted = 0.25 * 120.0 + 50.0 * 1e-5 * 12_000.0;
+    assert!((volume(&run, "in") / wanted - 1.0).abs() < 1e-9, "{} of {wanted} m3", volume(&run, "in"));
+    assert!(volume(&run, "error_relative").abs() < 1e-9 && volume(&run, "out").abs() < 1e-12);
+}
+
+#[test]
+fn a_raster_of_rain_falls_where_it_says() {
+    let scene = Scene::with(&[("resolution: 5 m", "rain: {raster: rain.asc, unit: mm/h}\nresolution: 5 m")]);
+    let row = format!("{}{}", "72 ".repeat(20), "0 ".repeat(20));
+    let header = "ncols 40\nnrows 12\nxllcorner 1000\nyllcorner 2000\ncellsize 5\nNODATA_value -9999\n";
+    scene.write("rain.asc", &(header.to_owned() + &vec![row; 12].join("\n") + "\n"));
+    let (run, _) = scene.run();
+    let wanted = 780.0 + 120.0 * 2e-5 * 6000.0;
+    assert!((volume(&run, "in") / wanted - 1.0).abs() < 1e-9, "{} of {wanted} m3", volume(&run, "in"));
+    let short = header.replace("ncols 40", "ncols 20");
+    scene.write("rain.asc", &(short + &vec!["72 ".repeat(20); 12].join("\n") + "\n"));
+    scene.assert_refused(4, &["rain-gap", "50.0 % of the terrain"]);
+}
+
+#[test]
+fn a_tide_and_a_rating_curve_move_the_water_of_a_lake() {
+    let lake = "initial:\n  - {water: lake.geojson, level: 12 m}\nresolution: 5 m";
+    let edges = ("  - {edge: east, normal_depth: {slope: 0.04}}", "  - {edge: east, rating: {table: weir.csv}}");
+    let tide = ("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "stage: {series: tide.csv}");
+    let scene = Scene::with(&[("resolution: 5 m", lake), edges, tide]);
+    // All of the side: through a narrow mouth the lake would swing.
+    scene.line("inflow.geojson", &[(1000.0, 2007.0), (1000.0, 2053.0)], "in");
+    scene.write("tide.csv", "time [min];level [cm]\n0;1200\n2;1230\n");
+    scene.write("weir.csv", "level_m,discharge_m3_s\n11,0\n12,3\n13,20\n");
+    let ring = "[[[1000,2000],[1200,2000],[1200,2060],[1000,2060],[1000,2000]]]";
+    scene.write("lake.geojson", &format!(r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":{ring}}}}}]}}"#));
+    let (run, _) = scene.run();
+    assert!(volume(&run, "in") > 1200.0 && volume(&run, "out") > 100.0, "{run:#}");
+    assert!(volume(&run, "error_relative").abs() < 1e-9);
+    let rise = (volume(&run, "final") - volume(&run, "initial")) / 12_000.0;
+    assert!((0.1..0.45).contains(&rise), "the lake rose by {rise} m");
+}
+
+#[test]
+fn a_lake_behind_edges_at_its_level_stays_at_rest() {
+    let scene = Scene::with(&[
+        ("resolution: 5 m", "initial:\n  - {water: lake.geojson, level: 12 m}\nresolution: 5 m"),
+        ("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "level: 12 m"),
+        ("normal_depth: {slope: 0.04}", "type: free"),
+    ]);
+    let ring = "[[[1000,2000],[1200,2000],[1200,2060],[1000,2060],[1000,2000]]]";
+    scene.write("lake.geojson", &format!(r#"{{"type":"FeatureCollection","features":[{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":{ring}}}}}]}}"#));
+    let (run, _) = scene.run();
+    let speed = run["max_speed_m_s"].as_f64().unwrap();
+    assert!(speed < 1e-12, "{speed:e} m/s");
+}
+
+#[test]
+fn faults_of_a_hydrograph_are_told_by_line() {
+    let scene = Scene::sound();
+    scene.write("q.csv", "t,q\n0,0\n0.5,a lot\n1,\n3,4\n");
+    scene.assert_refused(
+        4,
+        &["not-a-number", "2 rows have no two numbers in", "line 3 (`0.5,a lot`), line 4 (`1,`)", "s.yaml:6:"],
+    );
+    scene.write("q.csv", "t,q\n0,0\n1,5\n0.5,3\n3,-4\n");
+    scene.assert_refused(4, &["not-rising", "line 4", "negative-value", "line 5 (`-4`)"]);
+    scene.write("q.csv", "t,q\n0.5,0\n1,5\n1.5,3\n");
+    scene.assert_refused(
+        4,
+        &[
+            "series-starts-late",
+            "begins 30 s after",
+            "series-ends-early",
+            "ends at 90 s (line 4), before the run does at 120 s",
+        ],
+    );
+    scene.write("q.csv", "0,0\n3,4\n");
+    scene.assert_refused(4, &["no-header", "time_h,q_m3_s"]);
+    scene.write("q.csv", "t,inflow\n0,0\n3,4\n");
+    scene.assert_refused(4, &["missing-column", "no column `q`", "its columns are t, inflow"]);
+    scene.write("q.csv", "t,q\n");
+    scene.assert_refused(4, &["empty-table"]);
+    std::fs::remove_file(scene.path("q.csv")).unwrap();
+    scene.assert_refused(4, &["missing-file", "q.csv"]);
+    scene.write("q.csv", "t,q\n0,0\n0.1,1\n0.2,1\n0.3,2\n0.4,2\n2,3\n");
+    scene.assert_warned(&["series-gap", "from 24 s (line 6) to 120 s (line 7)", "a step of 6 s is usual"]);
+}
+
+#[test]
+fn units_are_asked_for_and_checked() {
+    let scene = Scene::with(&[("unit: m3/s, time_unit: min", "time_unit: min")]);
+    scene.assert_refused(4, &["missing-unit", "the column `q`", "`q_m3_s`", "l/s"]);
+    let scene = Scene::with(&[("unit: m3/s, time_unit: min", "unit: kg/s, time_unit: m3/s")]);
+    scene.assert_refused(3, &["`kg/s` is no unit of a discharge", "`m3/s` is no unit of a time", "s.yaml:6:"]);
+    let scene = Scene::with(&[("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "discharge: 30")]);
+    scene.assert_refused(3, &["missing-unit", "`30 m3/s`"]);
+}
+
+#[test]
+fn kinds_that_exclude_each_other_are_refused_at_once() {
+    let scene = Scene::with(&[
+        (
+            "normal_depth: {slope: 0.04}}",
+            "normal_depth: {slope: 0.04}, stage: 3 m}\n  - {side: north}\n  - {side: south, edge: west, type: free}",
+        ),
+        (
+            "time: {end: 2 min}",
+            "time: {end: 2 min}\nsources: [{at: [1, 2, 3], discharge: 1 m3/s}]\nrain: {rate: 1 mm/h, raster: a.tif}",
+        ),
+    ]);
+    scene.assert_refused(
+        3,
+        &[
+            "stage and normal_depth exclude each other at one boundary",
+            "boundaries[1]",
+            "nothing is said of the water beyond this edge",
+            "side and edge exclude each other",
+            "a place has two coordinates, not 3",
+            "rate and raster exclude each other",
+        ],
+    );
+}
+
+#[test]
+fn places_that_do_not_fit_are_told_with_their_coordinates() {
+    let scene = Scene::sound();
+    scene.line("inflow.geojson", &[(5000.0, 2020.0), (5000.0, 2040.0)], "in");
+    scene.line("sections.geojson", &[(0.0, 0.0), (10.0, 0.0)], "far");
+    scene.assert_refused(
+        4,
+        &["outside-terrain", "5000.0, 2020.0", "section-outside", "the section `far` lies on no terrain"],
+    );
+    scene.line("inflow.geojson", &[(1100.0, 2020.0), (1100.0, 2040.0)], "in");
+    scene.assert_refused(
+        4,
+        &["opens-nothing", "touches no edge of the terrain", "water that comes in elsewhere is a source"],
+    );
+    let both = ("  - {edge: east", "  - {side: west, stage: 3 m}\n  - {edge: east");
+    let sources = ("time: {end", "sources: [{at: [900, 2000], discharge: 1 m3/s}]\ntime: {end");
+    let scene = Scene::with(&[both, sources]);
+    scene.assert_refused(
+        4,
+        &[
+            "overlapping-boundaries",
+            "overlaps `boundaries[0]`",
+            "boundary-dry",
+            "3 m, is not above the lowest ground along it, 10.00 m",
+            "source-outside",
+            "900.0, 2000.0",
+        ],
+    );
+    let scene = Scene::sound();
+    scene.line("inflow.geojson", &[(1000.0, 2052.0), (1000.0, 2060.0)], "in");
+    scene.assert_warned(&["lower-ground-beside", "may miss the river bed"]);
+}
+
+#[test]
+fn rating_curves_and_roughness_are_checked() {
+    let scene = Scene::with(&[("normal_depth: {slope: 0.04}", "rating: {table: weir.csv}")]);
+    scene.write("weir.csv", "level_m,discharge_m3_s\n8,1\n9,0.5\n9,3\n");
+    scene.assert_refused(
+        4,
+        &["not-rising", "line 4", "falling-discharge", "line 3", "rating-start", "begins with 1 m3/s"],
+    );
+    let scene = Scene::with(&[("manning: 0.03", "manning: 0")]);
+    scene.assert_refused(3, &["no-roughness", "boundaries[1].normal_depth.slope"]);
+}
+
+#[test]
+fn moving_particles_refuse_what_they_do_not_know() {
+    let motion = "numerics: {motion: lagrangian}\nsources: [{at: [1100, 2030], discharge: 1 m3/s}]\nrain: {rate: 1 mm/h}\nresolution: 5 m";
+    let scene = Scene::with(&[("resolution: 5 m", motion)]);
+    scene.assert_refused(
+        3,
+        &[
+            "method-combination",
+            "boundaries[0]",
+            "moving particles know no boundary with a condition",
+            "moving particles know no sources",
+            "moving particles know no rain",
+            "moving particles know no cross-sections",
+            "motion: eulerian",
+        ],
+    );
+}
+
+#[test]
+fn a_scenario_without_any_water_is_refused() {
+    let scene = Scene::with(&[(
+        "  - {line: inflow.geojson, discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}}\n",
+        "",
+    )]);
+    scene.assert_refused(3, &["the required key `initial` is missing"]);
+}
