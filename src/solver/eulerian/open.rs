@@ -17,6 +17,7 @@ use super::state::{State, datum};
 use super::walls::Walls;
 use super::{RestingMethods, Scale};
 use crate::boundary::{Condition, Rating};
+use crate::math::{clamp, smaller};
 use crate::physics::limiter::van_leer;
 use crate::physics::open_boundary::{EdgeState, at_depth, inflow, overfall, uniform_flow, waves_leave};
 use crate::scenario::methods::Reconstruction;
@@ -112,8 +113,10 @@ impl OpenBoundaries {
 
     /// The cells (row, column) to which water may come by a boundary while they are dry.
     pub fn inlets(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let feeds = |line: &&Line| matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_));
-        self.lines.iter().filter(feeds).flat_map(|line| line.faces.iter().map(|face| face.cell))
+        self.lines.iter().flat_map(|line| {
+            let feeds = matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_));
+            line.faces.iter().filter(move |face| feeds || face.rest.is_some()).map(|face| face.cell)
+        })
     }
 
     /// Fluxes of the faces in a step from one time to another (s).
@@ -332,7 +335,7 @@ impl Inside {
     fn below(&self, level: f64, g: f64) -> EdgeState {
         let fall = overfall(self.invariant, g);
         let still = 0.25 * self.invariant * self.invariant / g;
-        at_depth((level - self.sill).clamp(fall.depth.min(still), still), self.invariant, g)
+        at_depth(clamp(level - self.sill, smaller(fall.depth, still), still), self.invariant, g)
     }
 }
 

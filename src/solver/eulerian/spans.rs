@@ -127,13 +127,18 @@ fn holds(runs: &[Run], column: usize) -> bool {
     runs.iter().any(|run| run.contains(&column))
 }
 
+/// Deeper than the dry depth, or no number: that must stay in work until the watch sees it.
+fn is_water(depth: f64, dry_depth: f64) -> bool {
+    depth > dry_depth || depth.is_nan()
+}
+
 /// Appends the runs of cells deeper than the dry depth.
 fn find_wet(depth: &[f64], within: Run, dry_depth: f64, wet: &mut Vec<Run>) {
     let mut column = within.start;
     while column < within.end {
-        if depth[column] > dry_depth {
+        if is_water(depth[column], dry_depth) {
             let start = column;
-            while column < within.end && depth[column] > dry_depth {
+            while column < within.end && is_water(depth[column], dry_depth) {
                 column += 1;
             }
             wet.push(start..column);

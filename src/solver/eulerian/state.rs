@@ -29,7 +29,8 @@ impl GroundRow {
     }
 }
 
-/// The conserved quantities, at the start of the step and after its first stage.
+/// The conserved quantities: of the start of the step until its first stage has been taken, with half of that stage's gain until the
+/// second has; and the state after the first stage.
 #[derive(Clone, Debug)]
 pub(crate) struct WaterRow {
     /// Depth d (m).

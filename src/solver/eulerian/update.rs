@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::Scale;
 use super::faces::{EAST, NORTH};
 use super::spans::{ActiveSet, Run};
-use super::state::{FluxRow, GroundRow, State, WaterRow};
+use super::state::{FluxRow, GroundRow, NO_TERRAIN, State, WaterRow};
 
 /// Which half of Heun's method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ fn outflow(south: &FluxRow, here: &FluxRow, i: usize) -> f64 {
 /// Scales the outflow of cells that would give more water than they have in this stage.
 pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
     let step_ratio = time_step / scale.spacing;
-    let (flux, water) = (&state.flux, &state.water);
+    let (flux, water, ground) = (&state.flux, &state.water, &state.ground);
     let short: Vec<(usize, usize, f64)> = (1..state.rows + 1)
         .into_par_iter()
         .with_min_len(4)
@@ -39,7 +39,8 @@ pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale
                 Stage::First => &water[row].depth,
                 Stage::Second => &water[row].stage_depth,
             };
-            let cells = active.work[row].iter().cloned().flatten();
+            // A cell without terrain gives what comes over the boundary of the flow: it is not short of it.
+            let cells = active.work[row].iter().cloned().flatten().filter(move |&i| ground[row].bed[i] < NO_TERRAIN);
             cells.filter_map(move |i| {
                 let wanted = step_ratio * outflow(&flux[row - 1], &flux[row], i);
                 (wanted > depth[i]).then(|| (row, i, depth[i].max(0.0) / wanted))
@@ -92,7 +93,8 @@ fn row_update(
             (east.normal_right[i - 1] - east.normal_left[i]) + (from_south.tangential[i] - north.tangential[i]);
         let gained_y =
             (from_south.normal_right[i] - north.normal_left[i]) + (east.tangential[i - 1] - east.tangential[i]);
-        let half = 0.5 * step_ratio;
+        // What passes a boundary of the flow stays out of the books of the cell beyond.
+        let half = if ground.bed[i] < NO_TERRAIN { 0.5 * step_ratio } else { 0.0 };
         let (half_depth, half_x, half_y) = (
             water.depth[i] + half * gained_depth,
             water.discharge_x[i] + half * gained_x,

@@ -236,12 +236,13 @@ fn correct(
             [0.0, 0.0, turned.x, turned.y]
         } else {
             let sign = if is_onward { -1 } else { 1 };
-            let (there, j) = (&primitive[shift(row, sign * dr)], shift(i, sign * dc));
+            let (j_row, j) = (shift(row, sign * dr), shift(i, sign * dc));
+            let there = &primitive[j_row];
             let differences = [
                 super::gradient::surface_difference(
                     here.depth[i],
                     there.depth[j],
-                    ground[shift(row, dr)].bed[j] - ground[row].bed[i],
+                    ground[j_row].bed[j] - ground[row].bed[i],
                     scale.dry_depth,
                 ),
                 there.depth[j] - here.depth[i],

@@ -7,7 +7,7 @@
 //! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_iR = η_i + a_1 − d_iR,  z* = max(z_iR, z_jR)     (Audusse2004, on limited states)
 //! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks or as chosen; p* = 0 where either is dry
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
-//! dd/dt = −d_i {div v + Σ [θ D3 + (1 − θ) D1]} + α d_i (ΣAW/σ − 1)(1 − χ) max|Δu| / h_i
+//! dd/dt = −d_i {div v + Σ [θ (D3 + D2) + (1 − θ) D1]} + α d' (ΣAW/σ − 1)(1 − χ) max|Δu| / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
 //! D2 = (1 − χ) A_j G_ij (e·L_i e)(b_1 − b_2) where the pair leaves each other, u_j > u_i; otherwise 0
 //! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))

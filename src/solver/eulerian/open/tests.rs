@@ -309,3 +309,33 @@ fn waves_leave_at_all_angles() {
         assert!(free < 0.02 && held > 5.0 * free, "hump of {height} m: {free}, {held}");
     }
 }
+
+#[test]
+fn a_hydrograph_over_a_ragged_edge_is_booked_and_both_directions_are_alike() {
+    // A plane that falls to the north-east, without terrain in its south-western corner; the water comes in along that.
+    let corner = |place: Vec2| place.x < 30.0 && place.y < 30.0;
+    let bed = |place: Vec2| if corner(place) { f64::NAN } else { 10.0 - 0.01 * (place.x + place.y) };
+    let mut problem = problem((24, 24), 5.0, bed, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.03);
+    problem.dry_depth = 1e-3;
+    let at = |x: f64, y: f64| Vec2::new(x, y);
+    let notch = vec![[at(30.0, 0.0), at(30.0, 30.0)], [at(30.0, 30.0), at(0.0, 30.0)]];
+    let far = vec![[at(120.0, 0.0), at(120.0, 120.0)], [at(120.0, 120.0), at(0.0, 120.0)]];
+    let discharge = Condition::Discharge { discharge: Series::constant(5.0), level: None };
+    problem.forcing.boundaries.push(Boundary { segments: notch, condition: discharge });
+    problem.forcing.boundaries.push(Boundary { segments: far, condition: Condition::NormalDepth { slope: 0.01 } });
+    problem.forcing.rain = Some(Rain::Uniform(Series::constant(1e-5)));
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 600.0);
+    let ledger = solver.ledger();
+    let supplied = 600.0 * (5.0 + 1e-5 * 25.0 * (24.0 * 24.0 - 36.0));
+    assert!((ledger.inflow / supplied - 1.0).abs() < 1e-12, "{} of {supplied} m³", ledger.inflow);
+    assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow > 0.1 * supplied, "{ledger:?}");
+    let water = solver.water();
+    for row in 0..24 {
+        for column in 0..row {
+            let (here, mirrored) = (water.depth[24 * row + column], water.depth[24 * column + row]);
+            assert!((here - mirrored).abs() < 1e-9, "({column}, {row}): {here} and {mirrored} m");
+        }
+    }
+}
