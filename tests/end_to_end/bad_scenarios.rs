@@ -54,7 +54,7 @@ fn unknown_keys_are_all_reported_with_the_nearest_known_one() {
             "error[unknown-key] outputs.evry (s.yaml:9:23)",
             "did you mean `every`?",
             "did you mean `gauges`?",
-            "error[missing-key] roughness.manning (s.yaml:4:12)\n  the required key `manning` is missing",
+            "error[missing-key] roughness (s.yaml:4:12)\n  an entry here needs one of the keys manning, raster",
             "error[missing-key] resolution",
         ],
     );

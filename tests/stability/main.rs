@@ -51,7 +51,6 @@ const KNOWN: &[(&str, &str, Status)] = &[
     ("two_rarefactions", "fast", Degrades),
     ("waterfall", "fast", Fails),
     ("calm", "fast", Degrades),
-    ("cfl_08", "fast", Degrades),
     ("cfl_10", "fast", Fails),
     ("cfl_12", "fast", Fails),
     ("cfl_14", "fast", Fails),
