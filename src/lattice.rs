@@ -95,7 +95,7 @@ pub struct Span {
 
 /// The water of one moment on the lattice, as the recorder of maps sees it, whatever motion the solver uses.
 ///
-/// Cells outside all `spans` are dry now and were dry at the step before.
+/// Cells outside all `spans` are dry now and were dry at the step before, but for films that rest where they were left.
 #[derive(Clone, Copy, Debug)]
 pub struct WaterOnLattice<'a> {
     /// Water depth (m), `[rows * columns]`.

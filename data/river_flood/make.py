@@ -52,7 +52,7 @@ def main():
     # Drawn from the left to the right bank, looking downstream: from north to south.
     crossings = [("upper", 200.0), ("middle", 500.0), ("lower", 900.0)]
     collection("sections", [line(name, [(x, 290.0), (x, 10.0)]) for name, x in crossings])
-    gauges = [("river_upper", 200.0, axis(200.0)), ("plain_middle", 502.5, 232.5), ("river_lower", 900.0, axis(900.0))]
+    gauges = [("river_upper", 200.0, axis(200.0)), ("plain_middle", 502.5, 152.5), ("river_lower", 900.0, axis(900.0))]
     (FOLDER / "gauges.csv").write_text("id,x,y\n" + "".join(f"{name},{x:.1f},{y:.1f}\n" for name, x, y in gauges))
 
 

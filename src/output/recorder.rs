@@ -177,7 +177,8 @@ impl Recorder {
     /// The frame at `time`, `share` of the way from the step before to this one.
     fn frame(&self, time: f64, share: f64, water: &WaterOnLattice<'_>) -> Frame {
         let cells = self.bed_elevation.len();
-        let (mut depth, mut discharge_x, mut discharge_y) = (vec![0.0; cells], vec![0.0; cells], vec![0.0; cells]);
+        // Films that were left behind lie outside the spans: over a wide plain they are a share of the volume that counts.
+        let (mut depth, mut discharge_x, mut discharge_y) = (water.depth.to_vec(), vec![0.0; cells], vec![0.0; cells]);
         let mix = |a: f64, b: f64| a + (b - a) * share;
         for index in water.spans.iter().flat_map(|span| span.cells(self.columns)) {
             let previous = self.maxima.previous(index);

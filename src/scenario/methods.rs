@@ -68,7 +68,7 @@ family! {
     /// The states on both sides of the face between a pair of particles.
     Reconstruction {
         #[default]
-        Limited = "limited": "levels, depths and normal velocities carried to the face along gradients that van Leer's limiter bounds",
+        Limited = "limited": "levels, depths and normal velocities carried to the face along gradients that a limiter bounds",
         Sharp = "sharp": "superbee gradients, of the tangential velocity, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for resting particles alone",
         None = "none": "the values of the two particles; default with artificial viscosity",
     }

@@ -550,7 +550,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
             refuse(
                 "reconstruction",
                 "moving particles have no sharp reconstruction",
-                "their faces have no limiter but van Leer's",
+                "their faces have no sharper limiter",
                 "write `reconstruction: limited`, or take `motion: eulerian`",
             );
         }

@@ -19,8 +19,9 @@ fn oscillation_returns_after_three_periods() {
     println!(
         "bowl after three periods, depth over the middle's and velocity (m/s): a/10 {coarse:.4?}, a/20 {fine:.4?}"
     );
-    // The bounds at a/10 were 6.0e-2 and 2.0e-2 once: decisions 0007 and 0008 say what they paid for.
-    assert_below(coarse, (6.3e-2, 2.3e-2));
+    // The bounds at a/10 were 6.0e-2 and 2.0e-2 once, and then 6.3e-2 and 2.3e-2: decisions 0007, 0008 and 0011 say what they
+    // paid for.
+    assert_below(coarse, (3.9e-2, 3.5e-2));
     assert_below(fine, (1.15e-2, 4.0e-3));
     assert!(coarse.0 > 2.0 * fine.0, "{coarse:?} to {fine:?}");
     // Heun's method has the larger error in time.

@@ -10,7 +10,6 @@ const FALL_SHORT: &[(&str, &str)] = &[
     ("ritter", "eulerian"),
     ("ritter", "lagrangian"),
     ("stoker", "eulerian"),
-    ("stoker", "lagrangian"),
     ("stoker_strong", "lagrangian"),
 ];
 

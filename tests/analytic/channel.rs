@@ -26,7 +26,8 @@ fn dry_dam_break_converges_at_first_order() {
     let run = |spacing, integrator| balanced(spacing, 0.0, integrator);
     let leapfrog = [(0.0207, 0.0205), (0.0104, 0.0108)];
     check(run(10.0, "leapfrog"), run(5.0, "leapfrog"), leapfrog, 0.85);
-    let heun = [(0.0207, 0.0213), (0.0100, 0.0109)];
+    // The velocity at 5 m was .0104 before decision 0011, its bound .0109.
+    let heun = [(0.0207, 0.0213), (0.0099, 0.0114)];
     check(run(10.0, "heun"), run(5.0, "heun"), heun, 0.9);
 }
 

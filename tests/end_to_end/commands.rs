@@ -68,9 +68,9 @@ fn validate_prints_a_table_and_writes_its_rows() {
     command(&["validate", "--list"])
         .code(0)
         .stdout(predicate::str::contains("ritter").and(predicate::str::contains("Ritter's")));
-    let table = predicate::str::contains("stoker_strong").and(predicate::str::contains("pass"));
+    let table = predicate::str::contains("circular_dam").and(predicate::str::contains("pass"));
     let arguments =
-        ["validate", "stoker-strong", "--vary", "motion=eulerian", "--json", "rows.json", "--csv", "rows.csv"];
+        ["validate", "circular-dam", "--vary", "motion=eulerian", "--json", "rows.json", "--csv", "rows.csv"];
     command(&arguments).code(0).stdout(table);
     let rows: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("rows.json")).unwrap()).unwrap();

@@ -15,11 +15,13 @@ const WEST: f64 = 10.0;
 const EAST: f64 = 5.0;
 
 /// The state at the end of a run, every cell of the grid: x (m), depth (m), velocity along the channel (m/s).
-fn run(scenario: &Path, cell: f64) -> Vec<(f64, f64, f64)> {
+fn run(scenario: &Path, cell: f64, dry_depth: &str) -> Vec<(f64, f64, f64)> {
     let folder = TempDir::new().unwrap();
     let (resolution, outputs) = (format!("resolution={cell} m"), format!("outputs.cell={cell} m"));
     let scenario = scenario.display().to_string();
-    let arguments = ["run", &scenario, "--out", "out", "--quiet", "--set", &resolution, "--set", &outputs];
+    let dry = format!("numerics.dry_depth={dry_depth}");
+    let arguments =
+        ["run", &scenario, "--out", "out", "--quiet", "--set", &resolution, "--set", &outputs, "--set", &dry];
     let answer = floodsim(folder.path(), &arguments);
     assert_eq!(answer.code, 0, "{}", answer.stderr);
     let fields = Netcdf::read(&folder.path().join("out/fields.nc"));
@@ -57,20 +59,23 @@ fn ritter_through_the_whole_program() {
     let front = ritter_front(WEST, 0.01, TIME);
     let mut depth_errors = Vec::new();
     for cell in [10.0, 5.0] {
-        let state = run(&scenario, cell);
+        let state = run(&scenario, cell, "1 mm");
         let (depth, velocity) = errors(&state, exact);
         let reached = reach(&state, 0.01) - DAM;
         println!(
             "Ritter, {cell} m: mean error of depth {depth:.5} m, of velocity {velocity:.5} m/s; front of 1 cm after {reached:.1} m, exact {front:.1} m ({:+.1} %)",
             100.0 * (reached / front - 1.0)
         );
-        assert!((reached / front - 1.0).abs() < 0.12, "the front is at {reached} m of {front} m");
-        depth_errors.push(depth);
+        assert!((reached / front - 1.0).abs() < 0.075, "the front is at {reached} m of {front} m");
+        // Measured .0057 and .0032: of the film that the usual dry depth holds back, half a millimetre.
+        assert!(depth < 6e-4 * cell + 4e-4, "error {depth:.5} m");
+        let thinner = errors(&run(&scenario, cell, "0.01 mm"), exact).0;
+        depth_errors.push(thinner);
     }
     let order = (depth_errors[0] / depth_errors[1]).log2();
     println!("Ritter: order {order:.2}");
     // What resting particles of second order reach on this channel.
-    assert!(depth_errors[0] <= 0.02 && order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
+    assert!(depth_errors[0] <= 0.006 && order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
 }
 
 #[test]
@@ -100,7 +105,7 @@ fn stoker_through_the_whole_program() {
     let height = exact(DAM + behind).0;
     let mut depth_errors = Vec::new();
     for cell in [10.0, 5.0] {
-        let state = run(&scenario, cell);
+        let state = run(&scenario, cell, "1 mm");
         let (depth, velocity) = errors(&state, exact);
         let bore = reach(&state, 0.5 * (height + EAST)) - DAM;
         println!(
@@ -108,7 +113,7 @@ fn stoker_through_the_whole_program() {
         );
         assert!((bore - behind).abs() <= 1.5 * cell, "the bore is at {bore} m instead of {behind} m");
         if cell > 9.0 {
-            assert!(depth <= 0.0175 && velocity <= 0.0205, "errors {depth:.5} m and {velocity:.5} m/s");
+            assert!(depth <= 0.0153 && velocity <= 0.0181, "errors {depth:.5} m and {velocity:.5} m/s");
         }
         depth_errors.push(depth);
     }

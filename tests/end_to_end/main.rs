@@ -41,7 +41,7 @@ struct Netcdf {
     dimensions: BTreeMap<String, usize>,
     /// Global attributes.
     attributes: BTreeMap<String, String>,
-    /// Of each variable its dimensions and attributes, and its values.
+    /// Of each variable its dimensions and attributes, and its values where they are numbers.
     variables: BTreeMap<String, (String, Vec<f64>)>,
 }
 
@@ -62,9 +62,11 @@ impl Netcdf {
             let file = netcdf::open(&path).unwrap();
             let text = |a: netcdf::Attribute| (a.name().to_owned(), format!("{:?}", a.value().unwrap()));
             let variable = |variable: netcdf::Variable| {
+                let is_text = variable.vartype() == netcdf::types::NcVariableType::String;
                 let dimensions: Vec<_> = variable.dimensions().iter().map(|d| (d.name(), d.len())).collect();
                 let attributes: Vec<_> = variable.attributes().map(text).collect();
-                (variable.name(), (format!("{dimensions:?} {attributes:?}"), variable.get_values(..).unwrap()))
+                let values = if is_text { Vec::new() } else { variable.get_values(..).unwrap() };
+                (variable.name(), (format!("{dimensions:?} {attributes:?}"), values))
             };
             Netcdf {
                 dimensions: file.dimensions().map(|d| (d.name(), d.len())).collect(),

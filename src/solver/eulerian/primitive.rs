@@ -30,9 +30,9 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, sou
         let mut flow_speed_squared: f64 = 0.0;
         for run in &active.work[row] {
             for i in run.clone() {
-                let wet = depth[i] > scale.dry_depth;
                 let d = depth[i];
-                let per_depth = if wet { 1.0 / depth[i] } else { 0.0 };
+                let is_film = d <= scale.dry_depth;
+                let per_depth = if is_film { 0.0 } else { 1.0 / d };
                 let (u, v) = (discharge_x[i] * per_depth, discharge_y[i] * per_depth);
                 primitive.depth[i] = d;
                 primitive.velocity_x[i] = u;
@@ -40,7 +40,7 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, sou
                 let speed_squared = u * u + v * v;
                 flow_speed_squared =
                     if speed_squared > flow_speed_squared { speed_squared } else { flow_speed_squared };
-                let signal_speed = if wet { speed_squared.sqrt() + (scale.gravity * d).sqrt() } else { 0.0 };
+                let signal_speed = if is_film { 0.0 } else { speed_squared.sqrt() + (scale.gravity * d).sqrt() };
                 // A value that is not a number must win, so that the watch sees it.
                 if signal_speed > fastest.signal_speed || signal_speed.is_nan() {
                     fastest.signal_speed = signal_speed;

@@ -104,10 +104,11 @@ fn row_update(
             Stage::Second => 0.0,
         };
         let raised = half_depth + ahead * half * gained_depth;
-        let depth = if raised > 0.0 { raised } else { 0.0 };
+        // What is not a number stays, so that the watch sees it.
+        let depth = if raised < 0.0 { 0.0 } else { raised };
         let (q_x, q_y) = (half_x + ahead * half * gained_x, half_y + ahead * half * gained_y);
         let kept =
-            if depth > dry_depth { kept_by_friction(depth, q_x, q_y, ground.friction[i] * time_step) } else { 0.0 };
+            if depth <= dry_depth { 0.0 } else { kept_by_friction(depth, q_x, q_y, ground.friction[i] * time_step) };
         let (q_x, q_y) = (counted(kept * q_x), counted(kept * q_y));
         match stage {
             Stage::First => {
@@ -124,7 +125,7 @@ fn row_update(
 /// A discharge, or 0 where it is so small (m²/s) that arithmetic with it would leave the range of normal numbers and be slow.
 #[inline(always)]
 fn counted(discharge: f64) -> f64 {
-    if discharge.abs() > 1e-100 { discharge } else { 0.0 }
+    if discharge.abs() < 1e-100 { 0.0 } else { discharge }
 }
 
 /// Share of the velocity that is left after one step of Manning friction alone (M18); `roughness` is Δt g n².

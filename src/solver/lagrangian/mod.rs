@@ -24,6 +24,19 @@ use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
 
+/// Σ A W on a square lattice: not quite 1, and what particles that agree with their depths have.
+fn lattice_partition(kernel: &ChosenKernel, dimension: Dimension) -> f64 {
+    let factor = smoothing_factor(dimension);
+    let reach = (factor * kernel.support()).ceil() as i32;
+    let rows = match dimension {
+        Dimension::One => 0..=0,
+        Dimension::Two => -reach..=reach,
+    };
+    rows.flat_map(|row| (-reach..=reach).map(move |column| Vec2::new(f64::from(column), f64::from(row))))
+        .map(|place| kernel.value(place.norm(), 1.0 / factor))
+        .sum()
+}
+
 /// What other particles need to know of one: one cache line.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
@@ -53,7 +66,7 @@ struct Local {
     correction: Sym2,
     /// S₀ / A^((dim−1)/dim): open length of the particle's outline, outwards, in units of its own edge.
     openness: Vec2,
-    /// Σ A W, 1 where particles and depths agree.
+    /// Σ A W.
     partition: f64,
     /// Σ A W d / Σ A W (m).
     mean_depth: f64,
@@ -90,6 +103,8 @@ pub struct Balanced {
     faces: Faces,
     reconstruction: Reconstruction,
     factor: f64,
+    /// σ: Σ A W where particles and depths agree.
+    full: f64,
     lengths: Vec<f64>,
     states: Vec<State>,
     gradients: Vec<Gradients>,
@@ -119,9 +134,11 @@ impl LagrangianSolver {
         dimension: Dimension,
     ) -> Self {
         assert!(methods.bed_slope == BedSlope::Hydrostatic, "the balanced formulation is hydrostatic");
+        let kernel = ChosenKernel::new(methods.kernel, dimension);
         let balanced = Balanced {
             dimension,
-            kernel: ChosenKernel::new(methods.kernel, dimension),
+            full: lattice_partition(&kernel, dimension),
+            kernel,
             faces: Faces::new(methods.stabilisation),
             reconstruction: methods.reconstruction,
             factor: smoothing_factor(dimension),

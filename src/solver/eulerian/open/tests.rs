@@ -274,3 +274,38 @@ fn rain_and_sources_are_booked_and_flow_together() {
     assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow.abs() <= 0.0);
     assert!(solver.water().depth[10 * 20 + 10] > 0.1, "it gathers in the middle");
 }
+
+/// A hump in the middle of a square of 60 m whose edges have a condition: depths at the end. In a square of 180 m, no wave comes back
+/// from the edges in that time.
+fn hump_in_a_square(height: f64, size: usize, condition: Option<Condition>) -> Vec<f64> {
+    let middle = 0.5 * size as f64;
+    let hump = |place: Vec2| 1.0 + height * (-(place - Vec2::new(middle, middle)).norm_squared() / 25.0).exp();
+    let mut problem = problem((size, size), 1.0, |_| 0.0, hump);
+    let corner = |x: usize, y: usize| Vec2::new((size * x) as f64, (size * y) as f64);
+    let sides = [[(0, 0), (1, 0)], [(0, 0), (0, 1)], [(1, 0), (1, 1)], [(0, 1), (1, 1)]];
+    let segments = sides.map(|side| side.map(|(x, y)| corner(x, y))).to_vec();
+    problem.forcing.boundaries.extend(condition.map(|condition| Boundary { segments, condition }));
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 20.0);
+    let from = size / 2 - 30;
+    let depth = solver.water().depth.to_vec();
+    (0..3600).map(|i| depth[(from + i / 60) * size + from + i % 60]).collect()
+}
+
+#[test]
+fn waves_leave_at_all_angles() {
+    for height in [0.01, 0.3] {
+        let endless = hump_in_a_square(height, 180, None);
+        let largest = |condition: Condition| {
+            let depth = hump_in_a_square(height, 60, Some(condition));
+            depth.iter().zip(&endless).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / height
+        };
+        let (free, held) = (largest(Condition::Free), largest(Condition::Stage(Series::constant(1.0))));
+        println!(
+            "hump of {height} m: {:.2} % of its height comes back, {:.1} % from held levels",
+            100.0 * free,
+            100.0 * held
+        );
+        assert!(free < 0.02 && held > 5.0 * free, "hump of {height} m: {free}, {held}");
+    }
+}
