@@ -122,6 +122,10 @@ fn suite_named(name: &str) -> Result<Suite, Error> {
 fn case_named(name: &str) -> Result<&'static Case, Error> {
     // Scenarios and cases are named with either sign.
     let plain = name.replace('-', "_");
+    if laboratory::named(&plain).is_some() {
+        let what = format!("`{name}` is an experiment without an exact answer");
+        return Err(Error::Usage(format!("{what}; run it with `floodsim validate {plain} --figures DIR`")));
+    }
     let names = || cases::all().map(|case| case.name).chain(laboratory::all().map(|experiment| experiment.name));
     cases::named(&plain).ok_or_else(|| Error::Usage(format!("`{name}` is not a case; {}", remedy(name, names()))))
 }
