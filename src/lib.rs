@@ -10,6 +10,7 @@ pub mod cli;
 pub mod error;
 pub mod geodata;
 pub mod gridding;
+pub mod laboratory;
 pub mod lattice;
 pub mod maps;
 pub mod math;

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Modules that join the others and may import all.
-const JOINING: &[&str] = &["cli", "pipeline", "prepare", "main", "lib"];
+const JOINING: &[&str] = &["cli", "pipeline", "prepare", "laboratory", "main", "lib"];
 
 /// Module and what it may import; docs/ARCHITECTURE.md holds the same table.
 const MAY_IMPORT: &[(&str, &[&str])] = &[

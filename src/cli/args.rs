@@ -128,7 +128,7 @@ pub struct CaseArguments {
     /// Cases by name; all of the suite when none is named (`floodsim validate --list` lists them)
     #[arg(value_name = "CASE")]
     pub cases: Vec<String>,
-    /// The suite [default: every suite]
+    /// The suite [default: analytic and stability; laboratory and field need the data that FLOODSIM_DATA names]
     #[arg(long)]
     pub suite: Option<String>,
     /// Try members of a family of methods, any key of `numerics:` such as --vary integrator=heun,leapfrog or
@@ -164,6 +164,9 @@ pub struct ValidateArguments {
     /// Write the rows as comma-separated values
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Draw measured against computed for each case of the suites laboratory and field: SVG, into this folder
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
     /// List the cases, one sentence each; run nothing
     #[arg(long)]
     pub list: bool,

@@ -5,6 +5,8 @@ use std::path::Path;
 use super::args::{CaseArguments, ResolutionsArgument, ValidateArguments};
 use super::print;
 use crate::error::Error;
+use crate::laboratory::{self, Experiment, run_experiment};
+use crate::maps::comparison;
 use crate::scenario::read::nearest;
 use crate::validation::{
     Case, CaseResult, Choice, Resolutions, Row, Scope, Suite, Varied, cases, choices, list_of_cases, rows_as_csv,
@@ -17,12 +19,18 @@ use crate::validation::{
 /// `Error::Usage` for wrong names, `Error::Output` for files, and `Error::Gate` where the default methods miss a bar: that of each run
 /// in every motion that was run, that of the better motion in all of them.
 pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
-    let chosen = chosen_cases(&arguments.cases)?;
+    let (chosen, experiments) = chosen_of_all(&arguments.cases)?;
     if arguments.list {
-        return print(&list_of_cases(chosen.into_iter()));
+        return print(&(list_of_cases(chosen.into_iter()) + &list_of_experiments(&experiments)));
     }
     let results = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
-    let rows: Vec<Row> = results.iter().flat_map(|result| result.result.rows.iter().cloned()).collect();
+    let mut rows: Vec<Row> = results.iter().flat_map(|result| result.result.rows.iter().cloned()).collect();
+    let mut missed = missed_bars(&results);
+    for experiment in experiments {
+        let (found, is_missed) = run_in_laboratory(experiment, arguments)?;
+        rows.extend(found);
+        missed.extend(is_missed.then_some(experiment.name));
+    }
     print(&table_of_rows(&rows))?;
     if let Some(file) = &arguments.json {
         write(file, &as_json(&rows)?)?;
@@ -30,7 +38,6 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     if let Some(file) = &arguments.csv {
         write(file, &rows_as_csv(&rows))?;
     }
-    let missed = missed_bars(&results);
     if missed.is_empty() {
         Ok(())
     } else {
@@ -44,6 +51,57 @@ pub struct CaseRun {
     choice: Choice,
     /// What came out.
     pub result: CaseResult,
+}
+
+/// The built-in cases and the experiments that are named, or all of the suite; experiments only where they or their suite are named.
+fn chosen_of_all(arguments: &CaseArguments) -> Result<(Vec<&'static Case>, Vec<&'static Experiment>), Error> {
+    let experiment = |name: &String| laboratory::named(&name.replace('-', "_"));
+    let named: Vec<&Experiment> = arguments.cases.iter().filter_map(experiment).collect();
+    let others: Vec<String> = arguments.cases.iter().filter(|name| experiment(name).is_none()).cloned().collect();
+    if !arguments.cases.is_empty() {
+        return others.iter().map(|name| case_named(name)).collect::<Result<_, _>>().map(|cases| (cases, named));
+    }
+    let suite = arguments.suite.as_deref().map(suite_named).transpose()?;
+    let of_suite = laboratory::all().filter(|experiment| Some(experiment.suite) == suite).collect();
+    Ok((chosen_cases(arguments)?, of_suite))
+}
+
+fn list_of_experiments(experiments: &[&Experiment]) -> String {
+    let one = |experiment: &&Experiment| {
+        let [coarse, fine] = experiment.resolutions;
+        format!(
+            "{}\n    {}\n    suite {}; resolutions {coarse}, {fine} m, the first at test resolution\n",
+            experiment.name,
+            experiment.about,
+            experiment.suite.name()
+        )
+    };
+    experiments.iter().map(one).collect()
+}
+
+/// Runs an experiment with every choice of methods; its rows, and whether the default methods miss its bar.
+fn run_in_laboratory(experiment: &Experiment, arguments: &ValidateArguments) -> Result<(Vec<Row>, bool), Error> {
+    let (mut rows, mut is_missed) = (Vec::new(), false);
+    for choice in chosen_methods(&arguments.cases)? {
+        eprintln!("{}: {}", experiment.name, choice.label());
+        let threads = arguments.cases.threads.get();
+        let result = run_experiment(experiment, &choice, resolutions_of(arguments.resolutions), threads)?;
+        if let Some(why) = &result.skipped {
+            eprintln!("{}: {} skipped, because {why}", experiment.name, choice.label());
+            continue;
+        }
+        if let Some(folder) = &arguments.figures {
+            let failed = |cause: std::io::Error| Error::Output { path: folder.clone(), cause: cause.to_string() };
+            std::fs::create_dir_all(folder).map_err(failed)?;
+            let methods: Vec<&str> = choice.given.iter().map(|(_, member)| member.as_str()).collect();
+            let title = format!("{}, {}", experiment.name.replace('_', " "), methods.join(", "));
+            let figure = comparison(&title, "depth or level (m)", &result.panels);
+            write(&folder.join(format!("{}_{}.svg", experiment.name, methods.join("_"))), &figure)?;
+        }
+        is_missed |= choice.is_default && result.is_missed;
+        rows.extend(result.rows);
+    }
+    Ok((rows, is_missed))
 }
 
 /// The cases that are named, or all of the suite.
@@ -64,7 +122,11 @@ fn suite_named(name: &str) -> Result<Suite, Error> {
 fn case_named(name: &str) -> Result<&'static Case, Error> {
     // Scenarios and cases are named with either sign.
     let plain = name.replace('-', "_");
-    let names = || cases::all().map(|case| case.name);
+    if laboratory::named(&plain).is_some() {
+        let what = format!("`{name}` is an experiment without an exact answer");
+        return Err(Error::Usage(format!("{what}; run it with `floodsim validate {plain} --figures DIR`")));
+    }
+    let names = || cases::all().map(|case| case.name).chain(laboratory::all().map(|experiment| experiment.name));
     cases::named(&plain).ok_or_else(|| Error::Usage(format!("`{name}` is not a case; {}", remedy(name, names()))))
 }
 
@@ -82,15 +144,11 @@ pub fn run_cases(
     arguments: &CaseArguments,
     resolutions: ResolutionsArgument,
 ) -> Result<Vec<CaseRun>, Error> {
-    let varied: Result<Vec<Varied>, String> = arguments.vary.iter().map(|text| Varied::read(text)).collect();
-    let (choices, refused) = choices(&varied.map_err(|message| Error::Usage(format!("--vary: {message}")))?)?;
-    for line in refused {
-        eprintln!("left out: {line}");
+    if cases.is_empty() {
+        return Ok(Vec::new());
     }
-    let resolutions = match resolutions {
-        ResolutionsArgument::Test => Resolutions::Test,
-        ResolutionsArgument::Full => Resolutions::Full,
-    };
+    let choices = chosen_methods(arguments)?;
+    let resolutions = resolutions_of(resolutions);
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(arguments.threads.get())
         .build()
@@ -107,6 +165,23 @@ pub fn run_cases(
         }
     }
     Ok(runs)
+}
+
+/// Every choice of methods that is asked for; says on stderr which do not exist.
+fn chosen_methods(arguments: &CaseArguments) -> Result<Vec<Choice>, Error> {
+    let varied: Result<Vec<Varied>, String> = arguments.vary.iter().map(|text| Varied::read(text)).collect();
+    let (choices, refused) = choices(&varied.map_err(|message| Error::Usage(format!("--vary: {message}")))?)?;
+    for line in refused {
+        eprintln!("left out: {line}");
+    }
+    Ok(choices)
+}
+
+fn resolutions_of(argument: ResolutionsArgument) -> Resolutions {
+    match argument {
+        ResolutionsArgument::Test => Resolutions::Test,
+        ResolutionsArgument::Full => Resolutions::Full,
+    }
 }
 
 /// The names of the cases of which the default methods miss a bar.

@@ -1,10 +1,11 @@
-//! Pictures of results: map sheets as SVG with the rasters inside, hydrographs, charts of methods. No font or plotting library is needed.
+//! Pictures of results: map sheets as SVG with the rasters inside, hydrographs, charts of methods, gauges against measurements. No font or plotting library is needed.
 //!
 //! Works on plain slices, `[rows, columns]` with row 0 in the north and NaN where there is nothing, so that a run folder
 //! read back from disk and results in memory are drawn alike. Opens no file. Not here: which maps a run gets (`report`).
 
 mod chart;
 mod colour;
+mod comparison;
 mod hillshade;
 mod hydrograph;
 mod picture;
@@ -13,6 +14,7 @@ mod svg;
 
 pub use chart::{ChartLine, ChartPeers, ChartPoint, speed_against_accuracy};
 pub use colour::{Classes, Colour, clock};
+pub use comparison::{GaugeLine, GaugePanel, comparison};
 pub use hillshade::hillshade;
 pub use hydrograph::{Series, hydrograph};
 pub use sheet::{Mark, Panel, Sheet, map_sheet};

@@ -294,7 +294,7 @@ fn boundaries(
             (OpenBoundary::Side(Side::All), _) => edges.iter().map(|(_, midpoint)| [*midpoint; 2]).collect(),
             (OpenBoundary::Side(side), _) => {
                 let mut open = OpenEdges::default();
-                open_side(&mut open, *side, lattice);
+                open_side(&mut open, *side, lattice, bed);
                 open.segments
             }
             (OpenBoundary::Lines(lines_source), Some(lines)) => {

@@ -114,25 +114,37 @@ pub(super) fn gap_report(terrain: &Terrain, lattice: &Lattice) -> Option<GapRepo
 /// the lattice follows that edge in steps.
 pub(super) const REACH: f64 = 1.5;
 
-/// Adds a side of the lattice to the open edges.
+/// Adds a side of the terrain's rectangle to the open edges; the lattice may reach beyond it by a part of a cell.
 ///
 /// It stops short of the corners by a little more than the reach, so that it does not open the faces around the corner.
-pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice) {
-    let size = lattice.size();
+pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed: &[f64]) {
+    let (low, high) = extent(lattice, bed);
     // A face around the corner has its midpoint half a cell away from it: 1.45² + 0.5² > 1.5².
     let short = 1.45 * lattice.spacing;
-    let (x, y) = ([short, size.x - short], [short, size.y - short]);
+    let (x, y) = ([low.x + short, high.x - short], [low.y + short, high.y - short]);
     let piece = match side {
-        Side::North => [Vec2::new(x[0], size.y), Vec2::new(x[1], size.y)],
-        Side::South => [Vec2::new(x[0], 0.0), Vec2::new(x[1], 0.0)],
-        Side::East => [Vec2::new(size.x, y[0]), Vec2::new(size.x, y[1])],
-        Side::West => [Vec2::new(0.0, y[0]), Vec2::new(0.0, y[1])],
+        Side::North => [Vec2::new(x[0], high.y), Vec2::new(x[1], high.y)],
+        Side::South => [Vec2::new(x[0], low.y), Vec2::new(x[1], low.y)],
+        Side::East => [Vec2::new(high.x, y[0]), Vec2::new(high.x, y[1])],
+        Side::West => [Vec2::new(low.x, y[0]), Vec2::new(low.x, y[1])],
         Side::All => {
             open.whole_outline = true;
             return;
         }
     };
     open.segments.push(piece);
+}
+
+/// South-western and north-eastern corner (local coordinates, m) of the cells with terrain; those of the lattice where there are none.
+fn extent(lattice: &Lattice, bed: &[f64]) -> (Vec2, Vec2) {
+    let with_terrain = || (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()).map(|cell| lattice.column_row(cell));
+    let range = |of: fn((usize, usize)) -> usize, count: usize| {
+        let first = with_terrain().map(of).min().unwrap_or(0);
+        let last = with_terrain().map(of).max().map_or(count, |last| last + 1);
+        (first as f64 * lattice.spacing, last as f64 * lattice.spacing)
+    };
+    let (x, y) = (range(|place| place.0, lattice.columns), range(|place| place.1, lattice.rows));
+    (Vec2::new(x.0, y.0), Vec2::new(x.1, y.1))
 }
 
 /// Number of edge faces (of the lattice or of areas without terrain) that the given lines open.
@@ -217,7 +229,15 @@ mod tests {
         let bed = vec![0.0; lattice.len()];
         for (side, faces) in [(Side::North, 12), (Side::South, 12), (Side::East, 9), (Side::West, 9)] {
             let mut open = OpenEdges::default();
-            open_side(&mut open, side, &lattice);
+            open_side(&mut open, side, &lattice, &bed);
+            assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
+        }
+        // The terrain ends within the last row and the last column: nothing around the corner opens.
+        let within = |cell: usize| lattice.column_row(cell).0 < 11 && lattice.column_row(cell).1 < 8;
+        let bed: Vec<f64> = (0..lattice.len()).map(|cell| if within(cell) { 0.0 } else { f64::NAN }).collect();
+        for (side, faces) in [(Side::North, 11), (Side::South, 11), (Side::East, 8), (Side::West, 8)] {
+            let mut open = OpenEdges::default();
+            open_side(&mut open, side, &lattice, &bed);
             assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
         }
     }

@@ -103,7 +103,7 @@ pub(super) fn open_edges(
     let mut open = OpenEdges { reach: REACH * lattice.spacing, ..OpenEdges::default() };
     for (boundary, pieces) in scenario.open.iter().zip(lines) {
         match (boundary, pieces) {
-            (OpenBoundary::Side(side), _) => open_side(&mut open, *side, lattice),
+            (OpenBoundary::Side(side), _) => open_side(&mut open, *side, lattice, bed),
             (OpenBoundary::Lines(source), Some(pieces)) => {
                 let local = on_lattice(source, pieces, lattice, findings);
                 if !local.is_empty() && faces_opened(&local, lattice, bed) == 0 {

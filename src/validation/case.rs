@@ -15,17 +15,23 @@ pub enum Suite {
     Analytic,
     /// Where methods fail: harsh problems, each run held to what physics allows.
     Stability,
+    /// Experiments with measurements (`crate::laboratory`).
+    Laboratory,
+    /// Floods with observed marks (`crate::laboratory`).
+    Field,
 }
 
 impl Suite {
     /// Every suite.
-    pub const ALL: &'static [Suite] = &[Suite::Analytic, Suite::Stability];
+    pub const ALL: &'static [Suite] = &[Suite::Analytic, Suite::Stability, Suite::Laboratory, Suite::Field];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Suite::Analytic => "analytic",
             Suite::Stability => "stability",
+            Suite::Laboratory => "laboratory",
+            Suite::Field => "field",
         }
     }
 }

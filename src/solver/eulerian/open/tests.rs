@@ -339,3 +339,29 @@ fn a_hydrograph_over_a_ragged_edge_is_booked_and_both_directions_are_alike() {
         }
     }
 }
+
+#[test]
+fn what_leaves_over_an_edge_inside_the_lattice_has_left() {
+    let conditions = [Some(Condition::NormalDepth { slope: 0.02 }), Some(Condition::Free), None];
+    for condition in conditions {
+        let mut problem = problem((40, 9), 2.5, |p| 0.02 * (100.0 - p.x), |p| if p.x < 40.0 { 3.0 } else { -1.0 });
+        problem.bed.manning.fill(0.04);
+        problem.dry_depth = 1e-3;
+        // The terrain ends before the last two columns.
+        for cell in (0..360).filter(|cell| cell % 40 > 37) {
+            problem.bed.elevation[cell] = f64::NAN;
+            problem.initial_depth[cell] = 0.0;
+        }
+        let edge = vec![[Vec2::new(95.0, 0.0), Vec2::new(95.0, 22.5)]];
+        match condition {
+            Some(condition) => problem.forcing.boundaries.push(Boundary { segments: edge, condition }),
+            None => problem.open_edges = OpenEdges { segments: edge, reach: 0.5, whole_outline: false },
+        }
+        let mut solver = EulerianSolver::new(problem);
+        run_until(&mut solver, 60.0);
+        let ledger = solver.ledger();
+        assert!(ledger.outflow > 0.1 * ledger.initial, "{ledger:?}");
+        assert!(ledger.relative_error().abs() < 1e-12, "{ledger:?}");
+        assert!((0..360).filter(|cell| cell % 40 > 37).all(|cell| solver.water().depth[cell] <= 0.0));
+    }
+}

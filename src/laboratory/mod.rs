@@ -1,0 +1,55 @@
+//! Experiments and floods with measurements: scenarios that run as any other, and what their gauges say against those of the experiment.
+//!
+//! ```text
+//! Experiment ── scenarios/laboratory/NAME.yaml, a resolution, methods ──→ pipeline::run ──→ run folder ── judge ──→ Row, panels of a figure
+//! ```
+//!
+//! The data lie in the folder that `FLOODSIM_DATA` names; a case whose data are not there is left out, and says so. What is read of a run
+//! is what a planner reads: `tables/gauges.csv` and `tables/gauge_series.csv`.
+
+mod experiments;
+mod gauges;
+mod run;
+
+pub use experiments::{all, named};
+pub use gauges::{Series, root_mean_square};
+pub use run::{ExperimentResult, run_experiment};
+
+use crate::maps::GaugePanel;
+use crate::validation::Suite;
+use gauges::Run;
+
+/// An experiment or a flood with measurements.
+pub struct Experiment {
+    /// The name on the command line, and of the scenario.
+    pub name: &'static str,
+    /// The suite.
+    pub suite: Suite,
+    /// One sentence: what it tests, and against what.
+    pub about: &'static str,
+    /// The folder of its data.
+    pub data: &'static str,
+    /// Resolutions (m), the coarsest first; the first one is that of tests.
+    pub resolutions: [f64; 2],
+    /// Whether moving particles can run it: closed walls, no boundary with a condition.
+    pub can_move: bool,
+    /// What must hold at the finer resolution, in words; empty where there is nothing to hold it to.
+    pub bar: &'static str,
+    /// Looks at a run.
+    pub judge: fn(&Run) -> Result<Finding, String>,
+}
+
+/// What was found of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Finding {
+    /// How the error is averaged, such as `rmse_gauges`.
+    pub norm: &'static str,
+    /// Error of depth or level (m).
+    pub error: Option<f64>,
+    /// Whether the bar is met; none without a bar.
+    pub is_met: Option<bool>,
+    /// Single figures, in words.
+    pub note: String,
+    /// Measured and computed lines, one panel for each gauge.
+    pub panels: Vec<GaugePanel>,
+}

@@ -1,0 +1,135 @@
+//! Measured and computed lines beside each other: one panel for each gauge, all to one scale of time.
+
+use super::svg::{Drawing, Style, number, round_step, text_width};
+
+/// A computed line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaugeLine {
+    /// Name in the legend.
+    pub name: String,
+    /// Time (s) and value, times ascending.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// What was measured at a gauge, and what runs made of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaugePanel {
+    /// The gauge.
+    pub title: String,
+    /// Time (s) and value; a few points are marks, many a line; there may be none.
+    pub measured: Vec<(f64, f64)>,
+    /// Runs.
+    pub computed: Vec<GaugeLine>,
+}
+
+/// Colours that remain distinct for colour-blind readers, after `Okabe2008`.
+const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
+/// So few points are marks.
+const MARKS: usize = 12;
+const COLUMNS: usize = 2;
+const SIZE: (f64, f64) = (400.0, 170.0);
+const GAP: (f64, f64) = (80.0, 62.0);
+const CORNER: (f64, f64) = (70.0, 74.0);
+
+/// The panels as an SVG document; `unit_label` stands at the upright axes, such as `depth (m)`.
+pub fn comparison(title: &str, unit_label: &str, panels: &[GaugePanel]) -> String {
+    let mut drawing = Drawing::default();
+    drawing.text(CORNER.0, 30.0, Style::PLAIN.size(16.0).bold(), title);
+    let last = panels.iter().flat_map(points).map(|point| point.0).fold(0.0, f64::max);
+    for (k, panel) in panels.iter().enumerate() {
+        let (column, row) = ((k % COLUMNS) as f64, (k / COLUMNS) as f64);
+        let corner = (CORNER.0 + column * (SIZE.0 + GAP.0), CORNER.1 + row * (SIZE.1 + GAP.1));
+        draw(&mut drawing, panel, corner, last, unit_label);
+    }
+    let rows = panels.len().div_ceil(COLUMNS) as f64;
+    let (right, bottom) = (CORNER.0 + 2.0 * SIZE.0 + GAP.0, CORNER.1 + rows * (SIZE.1 + GAP.1));
+    legend(&mut drawing, panels, (CORNER.0, bottom - 6.0));
+    drawing.finish(right + 26.0, bottom + 16.0, title)
+}
+
+fn points(panel: &GaugePanel) -> impl Iterator<Item = &(f64, f64)> {
+    panel.measured.iter().chain(panel.computed.iter().flat_map(|line| &line.points)).filter(|point| point.1.is_finite())
+}
+
+fn draw(drawing: &mut Drawing, panel: &GaugePanel, (left, top): (f64, f64), last: f64, unit_label: &str) {
+    let (width, height) = SIZE;
+    let least = points(panel).map(|point| point.1).fold(f64::INFINITY, f64::min);
+    let greatest = points(panel).map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
+    let (least, greatest) = if least <= greatest { (least, greatest) } else { (0.0, 1.0) };
+    let value_step = round_step(((greatest - least) / 4.0).max(1e-6));
+    let (low, high) = ((least / value_step).floor() * value_step, (greatest / value_step).ceil() * value_step);
+    let high = if high > low { high } else { low + value_step };
+    // Times in hours for floods, in seconds for the laboratory.
+    let (unit, per_unit) = match last {
+        last if last >= 7200.0 => ("h", 3600.0),
+        last if last >= 600.0 => ("min", 60.0),
+        _ => ("s", 1.0),
+    };
+    let time_step = round_step((last / per_unit / 6.0).max(1e-6));
+    let x = |time: f64| left + time / last.max(1e-9) * width;
+    let y = |value: f64| top + height - (value - low) / (high - low) * height;
+    let label = Style::PLAIN.size(10.0);
+    for k in 0..=((high - low) / value_step).round() as usize {
+        let value = low + k as f64 * value_step;
+        drawing.line((left, y(value)), (left + width, y(value)), "#ddd", 0.8);
+        drawing.text(left - 6.0, y(value) + 3.5, label.anchor("end"), &number(value, value_step));
+    }
+    for k in 0..=(last / per_unit / time_step + 1e-9).floor() as usize {
+        let time = k as f64 * time_step;
+        let place = x(time * per_unit);
+        drawing.line((place, top), (place, top + height), "#eee", 0.8);
+        drawing.text(place, top + height + 14.0, label.anchor("middle"), &number(time, time_step));
+    }
+    drawing.rectangle((left, top), (width, height), "none", "#333");
+    drawing.text(left, top - 8.0, Style::PLAIN.bold(), &panel.title);
+    drawing.text(left + width / 2.0, top + height + 29.0, label.anchor("middle"), &format!("time ({unit})"));
+    drawing.turned_text(left - 48.0, top + height / 2.0, -90.0, label.anchor("middle"), unit_label);
+    let path = |points: &[(f64, f64)]| {
+        let sound = points.iter().filter(|point| point.1.is_finite());
+        sound.map(|(time, value)| format!("{:.1},{:.1}", x(*time), y(*value))).collect::<Vec<_>>().join(" ")
+    };
+    if panel.measured.len() > MARKS {
+        let path = path(&panel.measured);
+        drawing.raw(format_args!(r#"<polyline points="{path}" fill="none" stroke="black" stroke-width="1.6"/>"#));
+    } else {
+        for (time, value) in &panel.measured {
+            drawing.raw(format_args!(r#"<circle cx="{:.1}" cy="{:.1}" r="3.5" fill="black"/>"#, x(*time), y(*value)));
+        }
+    }
+    for (line, colour) in panel.computed.iter().zip(COLOURS.iter().cycle()) {
+        let path = path(&line.points);
+        drawing.raw(format_args!(r#"<polyline points="{path}" fill="none" stroke="{colour}" stroke-width="1.3"/>"#));
+    }
+}
+
+fn legend(drawing: &mut Drawing, panels: &[GaugePanel], (mut x, y): (f64, f64)) {
+    let has_measured = panels.iter().any(|panel| !panel.measured.is_empty());
+    let runs = panels.first().map_or(&[][..], |panel| &panel.computed[..]);
+    let names = has_measured.then_some(("measured or published", "black")).into_iter();
+    let names = names.chain(runs.iter().map(|line| line.name.as_str()).zip(COLOURS.iter().copied().cycle()));
+    for (name, colour) in names {
+        drawing.line((x, y - 4.0), (x + 22.0, y - 4.0), colour, 2.2);
+        drawing.text(x + 28.0, y, Style::PLAIN, name);
+        x += 52.0 + text_width(name, 11.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_run_through_their_panels() {
+        let line = GaugeLine { name: "5 cm".to_string(), points: vec![(0.0, 0.0), (30.0, 0.4)] };
+        let many = (0..20).map(|k| (f64::from(k), 0.2)).collect();
+        let panels = [
+            GaugePanel { title: "G1 & G2".to_string(), measured: vec![(15.0, 0.2)], computed: vec![line.clone()] },
+            GaugePanel { title: "G3".to_string(), measured: many, computed: vec![line] },
+        ];
+        let drawn = comparison("Depths", "depth (m)", &panels);
+        assert!(drawn.contains(r#"points="70.0,244.0 470.0,74.0""#), "{drawn}");
+        assert!(drawn.contains(r#"<circle cx="270.0" cy="159.0""#) && drawn.contains("G1 &amp; G2"));
+        assert_eq!(drawn.matches("measured or published").count(), 1);
+        assert_eq!(drawn.matches("<polyline").count(), 3);
+    }
+}
