@@ -181,7 +181,6 @@ impl EulerianSolver {
         self.open.apply(state, scale, self.methods, (self.time, self.time + time_step));
         update::limit_outflow(state, active, scale, stage, time_step);
         update::apply(state, active, scale, stage, time_step);
-        self.walls.drain(state);
         // Each of the two stages carries half of the step's exchange.
         let carried = 0.5 * time_step * scale.spacing;
         let (coming, leaving) = self.open.rates(state);

@@ -39,8 +39,6 @@ const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 pub(crate) struct Walls {
     faces: Vec<Vec<SpecialFace>>,
     cells: Vec<Vec<WallCell>>,
-    /// Cells (row, column) without terrain to which water comes over an open edge.
-    beyond: Vec<(usize, usize)>,
 }
 
 /// Offset (column, row) from the owner of a face to its other particle.
@@ -55,8 +53,7 @@ fn shift(index: usize, offset: isize) -> usize {
 impl Walls {
     pub fn new(problem: &FlowProblem, state: &State) -> Self {
         let spacing = problem.bed.lattice.spacing;
-        let none = || vec![Vec::new(); state.rows + 2];
-        let mut walls = Walls { faces: none(), cells: vec![Vec::new(); state.rows + 2], beyond: Vec::new() };
+        let mut walls = Walls { faces: vec![Vec::new(); state.rows + 2], cells: vec![Vec::new(); state.rows + 2] };
         let mut blocked = vec![vec![(0u8, 0u8); state.columns + 2]; state.rows + 2];
         let cut = crossed_faces(problem, state);
         for row in 0..=state.rows {
@@ -78,9 +75,6 @@ impl Walls {
                     let goes_on = is_edge && problem.forcing.boundary_at(middle).is_some();
                     let open = is_edge && !goes_on && problem.open_edges.is_open(middle);
                     walls.faces[row].push(SpecialFace { column, direction, open });
-                    if open || goes_on {
-                        walls.beyond.push(if here { (r, c) } else { (row, column) });
-                    }
                     let mark =
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
                     blocked[row][column].0 |= mark((dc, dr));
@@ -151,16 +145,6 @@ impl Walls {
                 }
             }
         });
-    }
-
-    /// Takes away what came over an open edge to cells of the lattice that have no terrain: it has left.
-    pub fn drain(&self, state: &mut State) {
-        for &(row, column) in &self.beyond {
-            let water = &mut state.water[row];
-            (water.depth[column], water.discharge_x[column], water.discharge_y[column]) = (0.0, 0.0, 0.0);
-            (water.stage_depth[column], water.stage_discharge_x[column], water.stage_discharge_y[column]) =
-                (0.0, 0.0, 0.0);
-        }
     }
 
     /// Rate at which water leaves through open faces now, per metre of face (m²/s).
