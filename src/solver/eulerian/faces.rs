@@ -16,8 +16,7 @@
 //! none a, b and the slopes of d are 0; with `lax_friedrichs` the flux of that name stands in (M16).
 //!
 //! (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the
-//! mirrored value of the reconstruction positive. Levels enter as differences only: on a level bed they change as depths
-//! do, to the last digit.
+//! mirrored value of the reconstruction positive.
 
 use rayon::prelude::*;
 
@@ -66,13 +65,15 @@ pub(crate) fn through_face(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f
     let star = larger(0.5 * (c_l + c_r) + 0.25 * (u_left - u_right), 0.0);
     let is_to_right = 0.5 * (u_left + u_right) + (c_l - c_r) > 0.0;
     // Seen from the side that the contact leaves behind, towards the other.
-    let (behind_c, behind_u) = if is_to_right { (c_l, u_left) } else { (c_r, -u_right) };
+    let (behind_d, behind_c, behind_u) = if is_to_right { (d_l, c_l, u_left) } else { (d_r, c_r, -u_right) };
     let is_past_shock = star > behind_c && behind_u < 0.5 * (star + behind_c);
     let highest = if is_past_shock { star } else { behind_c };
     let c = smaller(larger((behind_u + 2.0 * behind_c) * (1.0 / 3.0), star), highest);
     let towards = behind_u + 2.0 * (behind_c - c);
     let u = if is_to_right { towards } else { -towards };
-    let d = c * c / g;
+    // By its ratio to the depth behind: water at rest keeps its depth to the last digit.
+    let ratio = if behind_c > 0.0 { c / behind_c } else { 0.0 };
+    let d = behind_d * (ratio * ratio);
     let (volume, momentum) = hll((d_l, c_l, u_l), (d_r, c_r, u_r), g);
     let share = if star > behind_c { behind_c / star } else { 1.0 };
     // Beside a dry side the waves of HLL have no meaning, and nothing comes from one that the contact leaves behind.
@@ -193,7 +194,7 @@ fn share_of_mean(particle: Half) -> f64 {
 #[inline(always)]
 fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
     let Numbers { g, dry_depth, slopes, .. } = numbers;
-    let jump_eta = surface_difference(i.d, j.d, j.z - i.z, dry_depth);
+    let jump_eta = surface_difference((i.d, i.z), (j.d, j.z), dry_depth);
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
     let limited = |rise: f64, jump: f64, share: f64| {
         let other = 2.0 * rise - jump;
@@ -210,16 +211,16 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let half_j = |rise: f64, jump: f64| slopes * limited(rise, jump, share_j);
     let (a_1, a_2) = (half_i(i.rise_eta, jump_eta), half_j(j.rise_eta, jump_eta));
     let jump_d = j.d - i.d;
-    let (h_i, h_j) = (clamp(half_i(i.rise_d, jump_d), -i.d, i.d), clamp(half_j(j.rise_d, jump_d), -j.d, j.d));
-    let (d_i, d_j) = (i.d + h_i, j.d - h_j);
+    let d_i = clamp(i.d + half_i(i.rise_d, jump_d), 0.0, 2.0 * i.d);
+    let d_j = clamp(j.d - half_j(j.rise_d, jump_d), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
     let u_l = i.u + half_i(i.rise_u, jump_u);
     let u_r = j.u - half_j(j.rise_u, jump_u);
-    // Heights of the beds at the face: where level and depth change alike, that of the particle to the last digit.
-    let (z_l, z_r) = (i.z + (a_1 - h_i), j.z - (a_2 - h_j));
-    let sill = smaller(larger(z_l, z_r), larger(i.z, j.z));
-    let d_l = clamp(d_i - (sill - z_l), 0.0, d_i);
-    let d_r = clamp(d_j - (sill - z_r), 0.0, d_j);
+    // From levels, which are equal to the last digit in a lake at rest.
+    let (eta_l, eta_r) = (i.z + i.d + a_1, j.z + j.d - a_2);
+    let sill = smaller(larger(eta_l - d_i, eta_r - d_j), larger(i.z, j.z));
+    let d_l = clamp(eta_l - sill, 0.0, d_i);
+    let d_r = clamp(eta_r - sill, 0.0, d_j);
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let jump_t = j.v_t - i.v_t;
     let t_i = i.v_t + slopes * along(share_i) * limited(i.rise_t, jump_t, share_i);

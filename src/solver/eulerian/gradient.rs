@@ -35,11 +35,11 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
     });
 }
 
-/// Difference of surface levels (m) after the dry rule, from the difference of the beds (m): on a level bed it is that of the
-/// depths to the last digit.
+/// Difference of surface levels (m) after the dry rule, between particles of which depth and bed elevation (m) are given. The
+/// levels are summed first: those of a lake at rest are then equal to the last digit.
 #[inline(always)]
-pub(crate) fn surface_difference(depth_i: f64, depth_j: f64, bed_difference: f64, dry_depth: f64) -> f64 {
-    let difference = (depth_j - depth_i) + bed_difference;
+pub(crate) fn surface_difference((depth_i, bed_i): (f64, f64), (depth_j, bed_j): (f64, f64), dry_depth: f64) -> f64 {
+    let difference = (bed_j + depth_j) - (bed_i + depth_i);
     let hill = (depth_j <= dry_depth && difference > 0.0) || (depth_i <= dry_depth && difference < 0.0);
     if hill { 0.0 } else { difference }
 }
@@ -73,10 +73,10 @@ fn row_gradient(
         let out_x = &mut out.surface_x[from..to];
         let out_y = &mut out.surface_y[from..to];
         for k in 0..len {
-            let east = surface_difference(depth[k], depth_e[k], e[k] - bed[k], dry);
-            let west = surface_difference(depth[k], depth_w[k], w[k] - bed[k], dry);
-            let north = surface_difference(depth[k], depth_n[k], n[k] - bed[k], dry);
-            let south = surface_difference(depth[k], depth_s[k], s[k] - bed[k], dry);
+            let east = surface_difference((depth[k], bed[k]), (depth_e[k], e[k]), dry);
+            let west = surface_difference((depth[k], bed[k]), (depth_w[k], w[k]), dry);
+            let north = surface_difference((depth[k], bed[k]), (depth_n[k], n[k]), dry);
+            let south = surface_difference((depth[k], bed[k]), (depth_s[k], s[k]), dry);
             let scale = if depth[k] > dry { per_two_spacings } else { 0.0 };
             out_x[k] = scale * (east - west);
             out_y[k] = scale * (north - south);

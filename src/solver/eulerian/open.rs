@@ -293,9 +293,10 @@ impl Face {
         let (rise, rise_d, rise_u) = match (wet(self.behind), wet(self.further)) {
             (None, _) => (0.0, 0.0, 0.0),
             (Some(b), further) => {
-                let jump = (surface_difference(b.0, depth, bed - b.1, scale.dry_depth), depth - b.0, outwards - b.2);
-                let before = further
-                    .map_or(jump, |f| (surface_difference(f.0, b.0, b.1 - f.1, scale.dry_depth), b.0 - f.0, b.2 - f.2));
+                let jump = (surface_difference((b.0, b.1), (depth, bed), scale.dry_depth), depth - b.0, outwards - b.2);
+                let before = further.map_or(jump, |f| {
+                    (surface_difference((f.0, f.1), (b.0, b.1), scale.dry_depth), b.0 - f.0, b.2 - f.2)
+                });
                 let half = |a: f64, b: f64| 0.5 * van_leer(a, b);
                 (half(jump.0, before.0), half(jump.1, before.1), half(jump.2, before.2))
             }

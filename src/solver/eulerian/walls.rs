@@ -240,9 +240,8 @@ fn correct(
             let there = &primitive[j_row];
             let differences = [
                 super::gradient::surface_difference(
-                    here.depth[i],
-                    there.depth[j],
-                    ground[j_row].bed[j] - ground[row].bed[i],
+                    (here.depth[i], ground[row].bed[i]),
+                    (there.depth[j], ground[j_row].bed[j]),
                     scale.dry_depth,
                 ),
                 there.depth[j] - here.depth[i],
