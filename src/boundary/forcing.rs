@@ -1,7 +1,7 @@
 //! What brings water in or takes it out, and where it is measured on its way: open boundaries, sources, rain, cross-sections.
 
-use super::Series;
 use super::wall::distance_to_segment;
+use super::{Breach, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -115,6 +115,8 @@ pub struct Forcing {
     pub sources: Vec<PointSource>,
     /// Rain.
     pub rain: Option<Rain>,
+    /// A dam that breaks.
+    pub breach: Option<Breach>,
     /// Cross-sections: the straight pieces of each in local coordinates (m), from the left to the right bank.
     pub sections: Vec<Vec<[Vec2; 2]>>,
 }

@@ -1,6 +1,7 @@
 //! Where the water ends, and where it comes and goes: the outline of the terrain, walls, the mirror images or virtual particles that
-//! stand for them, open edges, and the forcing by boundaries, sources and rain.
+//! stand for them, open edges, and the forcing by boundaries, sources and rain; a dam that breaks.
 
+mod breach;
 mod forcing;
 mod image;
 mod open_edges;
@@ -9,6 +10,7 @@ mod series;
 mod virtual_particles;
 mod wall;
 
+pub use breach::{Breach, DamCell, GrowthLaw, Opening, Trigger};
 pub use forcing::{Boundary, Condition, Forcing, PointSource, Rain, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use open_edges::OpenEdges;

@@ -70,6 +70,8 @@ pub enum Command {
     Validate(ValidateArguments),
     /// Chart speed against accuracy of chosen methods on the built-in cases: CSV, and an SVG for each case and error
     Chart(ChartArguments),
+    /// Print what common formulas say of the breach of an embankment dam, beside each other
+    Breach(BreachArguments),
     /// Write a commented scenario to start from
     New {
         /// The new file; an existing one is never replaced
@@ -147,6 +149,29 @@ pub enum ResolutionsArgument {
     Test,
     /// All: minutes
     Full,
+}
+
+/// How a dam fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeArgument {
+    /// Water runs over the crest
+    Overtopping,
+    /// Water runs through the dam
+    Piping,
+}
+
+/// The dam of which `breach` tells.
+#[derive(Args, Debug)]
+pub struct BreachArguments {
+    /// Water above the bottom of the breach (m³), such as 1e7
+    #[arg(long, value_name = "M3")]
+    pub volume: f64,
+    /// Height of the breach (m), from its bottom to the crest
+    #[arg(long, value_name = "M")]
+    pub height: f64,
+    /// How the dam fails
+    #[arg(long, value_enum, default_value = "overtopping")]
+    pub mode: ModeArgument,
 }
 
 /// The arguments of a validation.

@@ -3,6 +3,7 @@
 //! stdout carries results, stderr progress and errors; there are no colours and no questions.
 
 mod args;
+mod breach;
 mod chart;
 mod check;
 mod documents;
@@ -43,6 +44,7 @@ pub fn main(stages: &Stages) -> ExitCode {
         Some(Command::Report { folder }) => report_folder(&folder),
         Some(Command::Validate(arguments)) => validate::validate(&arguments),
         Some(Command::Chart(arguments)) => chart::chart(&arguments),
+        Some(Command::Breach(arguments)) => breach::breach(&arguments),
         Some(Command::New { file }) => documents::write_starter(&file),
         Some(Command::Schema) => documents::schema(),
         Some(Command::Completions { shell }) => documents::completions(shell),

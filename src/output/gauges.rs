@@ -109,6 +109,17 @@ impl GaugeRecorder {
         }
     }
 
+    /// Takes another bed (m) of a cell.
+    pub(super) fn set_bed(&mut self, cell: usize, elevation: f64) {
+        self.bed_elevation[cell] = elevation;
+        for reading in self.readings.iter_mut().flatten() {
+            if reading.weights.iter().any(|(near, _)| *near == cell) {
+                let bed = reading.weights.iter().map(|&(near, weight)| weight * self.bed_elevation[near]).sum();
+                reading.result.bed = Some(bed);
+            }
+        }
+    }
+
     /// Takes the water after a compute step from `before` to `after` (s); `maxima` still holds the step before. The first
     /// call, at time 0, has no length.
     pub(super) fn step(&mut self, before: f64, after: f64, maxima: &Maxima, water: &WaterOnLattice<'_>) {

@@ -11,6 +11,8 @@
 //!
 //! Outside the terrain every grid holds [`FILL`].
 
+use std::collections::BTreeMap;
+
 use super::frames::Frame;
 use super::maxima::LatticeMaps;
 use super::{Gauge, WET_DEPTH};
@@ -111,6 +113,11 @@ impl OutputGrid {
         grid
     }
 
+    /// Takes another bed (m, NaN without terrain) for the frames from now on.
+    pub(super) fn set_bed(&mut self, bed_elevation: &[f64]) {
+        self.mean_bed = self.mean_of_terrain(bed_elevation);
+    }
+
     /// Number of cells.
     pub fn len(&self) -> usize {
         self.columns * self.rows
@@ -172,8 +179,9 @@ impl OutputGrid {
         frame
     }
 
-    /// The maps of the run on the grid, with the bed they were computed on (m, NaN without terrain).
-    pub fn maps(&self, maps: &LatticeMaps, bed_elevation: &[f64]) -> GridMaps {
+    /// The maps of the run on the grid, with the bed at its end (m, NaN without terrain), and the greatest level (m) of the cells
+    /// whose bed changed.
+    pub fn maps(&self, maps: &LatticeMaps, bed_elevation: &[f64], highest: &BTreeMap<usize, f64>) -> GridMaps {
         let terrain = |value: fn(&LatticeMaps, usize) -> f64| {
             self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { value(maps, index) })
         };
@@ -184,7 +192,8 @@ impl OutputGrid {
             max_depth: terrain(|maps, index| maps.max_depth[index]),
             max_water_level: self.sample(|index| {
                 let depth = maps.max_depth[index];
-                if depth > WET_DEPTH { bed_elevation[index] + depth } else { f64::NAN }
+                let level = || highest.get(&index).copied().unwrap_or(bed_elevation[index] + depth);
+                if depth > WET_DEPTH { level() } else { f64::NAN }
             }),
             max_speed: terrain(|maps, index| maps.max_speed[index]),
             max_depth_velocity: terrain(|maps, index| maps.max_depth_velocity[index]),

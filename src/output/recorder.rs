@@ -1,10 +1,12 @@
 //! Follows a run step by step and keeps what becomes its maps, frames, gauge series and mass balance.
 
-use super::Gauge;
+use std::collections::BTreeMap;
+
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
 use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample};
 use super::grid::{GridMaps, OutputGrid};
 use super::maxima::{LatticeMaps, Maxima};
+use super::{Gauge, WET_DEPTH};
 use crate::error::Error;
 use crate::lattice::{Lattice, WaterOnLattice};
 use crate::math::Vec2;
@@ -43,6 +45,10 @@ pub struct Recorder {
     bed_elevation: Vec<f64>,
     columns: usize,
     grid: OutputGrid,
+    /// Whether the bed changed since the grid last took it.
+    is_grid_behind: bool,
+    /// Cells whose bed may change, and the greatest level (m) that they saw.
+    highest: BTreeMap<usize, f64>,
     maxima: Maxima,
     frames: Schedule,
     gauges: GaugeRecorder,
@@ -84,6 +90,8 @@ impl Recorder {
         Recorder {
             columns: lattice.columns,
             grid: OutputGrid::new(&lattice, cell, &bed_elevation),
+            is_grid_behind: false,
+            highest: BTreeMap::new(),
             maxima: Maxima::new(lattice.len(), lattice.columns, &thresholds, rise_on_wet),
             frames: Schedule::new(plan.every, plan.end_time),
             gauges: GaugeRecorder::new(
@@ -106,6 +114,28 @@ impl Recorder {
         &self.grid
     }
 
+    /// Takes the bed (m) of the cells where it may change. To be called before the water of the same moment is taken; a level
+    /// within the step before counts from the bed at its end.
+    pub fn set_bed(&mut self, cells: &[(usize, f64)]) {
+        for &(cell, elevation) in cells {
+            self.highest.entry(cell).or_insert(f64::NEG_INFINITY);
+            if self.bed_elevation[cell].to_bits() != elevation.to_bits() {
+                self.bed_elevation[cell] = elevation;
+                self.gauges.set_bed(cell, elevation);
+                self.is_grid_behind = true;
+            }
+        }
+    }
+
+    /// Follows the greatest level where the bed may change.
+    fn follow_levels(&mut self, water: &WaterOnLattice<'_>) {
+        for (&cell, highest) in &mut self.highest {
+            if water.depth[cell] > WET_DEPTH {
+                *highest = highest.max(self.bed_elevation[cell] + water.depth[cell]);
+            }
+        }
+    }
+
     /// Takes the water at time 0 and hands out the first frame.
     ///
     /// # Errors
@@ -117,6 +147,7 @@ impl Recorder {
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         self.maxima.start(0.0, water);
+        self.follow_levels(water);
         self.previous_volumes = volumes;
         self.gauges.step(0.0, 0.0, &self.maxima, water);
         self.hand_out_frames(0.0, water, volumes, sink)
@@ -137,6 +168,7 @@ impl Recorder {
         self.gauges.step(self.time, time_after, &self.maxima, water);
         self.hand_out_frames(time_after, water, volumes, sink)?;
         self.maxima.step(self.time, time_after, water);
+        self.follow_levels(water);
         self.previous_volumes = volumes;
         self.time = time_after;
         Ok(())
@@ -148,7 +180,7 @@ impl Recorder {
         let (gauge_results, gauge_samples) = self.gauges.finish();
         Recording {
             end_time: self.time,
-            maps: self.grid.maps(&lattice_maps, &self.bed_elevation),
+            maps: self.grid.maps(&lattice_maps, &self.bed_elevation, &self.highest),
             gauge_results,
             gauge_samples,
             mass_balance: self.mass_balance,
@@ -164,6 +196,9 @@ impl Recorder {
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         while let Some(time) = self.frames.due(time_after) {
+            if std::mem::take(&mut self.is_grid_behind) {
+                self.grid.set_bed(&self.bed_elevation);
+            }
             let share = share_of_step(time, self.time, time_after);
             let frame = self.frame(time, share, water);
             let volumes = self.previous_volumes.between(&volumes, share);

@@ -1,5 +1,6 @@
 //! The formulas of the model, one method per file: no files, no threads, no errors, no allocation. Imports only `math`.
 
+pub mod breach;
 pub mod dimension;
 pub mod flux;
 pub mod friction;

@@ -184,6 +184,7 @@ impl Run<'_> {
         };
         self.manifest.particles.initial = solver.particles();
         let ledger = solver.ledger();
+        recorder.set_bed(solver.bed_now());
         recorder.start(&solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
         let mut steps = progress::StepStatistics::default();
         let mut early = None;
@@ -198,6 +199,7 @@ impl Run<'_> {
             }
             steps.count(&choice, solver.particles());
             let (time, ledger) = (solver.time(), solver.ledger());
+            recorder.set_bed(solver.bed_now());
             recorder.step(time, &solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
             sections.step(time, solver.sections().iter().map(|flow| (flow.discharge, flow.volume)));
             progress.show(time, solver.particles(), &choice, ledger.relative_error());

@@ -3,6 +3,7 @@
 //! What a run needs is handed on in [`Prepared`]: the riverbed and the still water on it, walls and open edges for the
 //! solver, gauges and the reference system for the outputs.
 
+mod breach;
 mod findings;
 mod forcing;
 mod grid;
@@ -168,6 +169,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         .unwrap_or_default();
     let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
     let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
+    let dam = breach::open(scenario, crs.as_ref(), &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
         terrain,
@@ -187,7 +189,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        place_on_lattice(scenario, &mut prepared, lines, (&mut opened, &rough), bodies, &mut findings);
+        place_on_lattice(scenario, &mut prepared, lines, (&mut opened, &rough, dam.as_ref()), bodies, &mut findings);
     }
     prepared.sections = opened.sections;
     prepared.problems = findings.into_problems();
@@ -202,7 +204,7 @@ fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    (opened, rough): (&mut forcing::Opened, &roughness::Opened),
+    (opened, rough, dam): (&mut forcing::Opened, &roughness::Opened, Option<&breach::Opened>),
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -215,13 +217,19 @@ fn place_on_lattice(
     };
     let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.roughness.manning.unwrap_or(0.0));
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
+    let breach = breach::on_lattice(dam, scenario, &mut bed, findings);
     for (source, pieces) in scenario.walls.iter().zip(walls) {
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
     prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);
     water::check(&mut bodies, &bed, findings);
-    let still_water = water::fill(&bodies, &mut bed, terrain, &prepared.walls, findings);
+    let surface = breach::WithDam::new(terrain, &lattice, breach.as_ref());
+    let still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
+    if let Some(breach) = &breach {
+        breach::check_level(scenario, breach, &bed, &still_water, findings);
+    }
+    prepared.forcing.breach = breach;
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain, findings);
     }
@@ -252,6 +260,7 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     });
     let vectors = scenario.initial.iter().map(|water| &water.polygons.value.path);
     let walls = scenario.walls.iter().map(|source| &source.value.path);
+    let dam = scenario.breach.iter().map(|breach| &breach.dam.value.path);
     let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
     let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
     let roughness = &scenario.roughness;
@@ -259,7 +268,15 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let rough = rough.chain(roughness.polygons.iter().map(|file| &file.value.path));
     let forcing = forcing_files(scenario);
     let mut paths: Vec<PathBuf> = Vec::new();
-    for path in layers.chain(rough).chain(vectors).chain(walls).chain(open).chain(forcing).chain(sections).chain(gauges)
+    for path in layers
+        .chain(rough)
+        .chain(vectors)
+        .chain(walls)
+        .chain(dam)
+        .chain(open)
+        .chain(forcing)
+        .chain(sections)
+        .chain(gauges)
     {
         let is_shapefile = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("shp"));
         let side_files = ["dbf", "shx", "prj"].iter().filter(|_| is_shapefile).map(|e| path.with_extension(e));

@@ -6,14 +6,13 @@ use super::StillBody;
 use super::findings::Findings;
 use super::places::features;
 use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
-use crate::bed::BedParticles;
+use crate::bed::{BedParticles, Surface};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
 use crate::seeding::{self, Leak, StillWater, fill_still_water};
-use crate::terrain::Terrain;
 use crate::vector::Feature;
 
 /// Names of the attribute that holds the level, when the scenario names none.
@@ -175,13 +174,13 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &m
 pub(super) fn fill(
     bodies: &[SourcedBody],
     bed: &mut BedParticles,
-    terrain: &Terrain,
+    surface: &impl Surface,
     walls: &[[Vec2; 2]],
     findings: &mut Findings,
 ) -> StillWater {
     let plain = |body: &StillBody| seeding::StillBody { polygon: body.polygon.clone(), level: body.level };
     let plain: Vec<seeding::StillBody> = bodies.iter().map(|body| plain(&body.body)).collect();
-    let water = fill_still_water(&plain, bed, terrain, walls);
+    let water = fill_still_water(&plain, bed, surface, walls);
     for (body, volume) in bodies.iter().zip(&water.volumes) {
         let leaks: Vec<&Leak> = volume.leaks.iter().filter(|leak| leak.depth > NEGLIGIBLE_LEAK).collect();
         if let Some(deepest) = leaks.first() {

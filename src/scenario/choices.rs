@@ -8,7 +8,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
 };
-use super::model::{PointInterpolation, Side, Sourced};
+use super::model::{GrowthLaw, PointInterpolation, Side, Sourced};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
 
@@ -97,6 +97,14 @@ impl Choice for Side {
             ("west", Side::West),
             ("all", Side::All),
         ]
+    }
+}
+
+impl Choice for GrowthLaw {
+    const WHAT: &'static str = "a law of growth";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("instantaneous", GrowthLaw::Instantaneous), ("linear", GrowthLaw::Linear), ("sine", GrowthLaw::Sine)]
     }
 }
 

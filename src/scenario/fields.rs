@@ -112,6 +112,10 @@ kinds! {
     Length: LENGTH, "20 m", "greater than 0", |value| value > 0.0;
     /// A span of time (s).
     Duration: TIME, "100 s", "greater than 0", |value| value > 0.0;
+    /// A time of the run (s).
+    Moment: TIME, "0 s", "0 or more", |value| value >= 0.0;
+    /// A slope of the sides of a breach (dimensionless, horizontal to vertical).
+    SideSlope: NUMBER, "1.0", "between 0 (vertical) and 10, horizontal to vertical", |value| (0.0..=10.0).contains(&value);
     /// The end of a run (s).
     EndTime: TIME, "1 h 30 min", "greater than 0 and at most 366 d", |value| value > 0.0 && value <= 366.0 * 86_400.0;
     /// A discharge (m³/s).

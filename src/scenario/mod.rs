@@ -3,6 +3,7 @@
 //! A text goes through `tree` (values with places), `preset` (a named set of choices becomes single ones), `read` and `schema` (typed sections, all problems), and `resolve`
 //! (defaults) into the `Scenario` of `model`; `resolved_yaml` writes it down again.
 
+pub mod breach;
 pub mod choices;
 mod defaults;
 pub mod fields;

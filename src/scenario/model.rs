@@ -230,6 +230,63 @@ pub enum RainAmount {
     },
 }
 
+/// A dam that breaks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Breach {
+    /// The file with its line.
+    pub dam: Sourced<VectorSource>,
+    /// Level of its crest (m); from the attribute `crest_field` of the line when absent.
+    pub crest: Option<Sourced<f64>>,
+    /// Attribute that holds the crest; `crest_m` or `crest` when absent.
+    pub crest_field: Option<String>,
+    /// When it begins.
+    pub trigger: BreachTrigger,
+    /// The final opening; the whole dam when absent.
+    pub shape: Option<BreachShape>,
+    /// How it grows.
+    pub law: GrowthLaw,
+    /// How long it grows (s); none where it opens at once.
+    pub duration: Option<Sourced<f64>>,
+}
+
+/// When a breach begins.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BreachTrigger {
+    /// At a time (s).
+    At(Sourced<f64>),
+    /// When the water at a place reaches a level.
+    Level {
+        /// The level (m).
+        level: Sourced<f64>,
+        /// The place in the coordinates of the run (m).
+        place: Sourced<[f64; 2]>,
+    },
+}
+
+/// A trapezoid in the long profile of a dam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BreachShape {
+    /// Width of its bottom (m).
+    pub bottom_width: Sourced<f64>,
+    /// Slope of its sides, horizontal to vertical.
+    pub side_slope: f64,
+    /// Level of its bottom (m).
+    pub invert: Sourced<f64>,
+    /// A place in its middle in the coordinates of the run (m); the middle of the dam when absent.
+    pub position: Option<Sourced<[f64; 2]>>,
+}
+
+/// How a breach grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GrowthLaw {
+    /// All at once.
+    Instantaneous,
+    /// In proportion to the time.
+    Linear,
+    /// Slow at the beginning and at the end.
+    Sine,
+}
+
 /// A side of the rectangle of the terrain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
@@ -335,6 +392,8 @@ pub struct Scenario {
     pub sources: Vec<Sourced<Source>>,
     /// Rain.
     pub rain: Option<Sourced<Rain>>,
+    /// A dam that breaks.
+    pub breach: Option<Breach>,
     /// Distance of two particles (m).
     pub resolution: Sourced<f64>,
     /// End time (s).

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use super::choices::{Choice, ElevationUnit};
 use super::model::{
-    BoundaryCondition, CrsChoice, OpenBoundary, PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace,
-    Sourced, TableFile, TerrainLayer, Timed, VectorSource,
+    BoundaryCondition, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary, PointInterpolation, RainAmount, Roughness,
+    Scenario, Side, SourcePlace, Sourced, TableFile, TerrainLayer, Timed, VectorSource,
 };
 
 impl Scenario {
@@ -16,7 +16,10 @@ impl Scenario {
     pub fn to_yaml(&self) -> String {
         let mut text = String::from("# The scenario with every default filled in; running it gives the same run.\n");
         // Writing to a string cannot fail.
-        let _ = self.write_place(&mut text).and_then(|()| self.write_run(&mut text));
+        let _ = self
+            .write_place(&mut text)
+            .and_then(|()| self.write_breach(&mut text))
+            .and_then(|()| self.write_run(&mut text));
         text
     }
 
@@ -143,6 +146,37 @@ impl Scenario {
         writeln!(text, "  losses: {{initial: {} m, constant: {} m/s}}", rain.initial_loss, rain.constant_loss)
     }
 
+    fn write_breach(&self, text: &mut String) -> std::fmt::Result {
+        let Some(breach) = &self.breach else { return Ok(()) };
+        writeln!(text, "breach:\n  dam: {}", quoted_vector(&breach.dam))?;
+        if let Some(crest) = &breach.crest {
+            writeln!(text, "  crest: {} m", crest.value)?;
+        }
+        if let Some(field) = &breach.crest_field {
+            writeln!(text, "  crest_field: {}", quoted(field))?;
+        }
+        match &breach.trigger {
+            BreachTrigger::At(at) => writeln!(text, "  trigger: {{at: {} s}}", at.value)?,
+            BreachTrigger::Level { level, place } => {
+                let [x, y] = place.value;
+                writeln!(text, "  trigger: {{level: {} m, at_point: [{x}, {y}]}}", level.value)?;
+            }
+        }
+        if let Some(shape) = &breach.shape {
+            let (width, slope, invert) = (shape.bottom_width.value, shape.side_slope, shape.invert.value);
+            write!(text, "  shape: {{bottom_width: {width} m, side_slope: {slope}, invert: {invert} m")?;
+            if let Some(place) = &shape.position {
+                write!(text, ", position: [{}, {}]", place.value[0], place.value[1])?;
+            }
+            writeln!(text, "}}")?;
+        }
+        let law = name_of(|candidate: &GrowthLaw| *candidate == breach.law);
+        match &breach.duration {
+            Some(duration) => writeln!(text, "  growth: {{law: {law}, duration: {} s}}", duration.value),
+            None => writeln!(text, "  growth: {law}"),
+        }
+    }
+
     fn write_run(&self, text: &mut String) -> std::fmt::Result {
         writeln!(text, "resolution: {} m\ntime:\n  end: {} s", self.resolution.value, self.end_time)?;
         if let Some(reference) = &self.reference_time {
@@ -241,7 +275,9 @@ fn quoted(text: &str) -> String {
 mod tests {
     use std::path::Path;
 
-    use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, Timed, resolve};
+    use crate::scenario::{
+        BoundaryCondition, BreachTrigger, OpenBoundary, RainAmount, Scenario, SourcePlace, Timed, resolve,
+    };
 
     /// The scenario without the places of its values, which differ between two files by nature.
     fn without_places(scenario: &Scenario) -> Scenario {
@@ -311,6 +347,18 @@ mod tests {
             }
         }
         plain.outputs.sections.iter_mut().for_each(|sections| sections.place = None);
+        if let Some(breach) = &mut plain.breach {
+            breach.dam.place = None;
+            breach.crest.iter_mut().chain(&mut breach.duration).for_each(|value| value.place = None);
+            match &mut breach.trigger {
+                BreachTrigger::At(at) => (at.place, at.key) = (None, String::new()),
+                BreachTrigger::Level { level, place } => (level.place, place.place) = (None, None),
+            }
+            if let Some(shape) = &mut breach.shape {
+                (shape.bottom_width.place, shape.invert.place) = (None, None);
+                shape.position.iter_mut().for_each(|place| place.place = None);
+            }
+        }
     }
 
     #[track_caller]
@@ -336,6 +384,22 @@ mod tests {
             "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
              resolution: 20 ft\ntime: {end: 1 h 30 min}\n",
         );
+    }
+
+    #[test]
+    fn a_breach_reads_back_as_itself() {
+        for breach in [
+            "{dam: dam.gpkg:crest, crest: 105 m}",
+            "{dam: dam.geojson, crest_field: top, trigger: {at: 3 min}, shape: {bottom_width: 40 ft, invert: 90 m}, \
+             growth: {law: linear, duration: 0.5 h}}",
+            "{dam: dam.geojson, trigger: {level: 104.5 m, at_point: [5.5, 6]}, \
+             shape: {bottom_width: 4 m, side_slope: 0, invert: 90 m, position: [7, 8.25]}, growth: {law: sine, duration: 9 s}}",
+        ] {
+            assert_round_trip(&format!(
+                "floodsim: 1\nterrain: dem.tif\nroughness: {{manning: 0.033}}\ninitial: [{{sea: a.geojson, level: 0.1 m}}]\n\
+                 resolution: 20 m\ntime: {{end: 1 h}}\nbreach: {breach}\n",
+            ));
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
+use super::breach::BreachSection;
 use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
@@ -46,6 +47,8 @@ section! {
         sources: Option<Vec<SourceEntry>>,
         /// Rain on the whole terrain.
         rain: Option<RainSection>,
+        /// A dam that breaks.
+        breach: Option<BreachSection>,
         /// Distance of two particles.
         resolution: Quantity<Length>,
         /// Simulated time.
@@ -387,6 +390,14 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .chain(node.get("rain").map(|rain| (rain, "rain")))
         .chain(outputs.map(|sections| (sections, "cross-sections")));
     let mut is_fit = true;
+    if let Some(breach) = node.get("breach").filter(|breach| breach.value != Value::Empty) {
+        let message = "moving particles know no dam that breaks";
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", breach.key.clone(), message)
+            .with_cause("its bed changes in time, and that of this motion stays the same")
+            .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`); for a dam that is gone at the start, take `breach` out");
+        reader.report(breach, problem);
+        is_fit = false;
+    }
     for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {
         let message = format!("moving particles know no {}", what.trim_start_matches("a "));
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", place.key.clone(), message)

@@ -5,7 +5,10 @@ pub mod lagrangian;
 pub mod moving;
 pub mod variational;
 
-pub use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rain, Rating, Series, edge_faces};
+pub use crate::boundary::{
+    Boundary, Breach, Condition, DamCell, Forcing, GrowthLaw, OpenEdges, Opening, PointSource, Rain, Rating, Series,
+    Trigger, edge_faces,
+};
 pub use eulerian::EulerianSolver;
 
 use crate::bed::BedParticles;
@@ -123,6 +126,14 @@ pub trait FlowSolver: Send {
     /// What passed the cross-sections of the problem; nothing where the core knows none.
     fn sections(&self) -> &[SectionFlow] {
         &[]
+    }
+    /// The cells whose bed may change in a run, and their elevation (m) now; none where the bed rests.
+    fn bed_now(&self) -> &[(usize, f64)] {
+        &[]
+    }
+    /// The time (s) at which the dam of the problem began to break, once it did.
+    fn breach_began(&self) -> Option<f64> {
+        None
     }
     /// Number of particles that carry water now.
     fn particles(&self) -> usize;

@@ -1,6 +1,7 @@
 //! The checks on tiny made inputs, one for each kind of bad input, and on real ones.
 
 mod bad_inputs;
+mod breach;
 mod malpasset;
 mod roughness;
 mod scene;

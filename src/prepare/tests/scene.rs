@@ -36,6 +36,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         boundaries: Vec::new(),
         sources: Vec::new(),
         rain: None,
+        breach: None,
         resolution: sourced("resolution", resolution),
         end_time: 10.0,
         reference_time: None,

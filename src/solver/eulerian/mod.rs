@@ -19,6 +19,7 @@
 //! Deliberately absent: moving particles, sensors, a floor for the depth. Source of the scheme: `Audusse2004`,
 //! `ChenNoelle2017`, `Vila1999`.
 
+mod breach;
 mod faces;
 mod gradient;
 mod inputs;
@@ -38,6 +39,7 @@ use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::scenario::methods::{Reconstruction, Stabilisation};
+use breach::Breaking;
 use inputs::Inputs;
 use open::OpenBoundaries;
 use primitive::Source;
@@ -56,6 +58,7 @@ pub struct EulerianSolver {
     walls: Walls,
     open: OpenBoundaries,
     inputs: Inputs,
+    breaking: Option<Breaking>,
     sections: Sections,
     lattice: crate::lattice::Lattice,
     /// Depth and discharges without the padding, for the recorder.
@@ -121,7 +124,11 @@ impl EulerianSolver {
             courant: problem.courant,
             dry_depth: problem.dry_depth,
         };
-        let state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
+        let mut state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
+        let mut breaking = Breaking::new(&problem);
+        if let Some(breaking) = &mut breaking {
+            breaking.follow(&mut state, 0.0, scale.dry_depth);
+        }
         let walls = Walls::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, &walls);
         let inputs = Inputs::new(&problem, &state);
@@ -136,6 +143,7 @@ impl EulerianSolver {
             walls,
             open,
             inputs,
+            breaking,
             sections,
             lattice,
             depth_out: vec![0.0; cells],
@@ -255,6 +263,9 @@ impl FlowSolver for EulerianSolver {
             choice.position = State::position(row, column, scale.spacing);
         }
         choice.time_step = self.inputs.longest_step(scale, self.time, choice.time_step);
+        if let Some(breaking) = &self.breaking {
+            choice.time_step = breaking.step_until_trigger(self.time, choice.time_step);
+        }
         choice
     }
 
@@ -268,6 +279,9 @@ impl FlowSolver for EulerianSolver {
         self.evaluate_primitive();
         self.time += time_step;
         self.steps += 1;
+        if let Some(breaking) = &mut self.breaking {
+            breaking.follow(&mut self.state, self.time, self.scale.dry_depth);
+        }
         let fastest = self.state.fastest();
         let position = State::position(fastest.row, fastest.column, self.scale.spacing);
         if !fastest.signal_speed.is_finite() {
@@ -311,6 +325,14 @@ impl FlowSolver for EulerianSolver {
 
     fn sections(&self) -> &[SectionFlow] {
         self.sections.flows()
+    }
+
+    fn bed_now(&self) -> &[(usize, f64)] {
+        self.breaking.as_ref().map_or(&[], Breaking::bed)
+    }
+
+    fn breach_began(&self) -> Option<f64> {
+        self.breaking.as_ref().and_then(Breaking::opened)
     }
 
     fn particles(&self) -> usize {

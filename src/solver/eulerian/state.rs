@@ -11,7 +11,7 @@ use crate::math::Vec2;
 /// Bed elevation (m) given to cells without terrain: above every surface, so that no water reaches them.
 pub(crate) const NO_TERRAIN: f64 = 1e6;
 
-/// What does not change during a run.
+/// The ground; only the bed of a dam that breaks changes during a run.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundRow {
     /// Bed elevation z_b (m), [`NO_TERRAIN`] where there is none.
@@ -217,13 +217,21 @@ impl State {
 fn find_steps(ground: &mut [GroundRow]) {
     for row in 1..ground.len() - 1 {
         for column in 1..ground[row].bed.len() - 1 {
-            let bed = ground[row].bed[column];
-            let neighbours = [(row, column - 1), (row, column + 1), (row - 1, column), (row + 1, column)]
-                .map(|(r, c)| ground[r].bed[c]);
-            let with_terrain = neighbours.into_iter().filter(|&neighbour| neighbour < NO_TERRAIN && bed < NO_TERRAIN);
-            ground[row].step[column] = with_terrain.map(|neighbour| (neighbour - bed).abs()).fold(0.0, f64::max);
+            ground[row].step[column] = step_of_bed(ground, row, column);
         }
     }
+}
+
+/// The greatest step of the bed (m) from a padded cell to one of its four neighbours; 0 in the ring around the lattice.
+pub(crate) fn step_of_bed(ground: &[GroundRow], row: usize, column: usize) -> f64 {
+    if row == 0 || column == 0 || row + 1 >= ground.len() || column + 1 >= ground[row].bed.len() {
+        return 0.0;
+    }
+    let bed = ground[row].bed[column];
+    let neighbours =
+        [(row, column - 1), (row, column + 1), (row - 1, column), (row + 1, column)].map(|(r, c)| ground[r].bed[c]);
+    let with_terrain = neighbours.into_iter().filter(|&neighbour| neighbour < NO_TERRAIN && bed < NO_TERRAIN);
+    with_terrain.map(|neighbour| (neighbour - bed).abs()).fold(0.0, f64::max)
 }
 
 /// Mean level (m) of the water by depth, from which elevations are counted here, or the lowest bed where there is none: a lake in

@@ -1,0 +1,137 @@
+//! Common formulas for the breach of an embankment dam: its width and the time in which it forms, from V_w (m³), the water above
+//! its bottom, and h (m), its height, which here stands for the depth of that water too.
+//!
+//! ```text
+//! Froehlich2008   B = 0.27 K V_w^0.32 h^0.04      K = 1.3 | 1.0   t = 63.2 √(V_w/(g h²)) s          m = 1.0 | 0.7
+//! Froehlich1995   B = 0.1803 K V_w^0.32 h^0.19    K = 1.4 | 1.0   t = 0.00254 V_w^0.53 h^−0.90 h    m = 1.4 | 0.9
+//! MacDonald1984   V_e = 0.0261 (V_w h)^0.769 m³                   t = 0.0179 V_e^0.364 h            m = 0.5
+//! VonThun1990     B = 2.5 h + C(V_w)                              t = 0.015 h to 0.020 h + 0.25 h   m = 1.0
+//! ```
+//!
+//! B is the mean width, m the slope of the sides (horizontal to vertical); left of the bar overtopping, right of it piping.
+//! `MacDonald1984` gives the volume V_e that is eroded from an earthfill dam, which becomes a width with the section of the dam
+//! only. References: `Froehlich2008`, `Froehlich1995`, `MacDonald1984`, `VonThun1990`.
+
+/// How the dam fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FailureMode {
+    /// Water runs over the crest.
+    Overtopping,
+    /// Water runs through the dam.
+    Piping,
+}
+
+/// What one formula says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BreachEstimate {
+    /// Its name.
+    pub name: &'static str,
+    /// Mean width (m), where the formula gives one.
+    pub mean_width: Option<f64>,
+    /// Slope of the sides, horizontal to vertical.
+    pub side_slope: f64,
+    /// Shortest and longest time in which the breach forms (s); equal where the formula gives one.
+    pub time: [f64; 2],
+    /// Volume eroded from the dam (m³), where the formula gives one.
+    pub eroded: Option<f64>,
+}
+
+impl BreachEstimate {
+    /// Width of the bottom (m) of a breach of this height (m): B − m h, or 0 where the sides meet above it.
+    pub fn bottom_width(&self, height: f64) -> Option<f64> {
+        self.mean_width.map(|width| (width - self.side_slope * height).max(0.0))
+    }
+}
+
+const HOUR: f64 = 3600.0;
+
+/// Storages (m³) up to which a width (m) is added after `VonThun1990`; the last one beyond all of them.
+const VON_THUN_WIDTHS: [(f64, f64); 4] = [(1.23e6, 6.1), (6.17e6, 18.3), (1.23e7, 42.7), (f64::INFINITY, 54.9)];
+
+/// All formulas for a volume (m³) and a height (m), both positive.
+pub fn breach_estimates(volume: f64, height: f64, mode: FailureMode, gravity: f64) -> [BreachEstimate; 4] {
+    let is_over = mode == FailureMode::Overtopping;
+    let of_mode = |overtopping: f64, piping: f64| if is_over { overtopping } else { piping };
+    let one = |time: f64| [time; 2];
+    let eroded = 0.0261 * (volume * height).powf(0.769);
+    let added = VON_THUN_WIDTHS.iter().find(|(limit, _)| volume < *limit).map_or(54.9, |(_, width)| *width);
+    [
+        BreachEstimate {
+            name: "Froehlich 2008",
+            mean_width: Some(0.27 * of_mode(1.3, 1.0) * volume.powf(0.32) * height.powf(0.04)),
+            side_slope: of_mode(1.0, 0.7),
+            time: one(63.2 * (volume / (gravity * height * height)).sqrt()),
+            eroded: None,
+        },
+        BreachEstimate {
+            name: "Froehlich 1995",
+            mean_width: Some(0.1803 * of_mode(1.4, 1.0) * volume.powf(0.32) * height.powf(0.19)),
+            side_slope: of_mode(1.4, 0.9),
+            time: one(0.00254 * volume.powf(0.53) * height.powf(-0.90) * HOUR),
+            eroded: None,
+        },
+        BreachEstimate {
+            name: "MacDonald & Langridge-Monopolis 1984",
+            mean_width: None,
+            side_slope: 0.5,
+            time: one(0.0179 * eroded.powf(0.364) * HOUR),
+            eroded: Some(eroded),
+        },
+        BreachEstimate {
+            name: "Von Thun & Gillette 1990",
+            mean_width: Some(2.5 * height + added),
+            side_slope: 1.0,
+            time: [0.015 * height * HOUR, (0.020 * height + 0.25) * HOUR],
+            eroded: None,
+        },
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: f64, b: f64, tolerance: f64) -> bool {
+        (a - b).abs() <= tolerance
+    }
+
+    #[test]
+    fn froehlich_2008_by_hand() {
+        // 10^7 m³, 30 m: 10^(7·0.32) = 10^2.24 = 173.780; 30^0.04 = e^(0.04·3.401197) = e^0.136048 = 1.145737.
+        let hand = 0.27 * 173.780 * 1.145_737;
+        let over = breach_estimates(1e7, 30.0, FailureMode::Overtopping, 9.81)[0];
+        assert!(near(over.mean_width.unwrap(), 1.3 * hand, 1e-3) && near(over.mean_width.unwrap(), 69.9, 0.05));
+        // 10^7/(9.81·900) = 1132.6311; its root 33.65458; times 63.2 = 2126.97 s.
+        assert!(near(over.time[0], 2126.97, 0.01) && near(over.time[1], over.time[0], 0.0));
+        assert!(near(over.side_slope, 1.0, 0.0) && near(over.bottom_width(30.0).unwrap(), 39.9, 0.05));
+        let piping = breach_estimates(1e7, 30.0, FailureMode::Piping, 9.81)[0];
+        assert!(near(piping.mean_width.unwrap(), hand, 1e-3) && near(piping.side_slope, 0.7, 0.0));
+        assert!(near(piping.time[0], over.time[0], 0.0));
+    }
+
+    #[test]
+    fn the_other_formulas_by_hand() {
+        let [_, f95, mlm, vtg] = breach_estimates(1e7, 30.0, FailureMode::Overtopping, 9.81);
+        // 30^0.19 = e^0.6462274 = 1.908330; 0.1803·1.4·173.780·1.908330 = 83.7093.
+        assert!(near(f95.mean_width.unwrap(), 83.709, 0.01));
+        // 10^3.71 = 5128.614; 30^−0.9 = e^−3.0610777 = 0.0468373; 0.00254·5128.614·0.0468373 = 0.610136 h.
+        assert!(near(f95.time[0], 0.610_136 * 3600.0, 0.5));
+        // (3·10^8)^0.769: log10 = 8.4771213·0.769 = 6.5189063, 3.302981·10^6; times 0.0261 = 86208 m³.
+        assert!(near(mlm.eroded.unwrap(), 86_208.0, 20.0) && mlm.mean_width.is_none());
+        // 86208^0.364: log10 = 4.9355476·0.364 = 1.7965393, 62.5950; times 0.0179 = 1.120450 h.
+        assert!(near(mlm.time[0], 1.120_45 * 3600.0, 0.5));
+        // 75 m and 42.7 m of a storage between 6.17 and 12.3 million m³; 0.45 h and 0.85 h.
+        assert!(near(vtg.mean_width.unwrap(), 117.7, 1e-9));
+        assert!(near(vtg.time[0], 1620.0, 1e-6) && near(vtg.time[1], 3060.0, 1e-6));
+        let of_volume = |volume: f64| breach_estimates(volume, 10.0, FailureMode::Piping, 9.81)[3].mean_width.unwrap();
+        for (volume, width) in [(1e6, 31.1), (2e6, 43.3), (1e7, 67.7), (2e7, 79.9)] {
+            assert!(near(of_volume(volume), width, 1e-9), "{volume}");
+        }
+    }
+
+    #[test]
+    fn the_bottom_of_a_high_dam_is_a_point() {
+        let low = breach_estimates(1e4, 100.0, FailureMode::Overtopping, 9.81)[0];
+        assert!(near(low.bottom_width(100.0).unwrap(), 0.0, 0.0));
+    }
+}

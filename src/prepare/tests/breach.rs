@@ -1,0 +1,132 @@
+//! A dam across the basin of the scene: its ridge, the lake behind it, and every way in which its breach may not fit.
+
+use super::scene::{Scene, sourced, vector};
+use crate::error::Severity;
+use crate::prepare::{Prepared, prepare};
+use crate::scenario::{Breach, BreachShape, BreachTrigger, GrowthLaw};
+use crate::solver::Opening;
+
+const CREST: f64 = 10.0;
+
+/// A dam across the middle of the basin, which reaches into the plateau on both sides, and a lake at 8 m behind it.
+fn dam() -> Scene {
+    let mut scene = Scene::sound();
+    scene.line("dam.geojson", &[(1077.5, 2041.0), (1077.5, 2109.0)]);
+    scene.polygon("reservoir.geojson", &[(1045.0, 2045.0), (1080.0, 2045.0), (1080.0, 2105.0), (1045.0, 2105.0)]);
+    scene.scenario.initial[0].level = Some(sourced("initial[0].level", 8.0));
+    scene.scenario.breach = Some(Breach {
+        dam: vector("breach.dam", scene.path("dam.geojson")),
+        crest: Some(sourced("breach.crest", CREST)),
+        crest_field: None,
+        trigger: BreachTrigger::At(sourced("breach.trigger.at", 0.0)),
+        shape: Some(BreachShape {
+            bottom_width: sourced("breach.shape.bottom_width", 20.0),
+            side_slope: 0.5,
+            invert: sourced("breach.shape.invert", 2.0),
+            position: None,
+        }),
+        law: GrowthLaw::Linear,
+        duration: Some(sourced("breach.growth.duration", 5.0)),
+    });
+    scene
+}
+
+fn prepared(change: impl FnOnce(&Scene, &mut Breach)) -> Prepared {
+    let mut scene = dam();
+    let mut breach = scene.scenario.breach.take().unwrap();
+    change(&scene, &mut breach);
+    scene.scenario.breach = Some(breach);
+    prepare(&scene.scenario)
+}
+
+#[test]
+fn the_dam_stands_on_the_lattice_and_holds_the_lake() {
+    let prepared = prepared(|_, _| {});
+    assert_eq!(prepared.problems, []);
+    let (bed, water) = (prepared.bed.unwrap(), prepared.still_water.unwrap());
+    let breach = prepared.forcing.breach.unwrap();
+    assert_eq!(breach.cells.len(), 14);
+    for cell in &breach.cells {
+        let expected = if cell.ground < CREST { CREST } else { cell.ground };
+        assert_eq!(bed.elevation[cell.cell].to_bits(), expected.to_bits());
+        assert!(water.depth[cell.cell].abs() <= 0.0, "the dam is dry, although the polygon covers it");
+    }
+    assert_eq!(breach.cells.iter().filter(|cell| cell.ground < CREST).count(), 10);
+    let wet: Vec<usize> = (0..water.depth.len()).filter(|&cell| water.depth[cell] > 0.0).collect();
+    assert_eq!(wet.len(), 50);
+    for &cell in &wet {
+        assert!(bed.lattice.centre(cell).x < 75.0, "{:?}", bed.lattice.centre(cell));
+        assert!((bed.elevation[cell] + water.depth[cell] - 8.0).abs() < 1e-12);
+    }
+    let Opening::Trapezoid { middle, .. } = breach.opening else { panic!("no trapezoid") };
+    assert!((middle - 34.0).abs() < 1e-9);
+    assert!(prepared.inputs.iter().any(|input| input.path.ends_with("dam.geojson")));
+}
+
+#[test]
+fn without_a_shape_the_whole_dam_goes() {
+    let prepared = prepared(|_, breach| breach.shape = None);
+    assert_eq!(prepared.problems, []);
+    let breach = prepared.forcing.breach.unwrap();
+    assert_eq!(breach.opening, Opening::Whole);
+    assert!(breach.cells.iter().all(|cell| breach.bed(cell, 1.0).to_bits() == cell.ground.to_bits()));
+}
+
+/// A change that makes the breach unfit, with the code and the key of what is reported.
+type Unfit = (&'static str, &'static str, fn(&Scene, &mut Breach));
+
+fn width(breach: &mut Breach, width: f64) {
+    breach.shape.as_mut().unwrap().bottom_width.value = width;
+}
+
+fn at_level(level: f64, place: [f64; 2]) -> BreachTrigger {
+    BreachTrigger::Level {
+        level: sourced("breach.trigger.level", level),
+        place: sourced("breach.trigger.at_point", place),
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused_at_its_key() {
+    let unfit: [Unfit; 11] = [
+        ("crest-below-terrain", "breach.crest", |_, b| b.crest.as_mut().unwrap().value = -1.0),
+        ("no-crest", "breach.dam", |_, b| b.crest = None),
+        ("breach-wider-than-dam", "breach.shape.bottom_width", |_, b| width(b, 61.0)),
+        ("invert-below-terrain", "breach.shape.invert", |_, b| b.shape.as_mut().unwrap().invert.value = -0.5),
+        ("invert-above-crest", "breach.shape.invert", |_, b| b.shape.as_mut().unwrap().invert.value = 10.0),
+        ("position-off-dam", "breach.shape.position", |_, b| {
+            b.shape.as_mut().unwrap().position = Some(sourced("breach.shape.position", [1100.0, 2070.0]));
+        }),
+        ("outside-terrain", "breach.dam", |scene, _| scene.line("dam.geojson", &[(7000.0, 2041.0), (7000.0, 2109.0)])),
+        ("dam-lines", "breach.dam", |scene, _| {
+            scene.polygon("dam.geojson", &[(1077.5, 2041.0), (1077.5, 2109.0), (1080.0, 2109.0)]);
+        }),
+        ("trigger-after-end", "breach.trigger.at", |_, b| {
+            b.trigger = BreachTrigger::At(sourced("breach.trigger.at", 10.0));
+        }),
+        ("level-never-reached", "breach.trigger.level", |_, b| b.trigger = at_level(8.1, [1060.0, 2070.0])),
+        ("outside-terrain", "breach.trigger.at_point", |_, b| b.trigger = at_level(8.0, [3.0, 2070.0])),
+    ];
+    for (code, key, change) in unfit {
+        let prepared = prepared(change);
+        let errors: Vec<_> = prepared.problems.iter().filter(|p| p.severity == Severity::Error).collect();
+        assert_eq!(errors.len(), 1, "{code}: {:#?}", prepared.problems);
+        assert_eq!((errors[0].code, errors[0].key.as_str()), (code, key), "{}", errors[0]);
+        assert!(errors[0].remedy.is_some());
+    }
+}
+
+#[test]
+fn doubtful_breaches_are_warnings() {
+    let doubtful: [Unfit; 3] = [
+        ("breach-coarse", "breach.shape.bottom_width", |_, b| width(b, 3.0)),
+        ("breach-unfinished", "breach.growth.duration", |_, b| b.duration.as_mut().unwrap().value = 11.0),
+        ("dam-end-open", "breach.dam", |scene, _| scene.line("dam.geojson", &[(1077.5, 2041.0), (1077.5, 2092.0)])),
+    ];
+    for (code, key, change) in doubtful {
+        let prepared = prepared(change);
+        let found = prepared.problems.iter().find(|problem| problem.code == code);
+        let found = found.unwrap_or_else(|| panic!("{code}: {:#?}", prepared.problems));
+        assert_eq!((found.severity, found.key.as_str()), (Severity::Warning, key));
+    }
+}

@@ -1,0 +1,264 @@
+//! The section of a dam that breaks, and what it becomes in the resolved scenario.
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+use super::choices::Chosen;
+use super::fields::{Coordinate, Duration, Height, Level, Moment, Quantity, SideSlope, Text, VectorFile};
+use super::model::{Breach, BreachShape, BreachTrigger, GrowthLaw, Sourced};
+use super::read::{FromNode, Reader, section};
+use super::tree::{Node, Value};
+
+section! {
+    /// A dam that breaks.
+    BreachSection, example "{dam: dam.geojson, crest: 105 m}", check check_breach {
+        /// File with the line of the dam, from one abutment to the other.
+        dam: VectorFile,
+        /// Level of its crest; from the attribute of the line when absent.
+        crest: Option<Quantity<Level>>,
+        /// Attribute of the line that holds the crest in metres; crest_m or crest when absent.
+        crest_field: Option<Text>,
+        /// When it begins; at the start of the run when absent.
+        trigger: Option<TriggerSection>,
+        /// The final opening; the whole dam, down to the terrain, when absent.
+        shape: Option<ShapeSection>,
+        /// How it grows; instantaneous when absent.
+        growth: Option<Growth>,
+    }
+}
+
+fn check_breach(node: &Node, reader: &mut Reader) -> Option<()> {
+    if node.get("crest").is_some() && node.get("crest_field").is_some() {
+        reader.error(node, "conflict", "`crest` and `crest_field` exclude each other", "keep one of the two");
+        return None;
+    }
+    Some(())
+}
+
+section! {
+    /// When a breach begins: at a time, or when the water at a place reaches a level.
+    TriggerSection, example "{at: 0 s}", check check_trigger {
+        /// A time.
+        at: Option<Quantity<Moment>>,
+        /// A level.
+        level: Option<Quantity<Level>>,
+        /// The place of the level: its two coordinates in the reference system of the run.
+        at_point: Option<Vec<Quantity<Coordinate>>>,
+    }
+}
+
+fn check_trigger(node: &Node, reader: &mut Reader) -> Option<()> {
+    let kind = reader.exactly_one(node, &["at", "level"])?;
+    match (kind, node.get("at_point")) {
+        ("level", None) => {
+            let remedy = "add for example `at_point: [712345.0, 5312345.0]`, a place in the reservoir before the dam";
+            reader.error(node, "missing-key", "a level needs the place at which it counts", remedy);
+            None
+        }
+        ("at", Some(place)) => {
+            reader.error(place, "conflict", "`at_point` goes with `level`, not with `at`", "take it out");
+            None
+        }
+        _ => two_coordinates(node, "at_point", reader),
+    }
+}
+
+section! {
+    /// The final opening: a trapezoid in the long profile of the dam.
+    ShapeSection, example "{bottom_width: 40 m, side_slope: 1.0, invert: 780 m}", check check_shape {
+        /// Width of its bottom.
+        bottom_width: Quantity<Height>,
+        /// Slope of its sides, horizontal to vertical; 1 when absent.
+        side_slope: Option<Quantity<SideSlope>>,
+        /// Level of its bottom.
+        invert: Quantity<Level>,
+        /// A place on the dam in its middle; the middle of the line when absent.
+        position: Option<Vec<Quantity<Coordinate>>>,
+    }
+}
+
+fn check_shape(node: &Node, reader: &mut Reader) -> Option<()> {
+    two_coordinates(node, "position", reader)
+}
+
+fn two_coordinates(node: &Node, key: &str, reader: &mut Reader) -> Option<()> {
+    if let Some(place) = node.get(key)
+        && let Value::List(items) = &place.value
+        && items.len() != 2
+    {
+        let message = format!("a place has two coordinates, not {}", items.len());
+        reader.error(place, "wrong-type", message, format!("write for example `{key}: [712345.0, 5312345.0]`"));
+        return None;
+    }
+    Some(())
+}
+
+section! {
+    /// How a breach grows.
+    GrowthSection, example "{law: sine, duration: 35 min}", check check_growth {
+        /// The law.
+        law: Chosen<GrowthLaw>,
+        /// From the trigger to the final opening.
+        duration: Option<Quantity<Duration>>,
+    }
+}
+
+fn check_growth(node: &Node, reader: &mut Reader) -> Option<()> {
+    let is_at_once = node.get("law").is_some_and(|law| law.value == Value::Text("instantaneous".to_owned()));
+    match (is_at_once, node.get("duration")) {
+        (true, Some(duration)) => {
+            let remedy = "take it out, or take another law, such as `law: sine`";
+            reader.error(duration, "conflict", "an instantaneous breach has no duration", remedy);
+            None
+        }
+        (false, None) => {
+            let remedy = "add for example `duration: 35 min`; `floodsim breach` prints what common formulas say";
+            reader.error(node, "missing-key", "a breach that grows needs the key `duration`", remedy);
+            None
+        }
+        _ => Some(()),
+    }
+}
+
+/// The growth: `growth: instantaneous`, or a section.
+#[derive(Clone, Debug)]
+pub enum Growth {
+    /// By name alone.
+    Name(Chosen<GrowthLaw>),
+    /// With a duration.
+    Section(GrowthSection),
+}
+
+impl FromNode for Growth {
+    fn example() -> String {
+        GrowthSection::example()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let Value::Text(text) = &node.value else {
+            return GrowthSection::from_node(node, reader).map(Growth::Section);
+        };
+        if ["linear", "sine"].contains(&text.as_str()) {
+            let remedy = format!("write for example `growth: {{law: {text}, duration: 35 min}}`");
+            reader.error(node, "missing-key", "a breach that grows needs a duration", remedy);
+            return None;
+        }
+        Chosen::from_node(node, reader).map(Growth::Name)
+    }
+}
+
+impl JsonSchema for Growth {
+    fn schema_name() -> Cow<'static, str> {
+        "Growth".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let section = generator.subschema_for::<GrowthSection>();
+        json_schema!({"anyOf": [{"const": "instantaneous"}, section]})
+    }
+}
+
+/// The breach of a section, with its defaults.
+pub(super) fn resolved(section: BreachSection) -> Option<Breach> {
+    let place = |place: Vec<Quantity<Coordinate>>| {
+        let [x, y] = &place[..] else { return None };
+        let (key, at) = (x.sourced.key.trim_end_matches("[0]").to_owned(), x.sourced.place.clone());
+        Some(Sourced { value: [x.value(), y.value()], key, place: at })
+    };
+    let trigger = match section.trigger {
+        None => BreachTrigger::At(Sourced { value: 0.0, key: "breach.trigger".to_owned(), place: None }),
+        Some(TriggerSection { at: Some(at), .. }) => BreachTrigger::At(at.sourced),
+        Some(TriggerSection { level, at_point, .. }) => {
+            BreachTrigger::Level { level: level?.sourced, place: place(at_point?)? }
+        }
+    };
+    let shape = section.shape.map(|shape| BreachShape {
+        bottom_width: shape.bottom_width.sourced,
+        side_slope: shape.side_slope.map_or(1.0, |slope| slope.value()),
+        invert: shape.invert.sourced,
+        position: shape.position.and_then(place),
+    });
+    let (law, duration) = match section.growth {
+        None => (GrowthLaw::Instantaneous, None),
+        Some(Growth::Name(law)) => (law.0.value, None),
+        Some(Growth::Section(growth)) => (growth.law.0.value, growth.duration.map(|duration| duration.sourced)),
+    };
+    Some(Breach {
+        dam: section.dam.0,
+        crest: section.crest.map(|crest| crest.sourced),
+        crest_field: section.crest_field.map(|field| field.0.value),
+        trigger,
+        shape,
+        law,
+        duration,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::error::{Error, Problem, ProblemKind};
+    use crate::scenario::{Breach, BreachTrigger, GrowthLaw, resolve};
+
+    const START: &str = "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.03}\n\
+        initial: [{reservoir: lake.geojson, level: 100 m}]\nresolution: 5 m\ntime: {end: 1 h}\nbreach: ";
+
+    fn breach(text: &str) -> Breach {
+        let scenario = resolve(&format!("{START}{text}\n"), Path::new("scenario.yaml"), &[]).unwrap().scenario;
+        scenario.breach.unwrap()
+    }
+
+    fn problem(text: &str) -> Problem {
+        let Err(Error::Problems(found)) = resolve(&format!("{START}{text}\n"), Path::new("scenario.yaml"), &[]) else {
+            panic!("not refused: {text}")
+        };
+        found.into_iter().find(|problem| problem.kind == ProblemKind::Scenario).unwrap()
+    }
+
+    #[test]
+    fn a_dam_and_its_crest_are_enough() {
+        let short = breach("{dam: dam.geojson, crest: 105 m}");
+        assert_eq!(
+            (short.law, short.shape.is_none(), short.duration.is_none()),
+            (GrowthLaw::Instantaneous, true, true)
+        );
+        assert!(matches!(short.trigger, BreachTrigger::At(at) if at.value.abs() <= 0.0));
+        assert_eq!(breach("{dam: dam.geojson, crest: 105 m, growth: instantaneous}").law, GrowthLaw::Instantaneous);
+    }
+
+    #[test]
+    fn every_key_is_read() {
+        let full = breach(
+            "{dam: dam.geojson, crest_field: z, trigger: {level: 101 m, at_point: [5, 6]}, \
+             shape: {bottom_width: 40 m, side_slope: 0.7, invert: 90 m, position: [7, 8]}, \
+             growth: {law: sine, duration: 35 min}}",
+        );
+        assert_eq!((full.law, full.crest_field.as_deref()), (GrowthLaw::Sine, Some("z")));
+        let BreachTrigger::Level { level, place } = full.trigger else { panic!("not a level") };
+        assert_eq!((level.value.to_bits(), place.key.as_str()), (101f64.to_bits(), "breach.trigger.at_point"));
+        let shape = full.shape.unwrap();
+        assert!((shape.side_slope - 0.7).abs() < 1e-15 && (full.duration.unwrap().value - 2100.0).abs() < 1e-9);
+        assert!((shape.position.unwrap().value[1] - 8.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_refused_where_it_stands() {
+        for (text, code, key) in [
+            ("{dam: d.geojson, crest: 1 m, crest_field: z}", "conflict", "breach"),
+            ("{dam: d.geojson, trigger: {level: 3 m}}", "missing-key", "breach.trigger"),
+            ("{dam: d.geojson, trigger: {at: 3 s, at_point: [1, 2]}}", "conflict", "breach.trigger.at_point"),
+            ("{dam: d.geojson, trigger: {level: 3 m, at_point: [1]}}", "wrong-type", "breach.trigger.at_point"),
+            ("{dam: d.geojson, growth: sine}", "missing-key", "breach.growth"),
+            ("{dam: d.geojson, growth: {law: linear}}", "missing-key", "breach.growth"),
+            ("{dam: d.geojson, growth: {law: instantaneous, duration: 3 s}}", "conflict", "breach.growth.duration"),
+            ("{dam: d.geojson, shape: {bottom_width: 3 m}}", "missing-key", "breach.shape.invert"),
+            ("{crest: 3 m}", "missing-key", "breach.dam"),
+            ("{dam: d.geojson}\nnumerics: {motion: lagrangian}", "method-combination", "breach"),
+        ] {
+            let found = problem(text);
+            assert_eq!((found.code, found.key.as_str()), (code, key), "{text}: {found}");
+        }
+    }
+}
