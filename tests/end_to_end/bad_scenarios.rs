@@ -257,7 +257,11 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("cfl: 0.8"),
-        &["error[method-combination] numerics.cfl (s.yaml:2:17)", "unstable beyond a Courant number of 0.6", "cfl: 0.5"],
+        &[
+            "error[method-combination] numerics.cfl (s.yaml:2:17)",
+            "unstable beyond a Courant number of 0.6",
+            "cfl: 0.5",
+        ],
     );
     assert_change_refused("title: Test", &numerics("kernel: wendland"), &["did you mean `wendland_c2`?"]);
     assert_change_refused("title: Test", &numerics("kernel: poly6"), &["use one of cubic_spline, quadratic"]);

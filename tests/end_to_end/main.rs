@@ -5,6 +5,7 @@ mod bad_inputs;
 mod bad_scenarios;
 mod commands;
 mod dam_breaks;
+mod plan;
 mod whole_runs;
 
 use std::collections::BTreeMap;
