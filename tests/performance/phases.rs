@@ -65,6 +65,9 @@ impl Measurement for ProcessorTime {
     }
 }
 
+/// Solves the faces between neighbours in a row.
+type Solve = fn(&[Side]) -> f64;
+
 /// Kernels and Riemann solvers, call by call.
 fn physics(criterion: &mut Criterion<ProcessorTime>) {
     let mut group = criterion.benchmark_group("physics");
@@ -84,7 +87,7 @@ fn physics(criterion: &mut Criterion<ProcessorTime>) {
     fn solve<F: FaceSolver>(sides: &[Side]) -> f64 {
         sides.windows(2).map(|pair| F::star(pair[0], pair[1], 9.81).0).sum()
     }
-    let fluxes: [(&str, fn(&[Side]) -> f64); 3] =
+    let fluxes: [(&str, Solve); 3] =
         [("hllc", solve::<Hllc>), ("two_shocks", solve::<TwoShocks>), ("lax_friedrichs", solve::<LaxFriedrichs>)];
     for (name, solve) in fluxes {
         group.bench_function(BenchmarkId::new("face", name), |bencher| bencher.iter(|| solve(black_box(&sides))));
