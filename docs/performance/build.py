@@ -239,8 +239,8 @@ def roofline():
 
 
 def instructions():
-    rows = [[NAMES[row["motion"]], row["particles"], row["instructions_per_evaluation"], row["particle_evaluations"]] for row in read("instructions")]
-    return table(["particles", "number", "instructions an evaluation", "evaluations counted"], rows)
+    rows = [[NAMES[row["motion"]], row["particles"], row["instructions_per_evaluation"], row["particle_evaluations"], row["counter"]] for row in read("instructions")]
+    return table(["particles", "number", "instructions an evaluation", "evaluations counted", "counter"], rows)
 
 
 def study(name, bar):
