@@ -258,7 +258,7 @@ def study(name, bar):
         idle = whole / threads_
         told = f"{idle:.1f} s" if idle < 300 else f"{idle / 60:.0f} min"
         if spacing == finest and threads_ == 2:
-            told += f" (bar {bar} s: {verdict(idle <= bar)})"
+            told += f" (bar {bar} s: {verdict(idle <= bar) if share > 0.999 or idle > bar else 'open, since extrapolated'})"
         cut = "all" if share > 0.999 else f"{number('simulated_s'):g} s"
         cells = [NAMES[row["motion"]], f"{spacing} mm", row["particles"], row["threads"], row["steps"], cut]
         cells += [seconds("neighbours") if number("neighbours_s") else "-", seconds("gradients"), seconds("rates", "faces", "update", "velocities"), f"{number('cpu_s'):.1f}"]

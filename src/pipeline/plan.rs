@@ -48,8 +48,8 @@ const SAMPLE_BYTES: f64 = 60.0;
 /// Time (s) to write the maps per cell of the output grid: 2.5e-6 in the demonstration, 5e-6 at Malpasset at 40 m.
 const MAP_SECONDS: Range<f64> = 1.5e-6..6e-6;
 /// Memory (MiB) that the writers of a run take behind its first steps, whatever its size: the demonstration and Malpasset at 20 and
-/// 40 m added 60, 66 and 62 to what a plan had used.
-const WRITERS_MIB: Range<f64> = 30.0..80.0;
+/// 40 m added 60, 66 and 62 to what a plan had used, the demonstration at 20 m with moving particles 25.
+const WRITERS_MIB: Range<f64> = 10.0..80.0;
 /// Memory (bytes) that they take per cell of the lattice and of the output grid beyond that, at most.
 const WRITERS_BYTES: f64 = 100.0;
 /// Memory (bytes) that a moving particle adds as it gets more neighbours.
