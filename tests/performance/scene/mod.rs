@@ -1,4 +1,4 @@
-//! The made dam break of the benches: a square basin, half of it full of water, over a gently uneven bed.
+//! The made dam break of the benches: a basin twice as long as wide, half of it full of water, over a gently uneven bed.
 
 #![allow(dead_code, reason = "every bench uses its own part")]
 
