@@ -5,6 +5,7 @@ use floodsim::cli::{self, Stages};
 fn main() -> std::process::ExitCode {
     let stages = Stages {
         prepare: |scenario| floodsim::prepare::prepare(scenario).problems,
+        plan: floodsim::pipeline::plan,
         run: |scenario, options| floodsim::pipeline::run(scenario, options).map(|summary| summary.to_string()),
     };
     std::process::ExitCode::from(cli::main(&stages) as u8)

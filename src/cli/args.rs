@@ -61,6 +61,8 @@ pub enum Command {
     Run(RunArguments),
     /// Open every input of a scenario and report every problem at once; run nothing
     Check(CheckArguments),
+    /// Take the first steps for a second or two and tell what the run will need: particles, memory, steps, time, disk, resolution, motion
+    Plan(PlanArguments),
     /// Draw map sheets and one page from a run folder, without a new simulation
     Report {
         /// The run folder
@@ -119,6 +121,22 @@ pub struct CheckArguments {
     /// Print the findings as JSON
     #[arg(long)]
     pub json: bool,
+    /// Set a key of the scenario, as in a run; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// The arguments of a plan.
+#[derive(Args, Debug)]
+pub struct PlanArguments {
+    /// The scenario file
+    pub scenario: PathBuf,
+    /// Print the plan as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Number of threads of the run [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
     /// Set a key of the scenario, as in a run; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,

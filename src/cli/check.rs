@@ -14,24 +14,35 @@ pub fn check(arguments: &CheckArguments, stages: &Stages) -> ExitCode {
         Err(Error::Problems(problems)) => problems,
         Err(other) => return super::exit_code(Err(other)),
     };
-    let errors = problems.iter().filter(|problem| problem.severity == Severity::Error).count();
+    let text = listing(&arguments.scenario.display().to_string(), &problems, arguments.json);
+    match super::print(&text) {
+        Ok(()) if error_count(&problems) == 0 => ExitCode::Done,
+        Ok(()) => Error::Problems(problems).exit_code(),
+        Err(error) => super::exit_code(Err(error)),
+    }
+}
+
+fn error_count(problems: &[Problem]) -> usize {
+    problems.iter().filter(|problem| problem.severity == Severity::Error).count()
+}
+
+/// All problems of a scenario and how many there are, for people or as JSON.
+pub(super) fn listing(scenario: &str, problems: &[Problem], as_json: bool) -> String {
+    let errors = error_count(problems);
     let warnings = problems.len() - errors;
-    let scenario = arguments.scenario.display();
-    let text = if arguments.json {
-        let findings: Vec<Value> = problems.iter().map(finding).collect();
-        let all =
-            json!({"scenario": scenario.to_string(), "errors": errors, "warnings": warnings, "problems": findings});
+    if as_json {
+        let all = json!({"scenario": scenario, "errors": errors, "warnings": warnings, "problems": findings(problems)});
         format!("{all:#}\n")
     } else {
         let count = |number: usize, name: &str| format!("{number} {name}{}", if number == 1 { "" } else { "s" });
         let list: String = problems.iter().map(|problem| format!("{problem}\n")).collect();
         format!("{list}{scenario}: {}, {}\n", count(errors, "error"), count(warnings, "warning"))
-    };
-    match super::print(&text) {
-        Ok(()) if errors == 0 => ExitCode::Done,
-        Ok(()) => Error::Problems(problems).exit_code(),
-        Err(error) => super::exit_code(Err(error)),
     }
+}
+
+/// Problems as JSON.
+pub(super) fn findings(problems: &[Problem]) -> Vec<Value> {
+    problems.iter().map(finding).collect()
 }
 
 fn finding(problem: &Problem) -> Value {

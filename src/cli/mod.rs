@@ -7,6 +7,7 @@ mod breach;
 mod chart;
 mod check;
 mod documents;
+mod plan;
 mod validate;
 
 use std::io::Write;
@@ -15,7 +16,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use crate::error::{Error, ExitCode, Problem};
-use crate::pipeline::RunOptions;
+use crate::pipeline::{Plan, RunOptions};
 use crate::scenario::{self, Scenario};
 use args::{Arguments, Command, RunArguments};
 
@@ -23,6 +24,8 @@ use args::{Arguments, Command, RunArguments};
 pub struct Stages {
     /// Opens every input of a scenario and lists every problem.
     pub prepare: fn(&Scenario) -> Vec<Problem>,
+    /// Finds out what a run will need, on so many threads or on all.
+    pub plan: fn(&Scenario, Option<usize>) -> Result<Plan, Error>,
     /// Does a whole run; the text is its summary for stdout.
     pub run: fn(&Scenario, &RunOptions) -> Result<String, Error>,
 }
@@ -41,6 +44,7 @@ pub fn main(stages: &Stages) -> ExitCode {
     let result = match arguments.command {
         Some(Command::Run(run)) => run_scenario(&run, stages),
         Some(Command::Check(check)) => return check::check(&check, stages),
+        Some(Command::Plan(plan)) => return plan::plan(&plan, stages),
         Some(Command::Report { folder }) => report_folder(&folder),
         Some(Command::Validate(arguments)) => validate::validate(&arguments),
         Some(Command::Chart(arguments)) => chart::chart(&arguments),

@@ -3,12 +3,13 @@
 use std::time::Instant;
 
 use crate::output::RunManifest;
+pub use crate::solver::phases::processor_seconds;
 
 /// Measures a run and its phases.
 pub struct Clock {
     start: Instant,
     lap: Instant,
-    phases: Vec<(&'static str, f64)>,
+    phases: Vec<(String, f64)>,
 }
 
 impl Clock {
@@ -21,16 +22,21 @@ impl Clock {
     /// Ends a phase.
     pub fn lap(&mut self, phase: &'static str) {
         let now = Instant::now();
-        self.phases.push((phase, (now - self.lap).as_secs_f64()));
+        self.phases.push((phase.to_owned(), (now - self.lap).as_secs_f64()));
         self.lap = now;
+    }
+
+    /// Notes a part of a phase that was measured elsewhere (s); it is written as `phase: part`.
+    pub fn part(&mut self, phase: &str, part: &str, seconds: f64) {
+        self.phases.push((format!("{phase}: {part}"), seconds));
     }
 
     /// Writes what was measured into the manifest.
     pub fn note(&self, manifest: &mut RunManifest) {
         manifest.wall_s = self.start.elapsed().as_secs_f64();
         manifest.cpu_s = cpu_seconds().unwrap_or(0.0);
-        manifest.peak_rss_mb = peak_memory_mib().unwrap_or(0.0);
-        manifest.phase_s = self.phases.iter().map(|(phase, seconds)| ((*phase).to_owned(), *seconds)).collect();
+        manifest.peak_rss_mb = memory_mib();
+        manifest.phase_s = self.phases.iter().cloned().collect();
     }
 }
 
@@ -45,10 +51,9 @@ fn cpu_seconds() -> Option<f64> {
     Some(ticks / TICKS_PER_SECOND)
 }
 
-/// Processor time of all threads so far (s), to the nanosecond where the system counts so finely; only differences mean anything.
-pub fn processor_seconds() -> f64 {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+/// Greatest resident memory so far (MiB), 0 where the system does not tell.
+pub fn memory_mib() -> f64 {
+    peak_memory_mib().unwrap_or(0.0)
 }
 
 /// Greatest resident memory so far (MiB), where the system tells it in `/proc`.

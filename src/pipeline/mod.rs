@@ -4,6 +4,7 @@
 
 pub(crate) mod clock;
 pub(crate) mod cores;
+mod plan;
 mod progress;
 mod summary;
 
@@ -11,6 +12,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
@@ -24,7 +26,8 @@ use crate::scenario::Scenario;
 use crate::seeding::StillWater;
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::version;
-use clock::Clock;
+use clock::{Clock, memory_mib};
+pub use plan::{Measured, Plan, plan};
 use progress::Progress;
 pub use summary::RunSummary;
 
@@ -43,6 +46,8 @@ pub struct RunOptions {
     pub command: String,
 }
 
+/// The phase of the steps in `run.json`; its parts are those of the core, and the recording.
+const COMPUTE: &str = "compute";
 /// What the volume ledger may be off, relative.
 const LEDGER_TOLERANCE: f64 = 1e-9;
 /// What the volume on the output grid may differ from that of the particles, relative.
@@ -56,11 +61,15 @@ const SEEDING_TOLERANCE: f64 = crate::seeding::VOLUME_TOLERANCE;
 /// `Error::Problems` before anything is written when the scenario or its data are refused; later `Error::Numerical`,
 /// `Error::Stopped`, `Error::Gate` with the results up to there in the folder, and `Error::Output`.
 pub fn run(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
-    let threads = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.unwrap_or(0))
+    thread_pool(options.threads)?.install(|| run_on_threads(scenario, options))
+}
+
+/// So many threads, or all of the machine.
+fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
         .build()
-        .map_err(|cause| Error::Internal(format!("the threads could not be started: {cause}")))?;
-    threads.install(|| run_on_threads(scenario, options))
+        .map_err(|cause| Error::Internal(format!("the threads could not be started: {cause}")))
 }
 
 fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
@@ -143,7 +152,7 @@ impl Run<'_> {
         let mut sections = SectionRecorder::new(count, outputs.gauges_every, self.scenario.end_time);
         let recorders = (&mut recorder, &mut sections);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
-        self.clock.lap("compute");
+        self.clock.lap(COMPUTE);
 
         let recording = recorder.finish();
         let (section_results, section_samples) = sections.finish();
@@ -176,18 +185,13 @@ impl Run<'_> {
     ) -> Result<Option<Early>, Error> {
         let signal = watch_signals()?;
         let end = self.scenario.end_time;
-        let books = |ledger: Ledger| Volumes {
-            stored: ledger.stored,
-            inflow: ledger.inflow,
-            outflow: ledger.outflow,
-            error_relative: ledger.relative_error(),
-        };
         self.manifest.particles.initial = solver.particles();
         let ledger = solver.ledger();
         recorder.set_bed(solver.bed_now());
         recorder.start(&solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
         let mut steps = progress::StepStatistics::default();
         let mut early = None;
+        let mut recording = 0.0;
         while solver.time() < end {
             let mut choice = solver.choose_step();
             if solver.time() + choice.time_step >= end {
@@ -200,7 +204,10 @@ impl Run<'_> {
             steps.count(&choice, solver.particles());
             let (time, ledger) = (solver.time(), solver.ledger());
             recorder.set_bed(solver.bed_now());
-            recorder.step(time, &solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
+            let water = solver.water();
+            let before = Instant::now();
+            recorder.step(time, &water, books(ledger), &mut |frame| fields.push(frame))?;
+            recording += before.elapsed().as_secs_f64();
             sections.step(time, solver.sections().iter().map(|flow| (flow.discharge, flow.volume)));
             progress.show(time, solver.particles(), &choice, ledger.relative_error());
             let received = signal.load(Ordering::Relaxed);
@@ -210,6 +217,10 @@ impl Run<'_> {
             }
         }
         progress.end();
+        for (phase, time) in solver.phases().times() {
+            self.clock.part(COMPUTE, phase, time.wall);
+        }
+        self.clock.part(COMPUTE, "recording", recording);
         steps.note(&mut self.manifest);
         self.manifest.steps = solver.steps();
         self.manifest.particle_evaluations = solver.particle_evaluations();
@@ -286,6 +297,16 @@ impl Run<'_> {
             date_created: now,
             reference_time: self.scenario.reference_time.clone(),
         }
+    }
+}
+
+/// The books of the core, as the recorder takes them.
+fn books(ledger: Ledger) -> Volumes {
+    Volumes {
+        stored: ledger.stored,
+        inflow: ledger.inflow,
+        outflow: ledger.outflow,
+        error_relative: ledger.relative_error(),
     }
 }
 

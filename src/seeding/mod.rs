@@ -3,6 +3,7 @@
 mod equal_volume;
 mod lattice;
 mod leaks;
+mod reach;
 mod scan;
 mod scan_line;
 mod shore;
@@ -12,6 +13,7 @@ pub use crate::particles::FluidSeed;
 pub use equal_volume::{equal_volume_filling, mean_cell_volume};
 pub use lattice::lattice_filling;
 pub use leaks::Leak;
+pub use reach::{Reach, reach};
 pub use still_water::{SeededVolume, StillWater, VOLUME_TOLERANCE, fill_still_water};
 
 /// Still water inside a polygon.

@@ -3,6 +3,7 @@
 mod eulerian;
 pub mod lagrangian;
 pub mod moving;
+pub mod phases;
 pub mod variational;
 
 pub use crate::boundary::{
@@ -15,6 +16,7 @@ use crate::bed::BedParticles;
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
+use phases::Phases;
 
 /// Everything the core needs to know about a place; local coordinates throughout.
 #[derive(Clone, Debug)]
@@ -139,4 +141,6 @@ pub trait FlowSolver: Send {
     fn particles(&self) -> usize;
     /// Evaluations of the rates of one particle so far.
     fn particle_evaluations(&self) -> u64;
+    /// Where the time of the steps went so far.
+    fn phases(&self) -> &Phases;
 }

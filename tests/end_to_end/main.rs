@@ -6,6 +6,7 @@ mod bad_scenarios;
 mod boundaries;
 mod commands;
 mod dam_breaks;
+mod plan;
 mod whole_runs;
 
 use std::collections::BTreeMap;

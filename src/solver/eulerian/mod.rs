@@ -34,6 +34,7 @@ mod walls;
 #[cfg(test)]
 mod tests;
 
+use super::phases::Phases;
 use super::{FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
@@ -71,6 +72,7 @@ pub struct EulerianSolver {
     initial_volume: f64,
     inflow: f64,
     outflow: f64,
+    phases: Phases,
 }
 
 /// The numbers of a run that every pass needs.
@@ -155,6 +157,7 @@ impl EulerianSolver {
             initial_volume: 0.0,
             inflow: 0.0,
             outflow: 0.0,
+            phases: Phases::default(),
         };
         solver.initial_volume = solver.state.volume(solver.scale.spacing);
         solver.evaluate_primitive();
@@ -184,9 +187,11 @@ impl EulerianSolver {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
         }
+        self.phases.end("gradients");
         faces::evaluate(state, active, scale, self.methods);
         self.walls.apply(state, scale);
         self.open.apply(state, scale, self.methods, (self.time, self.time + time_step));
+        self.phases.end("faces");
         update::limit_outflow(state, active, scale, stage, time_step);
         update::apply(state, active, scale, stage, time_step);
         // Each of the two stages carries half of the step's exchange.
@@ -196,6 +201,7 @@ impl EulerianSolver {
         self.outflow += carried * (self.walls.leaving(state) + leaving);
         self.sections.add(state, scale, time_step);
         self.evaluations += active.cells() as u64;
+        self.phases.end("update");
     }
 
     fn failure(&self, quantity: &'static str, value: f64, position: Vec2) -> NumericalFailure {
@@ -270,13 +276,17 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
+        self.phases.start();
         self.stage(Stage::First, time_step);
         primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Stage);
+        self.phases.end("velocities");
         self.stage(Stage::Second, time_step);
         self.sections.close(time_step);
         self.inflow += self.inputs.add(&mut self.state, &self.scale, self.time, self.time + time_step);
         self.active.follow(&mut self.state, self.scale.dry_depth);
+        self.phases.end("cells in work");
         self.evaluate_primitive();
+        self.phases.end("velocities");
         self.time += time_step;
         self.steps += 1;
         if let Some(breaking) = &mut self.breaking {
@@ -297,6 +307,7 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn water(&mut self) -> WaterOnLattice<'_> {
+        self.phases.start();
         let columns = self.lattice.columns;
         for span in self.active.recorded() {
             let (from, to) = (span.from as usize, span.to as usize);
@@ -306,6 +317,7 @@ impl FlowSolver for EulerianSolver {
             self.discharge_x_out[cells.clone()].copy_from_slice(&row.discharge_x[from + 1..to + 1]);
             self.discharge_y_out[cells].copy_from_slice(&row.discharge_y[from + 1..to + 1]);
         }
+        self.phases.end("gridding");
         WaterOnLattice {
             depth: &self.depth_out,
             discharge_x: &self.discharge_x_out,
@@ -341,5 +353,9 @@ impl FlowSolver for EulerianSolver {
 
     fn particle_evaluations(&self) -> u64 {
         self.evaluations
+    }
+
+    fn phases(&self) -> &Phases {
+        &self.phases
     }
 }

@@ -167,16 +167,21 @@ impl Formulation for Balanced {
     }
 
     fn evaluate(&mut self, water: &mut MovingWater) {
+        water.phases.end("motion");
         water.sample_bed();
+        water.phases.end("bed");
         water.neighbours.search(
             &water.particles.position,
             &water.particles.smoothing_length,
             self.kernel.support(),
             &water.walls,
         );
+        water.phases.end("neighbours");
         self.pack(water);
         self.find_gradients(water);
+        water.phases.end("gradients");
         self.find_rates(water);
+        water.phases.end("rates");
         water.particles.smoothing_length.copy_from_slice(&self.lengths);
     }
 }

@@ -24,6 +24,7 @@ use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
 use crate::solver::FlowProblem;
+use crate::solver::phases::Phases;
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
 const LARGEST_SPREAD: f64 = 144.0;
@@ -110,6 +111,8 @@ pub struct MovingWater {
     pub walls: Walls,
     /// Bed elevation (m) and slope under each particle, from the latest call of `sample_bed`.
     pub bed_points: Vec<BedPoint>,
+    /// Where the time of the steps goes.
+    pub phases: Phases,
 }
 
 impl MovingWater {
@@ -141,6 +144,7 @@ impl MovingWater {
             neighbours: Neighbours::default(),
             walls,
             bed: problem.bed.clone(),
+            phases: Phases::default(),
             bed_points: Vec::new(),
         }
     }

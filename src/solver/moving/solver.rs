@@ -10,6 +10,7 @@ use crate::particles::FluidSeed;
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
+use crate::solver::phases::Phases;
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 
 /// The acceleration may use so much of the smoothing length in a step of Courant number 1.
@@ -161,6 +162,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
 
     /// dt = CFL min( reach / (c + max |Δu|), 0.8 √(h/|a|) ) over all particles.
     fn choose_step(&mut self) -> StepChoice {
+        self.water.phases.start();
         let particles = &self.water.particles;
         let mut choice =
             StepChoice { time_step: f64::INFINITY, limit: StepLimit::NoWater, position: Vec2::ZERO, max_speed: 0.0 };
@@ -179,6 +181,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         choice.max_speed = max_speed_squared.sqrt();
         self.first_choice = self.first_choice.or(Some(choice));
         self.last_choice = Some(choice);
+        self.water.phases.end("choice of the step");
         choice
     }
 
@@ -188,8 +191,10 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         {
             return Err(self.failure("the time step", last.time_step, last.position));
         }
+        self.water.phases.start();
         if self.steps.is_multiple_of(STEPS_PER_SORT) {
             self.sort();
+            self.water.phases.end("order");
         }
         let (outflow, evaluations) = match self.integrator {
             Integrator::Leapfrog => (leapfrog(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 1),
@@ -201,7 +206,9 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.ledger.outflow += outflow;
         let fastest = self.water.particles.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt();
         self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
-        self.watch()
+        let sound = self.watch();
+        self.water.phases.end("motion");
+        sound
     }
 
     /// The grid of the latest moment at which the fastest particle could have come a quarter of a cell since the grid before:
@@ -212,7 +219,10 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             return self.gridder.water();
         }
         self.gridding_age = Some(0.0);
-        self.gridder.grid(&self.water.bed, &self.water.particles)
+        self.water.phases.start();
+        let water = self.gridder.grid(&self.water.bed, &self.water.particles);
+        self.water.phases.end("gridding");
+        water
     }
 
     fn ledger(&self) -> Ledger {
@@ -225,5 +235,9 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
 
     fn particle_evaluations(&self) -> u64 {
         self.evaluations
+    }
+
+    fn phases(&self) -> &Phases {
+        &self.water.phases
     }
 }

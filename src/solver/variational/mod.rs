@@ -97,10 +97,15 @@ impl Formulation for Variational {
     }
 
     fn evaluate(&mut self, water: &mut MovingWater) {
+        water.phases.end("motion");
         water.sample_bed();
+        water.phases.end("bed");
         let reach = SLACK * self.kernel.support();
         water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, reach, &water.walls);
+        water.phases.end("neighbours");
         self.sum_depths(water);
+        water.phases.end("depths");
         self.find_rates(water);
+        water.phases.end("rates");
     }
 }

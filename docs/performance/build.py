@@ -1,0 +1,300 @@
+"""The page docs/performance.md, from the tables beside this file.
+
+    python3 docs/performance/build.py                     # the page, from the tables that lie here
+    python3 docs/performance/build.py --run               # all tables anew (half an hour and more), and the page
+    python3 docs/performance/build.py --run phases memory # some of them: phases, sizes, threads, memory, machine, instructions, parma, obstacle, plans
+
+Run it in the folder of the repository. The tables are made by `cargo bench --bench measure`, by `scripts/instructions.sh` (valgrind) and by runs of
+the program after `cargo build --release`; `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA. Only the standard library is needed. No number stands in this
+file that is not a bar, another author's, or a count of what the code reads and writes.
+"""
+
+import argparse
+import csv
+import io
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+
+HERE = pathlib.Path("docs/performance")
+PAGE = pathlib.Path("docs/performance.md")
+PROGRAM = "target/release/floodsim"
+MOTIONS = ("eulerian", "lagrangian")
+NAMES = {"eulerian": "resting", "lagrangian": "moving"}
+# The bars: evaluations a CPU second (millions), bytes a particle, efficiency of two threads, seconds of Parma and of the obstacle.
+RATE_BAR = {"eulerian": 8.0, "lagrangian": 2.5}
+MEMORY_BAR, EFFICIENCY_BAR, PARMA_BAR, OBSTACLE_BAR = 400, 0.95, 60, 1800
+MEMORY_SIZES = (200_000, 800_000)
+# 8-byte numbers that one evaluation of a resting particle moves to and from memory when no array stays in a cache, as the passes are written:
+# read and written by primitive.rs, gradient.rs, faces.rs and update.rs, in this order; what is written is read first.
+RESTING_NUMBERS = ((3, 3), (4, 8), (14, 8), (18, 3))
+# Operations on numbers in one evaluation, a comparison or a selection counted as one, by hand from the source to within a fifth. Resting: 300 for each of two
+# faces, 110 for gradients, update and velocities. Moving: 275 for each of 25 neighbours (75 for its gradients, 200 for its face), 125 for the particle; gridding is left out.
+OPERATIONS = {"eulerian": 710, "lagrangian": 7000}
+# Of Wu2020 (spacing mm: particles; serial original, one core, 20 threads; s), the partial dam break of Parma.
+WU = {15: (4374, 1253, 312, 126), 10: (9801, 6932, 1130, 260), 5: (38801, 123239, 17182, 1679)}
+WU_OBSTACLE = {10: 12423, 5: 51858, 2: 323145}
+# Simulated seconds: those of the case, and how far moving particles go where the rest would take too long.
+STUDY = {
+    "parma": {"end": 2.0, "spacings": (15, 10, 5), "cut": {("lagrangian", 5): 0.4}},
+    "obstacle": {
+        "end": 6.0,
+        "spacings": (10, 5, 2),
+        "cut": {("eulerian", 10): 1.0, ("eulerian", 5): 0.15, ("eulerian", 2): 0.015, ("lagrangian", 10): 0.15, ("lagrangian", 5): 0.03, ("lagrangian", 2): 0.002},
+    },
+}
+PHASE_COLUMNS = ("neighbours", "gradients", "rates", "faces", "update", "velocities", "motion", "gridding", "recording")
+PLANS = {
+    "demo": ["scenarios/demo/scenario.yaml"],
+    "demo, moving, 20 m, 10 min": ["scenarios/demo/scenario.yaml", "resolution=20 m", "outputs.cell=20 m", "time.end=10 min", "numerics.motion=lagrangian"],
+    "malpasset, 40 m": ["scenarios/malpasset/scenario.yaml", "resolution=40 m", "outputs.cell=40 m"],
+    "malpasset, 20 m": ["scenarios/malpasset/scenario.yaml"],
+}
+
+
+def output(command, **kwargs):
+    print("+", " ".join(command), flush=True)
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, **kwargs).stdout
+
+
+def measure(*words):
+    return output(["cargo", "bench", "--locked", "--quiet", "--bench", "measure", "--", *map(str, words)])
+
+
+def write(name, text):
+    (HERE / f"{name}.csv").write_text(text)
+
+
+def read(name):
+    path = HERE / f"{name}.csv"
+    return list(csv.DictReader(path.open())) if path.exists() else []
+
+
+def as_csv(rows):
+    text = io.StringIO()
+    table = csv.DictWriter(text, rows[0].keys(), lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    return text.getvalue()
+
+
+def run_memory():
+    lines = [measure("memory", motion, size) for motion in MOTIONS for size in MEMORY_SIZES]
+    write("memory", "motion,particles,peak_bytes\n" + "".join(lines))
+
+
+def settings(words):
+    return [part for word in words for part in ("--set", word)]
+
+
+def run(file, out, words, threads):
+    output([PROGRAM, "run", str(file), "--out", str(out), "--quiet", "--threads", str(threads), *settings(words)], stderr=subprocess.DEVNULL)
+    return json.loads((out / "run.json").read_text())
+
+
+def run_study(name):
+    rows = []
+    study = STUDY[name]
+    with tempfile.TemporaryDirectory() as folder:
+        for motion in MOTIONS:
+            for spacing in study["spacings"]:
+                end = study["cut"].get((motion, spacing), study["end"])
+                for threads in (1, 2):
+                    words = [f"resolution={spacing} mm", f"outputs.cell={spacing} mm", f"time.end={end} s", f"numerics.motion={motion}"]
+                    record = run(HERE / f"{name}.yaml", pathlib.Path(folder) / f"{motion}{spacing}{threads}", words, threads)
+                    row = {"motion": motion, "spacing_mm": spacing, "threads": threads, "particles": record["particles"]["initial"]}
+                    row |= {key: record[key] for key in ("steps", "particle_evaluations", "simulated_s", "wall_s", "cpu_s", "peak_rss_mb")}
+                    row["compute_s"] = record["phase_s"]["compute"]
+                    row |= {f"{phase}_s": round(record["phase_s"].get(f"compute: {phase}", 0), 4) for phase in PHASE_COLUMNS}
+                    rows.append({key: round(value, 4) if isinstance(value, float) else value for key, value in row.items()})
+                    write(name, as_csv(rows))
+
+
+def run_plans():
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for number, (name, (file, *words)) in enumerate(PLANS.items()):
+            plan = json.loads(output([PROGRAM, "plan", file, "--json", *settings(words)]))
+            record = run(file, pathlib.Path(folder) / str(number), words, os.cpu_count())
+            size = sum(path.stat().st_size for path in (pathlib.Path(folder) / str(number)).rglob("*") if path.is_file()) / 1e6
+            actual = {
+                "particles": record["particles"]["peak"],
+                "memory_mb": record["peak_rss_mb"],
+                "steps": record["steps"],
+                "run_time_s": record["wall_s"],
+                "disk_mb": size,
+            }
+            for key, value in actual.items():
+                low, high = plan["particles"]["peak"] if key == "particles" else plan[key]
+                rows.append({"run": name, "what": key, "low": f"{low:.1f}", "actual": f"{value:.1f}", "high": f"{high:.1f}"})
+            write("plans", as_csv(rows))
+
+
+RUNS = {
+    "phases": lambda: write("phases", measure("phases")),
+    "sizes": lambda: write("sizes", measure("sizes")),
+    "threads": lambda: write("threads", measure("threads")),
+    "memory": run_memory,
+    "machine": lambda: write("machine", measure("machine")),
+    "instructions": lambda: write("instructions", output(["scripts/instructions.sh"])),
+    "parma": lambda: run_study("parma"),
+    "obstacle": lambda: run_study("obstacle"),
+    "plans": run_plans,
+}
+
+
+def table(heading, rows):
+    line = lambda cells: "| " + " | ".join(str(cell) for cell in cells) + " |"
+    return "\n".join([line(heading), line(["---"] * len(heading)), *map(line, rows)]) + "\n"
+
+
+def rate(row):
+    return float(row["particle_evaluations"]) / float(row["cpu_s"]) / 1e6
+
+
+def verdict(met):
+    return "met" if met else "**not met**"
+
+
+def phases():
+    rows, parts = [], read("phases")
+    for motion in MOTIONS:
+        mine = [row for row in parts if row["motion"] == motion]
+        if not mine:
+            continue
+        whole = sum(float(row["cpu_s"]) for row in mine)
+        evaluations = float(mine[0]["particle_evaluations"])
+        for row in mine:
+            cpu = float(row["cpu_s"])
+            rows.append([NAMES[motion], row["phase"], f"{1e9 * cpu / evaluations:.0f}", f"{100 * cpu / whole:.0f} %", f"{evaluations / cpu / 1e6:.1f}" if cpu else "-"])
+        total = evaluations / whole / 1e6
+        rows.append([f"**{NAMES[motion]}**", "**all**", f"**{1e9 * whole / evaluations:.0f}**", "100 %", f"**{total:.2f}** (bar {RATE_BAR[motion]}: {verdict(total >= RATE_BAR[motion])})"])
+    return table(["particles", "phase", "ns an evaluation", "share", "million evaluations a CPU second"], rows)
+
+
+def sizes():
+    rows, text = [], read("sizes")
+    for motion in MOTIONS:
+        mine = [row for row in text if row["motion"] == motion]
+        for row in mine:
+            rows.append([NAMES[motion], f"{int(row['particles']):,}".replace(",", " "), f"{1e3 / rate(row):.0f}", f"{rate(row):.2f}", f"{rate(mine[0]) / rate(row):.2f}"])
+    return table(["particles", "number", "ns an evaluation", "million a CPU second", "cost of one against the smallest"], rows)
+
+
+def memory():
+    rows, text = [], read("memory")
+    for motion in MOTIONS:
+        mine = [(int(row["particles"]), int(row["peak_bytes"])) for row in text if row["motion"] == motion]
+        if len(mine) < 2:
+            continue
+        (n, a), (m, b) = mine[0], mine[-1]
+        slope = (b - a) / (m - n)
+        rows.append([NAMES[motion], f"{a / 2**20:.0f} MiB at {n}, {b / 2**20:.0f} MiB at {m}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_BAR)])
+    runs = {(row["motion"], row["spacing_mm"]): row for row in read("parma") if row["threads"] == "1"}
+    for motion in MOTIONS:
+        if (motion, "10") in runs and (motion, "5") in runs:
+            (n, a), (m, b) = [(int(row["particles"]), float(row["peak_rss_mb"]) * 2**20) for row in (runs[motion, "10"], runs[motion, "5"])]
+            slope = (b - a) / (m - n)
+            rows.append([f"{NAMES[motion]}, whole run of Parma", f"{a / 2**20:.0f} MiB at {n}, {b / 2**20:.0f} MiB at {m}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_BAR)])
+    return table(["particles", "peak", "bytes a particle", "fixed part", f"bar {MEMORY_BAR} bytes"], rows)
+
+
+def threads():
+    rows, text = [], read("threads")
+    for motion in MOTIONS:
+        best = {}
+        for row in text:
+            if row["motion"] == motion:
+                cost = {key: float(row[key]) / float(row["particle_evaluations"]) for key in ("wall_s", "cpu_s")}
+                place = best.setdefault(row["threads"], dict(cost))
+                for key, value in cost.items():
+                    place[key] = min(place[key], value)
+        if len(best) == 2:
+            efficiency = best["1"]["wall_s"] / best["2"]["wall_s"] / 2
+            rows.append([NAMES[motion], f"{1e9 * best['1']['wall_s']:.0f}", f"{1e9 * best['2']['wall_s']:.0f}", f"{100 * efficiency:.0f} %", f"{100 * best['1']['cpu_s'] / best['2']['cpu_s']:.0f} %", verdict(efficiency >= EFFICIENCY_BAR)])
+    return table(["particles", "ns an evaluation, 1 thread", "2 threads", "efficiency by the wall", "CPU time of 1 thread over that of 2", f"bar {100 * EFFICIENCY_BAR:.0f} %"], rows)
+
+
+def roofline():
+    machine = {row["what"]: float(row["value"]) for row in read("machine")}
+    parts = read("phases")
+    if not machine or not parts:
+        return "Not measured.\n"
+    cost = {}
+    for motion in MOTIONS:
+        mine = [row for row in parts if row["motion"] == motion]
+        cost[motion] = sum(float(row["cpu_s"]) for row in mine) / float(mine[0]["particle_evaluations"])
+    moved = {"eulerian": 8 * sum(read_ + 2 * written for read_, written in RESTING_NUMBERS)}
+    rows = []
+    for motion in MOTIONS:
+        arithmetic = OPERATIONS[motion] / machine["chains"]
+        bytes_ = moved.get(motion)
+        memory_ = bytes_ / machine["triad"] if bytes_ else None
+        bound = max(arithmetic, memory_ or 0)
+        rows.append([NAMES[motion], OPERATIONS[motion], f"{1e9 * arithmetic:.0f}", bytes_ or "-", f"{1e9 * memory_:.0f}" if memory_ else "-", f"{1e9 * cost[motion]:.0f}", f"{cost[motion] / bound:.1f}"])
+    head = f"A triad moves {machine['triad'] / 1e9:.1f} GB/s on one thread, chains of products and sums give {machine['chains'] / 1e9:.1f} Gflop/s.\n\n"
+    return head + table(["particles", "operations an evaluation", "ns by the chains", "bytes an evaluation", "ns by the triad", "ns measured", "gap"], rows)
+
+
+def instructions():
+    rows = [[NAMES[row["motion"]], row["particles"], row["instructions_per_evaluation"], row["particle_evaluations"], row["counter"]] for row in read("instructions")]
+    return table(["particles", "number", "instructions an evaluation", "evaluations counted", "counter"], rows)
+
+
+def study(name, bar):
+    rows, text, end = [], read(name), STUDY[name]["end"]
+    finest = min(STUDY[name]["spacings"])
+    for row in text:
+        number = lambda key: float(row[key])
+        share = number("simulated_s") / end
+        spacing, threads_ = int(row["spacing_mm"]), int(row["threads"])
+        # Phases are timed on the wall; the share of it in which the program ran at all makes processor time of them.
+        ran = number("cpu_s") / number("wall_s")
+        seconds = lambda *phases: f"{ran * sum(number(f'{phase}_s') for phase in phases):.2f}"
+        # Inputs and seeding are done once, whatever the simulated time.
+        whole = number("cpu_s") + ran * number("compute_s") * (1 / share - 1)
+        idle = whole / threads_
+        told = f"{idle:.1f} s" if idle < 300 else f"{idle / 60:.0f} min"
+        if spacing == finest and threads_ == 2:
+            told += f" (bar {bar} s: {verdict(idle <= bar) if share > 0.999 or idle > bar else 'open, since extrapolated'})"
+        cut = "all" if share > 0.999 else f"{number('simulated_s'):g} s"
+        cells = [NAMES[row["motion"]], f"{spacing} mm", row["particles"], row["threads"], row["steps"], cut]
+        cells += [seconds("neighbours") if number("neighbours_s") else "-", seconds("gradients"), seconds("rates", "faces", "update", "velocities"), f"{number('cpu_s'):.1f}"]
+        cells += [f"{number('wall_s'):.1f}", f"{whole:.0f}", told, f"{number('particle_evaluations') / number('cpu_s') / 1e6:.2f}"]
+        if name == "parma":
+            particles, _, one, many = WU[spacing]
+            cells.append(f"{one} s on 1, {many} s on 20 ({particles})")
+        rows.append(cells)
+    heading = ["particles", "spacing", "number", "threads", "steps", "simulated", "search", "depth", "acceleration", "run, CPU s", "run, wall s", "whole, CPU s", "whole on idle cores", "million evaluations a CPU second"]
+    return table(heading + (["Wu et al."] if name == "parma" else []), rows)
+
+
+def plans():
+    return table(["run", "what", "at least", "was", "at most"], [[row["run"], row["what"], row["low"], row["actual"], row["high"]] for row in read("plans")])
+
+
+def page():
+    template = (HERE / "page.md").read_text()
+    parts = {
+        "phases": phases(), "sizes": sizes(), "memory": memory(), "threads": threads(), "roofline": roofline(), "instructions": instructions(),
+        "parma": study("parma", PARMA_BAR), "obstacle": study("obstacle", OBSTACLE_BAR), "plans": plans(),
+    }
+    for name, text in parts.items():
+        template = template.replace("{{" + name + "}}", text.rstrip("\n"))
+    PAGE.write_text(template)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--run", nargs="*", choices=[*RUNS, []], metavar="TABLE")
+    arguments = parser.parse_args()
+    if arguments.run is not None:
+        for name in arguments.run or RUNS:
+            RUNS[name]()
+    page()
+
+
+if __name__ == "__main__":
+    main()

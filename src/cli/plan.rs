@@ -1,0 +1,125 @@
+//! `floodsim plan`: what a run will need, for people or as JSON.
+
+use std::ops::Range;
+
+use serde_json::{Value, json};
+
+use super::Stages;
+use super::args::PlanArguments;
+use super::check::{findings, listing};
+use crate::error::{Error, ExitCode, Problem};
+use crate::pipeline::Plan;
+use crate::scenario;
+
+/// Plans a run and prints what it will need; problems come as `check` gives them, with the exit code of a run that stops at them.
+pub fn plan(arguments: &PlanArguments, stages: &Stages) -> ExitCode {
+    let file = arguments.scenario.display().to_string();
+    let (warnings, result) = match scenario::load(&arguments.scenario, &arguments.overrides) {
+        Ok(loaded) => {
+            let threads = arguments.threads.map(std::num::NonZero::get);
+            (loaded.warnings, (stages.plan)(&loaded.scenario, threads))
+        }
+        Err(error) => (Vec::new(), Err(error)),
+    };
+    let printed = match result {
+        Ok(mut plan) => {
+            plan.warnings.splice(0..0, warnings);
+            let text = if arguments.json { format!("{:#}\n", as_json(&file, &plan)) } else { as_text(&file, &plan) };
+            super::print(&text)
+        }
+        Err(Error::Problems(problems)) => {
+            let all: Vec<Problem> = warnings.into_iter().chain(problems).collect();
+            return match super::print(&listing(&file, &all, arguments.json)) {
+                Ok(()) => Error::Problems(all).exit_code(),
+                Err(error) => super::exit_code(Err(error)),
+            };
+        }
+        Err(other) => Err(other),
+    };
+    super::exit_code(printed)
+}
+
+fn as_json(file: &str, plan: &Plan) -> Value {
+    let range = |range: &Range<f64>| json!([range.start, range.end]);
+    let measured = &plan.measured;
+    json!({
+        "scenario": file,
+        "particles": {"bed": plan.bed_particles, "initial": plan.particles_at_start, "peak": range(&plan.particles_at_most)},
+        "area_m2": range(&plan.area),
+        "memory_mb": range(&plan.memory_mib),
+        "steps": range(&plan.steps),
+        "run_time_s": range(&plan.run_time),
+        "disk_mb": range(&plan.disk_mb),
+        "resolution_m": range(&plan.resolution),
+        "motion": {"chosen": plan.motion.name(), "advised": plan.advice.0.name(), "why": plan.advice.1},
+        "measured": {
+            "preparation_s": measured.preparation,
+            "steps": measured.steps,
+            "simulated_s": measured.simulated,
+            "wall_s": measured.seconds,
+            "particle_evaluations": measured.evaluations,
+            "whole_run": measured.is_whole,
+        },
+        "threads": plan.threads,
+        "problems": findings(&plan.warnings),
+    })
+}
+
+fn as_text(file: &str, plan: &Plan) -> String {
+    let measured = &plan.measured;
+    let range = |range: &Range<f64>, form: fn(f64) -> String| {
+        let (low, high) = (form(range.start), form(range.end));
+        if low == high { low } else { format!("{low} to {high}") }
+    };
+    let rate = measured.evaluations as f64 / measured.seconds.max(f64::MIN_POSITIVE) / 1e6;
+    let basis =
+        if measured.is_whole { "the whole run was measured" } else { "between no growth and all below the levels" };
+    let (advised, why) = &plan.advice;
+    let agrees = if *advised == plan.motion { "as the scenario says" } else { "which the scenario does not" };
+    let warnings: String = plan.warnings.iter().map(|problem| format!("{problem}\n")).collect();
+    format!(
+        "{warnings}{file}\n\
+         particles    {} riverbed, {} with water at the start, {} at most\n\
+         flooded      {}\n\
+         memory       {} MiB\n\
+         steps        {}\n\
+         run time     {} on {} threads ({basis})\n\
+         disk         {} MB\n\
+         resolution   {} m in the flooded area\n\
+         motion       would take {}, {agrees}: {why}\n\
+         measured     {} steps, {:.3} s simulated, in {:.2} s: {rate:.2} million particle evaluations a second; inputs {:.2} s\n",
+        plan.bed_particles,
+        plan.particles_at_start,
+        range(&plan.particles_at_most, whole),
+        range(&plan.area, area),
+        range(&plan.memory_mib, whole),
+        range(&plan.steps, whole),
+        range(&plan.run_time, duration),
+        plan.threads,
+        range(&plan.disk_mb, |size| format!("{size:.1}")),
+        range(&plan.resolution, |length| format!("{length:.3}")),
+        advised.name(),
+        measured.steps,
+        measured.simulated,
+        measured.seconds,
+        measured.preparation,
+    )
+}
+
+fn whole(value: f64) -> String {
+    format!("{value:.0}")
+}
+
+/// An area (m²) in the unit that people use for it.
+fn area(square_metres: f64) -> String {
+    if square_metres < 1e5 { format!("{square_metres:.2} m2") } else { format!("{:.3} km2", square_metres / 1e6) }
+}
+
+/// A time (s) in the unit that people use for it.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 120.0 => format!("{s:.1} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
