@@ -67,7 +67,7 @@ fn an_unknown_key_without_a_near_one_lists_the_known_ones() {
         "{end: 4000 s, colour: red}",
         &["time.colour", "the keys here are end, reference"],
     );
-    assert_change_refused("title: Test", "breach: {}", &["unknown key `breach`"]);
+    assert_change_refused("title: Test", "weather: {}", &["unknown key `weather`"]);
 }
 
 #[test]

@@ -118,6 +118,10 @@ fn every_scenario_that_ships_passes_the_check() {
     assert!(names.len() >= 4, "{names:?}");
     for name in names {
         let file = name.join("scenario.yaml");
+        // Those of the laboratory lie side by side in one folder; their suite runs them.
+        if name.ends_with("laboratory") {
+            continue;
+        }
         let needs_data = std::fs::read_to_string(&file).unwrap().contains("FLOODSIM_DATA");
         if needs_data && !data.join(name.file_name().unwrap()).exists() {
             eprintln!("skipped: {} is absent; set FLOODSIM_DATA to the folder of the real data", data.display());

@@ -66,6 +66,8 @@ pub struct EulerianSolver {
     depth_out: Vec<f64>,
     discharge_x_out: Vec<f64>,
     discharge_y_out: Vec<f64>,
+    /// Steps since the water was last handed out: only after one step are the cells in work all that changed.
+    unseen_steps: u64,
     time: f64,
     steps: u64,
     evaluations: u64,
@@ -151,6 +153,7 @@ impl EulerianSolver {
             depth_out: vec![0.0; cells],
             discharge_x_out: vec![0.0; cells],
             discharge_y_out: vec![0.0; cells],
+            unseen_steps: u64::MAX,
             time: 0.0,
             steps: 0,
             evaluations: 0,
@@ -289,6 +292,7 @@ impl FlowSolver for EulerianSolver {
         self.phases.end("velocities");
         self.time += time_step;
         self.steps += 1;
+        self.unseen_steps = self.unseen_steps.saturating_add(1);
         if let Some(breaking) = &mut self.breaking {
             breaking.follow(&mut self.state, self.time, self.scale.dry_depth);
         }
@@ -307,17 +311,21 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn water(&mut self) -> WaterOnLattice<'_> {
-        self.phases.start();
         let columns = self.lattice.columns;
-        for span in self.active.recorded() {
-            let (from, to) = (span.from as usize, span.to as usize);
-            let row = &self.state.water[span.row as usize + 1];
-            let cells = span.row as usize * columns + from..span.row as usize * columns + to;
-            self.depth_out[cells.clone()].copy_from_slice(&row.depth[from + 1..to + 1]);
-            self.discharge_x_out[cells.clone()].copy_from_slice(&row.discharge_x[from + 1..to + 1]);
-            self.discharge_y_out[cells].copy_from_slice(&row.discharge_y[from + 1..to + 1]);
+        let mut copy = |row: usize, from: usize, to: usize| {
+            let water = &self.state.water[row + 1];
+            let cells = row * columns + from..row * columns + to;
+            self.depth_out[cells.clone()].copy_from_slice(&water.depth[from + 1..to + 1]);
+            self.discharge_x_out[cells.clone()].copy_from_slice(&water.discharge_x[from + 1..to + 1]);
+            self.discharge_y_out[cells].copy_from_slice(&water.discharge_y[from + 1..to + 1]);
+        };
+        if self.unseen_steps > 1 {
+            (0..self.lattice.rows).for_each(|row| copy(row, 0, columns));
+        } else {
+            let spans = self.active.recorded();
+            spans.iter().for_each(|span| copy(span.row as usize, span.from as usize, span.to as usize));
         }
-        self.phases.end("gridding");
+        self.unseen_steps = 0;
         WaterOnLattice {
             depth: &self.depth_out,
             discharge_x: &self.discharge_x_out,

@@ -176,3 +176,13 @@ fn raising_the_datum_by_3000_m_changes_the_depths_by_rounding_only() {
     let worst = depths(0.0).iter().zip(depths(3000.0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-6, "{worst:e} m");
 }
+
+#[test]
+fn water_that_leaves_cells_dry_is_not_seen_there_however_seldom_one_looks() {
+    let grid = lattice(400, 1, 1.0);
+    let mut solver = EulerianSolver::new(problem(grid, vec![0.0; 400], vec![1.0; 400]));
+    solver.set_velocity(|place| Vec2::new(if place.x < 200.0 { -8.0 } else { 8.0 }, 0.0));
+    assert!(solver.water().depth[200] > 0.5);
+    run(&mut solver, 150);
+    assert!(solver.water().depth[195..205].iter().all(|depth| *depth < 0.01));
+}
