@@ -208,7 +208,8 @@ fn check_geopackage(folder: &RunFolder, epsg: Option<u32>) {
             }
         }
     }
-    assert_eq!(counts, [1, 3, 2, 1, 4]);
+    // A style for each of the layers, that of the cross-sections included.
+    assert_eq!(counts, [1, 3, 2, 1, 5]);
     let mut gauges = dataset.layer_by_name("gauges").unwrap();
     let dry = gauges.features().nth(1).unwrap();
     let arrival = dry.field_index("arrival_s").unwrap();
@@ -289,12 +290,13 @@ fn equal_results_give_equal_bytes() {
     // Formats that store the time of writing do so in seconds.
     std::thread::sleep(std::time::Duration::from_millis(1100));
     let second = write_run(&place("bytes_2"), &crs, origin, SPACING, date);
-    let mut files = vec!["run.json".to_string(), "fields.nc".into(), "maps.nc".into(), "results.gpkg".into()];
+    let mut files: Vec<String> =
+        ["run.json", "fields.nc", "maps.nc", "sections.nc", "results.gpkg"].map(String::from).to_vec();
     for part in ["cog", "tables"] {
         let entries = std::fs::read_dir(first.file(part)).unwrap();
         files.extend(entries.map(|entry| format!("{part}/{}", entry.unwrap().file_name().to_string_lossy())));
     }
-    assert_eq!(files.len(), 4 + 2 * 16 + 3);
+    assert_eq!(files.len(), 5 + 2 * 16 + 5);
     for file in files {
         let [first, second] = [&first, &second].map(|folder| std::fs::read(folder.file(&file)).unwrap());
         assert!(first == second, "{file} differs between two equal runs");
