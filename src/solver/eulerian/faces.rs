@@ -251,7 +251,7 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     (open * f_d, open * f_d * v_t, lost, gained)
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn row_faces<F: Flux, const IS_SHARP: bool, const DIRECTION: usize>(
     left: Side<'_>,
     left_from: usize,
