@@ -13,7 +13,7 @@ use crate::scenario::methods::Motion;
 use crate::validation::{Choice, Resolutions, Row, Status};
 
 /// Where the scenarios lie, seen from the folder of the source code.
-const SCENARIOS: &str = "scenarios/laboratory";
+const SCENARIOS: &str = "scenarios";
 /// The environment variable that names the folder of the data.
 const DATA: &str = "FLOODSIM_DATA";
 
@@ -41,7 +41,7 @@ pub fn run_experiment(
     threads: usize,
 ) -> Result<ExperimentResult, Error> {
     let mut result = ExperimentResult::default();
-    let scenario = Path::new(SCENARIOS).join(format!("{}.yaml", experiment.name));
+    let scenario = Path::new(SCENARIOS).join(experiment.scenario);
     let data = std::env::var_os(DATA).map(|folder| Path::new(&folder).join(experiment.data));
     result.skipped = match &data {
         None => Some(format!("{DATA} does not name the folder of the data")),
