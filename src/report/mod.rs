@@ -97,6 +97,8 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
     let common = Common { run, marks, note: run.note() };
     let mut figures = Vec::new();
 
+    let is_failure = run.begins_with_the_failure();
+    let origin = if is_failure { "the failure" } else { "the start of the run" };
     let max_depth = run.map("max_depth")?.unwrap_or_default();
     let depth_classes = Classes::depth(greatest(&max_depth));
     if !max_depth.is_empty() {
@@ -110,7 +112,7 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
     let arrival_classes = Classes::arrival(&isochrones(greatest(&arrival)));
     let initial = run.initial_depth()?.unwrap_or_default();
     let still_classes = Classes {
-        title: "Before the failure".to_string(),
+        title: format!("Before {origin}"),
         entries: vec![(depth_classes.entries[0].0, [0xb4, 0xbc, 0xc8], "water at the start".to_string())],
     };
     let under = (!initial.is_empty()).then_some((&initial[..], &still_classes));
@@ -118,7 +120,11 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
     if !arrival.is_empty() {
         figures.push(common.figure(
             "arrival",
-            "Time from the failure to the arrival of the flood",
+            if is_failure {
+                "Time from the failure to the arrival of the flood"
+            } else {
+                "Time from the start of the run to the arrival of the flood"
+            },
             arrival_panel.clone(),
         ));
     }
@@ -132,7 +138,7 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
     }
     let frames = run.four_frames()?;
     if !frames.is_empty() {
-        let caption = |time: f64| format!("{} after the failure", clock(time));
+        let caption = |time: f64| format!("{} after {origin}", clock(time));
         let mut panels: Vec<Panel> = Vec::new();
         for (time, values) in &frames {
             panels.push(Panel { caption: caption(*time), wide: false, ..map_panel(values, &depth_classes) });

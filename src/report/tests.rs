@@ -91,6 +91,17 @@ fn the_report_holds_every_figure_and_needs_no_other_file() {
 }
 
 #[test]
+fn where_the_dam_breaks_later_times_count_from_the_start_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    run_folder(folder.path());
+    let summary = r#"{"status": "done", "breach": {"began_s": 60.0}, "volume_m3": {"initial": 50000.0, "in": 0.0}}"#;
+    std::fs::write(folder.path().join("run.json"), summary).unwrap();
+    let Report { files, .. } = report(folder.path()).unwrap();
+    let page = std::fs::read_to_string(files.last().unwrap()).unwrap();
+    assert!(page.contains("2 min 30 s after the start of the run") && !page.contains("the failure"));
+}
+
+#[test]
 fn a_folder_without_a_run_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let error = report(folder.path()).unwrap_err();
