@@ -80,7 +80,8 @@ fn rings(bed: &BedParticles, open: &OpenEdges) -> Vec<Vec<Face>> {
             while !is_used[slot(vertex, k)] {
                 is_used[slot(vertex, k)] = true;
                 let face = Face { start: vertex, direction: directions[k], is_open: false };
-                ring.push(Face { is_open: open.is_open(midpoint(&face) * lattice.spacing), ..face });
+                let place = midpoint(&face) * lattice.spacing;
+                ring.push(Face { is_open: open.is_open(place) && !bed.is_sealed(place), ..face });
                 vertex = face.end();
                 // Left turn first: diagonal cells with terrain are not joined.
                 match [1, 0, 3].into_iter().map(|turn| (k + turn) % 4).find(|&next| exists(vertex, next)) {

@@ -7,6 +7,7 @@ pub mod breach;
 pub mod choices;
 mod defaults;
 pub mod fields;
+pub mod ground;
 pub mod methods;
 mod model;
 mod preset;
@@ -19,5 +20,6 @@ pub mod tree;
 pub mod units;
 
 pub use defaults::{DRY_DEPTH, GRAVITY};
+pub use ground::{Breakline, BreaklineMode, BuildingMode, Buildings, Gaps, Ground, LayerMode, LineLevel};
 pub use model::*;
 pub use resolve::{Loaded, load, resolve};

@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
 };
@@ -40,6 +41,10 @@ pub enum TerrainLayer {
         offset: f64,
         /// Factor from the file's unit to metres.
         unit: f64,
+        /// Polygons inside of which the layer counts; everywhere when absent.
+        clip: Option<Sourced<VectorSource>>,
+        /// How it meets the layers under it.
+        mode: LayerMode,
     },
     /// Bare survey points.
     Points {
@@ -51,6 +56,8 @@ pub enum TerrainLayer {
         max_gap: f64,
         /// Added to every elevation (m).
         offset: f64,
+        /// How it meets the layers under it.
+        mode: LayerMode,
     },
 }
 
@@ -378,6 +385,8 @@ pub struct Scenario {
     pub layers: Vec<Sourced<TerrainLayer>>,
     /// Whether terrain in another or a geographic CRS is warped to the CRS of the run.
     pub reproject: bool,
+    /// Holes, breaklines and buildings.
+    pub ground: Ground,
     /// Roughness of the ground.
     pub roughness: Roughness,
     /// Water at the start.

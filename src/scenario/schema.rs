@@ -13,6 +13,7 @@ use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
     Intensity, Length, Level, Manning, Memory, Offset, Quantity, Slope, Text, VectorFile,
 };
+use super::ground::{BreaklineEntry, BuildingsSection, GapsChoice, LayerMode, Wall};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
@@ -103,6 +104,10 @@ section! {
         layers: NonEmpty<LayerEntry>,
         /// Whether terrain in another or a geographic reference system is warped to that of the run; false when absent.
         reproject: Option<bool>,
+        /// Lines along which the bed is raised or lowered.
+        breaklines: Option<Vec<BreaklineEntry>>,
+        /// What becomes of holes in the terrain: wall, error, or filled up to a size; wall when absent.
+        gaps: Option<GapsChoice>,
     }
 }
 
@@ -121,12 +126,16 @@ section! {
         interpolation: Option<Chosen<PointInterpolation>>,
         /// Distance to the nearest point beyond which there is no terrain; needed with points.
         max_gap: Option<Quantity<Length>>,
+        /// File of polygons inside of which a raster counts; everywhere when absent.
+        clip: Option<VectorFile>,
+        /// How it meets the layers under it: replace, min or max; replace when absent.
+        mode: Option<Chosen<LayerMode>>,
     }
 }
 
 fn check_layer(node: &Node, reader: &mut Reader) -> Option<()> {
     let kind = reader.exactly_one(node, &["raster", "points"])?;
-    let foreign: &[&str] = if kind == "raster" { &["interpolation", "max_gap"] } else { &["unit"] };
+    let foreign: &[&str] = if kind == "raster" { &["interpolation", "max_gap"] } else { &["unit", "clip"] };
     let mut is_fit = true;
     for name in foreign {
         if let Some(value) = node.get(name) {
@@ -183,16 +192,10 @@ fn check_roughness(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// Structures.
     Structures, example "{walls: [{lines: dam_line.geojson}]}" {
-        /// Walls that no water crosses, such as a dam that stands.
+        /// Walls that no water crosses, such as a dam that stands, or only over their crest.
         walls: Option<Vec<Wall>>,
-    }
-}
-
-section! {
-    /// A wall.
-    Wall, example "{lines: dam_line.geojson}" {
-        /// File with its lines.
-        lines: VectorFile,
+        /// Footprints of buildings.
+        buildings: Option<BuildingsSection>,
     }
 }
 

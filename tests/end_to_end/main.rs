@@ -7,6 +7,7 @@ mod boundaries;
 mod commands;
 mod dam_breaks;
 mod plan;
+mod terrain;
 mod whole_runs;
 
 use std::collections::BTreeMap;

@@ -2,6 +2,7 @@
 
 mod bad_inputs;
 mod breach;
+mod ground;
 mod malpasset;
 mod roughness;
 mod scene;
