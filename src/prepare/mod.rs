@@ -17,6 +17,7 @@ mod rain;
 mod roughness;
 mod series;
 mod shaped;
+mod start;
 mod water;
 
 use std::path::{Path, PathBuf};
@@ -105,6 +106,8 @@ pub struct Prepared {
     pub waters: Vec<StillBody>,
     /// The bodies on the lattice: depths, volumes, leaks.
     pub still_water: Option<StillWater>,
+    /// Velocity (m/s) of the water of each cell at the start; empty where it rests.
+    pub initial_velocity: Vec<Vec2>,
     /// Cross-sections.
     pub sections: Vec<Section>,
     /// Gauges.
@@ -175,6 +178,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
     let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let dam = breach::open(scenario, crs.as_ref(), &mut findings);
+    let start = start::open(scenario, crs.as_ref(), &mut findings);
     let ground = ground::open(scenario, crs.as_ref(), &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
@@ -187,6 +191,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         bed: None,
         waters: Vec::new(),
         still_water: None,
+        initial_velocity: Vec::new(),
         sections: Vec::new(),
         gauges,
         inputs: inputs(scenario),
@@ -195,7 +200,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        let files = (&mut opened, &rough, dam.as_ref(), &ground);
+        let files = Files { forcing: &mut opened, rough: &rough, dam: dam.as_ref(), ground: &ground, start: &start };
         place_on_lattice(scenario, &mut prepared, lines, files, bodies, &mut findings);
     }
     prepared.sections = opened.sections;
@@ -206,12 +211,21 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
 /// Of several files the straight pieces of their lines (map coordinates), as far as they could be read.
 type Lines = Vec<Option<Vec<[Vec2; 2]>>>;
 
+/// Files that are open, before what they hold is put on the lattice.
+struct Files<'a> {
+    forcing: &'a mut forcing::Opened,
+    rough: &'a roughness::Opened,
+    dam: Option<&'a breach::Opened>,
+    ground: &'a ground::Opened,
+    start: &'a start::Opened,
+}
+
 /// The lattice, and everything that is checked on it.
 fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    (opened, rough, dam, ground): (&mut forcing::Opened, &roughness::Opened, Option<&breach::Opened>, &ground::Opened),
+    Files { forcing: opened, rough, dam, ground, start }: Files<'_>,
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -238,7 +252,10 @@ fn place_on_lattice(
         changes.note(cell.cell, Change::Raise(breach.crest));
     }
     let surface = changes.on(terrain, &lattice);
-    let still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
+    let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
+    start::wet(start, scenario, &bed, &mut still_water, findings);
+    prepared.initial_velocity =
+        start::take_over(scenario, &prepared.crs, breach.as_ref(), &mut bed, &mut still_water, findings);
     if let Some(breach) = &breach {
         breach::check_level(scenario, breach, &bed, &still_water, findings);
     }
@@ -278,6 +295,8 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         OpenBoundary::Side(_) => None,
     });
     let vectors = scenario.initial.iter().map(|water| &water.polygons.value.path);
+    let depths = scenario.start.depths.iter().map(|water| &water.place.value.path);
+    let earlier = scenario.start.earlier.iter().map(|earlier| &earlier.fields.value);
     let walls = scenario.walls.iter().map(|source| &source.value.path);
     let dam = scenario.breach.iter().map(|breach| &breach.dam.value.path);
     let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
@@ -293,6 +312,8 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         .chain(buildings)
         .chain(rough)
         .chain(vectors)
+        .chain(depths)
+        .chain(earlier)
         .chain(walls)
         .chain(dam)
         .chain(open)

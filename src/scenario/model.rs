@@ -8,6 +8,7 @@ use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
 };
+use super::start::Start;
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -391,6 +392,8 @@ pub struct Scenario {
     pub roughness: Roughness,
     /// Water at the start.
     pub initial: Vec<InitialWater>,
+    /// Water at the start that has no level.
+    pub start: Start,
     /// Polylines that no water crosses.
     pub walls: Vec<Sourced<VectorSource>>,
     /// Open parts of the outline through which water leaves.

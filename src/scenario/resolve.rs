@@ -23,7 +23,7 @@ use super::schema::{
     Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
 use super::units::INTENSITY;
-use super::{breach, ground, preset, tree};
+use super::{breach, ground, preset, start, tree};
 use crate::error::{Error, Place, Problem, ProblemKind};
 
 /// Largest scenario file (bytes); data belongs into files of its own.
@@ -147,6 +147,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
     let walls = walls.unwrap_or_default();
     ground.breaklines.extend(ground::breaklines(Vec::new(), &walls));
     ground.buildings = buildings.map(ground::buildings);
+    let (bodies, start) = start::split(written.initial.map_or_else(Vec::new, |entries| entries.0));
     let (open, boundaries) = boundaries(written.boundaries.unwrap_or_default());
     Scenario {
         file: file.to_owned(),
@@ -166,12 +167,8 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         reproject,
         ground,
         roughness: roughness(written.roughness),
-        initial: written
-            .initial
-            .map_or_else(Vec::new, |entries| entries.0)
-            .into_iter()
-            .filter_map(initial_water)
-            .collect(),
+        initial: bodies.into_iter().filter_map(initial_water).collect(),
+        start,
         walls: walls.into_iter().filter(|wall| !wall.has_crest()).map(|wall| wall.lines.0).collect(),
         open,
         boundaries,

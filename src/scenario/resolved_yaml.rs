@@ -11,6 +11,7 @@ use super::model::{
     BoundaryCondition, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary, PointInterpolation, RainAmount, Roughness,
     Scenario, Side, SourcePlace, Sourced, TableFile, TerrainLayer, Timed, VectorSource,
 };
+use super::start::{RiverWidth, Start};
 
 impl Scenario {
     /// The text of `scenario.resolved.yaml`.
@@ -55,7 +56,7 @@ impl Scenario {
         self.write_ground(text)?;
         self.write_roughness(text)?;
         self.write_structures(text)?;
-        if !self.initial.is_empty() {
+        if !self.initial.is_empty() || self.start != Start::default() {
             writeln!(text, "initial:")?;
         }
         for water in &self.initial {
@@ -68,6 +69,7 @@ impl Scenario {
             }
             writeln!(text, "}}")?;
         }
+        self.write_start(text)?;
         if !self.open.is_empty() || !self.boundaries.is_empty() {
             writeln!(text, "boundaries:")?;
         }
@@ -81,6 +83,27 @@ impl Scenario {
             }
         }
         self.write_forcing(text)
+    }
+
+    fn write_start(&self, text: &mut String) -> std::fmt::Result {
+        for water in &self.start.depths {
+            let kind = if water.river.is_some() { "river" } else { water_kind(&water.place.key) };
+            write!(text, "  - {{{kind}: {}, depth: {} m", quoted_vector(&water.place), water.depth.value)?;
+            match &water.river {
+                Some(RiverWidth::Constant(width)) => write!(text, ", width: {width} m")?,
+                Some(RiverWidth::Field(field)) => write!(text, ", width_field: {}", quoted(field))?,
+                Some(RiverWidth::Cell) | None => {}
+            }
+            writeln!(text, "}}")?;
+        }
+        if let Some(earlier) = &self.start.earlier {
+            write!(text, "  - {{fields: {}, time: ", quoted_path(&earlier.fields.value))?;
+            match &earlier.time {
+                Some(time) => writeln!(text, "{} s}}", time.value)?,
+                None => writeln!(text, "last}}")?,
+            }
+        }
+        Ok(())
     }
 
     fn write_ground(&self, text: &mut String) -> std::fmt::Result {
@@ -373,6 +396,13 @@ mod tests {
             water.polygons.place = None;
             water.level.iter_mut().for_each(|level| level.place = None);
         }
+        for water in &mut plain.start.depths {
+            (water.place.place, water.depth.place) = (None, None);
+        }
+        if let Some(earlier) = &mut plain.start.earlier {
+            earlier.fields.place = None;
+            earlier.time.iter_mut().for_each(|time| time.place = None);
+        }
         plain.walls.iter_mut().for_each(|wall| wall.place = None);
         plain.outputs.gauges.iter_mut().for_each(|gauges| gauges.place = None);
         for boundary in &mut plain.open {
@@ -464,6 +494,21 @@ mod tests {
             "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
              resolution: 20 ft\ntime: {end: 1 h 30 min}\n",
         );
+    }
+
+    #[test]
+    fn every_kind_of_water_reads_back_as_itself() {
+        for initial in [
+            "[{sea: a.geojson, level: 0.1 m}, {water: p.gpkg:pond, depth: 50 cm}, {river: r.shp, depth: 1 ft, width: 3 m}, \
+             {river: r.shp, depth: 1 m, width_field: \"w, m\"}, {river: r.shp, depth: 2 m}]",
+            "[{fields: before/fields.nc}]",
+            "[{fields: before/fields.nc, time: 90 s}]",
+        ] {
+            assert_round_trip(&format!(
+                "floodsim: 1\nterrain: dem.tif\nroughness: {{manning: 0.033}}\ninitial: {initial}\n\
+                 resolution: 20 m\ntime: {{end: 1 h}}\n",
+            ));
+        }
     }
 
     #[test]

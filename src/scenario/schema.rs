@@ -20,6 +20,7 @@ use super::methods::{
 };
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
+use super::start::{FrameTime, check_alone, check_initial};
 use super::timed::{Changing, RatingFile};
 use super::tree::{Node, Value};
 use super::units::{INTENSITY, LENGTH};
@@ -200,7 +201,7 @@ section! {
 }
 
 section! {
-    /// A body of still water: its polygon and its level.
+    /// Water at the start: a polygon with a level or a depth, a river with a depth, or the state of an earlier run.
     InitialEntry, example "{reservoir: reservoir.geojson, level: 100 m}", check check_initial {
         /// Polygon of a reservoir.
         reservoir: Option<VectorFile>,
@@ -212,21 +213,23 @@ section! {
         level: Option<Quantity<Level>>,
         /// Attribute of the polygon that holds the level in metres.
         level_field: Option<Text>,
+        /// Depth of the water, in place of a level.
+        depth: Option<Quantity<Length>>,
+        /// Axis of a river: lines.
+        river: Option<VectorFile>,
+        /// Width of the river; one cell when absent.
+        width: Option<Quantity<Length>>,
+        /// Attribute of the line that holds the width of the river in metres.
+        width_field: Option<Text>,
+        /// The `fields.nc` of an earlier run on the same lattice.
+        fields: Option<InputFile>,
+        /// Time of the earlier run, or `last`; last when absent.
+        time: Option<FrameTime>,
     }
 }
 
 /// The keys of the polygon of a body of water.
 pub const WATER_KINDS: [&str; 3] = ["reservoir", "sea", "water"];
-
-fn check_initial(node: &Node, reader: &mut Reader) -> Option<()> {
-    let kind = reader.exactly_one(node, &WATER_KINDS);
-    let levels = ["level", "level_field"].iter().filter(|name| node.get(name).is_some()).count();
-    if levels > 1 {
-        reader.error(node, "conflict", "`level` and `level_field` exclude each other", "keep one of the two");
-        return None;
-    }
-    kind.map(|_| ())
-}
 
 section! {
     /// An open part of the edge of the terrain: where it is, and what is known of the water beyond.
@@ -365,6 +368,7 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
 
 /// Refuses what moving particles do not have, and a scenario without any water.
 fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
+    check_alone(node, reader)?;
     let boundaries = match node.get("boundaries").map(|list| &list.value) {
         Some(Value::List(entries)) => entries.as_slice(),
         _ => &[],

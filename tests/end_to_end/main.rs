@@ -6,6 +6,7 @@ mod bad_scenarios;
 mod boundaries;
 mod commands;
 mod dam_breaks;
+mod hot_start;
 mod plan;
 mod terrain;
 mod whole_runs;

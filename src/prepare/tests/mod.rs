@@ -6,4 +6,5 @@ mod ground;
 mod malpasset;
 mod roughness;
 mod scene;
+mod start;
 mod still_water;

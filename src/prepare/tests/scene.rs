@@ -32,6 +32,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         ground: Ground::default(),
         roughness: Roughness::uniform(0.03),
         initial: Vec::new(),
+        start: Start::default(),
         walls: Vec::new(),
         open: Vec::new(),
         boundaries: Vec::new(),
