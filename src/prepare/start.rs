@@ -19,7 +19,7 @@ use crate::geodata::{Crs, readable_file, same_horizontal, spatial_ref};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::OutputCrs;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::{Motion, Seeding};
 use crate::scenario::{EarlierRun, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
 use crate::solver::Breach;
@@ -47,17 +47,32 @@ enum Place {
 #[derive(Debug, Default)]
 pub(super) struct Opened(Vec<Option<Place>>);
 
-/// Opens the files of water with a depth, and refuses what moving particles do not have.
+/// Opens the files of water with a depth, and refuses what moving particles do not have. (Two halves of a flood with 300 of them differed
+/// from the whole by 0.2 m of depth, when they were laid anew on the cells in between; with resting ones by 2e-5 m.)
 pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let start = &scenario.start;
     if scenario.numerics.motion == Motion::Lagrangian {
-        let problem = |what: &str| {
-            Problem::error(ProblemKind::Scenario, "method-combination", "", format!("moving particles know no {what}"))
-                .with_cause("their filling begins with water at rest at a level")
-                .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`), or give a `level`")
+        let refused = |message: &str, cause: &str, remedy: &str| {
+            Problem::error(ProblemKind::Scenario, "method-combination", "", message)
+                .with_cause(cause)
+                .with_remedy(remedy)
         };
-        start.depths.iter().for_each(|water| findings.add(&water.place, problem("water of a depth at the start")));
-        start.earlier.iter().for_each(|earlier| findings.add(&earlier.fields, problem("state of an earlier run")));
+        if let Some(earlier) = &start.earlier {
+            let problem = refused(
+                "moving particles do not go on where another run was",
+                "its file has the water on the lattice, and particles laid anew on that are not where they were",
+                "leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`)",
+            );
+            findings.add(&earlier.fields, problem);
+        }
+        for water in start.depths.iter().filter(|_| scenario.numerics.seeding == Seeding::EqualVolume) {
+            let problem = refused(
+                "equal-volume filling knows no water of a depth",
+                "it fills bodies of still water to their level",
+                "write `seeding: lattice`, or give a `level`",
+            );
+            findings.add(&water.place, problem);
+        }
     }
     Opened(start.depths.iter().map(|water| place(water, crs, scenario, findings)).collect())
 }

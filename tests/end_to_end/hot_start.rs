@@ -221,6 +221,9 @@ fn rivers_and_ponds_begin_with_their_depth() {
     assert_eq!((count(0.8), count(0.5)), (60 * 3, 4));
     assert!((volume(&run, "initial") - 25.0 * (60.0 * 3.0 * 0.8 + 4.0 * 0.5)).abs() < 1e-6);
     assert!(volume(&run, "error_relative").abs() < 1e-12);
+    let (moving, _) = scene.run("moving", &[initial, "time.end=10 s", "boundaries=[]", "numerics.motion=lagrangian"]);
+    assert!((volume(&moving, "initial") - volume(&run, "initial")).abs() < 1e-6);
+    assert!(volume(&moving, "error_relative").abs() < 1e-12);
     let plan = floodsim(scene.folder.path(), &["plan", "s.yaml", "--set", initial, "--set", "time.end=10 s"]);
     assert_eq!(plan.code, 0, "{}", plan.stderr);
 }

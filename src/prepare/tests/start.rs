@@ -5,7 +5,7 @@
 use super::scene::{Scene, sourced, vector};
 use crate::error::Severity;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::{Motion, Seeding};
 use crate::scenario::{EarlierRun, RiverWidth, WaterOfDepth};
 
 fn add(scene: &mut Scene, name: &str, depth: f64, river: Option<RiverWidth>) {
@@ -74,6 +74,7 @@ fn what_does_not_fit_is_refused_at_its_key() {
             scene.line("river.geojson", &[(1101.0, 2077.5), (1199.0, 2077.5)]);
             add(scene, "river.geojson", 0.75, Some(RiverWidth::Cell));
             scene.scenario.numerics.motion = Motion::Lagrangian;
+            scene.scenario.numerics.seeding = Seeding::EqualVolume;
         }),
         ("missing-file", "initial[0].fields", |scene| {
             let fields = sourced("initial[0].fields", scene.path("fields.nc"));
