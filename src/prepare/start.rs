@@ -20,7 +20,7 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::OutputCrs;
 use crate::scenario::methods::{Motion, Seeding};
-use crate::scenario::{EarlierRun, RiverWidth, Scenario, WaterOfDepth};
+use crate::scenario::{BoundaryCondition, EarlierRun, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
 use crate::solver::Breach;
 
@@ -72,6 +72,16 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
                 "write `seeding: lattice`, or give a `level`",
             );
             findings.add(&water.place, problem);
+        }
+    }
+    if start.earlier.is_some() {
+        for boundary in scenario.boundaries.iter().filter(|b| matches!(b.value.condition, BoundaryCondition::Free)) {
+            let message =
+                "this boundary takes the water before it at the start as that of a sea or lake at rest beyond";
+            let problem = Problem::warning(ProblemKind::Scenario, "free-after-earlier-run", "", message)
+                .with_cause("the start is the last moment of the earlier run, whose own start may have been dry here")
+                .with_remedy("give a `stage`, or `normal_depth` for water that only leaves");
+            findings.add(boundary, problem);
         }
     }
     Opened(start.depths.iter().map(|water| place(water, crs, scenario, findings)).collect())

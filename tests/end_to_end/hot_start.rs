@@ -175,6 +175,11 @@ fn what_does_not_fit_the_earlier_run_is_refused_with_its_place() {
     scene.assert_check(&["initial[0].time=last"], 0, &["warning[bed-of-earlier-run] initial[0].fields (s.yaml:5:20)"]);
     scene.assert_check(&["initial[0].time=20 s"], 0, &["0 errors"]);
     scene.assert_check(
+        &["initial[0].time=last", "boundaries[1]={side: east, type: free}"],
+        0,
+        &["warning[free-after-earlier-run] boundaries[1]", "remedy"],
+    );
+    scene.assert_check(
         &["initial[0].time=last", "resolution=2.5 m"],
         4,
         &[

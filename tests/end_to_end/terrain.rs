@@ -162,6 +162,21 @@ fn a_levee_diagonal_to_the_lattice_holds_the_wave_and_the_maps_show_what_was_bui
 }
 
 #[test]
+fn a_lake_rests_behind_a_levee_and_around_a_house() {
+    let scene = Scene::with(&[("boundaries: [{side: all, type: open}]\n", "")]);
+    scene.polygon(
+        "reservoir.geojson",
+        &[(1000.0, 2000.0), (1062.0, 2000.0), (1180.0, 2118.0), (1180.0, 2120.0), (1000.0, 2120.0)],
+    );
+    let (maps, run) = scene.run(&[]);
+    assert!((at(&maps, "max_depth", 1090.0, 2060.0) - 3.0).abs() < 1e-6);
+    let fastest = maps.values("max_speed").iter().copied().fold(0.0, f64::max);
+    assert!(fastest < 1e-12, "{fastest:e} m/s");
+    assert_eq!(wet_beyond(&maps), (0, 0.0));
+    assert!(run["volume_m3"]["error_relative"].as_f64().unwrap().abs() < 1e-14);
+}
+
+#[test]
 fn moving_particles_stay_behind_a_wide_levee_and_a_narrow_one_is_refused() {
     let moving = ["--set", "numerics.motion=lagrangian"];
     let narrow = floodsim(Scene::sound().folder.path(), &[&["check", "s.yaml"][..], &moving].concat());
