@@ -41,6 +41,8 @@ pub struct Feature {
     pub polygons: Vec<Polygon<f64>>,
     /// Polylines.
     pub lines: Vec<LineString<f64>>,
+    /// Of each polyline the z coordinates of its vertices; none where it has none.
+    pub heights: Vec<Vec<f64>>,
     /// Points with their z coordinate, if they have one.
     pub points: Vec<(Vec2, Option<f64>)>,
     /// Names and values of the attributes, unset ones left out.
@@ -196,7 +198,13 @@ fn take_apart(geometry: &Geometry, feature: &mut Feature) -> Result<(), String> 
             let (x, y, z) = geometry.get_point(0);
             feature.points.push((Vec2::new(x, y), geometry_type_has_z(geometry.geometry_type()).then_some(z)));
         }
-        OGRwkbGeometryType::wkbLineString => feature.lines.push(line_string(geometry)),
+        OGRwkbGeometryType::wkbLineString => {
+            let mut points = Vec::new();
+            geometry.get_points(&mut points);
+            let has_z = geometry_type_has_z(geometry.geometry_type());
+            feature.heights.push(if has_z { points.iter().map(|point| point.2).collect() } else { Vec::new() });
+            feature.lines.push(points.into_iter().map(|(x, y, _)| Coord { x, y }).collect());
+        }
         OGRwkbGeometryType::wkbPolygon => {
             let mut rings = (0..geometry.geometry_count()).map(|i| line_string(&geometry.get_geometry(i)));
             if let Some(outer) = rings.next() {

@@ -16,6 +16,8 @@ pub struct BedParticles {
     pub curvature: Vec<Sym2>,
     /// Manning roughness n (s·m^(−1/3)).
     pub manning: Vec<f64>,
+    /// Cells without terrain whose edge no boundary opens, such as buildings; ascending.
+    pub sealed: Vec<usize>,
 }
 
 impl BedParticles {
@@ -23,6 +25,16 @@ impl BedParticles {
     #[inline]
     pub fn has_terrain(&self, index: usize) -> bool {
         !self.elevation[index].is_nan()
+    }
+
+    /// Whether a face, given by its midpoint (local coordinates, m), is one of a sealed cell.
+    pub fn is_sealed(&self, midpoint: Vec2) -> bool {
+        let quarter = 0.25 * self.lattice.spacing;
+        let steps =
+            [Vec2::new(quarter, 0.0), Vec2::new(-quarter, 0.0), Vec2::new(0.0, quarter), Vec2::new(0.0, -quarter)];
+        let is_sealed = |cell: usize| self.sealed.binary_search(&cell).is_ok();
+        !self.sealed.is_empty()
+            && steps.into_iter().any(|step| self.lattice.cell_at(midpoint + step).is_some_and(is_sealed))
     }
 
     /// A bed from elevations alone, with zero slope and curvature and one roughness: for tests and made cases.
@@ -35,6 +47,7 @@ impl BedParticles {
             slope: vec![Vec2::ZERO; cells],
             curvature: vec![Sym2::default(); cells],
             manning: vec![manning; cells],
+            sealed: Vec::new(),
         }
     }
 }

@@ -80,7 +80,8 @@ fn rings(bed: &BedParticles, open: &OpenEdges) -> Vec<Vec<Face>> {
             while !is_used[slot(vertex, k)] {
                 is_used[slot(vertex, k)] = true;
                 let face = Face { start: vertex, direction: directions[k], is_open: false };
-                ring.push(Face { is_open: open.is_open(midpoint(&face) * lattice.spacing), ..face });
+                let place = midpoint(&face) * lattice.spacing;
+                ring.push(Face { is_open: open.is_open(place) && !bed.is_sealed(place), ..face });
                 vertex = face.end();
                 // Left turn first: diagonal cells with terrain are not joined.
                 match [1, 0, 3].into_iter().map(|turn| (k + turn) % 4).find(|&next| exists(vertex, next)) {
@@ -230,5 +231,20 @@ mod tests {
         let length: f64 = open.iter().map(|edge| (edge.end - edge.start).norm()).sum();
         assert!((length - 10.0).abs() < 1e-12);
         assert!((enclosed_area(&edges) - 140.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sealed_cells_stay_closed_whatever_opens_the_outline() {
+        let hole = |column: usize, row: usize| (3..5).contains(&column) && row == 2;
+        let mut bed = bed(7, 5, |column, row| !hole(column, row));
+        let everything = OpenEdges { whole_outline: true, ..OpenEdges::default() };
+        assert!(outline(&bed, &everything).iter().all(|edge| edge.is_open));
+        bed.sealed = (0..35).filter(|&index| hole(index % 7, index / 7)).collect();
+        let closed: Vec<Edge> = outline(&bed, &everything).into_iter().filter(|edge| !edge.is_open).collect();
+        assert!(!closed.is_empty());
+        for edge in closed {
+            let middle = (edge.start + edge.end) * 0.5;
+            assert!((middle - Vec2::new(8.0, 5.0)).norm() < 3.0, "{middle:?}");
+        }
     }
 }

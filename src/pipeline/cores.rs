@@ -98,10 +98,27 @@ pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, lev
     }
 }
 
-/// The core of the scenario's formulation and motion, with its water at rest.
-pub fn build(scenario: &Scenario, problem: FlowProblem, seeds: Vec<FluidSeed>) -> Box<dyn FlowSolver> {
+/// The core of the scenario's formulation and motion, with the velocity (m/s) of the water of each cell; it is at rest when there is none.
+pub fn build(
+    scenario: &Scenario,
+    problem: FlowProblem,
+    seeds: Vec<FluidSeed>,
+    velocity: &[Vec2],
+) -> Box<dyn FlowSolver> {
+    let lattice = problem.bed.lattice.clone();
+    let at = |place: Vec2| lattice.cell_at(place).and_then(|cell| velocity.get(cell)).copied().unwrap_or_default();
     match Core::new(&scenario.numerics, problem, || seeds, Dimension::Two) {
-        Core::Resting(solver) => solver,
-        Core::Moving(solver) => solver,
+        Core::Resting(mut solver) => {
+            if !velocity.is_empty() {
+                solver.set_velocity(at);
+            }
+            solver
+        }
+        Core::Moving(mut solver) => {
+            if !velocity.is_empty() {
+                solver.set_velocity(&at);
+            }
+            solver
+        }
     }
 }

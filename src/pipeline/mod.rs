@@ -99,7 +99,7 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let levels: Vec<f64> = prepared.waters.iter().map(|water| water.level).collect();
     let seeds = cores::seeds(scenario, &problem, &still, &levels);
     let moving = summary::MovingAtStart::of(&seeds);
-    let solver = cores::build(scenario, problem, seeds);
+    let solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
     let manifest = first_manifest(scenario, options, &prepared, &bed);
     let run = Run { manifest, scenario, folder, prepared, still, moving, clock };
     run.execute(solver, bed, !options.quiet)

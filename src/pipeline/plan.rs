@@ -17,7 +17,9 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::{books, cores, flow_problem, memory_mib, recorder_plan, seeding_warnings, thread_pool};
+use crate::bed::BedParticles;
 use crate::error::{Error, Problem, ProblemKind};
+use crate::math::Vec2;
 use crate::output::Recorder;
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::Scenario;
@@ -138,9 +140,13 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     prepared.problems.extend(seeding_warnings(&prepared, &still));
     let levels: Vec<f64> = prepared.waters.iter().map(|water| water.level).collect();
     let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
-    let reach = reach(&bed, &still, &levels, &problem.walls, scenario.numerics.dry_depth);
+    let reach = {
+        let (still, levels) =
+            with_flowing_water(&still, &levels, &bed, &prepared.initial_velocity, scenario.numerics.gravity);
+        reach(&bed, &still, &levels, &problem.walls, scenario.numerics.dry_depth)
+    };
     let seeds = cores::seeds(scenario, &problem, &still, &levels);
-    let mut solver = cores::build(scenario, problem, seeds);
+    let mut solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
     let mut recorder = Recorder::new(recorder_plan(scenario, &prepared, bed));
     let preparation = start.elapsed().as_secs_f64();
     let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
@@ -152,6 +158,31 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
         return Err(Error::Problems(with_memory_problem(plan, scenario, limit)));
     }
     Ok(plan)
+}
+
+/// The bodies of water, and as one more of them the water that belongs to none, with the greatest head z + d + v²/(2 g) of its cells
+/// (m): it gets no higher without inflow.
+fn with_flowing_water(
+    still: &StillWater,
+    levels: &[f64],
+    bed: &BedParticles,
+    velocity: &[Vec2],
+    gravity: f64,
+) -> (StillWater, Vec<f64>) {
+    let (mut still, mut levels) = (still.clone(), levels.to_vec());
+    let number = levels.len() as u32;
+    let mut highest = f64::NEG_INFINITY;
+    for cell in 0..still.depth.len() {
+        if still.depth[cell] > 0.0 && still.body[cell].is_none() {
+            let speed = velocity.get(cell).map_or(0.0, |velocity| velocity.norm());
+            highest = highest.max(bed.elevation[cell] + still.depth[cell] + speed * speed / (2.0 * gravity));
+            still.body[cell] = Some(number);
+        }
+    }
+    if highest > f64::NEG_INFINITY {
+        levels.push(highest);
+    }
+    (still, levels)
 }
 
 /// Takes the first steps of a run.

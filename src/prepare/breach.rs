@@ -1,11 +1,10 @@
 //! A dam that breaks: its file, its ridge on the lattice, and whether its opening fits it.
 
-use std::collections::BTreeMap;
-
+use super::burn::{crossed, station_of};
 use super::findings::Findings;
 use super::grid::REACH;
 use super::places;
-use crate::bed::{BedParticles, Surface};
+use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -16,7 +15,6 @@ use crate::scenario::{
 };
 use crate::seeding::StillWater;
 use crate::solver::{Breach, DamCell, GrowthLaw, Opening, Trigger};
-use crate::terrain::Terrain;
 
 /// Attributes that may hold the crest where the scenario names none.
 const CREST_NAMES: [&str; 2] = ["crest_m", "crest"];
@@ -306,148 +304,5 @@ pub(super) fn check_level(
             .with_remedy("lower it, add a boundary, a source or rain, or let the breach begin at a time")
             .with_at(bed.lattice.to_map(place));
         findings.add(source, problem);
-    }
-}
-
-/// The terrain with the dam on it, so that what is filled to a level knows the dam.
-pub(super) struct WithDam<'a> {
-    terrain: &'a Terrain,
-    lattice: &'a Lattice,
-    crest: f64,
-    /// The cells of the dam, in ascending order.
-    cells: Vec<usize>,
-}
-
-impl<'a> WithDam<'a> {
-    pub fn new(terrain: &'a Terrain, lattice: &'a Lattice, breach: Option<&Breach>) -> Self {
-        let mut cells: Vec<usize> = breach.iter().flat_map(|breach| &breach.cells).map(|cell| cell.cell).collect();
-        cells.sort_unstable();
-        WithDam { terrain, lattice, crest: breach.map_or(f64::NEG_INFINITY, |breach| breach.crest), cells }
-    }
-
-    fn raised(&self, place: Vec2, elevation: f64) -> f64 {
-        let is_dam = !self.cells.is_empty()
-            && self
-                .lattice
-                .cell_at(self.lattice.to_local(place))
-                .is_some_and(|cell| self.cells.binary_search(&cell).is_ok());
-        if is_dam { elevation.max(self.crest) } else { elevation }
-    }
-}
-
-impl Surface for WithDam<'_> {
-    fn elevation(&self, map: Vec2) -> Option<f64> {
-        self.terrain.elevation(map).map(|elevation| self.raised(map, elevation))
-    }
-
-    fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {
-        let first = out.len();
-        self.terrain.samples(centre, radius, out);
-        for (place, elevation) in &mut out[first..] {
-            *elevation = self.raised(*place, *elevation);
-        }
-    }
-}
-
-/// The cells that a line (local coordinates, m) crosses, in ascending order, each with the station (m) of its centre.
-///
-/// They close every way from cell to cell through a common edge: where the line passes through a corner, the two cells on its
-/// way meet there, and the other two have no common edge.
-fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeMap<usize, f64> {
-    let mut found = BTreeMap::new();
-    let index = |x: f64, count: usize| ((x / lattice.spacing).floor().max(0.0) as usize).min(count.saturating_sub(1));
-    for piece in line.windows(2) {
-        let [a, b] = [piece[0], piece[1]];
-        for row in index(a.y.min(b.y), lattice.rows)..=index(a.y.max(b.y), lattice.rows) {
-            for column in index(a.x.min(b.x), lattice.columns)..=index(a.x.max(b.x), lattice.columns) {
-                let corner = Vec2::new(column as f64, row as f64) * lattice.spacing;
-                if passes(piece, corner, lattice.spacing) {
-                    let cell = lattice.index(column, row);
-                    found.entry(cell).or_insert_with(|| station_of(lattice.centre(cell), line).0);
-                }
-            }
-        }
-    }
-    found
-}
-
-/// Whether a piece has a part of some length in a cell; along an edge it belongs to the cell beyond, as places do.
-fn passes(piece: &[Vec2], corner: Vec2, spacing: f64) -> bool {
-    let (start, along) = (piece[0], piece[1] - piece[0]);
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for (start, along, low) in [(start.x, along.x, corner.x), (start.y, along.y, corner.y)] {
-        if along.abs() > 0.0 {
-            let (a, b) = ((low - start) / along, (low + spacing - start) / along);
-            from = from.max(a.min(b));
-            to = to.min(a.max(b));
-        } else if start < low || start >= low + spacing {
-            return false;
-        }
-    }
-    from < to
-}
-
-/// The station (m) along a line of the place on it that is nearest to a place, and its distance (m).
-fn station_of(place: Vec2, line: &[Vec2]) -> (f64, f64) {
-    let mut best = (0.0, f64::INFINITY);
-    let mut before = 0.0;
-    for piece in line.windows(2) {
-        let along = piece[1] - piece[0];
-        let share = ((place - piece[0]).dot(along) / along.norm_squared()).clamp(0.0, 1.0);
-        let distance = (place - (piece[0] + along * share)).norm();
-        if distance < best.1 {
-            best = (before + share * along.norm(), distance);
-        }
-        before += along.norm();
-    }
-    best
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn lattice() -> Lattice {
-        Lattice { origin: Vec2::ZERO, columns: 12, rows: 10, spacing: 2.0 }
-    }
-
-    #[test]
-    fn the_cells_of_a_line_close_every_way_through_edges() {
-        let lattice = lattice();
-        let lines = [
-            vec![Vec2::new(9.3, -1.0), Vec2::new(9.3, 21.0)],
-            vec![Vec2::new(2.0, 0.0), Vec2::new(22.0, 20.0)],
-            vec![Vec2::new(10.0, -1.0), Vec2::new(10.0, 21.0)],
-            vec![Vec2::new(3.1, -0.5), Vec2::new(15.7, 8.2), Vec2::new(6.4, 20.5)],
-        ];
-        for line in lines {
-            let dam = crossed(&line, &lattice);
-            // Water from the west over edges reaches no cell of the eastern edge.
-            let mut reached: Vec<usize> = (0..10).map(|row| row * 12).filter(|cell| !dam.contains_key(cell)).collect();
-            let mut next = 0;
-            while next < reached.len() {
-                let (column, row) = lattice.column_row(reached[next]);
-                next += 1;
-                for (dc, dr) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
-                    let (c, r) = (column as isize + dc, row as isize + dr);
-                    if (0..12).contains(&c) && (0..10).contains(&r) {
-                        let cell = lattice.index(c as usize, r as usize);
-                        if !dam.contains_key(&cell) && !reached.contains(&cell) {
-                            reached.push(cell);
-                        }
-                    }
-                }
-            }
-            assert!(!reached.is_empty() && reached.iter().all(|cell| cell % 12 != 11), "{line:?}");
-        }
-    }
-
-    #[test]
-    fn a_line_along_an_edge_raises_one_row_of_cells() {
-        let lattice = lattice();
-        let dam = crossed(&[Vec2::new(10.0, 0.0), Vec2::new(10.0, 20.0)], &lattice);
-        assert_eq!(dam.len(), 10);
-        assert!(dam.keys().all(|cell| cell % 12 == 5));
-        assert!((dam[&5] - 1.0).abs() < 1e-12 && (dam[&(9 * 12 + 5)] - 19.0).abs() < 1e-12);
     }
 }

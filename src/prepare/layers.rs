@@ -3,12 +3,16 @@
 use gdal::spatial_ref::SpatialRef;
 
 use super::findings::Findings;
+use super::polygons::cells_inside;
+use super::water;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, transform};
+use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::scenario::{CrsChoice, Scenario, Sourced, TerrainLayer};
+use crate::scenario::{CrsChoice, LayerMode, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::terrain::{
-    Layer, RasterFile, RasterRequest, Resampling, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
+    Layer, Overlay, Raster, RasterFile, RasterRequest, Resampling, Survey, SurveyFile, SurveyPoint, Terrain,
+    read_survey,
 };
 
 /// A terrain file that is open, with its place in the scenario.
@@ -48,7 +52,9 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>
             Opened::Survey(source, file) => read_points(source, file, scenario, run, findings).map(Layer::Survey),
         })
         .collect();
-    for (upper, source) in scenario.layers.iter().enumerate() {
+    // A layer that is the lower or the higher one is meant to lie apart.
+    for (upper, source) in scenario.layers.iter().enumerate().filter(|(_, source)| overlay(source) == Overlay::Replace)
+    {
         if let Some(problem) =
             layers.get(upper).and_then(Option::as_ref).and_then(|layer| apart(layer, &layers[..upper]))
         {
@@ -56,8 +62,20 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>
         }
     }
     // Checks against a terrain with a missing layer would only report its absence many times.
-    let complete: Option<Vec<Layer>> = layers.into_iter().collect();
-    (crs, complete.filter(|_| all_opened).and_then(Terrain::new))
+    let overlays = scenario.layers.iter().map(overlay);
+    let complete: Option<Vec<(Layer, Overlay)>> =
+        layers.into_iter().zip(overlays).map(|(layer, overlay)| Some((layer?, overlay))).collect();
+    (crs, complete.filter(|_| all_opened).and_then(Terrain::with_overlays))
+}
+
+/// How a layer meets those under it.
+fn overlay(layer: &Sourced<TerrainLayer>) -> Overlay {
+    let (TerrainLayer::Raster { mode, .. } | TerrainLayer::Points { mode, .. }) = layer.value;
+    match mode {
+        LayerMode::Replace => Overlay::Replace,
+        LayerMode::Min => Overlay::Min,
+        LayerMode::Max => Overlay::Max,
+    }
 }
 
 /// Median difference (m) of two overlapping layers above which they hardly share a vertical datum.
@@ -186,8 +204,8 @@ fn read_raster(
     scenario: &Scenario,
     run: &Crs,
     findings: &mut Findings,
-) -> Option<crate::terrain::Raster> {
-    let TerrainLayer::Raster { path, offset, unit } = &source.value else {
+) -> Option<Raster> {
+    let TerrainLayer::Raster { path, offset, unit, clip, .. } = &source.value else {
         return None;
     };
     let request = RasterRequest {
@@ -199,8 +217,11 @@ fn read_raster(
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
     };
-    let (raster, warnings) = findings.take(source, file.read(&request, run))?;
+    let (mut raster, warnings) = findings.take(source, file.read(&request, run))?;
     findings.add_all(source, warnings);
+    if let Some(clip) = clip {
+        cut(&mut raster, clip, run, scenario, findings)?;
+    }
     let cell = raster.cell_x.min(raster.cell_y);
     if scenario.resolution.value < 0.5 * cell {
         let message = format!(
@@ -217,6 +238,45 @@ fn read_raster(
     Some(raster)
 }
 
+/// Takes the data out of the cells of a raster whose centres lie outside the polygons of a file.
+fn cut(
+    raster: &mut Raster,
+    clip: &Sourced<VectorSource>,
+    run: &Crs,
+    scenario: &Scenario,
+    findings: &mut Findings,
+) -> Option<()> {
+    let area = water::area(clip, Some(run), scenario, findings)?;
+    // Its cells as a lattice of squares of 1, whatever their shape.
+    let origin = Vec2::new(raster.west, raster.south());
+    let to_cells =
+        |c: geo::Coord<f64>| geo::Coord { x: (c.x - origin.x) / raster.cell_x, y: (c.y - origin.y) / raster.cell_y };
+    let scaled = geo::MapCoords::map_coords(&area, to_cells);
+    let lattice = Lattice { origin: Vec2::ZERO, columns: raster.columns, rows: raster.rows, spacing: 1.0 };
+    let mut kept = vec![f64::NAN; raster.values.len()];
+    for cell in cells_inside(&scaled, &lattice) {
+        let (column, from_south) = lattice.column_row(cell);
+        let index = (raster.rows - 1 - from_south) * raster.columns + column;
+        kept[index] = raster.values[index];
+    }
+    if kept.iter().all(|value| value.is_nan()) {
+        let message = format!("the polygons of {} hold no data of this layer", clip.value.path.display());
+        let problem = Problem::error(ProblemKind::Input, "clip-outside-layer", "", message)
+            .with_cause(format!(
+                "the layer reaches from {:.0}, {:.0} to {:.0}, {:.0}",
+                raster.west,
+                raster.south(),
+                raster.east(),
+                raster.north
+            ))
+            .with_remedy("check that the file and the layer have the same CRS, or take `clip` out");
+        findings.add(clip, problem);
+        return None;
+    }
+    raster.values = kept;
+    Some(())
+}
+
 fn read_points(
     source: &Sourced<TerrainLayer>,
     file: SurveyFile,
@@ -224,7 +284,7 @@ fn read_points(
     run: &Crs,
     findings: &mut Findings,
 ) -> Option<Survey> {
-    let TerrainLayer::Points { path, interpolation, max_gap, offset } = &source.value else {
+    let TerrainLayer::Points { path, interpolation, max_gap, offset, .. } = &source.value else {
         return None;
     };
     findings.add_all(source, file.warnings);

@@ -4,9 +4,12 @@
 //! solver, gauges and the reference system for the outputs.
 
 mod breach;
+mod burn;
 mod findings;
 mod forcing;
+mod gaps;
 mod grid;
+mod ground;
 mod layers;
 mod places;
 mod polygons;
@@ -14,6 +17,8 @@ mod rain;
 mod raster;
 mod roughness;
 mod series;
+mod shaped;
+mod start;
 mod water;
 
 use std::path::{Path, PathBuf};
@@ -32,6 +37,7 @@ use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
+use shaped::{Change, Changes};
 use water::SourcedBody;
 
 /// Water that stands still at the start.
@@ -101,6 +107,8 @@ pub struct Prepared {
     pub waters: Vec<StillBody>,
     /// The bodies on the lattice: depths, volumes, leaks.
     pub still_water: Option<StillWater>,
+    /// Velocity (m/s) of the water of each cell at the start; empty where it rests.
+    pub initial_velocity: Vec<Vec2>,
     /// Cross-sections.
     pub sections: Vec<Section>,
     /// Gauges.
@@ -171,6 +179,8 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
     let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let dam = breach::open(scenario, crs.as_ref(), &mut findings);
+    let start = start::open(scenario, crs.as_ref(), &mut findings);
+    let ground = ground::open(scenario, crs.as_ref(), &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
         terrain,
@@ -182,6 +192,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         bed: None,
         waters: Vec::new(),
         still_water: None,
+        initial_velocity: Vec::new(),
         sections: Vec::new(),
         gauges,
         inputs: inputs(scenario),
@@ -190,7 +201,8 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        place_on_lattice(scenario, &mut prepared, lines, (&mut opened, &rough, dam.as_ref()), bodies, &mut findings);
+        let files = Files { forcing: &mut opened, rough: &rough, dam: dam.as_ref(), ground: &ground, start: &start };
+        place_on_lattice(scenario, &mut prepared, lines, files, bodies, &mut findings);
     }
     prepared.sections = opened.sections;
     prepared.problems = findings.into_problems();
@@ -200,12 +212,21 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
 /// Of several files the straight pieces of their lines (map coordinates), as far as they could be read.
 type Lines = Vec<Option<Vec<[Vec2; 2]>>>;
 
+/// Files that are open, before what they hold is put on the lattice.
+struct Files<'a> {
+    forcing: &'a mut forcing::Opened,
+    rough: &'a roughness::Opened,
+    dam: Option<&'a breach::Opened>,
+    ground: &'a ground::Opened,
+    start: &'a start::Opened,
+}
+
 /// The lattice, and everything that is checked on it.
 fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    (opened, rough, dam): (&mut forcing::Opened, &roughness::Opened, Option<&breach::Opened>),
+    Files { forcing: opened, rough, dam, ground, start }: Files<'_>,
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -217,7 +238,10 @@ fn place_on_lattice(
         return;
     };
     let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.roughness.manning.unwrap_or(0.0));
+    let mut changes = Changes::default();
+    gaps::treat(scenario.ground.gaps.as_ref(), &mut bed, &mut changes, findings);
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
+    ground::on_lattice(ground, scenario, &mut bed, &mut changes, findings);
     let breach = breach::on_lattice(dam, scenario, &mut bed, findings);
     for (source, pieces) in scenario.walls.iter().zip(walls) {
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
@@ -225,14 +249,20 @@ fn place_on_lattice(
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
     prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);
     water::check(&mut bodies, &bed, findings);
-    let surface = breach::WithDam::new(terrain, &lattice, breach.as_ref());
-    let still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
+    for (breach, cell) in breach.iter().flat_map(|breach| breach.cells.iter().map(move |cell| (breach, cell))) {
+        changes.note(cell.cell, Change::Raise(breach.crest));
+    }
+    let surface = changes.on(terrain, &lattice);
+    let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
+    start::wet(start, scenario, &bed, &mut still_water, findings);
+    prepared.initial_velocity =
+        start::take_over(scenario, &prepared.crs, breach.as_ref(), &mut bed, &mut still_water, findings);
     if let Some(breach) = &breach {
         breach::check_level(scenario, breach, &bed, &still_water, findings);
     }
     prepared.forcing.breach = breach;
     if let Some(source) = &scenario.outputs.gauges {
-        places::check_gauges(source, &prepared.gauges, terrain, findings);
+        places::check_gauges(source, &prepared.gauges, terrain.extent(), &surface, findings);
     }
     let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
     let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
@@ -255,11 +285,19 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let layers = scenario.layers.iter().map(|layer| match &layer.value {
         TerrainLayer::Raster { path, .. } | TerrainLayer::Points { path, .. } => path,
     });
+    let clips = scenario.layers.iter().filter_map(|layer| match &layer.value {
+        TerrainLayer::Raster { clip, .. } => clip.as_ref().map(|clip| &clip.value.path),
+        TerrainLayer::Points { .. } => None,
+    });
+    let breaklines = scenario.ground.breaklines.iter().map(|line| &line.lines.value.path);
+    let buildings = scenario.ground.buildings.iter().map(|buildings| &buildings.polygons.value.path);
     let open = scenario.open.iter().filter_map(|boundary| match boundary {
         OpenBoundary::Lines(source) => Some(&source.value.path),
         OpenBoundary::Side(_) => None,
     });
     let vectors = scenario.initial.iter().map(|water| &water.polygons.value.path);
+    let depths = scenario.start.depths.iter().map(|water| &water.place.value.path);
+    let earlier = scenario.start.earlier.iter().map(|earlier| &earlier.fields.value);
     let walls = scenario.walls.iter().map(|source| &source.value.path);
     let dam = scenario.breach.iter().map(|breach| &breach.dam.value.path);
     let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
@@ -270,8 +308,13 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let forcing = forcing_files(scenario);
     let mut paths: Vec<PathBuf> = Vec::new();
     for path in layers
+        .chain(clips)
+        .chain(breaklines)
+        .chain(buildings)
         .chain(rough)
         .chain(vectors)
+        .chain(depths)
+        .chain(earlier)
         .chain(walls)
         .chain(dam)
         .chain(open)

@@ -4,6 +4,7 @@ use geo::LineString;
 
 use super::findings::Findings;
 use super::grid::{REACH, faces_opened, open_side};
+use crate::bed::Surface;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::lattice::Lattice;
@@ -11,7 +12,6 @@ use crate::math::Vec2;
 use crate::output::Gauge;
 use crate::scenario::{OpenBoundary, Scenario, Sourced, VectorSource};
 use crate::solver::OpenEdges;
-use crate::terrain::Terrain;
 use crate::vector::{self, Feature};
 
 fn input_error(code: &'static str, message: String) -> Problem {
@@ -215,14 +215,14 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
     feature.points.iter().enumerate().map(gauge).collect()
 }
 
-/// Warns of gauges that no water can reach; refuses them when all lie outside the terrain, which is a fault of coordinates.
+/// Warns of gauges that no water can reach, with the extent of the terrain and its surface; refuses them when all lie outside the terrain, which is a fault of coordinates.
 pub(super) fn check_gauges(
     source: &Sourced<VectorSource>,
     gauges: &[Gauge],
-    terrain: &Terrain,
+    (min, max): (Vec2, Vec2),
+    surface: &impl Surface,
     findings: &mut Findings,
 ) {
-    let (min, max) = terrain.extent();
     let is_outside = |Vec2 { x, y }: Vec2| x < min.x || y < min.y || x > max.x || y > max.y;
     if let Some(first) = gauges.first()
         && gauges.iter().all(|gauge| is_outside(gauge.position))
@@ -241,8 +241,8 @@ pub(super) fn check_gauges(
     for gauge in gauges {
         let (code, what) = if is_outside(gauge.position) {
             ("gauge-outside-terrain", "lies outside the terrain")
-        } else if terrain.elevation(gauge.position).is_none() {
-            ("gauge-on-nodata", "lies where the terrain has no data")
+        } else if surface.elevation(gauge.position).is_none() {
+            ("gauge-on-nodata", "lies where the terrain has no data, or in a building,")
         } else {
             continue;
         };

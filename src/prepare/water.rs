@@ -110,6 +110,30 @@ fn warn_of_other_levels(water: &InitialWater, level: &Sourced<f64>, features: &[
     }
 }
 
+/// All polygons of a file as one area.
+pub(super) fn area(
+    source: &Sourced<VectorSource>,
+    crs: Option<&Crs>,
+    scenario: &Scenario,
+    findings: &mut Findings,
+) -> Option<geo::MultiPolygon<f64>> {
+    let features = features(source, crs, scenario.reproject, findings)?;
+    let mut polygons = Vec::new();
+    let mut is_sound = true;
+    for feature in features {
+        for polygon in feature.polygons {
+            is_sound &= check_polygon(source, feature.number, &polygon, findings);
+            polygons.push(polygon);
+        }
+    }
+    if polygons.is_empty() {
+        let problem = input_error("empty-polygon", format!("{} holds no polygon", source.value.path.display()));
+        findings.add(source, problem.with_remedy("draw the area as a polygon"));
+        return None;
+    }
+    is_sound.then(|| polygons::union(polygons))
+}
+
 /// Reports the fault of a polygon; says whether it can be used.
 pub(super) fn check_polygon(
     source: &Sourced<VectorSource>,
@@ -247,7 +271,8 @@ fn check_nodata(
 ) -> Result<(), Problem> {
     let lattice = &bed.lattice;
     let map = |cell: usize| lattice.to_map(lattice.centre(cell));
-    let missing: Vec<usize> = cells.iter().copied().filter(|&cell| bed.elevation[cell].is_nan()).collect();
+    let is_missing = |cell: usize| bed.elevation[cell].is_nan() && bed.sealed.binary_search(&cell).is_err();
+    let missing: Vec<usize> = cells.iter().copied().filter(|&cell| is_missing(cell)).collect();
     // Cells beyond the lattice are missing, too; the polygon's area tells of them.
     let beyond = body.body.polygon.unsigned_area() - (cells.len() - missing.len()) as f64 * lattice.cell_area();
     let area = beyond.max(missing.len() as f64 * lattice.cell_area());

@@ -138,6 +138,8 @@ kinds! {
     Gravity: ACCELERATION, "9.81", "greater than 0", |value| value > 0.0;
     /// Memory (bytes).
     Memory: MEMORY, "8 GB", "greater than 0", |value| value > 0.0;
+    /// A number of cells.
+    CellCount: NUMBER, "50", "1 or more", |value| value >= 1.0;
     /// A number of particles.
     Count: NUMBER, "50000000", "1 or more", |value| value >= 1.0;
 }

@@ -4,9 +4,11 @@
 
 use std::path::PathBuf;
 
+use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
 };
+use super::start::Start;
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -40,6 +42,10 @@ pub enum TerrainLayer {
         offset: f64,
         /// Factor from the file's unit to metres.
         unit: f64,
+        /// Polygons inside of which the layer counts; everywhere when absent.
+        clip: Option<Sourced<VectorSource>>,
+        /// How it meets the layers under it.
+        mode: LayerMode,
     },
     /// Bare survey points.
     Points {
@@ -51,6 +57,8 @@ pub enum TerrainLayer {
         max_gap: f64,
         /// Added to every elevation (m).
         offset: f64,
+        /// How it meets the layers under it.
+        mode: LayerMode,
     },
 }
 
@@ -413,10 +421,14 @@ pub struct Scenario {
     pub layers: Vec<Sourced<TerrainLayer>>,
     /// Whether terrain in another or a geographic CRS is warped to the CRS of the run.
     pub reproject: bool,
+    /// Holes, breaklines and buildings.
+    pub ground: Ground,
     /// Roughness of the ground.
     pub roughness: Roughness,
     /// Water at the start.
     pub initial: Vec<InitialWater>,
+    /// Water at the start that has no level.
+    pub start: Start,
     /// Polylines that no water crosses.
     pub walls: Vec<Sourced<VectorSource>>,
     /// Open parts of the outline through which water leaves.

@@ -9,6 +9,7 @@ use super::defaults::{
     machine_memory, sensible_interval,
 };
 use super::fields::Text;
+use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, WallMethod,
 };
@@ -22,7 +23,7 @@ use super::schema::{
     Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
 use super::units::INTENSITY;
-use super::{breach, preset, tree};
+use super::{breach, ground, preset, start, tree};
 use crate::error::{Error, Place, Problem, ProblemKind};
 
 /// Largest scenario file (bytes); data belongs into files of its own.
@@ -141,7 +142,12 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
     let name = scenario_name(file);
     let end_time = written.time.end.value();
     let resolution = written.resolution.sourced;
-    let (layers, reproject) = terrain(written.terrain);
+    let (layers, reproject, mut ground) = terrain(written.terrain);
+    let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));
+    let walls = walls.unwrap_or_default();
+    ground.breaklines.extend(ground::breaklines(Vec::new(), &walls));
+    ground.buildings = buildings.map(ground::buildings);
+    let (bodies, start) = start::split(written.initial.map_or_else(Vec::new, |entries| entries.0));
     let (open, boundaries) = boundaries(written.boundaries.unwrap_or_default());
     Scenario {
         file: file.to_owned(),
@@ -159,20 +165,11 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         },
         layers,
         reproject,
+        ground,
         roughness: roughness(written.roughness),
-        initial: written
-            .initial
-            .map_or_else(Vec::new, |entries| entries.0)
-            .into_iter()
-            .filter_map(initial_water)
-            .collect(),
-        walls: written
-            .structures
-            .and_then(|structures| structures.walls)
-            .unwrap_or_default()
-            .into_iter()
-            .map(|wall| wall.lines.0)
-            .collect(),
+        initial: bodies.into_iter().filter_map(initial_water).collect(),
+        start,
+        walls: walls.into_iter().filter(|wall| !wall.has_crest()).map(|wall| wall.lines.0).collect(),
         open,
         boundaries,
         sources: sources(written.sources.unwrap_or_default()),
@@ -198,15 +195,18 @@ fn scenario_name(file: &Path) -> String {
     absolute.parent().and_then(Path::file_name).map_or(stem, |folder| folder.to_string_lossy().into_owned())
 }
 
-fn terrain(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool) {
+fn terrain(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool, Ground) {
     match terrain {
         Terrain::Raster(file) => {
             let Sourced { value: path, key, place } = file.0;
-            (vec![Sourced { value: TerrainLayer::Raster { path, offset: 0.0, unit: 1.0 }, key, place }], false)
+            let value = TerrainLayer::Raster { path, offset: 0.0, unit: 1.0, clip: None, mode: LayerMode::default() };
+            (vec![Sourced { value, key, place }], false, Ground::default())
         }
         Terrain::Layers(section) => {
             let layers = section.layers.0.into_iter().filter_map(layer).collect();
-            (layers, section.reproject.unwrap_or(false))
+            let gaps = section.gaps.map(|gaps| gaps.0);
+            let breaklines = ground::breaklines(section.breaklines.unwrap_or_default(), &[]);
+            (layers, section.reproject.unwrap_or(false), Ground { gaps, breaklines, buildings: None })
         }
     }
 }
@@ -222,15 +222,17 @@ fn roughness(section: RoughnessSection) -> Roughness {
 
 fn layer(entry: LayerEntry) -> Option<Sourced<TerrainLayer>> {
     let offset = entry.offset.map_or(0.0, |offset| offset.value());
+    let mode = entry.mode.map_or(LayerMode::default(), |mode| mode.0.value);
     if let Some(raster) = entry.raster {
         let Sourced { value: path, key, place } = raster.0;
         let unit = entry.unit.map_or(ElevationUnit(1.0), |unit| unit.0.value).0;
-        return Some(Sourced { value: TerrainLayer::Raster { path, offset, unit }, key, place });
+        let clip = entry.clip.map(|clip| clip.0);
+        return Some(Sourced { value: TerrainLayer::Raster { path, offset, unit, clip, mode }, key, place });
     }
     let Sourced { value: path, key, place } = entry.points?.0;
     let interpolation = entry.interpolation.map_or(PointInterpolation::InverseDistance, |chosen| chosen.0.value);
     let max_gap = entry.max_gap?.value();
-    Some(Sourced { value: TerrainLayer::Points { path, interpolation, max_gap, offset }, key, place })
+    Some(Sourced { value: TerrainLayer::Points { path, interpolation, max_gap, offset, mode }, key, place })
 }
 
 fn initial_water(entry: InitialEntry) -> Option<InitialWater> {
@@ -453,7 +455,7 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         assert!(warnings.is_empty());
         assert_eq!(scenario.title, "Malpasset, 2 December 1959");
         assert_eq!(scenario.crs.value, CrsChoice::Local);
-        let TerrainLayer::Raster { path, offset, unit } = &scenario.layers[0].value else { panic!("not a raster") };
+        let TerrainLayer::Raster { path, offset, unit, .. } = &scenario.layers[0].value else { panic!("not a raster") };
         assert_eq!(path, Path::new("cases/malpasset/dem_20m.tif"));
         assert!(exact(*offset, 0.0) && exact(*unit, 1.0));
         assert!(exact(scenario.roughness.manning.unwrap(), 0.033) && exact(scenario.resolution.value, 20.0));

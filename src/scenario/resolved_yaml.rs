@@ -6,11 +6,13 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::choices::{Choice, ElevationUnit};
+use super::ground::{Breakline, BreaklineMode, BuildingMode, Gaps, LayerMode, LineLevel};
 use super::model::{
     BoundaryCondition, BreachFormula, BreachMode, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary,
     PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace, Sourced, TableFile, TerrainLayer, Timed,
     VectorSource,
 };
+use super::start::{RiverWidth, Start};
 
 impl Scenario {
     /// The text of `scenario.resolved.yaml`.
@@ -34,27 +36,28 @@ impl Scenario {
         writeln!(text, "terrain:\n  layers:")?;
         for layer in &self.layers {
             match &layer.value {
-                TerrainLayer::Raster { path, offset, unit } => {
+                TerrainLayer::Raster { path, offset, unit, clip, mode } => {
                     let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == unit.to_bits());
-                    writeln!(text, "    - {{raster: {}, offset: {offset} m, unit: {unit}}}", quoted_path(path))?;
+                    write!(text, "    - {{raster: {}, offset: {offset} m, unit: {unit}", quoted_path(path))?;
+                    if let Some(clip) = clip {
+                        write!(text, ", clip: {}", quoted_vector(clip))?;
+                    }
+                    writeln!(text, ", mode: {}}}", name_of(|candidate: &LayerMode| candidate == mode))?;
                 }
-                TerrainLayer::Points { path, interpolation, max_gap, offset } => {
+                TerrainLayer::Points { path, interpolation, max_gap, offset, mode } => {
                     let interpolation = name_of(|candidate: &PointInterpolation| candidate == interpolation);
                     let path = quoted_path(path);
                     writeln!(text, "    - points: {path}\n      interpolation: {interpolation}")?;
-                    writeln!(text, "      max_gap: {max_gap} m\n      offset: {offset} m")?;
+                    let mode = name_of(|candidate: &LayerMode| candidate == mode);
+                    writeln!(text, "      max_gap: {max_gap} m\n      offset: {offset} m\n      mode: {mode}")?;
                 }
             }
         }
         writeln!(text, "  reproject: {}", self.reproject)?;
+        self.write_ground(text)?;
         self.write_roughness(text)?;
-        if !self.walls.is_empty() {
-            writeln!(text, "structures:\n  walls:")?;
-        }
-        for wall in &self.walls {
-            writeln!(text, "    - {{lines: {}}}", quoted_vector(wall))?;
-        }
-        if !self.initial.is_empty() {
+        self.write_structures(text)?;
+        if !self.initial.is_empty() || self.start != Start::default() {
             writeln!(text, "initial:")?;
         }
         for water in &self.initial {
@@ -67,6 +70,7 @@ impl Scenario {
             }
             writeln!(text, "}}")?;
         }
+        self.write_start(text)?;
         if !self.open.is_empty() || !self.boundaries.is_empty() {
             writeln!(text, "boundaries:")?;
         }
@@ -80,6 +84,80 @@ impl Scenario {
             }
         }
         self.write_forcing(text)
+    }
+
+    fn write_start(&self, text: &mut String) -> std::fmt::Result {
+        for water in &self.start.depths {
+            let kind = if water.river.is_some() { "river" } else { water_kind(&water.place.key) };
+            write!(text, "  - {{{kind}: {}, depth: {} m", quoted_vector(&water.place), water.depth.value)?;
+            match &water.river {
+                Some(RiverWidth::Constant(width)) => write!(text, ", width: {width} m")?,
+                Some(RiverWidth::Field(field)) => write!(text, ", width_field: {}", quoted(field))?,
+                Some(RiverWidth::Cell) | None => {}
+            }
+            writeln!(text, "}}")?;
+        }
+        if let Some(earlier) = &self.start.earlier {
+            write!(text, "  - {{fields: {}, time: ", quoted_path(&earlier.fields.value))?;
+            match &earlier.time {
+                Some(time) => writeln!(text, "{} s}}", time.value)?,
+                None => writeln!(text, "last}}")?,
+            }
+        }
+        Ok(())
+    }
+
+    fn write_ground(&self, text: &mut String) -> std::fmt::Result {
+        match self.ground.gaps.as_ref().map(|gaps| gaps.value) {
+            None => {}
+            Some(Gaps::Wall) => writeln!(text, "  gaps: wall")?,
+            Some(Gaps::Refuse) => writeln!(text, "  gaps: error")?,
+            Some(Gaps::Fill { max_cells }) => writeln!(text, "  gaps: {{fill: idw, max_cells: {max_cells}}}")?,
+        }
+        let mut lines = self.ground.breaklines.iter().filter(|line| !is_wall(line)).peekable();
+        if lines.peek().is_some() {
+            writeln!(text, "  breaklines:")?;
+        }
+        for line in lines {
+            let mode = name_of(|candidate: &BreaklineMode| *candidate == line.mode);
+            write!(text, "    - {{lines: {}, mode: {mode}", quoted_vector(&line.lines))?;
+            write_level(text, "z", &line.level)?;
+            if let Some(width) = line.width {
+                write!(text, ", width: {width} m")?;
+            }
+            writeln!(text, "}}")?;
+        }
+        Ok(())
+    }
+
+    fn write_structures(&self, text: &mut String) -> std::fmt::Result {
+        let crested: Vec<&Breakline> = self.ground.breaklines.iter().filter(|line| is_wall(line)).collect();
+        let has_walls = !self.walls.is_empty() || !crested.is_empty();
+        if has_walls || self.ground.buildings.is_some() {
+            writeln!(text, "structures:")?;
+        }
+        if has_walls {
+            writeln!(text, "  walls:")?;
+        }
+        for wall in &self.walls {
+            writeln!(text, "    - {{lines: {}}}", quoted_vector(wall))?;
+        }
+        for wall in crested {
+            write!(text, "    - {{lines: {}", quoted_vector(&wall.lines))?;
+            write_level(text, "crest", &wall.level)?;
+            writeln!(text, "}}")?;
+        }
+        let Some(buildings) = &self.ground.buildings else { return Ok(()) };
+        write!(text, "  buildings: {{polygons: {}, mode: ", quoted_vector(&buildings.polygons))?;
+        match &buildings.mode {
+            BuildingMode::Block => write!(text, "block")?,
+            BuildingMode::Raise { height: Some(height), .. } => write!(text, "raise, height: {height} m")?,
+            BuildingMode::Raise { field: Some(field), .. } => write!(text, "raise, height_field: {}", quoted(field))?,
+            BuildingMode::Raise { .. } => write!(text, "raise")?,
+            BuildingMode::Roughness(Some(n)) => write!(text, "roughness, n: {n}")?,
+            BuildingMode::Roughness(None) => write!(text, "roughness")?,
+        }
+        writeln!(text, "}}")
     }
 
     fn write_roughness(&self, text: &mut String) -> std::fmt::Result {
@@ -222,6 +300,20 @@ impl Scenario {
     }
 }
 
+/// Whether a breakline is a wall with a crest.
+fn is_wall(line: &Breakline) -> bool {
+    line.lines.key.starts_with("structures.")
+}
+
+/// The level of a breakline after its other keys.
+fn write_level(text: &mut String, key: &str, level: &LineLevel) -> std::fmt::Result {
+    match level {
+        LineLevel::Constant(level) => write!(text, ", {key}: {} m", level.value),
+        LineLevel::Field(field) => write!(text, ", {key}_field: {}", quoted(field)),
+        LineLevel::Vertices => Ok(()),
+    }
+}
+
 /// A quantity over time; `unit` is that of SI.
 fn timed(timed: &Timed, unit: &str) -> String {
     match timed {
@@ -299,10 +391,28 @@ mod tests {
         plain.outputs.folder.place = None;
         for layer in &mut plain.layers {
             layer.place = None;
+            if let super::TerrainLayer::Raster { clip: Some(clip), .. } = &mut layer.value {
+                clip.place = None;
+            }
+        }
+        plain.ground.gaps.iter_mut().for_each(|gaps| gaps.place = None);
+        plain.ground.buildings.iter_mut().for_each(|buildings| buildings.polygons.place = None);
+        for line in &mut plain.ground.breaklines {
+            line.lines.place = None;
+            if let super::LineLevel::Constant(level) = &mut line.level {
+                level.place = None;
+            }
         }
         for water in &mut plain.initial {
             water.polygons.place = None;
             water.level.iter_mut().for_each(|level| level.place = None);
+        }
+        for water in &mut plain.start.depths {
+            (water.place.place, water.depth.place) = (None, None);
+        }
+        if let Some(earlier) = &mut plain.start.earlier {
+            earlier.fields.place = None;
+            earlier.time.iter_mut().for_each(|time| time.place = None);
         }
         plain.walls.iter_mut().for_each(|wall| wall.place = None);
         plain.outputs.gauges.iter_mut().for_each(|gauges| gauges.place = None);
@@ -402,6 +512,21 @@ mod tests {
     }
 
     #[test]
+    fn every_kind_of_water_reads_back_as_itself() {
+        for initial in [
+            "[{sea: a.geojson, level: 0.1 m}, {water: p.gpkg:pond, depth: 50 cm}, {river: r.shp, depth: 1 ft, width: 3 m}, \
+             {river: r.shp, depth: 1 m, width_field: \"w, m\"}, {river: r.shp, depth: 2 m}]",
+            "[{fields: before/fields.nc}]",
+            "[{fields: before/fields.nc, time: 90 s}]",
+        ] {
+            assert_round_trip(&format!(
+                "floodsim: 1\nterrain: dem.tif\nroughness: {{manning: 0.033}}\ninitial: {initial}\n\
+                 resolution: 20 m\ntime: {{end: 1 h}}\n",
+            ));
+        }
+    }
+
+    #[test]
     fn a_breach_reads_back_as_itself() {
         for breach in [
             "{dam: dam.gpkg:crest, crest: 105 m}",
@@ -474,10 +599,17 @@ crs: EPSG:27572
 terrain:
   layers:
     - {points: survey.txt, interpolation: natural_neighbour, max_gap: 0.3 km, offset: -12.5 cm}
-    - {raster: "b: 1.tif", unit: us_ft, offset: 1 ft}
+    - {raster: "b: 1.tif", unit: us_ft, offset: 1 ft, clip: "c.gpkg:in it", mode: min}
   reproject: true
+  gaps: {fill: idw, max_cells: 12}
+  breaklines:
+    - {lines: a.gpkg:levee, mode: raise, z_field: "crest, m", width: 3 ft}
+    - {lines: b.shp, mode: carve, z: 12.5 m}
+    - {lines: c.shp, mode: raise}
 roughness: {manning: 0}
-structures: {walls: [{lines: "walls.gpkg:dam wall"}]}
+structures:
+  walls: [{lines: "walls.gpkg:dam wall"}, {lines: low.geojson, crest: 3 m}, {lines: lower.geojson, crest_field: z}]
+  buildings: {polygons: b.gpkg:houses, mode: raise, height_field: h}
 initial:
   - {reservoir: r.gpkg:lake, level_field: pegel}
   - {water: w.shp}

@@ -13,12 +13,14 @@ use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
     Intensity, Length, Level, Manning, Memory, Offset, Quantity, Slope, Text, VectorFile,
 };
+use super::ground::{BreaklineEntry, BuildingsSection, GapsChoice, LayerMode, Wall};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
 };
 use super::model::{PointInterpolation, Side};
 use super::read::{FromNode, NonEmpty, Reader, section};
+use super::start::{FrameTime, check_alone, check_initial};
 use super::timed::{Changing, RatingFile};
 use super::tree::{Node, Value};
 use super::units::{INTENSITY, LENGTH};
@@ -103,6 +105,10 @@ section! {
         layers: NonEmpty<LayerEntry>,
         /// Whether terrain in another or a geographic reference system is warped to that of the run; false when absent.
         reproject: Option<bool>,
+        /// Lines along which the bed is raised or lowered.
+        breaklines: Option<Vec<BreaklineEntry>>,
+        /// What becomes of holes in the terrain: wall, error, or filled up to a size; wall when absent.
+        gaps: Option<GapsChoice>,
     }
 }
 
@@ -121,12 +127,16 @@ section! {
         interpolation: Option<Chosen<PointInterpolation>>,
         /// Distance to the nearest point beyond which there is no terrain; needed with points.
         max_gap: Option<Quantity<Length>>,
+        /// File of polygons inside of which a raster counts; everywhere when absent.
+        clip: Option<VectorFile>,
+        /// How it meets the layers under it: replace, min or max; replace when absent.
+        mode: Option<Chosen<LayerMode>>,
     }
 }
 
 fn check_layer(node: &Node, reader: &mut Reader) -> Option<()> {
     let kind = reader.exactly_one(node, &["raster", "points"])?;
-    let foreign: &[&str] = if kind == "raster" { &["interpolation", "max_gap"] } else { &["unit"] };
+    let foreign: &[&str] = if kind == "raster" { &["interpolation", "max_gap"] } else { &["unit", "clip"] };
     let mut is_fit = true;
     for name in foreign {
         if let Some(value) = node.get(name) {
@@ -183,21 +193,15 @@ fn check_roughness(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// Structures.
     Structures, example "{walls: [{lines: dam_line.geojson}]}" {
-        /// Walls that no water crosses, such as a dam that stands.
+        /// Walls that no water crosses, such as a dam that stands, or only over their crest.
         walls: Option<Vec<Wall>>,
+        /// Footprints of buildings.
+        buildings: Option<BuildingsSection>,
     }
 }
 
 section! {
-    /// A wall.
-    Wall, example "{lines: dam_line.geojson}" {
-        /// File with its lines.
-        lines: VectorFile,
-    }
-}
-
-section! {
-    /// A body of still water: its polygon and its level.
+    /// Water at the start: a polygon with a level or a depth, a river with a depth, or the state of an earlier run.
     InitialEntry, example "{reservoir: reservoir.geojson, level: 100 m}", check check_initial {
         /// Polygon of a reservoir.
         reservoir: Option<VectorFile>,
@@ -209,21 +213,23 @@ section! {
         level: Option<Quantity<Level>>,
         /// Attribute of the polygon that holds the level in metres.
         level_field: Option<Text>,
+        /// Depth of the water, in place of a level.
+        depth: Option<Quantity<Length>>,
+        /// Axis of a river: lines.
+        river: Option<VectorFile>,
+        /// Width of the river; one cell when absent.
+        width: Option<Quantity<Length>>,
+        /// Attribute of the line that holds the width of the river in metres.
+        width_field: Option<Text>,
+        /// The `fields.nc` of an earlier run on the same lattice.
+        fields: Option<InputFile>,
+        /// Time of the earlier run, or `last`; last when absent.
+        time: Option<FrameTime>,
     }
 }
 
 /// The keys of the polygon of a body of water.
 pub const WATER_KINDS: [&str; 3] = ["reservoir", "sea", "water"];
-
-fn check_initial(node: &Node, reader: &mut Reader) -> Option<()> {
-    let kind = reader.exactly_one(node, &WATER_KINDS);
-    let levels = ["level", "level_field"].iter().filter(|name| node.get(name).is_some()).count();
-    if levels > 1 {
-        reader.error(node, "conflict", "`level` and `level_field` exclude each other", "keep one of the two");
-        return None;
-    }
-    kind.map(|_| ())
-}
 
 section! {
     /// An open part of the edge of the terrain: where it is, and what is known of the water beyond.
@@ -362,6 +368,7 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
 
 /// Refuses what moving particles do not have, and a scenario without any water.
 fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
+    check_alone(node, reader)?;
     let boundaries = match node.get("boundaries").map(|list| &list.value) {
         Some(Value::List(entries)) => entries.as_slice(),
         _ => &[],

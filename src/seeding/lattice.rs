@@ -4,7 +4,8 @@
 //! V = f d Δ²,  f = integral / Σ d Δ²
 //! ```
 //!
-//! The factor f of each body makes the volume meet the integral exactly; it is as near to 1 as the filling of the lattice.
+//! The factor f of each body makes the volume meet the integral exactly; it is as near to 1 as the filling of the lattice. Water that
+//! belongs to no body has f = 1.
 
 use super::{FluidSeed, StillWater};
 use crate::lattice::Lattice;
@@ -12,12 +13,10 @@ use crate::lattice::Lattice;
 /// The particles of lattice filling, in the order of the cells.
 pub fn lattice_filling(lattice: &Lattice, still: &StillWater) -> Vec<FluidSeed> {
     let factors: Vec<f64> = still.volumes.iter().map(|volume| volume.integral_m3 / volume.seeded_m3).collect();
-    let bodies = still.body.iter().enumerate().filter_map(|(cell, body)| Some((cell, (*body)?)));
-    bodies
-        .map(|(cell, body)| FluidSeed {
-            position: lattice.centre(cell),
-            volume: factors[body as usize] * still.depth[cell] * lattice.cell_area(),
-            depth: still.depth[cell],
-        })
-        .collect()
+    let seed = |(cell, &depth): (usize, &f64)| {
+        let factor = still.body[cell].map_or(1.0, |body| factors[body as usize]);
+        let volume = factor * depth * lattice.cell_area();
+        (still.body[cell].is_some() || depth > 0.0).then(|| FluidSeed { position: lattice.centre(cell), volume, depth })
+    };
+    still.depth.iter().enumerate().filter_map(seed).collect()
 }

@@ -41,22 +41,41 @@ impl Layer {
     }
 }
 
-/// The terrain of a run: layers, of which a later one wins where it has data. All coordinates are map coordinates (m).
+/// How a layer meets those under it where both have data.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overlay {
+    /// It counts alone.
+    #[default]
+    Replace,
+    /// The lower elevation counts.
+    Min,
+    /// The higher elevation counts.
+    Max,
+}
+
+/// The terrain of a run: layers, of which a later one wins where it has data, unless it is laid over the others in another way. All coordinates are map coordinates (m).
 ///
 /// Holds no file open; threads may share it.
 #[derive(Debug)]
 pub struct Terrain {
     layers: Vec<Layer>,
+    overlays: Vec<Overlay>,
     extent: (Vec2, Vec2),
 }
 
 impl Terrain {
-    /// Terrain from layers; none when no layer holds data.
+    /// Terrain from layers, later ones on top; none when no layer holds data.
     pub fn new(layers: Vec<Layer>) -> Option<Terrain> {
+        Self::with_overlays(layers.into_iter().map(|layer| (layer, Overlay::Replace)).collect())
+    }
+
+    /// The same with a way to meet those under it for each layer.
+    pub fn with_overlays(layers: Vec<(Layer, Overlay)>) -> Option<Terrain> {
+        let (layers, overlays): (Vec<Layer>, Vec<Overlay>) = layers.into_iter().unzip();
         let extent = layers.iter().filter_map(Layer::extent).reduce(|a, b| {
             (Vec2::new(a.0.x.min(b.0.x), a.0.y.min(b.0.y)), Vec2::new(a.1.x.max(b.1.x), a.1.y.max(b.1.y)))
         })?;
-        Some(Terrain { layers, extent })
+        Some(Terrain { layers, overlays, extent })
     }
 
     /// The layers, the last one on top.
@@ -69,16 +88,29 @@ impl Terrain {
         self.extent
     }
 
-    /// Elevation (m) of the topmost layer with data at a place; none where no layer has any.
+    /// Elevation (m) at a place, of the topmost layer with data if no other rule says how it meets those under it; none where no layer has any.
     ///
     /// In a raster it is bilinear between cell centres, and exact at them; see [`Raster::elevation`] for edges.
     pub fn elevation(&self, map: Vec2) -> Option<f64> {
         self.top(map).map(|(_, elevation)| elevation)
     }
 
-    /// Index of the topmost layer with data at a place, and its elevation there.
+    /// Index of the layer that counts at a place, and its elevation there.
     fn top(&self, map: Vec2) -> Option<(usize, f64)> {
-        self.layers.iter().enumerate().rev().find_map(|(i, layer)| Some((i, layer.elevation(map)?)))
+        self.top_of_first(self.layers.len(), map)
+    }
+
+    /// The same among the lowest `count` layers.
+    fn top_of_first(&self, count: usize, map: Vec2) -> Option<(usize, f64)> {
+        let own =
+            self.layers[..count].iter().enumerate().rev().find_map(|(i, layer)| Some((i, layer.elevation(map)?)))?;
+        let others = || self.top_of_first(own.0, map);
+        let beaten = match self.overlays[own.0] {
+            Overlay::Replace => None,
+            Overlay::Min => others().filter(|other| other.1 < own.1),
+            Overlay::Max => others().filter(|other| other.1 > own.1),
+        };
+        Some(beaten.unwrap_or(own))
     }
 
     /// How finely the terrain is known at a place (m): the cell of the topmost raster, the typical spacing of its survey.
@@ -125,8 +157,8 @@ impl Terrain {
             Layer::Survey(survey) => {
                 for point in survey.within(centre, radius) {
                     let SurveyPoint { position, elevation } = survey.points()[point];
-                    let above = self.layers[index + 1..].iter().rev().find_map(|layer| layer.elevation(position));
-                    samples.push((position, above.unwrap_or(elevation)));
+                    let other = self.top(position).filter(|(top, _)| *top != index);
+                    samples.push((position, other.map_or(elevation, |(_, elevation)| elevation)));
                 }
             }
         }
@@ -159,6 +191,35 @@ mod tests {
         assert_eq!(terrain.finest_cell_at(Vec2::new(50.0, 50.0)), Some(5.0));
         assert_eq!(terrain.finest_cell_at(hole), Some(20.0));
         assert_eq!(terrain.extent(), (Vec2::ZERO, Vec2::new(100.0, 100.0)));
+    }
+
+    #[test]
+    fn the_lower_or_the_higher_layer_counts_where_it_is_told_to() {
+        let base = || Layer::Raster(raster(0.0, 100.0, 20.0, 5, 5, 1.0));
+        let over = |value| Layer::Raster(raster(20.0, 80.0, 5.0, 8, 8, value));
+        let at = |layers: Vec<(Layer, Overlay)>| {
+            let terrain = Terrain::with_overlays(layers).unwrap();
+            let inside = Vec2::new(50.0, 50.0);
+            (
+                terrain.elevation(inside).unwrap(),
+                terrain.finest_cell_at(inside).unwrap(),
+                terrain.elevation(Vec2::new(10.0, 10.0)),
+            )
+        };
+        for (overlay, value, expected) in [
+            (Overlay::Min, 0.5, (0.5, 5.0)),
+            (Overlay::Min, 2.0, (1.0, 20.0)),
+            (Overlay::Max, 2.0, (2.0, 5.0)),
+            (Overlay::Max, 0.5, (1.0, 20.0)),
+        ] {
+            let found = at(vec![(base(), Overlay::Replace), (over(value), overlay)]);
+            assert_eq!(found, (expected.0, expected.1, Some(1.0)), "{overlay:?} {value}");
+        }
+        // Each layer meets what all those under it make together.
+        let layers = vec![(base(), Overlay::Replace), (over(3.0), Overlay::Max), (over(2.0), Overlay::Min)];
+        assert_eq!(at(layers).0.to_bits(), 2.0_f64.to_bits());
+        let layers = vec![(base(), Overlay::Replace), (over(0.2), Overlay::Min), (over(5.0), Overlay::Replace)];
+        assert_eq!(at(layers).0.to_bits(), 5.0_f64.to_bits());
     }
 
     #[test]

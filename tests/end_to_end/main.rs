@@ -6,7 +6,9 @@ mod bad_scenarios;
 mod boundaries;
 mod commands;
 mod dam_breaks;
+mod hot_start;
 mod plan;
+mod terrain;
 mod whole_runs;
 
 use std::collections::BTreeMap;

@@ -7,7 +7,7 @@ use crate::error::{Problem, ProblemKind, Severity};
 use crate::math::Vec2;
 use crate::output::OutputCrs;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::{CrsChoice, OpenBoundary, PointInterpolation, Side, TerrainLayer};
+use crate::scenario::{CrsChoice, LayerMode, OpenBoundary, PointInterpolation, Side, TerrainLayer};
 
 /// The only finding.
 fn only(prepared: &Prepared) -> &Problem {
@@ -85,7 +85,9 @@ fn any_data_type_nodata_scale_and_offset_give_the_same_terrain() {
 #[test]
 fn unit_and_offset_of_the_scenario_come_after_those_of_the_file() {
     let mut scene = Scene::sound();
-    scene.scenario.layers[0].value = TerrainLayer::Raster { path: scene.path("dem.tif"), offset: 3.0, unit: 0.3048 };
+    if let TerrainLayer::Raster { offset, unit, .. } = &mut scene.scenario.layers[0].value {
+        (*offset, *unit) = (3.0, 0.3048);
+    }
     scene.scenario.initial.clear();
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.terrain.unwrap().elevation(Vec2::new(1002.5, 2002.5)), Some(20.0 * 0.3048 + 3.0));
@@ -457,8 +459,13 @@ fn survey_points_are_terrain_with_their_gaps_reported() {
         .collect();
     scene.write("survey.txt", &lines.join("\n"));
     for interpolation in [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour] {
-        let layer =
-            TerrainLayer::Points { path: scene.path("survey.txt"), interpolation, max_gap: 10.0, offset: 100.0 };
+        let layer = TerrainLayer::Points {
+            path: scene.path("survey.txt"),
+            interpolation,
+            max_gap: 10.0,
+            offset: 100.0,
+            mode: LayerMode::default(),
+        };
         scene.scenario.layers = vec![sourced("terrain.layers[0].points", layer)];
         scene.scenario.initial[0].level = Some(sourced("initial[0].level", 105.0));
         let prepared = prepare(&scene.scenario);

@@ -2,7 +2,9 @@
 
 mod bad_inputs;
 mod breach;
+mod ground;
 mod malpasset;
 mod roughness;
 mod scene;
+mod start;
 mod still_water;

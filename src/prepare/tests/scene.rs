@@ -29,8 +29,10 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         crs: sourced("crs", CrsChoice::Local),
         layers: Vec::new(),
         reproject: false,
+        ground: Ground::default(),
         roughness: Roughness::uniform(0.03),
         initial: Vec::new(),
+        start: Start::default(),
         walls: Vec::new(),
         open: Vec::new(),
         boundaries: Vec::new(),
@@ -71,7 +73,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
 }
 
 pub(super) fn raster_layer(path: impl Into<PathBuf>) -> TerrainLayer {
-    TerrainLayer::Raster { path: path.into(), offset: 0.0, unit: 1.0 }
+    TerrainLayer::Raster { path: path.into(), offset: 0.0, unit: 1.0, clip: None, mode: LayerMode::default() }
 }
 
 /// How a made raster is written.
@@ -181,6 +183,25 @@ impl Scene {
     pub fn line(&self, name: &str, places: &[(f64, f64)]) {
         let places: Vec<String> = places.iter().map(|(x, y)| format!("[{x},{y}]")).collect();
         self.feature(name, &format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, places.join(",")), "{}");
+    }
+
+    /// Writes a GeoJSON line whose places have a third coordinate.
+    pub fn line_with_heights(&self, name: &str, places: &[(f64, f64, f64)]) {
+        let places: Vec<String> = places.iter().map(|(x, y, z)| format!("[{x},{y},{z}]")).collect();
+        self.feature(name, &format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, places.join(",")), "{}");
+    }
+
+    /// Writes GeoJSON lines, each with its attributes.
+    pub fn lines_with(&self, name: &str, lines: &[(&[(f64, f64)], &str)]) {
+        let one = |(places, properties): &(&[(f64, f64)], &str)| {
+            let places: Vec<String> = places.iter().map(|(x, y)| format!("[{x},{y}]")).collect();
+            format!(
+                r#"{{"type":"Feature","properties":{properties},"geometry":{{"type":"LineString","coordinates":[{}]}}}}"#,
+                places.join(",")
+            )
+        };
+        let features: Vec<String> = lines.iter().map(one).collect();
+        self.write(name, &format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(",")));
     }
 
     fn feature(&self, name: &str, geometry: &str, properties: &str) {

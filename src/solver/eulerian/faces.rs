@@ -229,7 +229,14 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let u_r = j.u - half_j(j.rise_u, jump_u);
     // From levels, which are equal to the last digit in a lake at rest.
     let (eta_l, eta_r) = (i.z + i.d + a_1, j.z + j.d - a_2);
-    let sill = smaller(larger(eta_l - d_i, eta_r - d_j), larger(i.z, j.z));
+    let ridge = larger(i.z, j.z);
+    // Beside a step of the bed a depth falls faster than its surface, and would leave a bed at the face that is higher than both:
+    // water would hardly get over a sill.
+    let fill = |d: f64, eta: f64, particle: Half, share: f64| {
+        smaller(d + (1.0 - share) * larger(eta - ridge - d, 0.0), 2.0 * particle.d)
+    };
+    let (d_i, d_j) = (fill(d_i, eta_l, i, share_i), fill(d_j, eta_r, j, share_j));
+    let sill = smaller(larger(eta_l - d_i, eta_r - d_j), ridge);
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);

@@ -199,7 +199,7 @@ fn face(
     };
     let spacing = problem.bed.lattice.spacing;
     let middle = (State::position(owner.0, owner.1, spacing) + State::position(other.0, other.1, spacing)) * 0.5;
-    let line = problem.forcing.boundary_at(middle)?;
+    let line = problem.forcing.boundary_at(middle).filter(|_| !problem.bed.is_sealed(middle))?;
     let inwards = (cell.1 as isize - beyond.1 as isize, cell.0 as isize - beyond.0 as isize);
     let next = |from: (usize, usize)| {
         let to = ((from.0 as isize + inwards.1) as usize, (from.1 as isize + inwards.0) as usize);

@@ -4,7 +4,7 @@ use super::EulerianSolver;
 use crate::bed::BedParticles;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::solver::{FlowProblem, FlowSolver, Forcing, OpenEdges};
+use crate::solver::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
 
 fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
     Lattice { origin: Vec2::ZERO, columns, rows, spacing }
@@ -117,6 +117,32 @@ fn what_leaves_through_an_open_edge_is_booked() {
     let ledger = solver.ledger();
     assert!(ledger.outflow > 0.2 * ledger.initial, "{ledger:?}");
     assert!(ledger.relative_error().abs() < 1e-12, "{:e}", ledger.relative_error());
+}
+
+#[test]
+fn no_boundary_opens_a_sealed_cell() {
+    let grid = lattice(30, 30, 1.0);
+    let centre = Vec2::new(15.0, 15.0);
+    let hole: Vec<usize> = (0..grid.len()).filter(|&i| (grid.centre(i) - centre).norm() < 3.0).collect();
+    let elevation: Vec<f64> = (0..grid.len()).map(|i| if hole.contains(&i) { f64::NAN } else { 0.0 }).collect();
+    let depth: Vec<f64> = elevation.iter().map(|z| if z.is_nan() { 0.0 } else { 1.0 }).collect();
+    let around = [centre, centre];
+    let uniform_flow = Boundary { segments: vec![around], condition: Condition::NormalDepth { slope: 0.01 } };
+    for (is_sealed, has_condition) in [(false, false), (false, true), (true, false), (true, true)] {
+        let mut problem = problem(grid.clone(), elevation.clone(), depth.clone());
+        if is_sealed {
+            problem.bed.sealed = hole.clone();
+        }
+        if has_condition {
+            problem.forcing = Forcing { boundaries: vec![uniform_flow.clone()], reach: 4.0, ..Forcing::default() };
+        } else {
+            problem.open_edges = OpenEdges { segments: vec![around], reach: 4.0, whole_outline: false };
+        }
+        let mut solver = EulerianSolver::new(problem);
+        run(&mut solver, 20);
+        let lost = solver.ledger().outflow;
+        assert!(if is_sealed { lost.abs() <= 0.0 } else { lost > 1.0 }, "{is_sealed} {has_condition}: {lost}");
+    }
 }
 
 #[test]

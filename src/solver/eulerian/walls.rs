@@ -72,8 +72,9 @@ impl Walls {
                         continue;
                     }
                     let middle = (State::position(row, column, spacing) + State::position(r, c, spacing)) * 0.5;
-                    let goes_on = is_edge && problem.forcing.boundary_at(middle).is_some();
-                    let open = is_edge && !goes_on && problem.open_edges.is_open(middle);
+                    let is_edge_of_run = is_edge && !problem.bed.is_sealed(middle);
+                    let goes_on = is_edge_of_run && problem.forcing.boundary_at(middle).is_some();
+                    let open = is_edge_of_run && !goes_on && problem.open_edges.is_open(middle);
                     walls.faces[row].push(SpecialFace { column, direction, open });
                     let mark =
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);

@@ -1,0 +1,221 @@
+//! Lines on the lattice: the cells that one crosses, those within its width, and the place on it that is nearest to a cell.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::polygons::distance_to_segment;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+
+/// The cells that a line (local coordinates, m) crosses, in ascending order, each with the station (m) of its centre.
+///
+/// They close every way from cell to cell through a common edge: where the line passes through a corner, the two cells on its
+/// way meet there, and the other two have no common edge.
+pub(super) fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeMap<usize, f64> {
+    cells(line, 0.0, lattice).into_iter().map(|cell| (cell, station_of(lattice.centre(cell), line).0)).collect()
+}
+
+/// The cells of a strip along a line (local coordinates, m): those that it crosses, those whose centres lie within half of
+/// the width (m), and one more wherever two of them meet at a corner only.
+///
+/// They close every way from cell to cell, through corners, too, and water that runs along them finds a common edge everywhere.
+pub(super) fn strip(line: &[Vec2], width: f64, lattice: &Lattice) -> BTreeSet<usize> {
+    let mut found = cells(line, width, lattice);
+    for cell in found.clone() {
+        let (column, row) = lattice.column_row(cell);
+        if row + 1 == lattice.rows {
+            continue;
+        }
+        for beside in [column.checked_sub(1), Some(column + 1).filter(|&east| east < lattice.columns)] {
+            let Some(beside) = beside else { continue };
+            let between = [lattice.index(beside, row), lattice.index(column, row + 1)];
+            if found.contains(&lattice.index(beside, row + 1)) && !between.iter().any(|cell| found.contains(cell)) {
+                let distance = |cell: usize| station_of(lattice.centre(cell), line).1;
+                let is_nearer = distance(between[1]) < distance(between[0]);
+                found.insert(between[usize::from(is_nearer)]);
+            }
+        }
+    }
+    found
+}
+
+/// The cells that a line crosses, and those whose centres lie within half of the width (m) of it.
+fn cells(line: &[Vec2], width: f64, lattice: &Lattice) -> BTreeSet<usize> {
+    let mut found = BTreeSet::new();
+    let half = 0.5 * width;
+    let index = |x: f64, count: usize| ((x / lattice.spacing).floor().max(0.0) as usize).min(count.saturating_sub(1));
+    for piece in line.windows(2) {
+        let [a, b] = [piece[0], piece[1]];
+        for row in index(a.y.min(b.y) - half, lattice.rows)..=index(a.y.max(b.y) + half, lattice.rows) {
+            for column in index(a.x.min(b.x) - half, lattice.columns)..=index(a.x.max(b.x) + half, lattice.columns) {
+                let corner = Vec2::new(column as f64, row as f64) * lattice.spacing;
+                let cell = lattice.index(column, row);
+                let is_within = || width > 0.0 && distance_to_segment(lattice.centre(cell), [a, b]) <= half;
+                if passes(piece, corner, lattice.spacing) || is_within() {
+                    found.insert(cell);
+                }
+            }
+        }
+    }
+    found
+}
+
+/// Whether a piece has a part of some length in a cell; along an edge it belongs to the cell beyond, as places do.
+fn passes(piece: &[Vec2], corner: Vec2, spacing: f64) -> bool {
+    let (start, along) = (piece[0], piece[1] - piece[0]);
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for (start, along, low) in [(start.x, along.x, corner.x), (start.y, along.y, corner.y)] {
+        if along.abs() > 0.0 {
+            let (a, b) = ((low - start) / along, (low + spacing - start) / along);
+            from = from.max(a.min(b));
+            to = to.min(a.max(b));
+        } else if start < low || start >= low + spacing {
+            return false;
+        }
+    }
+    from < to
+}
+
+/// The station (m) along a line of the place on it that is nearest to a place, and its distance (m).
+pub(super) fn station_of(place: Vec2, line: &[Vec2]) -> (f64, f64) {
+    let mut best = (0.0, f64::INFINITY);
+    let mut before = 0.0;
+    for piece in line.windows(2) {
+        let along = piece[1] - piece[0];
+        let share = ((place - piece[0]).dot(along) / along.norm_squared()).clamp(0.0, 1.0);
+        let distance = (place - (piece[0] + along * share)).norm();
+        if distance < best.1 {
+            best = (before + share * along.norm(), distance);
+        }
+        before += along.norm();
+    }
+    best
+}
+
+/// The value at a place, linear along the line between the values at its vertices.
+pub(super) fn value_at(place: Vec2, line: &[Vec2], values: &[f64]) -> f64 {
+    let station = station_of(place, line).0;
+    let mut before = 0.0;
+    for (piece, ends) in line.windows(2).zip(values.windows(2)) {
+        let length = (piece[1] - piece[0]).norm();
+        if station <= before + length {
+            return ends[0] + (ends[1] - ends[0]) * ((station - before) / length).clamp(0.0, 1.0);
+        }
+        before += length;
+    }
+    values.last().copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice() -> Lattice {
+        Lattice { origin: Vec2::ZERO, columns: 12, rows: 10, spacing: 2.0 }
+    }
+
+    /// Lines from the southern to the northern edge: straight, diagonal through corners, along an edge, bent.
+    fn lines() -> Vec<Vec<Vec2>> {
+        let mut lines = vec![
+            vec![Vec2::new(9.3, -1.0), Vec2::new(9.3, 21.0)],
+            vec![Vec2::new(2.0, 0.0), Vec2::new(22.0, 20.0)],
+            vec![Vec2::new(22.0, 0.0), Vec2::new(2.0, 20.0)],
+            vec![Vec2::new(10.0, -1.0), Vec2::new(10.0, 21.0)],
+            vec![Vec2::new(3.1, -0.5), Vec2::new(15.7, 8.2), Vec2::new(6.4, 20.5)],
+            vec![Vec2::new(4.0, 0.0), Vec2::new(14.0, 10.0), Vec2::new(4.0, 20.0)],
+        ];
+        lines.extend((0..40).map(|k| {
+            let x = |k: i32| 4.0 + f64::from((k * 37) % 31) * 0.5;
+            vec![Vec2::new(x(k), -0.5), Vec2::new(x(k + 7), 9.7), Vec2::new(x(k + 3), 20.5)]
+        }));
+        lines
+    }
+
+    /// Whether water from the western edge reaches the eastern one by the given steps without entering the cells.
+    fn passes_by(cells: &BTreeSet<usize>, steps: &[(isize, isize)]) -> bool {
+        let lattice = lattice();
+        let mut reached: Vec<usize> = (0..10).map(|row| row * 12).filter(|cell| !cells.contains(cell)).collect();
+        let mut next = 0;
+        while next < reached.len() {
+            let (column, row) = lattice.column_row(reached[next]);
+            next += 1;
+            for (dc, dr) in steps {
+                let (c, r) = (column as isize + dc, row as isize + dr);
+                if (0..12).contains(&c) && (0..10).contains(&r) {
+                    let cell = lattice.index(c as usize, r as usize);
+                    if !cells.contains(&cell) && !reached.contains(&cell) {
+                        reached.push(cell);
+                    }
+                }
+            }
+        }
+        assert!(!reached.is_empty());
+        reached.iter().any(|cell| cell % 12 == 11)
+    }
+
+    const EDGES: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+    const CORNERS: [(isize, isize); 4] = [(1, 1), (-1, 1), (1, -1), (-1, -1)];
+
+    #[test]
+    fn the_cells_of_a_line_close_every_way_through_edges() {
+        for line in lines() {
+            let dam = crossed(&line, &lattice()).into_keys().collect();
+            assert!(!passes_by(&dam, &EDGES), "{line:?}");
+        }
+    }
+
+    #[test]
+    fn the_cells_of_a_strip_close_every_way_through_corners_too_and_hang_together_by_edges() {
+        let all: Vec<(isize, isize)> = EDGES.into_iter().chain(CORNERS).collect();
+        let lattice = lattice();
+        for line in lines() {
+            for width in [0.0, 1.0, 5.0] {
+                let strip = strip(&line, width, &lattice);
+                assert!(!passes_by(&strip, &all), "{line:?}");
+                // The strip itself is one channel of cells with common edges.
+                let mut reached = vec![*strip.first().unwrap()];
+                let mut next = 0;
+                while let Some(&cell) = reached.get(next) {
+                    next += 1;
+                    let (column, row) = lattice.column_row(cell);
+                    for (dc, dr) in EDGES {
+                        let (c, r) = (column.checked_add_signed(dc), row.checked_add_signed(dr));
+                        if let (Some(c), Some(r)) = (c.filter(|&c| c < 12), r.filter(|&r| r < 10)) {
+                            let cell = lattice.index(c, r);
+                            if strip.contains(&cell) && !reached.contains(&cell) {
+                                reached.push(cell);
+                            }
+                        }
+                    }
+                }
+                assert_eq!(reached.len(), strip.len(), "{line:?} {width}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_along_an_edge_takes_one_row_of_cells_and_its_width_more() {
+        let lattice = lattice();
+        let line = [Vec2::new(10.0, 0.0), Vec2::new(10.0, 20.0)];
+        let dam = crossed(&line, &lattice);
+        assert_eq!(dam.len(), 10);
+        assert!(dam.keys().all(|cell| cell % 12 == 5));
+        assert!((dam[&5] - 1.0).abs() < 1e-12 && (dam[&(9 * 12 + 5)] - 19.0).abs() < 1e-12);
+        let columns = |width: f64| {
+            let columns: BTreeSet<usize> = strip(&line, width, &lattice).iter().map(|cell| cell % 12).collect();
+            columns.into_iter().collect::<Vec<_>>()
+        };
+        assert_eq!(columns(0.5), [5]);
+        assert_eq!(columns(2.5), [4, 5]);
+        assert_eq!(columns(6.0), [3, 4, 5, 6]);
+    }
+
+    #[test]
+    fn values_are_linear_along_the_line() {
+        let line = [Vec2::new(0.0, 0.0), Vec2::new(10.0, 0.0), Vec2::new(10.0, 5.0)];
+        let values = [1.0, 2.0, 4.0];
+        let cases = [((-3.0, 1.0), 1.0), ((5.0, 2.0), 1.5), ((12.0, 2.5), 3.0), ((10.0, 9.0), 4.0)];
+        for ((x, y), expected) in cases {
+            assert!((value_at(Vec2::new(x, y), &line, &values) - expected).abs() < 1e-12, "{x} {y}");
+        }
+    }
+}

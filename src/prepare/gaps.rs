@@ -1,0 +1,182 @@
+//! Holes of the terrain: cells without data that terrain encloses. Refused, filled from their rim, or left as walls.
+//!
+//! Cells that meet at a corner belong to one hole, and one that reaches the edge of the lattice is none: the ragged outline of
+//! a survey is no hole. A cell c is filled with the mean of the rim cells k, those with terrain around the hole,
+//!
+//! ```text
+//! (M50)  z_c = Σ_k z_k / r_ck² / Σ_k 1 / r_ck²
+//! ```
+
+use super::findings::Findings;
+use super::shaped::{Change, Changes};
+use crate::bed::BedParticles;
+use crate::error::{Problem, ProblemKind};
+use crate::lattice::Lattice;
+use crate::scenario::{Gaps, Sourced};
+
+/// Holes that are listed with their place.
+const LISTED: usize = 5;
+
+/// Treats the holes of the bed as the scenario says.
+pub(super) fn treat(
+    gaps: Option<&Sourced<Gaps>>,
+    bed: &mut BedParticles,
+    changes: &mut Changes,
+    findings: &mut Findings,
+) {
+    let Some(source) = gaps.filter(|gaps| gaps.value != Gaps::Wall) else { return };
+    let mut holes = holes(bed);
+    holes.sort_by_key(|hole| std::cmp::Reverse(hole.len()));
+    let Some(largest) = holes.first() else { return };
+    let error = |code, message: String| Problem::error(ProblemKind::Input, code, "", message);
+    let place = |hole: &[usize]| bed.lattice.to_map(bed.lattice.centre(hole[hole.len() / 2]));
+    let at = place(largest);
+    match source.value {
+        Gaps::Wall => {}
+        Gaps::Refuse => {
+            let problem = error("terrain-gaps", format!("the terrain has {}", described(&holes, &bed.lattice)))
+                .with_remedy(format!(
+                    "add a layer below, write `gaps: {{fill: idw, max_cells: {}}}` to fill them, or `gaps: wall` to keep them as walls",
+                    largest.len()
+                ))
+                .with_at(at);
+            findings.add(source, problem);
+        }
+        Gaps::Fill { max_cells } => {
+            let too_large: Vec<Vec<usize>> = holes.iter().filter(|hole| hole.len() > max_cells).cloned().collect();
+            if !too_large.is_empty() {
+                let message = format!(
+                    "{} of more than {max_cells} cells, too large to be filled",
+                    described(&too_large, &bed.lattice)
+                );
+                let problem = error("gap-too-large", message)
+                    .with_remedy(format!("add a layer below, or raise `max_cells` to {}", largest.len()))
+                    .with_at(at);
+                findings.add(source, problem);
+                return;
+            }
+            let message = format!("filled from their rim: {}", described(&holes, &bed.lattice));
+            let problem = Problem::warning(ProblemKind::Input, "gaps-filled", "", message)
+                .with_cause("the terrain in them is made up from what surrounds it")
+                .with_at(at);
+            findings.add(source, problem);
+            for hole in &holes {
+                for (cell, level) in filled(hole, bed) {
+                    changes.make(cell, Change::Fill(level), bed);
+                }
+            }
+        }
+    }
+}
+
+/// Number and sizes of holes in words, the largest first.
+fn described(holes: &[Vec<usize>], lattice: &Lattice) -> String {
+    let place = |hole: &Vec<usize>| {
+        let centre = lattice.to_map(lattice.centre(hole[hole.len() / 2]));
+        let cells = if hole.len() == 1 { "cell" } else { "cells" };
+        format!(
+            "{} {cells} ({:.0} m²) at {:.1}, {:.1}",
+            hole.len(),
+            hole.len() as f64 * lattice.cell_area(),
+            centre.x,
+            centre.y
+        )
+    };
+    let mut list = holes.iter().take(LISTED).map(place).collect::<Vec<_>>().join("; ");
+    if holes.len() > LISTED {
+        list += &format!("; and {} more", holes.len() - LISTED);
+    }
+    format!("{} {} without data: {list}", holes.len(), if holes.len() == 1 { "hole" } else { "holes" })
+}
+
+/// The holes, each with its cells in ascending order.
+fn holes(bed: &BedParticles) -> Vec<Vec<usize>> {
+    let lattice = &bed.lattice;
+    let mut seen: Vec<bool> = (0..lattice.len()).map(|cell| bed.has_terrain(cell)).collect();
+    let mut holes = Vec::new();
+    for start in 0..lattice.len() {
+        if std::mem::replace(&mut seen[start], true) {
+            continue;
+        }
+        let mut hole = vec![start];
+        let mut next = 0;
+        while let Some(&cell) = hole.get(next) {
+            next += 1;
+            for other in around(cell, lattice) {
+                if !std::mem::replace(&mut seen[other], true) {
+                    hole.push(other);
+                }
+            }
+        }
+        let is_at_edge = |cell: &usize| {
+            let (column, row) = lattice.column_row(*cell);
+            column == 0 || row == 0 || column + 1 == lattice.columns || row + 1 == lattice.rows
+        };
+        if !hole.iter().any(is_at_edge) {
+            hole.sort_unstable();
+            holes.push(hole);
+        }
+    }
+    holes
+}
+
+/// The up to eight neighbours of a cell.
+fn around(cell: usize, lattice: &Lattice) -> impl Iterator<Item = usize> + '_ {
+    let (column, row) = lattice.column_row(cell);
+    let columns = column.saturating_sub(1)..(column + 2).min(lattice.columns);
+    let rows = row.saturating_sub(1)..(row + 2).min(lattice.rows);
+    rows.flat_map(move |row| columns.clone().map(move |column| lattice.index(column, row)))
+        .filter(move |&other| other != cell)
+}
+
+/// The elevation (m) of each cell of a hole by (M50).
+fn filled(hole: &[usize], bed: &BedParticles) -> Vec<(usize, f64)> {
+    let lattice = &bed.lattice;
+    let mut rim: Vec<usize> =
+        hole.iter().flat_map(|&cell| around(cell, lattice)).filter(|&cell| bed.has_terrain(cell)).collect();
+    rim.sort_unstable();
+    rim.dedup();
+    let level = |cell: usize| {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for &other in &rim {
+            let weight = 1.0 / (lattice.centre(cell) - lattice.centre(other)).norm_squared();
+            sum += weight * bed.elevation[other];
+            weights += weight;
+        }
+        sum / weights
+    };
+    hole.iter().map(|&cell| (cell, level(cell))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec2;
+
+    /// Seven by six cells on a plane that rises by 1 m a cell to the east, without terrain where told.
+    fn bed(without: &[(usize, usize)]) -> BedParticles {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 7, rows: 6, spacing: 2.0 };
+        let elevation =
+            (0..42).map(|cell| if without.contains(&lattice.column_row(cell)) { f64::NAN } else { (cell % 7) as f64 });
+        let elevation = elevation.collect();
+        BedParticles::from_elevation(lattice, elevation, 0.0)
+    }
+
+    #[test]
+    fn holes_are_what_terrain_encloses() {
+        let found = holes(&bed(&[(2, 2), (3, 3), (5, 2), (0, 4), (1, 5), (6, 0)]));
+        assert_eq!(found, [vec![2 * 7 + 2, 3 * 7 + 3], vec![2 * 7 + 5]]);
+        assert!(holes(&bed(&[])).is_empty());
+        // By a corner it goes on to the edge.
+        assert!(holes(&bed(&[(1, 1), (0, 0)])).is_empty());
+    }
+
+    #[test]
+    fn a_filled_cell_is_the_mean_of_its_rim() {
+        let bed = bed(&[(2, 2), (4, 4), (5, 4)]);
+        // Eight cells around it, symmetric about it on a plane.
+        assert!((filled(&[2 * 7 + 2], &bed)[0].1 - 2.0).abs() < 1e-12);
+        let two = filled(&[4 * 7 + 4, 4 * 7 + 5], &bed);
+        assert!((two[0].1 + two[1].1 - 9.0).abs() < 1e-12 && two[0].1 > 3.0 && two[0].1 < 4.5, "{two:?}");
+    }
+}

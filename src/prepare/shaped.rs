@@ -1,0 +1,135 @@
+//! The terrain with what is built into it: holes filled, breaklines, buildings, a dam. Each change belongs to a cell of the
+//! lattice and counts for the bed of the cell and for the terrain in it, so that what is filled to a level knows of it, too.
+
+use std::collections::BTreeMap;
+
+use crate::bed::{BedParticles, Surface};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::terrain::Terrain;
+
+/// A change of the elevation (m) in a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Change {
+    /// Where there is no terrain it has this elevation.
+    Fill(f64),
+    /// Nothing lies lower.
+    Raise(f64),
+    /// Nothing lies higher.
+    Carve(f64),
+    /// All lies higher by so much.
+    Lift(f64),
+    /// There is no terrain.
+    Block,
+}
+
+impl Change {
+    fn of(self, elevation: Option<f64>) -> Option<f64> {
+        match self {
+            Change::Fill(level) => elevation.or(Some(level)),
+            Change::Raise(level) => elevation.map(|z| z.max(level)),
+            Change::Carve(level) => elevation.map(|z| z.min(level)),
+            Change::Lift(height) => elevation.map(|z| z + height),
+            Change::Block => None,
+        }
+    }
+}
+
+/// The changes of each cell, in their order.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Changes(BTreeMap<usize, Vec<Change>>);
+
+impl Changes {
+    /// Changes a cell of the bed.
+    pub fn make(&mut self, cell: usize, change: Change, bed: &mut BedParticles) {
+        let elevation = Some(bed.elevation[cell]).filter(|z| !z.is_nan());
+        bed.elevation[cell] = change.of(elevation).unwrap_or(f64::NAN);
+        self.note(cell, change);
+    }
+
+    /// Takes note of a change that the bed has already.
+    pub fn note(&mut self, cell: usize, change: Change) {
+        self.0.entry(cell).or_default().push(change);
+    }
+
+    /// The terrain with these changes.
+    pub fn on<'a>(&'a self, terrain: &'a Terrain, lattice: &'a Lattice) -> Shaped<'a> {
+        Shaped { terrain, lattice, changes: self }
+    }
+}
+
+/// A terrain with changes.
+pub(super) struct Shaped<'a> {
+    terrain: &'a Terrain,
+    lattice: &'a Lattice,
+    changes: &'a Changes,
+}
+
+impl Shaped<'_> {
+    fn changed(&self, place: Vec2, elevation: Option<f64>) -> Option<f64> {
+        if self.changes.0.is_empty() {
+            return elevation;
+        }
+        let changes = self.lattice.cell_at(self.lattice.to_local(place)).and_then(|cell| self.changes.0.get(&cell));
+        changes.into_iter().flatten().fold(elevation, |elevation, change| change.of(elevation))
+    }
+}
+
+impl Surface for Shaped<'_> {
+    fn elevation(&self, map: Vec2) -> Option<f64> {
+        self.changed(map, self.terrain.elevation(map))
+    }
+
+    fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {
+        let first = out.len();
+        self.terrain.samples(centre, radius, out);
+        let own: Vec<(Vec2, f64)> = out.drain(first..).collect();
+        out.extend(own.into_iter().filter_map(|(place, z)| Some((place, self.changed(place, Some(z))?))));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terrain::{Layer, Raster};
+
+    #[test]
+    fn changes_hold_in_their_cell_and_in_their_order() {
+        let mut values = vec![3.0; 25];
+        values[12] = f64::NAN;
+        let raster = Raster { columns: 5, rows: 5, west: 0.0, north: 10.0, cell_x: 2.0, cell_y: 2.0, values };
+        let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 5, rows: 5, spacing: 2.0 };
+        let elevation =
+            (0..25).map(|cell| terrain.elevation(lattice.to_map(lattice.centre(cell))).unwrap_or(f64::NAN)).collect();
+        let mut bed = BedParticles::from_elevation(lattice.clone(), elevation, 0.0);
+        let mut changes = Changes::default();
+        let made = [
+            (12, Change::Fill(2.5)),
+            (3, Change::Fill(9.0)),
+            (4, Change::Raise(5.0)),
+            (4, Change::Lift(0.5)),
+            (5, Change::Lift(0.5)),
+            (5, Change::Carve(1.0)),
+            (6, Change::Carve(4.0)),
+            (7, Change::Block),
+        ];
+        for (cell, change) in made {
+            changes.make(cell, change, &mut bed);
+        }
+        let surface = changes.on(&terrain, &lattice);
+        for (cell, expected) in
+            [(12, Some(2.5)), (3, Some(3.0)), (4, Some(5.5)), (5, Some(1.0)), (6, Some(3.0)), (7, None), (8, Some(3.0))]
+        {
+            let place = lattice.to_map(lattice.centre(cell)) + Vec2::new(0.7, -0.9);
+            let found = surface.elevation(place);
+            // The terrain itself is level to rounding between its cells.
+            assert!(found.is_some() == expected.is_some(), "cell {cell}");
+            assert!((found.unwrap_or(0.0) - expected.unwrap_or(0.0)).abs() < 1e-12, "cell {cell}: {found:?}");
+            assert_eq!(Some(bed.elevation[cell]).filter(|z| !z.is_nan()), expected, "bed of cell {cell}");
+        }
+        let mut samples = Vec::new();
+        surface.samples(Vec2::new(9.0, 1.0), 2.5, &mut samples);
+        assert_eq!(samples.iter().map(|sample| sample.1).collect::<Vec<_>>(), [3.0, 3.0, 5.5]);
+    }
+}

@@ -1,0 +1,234 @@
+//! Runs that begin with the state of an earlier one, with rivers and with areas of a depth.
+
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use crate::{Netcdf, floodsim};
+
+/// Columns and rows of the terrain.
+const COLUMNS: usize = 60;
+const ROWS: usize = 25;
+
+/// The lines of this scenario are counted on by the tests.
+const SCENARIO: &str = "\
+floodsim: 1
+crs: EPSG:25832
+terrain: dem.asc
+roughness: {manning: 0.03}
+initial: [{reservoir: lake.geojson, level: 109 m}]
+boundaries: [{side: west, discharge: 40 m3/s}, {side: east, normal_depth: {slope: 0.01}}]
+resolution: 5 m
+time: {end: 60 s}
+outputs: {every: 10 s}
+";
+
+struct Scene {
+    folder: TempDir,
+}
+
+impl Scene {
+    /// A valley that falls to the east by 1 %, with a lake in its upper part that is let go.
+    fn sound() -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap() };
+        let cell = |column: usize, row: usize| {
+            let (x, y) = (column as f64 * 5.0, row as f64 * 5.0 - 60.0);
+            let bumps = 0.4 * (0.07 * x).sin() * (0.11 * y).cos();
+            format!("{:.4}", 105.0 - 0.01 * x + 0.0035 * y * y + bumps)
+        };
+        let rows: Vec<String> =
+            (0..ROWS).map(|row| (0..COLUMNS).map(|column| cell(column, row)).collect::<Vec<_>>().join(" ")).collect();
+        let header = "ncols 60\nnrows 25\nxllcorner 500000\nyllcorner 5300000\ncellsize 5\nNODATA_value -9999\n";
+        scene.write("dem.asc", &(header.to_owned() + &rows.join("\n") + "\n"));
+        scene.feature(
+            "lake.geojson",
+            "Polygon",
+            "[[[500003,5300003],[500101,5300003],[500101,5300122],[500003,5300122],[500003,5300003]]]",
+        );
+        scene.write("s.yaml", SCENARIO);
+        scene
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &str) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    fn feature(&self, name: &str, kind: &str, coordinates: &str) {
+        let geometry = format!(r#"{{"type":"{kind}","coordinates":{coordinates}}}"#);
+        let feature = format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#);
+        let crs = r#""crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25832"}}"#;
+        self.write(name, &format!(r#"{{"type":"FeatureCollection",{crs},"features":[{feature}]}}"#));
+    }
+
+    /// Runs the scene into a folder, with changes; returns `run.json` and `fields.nc`.
+    #[track_caller]
+    fn run(&self, out: &str, changes: &[&str]) -> (serde_json::Value, Netcdf) {
+        let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+        let answer =
+            floodsim(self.folder.path(), &[&["run", "s.yaml", "--out", out, "--quiet"][..], &changes].concat());
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        assert!(!answer.stderr.contains("HDF5"), "{}", answer.stderr);
+        let text = std::fs::read_to_string(self.path(out).join("run.json")).unwrap();
+        (serde_json::from_str(&text).unwrap(), Netcdf::read(&self.path(out).join("fields.nc")))
+    }
+
+    /// Asserts that the check with these changes ends with an exit code and says all these texts.
+    #[track_caller]
+    fn assert_check(&self, changes: &[&str], code: i32, expected: &[&str]) {
+        let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+        let check = floodsim(self.folder.path(), &[&["check", "s.yaml"][..], &changes].concat());
+        assert_eq!(check.code, code, "{}", check.stdout);
+        for text in expected {
+            assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
+        }
+    }
+}
+
+fn volume(run: &serde_json::Value, key: &str) -> f64 {
+    run["volume_m3"][key].as_f64().unwrap()
+}
+
+/// The values of a frame, the last one for none.
+fn frame<'a>(fields: &'a Netcdf, name: &str, number: Option<usize>) -> &'a [f64] {
+    let cells = COLUMNS * ROWS;
+    let number = number.unwrap_or(fields.dimensions["time"] - 1);
+    &fields.values(name)[number * cells..][..cells]
+}
+
+#[test]
+fn two_halves_are_the_whole() {
+    let scene = Scene::sound();
+    let (whole, whole_fields) = scene.run("whole", &[]);
+    let (first, first_fields) = scene.run("first", &["time.end=30 s"]);
+    let (second, second_fields) = scene.run("second", &["time.end=30 s", "initial=[{fields: first/fields.nc}]"]);
+    // What the second begins with is what the first ended with, to single precision.
+    let handed_on = volume(&second, "initial") / volume(&first, "final") - 1.0;
+    assert!(handed_on.abs() < 1e-7, "{handed_on:e}");
+    for name in ["depth", "water_level", "velocity_x", "velocity_y"] {
+        let (end, start) = (frame(&first_fields, name, None), frame(&second_fields, name, Some(0)));
+        let worst = end.iter().zip(start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // Levels of 100 m in single precision, and films without velocity.
+        assert!(worst < 2e-5, "{name} differs by {worst:e} between the end of one run and the start of the next");
+    }
+    // Inflow is that of the whole; storage and outflow differ as far as the steps of the two do.
+    let relative = |key: &str, sum: f64| sum / volume(&whole, key) - 1.0;
+    let books = [
+        relative("in", volume(&first, "in") + volume(&second, "in")),
+        relative("out", volume(&first, "out") + volume(&second, "out")),
+        relative("final", volume(&second, "final")),
+    ];
+    assert!(volume(&whole, "out") > 100.0, "water must have left by the end: {whole}");
+    assert!(books[0].abs() < 1e-9 && books[1].abs() < 1e-5 && books[2].abs() < 1e-5, "{books:?}");
+    for run in [&whole, &first, &second] {
+        assert!(volume(run, "error_relative").abs() < 1e-12);
+    }
+    let (a, b) = (frame(&whole_fields, "depth", None), frame(&second_fields, "depth", None));
+    let square: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+    let rms = (square / a.iter().filter(|depth| **depth > 1e-3).count() as f64).sqrt();
+    let worst = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    // The step that ends the first run is cut; five times what was found.
+    assert!(rms < 1e-4 && worst < 5e-4, "rms {rms:e} m, worst {worst:e} m");
+    // The state counts: from the start of the first run the end is another one.
+    let (_, wrong) = scene.run("wrong", &["time.end=30 s", "initial=[{fields: first/fields.nc, time: 0 s}]"]);
+    let wrong = frame(&wrong, "depth", None);
+    assert!(a.iter().zip(wrong).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > 0.1);
+}
+
+#[test]
+fn a_lake_at_rest_stays_at_rest_over_a_hot_start() {
+    let scene = Scene::sound();
+    // The whole valley under water to its rim: nothing moves but by rounding.
+    scene.feature(
+        "lake.geojson",
+        "Polygon",
+        "[[[500000,5300000],[500300,5300000],[500300,5300125],[500000,5300125],[500000,5300000]]]",
+    );
+    let still = ["initial[0].level=107 m", "boundaries=[]", "time.end=20 s"];
+    scene.run("first", &still);
+    let (run, fields) = scene.run("second", &["boundaries=[]", "time.end=20 s", "initial=[{fields: first/fields.nc}]"]);
+    let fastest = ["velocity_x", "velocity_y"]
+        .map(|name| frame(&fields, name, None).iter().filter(|v| **v > -9000.0).map(|v| v.abs()).fold(0.0, f64::max));
+    // Levels of 107 m have steps of 7.6e-6 m in single precision.
+    assert!(fastest[0].max(fastest[1]) < 1e-5, "{fastest:?} m/s");
+    assert!(volume(&run, "error_relative").abs() < 1e-13);
+}
+
+#[test]
+fn what_does_not_fit_the_earlier_run_is_refused_with_its_place() {
+    let scene = Scene::sound();
+    scene.run("first", &["time.end=20 s"]);
+    let text = SCENARIO.replace("[{reservoir: lake.geojson, level: 109 m}]", "[{fields: first/fields.nc, time: 14 s}]");
+    scene.write("s.yaml", &text);
+    scene.assert_check(
+        &[],
+        4,
+        &[
+            "error[no-such-frame] initial[0].time (s.yaml:5:43)",
+            "3 frames go from 0 s to 20 s",
+            "remedy  take the nearest one, `time: 10 s`",
+        ],
+    );
+    scene.assert_check(&["initial[0].time=last"], 0, &["warning[bed-of-earlier-run] initial[0].fields (s.yaml:5:20)"]);
+    scene.assert_check(&["initial[0].time=20 s"], 0, &["0 errors"]);
+    scene.assert_check(
+        &["initial[0].time=last", "boundaries[1]={side: east, type: free}"],
+        0,
+        &["warning[free-after-earlier-run] boundaries[1]", "remedy"],
+    );
+    scene.assert_check(
+        &["initial[0].time=last", "resolution=2.5 m"],
+        4,
+        &[
+            "error[other-lattice] initial[0].fields (s.yaml:5:20)",
+            "60 by 25 cells of 5 m",
+            "120 by 50 of 2.5 m",
+            "remedy",
+        ],
+    );
+    let other = ["initial[0].time=last", "crs=EPSG:25833"];
+    scene.assert_check(&other, 4, &["error[different-crs] initial[0].fields (s.yaml:5:20)", "UTM zone 32N", "remedy"]);
+    scene.assert_check(
+        &["initial[0].time=last", "boundaries=[]", "numerics.motion=lagrangian"],
+        3,
+        &["error[method-combination] initial[0].fields (s.yaml:5:20)"],
+    );
+    scene.feature(
+        "house.geojson",
+        "Polygon",
+        "[[[500050,5300050],[500070,5300050],[500070,5300070],[500050,5300070],[500050,5300050]]]",
+    );
+    scene.assert_check(
+        &["initial[0].time=last", "structures={buildings: {polygons: house.geojson}}"],
+        4,
+        &["error[water-without-terrain] initial[0].fields", "16 cells without terrain", "remedy"],
+    );
+    scene.write("first/fields.nc", "This is a letter to the surveyor.");
+    scene.assert_check(&["initial[0].time=last"], 4, &["error[not-a-fields-file] initial[0].fields", "remedy"]);
+}
+
+#[test]
+fn rivers_and_ponds_begin_with_their_depth() {
+    let scene = Scene::sound();
+    scene.feature("river.geojson", "LineString", "[[499990,5300062],[500310,5300062]]");
+    scene.feature(
+        "pond.geojson",
+        "Polygon",
+        "[[[500100,5300100],[500110,5300100],[500110,5300110],[500100,5300110],[500100,5300100]]]",
+    );
+    let initial = "initial=[{river: river.geojson, depth: 80 cm, width: 12 m}, {water: pond.geojson, depth: 0.5 m}]";
+    let (run, fields) = scene.run("out", &[initial, "time.end=10 s"]);
+    let depth = frame(&fields, "depth", Some(0));
+    let count = |wanted: f64| depth.iter().filter(|depth| (**depth - wanted).abs() < 1e-6).count();
+    assert_eq!((count(0.8), count(0.5)), (60 * 3, 4));
+    assert!((volume(&run, "initial") - 25.0 * (60.0 * 3.0 * 0.8 + 4.0 * 0.5)).abs() < 1e-6);
+    assert!(volume(&run, "error_relative").abs() < 1e-12);
+    let (moving, _) = scene.run("moving", &[initial, "time.end=10 s", "boundaries=[]", "numerics.motion=lagrangian"]);
+    assert!((volume(&moving, "initial") - volume(&run, "initial")).abs() < 1e-6);
+    assert!(volume(&moving, "error_relative").abs() < 1e-12);
+    let plan = floodsim(scene.folder.path(), &["plan", "s.yaml", "--set", initial, "--set", "time.end=10 s"]);
+    assert_eq!(plan.code, 0, "{}", plan.stderr);
+}
