@@ -11,12 +11,19 @@
 
 use crate::math::Vec2;
 
+/// Share of a speed (m/s) that is left after one step; `radius` (m) above 0 is the depth, in a channel the hydraulic radius, and
+/// `roughness` is Δt g n² (m^(1/3)·s).
+#[inline(always)]
+pub fn kept(speed: f64, radius: f64, roughness: f64) -> f64 {
+    let k = roughness / (radius * radius.cbrt());
+    2.0 / (1.0 + (1.0 + 4.0 * k * speed).sqrt())
+}
+
 /// Velocity (m/s) after `time_step` (s) of Manning friction alone; `depth` (m) above 0, `manning_n` (s·m^(−1/3)) 0 or more.
 #[inline]
 pub fn after_friction(velocity: Vec2, depth: f64, manning_n: f64, gravity: f64, time_step: f64) -> Vec2 {
     debug_assert!(depth > 0.0 && manning_n >= 0.0);
-    let k = time_step * gravity * manning_n * manning_n / (depth * depth.cbrt());
-    velocity * (2.0 / (1.0 + (1.0 + 4.0 * k * velocity.norm()).sqrt()))
+    velocity * kept(velocity.norm(), depth, time_step * gravity * manning_n * manning_n)
 }
 
 #[cfg(test)]

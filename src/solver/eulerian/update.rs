@@ -13,12 +13,27 @@ use super::Scale;
 use super::faces::{EAST, NORTH};
 use super::spans::{ActiveSet, Run};
 use super::state::{FluxRow, GroundRow, NO_TERRAIN, State, WaterRow};
+use crate::physics::friction::manning;
 
 /// Which half of Heun's method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
     First,
     Second,
+}
+
+impl Stage {
+    /// What stands of a conserved quantity after the stage, and what it is taken for: the first stage looks ahead by the whole step,
+    /// of which half counts (`gained`).
+    #[inline(always)]
+    pub fn take(self, held: f64, gained: f64) -> (f64, f64) {
+        let stands = held + gained;
+        let ahead = match self {
+            Stage::First => 1.0,
+            Stage::Second => 0.0,
+        };
+        (stands, stands + ahead * gained)
+    }
 }
 
 /// Water leaving through the four faces of a cell (m²/s), inflow not counted.
@@ -95,20 +110,11 @@ fn row_update(
             (from_south.normal_right[i] - north.normal_left[i]) + (east.tangential[i - 1] - east.tangential[i]);
         // What passes a boundary of the flow stays out of the books of the cell beyond.
         let half = if ground.bed[i] < NO_TERRAIN { 0.5 * step_ratio } else { 0.0 };
-        let (half_depth, half_x, half_y) = (
-            water.depth[i] + half * gained_depth,
-            water.discharge_x[i] + half * gained_x,
-            water.discharge_y[i] + half * gained_y,
-        );
-        // The first stage looks ahead by the whole step; what it gained counts half.
-        let ahead = match stage {
-            Stage::First => 1.0,
-            Stage::Second => 0.0,
-        };
-        let raised = half_depth + ahead * half * gained_depth;
+        let (half_depth, raised) = stage.take(water.depth[i], half * gained_depth);
+        let (half_x, q_x) = stage.take(water.discharge_x[i], half * gained_x);
+        let (half_y, q_y) = stage.take(water.discharge_y[i], half * gained_y);
         // What is not a number stays, so that the watch sees it.
         let depth = if raised < 0.0 { 0.0 } else { raised };
-        let (q_x, q_y) = (half_x + ahead * half * gained_x, half_y + ahead * half * gained_y);
         let kept =
             if depth <= dry_depth { 0.0 } else { kept_by_friction(depth, q_x, q_y, ground.friction[i] * time_step) };
         let (q_x, q_y) = (counted(kept * q_x), counted(kept * q_y));
@@ -126,16 +132,14 @@ fn row_update(
 
 /// A discharge, or 0 where it is so small (m²/s) that arithmetic with it would leave the range of normal numbers and be slow.
 #[inline(always)]
-fn counted(discharge: f64) -> f64 {
+pub(super) fn counted(discharge: f64) -> f64 {
     if discharge.abs() < 1e-100 { 0.0 } else { discharge }
 }
 
 /// Share of the velocity that is left after one step of Manning friction alone (M18); `roughness` is Δt g n².
 #[inline(always)]
 fn kept_by_friction(depth: f64, q_x: f64, q_y: f64, roughness: f64) -> f64 {
-    let speed = (q_x * q_x + q_y * q_y).sqrt() / depth;
-    let k = roughness / (depth * depth.cbrt());
-    2.0 / (1.0 + (1.0 + 4.0 * k * speed).sqrt())
+    manning::kept((q_x * q_x + q_y * q_y).sqrt() / depth, depth, roughness)
 }
 
 #[cfg(test)]

@@ -1,0 +1,535 @@
+//! Channels of one dimension: a row of particles like those of the plane, each as wide as its cross-section.
+//!
+//! Area A = Σ_k w_k d_k of the strips k of a section and discharge Q = u A change by the faces of its two pairs (theory (M51) to
+//! (M54)), r the face on the side of the near end, l that on the side of the far end:
+//!
+//! ```text
+//! dA_i/dt = − (Q_r − Q_l)/Δ                 Q_f = Σ_k w_fk F_d
+//! dQ_i/dt = − (P_r − P_l)/Δ                 P_f = Σ_k w_fk [F_n − g d_f²/2 ± g (d_i + d_iR) a/2]
+//! ```
+//!
+//! with fluxes and states of (M12) to (M16), strip by strip: the same functions as in [`super::faces`]. What the bracket leaves of
+//! two faces of different width is the pressure of the side walls, so that still water stays still whatever the widths.
+//! Friction takes the hydraulic radius A/P for the depth. Where the last particle meets the plane: [`junction`].
+//!
+//! Deliberately absent: bends, confluences, lateral inflow, structures in the channel.
+
+mod ground;
+mod junction;
+
+#[cfg(test)]
+mod tests;
+
+use super::faces::{Half, Numbers, single};
+use super::gradient::surface_difference;
+use super::open::{Inside, Near, Of, Passing, pass};
+use super::primitive::Source;
+use super::state::{State, datum};
+use super::update::{Stage, counted};
+use super::walls::{Walls, mirrored};
+use super::{RestingMethods, Scale};
+use crate::boundary::{Channel, ChannelEnd, Condition};
+use crate::physics::friction::manning;
+use crate::scenario::methods::Reconstruction;
+use crate::solver::{ChannelSample, FlowProblem};
+use ground::Ground;
+use junction::Junction;
+
+/// Mean depth (m) and discharge per width of the whole section (m²/s) of a particle, as `WaterRow` has them of a cell.
+#[derive(Clone, Copy, Default)]
+struct Water {
+    depth: f64,
+    discharge: f64,
+    stage_depth: f64,
+    stage_discharge: f64,
+}
+
+/// What the pairs see of a particle: mean depth (m), level (m) and velocity (m/s).
+#[derive(Clone, Copy, Default)]
+struct Primitive {
+    depth: f64,
+    level: f64,
+    velocity: f64,
+}
+
+/// Increments that the gradients of a strip predict over one spacing.
+#[derive(Clone, Copy, Default)]
+struct Rises {
+    level: f64,
+    depth: f64,
+    velocity: f64,
+}
+
+/// What passes a face: volume (m³/s) towards the near end, normal momentum (m⁴/s²) lost by the particle on the far side and gained by
+/// the one on the near side.
+#[derive(Clone, Copy, Default)]
+struct Face {
+    volume: f64,
+    lost: f64,
+    gained: f64,
+}
+
+/// An end beyond which something is known.
+struct OpenEnd {
+    condition: Condition,
+    /// Level at rest (m), counted as in the solver, where there was water at the start.
+    rest: Option<f64>,
+    inside: Vec<Inside>,
+    passing: Vec<Passing>,
+}
+
+/// What lies beyond an end.
+enum End {
+    Wall,
+    Open(OpenEnd),
+    Joined(Junction),
+}
+
+/// One channel.
+pub(super) struct Reach {
+    ground: Ground,
+    water: Vec<Water>,
+    primitive: Vec<Primitive>,
+    rises: Vec<Rises>,
+    faces: Vec<Face>,
+    /// The far and the near end.
+    ends: [End; 2],
+    datum: f64,
+    dry_depth: f64,
+}
+
+/// All channels of a problem.
+pub(crate) struct Reaches {
+    reaches: Vec<Reach>,
+}
+
+impl Reaches {
+    pub fn new(problem: &FlowProblem, state: &mut State, walls: &Walls) -> Self {
+        let reach = |channel: &Channel| Reach::new(channel, problem, state, walls);
+        let reaches = Reaches { reaches: problem.forcing.channels.iter().map(reach).collect() };
+        for reach in &reaches.reaches {
+            if let End::Joined(junction) = &reach.ends[1] {
+                junction.find_steps(|strip| reach.last(strip).z, state);
+            }
+        }
+        reaches
+    }
+
+    /// The cells (row, column) to which water may come from a channel.
+    pub fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.junctions().flat_map(Junction::cells)
+    }
+
+    fn junctions(&self) -> impl Iterator<Item = &Junction> {
+        self.reaches.iter().flat_map(|reach| &reach.ends).filter_map(|end| match end {
+            End::Joined(junction) => Some(junction),
+            End::Wall | End::Open(_) => None,
+        })
+    }
+
+    /// Levels and velocities of the current state.
+    pub fn evaluate_primitive(&mut self, source: Source) {
+        self.reaches.iter_mut().for_each(|reach| reach.evaluate_primitive(source));
+    }
+
+    /// Gradients of the channels, and of the cells that they meet.
+    pub fn evaluate_gradients(&mut self, state: &mut State, scale: &Scale) {
+        for reach in &mut self.reaches {
+            reach.evaluate_gradients(state, scale);
+            if let [_, End::Joined(junction)] = &reach.ends {
+                junction.correct_gradients(reach, state, scale);
+            }
+        }
+    }
+
+    /// Fluxes of a stage of a step from one time to another (s), no more than the channels hold.
+    pub fn pass(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, stage: Stage, step: (f64, f64)) {
+        for reach in &mut self.reaches {
+            reach.pass(state, scale, methods, step);
+            reach.limit_outflow(state, scale, stage, step.1 - step.0);
+        }
+    }
+
+    /// Takes the step of a stage; returns the rates at which water comes in and leaves by the open ends (m³/s).
+    pub fn apply(&mut self, state: &State, scale: &Scale, stage: Stage, time_step: f64) -> (f64, f64) {
+        let mut rates = (0.0, 0.0);
+        for reach in &mut self.reaches {
+            reach.apply(state, scale, stage, time_step);
+            let (coming, leaving) = reach.rates();
+            rates = (rates.0 + coming, rates.1 + leaving);
+        }
+        rates
+    }
+
+    /// Greatest signal speed and greatest speed of the water (m/s).
+    pub fn fastest(&self, scale: &Scale) -> (f64, f64) {
+        let all = self.reaches.iter().map(|reach| reach.fastest(scale));
+        all.fold((0.0, 0.0), |(signal, flow), one| (larger_or_nan(signal, one.0), larger_or_nan(flow, one.1)))
+    }
+
+    /// The greatest signal speed (m/s) of what comes in by the open ends in a step from one time to another (s).
+    pub fn fastest_inflow(&mut self, scale: &Scale, methods: RestingMethods, step: (f64, f64)) -> f64 {
+        self.reaches.iter_mut().map(|reach| reach.fastest_inflow(scale, methods, step)).fold(0.0, larger_or_nan)
+    }
+
+    /// Volume of all water (m³).
+    pub fn volume(&self, spacing: f64) -> f64 {
+        let of = |reach: &Reach| -> f64 {
+            reach.water.iter().zip(&reach.ground.whole).map(|(water, wide)| water.depth * wide).sum()
+        };
+        self.reaches.iter().map(of).sum::<f64>() * spacing
+    }
+
+    /// Particles of all channels, and those of them whose water moves.
+    pub fn particles(&self) -> (usize, usize) {
+        let wet = |reach: &Reach| (0..reach.water.len()).filter(|&i| reach.is_wet(i)).count();
+        let all = self.reaches.iter().map(|reach| (reach.water.len(), wet(reach)));
+        all.fold((0, 0), |(number, moving), one| (number + one.0, moving + one.1))
+    }
+
+    /// The water of each channel, from its far end.
+    pub fn samples(&self) -> Vec<Vec<ChannelSample>> {
+        self.reaches.iter().map(Reach::samples).collect()
+    }
+}
+
+/// The larger of two, or what is no number, so that the watch sees it.
+pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
+
+impl Reach {
+    fn new(channel: &Channel, problem: &FlowProblem, state: &State, walls: &Walls) -> Self {
+        let datum = datum(&problem.bed, &problem.initial_depth);
+        let mut ground = Ground::new(channel, datum, problem.gravity);
+        let (strips, particles) = (ground.strips, ground.particles());
+        let water: Vec<Water> = (0..particles)
+            .map(|i| Water { depth: ground.mean_depth(i, channel.sections[i].level - datum), ..Water::default() })
+            .collect();
+        let end = |end: &ChannelEnd, particle: usize, widths: &[f64]| match end {
+            ChannelEnd::Wall => End::Wall,
+            ChannelEnd::Open(condition) => {
+                let level = ground.level(particle, water[particle].depth);
+                let rest = (level - ground.lowest(particle) > problem.dry_depth).then_some(level);
+                End::Open(OpenEnd {
+                    condition: condition.clone(),
+                    rest,
+                    inside: Vec::with_capacity(strips),
+                    passing: Vec::with_capacity(strips),
+                })
+            }
+            ChannelEnd::Joined(faces) => End::Joined(Junction::new(faces, widths, (problem, state, walls))),
+        };
+        let ends = [
+            end(&channel.far, 0, &channel.face_widths[0]),
+            end(&channel.near, particles - 1, &channel.face_widths[particles]),
+        ];
+        if let End::Joined(junction) = &ends[1] {
+            ground.meet(junction.beds(state));
+        }
+        let mut reach = Reach {
+            primitive: vec![Primitive::default(); particles],
+            rises: vec![Rises::default(); particles * strips],
+            faces: vec![Face::default(); particles + 1],
+            ground,
+            water,
+            ends,
+            datum,
+            dry_depth: problem.dry_depth,
+        };
+        reach.evaluate_primitive(Source::Step);
+        reach
+    }
+
+    fn is_wet(&self, particle: usize) -> bool {
+        self.primitive[particle].level - self.ground.lowest(particle) > self.dry_depth
+    }
+
+    fn evaluate_primitive(&mut self, source: Source) {
+        for (i, water) in self.water.iter().enumerate() {
+            let (depth, discharge) = match source {
+                Source::Step => (water.depth, water.discharge),
+                Source::Stage => (water.stage_depth, water.stage_discharge),
+            };
+            let level = self.ground.level(i, depth);
+            let deepest = self.ground.strip_depth(i, 0, depth, level);
+            let velocity = if deepest <= self.dry_depth { 0.0 } else { discharge * (1.0 / depth) };
+            self.primitive[i] = Primitive { depth, level, velocity };
+        }
+    }
+
+    /// Depth, bed and velocity of a strip; a film has no velocity.
+    fn strip(&self, particle: usize, strip: usize) -> (f64, f64, f64) {
+        let water = &self.primitive[particle];
+        let depth = self.ground.strip_depth(particle, strip, water.depth, water.level);
+        let velocity = if depth > self.dry_depth { water.velocity } else { 0.0 };
+        (depth, self.ground.bed[particle * self.ground.strips + strip], velocity)
+    }
+
+    /// A strip of a particle in a pair along the channel.
+    fn half(&self, particle: usize, strip: usize) -> Half {
+        let (d, z, u) = self.strip(particle, strip);
+        let at = particle * self.ground.strips + strip;
+        let rises = self.rises[at];
+        Half {
+            d,
+            z,
+            step: self.ground.step[at],
+            u,
+            v_t: 0.0,
+            rise_eta: rises.level,
+            rise_d: rises.depth,
+            rise_u: rises.velocity,
+            rise_t: 0.0,
+        }
+    }
+
+    /// A strip of the particle at the near end.
+    fn last(&self, strip: usize) -> Half {
+        self.half(self.water.len() - 1, strip)
+    }
+
+    fn evaluate_gradients(&mut self, state: &State, scale: &Scale) {
+        let (strips, last) = (self.ground.strips, self.water.len() - 1);
+        for i in 0..=last {
+            for k in 0..strips {
+                let here = self.strip(i, k);
+                let towards = |j: usize| {
+                    let there = self.strip(j, k);
+                    let level = surface_difference((here.0, here.1), (there.0, there.1), scale.dry_depth);
+                    Rises { level, depth: there.0 - here.0, velocity: there.2 - here.2 }
+                };
+                // Over a wall the velocity is mirrored; over an open end all goes on as it comes from the other side.
+                let over = |end: &End, inner: Option<Rises>| match end {
+                    End::Wall => Rises { velocity: -2.0 * here.2, ..Rises::default() },
+                    End::Open(_) => inner.map_or(Rises::default(), |inner| Rises {
+                        level: -inner.level,
+                        depth: -inner.depth,
+                        velocity: -inner.velocity,
+                    }),
+                    End::Joined(junction) => {
+                        let beyond = junction.beyond(k, here, state, scale.dry_depth);
+                        Rises { level: beyond.level, depth: beyond.depth, velocity: beyond.velocity }
+                    }
+                };
+                let inner = (i > 0).then(|| towards(i - 1));
+                let outer = (i < last).then(|| towards(i + 1));
+                let before = inner.unwrap_or_else(|| over(&self.ends[0], outer));
+                let after = outer.unwrap_or_else(|| over(&self.ends[1], inner));
+                let per_two_spacings = if here.0 > scale.dry_depth { 0.5 / scale.spacing } else { 0.0 };
+                let rise = |after: f64, before: f64| scale.spacing * (per_two_spacings * (after - before));
+                self.rises[i * strips + k] = Rises {
+                    level: rise(after.level, before.level),
+                    depth: rise(after.depth, before.depth),
+                    velocity: rise(after.velocity, before.velocity),
+                };
+            }
+        }
+    }
+
+    fn pass(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, step: (f64, f64)) {
+        let (strips, last) = (self.ground.strips, self.water.len() - 1);
+        let numbers = Numbers::new(scale, methods);
+        for f in 1..=last {
+            let mut face = Face::default();
+            for k in 0..strips {
+                let wide = self.ground.face_width[f * strips + k];
+                let (mass, _, lost, gained) = single(self.half(f - 1, k), self.half(f, k), numbers, methods);
+                face.volume += wide * mass;
+                face.lost += wide * lost;
+                face.gained += wide * gained;
+            }
+            self.faces[f] = face;
+        }
+        for (end, sign) in [(0, -1.0), (1, 1.0)] {
+            self.look(end, scale, methods);
+            let face = match &mut self.ends[end] {
+                End::Open(open) => {
+                    let how = (step, Of::Mean);
+                    pass(&open.condition, &open.inside, (scale, self.datum), how, &mut open.passing);
+                    let mut face = Face::default();
+                    let at = if end == 0 { 0 } else { (last + 1) * strips };
+                    let widths = &self.ground.face_width[at..at + strips];
+                    for ((inside, passing), wide) in open.inside.iter().zip(&open.passing).zip(widths) {
+                        let momentum = wide * inside.momentum_lost(passing, scale.gravity);
+                        face.volume += sign * wide * passing.mass;
+                        (face.lost, face.gained) = (face.lost + momentum, face.gained + momentum);
+                    }
+                    face
+                }
+                End::Wall => self.wall(end, sign, scale.gravity),
+                End::Joined(_) => Face::default(),
+            };
+            self.faces[end * (last + 1)] = face;
+        }
+        if let [_, End::Joined(junction)] = &self.ends {
+            let face = junction.pass(self, state, scale, methods);
+            self.faces[last + 1] = face;
+        }
+    }
+
+    /// The mirror problem of a particle at an end.
+    fn wall(&self, end: usize, sign: f64, gravity: f64) -> Face {
+        let strips = self.ground.strips;
+        let particle = if end == 0 { 0 } else { self.water.len() - 1 };
+        let at = end * self.water.len() * strips;
+        let momentum: f64 = (0..strips)
+            .map(|k| {
+                let (depth, _, velocity) = self.strip(particle, k);
+                self.ground.face_width[at + k] * mirrored(depth, sign * velocity, gravity)
+            })
+            .sum();
+        Face { volume: 0.0, lost: momentum, gained: momentum }
+    }
+
+    /// Reads the water before an open end.
+    fn look(&mut self, end: usize, scale: &Scale, methods: RestingMethods) {
+        let End::Open(OpenEnd { rest, inside: found, .. }) = &mut self.ends[end] else { return };
+        let (rest, mut found) = (*rest, std::mem::take(found));
+        let is_carried = methods.reconstruction != Reconstruction::None;
+        let (strips, count) = (self.ground.strips, self.water.len());
+        let sign = if end == 0 { -1.0 } else { 1.0 };
+        let inwards =
+            |steps: usize| if end == 0 { Some(steps).filter(|&i| i < count) } else { (count - 1).checked_sub(steps) };
+        let here = if end == 0 { 0 } else { count - 1 };
+        let water = self.primitive[here];
+        let radius = self.ground.radius(here, water.depth, water.level);
+        // The conditions know depths alone: a strip gets the roughness that slows its depth as the whole section is slowed.
+        let by_shape = |depth: f64| if radius > 0.0 { (depth / radius).powf(4.0 / 3.0) } else { 1.0 };
+        let near = |particle: usize, k: usize| {
+            let (depth, bed, velocity) = self.strip(particle, k);
+            Near { depth, bed, outwards: sign * velocity }
+        };
+        let inside = |k: usize| {
+            let behind = [inwards(1), inwards(2)].map(|place| place.filter(|_| is_carried).map(|i| near(i, k)));
+            let width = self.ground.face_width[end * count * strips + k] / scale.spacing;
+            let before = near(here, k);
+            let friction = by_shape(before.depth) * self.ground.friction[here];
+            Inside::before(before, behind, scale).with(width, friction, rest)
+        };
+        found.clear();
+        found.extend((0..strips).map(inside));
+        if let End::Open(open) = &mut self.ends[end] {
+            open.inside = found;
+        }
+    }
+
+    fn fastest_inflow(&mut self, scale: &Scale, methods: RestingMethods, step: (f64, f64)) -> f64 {
+        let mut fastest = 0.0;
+        for end in [0, 1] {
+            self.look(end, scale, methods);
+            if let End::Open(open) = &mut self.ends[end] {
+                pass(&open.condition, &open.inside, (scale, self.datum), (step, Of::Largest), &mut open.passing);
+                fastest = open.passing.iter().map(|passing| passing.speed).fold(fastest, larger_or_nan);
+            }
+        }
+        fastest
+    }
+
+    /// Scales the outflow of particles that would give more water than they have in this stage.
+    fn limit_outflow(&mut self, state: &mut State, scale: &Scale, stage: Stage, time_step: f64) {
+        let last = self.water.len() - 1;
+        for i in 0..=last {
+            let held = match stage {
+                Stage::First => self.water[i].depth,
+                Stage::Second => self.water[i].stage_depth,
+            };
+            let by_junction = match &self.ends[1] {
+                End::Joined(junction) if i == last => scale.spacing * junction.rates(state).0,
+                _ => 0.0,
+            };
+            let leaving = self.faces[i + 1].volume.max(0.0) - self.faces[i].volume.min(0.0) + by_junction;
+            let wanted = time_step / scale.spacing * leaving / self.ground.whole[i];
+            if wanted > held {
+                let share = held.max(0.0) / wanted;
+                if self.faces[i].volume < 0.0 {
+                    self.faces[i].volume *= share;
+                }
+                if self.faces[i + 1].volume > 0.0 {
+                    self.faces[i + 1].volume *= share;
+                }
+                if let End::Joined(junction) = &self.ends[1]
+                    && i == last
+                {
+                    junction.reduce(state, share);
+                }
+            }
+        }
+    }
+
+    fn apply(&mut self, state: &State, scale: &Scale, stage: Stage, time_step: f64) {
+        let last = self.water.len() - 1;
+        if let End::Joined(junction) = &self.ends[1] {
+            let (leaves, comes) = junction.rates(state);
+            self.faces[last + 1].volume = scale.spacing * (leaves - comes);
+        }
+        let half = 0.5 * (time_step / scale.spacing);
+        for i in 0..=last {
+            let (left, right) = (self.faces[i], self.faces[i + 1]);
+            let per_width = half / self.ground.whole[i];
+            let water = &mut self.water[i];
+            let (half_depth, raised) = stage.take(water.depth, per_width * (left.volume - right.volume));
+            let (half_discharge, pushed) = stage.take(water.discharge, per_width * (left.gained - right.lost));
+            // What is not a number stays, so that the watch sees it.
+            let depth = if raised < 0.0 { 0.0 } else { raised };
+            let level = self.ground.level(i, depth);
+            let kept = if self.ground.strip_depth(i, 0, depth, level) <= scale.dry_depth {
+                0.0
+            } else {
+                let roughness = self.ground.friction[i] * time_step;
+                manning::kept(pushed.abs() / depth, self.ground.radius(i, depth, level), roughness)
+            };
+            let discharge = counted(kept * pushed);
+            match stage {
+                Stage::First => {
+                    *water = Water {
+                        depth: half_depth,
+                        discharge: half_discharge,
+                        stage_depth: depth,
+                        stage_discharge: discharge,
+                    };
+                }
+                Stage::Second => (water.depth, water.discharge) = (depth, discharge),
+            }
+        }
+    }
+
+    /// Rates at which water comes in and leaves by the open ends (m³/s).
+    fn rates(&self) -> (f64, f64) {
+        let outwards = |end: usize| match (&self.ends[end], end) {
+            (End::Open(_), 0) => -self.faces[0].volume,
+            (End::Open(_), _) => self.faces[self.water.len()].volume,
+            (End::Wall | End::Joined(_), _) => 0.0,
+        };
+        let both = [outwards(0), outwards(1)];
+        (both.iter().map(|rate| (-rate).max(0.0)).sum(), both.iter().map(|rate| rate.max(0.0)).sum())
+    }
+
+    fn fastest(&self, scale: &Scale) -> (f64, f64) {
+        let strips = self.ground.strips;
+        let mut fastest = (0.0, 0.0);
+        for (i, water) in self.primitive.iter().enumerate() {
+            let deepest = self.ground.strip_depth(i, 0, water.depth, water.level);
+            if deepest <= scale.dry_depth {
+                continue;
+            }
+            let wide = |face: usize| self.ground.face_width[face * strips..(face + 1) * strips].iter().sum::<f64>();
+            // A face wider than its particle empties it faster.
+            let widening = (wide(i).max(wide(i + 1)) / self.ground.whole[i]).max(1.0);
+            let speed = water.velocity.abs();
+            let signal = widening * (speed + (scale.gravity * deepest).sqrt());
+            fastest = (larger_or_nan(fastest.0, signal), larger_or_nan(fastest.1, speed));
+        }
+        fastest
+    }
+
+    fn samples(&self) -> Vec<ChannelSample> {
+        let sample = |(i, water): (usize, &Primitive)| ChannelSample {
+            depth: self.ground.strip_depth(i, 0, water.depth, water.level),
+            level: water.level + self.datum,
+            velocity: water.velocity,
+            discharge: water.velocity * water.depth * self.ground.whole[i],
+        };
+        self.primitive.iter().enumerate().map(sample).collect()
+    }
+}
