@@ -1,7 +1,7 @@
 //! The experiments and floods, what each is held to, and what its measurements are.
 
 use super::gauges::{Run, Series, arrival, mean, root_mean_square, value_at};
-use super::{Experiment, Finding};
+use super::{Experiment, Finding, rajar};
 use crate::maps::{GaugeLine, GaugePanel};
 use crate::validation::Suite;
 
@@ -85,6 +85,26 @@ const EXPERIMENTS: &[Experiment] = &[
         can_move: false,
         bar: "RMSE of the level <= 0.006 m at each gauge",
         judge: monai,
+    },
+    Experiment {
+        name: "rajar_a",
+        suite: Suite::Laboratory,
+        about: "Dam break in a channel that widens from 0.4 m to 1.2 m (Rajar's channel A): reaches in one dimension joined to two, against two throughout.",
+        data: "",
+        resolutions: [0.05, 0.025],
+        can_move: false,
+        bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
+        judge: |run| rajar::compare(run, &rajar::A),
+    },
+    Experiment {
+        name: "rajar_b",
+        suite: Suite::Laboratory,
+        about: "The same in a channel that narrows to 0.2 m (Rajar's channel B).",
+        data: "",
+        resolutions: [0.05, 0.025],
+        can_move: false,
+        bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
+        judge: |run| rajar::compare(run, &rajar::B),
     },
     Experiment {
         name: "merewether",

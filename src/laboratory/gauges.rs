@@ -15,6 +15,8 @@ pub struct Run {
     pub data: PathBuf,
     /// Spacing (m).
     pub spacing: f64,
+    /// What the run had in place of what its scenario says, as `key.path=value`.
+    pub overrides: Vec<String>,
 }
 
 impl Run {

@@ -157,7 +157,7 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
 /// Takes the first steps of a run.
 fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Recorder) -> Result<Measured, Error> {
     let mut no_sink = |_| Ok(());
-    let first = books(solver.ledger());
+    let first = books(solver);
     let particles = solver.particles();
     let mut measured =
         Measured { particles_at_start: particles, particles: (particles, particles), ..Measured::default() };
@@ -172,7 +172,7 @@ fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Reco
         }
         shortest = shortest.min(step);
         solver.advance(step.min(scenario.end_time - solver.time()))?;
-        let (time, ledger) = (solver.time(), books(solver.ledger()));
+        let (time, ledger) = (solver.time(), books(solver));
         recorder.step(time, &solver.water(), ledger, &mut no_sink)?;
         measured.steps += 1;
         measured.last_evaluations = solver.particle_evaluations() - before;

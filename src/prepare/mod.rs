@@ -4,6 +4,7 @@
 //! solver, gauges and the reference system for the outputs.
 
 mod breach;
+mod channels;
 mod findings;
 mod forcing;
 mod grid;
@@ -23,7 +24,8 @@ use crate::bed::{BedParticles, place_bed};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::output::{Gauge, OutputCrs, Section};
+use crate::output::{ChannelProfile, Gauge, OutputCrs, Section};
+use crate::scenario::channel::ChannelShape;
 use crate::scenario::methods::Motion;
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed};
 use crate::seeding::StillWater;
@@ -102,6 +104,8 @@ pub struct Prepared {
     pub still_water: Option<StillWater>,
     /// Cross-sections.
     pub sections: Vec<Section>,
+    /// Channels of one dimension.
+    pub channels: Vec<ChannelProfile>,
     /// Gauges.
     pub gauges: Vec<Gauge>,
     /// Every input file, each once, in the order of the scenario.
@@ -170,6 +174,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
     let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let dam = breach::open(scenario, crs.as_ref(), &mut findings);
+    let reaches = channels::open(scenario, &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
         terrain,
@@ -182,6 +187,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         waters: Vec::new(),
         still_water: None,
         sections: Vec::new(),
+        channels: Vec::new(),
         gauges,
         inputs: inputs(scenario),
         gap: None,
@@ -189,7 +195,14 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        place_on_lattice(scenario, &mut prepared, lines, (&mut opened, &rough, dam.as_ref()), bodies, &mut findings);
+        place_on_lattice(
+            scenario,
+            &mut prepared,
+            lines,
+            (&mut opened, &rough, dam.as_ref(), reaches),
+            bodies,
+            &mut findings,
+        );
     }
     prepared.sections = opened.sections;
     prepared.problems = findings.into_problems();
@@ -204,7 +217,12 @@ fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    (opened, rough, dam): (&mut forcing::Opened, &roughness::Opened, Option<&breach::Opened>),
+    (opened, rough, dam, reaches): (
+        &mut forcing::Opened,
+        &roughness::Opened,
+        Option<&breach::Opened>,
+        Vec<Option<channels::Opened>>,
+    ),
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -223,6 +241,8 @@ fn place_on_lattice(
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
     prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);
+    (prepared.forcing.channels, prepared.channels) =
+        channels::on_lattice(reaches, scenario, (&lattice, &bed.elevation), findings);
     water::check(&mut bodies, &bed, findings);
     let surface = breach::WithDam::new(terrain, &lattice, breach.as_ref());
     let still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
@@ -297,28 +317,40 @@ fn series(timed: &Timed) -> Option<&PathBuf> {
     }
 }
 
-/// The files of boundaries, sources and rain.
+/// The files of a condition.
+fn condition_files<'a>(condition: &'a BoundaryCondition, files: &mut Vec<&'a PathBuf>) {
+    match condition {
+        BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
+        BoundaryCondition::Stage(level, _) => files.extend(series(level)),
+        BoundaryCondition::Rating(table) => files.push(&table.file.value),
+        BoundaryCondition::Discharge { discharge, level } => {
+            files.extend(series(discharge));
+            files.extend(level.as_ref().and_then(series));
+        }
+    }
+}
+
+/// The files of boundaries, sources, channels and rain.
 fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
     let mut files: Vec<&PathBuf> = Vec::new();
     for boundary in &scenario.boundaries {
         if let OpenBoundary::Lines(lines) = &boundary.value.place {
             files.push(&lines.value.path);
         }
-        match &boundary.value.condition {
-            BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
-            BoundaryCondition::Stage(level, _) => files.extend(series(level)),
-            BoundaryCondition::Rating(table) => files.push(&table.file.value),
-            BoundaryCondition::Discharge { discharge, level } => {
-                files.extend(series(discharge));
-                files.extend(level.as_ref().and_then(series));
-            }
-        }
+        condition_files(&boundary.value.condition, &mut files);
     }
     for source in &scenario.sources {
         if let SourcePlace::Points(points) = &source.value.place {
             files.push(&points.value.path);
         }
         files.extend(series(&source.value.discharge));
+    }
+    for channel in &scenario.channels {
+        if let ChannelShape::Sections(file) = &channel.shape {
+            files.push(&file.value);
+        }
+        let ends = channel.upstream.iter().chain(&channel.downstream);
+        ends.for_each(|condition| condition_files(condition, &mut files));
     }
     match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
         Some(RainAmount::Rate(rate)) => files.extend(series(rate)),

@@ -22,7 +22,7 @@ use super::schema::{
     Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
 use super::units::INTENSITY;
-use super::{breach, preset, tree};
+use super::{breach, channel, preset, tree};
 use crate::error::{Error, Place, Problem, ProblemKind};
 
 /// Largest scenario file (bytes); data belongs into files of its own.
@@ -178,6 +178,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         sources: sources(written.sources.unwrap_or_default()),
         rain: written.rain.and_then(rain),
         breach: written.breach.and_then(breach::resolved),
+        channels: channel::resolved(written.channels.unwrap_or_default()),
         outputs: outputs(written.outputs, &name, file, resolution.value, end_time),
         resolution,
         end_time,

@@ -146,6 +146,10 @@ pub trait FlowSolver: Send {
     fn channels(&self) -> Vec<Vec<ChannelSample>> {
         Vec::new()
     }
+    /// The volume of the ledger that is in channels (m³).
+    fn volume_in_channels(&self) -> f64 {
+        0.0
+    }
     /// The cells whose bed may change in a run, and their elevation (m) now; none where the bed rests.
     fn bed_now(&self) -> &[(usize, f64)] {
         &[]

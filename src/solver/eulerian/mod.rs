@@ -374,6 +374,10 @@ impl FlowSolver for EulerianSolver {
         self.reaches.samples()
     }
 
+    fn volume_in_channels(&self) -> f64 {
+        self.reaches.volume(self.scale.spacing)
+    }
+
     fn bed_now(&self) -> &[(usize, f64)] {
         self.breaking.as_ref().map_or(&[], Breaking::bed)
     }
