@@ -189,9 +189,9 @@ impl Axis {
         let is_whole = prepared.channels.iter().any(|channel| channel.id == "whole");
         if let Some(lattice) = prepared.lattice.as_ref().filter(|_| !is_whole) {
             let half = 0.5 * lattice.spacing;
-            for cell in 0..lattice.len() {
+            for (cell, elevation) in bed.iter().enumerate() {
                 let place = lattice.to_map(lattice.centre(cell));
-                if !bed[cell].is_nan() && place.y > AXIS && place.y < AXIS + 2.0 * half {
+                if !elevation.is_nan() && place.y > AXIS && place.y < AXIS + 2.0 * half {
                     origins.push((place.x, Origin::Plane([cell, cell - lattice.columns])));
                 }
             }
