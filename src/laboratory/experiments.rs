@@ -120,9 +120,7 @@ const EXPERIMENTS: &[Experiment] = &[
 
 /// A panel with what was measured and what this run makes of it.
 fn panel(run: &Run, title: &str, measured: Series, computed: Series) -> GaugePanel {
-    // A whole number of hundredths of a millimetre: 100 times 0.028 is not 2.8.
-    let centimetres = (1e5 * run.spacing).round() / 1e3;
-    let name = if run.spacing < 1.0 { format!("{centimetres} cm") } else { format!("{} m", run.spacing) };
+    let name = run.resolution();
     GaugePanel { title: title.to_owned(), measured, computed: vec![GaugeLine { name, points: computed }] }
 }
 

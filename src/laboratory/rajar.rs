@@ -80,8 +80,10 @@ pub(super) fn compare(run: &Run, flume: &Flume) -> Result<Finding, String> {
             100.0 * saved(&channel)
         ));
         for station in STATIONS {
-            let line =
-                |name: &str, followed: &Followed| GaugeLine { name: name.to_owned(), points: followed.at(station) };
+            let line = |name: &str, followed: &Followed| GaugeLine {
+                name: format!("{name}, {}", run.resolution()),
+                points: followed.at(station),
+            };
             let computed = vec![line("2-D", &plane), line("coupled", &coupled), line("1-D", &channel)];
             let title = format!("{station} m, {:.1} cm over {:.1} cm", 100.0 * depths.0, 100.0 * depths.1);
             panels.push(GaugePanel { title, measured: Vec::new(), computed });
@@ -92,7 +94,7 @@ pub(super) fn compare(run: &Run, flume: &Flume) -> Result<Finding, String> {
         error: Some(worst),
         is_met: Some(worst <= BARS.0 && least_saved >= BARS.1),
         note: format!(
-            "difference from two dimensions along the axis, by the depth there, the worst of 1 to 8 s: {}",
+            "difference from two dimensions along the axis below the dam, by the depth there, the worst of 1 to 8 s: {}",
             notes.join("; ")
         ),
         panels,
@@ -213,7 +215,7 @@ impl Axis {
     }
 }
 
-/// Differences between two runs: by the sum of the depths along the axis, and the largest one by the largest depth.
+/// Differences between two runs along the axis below the dam: by the sum of the depths there, and the largest one by the largest depth.
 struct Difference {
     mean: f64,
     largest: f64,
@@ -235,7 +237,9 @@ impl Followed {
         }
         let each_second = (1.0 / EVERY).round() as usize;
         let mut worst = Difference { mean: 0.0, largest: 0.0 };
+        let below = self.places.partition_point(|place| *place < DAM);
         for (a, b) in self.profiles.iter().zip(&other.profiles).step_by(each_second).skip(1) {
+            let (a, b) = (&a[below..], &b[below..]);
             let off = || a.iter().zip(b).map(|(a, b)| (a - b).abs());
             worst.mean = worst.mean.max(off().sum::<f64>() / a.iter().sum::<f64>());
             let deepest = a.iter().copied().fold(0.0, f64::max);
@@ -261,13 +265,13 @@ mod tests {
     fn differences_are_those_of_the_worst_second() {
         let followed = |depth: f64| Followed {
             cpu_s: 1.0,
-            places: vec![1.0, 2.0],
+            places: vec![1.0, 7.0],
             profiles: (0..=20).map(|k| vec![1.0, if k == 10 { depth } else { 0.5 }]).collect(),
         };
         let (a, b) = (followed(0.5), followed(0.8));
         let off = a.difference(&b).unwrap();
-        assert!((off.mean - 0.3 / 1.5).abs() < 1e-12 && (off.largest - 0.3).abs() < 1e-12);
-        assert!((b.at(1.9)[10].1 - 0.8).abs() < 1e-12 && b.at(1.9).len() == 21);
+        assert!((off.mean - 0.3 / 0.5).abs() < 1e-12 && (off.largest - 0.3 / 0.5).abs() < 1e-12);
+        assert!((b.at(6.0)[10].1 - 0.8).abs() < 1e-12 && b.at(6.0).len() == 21);
         let short = Followed { places: vec![1.0], ..followed(0.5) };
         assert!(a.difference(&short).is_err());
     }
