@@ -157,7 +157,7 @@ impl Marks {
     }
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn look_into((x, y, reach_squared): (&[f64], &[f64], &[f64]), cornered: &mut [u64], place: Vec2, mirror: &Mirror) {
     let n = x.len();
     let (y, reach_squared, cornered) = (&y[..n], &reach_squared[..n], &mut cornered[..n]);
@@ -173,7 +173,7 @@ fn look_into((x, y, reach_squared): (&[f64], &[f64], &[f64]), cornered: &mut [u6
     }
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn look_at(
     (x, y, reach_squared): (&[f64], &[f64], &[f64]),
     hidden: &mut [u64],

@@ -4,7 +4,8 @@
 //!
 //! ```text
 //! (M12)  a_1 = ½ φ_i(2 ∇η_i·x_ij − D η, D η)        a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
-//! (M13)  d_iR = clamp(d_i + ½ φ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise
+//! (M13)  d_iR = clamp(d_i + ½ φ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise; but where water is drawn out, D u > 0 or one
+//!        side dry: d_iR = (√d_i + ½ φ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
 //! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
 //! (M15)  d_l = clamp(η_i + a_1 − z*, 0, d_iR)       d_r = clamp(η_j − a_2 − z*, 0, d_jR)
 //! (M16)  (F_d, F_n) = flux(d_l, u_i + b_1; d_r, u_j − b_2)
@@ -262,9 +263,19 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let half_i = |rise: f64, jump: f64| slopes * limited(rise, jump, share_i);
     let half_j = |rise: f64, jump: f64| slopes * limited(rise, jump, share_j);
     let (a_1, a_2) = (half_i(i.rise_eta, jump_eta), half_j(j.rise_eta, jump_eta));
-    let jump_d = j.d - i.d;
-    let d_i = clamp(i.d + half_i(i.rise_d, jump_d), 0.0, 2.0 * i.d);
-    let d_j = clamp(j.d - half_j(j.rise_d, jump_d), 0.0, 2.0 * j.d);
+    let is_drawn_out = !IS_SHARP && (j.u > i.u || smaller(i.d, j.d) <= dry_depth);
+    // What the depth gains from a particle to the face, given the depth across the face and the increment towards it.
+    let gain = |d: f64, across: f64, rise: f64, share: f64| {
+        let jump = across - d;
+        let behind = larger(d - (2.0 * rise - jump), 0.0);
+        let root = d.sqrt();
+        let jump_root = across.sqrt() - root;
+        let gain_root = slopes * limited(0.5 * (root - behind.sqrt() + jump_root), jump_root, share);
+        // Without a slope nothing is gained, to the last digit.
+        if is_drawn_out { gain_root * (2.0 * root + gain_root) } else { slopes * limited(rise, jump, share) }
+    };
+    let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i), 0.0, 2.0 * i.d);
+    let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
     let u_l = i.u + half_i(i.rise_u, jump_u);
     let u_r = j.u - half_j(j.rise_u, jump_u);
@@ -292,7 +303,7 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     (open * f_d, open * f_d * v_t, lost, gained)
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn row_faces<F: Flux, const IS_SHARP: bool, const DIRECTION: usize>(
     left: Side<'_>,
     left_from: usize,

@@ -44,7 +44,7 @@ pub(crate) fn surface_difference((depth_i, bed_i): (f64, f64), (depth_j, bed_j):
     if hill { 0.0 } else { difference }
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn row_gradient(
     water: Rows<'_, PrimitiveRow>,
     ground: Rows<'_, GroundRow>,

@@ -88,7 +88,7 @@ pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage:
     });
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 #[expect(clippy::too_many_arguments, reason = "the rows that one row's update reads and writes")]
 fn row_update(
     south: &FluxRow,

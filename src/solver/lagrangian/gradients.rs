@@ -110,7 +110,7 @@ struct Sums {
     weighted_area: LaneSum,
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn sum_pairs(
     pairs: &mut Pairs,
     me: &State,

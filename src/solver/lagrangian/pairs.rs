@@ -176,13 +176,13 @@ impl Pairs {
 }
 
 /// Distances, directions and weights of all pairs, by the chosen kernel.
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 pub(super) fn measure(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
     with_kernel!(kernel, kernel => pairs.measure_with::<_, false>(inverse_h, kernel));
 }
 
 /// The same, with the weight w of each pair's area in the first column of `terms`, and A_j W(r, h_i) in the second.
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 pub(super) fn measure_and_cover(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
     with_kernel!(kernel, kernel => pairs.measure_with::<_, true>(inverse_h, kernel));
 }

@@ -178,7 +178,7 @@ fn half_slope(along: f64, difference: f64) -> f64 {
 }
 
 /// Sums over the faces by the chosen Riemann solver, with or without limited slopes.
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn sum_faces(
     pairs: &mut Pairs,
     me: &State,
