@@ -230,7 +230,12 @@ fn draw(
             ..disk(MAP_BYTES.end, FRAME_BYTES.end, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: advice(reach, spread, spacing),
+        advice: if prepared.forcing.is_still() && prepared.forcing.breach.is_none() {
+            advice(reach, spread, spacing)
+        } else {
+            let why = "moving particles know no boundary with a condition, source, rain, channel, or dam that breaks";
+            (Motion::Eulerian, why.to_owned())
+        },
         measured,
         threads: rayon::current_num_threads(),
         warnings: prepared.problems,

@@ -82,7 +82,8 @@ impl Ground {
             filled += 1;
             wide += width[filled];
         }
-        bed[filled] + left / wide
+        // The bottom of a section may be an edge without width.
+        if wide > 0.0 { bed[filled] + left / wide } else { bed[filled] }
     }
 
     /// The mean depth (m) of a particle at a level (m).

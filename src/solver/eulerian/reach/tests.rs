@@ -154,6 +154,25 @@ fn a_bore_through_changing_sections_keeps_its_volume() {
 }
 
 #[test]
+fn water_runs_dry_and_comes_back_in_a_channel_with_an_edge_for_a_bottom() {
+    // A V of one in two, dry at first but for its upper end.
+    let section = |i: usize| {
+        let bed = 0.05 * (30.0 - i as f64) + 0.1 * noise(i as f64);
+        let mut strips = vec![Strip { width: 0.0, bed }];
+        strips.extend((0..16).map(|k| Strip { width: 0.5, bed: bed + (k as f64 + 0.5) / 8.0 }));
+        let perimeter = vec![(0.0, 0.0), (2.0, 2.0 * 20.0_f64.sqrt())];
+        ChannelSection { strips, perimeter, manning: 0.03, level: if i < 8 { 3.0 } else { 0.0 } }
+    };
+    let mut channel = of_sections(1.0, (0..40).map(section).collect());
+    channel.near = ChannelEnd::Open(Condition::NormalDepth { slope: 0.05 });
+    let mut solver = EulerianSolver::new(alone(channel));
+    run_until(&mut solver, 300.0);
+    let (ledger, samples) = (solver.ledger(), solver.channels());
+    assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow > 0.9 * ledger.initial, "{ledger:?}");
+    assert!(samples[0].iter().all(|sample| sample.depth >= 0.0 && sample.velocity.is_finite()));
+}
+
+#[test]
 fn a_wave_in_a_narrowing_channel_grows_as_energy_asks() {
     // Green's law: a long small wave grows as the width to the power −1/2, here to twice its height.
     let hump = |x: f64| 1.0 + 0.001 * (-((x - 200.0) / 40.0).powi(2)).exp();
