@@ -14,6 +14,7 @@
 //!
 //! Deliberately absent: bends, confluences, lateral inflow, structures in the channel.
 
+mod ends;
 mod ground;
 mod junction;
 
@@ -22,16 +23,15 @@ mod tests;
 
 use super::faces::{Half, Numbers, single};
 use super::gradient::surface_difference;
-use super::open::{Inside, Near, Of, Passing, pass};
 use super::primitive::Source;
 use super::state::{State, datum};
 use super::update::{Stage, counted};
-use super::walls::{Walls, mirrored};
+use super::walls::Walls;
 use super::{RestingMethods, Scale};
-use crate::boundary::{Channel, ChannelEnd, Condition};
+use crate::boundary::{Channel, ChannelEnd};
 use crate::physics::friction::manning;
-use crate::scenario::methods::Reconstruction;
 use crate::solver::{ChannelSample, FlowProblem};
+use ends::{End, OpenEnd};
 use ground::Ground;
 use junction::Junction;
 
@@ -67,22 +67,6 @@ struct Face {
     volume: f64,
     lost: f64,
     gained: f64,
-}
-
-/// An end beyond which something is known.
-struct OpenEnd {
-    condition: Condition,
-    /// Level at rest (m), counted as in the solver, where there was water at the start.
-    rest: Option<f64>,
-    inside: Vec<Inside>,
-    passing: Vec<Passing>,
-}
-
-/// What lies beyond an end.
-enum End {
-    Wall,
-    Open(OpenEnd),
-    Joined(Junction),
 }
 
 /// One channel.
@@ -211,12 +195,7 @@ impl Reach {
             ChannelEnd::Open(condition) => {
                 let level = ground.level(particle, water[particle].depth);
                 let rest = (level - ground.lowest(particle) > problem.dry_depth).then_some(level);
-                End::Open(OpenEnd {
-                    condition: condition.clone(),
-                    rest,
-                    inside: Vec::with_capacity(strips),
-                    passing: Vec::with_capacity(strips),
-                })
+                End::Open(OpenEnd::new(condition.clone(), rest, strips))
             }
             ChannelEnd::Joined(faces) => End::Joined(Junction::new(faces, widths, (problem, state, walls))),
         };
@@ -341,89 +320,11 @@ impl Reach {
             }
             self.faces[f] = face;
         }
-        for (end, sign) in [(0, -1.0), (1, 1.0)] {
-            self.look(end, scale, methods);
-            let face = match &mut self.ends[end] {
-                End::Open(open) => {
-                    let how = (step, Of::Mean);
-                    pass(&open.condition, &open.inside, (scale, self.datum), how, &mut open.passing);
-                    let mut face = Face::default();
-                    let at = if end == 0 { 0 } else { (last + 1) * strips };
-                    let widths = &self.ground.face_width[at..at + strips];
-                    for ((inside, passing), wide) in open.inside.iter().zip(&open.passing).zip(widths) {
-                        let momentum = wide * inside.momentum_lost(passing, scale.gravity);
-                        face.volume += sign * wide * passing.mass;
-                        (face.lost, face.gained) = (face.lost + momentum, face.gained + momentum);
-                    }
-                    face
-                }
-                End::Wall => self.wall(end, sign, scale.gravity),
-                End::Joined(_) => Face::default(),
-            };
-            self.faces[end * (last + 1)] = face;
-        }
+        self.pass_ends(scale, methods, step);
         if let [_, End::Joined(junction)] = &self.ends {
             let face = junction.pass(self, state, scale, methods);
             self.faces[last + 1] = face;
         }
-    }
-
-    /// The mirror problem of a particle at an end.
-    fn wall(&self, end: usize, sign: f64, gravity: f64) -> Face {
-        let strips = self.ground.strips;
-        let particle = if end == 0 { 0 } else { self.water.len() - 1 };
-        let at = end * self.water.len() * strips;
-        let momentum: f64 = (0..strips)
-            .map(|k| {
-                let (depth, _, velocity) = self.strip(particle, k);
-                self.ground.face_width[at + k] * mirrored(depth, sign * velocity, gravity)
-            })
-            .sum();
-        Face { volume: 0.0, lost: momentum, gained: momentum }
-    }
-
-    /// Reads the water before an open end.
-    fn look(&mut self, end: usize, scale: &Scale, methods: RestingMethods) {
-        let End::Open(OpenEnd { rest, inside: found, .. }) = &mut self.ends[end] else { return };
-        let (rest, mut found) = (*rest, std::mem::take(found));
-        let is_carried = methods.reconstruction != Reconstruction::None;
-        let (strips, count) = (self.ground.strips, self.water.len());
-        let sign = if end == 0 { -1.0 } else { 1.0 };
-        let inwards =
-            |steps: usize| if end == 0 { Some(steps).filter(|&i| i < count) } else { (count - 1).checked_sub(steps) };
-        let here = if end == 0 { 0 } else { count - 1 };
-        let water = self.primitive[here];
-        let radius = self.ground.radius(here, water.depth, water.level);
-        // The conditions know depths alone: a strip gets the roughness that slows its depth as the whole section is slowed.
-        let by_shape = |depth: f64| if radius > 0.0 { (depth / radius).powf(4.0 / 3.0) } else { 1.0 };
-        let near = |particle: usize, k: usize| {
-            let (depth, bed, velocity) = self.strip(particle, k);
-            Near { depth, bed, outwards: sign * velocity }
-        };
-        let inside = |k: usize| {
-            let behind = [inwards(1), inwards(2)].map(|place| place.filter(|_| is_carried).map(|i| near(i, k)));
-            let width = self.ground.face_width[end * count * strips + k] / scale.spacing;
-            let before = near(here, k);
-            let friction = by_shape(before.depth) * self.ground.friction[here];
-            Inside::before(before, behind, scale).with(width, friction, rest)
-        };
-        found.clear();
-        found.extend((0..strips).map(inside));
-        if let End::Open(open) = &mut self.ends[end] {
-            open.inside = found;
-        }
-    }
-
-    fn fastest_inflow(&mut self, scale: &Scale, methods: RestingMethods, step: (f64, f64)) -> f64 {
-        let mut fastest = 0.0;
-        for end in [0, 1] {
-            self.look(end, scale, methods);
-            if let End::Open(open) = &mut self.ends[end] {
-                pass(&open.condition, &open.inside, (scale, self.datum), (step, Of::Largest), &mut open.passing);
-                fastest = open.passing.iter().map(|passing| passing.speed).fold(fastest, larger_or_nan);
-            }
-        }
-        fastest
     }
 
     /// Scales the outflow of particles that would give more water than they have in this stage.
@@ -492,17 +393,6 @@ impl Reach {
                 Stage::Second => (water.depth, water.discharge) = (depth, discharge),
             }
         }
-    }
-
-    /// Rates at which water comes in and leaves by the open ends (m³/s).
-    fn rates(&self) -> (f64, f64) {
-        let outwards = |end: usize| match (&self.ends[end], end) {
-            (End::Open(_), 0) => -self.faces[0].volume,
-            (End::Open(_), _) => self.faces[self.water.len()].volume,
-            (End::Wall | End::Joined(_), _) => 0.0,
-        };
-        let both = [outwards(0), outwards(1)];
-        (both.iter().map(|rate| (-rate).max(0.0)).sum(), both.iter().map(|rate| rate.max(0.0)).sum())
     }
 
     fn fastest(&self, scale: &Scale) -> (f64, f64) {

@@ -310,3 +310,39 @@ fn the_strips_of_a_trapezoid_meet_cells_of_their_height() {
     assert!(run(&mut solver, 200) < 1e-12);
     assert!(solver.ledger().relative_error().abs() < 1e-13);
 }
+
+/// The valley of the next test: 2 m wide at its bottom and 8 m at its top, by steps of 0.5 m.
+fn valley(y: f64) -> f64 {
+    (((y - 6.0).abs() - 1.0).max(0.0).ceil() * 0.5 - 0.25).max(0.0)
+}
+
+#[test]
+fn a_long_wave_has_the_speed_of_its_section_and_passes_into_a_valley_of_that_section() {
+    const HEIGHT: f64 = 0.005;
+    let strips = || {
+        let mut strips = vec![Strip { width: 2.0, bed: 0.0 }];
+        strips.extend((0..3).map(|k| Strip { width: 2.0, bed: 0.25 + 0.5 * k as f64 }));
+        strips
+    };
+    // Depth of 1.5 m: A = 2 (1.5 + 1.25 + 0.75 + 0.25) m², T = 8 m.
+    let speed = (G * 7.5_f64 / 8.0).sqrt();
+    let hump = |x: f64| 1.5 + HEIGHT * (-((x + 120.0) / 30.0).powi(2)).exp();
+    let section = |i: usize| ChannelSection {
+        strips: strips(),
+        perimeter: vec![(0.0, 2.0), (2.0, 8.0)],
+        manning: 0.0,
+        level: hump(i as f64 + 0.5 - 300.0),
+    };
+    let mut problem = plane((200, 12), 1.0, |place| valley(place.y), |place| hump(place.x));
+    join(&mut problem, of_sections(1.0, (0..300).map(section).collect()), true, (2.0, 10.0));
+    let mut solver = EulerianSolver::new(problem);
+    // The half that goes to the near end has its crest at 60 m in the valley then.
+    run_until(&mut solver, 180.0 / speed);
+    let levels: Vec<f64> = (0..200).map(|x| solver.water().depth[6 * 200 + x] - 1.5).collect();
+    let crest = (0..200).max_by(|a, b| levels[*a].total_cmp(&levels[*b])).unwrap() as f64 + 0.5;
+    assert!((crest - 60.0).abs() < 4.0, "{crest}");
+    assert!((levels[crest as usize] / (0.5 * HEIGHT) - 1.0).abs() < 0.05, "{}", levels[crest as usize]);
+    // What came back has passed the place where it would have been born.
+    let back = solver.channels()[0][200..].iter().map(|sample| (sample.level - 1.5).abs()).fold(0.0, f64::max);
+    assert!(back < 0.02 * 0.5 * HEIGHT, "{}", back / (0.5 * HEIGHT));
+}
