@@ -178,6 +178,7 @@ pub(super) fn rows_of<const COLUMNS: usize>(
     dimensions: [&'static Dimension; COLUMNS],
     example: &str,
 ) -> Result<Vec<Row<COLUMNS>>, Vec<Problem>> {
+    let number_of_columns = if COLUMNS == 2 { "two".to_owned() } else { COLUMNS.to_string() };
     let name = path.display();
     readable_file(path).map_err(|problem| vec![problem])?;
     let text = read_text(path).map_err(|error| {
@@ -187,9 +188,10 @@ pub(super) fn rows_of<const COLUMNS: usize>(
     let parsed = Table::parse(&text, |_| true);
     let header = parsed.header.clone().unwrap_or_default();
     if header.len() < COLUMNS || header.iter().any(|field| field.parse::<f64>().is_ok()) {
-        let problem = input_error("no-header", format!("the first line of {name} does not name {COLUMNS} columns"))
-            .with_cause(format!("it reads `{}`", header.join(",")))
-            .with_remedy(format!("begin it with a line such as `{example}`"));
+        let problem =
+            input_error("no-header", format!("the first line of {name} does not name {number_of_columns} columns"))
+                .with_cause(format!("it reads `{}`", header.join(",")))
+                .with_remedy(format!("begin it with a line such as `{example}`"));
         return Err(vec![problem]);
     }
     let mut faults = Vec::new();
@@ -218,7 +220,7 @@ pub(super) fn rows_of<const COLUMNS: usize>(
     faults.extend(in_lines(
         faulty.into_iter(),
         "not-a-number",
-        |count, lines| format!("{} no {COLUMNS} numbers in {name}: {lines}", rows_are(count)),
+        |count, lines| format!("{} no {number_of_columns} numbers in {name}: {lines}", rows_are(count)),
         "write numbers with a point as decimal sign, and leave out rows without a value",
     ));
     if rows.is_empty() && faults.is_empty() {
