@@ -52,42 +52,40 @@ const FACTOR_BOUNDS: (f64, f64) = (0.25, 2.0);
 /// Coverage S_c up to which cells are not made fuller, and from which on they are wholly. A straight front has 0.5.
 const COVERED: (f64, f64) = (0.6, 0.8);
 
-/// What a particle says about one cell of its support.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    cell: u32,
-    /// A W, the coverage that the particle adds; zero where it gives all of its water to one cell.
-    coverage: f64,
-    /// max(η − z, 0) (m).
-    column: f64,
-    /// W max(η − z, 0), to be multiplied with the factor of the cell.
-    weight: f64,
-}
-
-/// The shares of a chunk of particles.
+/// The shares of a chunk of particles: what each one says about the cells of its support, in ascending order of cells. The sweeps
+/// read cells and weights alone, which therefore lie apart.
 #[derive(Clone, Debug, Default)]
 struct Shares {
-    entries: Vec<Entry>,
+    cells: Vec<u32>,
+    /// W max(η − z, 0), to be multiplied with the factor of the cell.
+    weights: Vec<f64>,
+    /// W.
+    kernels: Vec<f64>,
     /// Where the entries of each particle begin, and the end of those of the last one.
     starts: Vec<u32>,
+    /// A of each particle; zero where it gives all of its water to one cell.
+    areas: Vec<f64>,
     /// V_j / (Δ² Σ f_c W max(η − z, 0)) of each particle (m).
     scales: Vec<f64>,
 }
 
 impl Shares {
-    /// Entries of the particle at place `k` of the chunk, in ascending order of cells.
-    fn of(&self, k: usize) -> &[Entry] {
-        &self.entries[self.starts[k] as usize..self.starts[k + 1] as usize]
+    /// Entries of the particle at place `k` of the chunk.
+    fn of(&self, k: usize) -> Range<usize> {
+        self.starts[k] as usize..self.starts[k + 1] as usize
     }
 
     /// Lists the cells of each particle from `first` on.
     fn fill(&mut self, measures: &Measures, bed: &BedParticles, particles: &FluidParticles, first: usize) {
-        self.entries.clear();
+        self.cells.clear();
+        self.weights.clear();
+        self.kernels.clear();
+        self.areas.clear();
         self.starts.clear();
         self.starts.push(0);
         for j in first..(first + CHUNK).min(particles.len()) {
             self.add(measures, bed, particles, j);
-            self.starts.push(self.entries.len() as u32);
+            self.starts.push(self.cells.len() as u32);
         }
     }
 
@@ -96,8 +94,8 @@ impl Shares {
         let support = (SUPPORT * particles.smoothing_length[j]).max(SMALLEST_SUPPORT * lattice.spacing);
         let inverse_h = CubicSpline::SUPPORT / support;
         let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
-        let area = if depth > 0.0 { particles.volume[j] / depth } else { 0.0 };
-        let begin = self.entries.len();
+        let mut area = if depth > 0.0 { particles.volume[j] / depth } else { 0.0 };
+        let begin = self.cells.len();
         let (mut sum, mut lowest) = (0.0, (f64::INFINITY, None));
         let (from, to) = cells_within(place.y, support, lattice.spacing, lattice.rows);
         for row in from..to {
@@ -116,24 +114,34 @@ impl Shares {
                     let kernel = measures.kernel.value(offset.norm(), inverse_h);
                     let weight = kernel * (level - elevation);
                     sum += weight;
-                    let coverage = area * kernel;
-                    self.entries.push(Entry { cell: cell as u32, coverage, column: level - elevation, weight });
+                    self.cells.push(cell as u32);
+                    self.weights.push(weight);
+                    self.kernels.push(kernel);
                 }
             }
         }
         // A film so thin that the reciprocal overflows counts as none: its water goes to the lowest cell.
         if !(1.0 / (sum * measures.cell_area)).is_finite() {
-            self.entries.truncate(begin);
-            self.entries.extend(lowest.1.map(|cell| Entry { cell, coverage: 0.0, column: 0.0, weight: 1.0 }));
+            self.cells.truncate(begin);
+            self.weights.truncate(begin);
+            self.kernels.truncate(begin);
+            if let Some(cell) = lowest.1 {
+                self.cells.push(cell);
+                self.weights.push(1.0);
+                self.kernels.push(1.0);
+            }
+            area = 0.0;
         }
+        self.areas.push(area);
     }
 
     /// Finds the scales under the factors of the cells.
-    fn scale(&mut self, measures: &Measures, particles: &FluidParticles, balance: &[Balance], first: usize) {
+    fn scale(&mut self, measures: &Measures, particles: &FluidParticles, factors: &[f64], first: usize) {
         let mut scales = std::mem::take(&mut self.scales);
         scales.clear();
         scales.extend((0..self.starts.len() - 1).map(|k| {
-            let sum: f64 = self.of(k).iter().map(|entry| balance[entry.cell as usize].factor * entry.weight).sum();
+            let (cells, weights) = (&self.cells[self.of(k)], &self.weights[self.of(k)]);
+            let sum: f64 = cells.iter().zip(weights).map(|(&cell, weight)| factors[cell as usize] * weight).sum();
             particles.volume[first + k] / (measures.cell_area * sum)
         }));
         self.scales = scales;
@@ -155,21 +163,19 @@ struct Balance {
     weight: f64,
     /// Σ A W max(η − z, 0) (m).
     column: f64,
-    /// The factor f_c.
-    factor: f64,
 }
 
 impl Balance {
-    const EMPTY: Balance = Balance { weight: 0.0, column: 0.0, factor: 1.0 };
+    const EMPTY: Balance = Balance { weight: 0.0, column: 0.0 };
 
     /// Brings the factor of a cell nearer to the one that gives it the mean column.
-    fn improve(&mut self, depth: f64) {
+    fn improve(self, factor: &mut f64, depth: f64) {
         if depth <= 0.0 || self.weight <= 0.0 {
             return;
         }
         let change = (self.column / (self.weight * depth)).clamp(FACTOR_BOUNDS.0, FACTOR_BOUNDS.1) - 1.0;
         let part = ((self.weight - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
-        self.factor *= 1.0 + if change < 0.0 { change } else { part * change };
+        *factor *= 1.0 + if change < 0.0 { change } else { part * change };
     }
 }
 
@@ -190,6 +196,8 @@ pub struct Gridder {
     discharge_x: Vec<f64>,
     discharge_y: Vec<f64>,
     balance: Vec<Balance>,
+    /// f_c.
+    factors: Vec<f64>,
     /// Whether a cell had water after the call before.
     was_wet: Vec<bool>,
     shares: Vec<Shares>,
@@ -216,6 +224,7 @@ impl Gridder {
             discharge_x: vec![0.0; cells],
             discharge_y: vec![0.0; cells],
             balance: vec![Balance::EMPTY; cells],
+            factors: vec![1.0; cells],
             was_wet: vec![false; cells],
             shares: Vec::new(),
             bands: bands.collect(),
@@ -233,9 +242,9 @@ impl Gridder {
         shares.for_each(|(chunk, shares)| shares.fill(&measures, bed, particles, chunk * CHUNK));
         self.sort_into_bands(&bed.lattice, particles);
         for sweep in 0..=SWEEPS {
-            let balance = &self.balance;
+            let factors = &self.factors;
             let shares = self.shares.par_iter_mut().enumerate();
-            shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, balance, chunk * CHUNK));
+            shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
             self.fill_bands(bed.lattice.columns, particles, sweep);
         }
         self.spans.clear();
@@ -260,20 +269,21 @@ impl Gridder {
             .par_iter_mut()
             .zip(self.depth.par_chunks_mut(cells))
             .zip(self.discharge_x.par_chunks_mut(cells).zip(self.discharge_y.par_chunks_mut(cells)))
-            .zip(self.balance.par_chunks_mut(cells).zip(self.was_wet.par_chunks_mut(cells)))
+            .zip(self.balance.par_chunks_mut(cells).zip(self.factors.par_chunks_mut(cells)))
+            .zip(self.was_wet.par_chunks_mut(cells))
             .enumerate()
-            .for_each(|(number, (((band, depth), (discharge_x, discharge_y)), (balance, was_wet)))| {
+            .for_each(|(number, ((((band, depth), (discharge_x, discharge_y)), (balance, factors)), was_wet))| {
                 let first_row = number * BAND;
-                let mut fields = Fields { first_row, columns, depth, discharge_x, discharge_y, balance };
+                let mut fields = Fields { first_row, columns, depth, discharge_x, discharge_y, balance, factors };
                 band.empty(&mut fields, sweep);
                 if sweep == 0 {
                     band.cover(&mut fields, shares);
                 }
-                band.fill(&mut fields, shares);
                 if sweep < SWEEPS {
+                    band.fill(&mut fields, shares);
                     band.improve(&mut fields);
                 } else {
-                    band.fill_discharges(&mut fields, particles, shares);
+                    band.fill_with_discharges(&mut fields, particles, shares);
                     band.collect_spans(&fields, was_wet);
                 }
             });
@@ -289,9 +299,10 @@ impl Gridder {
     fn sort_into_bands(&mut self, lattice: &Lattice, particles: &FluidParticles) {
         self.bands.iter_mut().for_each(|band| band.particles.clear());
         self.stray_volume = 0.0;
-        let band_of = |entry: &Entry| entry.cell as usize / (BAND * lattice.columns);
+        let band_of = |cell: u32| cell as usize / (BAND * lattice.columns);
         for (j, &volume) in particles.volume.iter().enumerate() {
-            match self.shares[j / CHUNK].of(j % CHUNK) {
+            let shares = &self.shares[j / CHUNK];
+            match shares.cells[shares.of(j % CHUNK)] {
                 [] => self.stray_volume += volume,
                 [first, .., last] => {
                     self.bands[band_of(first)..=band_of(last)]
@@ -305,6 +316,7 @@ impl Gridder {
             for (i, &(from, to)) in band.touched.iter().enumerate() {
                 let row = (number * BAND + i) * lattice.columns;
                 self.balance[row + from..row + to].fill(Balance::EMPTY);
+                self.factors[row + from..row + to].fill(1.0);
             }
         }
     }
@@ -318,6 +330,7 @@ struct Fields<'a> {
     discharge_x: &'a mut [f64],
     discharge_y: &'a mut [f64],
     balance: &'a mut [Balance],
+    factors: &'a mut [f64],
 }
 
 impl Fields<'_> {
@@ -329,15 +342,16 @@ impl Fields<'_> {
 }
 
 impl Band {
-    /// Calls `act` for each entry of each particle in the cells of the band: place in the band, particle, entry, scale.
-    fn for_each(&self, cells: Range<usize>, shares: &[Shares], mut act: impl FnMut(usize, usize, &Entry, f64)) {
+    /// Calls `act` for each particle: particle, its chunk, its entries in the cells of the band.
+    fn for_each(&self, cells: Range<usize>, shares: &[Shares], mut act: impl FnMut(usize, &Shares, Range<usize>)) {
         for &j in &self.particles {
-            let (chunk, k) = (&shares[j as usize / CHUNK], j as usize % CHUNK);
-            let (entries, scale) = (chunk.of(k), chunk.scales[k]);
-            let skipped = entries.partition_point(|entry| (entry.cell as usize) < cells.start);
-            for entry in entries[skipped..].iter().take_while(|entry| (entry.cell as usize) < cells.end) {
-                act(entry.cell as usize - cells.start, j as usize, entry, scale);
-            }
+            let (j, chunk) = (j as usize, &shares[j as usize / CHUNK]);
+            let entries = chunk.of(j % CHUNK);
+            let all = &chunk.cells[entries.clone()];
+            let from = all.partition_point(|&cell| (cell as usize) < cells.start);
+            let is_last_inside = all.last().is_none_or(|&cell| (cell as usize) < cells.end);
+            let to = if is_last_inside { all.len() } else { all.partition_point(|&cell| (cell as usize) < cells.end) };
+            act(j, chunk, entries.start + from..entries.start + to);
         }
     }
 
@@ -360,27 +374,45 @@ impl Band {
     /// Sums coverage and mean columns of the cells, and notes which cells are touched.
     fn cover(&mut self, fields: &mut Fields, shares: &[Shares]) {
         let mut touched = std::mem::take(&mut self.touched);
-        self.for_each(fields.cells(), shares, |place, _, entry, _| {
-            fields.balance[place].weight += entry.coverage;
-            fields.balance[place].column += entry.coverage * entry.column;
-            touch(&mut touched[place / fields.columns], place % fields.columns);
+        let cells = fields.cells();
+        self.for_each(cells.clone(), shares, |j, chunk, entries| {
+            let area = chunk.areas[j % CHUNK];
+            let (weights, kernels) = (&chunk.weights[entries.clone()], &chunk.kernels[entries.clone()]);
+            for ((&cell, weight), kernel) in chunk.cells[entries].iter().zip(weights).zip(kernels) {
+                let place = cell as usize - cells.start;
+                let balance = &mut fields.balance[place];
+                balance.weight += area * kernel;
+                balance.column += area * weight;
+                touch(&mut touched[place / fields.columns], place % fields.columns);
+            }
         });
         self.touched = touched;
     }
 
     /// Fills the band with the water of its particles.
     fn fill(&self, fields: &mut Fields, shares: &[Shares]) {
-        self.for_each(fields.cells(), shares, |place, _, entry, scale| {
-            fields.depth[place] += scale * fields.balance[place].factor * entry.weight;
+        let cells = fields.cells();
+        self.for_each(cells.clone(), shares, |j, chunk, entries| {
+            let scale = chunk.scales[j % CHUNK];
+            for (&cell, weight) in chunk.cells[entries.clone()].iter().zip(&chunk.weights[entries]) {
+                let place = cell as usize - cells.start;
+                fields.depth[place] += scale * fields.factors[place] * weight;
+            }
         });
     }
 
     /// The same with the momentum of its particles.
-    fn fill_discharges(&self, fields: &mut Fields, particles: &FluidParticles, shares: &[Shares]) {
-        self.for_each(fields.cells(), shares, |place, j, entry, scale| {
-            let discharge = particles.velocity[j] * (scale * fields.balance[place].factor * entry.weight);
-            fields.discharge_x[place] += discharge.x;
-            fields.discharge_y[place] += discharge.y;
+    fn fill_with_discharges(&self, fields: &mut Fields, particles: &FluidParticles, shares: &[Shares]) {
+        let cells = fields.cells();
+        self.for_each(cells.clone(), shares, |j, chunk, entries| {
+            let (scale, velocity) = (chunk.scales[j % CHUNK], particles.velocity[j]);
+            for (&cell, weight) in chunk.cells[entries.clone()].iter().zip(&chunk.weights[entries]) {
+                let place = cell as usize - cells.start;
+                let depth = scale * fields.factors[place] * weight;
+                fields.depth[place] += depth;
+                fields.discharge_x[place] += velocity.x * depth;
+                fields.discharge_y[place] += velocity.y * depth;
+            }
         });
     }
 
@@ -388,7 +420,7 @@ impl Band {
     fn improve(&self, fields: &mut Fields) {
         for (i, &(from, to)) in self.touched.iter().enumerate() {
             for place in i * fields.columns + from..i * fields.columns + to {
-                fields.balance[place].improve(fields.depth[place]);
+                fields.balance[place].improve(&mut fields.factors[place], fields.depth[place]);
             }
         }
     }

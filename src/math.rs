@@ -167,6 +167,23 @@ pub fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
+/// x^(−1/3) of a positive normal number, right to some units of the last digit, by arithmetic that runs on lanes, unlike `f64::cbrt`;
+/// of 0 no number.
+///
+/// A first guess from a third of the exponent, right to 4 %, and twice y (1 + r/3 + 2 r²/9 + 14 r³/81), r = 1 − x y³: the error goes
+/// with its fourth power.
+#[inline(always)]
+pub fn inverse_cube_root(x: f64) -> f64 {
+    // The upper half of the bits over 3, as the upper half of a product; the constant makes the greatest error least.
+    let third = (((x.to_bits() >> 32) * 0xaaaa_aaab) >> 33) as u32;
+    let mut y = f64::from_bits(u64::from(0x553e_f0ff_u32.wrapping_sub(third)) << 32);
+    for _ in 0..2 {
+        let r = 1.0 - x * (y * y * y);
+        y += y * r * (1.0 / 3.0 + r * (2.0 / 9.0 + r * (14.0 / 81.0)));
+    }
+    y
+}
+
 /// The number between two bounds by two instructions; the lower bound where it is none.
 #[inline(always)]
 pub fn clamp(value: f64, low: f64, high: f64) -> f64 {
@@ -191,6 +208,16 @@ mod tests {
         let east = segments_cross([Vec2::ZERO, Vec2::new(1.0, 0.0)], wall);
         let west = segments_cross([Vec2::new(-1.0, 0.0), Vec2::ZERO], wall);
         assert!(east != west);
+    }
+
+    #[test]
+    fn inverse_cube_root_is_right_to_the_last_digits() {
+        for k in 0..60_000 {
+            let x = 1e-9 * 10f64.powf(f64::from(k) * 2e-4);
+            let error = inverse_cube_root(x) * x.cbrt() - 1.0;
+            assert!(error.abs() < 1e-15, "{x}: {error}");
+        }
+        assert!(inverse_cube_root(0.0).is_nan() && inverse_cube_root(f64::NAN).is_nan());
     }
 
     #[test]

@@ -145,34 +145,13 @@ impl Place<'_> {
     }
 
     fn empty_row(&self, cpu_s: f64) -> Row {
-        let numerics = &self.choice.numerics;
         let bar = match (self.experiment.bar, self.is_finest) {
             ("", _) => String::new(),
             (bar, true) => bar.to_owned(),
             (bar, false) => format!("{bar} (of the finer resolution)"),
         };
-        Row {
-            suite: self.experiment.suite.name().to_owned(),
-            case: self.experiment.name.to_owned(),
-            formulation: numerics.formulation.name().to_owned(),
-            motion: numerics.motion.name().to_owned(),
-            kernel: numerics.kernel.name().to_owned(),
-            flux: numerics.stabilisation.name().to_owned(),
-            integrator: numerics.integrator.name().to_owned(),
-            spacing_m: self.spacing,
-            particles: 0,
-            particle_evaluations: 0,
-            cpu_s,
-            norm: String::new(),
-            error_depth: None,
-            error_velocity: None,
-            order_depth: None,
-            order_velocity: None,
-            max_speed_m_s: 0.0,
-            status: Status::Fails,
-            bar,
-            note: String::new(),
-        }
+        let of = (self.experiment.suite.name(), self.experiment.name);
+        Row { cpu_s, bar, ..Row::new(of, &self.choice.numerics, self.spacing) }
     }
 }
 

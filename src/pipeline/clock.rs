@@ -34,21 +34,10 @@ impl Clock {
     /// Writes what was measured into the manifest.
     pub fn note(&self, manifest: &mut RunManifest) {
         manifest.wall_s = self.start.elapsed().as_secs_f64();
-        manifest.cpu_s = cpu_seconds().unwrap_or(0.0);
+        manifest.cpu_s = processor_seconds();
         manifest.peak_rss_mb = memory_mib();
         manifest.phase_s = self.phases.iter().cloned().collect();
     }
-}
-
-/// Processor time of all threads so far (s), where the system tells it in `/proc`.
-fn cpu_seconds() -> Option<f64> {
-    // Clock ticks are hundredths of a second on every Linux that is in use.
-    const TICKS_PER_SECOND: f64 = 100.0;
-    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The name in brackets may hold blanks; fields are counted behind it: utime and stime are the 12th and 13th.
-    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
-    let ticks: f64 = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
-    Some(ticks / TICKS_PER_SECOND)
 }
 
 /// Greatest resident memory so far (MiB), 0 where the system does not tell.

@@ -13,7 +13,7 @@ use crate::math::Vec2;
 use crate::output::Section;
 use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, Side, SourcePlace, Sourced};
-use crate::terrain::{Layer, RasterFile, RasterRequest, Resampling, Terrain};
+use crate::terrain::{Layer, Resampling, Terrain};
 
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
@@ -130,18 +130,7 @@ fn open_rain(
             Some(OpenedRain::Uniform(rain::uniform(&rate, losses)))
         }
         RainAmount::Raster { file, unit } => {
-            let opened = findings.take(file, RasterFile::open(&file.value))?;
-            let request = RasterRequest {
-                path: &file.value,
-                unit: 1.0,
-                offset: 0.0,
-                reproject: scenario.reproject,
-                resampling: Resampling::Bilinear,
-                resolution: scenario.resolution.value,
-                memory: scenario.limits.memory,
-            };
-            let (mut raster, warnings) = findings.take(file, opened.read(&request, crs?))?;
-            findings.add_all(file, warnings);
+            let mut raster = super::raster::read(file, Resampling::Bilinear, scenario, crs, findings)?;
             let negative = raster.values.iter().filter(|value| **value < 0.0).count();
             if negative > 0 {
                 let message = format!("{negative} cells of {} have rain below 0", file.value.display());

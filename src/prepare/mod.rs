@@ -12,6 +12,7 @@ mod layers;
 mod places;
 mod polygons;
 mod rain;
+mod raster;
 mod roughness;
 mod series;
 mod water;

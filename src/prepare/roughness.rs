@@ -11,7 +11,7 @@ use crate::error::{Problem, ProblemKind};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::lattice::Lattice;
 use crate::scenario::{Roughness, Scenario, Sourced, VectorSource};
-use crate::terrain::{Raster, RasterFile, RasterRequest, Resampling};
+use crate::terrain::{Raster, Resampling};
 
 /// Greatest n (s·m^(−1/3)): beyond it a value is something else.
 const GREATEST: f64 = 0.5;
@@ -39,21 +39,8 @@ pub(super) struct Opened {
 /// Opens every file of the roughness.
 pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let roughness = &scenario.roughness;
-    let raster = roughness.raster.as_ref().and_then(|file| {
-        let opened = findings.take(file, RasterFile::open(&file.value))?;
-        let request = RasterRequest {
-            path: &file.value,
-            unit: 1.0,
-            offset: 0.0,
-            reproject: scenario.reproject,
-            resampling: Resampling::Nearest,
-            resolution: scenario.resolution.value,
-            memory: scenario.limits.memory,
-        };
-        let (raster, warnings) = findings.take(file, opened.read(&request, crs?))?;
-        findings.add_all(file, warnings);
-        Some(raster)
-    });
+    let read = |file| super::raster::read(file, Resampling::Nearest, scenario, crs, findings);
+    let raster = roughness.raster.as_ref().and_then(read);
     let table = roughness.table.as_ref().and_then(|file| findings.take(file, table(file)));
     let areas = roughness.polygons.as_ref().map_or_else(Vec::new, |file| areas(file, crs, scenario, findings));
     Opened { raster, table, areas }

@@ -65,8 +65,8 @@ mod tests {
     #[test]
     fn laps_add_up_and_pauses_count_for_nothing() {
         let wait = || std::thread::sleep(std::time::Duration::from_millis(2));
-        let mut phases = Phases::default();
         let begin = Instant::now();
+        let mut phases = Phases::default();
         for _ in 0..3 {
             wait();
             phases.end("one");

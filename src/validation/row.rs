@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::scenario::Numerics;
+
 /// How a row came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -104,6 +106,32 @@ pub const FIELDS: [&str; 20] = [
 ];
 
 impl Row {
+    /// The row of a run that has not been made: suite and case, methods, spacing (m).
+    pub fn new((suite, case): (&str, &str), numerics: &Numerics, spacing: f64) -> Self {
+        Row {
+            suite: suite.to_owned(),
+            case: case.to_owned(),
+            formulation: numerics.formulation.name().to_owned(),
+            motion: numerics.motion.name().to_owned(),
+            kernel: numerics.kernel.name().to_owned(),
+            flux: numerics.stabilisation.name().to_owned(),
+            integrator: numerics.integrator.name().to_owned(),
+            spacing_m: spacing,
+            particles: 0,
+            particle_evaluations: 0,
+            cpu_s: 0.0,
+            norm: String::new(),
+            error_depth: None,
+            error_velocity: None,
+            order_depth: None,
+            order_velocity: None,
+            max_speed_m_s: 0.0,
+            status: Status::Fails,
+            bar: String::new(),
+            note: String::new(),
+        }
+    }
+
     /// The values as text, empty where there is none.
     pub fn fields(&self) -> [String; 20] {
         let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.4e}"));

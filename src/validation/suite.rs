@@ -133,14 +133,6 @@ impl Placed<'_> {
             Ok(_) => Status::FallShort,
         };
         let row = Row {
-            suite: self.case.suite.name().to_owned(),
-            case: self.case.name.to_owned(),
-            formulation: numerics.formulation.name().to_owned(),
-            motion: numerics.motion.name().to_owned(),
-            kernel: numerics.kernel.name().to_owned(),
-            flux: numerics.stabilisation.name().to_owned(),
-            integrator: numerics.integrator.name().to_owned(),
-            spacing_m: self.spacing,
             particles: cost.particles,
             particle_evaluations: cost.evaluations,
             cpu_s: cost.cpu_s,
@@ -153,6 +145,7 @@ impl Placed<'_> {
             status,
             bar: asked.join("; "),
             note: self.note(ended),
+            ..Row::new((self.case.suite.name(), self.case.name), numerics, self.spacing)
         };
         (row, verdicts)
     }

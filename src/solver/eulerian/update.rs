@@ -4,8 +4,8 @@
 //! (M17)  U' = F(U + Δt L(U))        U'' = F(U + ½ Δt (L(U) + L(U')))
 //! ```
 //!
-//! The first stage leaves U + ½ Δt L(U) where U was. F is the implicit Manning friction of one step (M18), exact for friction alone:
-//! |v_new| = (√(1 + 4 k |v|) − 1) / (2 k), k = Δt g n² / d^(4/3).
+//! The first stage leaves U + ½ Δt L(U) where U was. F is the implicit Manning friction of one step (M18), exact for friction alone
+//! ([`kept_by_friction`]).
 
 use rayon::prelude::*;
 
@@ -13,7 +13,8 @@ use super::Scale;
 use super::faces::{EAST, NORTH};
 use super::spans::{ActiveSet, Run};
 use super::state::{FluxRow, GroundRow, NO_TERRAIN, State, WaterRow};
-use crate::physics::friction::manning;
+use crate::math::{larger, smaller};
+use crate::physics::friction::manning::kept_by_friction;
 
 /// Which half of Heun's method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,23 +24,14 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    /// What stands of a conserved quantity after the stage, and what it is taken for: the first stage looks ahead by the whole step,
-    /// of which half counts (`gained`).
+    /// What [`take`] looks ahead by: the first stage by the whole step, though what it gains counts half.
     #[inline(always)]
-    pub fn take(self, held: f64, gained: f64) -> (f64, f64) {
-        let stands = held + gained;
-        let ahead = match self {
+    pub fn ahead(self) -> f64 {
+        match self {
             Stage::First => 1.0,
             Stage::Second => 0.0,
-        };
-        (stands, stands + ahead * gained)
+        }
     }
-}
-
-/// Water leaving through the four faces of a cell (m²/s), inflow not counted.
-fn outflow(south: &FluxRow, here: &FluxRow, i: usize) -> f64 {
-    (here[EAST].mass[i].max(0.0) - here[EAST].mass[i - 1].min(0.0))
-        + (here[NORTH].mass[i].max(0.0) - south[NORTH].mass[i].min(0.0))
 }
 
 /// Scales the outflow of cells that would give more water than they have in this stage.
@@ -54,10 +46,13 @@ pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale
                 Stage::First => &water[row].depth,
                 Stage::Second => &water[row].stage_depth,
             };
+            let (south, here) = (&flux[row - 1], &flux[row]);
+            let runs = active.work[row].iter().filter(move |run| some_are_short(south, here, depth, run, step_ratio));
             // A cell without terrain gives what comes over the boundary of the flow: it is not short of it.
-            let cells = active.work[row].iter().cloned().flatten().filter(move |&i| ground[row].bed[i] < NO_TERRAIN);
+            let cells = runs.cloned().flatten().filter(move |&i| ground[row].bed[i] < NO_TERRAIN);
             cells.filter_map(move |i| {
-                let wanted = step_ratio * outflow(&flux[row - 1], &flux[row], i);
+                let wanted = step_ratio
+                    * outflow([here[EAST].mass[i], here[EAST].mass[i - 1], here[NORTH].mass[i], south[NORTH].mass[i]]);
                 (wanted > depth[i]).then(|| (row, i, depth[i].max(0.0) / wanted))
             })
         })
@@ -77,87 +72,97 @@ pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale
     }
 }
 
+/// Water leaving a cell (m²/s) through its faces, given what passes those to the east, west, north and south; inflow not counted.
+#[inline(always)]
+fn outflow([east, west, north, south]: [f64; 4]) -> f64 {
+    (larger(east, 0.0) - smaller(west, 0.0)) + (larger(north, 0.0) - smaller(south, 0.0))
+}
+
+/// Whether any cell of a run would give more than it has: rarely so, and then its cells are looked at one by one.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn some_are_short(south: &FluxRow, here: &FluxRow, depth: &[f64], run: &Run, step_ratio: f64) -> bool {
+    let len = run.len();
+    let (east, west) = (&here[EAST].mass[run.start..][..len], &here[EAST].mass[run.start - 1..][..len]);
+    let (north, from_south) = (&here[NORTH].mass[run.start..][..len], &south[NORTH].mass[run.start..][..len]);
+    let depth = &depth[run.start..][..len];
+    let mut is_short = false;
+    for i in 0..len {
+        is_short |= step_ratio * outflow([east[i], west[i], north[i], from_south[i]]) > depth[i];
+    }
+    is_short
+}
+
 /// Takes the step from the start (first stage) or from the first stage's state (second stage).
 pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
     let (flux, ground) = (&state.flux, &state.ground);
     state.water.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, water)| {
         for run in &active.work[row] {
-            let south = &flux[row - 1];
-            row_update(south, &flux[row], &ground[row], run.clone(), scale, stage, time_step, water);
+            let rows = (&flux[row - 1], &flux[row], &ground[row]);
+            match stage {
+                Stage::First => row_update::<true>(rows, run.clone(), scale, time_step, water),
+                Stage::Second => row_update::<false>(rows, run.clone(), scale, time_step, water),
+            }
         }
     });
 }
 
+/// The update of a run of cells from the faces of the row to the south and of their own.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-#[expect(clippy::too_many_arguments, reason = "the rows that one row's update reads and writes")]
-fn row_update(
-    south: &FluxRow,
-    here: &FluxRow,
-    ground: &GroundRow,
+fn row_update<const IS_FIRST: bool>(
+    (south, here, ground): (&FluxRow, &FluxRow, &GroundRow),
     run: Run,
     scale: &Scale,
-    stage: Stage,
     time_step: f64,
     water: &mut WaterRow,
 ) {
     let (step_ratio, dry_depth) = (time_step / scale.spacing, scale.dry_depth);
-    let (east, north, from_south) = (&here[EAST], &here[NORTH], &south[NORTH]);
-    for i in run {
-        let gained_depth = (east.mass[i - 1] - east.mass[i]) + (from_south.mass[i] - north.mass[i]);
-        let gained_x =
-            (east.normal_right[i - 1] - east.normal_left[i]) + (from_south.tangential[i] - north.tangential[i]);
-        let gained_y =
-            (from_south.normal_right[i] - north.normal_left[i]) + (east.tangential[i - 1] - east.tangential[i]);
+    let (from, len) = (run.start, run.len());
+    macro_rules! columns {
+        ($row:expr, $from:expr, $($field:ident)+) => { ($(&$row.$field[$from..][..len],)+) };
+    }
+    let (west_mass, west_normal, west_tangential) = columns!(here[EAST], from - 1, mass normal_right tangential);
+    let (east_mass, east_normal, east_tangential) = columns!(here[EAST], from, mass normal_left tangential);
+    let (south_mass, south_normal, south_tangential) = columns!(south[NORTH], from, mass normal_right tangential);
+    let (north_mass, north_normal, north_tangential) = columns!(here[NORTH], from, mass normal_left tangential);
+    let (bed, friction) = columns!(ground, from, bed friction);
+    let WaterRow { depth, discharge_x, discharge_y, stage_depth, stage_discharge_x, stage_discharge_y } = water;
+    let (depth, stage_depth) = (&mut depth[from..][..len], &mut stage_depth[from..][..len]);
+    let (discharge_x, discharge_y) = (&mut discharge_x[from..][..len], &mut discharge_y[from..][..len]);
+    let (stage_x, stage_y) = (&mut stage_discharge_x[from..][..len], &mut stage_discharge_y[from..][..len]);
+    let ahead = if IS_FIRST { Stage::First } else { Stage::Second }.ahead();
+    for i in 0..len {
+        let gained_depth = (west_mass[i] - east_mass[i]) + (south_mass[i] - north_mass[i]);
+        let gained_x = (west_normal[i] - east_normal[i]) + (south_tangential[i] - north_tangential[i]);
+        let gained_y = (south_normal[i] - north_normal[i]) + (west_tangential[i] - east_tangential[i]);
         // What passes a boundary of the flow stays out of the books of the cell beyond.
-        let half = if ground.bed[i] < NO_TERRAIN { 0.5 * step_ratio } else { 0.0 };
-        let (half_depth, raised) = stage.take(water.depth[i], half * gained_depth);
-        let (half_x, q_x) = stage.take(water.discharge_x[i], half * gained_x);
-        let (half_y, q_y) = stage.take(water.discharge_y[i], half * gained_y);
+        let half = if bed[i] < NO_TERRAIN { 0.5 * step_ratio } else { 0.0 };
+        let (half_depth, raised) = take(depth[i], half * gained_depth, ahead);
+        let (half_x, q_x) = take(discharge_x[i], half * gained_x, ahead);
+        let (half_y, q_y) = take(discharge_y[i], half * gained_y, ahead);
         // What is not a number stays, so that the watch sees it.
-        let depth = if raised < 0.0 { 0.0 } else { raised };
-        let kept =
-            if depth <= dry_depth { 0.0 } else { kept_by_friction(depth, q_x, q_y, ground.friction[i] * time_step) };
-        let (q_x, q_y) = (counted(kept * q_x), counted(kept * q_y));
-        match stage {
-            Stage::First => {
-                (water.stage_depth[i], water.stage_discharge_x[i], water.stage_discharge_y[i]) = (depth, q_x, q_y);
-                (water.depth[i], water.discharge_x[i], water.discharge_y[i]) = (half_depth, half_x, half_y);
-            }
-            Stage::Second => {
-                (water.depth[i], water.discharge_x[i], water.discharge_y[i]) = (depth, q_x, q_y);
-            }
+        let new_depth = if raised < 0.0 { 0.0 } else { raised };
+        let speed = (q_x * q_x + q_y * q_y).sqrt() / new_depth;
+        let slowed = kept_by_friction(speed, new_depth, friction[i] * time_step);
+        let kept = if new_depth <= dry_depth { 0.0 } else { slowed };
+        let (new_x, new_y) = (counted(kept * q_x), counted(kept * q_y));
+        if IS_FIRST {
+            (stage_depth[i], stage_x[i], stage_y[i]) = (new_depth, new_x, new_y);
+            (depth[i], discharge_x[i], discharge_y[i]) = (half_depth, half_x, half_y);
+        } else {
+            (depth[i], discharge_x[i], discharge_y[i]) = (new_depth, new_x, new_y);
         }
     }
+}
+
+/// What a stage leaves of a conserved quantity of which it gains half of its step, and what it makes of it.
+#[inline(always)]
+pub(super) fn take(held: f64, gained: f64, ahead: f64) -> (f64, f64) {
+    let left = held + gained;
+    (left, left + ahead * gained)
 }
 
 /// A discharge, or 0 where it is so small (m²/s) that arithmetic with it would leave the range of normal numbers and be slow.
 #[inline(always)]
 pub(super) fn counted(discharge: f64) -> f64 {
     if discharge.abs() < 1e-100 { 0.0 } else { discharge }
-}
-
-/// Share of the velocity that is left after one step of Manning friction alone (M18); `roughness` is Δt g n².
-#[inline(always)]
-fn kept_by_friction(depth: f64, q_x: f64, q_y: f64, roughness: f64) -> f64 {
-    manning::kept((q_x * q_x + q_y * q_y).sqrt() / depth, depth, roughness)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn friction_alone_is_exact() {
-        // dv/dt = −k' v², k' = g n²/d^(4/3), taken implicitly: v_new = v − Δt k' v_new².
-        let (d, v, n, dt): (f64, f64, f64, f64) = (0.4, 3.0, 0.05, 2.0);
-        let kept = kept_by_friction(d, d * v, 0.0, dt * 9.81 * n * n);
-        let v_new = kept * v;
-        let k = 9.81 * n * n / d.powf(4.0 / 3.0);
-        assert!((v_new - (v - dt * k * v_new * v_new)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn without_roughness_nothing_is_lost() {
-        assert_eq!(kept_by_friction(1.0, 2.0, 1.0, 0.0).to_bits(), 1.0_f64.to_bits());
-    }
 }

@@ -25,11 +25,11 @@ use super::faces::{Half, Numbers, single};
 use super::gradient::surface_difference;
 use super::primitive::Source;
 use super::state::{State, datum};
-use super::update::{Stage, counted};
+use super::update::{Stage, counted, take};
 use super::walls::Walls;
 use super::{RestingMethods, Scale};
 use crate::boundary::{Channel, ChannelEnd};
-use crate::physics::friction::manning;
+use crate::physics::friction::manning::kept_by_friction;
 use crate::solver::{ChannelSample, FlowProblem};
 use ends::{End, OpenEnd};
 use ground::Ground;
@@ -369,8 +369,8 @@ impl Reach {
             let (left, right) = (self.faces[i], self.faces[i + 1]);
             let per_width = half / self.ground.whole[i];
             let water = &mut self.water[i];
-            let (half_depth, raised) = stage.take(water.depth, per_width * (left.volume - right.volume));
-            let (half_discharge, pushed) = stage.take(water.discharge, per_width * (left.gained - right.lost));
+            let (half_depth, raised) = take(water.depth, per_width * (left.volume - right.volume), stage.ahead());
+            let (half_discharge, pushed) = take(water.discharge, per_width * (left.gained - right.lost), stage.ahead());
             // What is not a number stays, so that the watch sees it.
             let depth = if raised < 0.0 { 0.0 } else { raised };
             let level = self.ground.level(i, depth);
@@ -378,7 +378,7 @@ impl Reach {
                 0.0
             } else {
                 let roughness = self.ground.friction[i] * time_step;
-                manning::kept(pushed.abs() / depth, self.ground.radius(i, depth, level), roughness)
+                kept_by_friction(pushed.abs() / depth, self.ground.radius(i, depth, level), roughness)
             };
             let discharge = counted(kept * pushed);
             match stage {
