@@ -57,7 +57,9 @@ fn peak_memory_mib() -> Option<f64> {
 pub fn simd() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {
-        if std::arch::is_x86_feature_detected!("avx512f") && std::arch::is_x86_feature_detected!("avx512vl") {
+        // `multiversion` takes the AVX-512 copies only where the processor does not slow down for them: where it has these, too.
+        let is_fast = std::arch::is_x86_feature_detected!("avx512vbmi2") && std::arch::is_x86_feature_detected!("gfni");
+        if is_fast && std::arch::is_x86_feature_detected!("avx512vpopcntdq") {
             return "avx512";
         }
         if std::arch::is_x86_feature_detected!("avx2") {
