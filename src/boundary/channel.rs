@@ -45,7 +45,7 @@ pub enum ChannelEnd {
 pub struct Channel {
     /// Distance of its particles (m).
     pub spacing: f64,
-    /// The particles.
+    /// The particles, two or more.
     pub sections: Vec<ChannelSection>,
     /// Widths of the strips (m) at the faces: the far end, between the particles, the near end.
     pub face_widths: Vec<Vec<f64>>,

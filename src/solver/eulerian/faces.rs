@@ -147,6 +147,19 @@ pub(super) fn single(i: Half, j: Half, numbers: Numbers, methods: RestingMethods
     }
 }
 
+/// The same for the faces between the first so many cells of a lone row.
+pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: RestingMethods, out: &mut FaceRow) {
+    let len = cells - 1;
+    match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
+        (RestingFlux::Hllc, false) => row_faces::<Hllc, false, EAST>(row, 0, row, 1, len, numbers, out),
+        (RestingFlux::Hllc, true) => row_faces::<Hllc, true, EAST>(row, 0, row, 1, len, numbers, out),
+        (RestingFlux::LaxFriedrichs, false) => {
+            row_faces::<LaxFriedrichs, false, EAST>(row, 0, row, 1, len, numbers, out)
+        }
+        (RestingFlux::LaxFriedrichs, true) => row_faces::<LaxFriedrichs, true, EAST>(row, 0, row, 1, len, numbers, out),
+    }
+}
+
 fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &ActiveSet, numbers: Numbers) {
     let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
     state.flux.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, flux)| {
@@ -162,10 +175,10 @@ fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &Active
 
 /// Everything known of the particles of a row.
 #[derive(Clone, Copy)]
-struct Side<'a> {
-    water: &'a PrimitiveRow,
-    slope: &'a GradientRow,
-    ground: &'a GroundRow,
+pub(super) struct Side<'a> {
+    pub water: &'a PrimitiveRow,
+    pub slope: &'a GradientRow,
+    pub ground: &'a GroundRow,
 }
 
 /// Spacing (m), gravity (m/s²), dry depth (m) and the share of the slopes that counts: 1, or 0 without reconstruction.
@@ -203,22 +216,32 @@ impl Half {
     /// A padded cell in a pair along a direction of the lattice.
     pub fn of_cell(state: &State, (row, column): (usize, usize), direction: usize, dx: f64) -> Self {
         let (water, slope, ground) = (&state.primitive[row], &state.gradient[row], &state.ground[row]);
-        let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
-        let (normal, along, eta, d, slope_u, slope_t) = if direction == EAST {
-            (u, v, slope.surface_x[column], slope.depth_x[column], slope.u_x[column], slope.v_x[column])
-        } else {
-            (v, u, slope.surface_y[column], slope.depth_y[column], slope.v_y[column], slope.u_y[column])
-        };
+        if direction == EAST {
+            return Half::of_row(water, slope, ground, column, dx);
+        }
+        Half {
+            u: water.velocity_y[column],
+            v_t: water.velocity_x[column],
+            rise_eta: dx * slope.surface_y[column],
+            rise_d: dx * slope.depth_y[column],
+            rise_u: dx * slope.v_y[column],
+            rise_t: dx * slope.u_y[column],
+            ..Half::of_row(water, slope, ground, column, dx)
+        }
+    }
+
+    /// A cell of a row in a pair along the row.
+    pub fn of_row(water: &PrimitiveRow, slope: &GradientRow, ground: &GroundRow, column: usize, dx: f64) -> Self {
         Half {
             d: water.depth[column],
             z: ground.bed[column],
             step: ground.step[column],
-            u: normal,
-            v_t: along,
-            rise_eta: dx * eta,
-            rise_d: dx * d,
-            rise_u: dx * slope_u,
-            rise_t: dx * slope_t,
+            u: water.velocity_x[column],
+            v_t: water.velocity_y[column],
+            rise_eta: dx * slope.surface_x[column],
+            rise_d: dx * slope.depth_x[column],
+            rise_u: dx * slope.u_x[column],
+            rise_t: dx * slope.v_x[column],
         }
     }
 

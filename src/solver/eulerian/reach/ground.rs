@@ -1,5 +1,6 @@
-//! The sections of a reach: what a mean depth is as a level, and as a hydraulic radius.
+//! The sections of a reach: what a mean depth is as a level, and as a hydraulic radius; their strips as rows of the plane.
 
+use super::super::state::{FaceRow, Fastest, GradientRow, GroundRow, PrimitiveRow};
 use crate::boundary::{Channel, wetted_perimeter};
 
 /// The strips of all particles and faces; those of particle i stand from i·`strips` on.
@@ -9,12 +10,12 @@ pub(super) struct Ground {
     /// Bed (m), counted as in the solver, and width (m) of each strip of each particle.
     pub bed: Vec<f64>,
     pub width: Vec<f64>,
-    /// Greatest step of the bed of a strip to the same one of a neighbour (m).
-    pub step: Vec<f64>,
     /// Width (m) of each strip of each face.
     pub face_width: Vec<f64>,
     /// Width of the whole section of each particle (m).
     pub whole: Vec<f64>,
+    /// How much wider the widest face of each particle is than the particle, at least 1.
+    pub widening: Vec<f64>,
     /// g n² (m^(1/3)) of each particle.
     pub friction: Vec<f64>,
     perimeter: Vec<Vec<(f64, f64)>>,
@@ -27,31 +28,28 @@ impl Ground {
             channel.sections.iter().flat_map(|section| section.strips.iter().map(of)).collect()
         };
         let bed: Vec<f64> = each(|strip| strip.bed).into_iter().map(|bed| bed - datum).collect();
-        let step = (0..bed.len()).map(|at| {
-            let (before, after) = (at.checked_sub(strips), Some(at + strips).filter(|&at| at < bed.len()));
-            let neighbours = [before, after].into_iter().flatten();
-            neighbours.map(|neighbour| (bed[neighbour] - bed[at]).abs()).fold(0.0, f64::max)
-        });
-        let of_strips = |i: usize| channel.sections[i].strips.iter().map(|strip| strip.width).sum();
+        let of_face = |f: usize| channel.face_widths[f].iter().sum::<f64>();
+        let of_strips = |i: usize| channel.sections[i].strips.iter().map(|strip| strip.width).sum::<f64>();
         Ground {
             strips,
-            step: step.collect(),
             bed,
             width: each(|strip| strip.width),
             face_width: channel.face_widths.iter().flatten().copied().collect(),
+            widening: (0..particles).map(|i| (of_face(i).max(of_face(i + 1)) / of_strips(i)).max(1.0)).collect(),
             whole: (0..particles).map(of_strips).collect(),
             friction: channel.sections.iter().map(|section| gravity * section.manning * section.manning).collect(),
             perimeter: channel.sections.iter().map(|section| section.perimeter.clone()).collect(),
         }
     }
 
-    /// Takes the cells beyond the near end for neighbours: strips, and the beds (m) that they meet.
-    pub fn meet(&mut self, cells: impl Iterator<Item = (usize, f64)>) {
-        let last = self.bed.len() - self.strips;
-        for (strip, bed) in cells {
-            let step = &mut self.step[last + strip];
-            *step = step.max((bed - self.bed[last + strip]).abs());
-        }
+    /// The bed of a strip as that of a row of the plane, with its greatest steps to the neighbours.
+    pub fn row(&self, strip: usize) -> GroundRow {
+        let bed: Vec<f64> = self.bed.iter().skip(strip).step_by(self.strips).copied().collect();
+        let step = |i: usize| {
+            let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|j| bed.get(j));
+            neighbours.map(|neighbour| (neighbour - bed[i]).abs()).fold(0.0, f64::max)
+        };
+        GroundRow { step: (0..bed.len()).map(step).collect(), friction: vec![0.0; bed.len()], bed }
     }
 
     /// Number of particles.
@@ -105,5 +103,40 @@ impl Ground {
     pub fn radius(&self, particle: usize, mean_depth: f64, level: f64) -> f64 {
         let perimeter = wetted_perimeter(&self.perimeter[particle], level - self.lowest(particle));
         mean_depth * (self.whole[particle] / perimeter)
+    }
+}
+
+/// One strip of all particles, as a row of the plane: what the pairs see, and what passes between the particles.
+pub(super) struct StripRow {
+    pub ground: GroundRow,
+    pub water: PrimitiveRow,
+    pub slope: GradientRow,
+    pub flux: FaceRow,
+}
+
+impl StripRow {
+    /// A row without water on a bed.
+    pub fn new(ground: GroundRow) -> Self {
+        let zeros = || vec![0.0; ground.bed.len()];
+        StripRow {
+            water: PrimitiveRow {
+                depth: zeros(),
+                velocity_x: zeros(),
+                velocity_y: zeros(),
+                fastest: Fastest::default(),
+            },
+            slope: GradientRow {
+                surface_x: zeros(),
+                surface_y: zeros(),
+                depth_x: zeros(),
+                depth_y: zeros(),
+                u_x: zeros(),
+                u_y: zeros(),
+                v_x: zeros(),
+                v_y: zeros(),
+            },
+            flux: FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() },
+            ground,
+        }
     }
 }

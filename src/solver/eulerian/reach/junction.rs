@@ -9,7 +9,7 @@ use super::super::gradient::surface_difference;
 use super::super::state::State;
 use super::super::walls::Walls;
 use super::super::{RestingMethods, Scale};
-use super::{Face, Reach};
+use super::{Face, Reach, Rise};
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
 
@@ -30,14 +30,6 @@ struct Opening {
 /// The opening of a reach.
 pub(super) struct Junction {
     openings: Vec<Opening>,
-}
-
-/// Mean differences from a particle of the reach to the cells beyond: level, depth, velocity.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Beyond {
-    pub level: f64,
-    pub depth: f64,
-    pub velocity: f64,
 }
 
 impl Junction {
@@ -117,9 +109,9 @@ impl Junction {
     }
 
     /// Mean differences between the last particle of a reach and the cells that a strip of it meets, the others where it meets none.
-    pub fn beyond(&self, strip: usize, here: (f64, f64, f64), state: &State, dry_depth: f64) -> Beyond {
+    pub fn beyond(&self, strip: usize, here: (f64, f64, f64), state: &State, dry_depth: f64) -> Rise {
         let meets = self.openings.iter().any(|opening| opening.strip == strip);
-        let mut sum = Beyond::default();
+        let mut sum = Rise::default();
         let mut count = 0.0;
         for opening in self.openings.iter().filter(|opening| !meets || opening.strip == strip) {
             let (row, column) = opening.cell;
@@ -130,7 +122,7 @@ impl Junction {
             sum.velocity += opening.sign * opening.velocity(state).0 - here.2;
             count += 1.0;
         }
-        Beyond { level: sum.level / count, depth: sum.depth / count, velocity: sum.velocity / count }
+        Rise { level: sum.level / count, depth: sum.depth / count, velocity: sum.velocity / count }
     }
 
     /// Gradients of the cells across their faces: the neighbour there is the reach.

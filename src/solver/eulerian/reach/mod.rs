@@ -8,9 +8,10 @@
 //! dQ_i/dt = − (P_r − P_l)/Δ                 P_f = Σ_k w_fk [F_n − g d_f²/2 ± g (d_i + d_iR) a/2]
 //! ```
 //!
-//! with fluxes and states of (M12) to (M16), strip by strip: the same functions as in [`super::faces`]. What the bracket leaves of
-//! two faces of different width is the pressure of the side walls, so that still water stays still whatever the widths.
-//! Friction takes the hydraulic radius A/P for the depth. Where the last particle meets the plane: [`junction`].
+//! with fluxes and states of (M12) to (M16): a strip of all particles is a row on which the passes of [`super::gradient`] and
+//! [`super::faces`] run. What the brackets leave of two faces of different width is the pressure of the side walls, so that still
+//! water stays still whatever the widths. Friction takes the hydraulic radius A/P for the depth. Where the last particle meets
+//! the plane: [`junction`].
 //!
 //! Deliberately absent: bends, confluences, lateral inflow, structures in the channel.
 
@@ -21,8 +22,8 @@ mod junction;
 #[cfg(test)]
 mod tests;
 
-use super::faces::{Half, Numbers, single};
-use super::gradient::surface_difference;
+use super::faces::{self, Half, Numbers, Side};
+use super::gradient::{self, surface_difference};
 use super::primitive::Source;
 use super::state::{State, datum};
 use super::update::{Stage, counted, take};
@@ -32,7 +33,7 @@ use crate::boundary::{Channel, ChannelEnd};
 use crate::physics::friction::manning::kept_by_friction;
 use crate::solver::{ChannelSample, FlowProblem};
 use ends::{End, OpenEnd};
-use ground::Ground;
+use ground::{Ground, StripRow};
 use junction::Junction;
 
 /// Mean depth (m) and discharge per width of the whole section (m²/s) of a particle, as `WaterRow` has them of a cell.
@@ -44,7 +45,7 @@ struct Water {
     stage_discharge: f64,
 }
 
-/// What the pairs see of a particle: mean depth (m), level (m) and velocity (m/s).
+/// Mean depth (m), level (m) and velocity (m/s) of a particle.
 #[derive(Clone, Copy, Default)]
 struct Primitive {
     depth: f64,
@@ -52,9 +53,9 @@ struct Primitive {
     velocity: f64,
 }
 
-/// Increments that the gradients of a strip predict over one spacing.
+/// Differences from a strip of a particle to the same one of a neighbour.
 #[derive(Clone, Copy, Default)]
-struct Rises {
+struct Rise {
     level: f64,
     depth: f64,
     velocity: f64,
@@ -74,11 +75,12 @@ pub(super) struct Reach {
     ground: Ground,
     water: Vec<Water>,
     primitive: Vec<Primitive>,
-    rises: Vec<Rises>,
+    rows: Vec<StripRow>,
     faces: Vec<Face>,
     /// The far and the near end.
     ends: [End; 2],
     datum: f64,
+    spacing: f64,
     dry_depth: f64,
 }
 
@@ -185,7 +187,7 @@ pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
 impl Reach {
     fn new(channel: &Channel, problem: &FlowProblem, state: &State, walls: &Walls) -> Self {
         let datum = datum(&problem.bed, &problem.initial_depth);
-        let mut ground = Ground::new(channel, datum, problem.gravity);
+        let ground = Ground::new(channel, datum, problem.gravity);
         let (strips, particles) = (ground.strips, ground.particles());
         let water: Vec<Water> = (0..particles)
             .map(|i| Water { depth: ground.mean_depth(i, channel.sections[i].level - datum), ..Water::default() })
@@ -203,17 +205,23 @@ impl Reach {
             end(&channel.far, 0, &channel.face_widths[0]),
             end(&channel.near, particles - 1, &channel.face_widths[particles]),
         ];
+        let mut rows: Vec<StripRow> = (0..strips).map(|strip| StripRow::new(ground.row(strip))).collect();
         if let End::Joined(junction) = &ends[1] {
-            ground.meet(junction.beds(state));
+            for (strip, bed) in junction.beds(state) {
+                let ground = &mut rows[strip].ground;
+                let step = &mut ground.step[particles - 1];
+                *step = step.max((bed - ground.bed[particles - 1]).abs());
+            }
         }
         let mut reach = Reach {
             primitive: vec![Primitive::default(); particles],
-            rises: vec![Rises::default(); particles * strips],
+            rows,
             faces: vec![Face::default(); particles + 1],
             ground,
             water,
             ends,
             datum,
+            spacing: channel.spacing,
             dry_depth: problem.dry_depth,
         };
         reach.evaluate_primitive(Source::Step);
@@ -234,91 +242,76 @@ impl Reach {
             let deepest = self.ground.strip_depth(i, 0, depth, level);
             let velocity = if deepest <= self.dry_depth { 0.0 } else { discharge * (1.0 / depth) };
             self.primitive[i] = Primitive { depth, level, velocity };
+            for (k, row) in self.rows.iter_mut().enumerate() {
+                let in_strip = self.ground.strip_depth(i, k, depth, level);
+                row.water.depth[i] = in_strip;
+                // A film has no velocity.
+                row.water.velocity_x[i] = if in_strip > self.dry_depth { velocity } else { 0.0 };
+            }
         }
     }
 
-    /// Depth, bed and velocity of a strip; a film has no velocity.
+    /// Depth, bed and velocity of a strip.
     fn strip(&self, particle: usize, strip: usize) -> (f64, f64, f64) {
-        let water = &self.primitive[particle];
-        let depth = self.ground.strip_depth(particle, strip, water.depth, water.level);
-        let velocity = if depth > self.dry_depth { water.velocity } else { 0.0 };
-        (depth, self.ground.bed[particle * self.ground.strips + strip], velocity)
+        let StripRow { water, ground, .. } = &self.rows[strip];
+        (water.depth[particle], ground.bed[particle], water.velocity_x[particle])
     }
 
-    /// A strip of a particle in a pair along the channel.
-    fn half(&self, particle: usize, strip: usize) -> Half {
-        let (d, z, u) = self.strip(particle, strip);
-        let at = particle * self.ground.strips + strip;
-        let rises = self.rises[at];
-        Half {
-            d,
-            z,
-            step: self.ground.step[at],
-            u,
-            v_t: 0.0,
-            rise_eta: rises.level,
-            rise_d: rises.depth,
-            rise_u: rises.velocity,
-            rise_t: 0.0,
-        }
-    }
-
-    /// A strip of the particle at the near end.
+    /// A strip of the particle at the near end, in a pair along the channel.
     fn last(&self, strip: usize) -> Half {
-        self.half(self.water.len() - 1, strip)
+        let StripRow { water, ground, slope, .. } = &self.rows[strip];
+        Half::of_row(water, slope, ground, self.water.len() - 1, self.spacing)
     }
 
     fn evaluate_gradients(&mut self, state: &State, scale: &Scale) {
-        let (strips, last) = (self.ground.strips, self.water.len() - 1);
-        for i in 0..=last {
-            for k in 0..strips {
-                let here = self.strip(i, k);
-                let towards = |j: usize| {
-                    let there = self.strip(j, k);
-                    let level = surface_difference((here.0, here.1), (there.0, there.1), scale.dry_depth);
-                    Rises { level, depth: there.0 - here.0, velocity: there.2 - here.2 }
-                };
-                // Over a wall the velocity is mirrored; over an open end all goes on as it comes from the other side.
-                let over = |end: &End, inner: Option<Rises>| match end {
-                    End::Wall => Rises { velocity: -2.0 * here.2, ..Rises::default() },
-                    End::Open(_) => inner.map_or(Rises::default(), |inner| Rises {
-                        level: -inner.level,
-                        depth: -inner.depth,
-                        velocity: -inner.velocity,
-                    }),
-                    End::Joined(junction) => {
-                        let beyond = junction.beyond(k, here, state, scale.dry_depth);
-                        Rises { level: beyond.level, depth: beyond.depth, velocity: beyond.velocity }
-                    }
-                };
-                let inner = (i > 0).then(|| towards(i - 1));
-                let outer = (i < last).then(|| towards(i + 1));
-                let before = inner.unwrap_or_else(|| over(&self.ends[0], outer));
-                let after = outer.unwrap_or_else(|| over(&self.ends[1], inner));
-                let per_two_spacings = if here.0 > scale.dry_depth { 0.5 / scale.spacing } else { 0.0 };
-                let rise = |after: f64, before: f64| scale.spacing * (per_two_spacings * (after - before));
-                self.rises[i * strips + k] = Rises {
-                    level: rise(after.level, before.level),
-                    depth: rise(after.depth, before.depth),
-                    velocity: rise(after.velocity, before.velocity),
-                };
-            }
+        let last = self.water.len() - 1;
+        for StripRow { ground, water, slope, .. } in &mut self.rows {
+            gradient::along(water, ground, (1, last), scale, slope);
         }
+        for strip in 0..self.rows.len() {
+            let ([inner, outer], wet) = self.rises(0, 1, strip, state);
+            self.set_slope(0, strip, [outer, inner], wet);
+            let ([inner, outer], wet) = self.rises(last, last - 1, strip, state);
+            self.set_slope(last, strip, [inner, outer], wet);
+        }
+    }
+
+    /// Differences from a strip of the particle at an end to its neighbour and over the end, and whether the strip is wet.
+    ///
+    /// Over a wall the velocity is mirrored; over an open end all goes on as it comes from the other side.
+    fn rises(&self, particle: usize, inner: usize, strip: usize, state: &State) -> ([Rise; 2], bool) {
+        let (here, there) = (self.strip(particle, strip), self.strip(inner, strip));
+        let level = surface_difference((here.0, here.1), (there.0, there.1), self.dry_depth);
+        let inner = Rise { level, depth: there.0 - here.0, velocity: there.2 - here.2 };
+        let outer = match &self.ends[usize::from(particle > 0)] {
+            End::Wall => Rise { velocity: -2.0 * here.2, ..Rise::default() },
+            End::Open(_) => Rise { level: -inner.level, depth: -inner.depth, velocity: -inner.velocity },
+            End::Joined(junction) => junction.beyond(strip, here, state, self.dry_depth),
+        };
+        ([inner, outer], here.0 > self.dry_depth)
+    }
+
+    /// The gradients of a strip of a particle from the differences towards the far end and towards the near one.
+    fn set_slope(&mut self, particle: usize, strip: usize, [before, after]: [Rise; 2], is_wet: bool) {
+        let per_two_spacings = if is_wet { 0.5 / self.spacing } else { 0.0 };
+        let slope = &mut self.rows[strip].slope;
+        slope.surface_x[particle] = per_two_spacings * (after.level - before.level);
+        slope.depth_x[particle] = per_two_spacings * (after.depth - before.depth);
+        slope.u_x[particle] = per_two_spacings * (after.velocity - before.velocity);
     }
 
     fn pass(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, step: (f64, f64)) {
         let (strips, last) = (self.ground.strips, self.water.len() - 1);
         let numbers = Numbers::new(scale, methods);
-        for f in 1..=last {
-            let mut face = Face::default();
-            for k in 0..strips {
-                let wide = self.ground.face_width[f * strips + k];
-                let (mass, _, lost, gained) = single(self.half(f - 1, k), self.half(f, k), numbers, methods);
-                face.volume += wide * mass;
-                face.lost += wide * lost;
-                face.gained += wide * gained;
+        self.faces.fill(Face::default());
+        for (k, StripRow { ground, water, slope, flux }) in self.rows.iter_mut().enumerate() {
+            faces::along(Side { water, slope, ground }, last + 1, numbers, methods, flux);
+            for (f, face) in self.faces[1..=last].iter_mut().enumerate() {
+                let wide = self.ground.face_width[(f + 1) * strips + k];
+                face.volume += wide * flux.mass[f];
+                face.lost += wide * flux.normal_left[f];
+                face.gained += wide * flux.normal_right[f];
             }
-            self.faces[f] = face;
         }
         self.pass_ends(scale, methods, step);
         if let [_, End::Joined(junction)] = &self.ends {
@@ -396,16 +389,14 @@ impl Reach {
     }
 
     fn fastest(&self, scale: &Scale) -> (f64, f64) {
-        let strips = self.ground.strips;
         let mut fastest = (0.0, 0.0);
         for (i, water) in self.primitive.iter().enumerate() {
             let deepest = self.ground.strip_depth(i, 0, water.depth, water.level);
             if deepest <= scale.dry_depth {
                 continue;
             }
-            let wide = |face: usize| self.ground.face_width[face * strips..(face + 1) * strips].iter().sum::<f64>();
             // A face wider than its particle empties it faster.
-            let widening = (wide(i).max(wide(i + 1)) / self.ground.whole[i]).max(1.0);
+            let widening = self.ground.widening[i];
             let speed = water.velocity.abs();
             let signal = widening * (speed + (scale.gravity * deepest).sqrt());
             fastest = (larger_or_nan(fastest.0, signal), larger_or_nan(fastest.1, speed));
