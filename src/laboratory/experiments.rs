@@ -18,6 +18,7 @@ pub fn named(name: &str) -> Option<&'static Experiment> {
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {
         name: "isolated_obstacle",
+        scenario: "laboratory/isolated_obstacle.yaml",
         suite: Suite::Laboratory,
         about: "Dam break against a building in a flume (test 6A of the Environment Agency), depths at six gauges of Soares-Frazão and Zech.",
         data: "isolated_obstacle",
@@ -28,6 +29,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "parma_partial_dam_break",
+        scenario: "laboratory/parma_partial_dam_break.yaml",
         suite: Suite::Laboratory,
         about: "Dam break through a gap in a wall; no measurements, the front against the bound of Ritter.",
         data: "parma_dbdb",
@@ -38,6 +40,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "marin_box",
+        scenario: "laboratory/marin_box.yaml",
         suite: Suite::Laboratory,
         about: "Dam break onto a box (Kleefsman et al.), levels in the reservoir and arrival before the box; behind and at the box the flow is three-dimensional.",
         data: "kleefsman_marin",
@@ -48,6 +51,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "ea_test1",
+        scenario: "laboratory/ea_test1.yaml",
         suite: Suite::Laboratory,
         about: "A level that rises over a sill and falls again leaves a pond at the level of the sill (test 1 of the Environment Agency).",
         data: "ea_test1",
@@ -58,6 +62,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "ea_test4",
+        scenario: "laboratory/ea_test4.yaml",
         suite: Suite::Laboratory,
         about: "A flood spreads over a dry plain (test 4 of the Environment Agency): symmetry, and arrival against published fronts.",
         data: "ea_test4",
@@ -68,6 +73,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "ea_test6b",
+        scenario: "laboratory/ea_test6b.yaml",
         suite: Suite::Laboratory,
         about: "The isolated obstacle twenty times as large and rougher (test 6B of the Environment Agency), against the scaled measurements.",
         data: "isolated_obstacle",
@@ -78,6 +84,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "monai_valley",
+        scenario: "laboratory/monai_valley.yaml",
         suite: Suite::Laboratory,
         about: "A wave runs up a valley (Okushiri 1993 in a flume), levels at three gauges.",
         data: "monai_valley",
@@ -88,6 +95,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "rajar_a",
+        scenario: "laboratory/rajar_a.yaml",
         suite: Suite::Laboratory,
         about: "Dam break in a channel that widens from 0.4 m to 1.2 m (Rajar's channel A): reaches in one dimension joined to two, against two throughout.",
         data: "",
@@ -98,6 +106,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "rajar_b",
+        scenario: "laboratory/rajar_b.yaml",
         suite: Suite::Laboratory,
         about: "The same in a channel that narrows to 0.2 m (Rajar's channel B).",
         data: "",
@@ -108,6 +117,7 @@ const EXPERIMENTS: &[Experiment] = &[
     },
     Experiment {
         name: "merewether",
+        scenario: "laboratory/merewether.yaml",
         suite: Suite::Field,
         about: "The flood of 8 June 2007 between the houses of Merewether, five surveyed marks.",
         data: "merewether",
@@ -115,6 +125,17 @@ const EXPERIMENTS: &[Experiment] = &[
         can_move: false,
         bar: "mean absolute error at five marks <= 0.15 m",
         judge: merewether,
+    },
+    Experiment {
+        name: "malpasset",
+        scenario: "malpasset/scenario.yaml",
+        suite: Suite::Field,
+        about: "The dam break of Malpasset 1959: arrival at nine gauges of a scale model and three transformers, greatest levels there and at marks of the police.",
+        data: "malpasset",
+        resolutions: [40.0, 20.0],
+        can_move: true,
+        bar: "mean absolute error of arrival at S6 to S14 <= 40 s, of the greatest level <= 2.6 m; transformers within 5 %",
+        judge: malpasset,
     },
 ];
 
@@ -303,6 +324,48 @@ fn merewether(run: &Run) -> Result<Finding, String> {
         note: format!("highest level in m (mark): {}", listed(&notes)),
         panels,
     })
+}
+
+fn malpasset(run: &Run) -> Result<Finding, String> {
+    let (mut late, mut relative, mut notes, mut panels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let arrival = |gauge: &str| -> Result<(f64, f64), String> {
+        let found = run.result(gauge, "arrival_s")?.unwrap_or(f64::INFINITY);
+        Ok((found, run.mark(gauge, "observed_arrival_s")?))
+    };
+    for gauge in ["A", "B", "C"] {
+        let (found, seen) = arrival(gauge)?;
+        relative.push(found / seen - 1.0);
+        notes.push(format!("{gauge} {found:.0} ({seen})"));
+    }
+    let mut high = Vec::new();
+    for gauge in ["S6", "S7", "S8", "S9", "S10", "S11", "S12", "S13", "S14"] {
+        let (found, seen) = arrival(gauge)?;
+        late.push((found - seen).abs());
+        notes.push(format!("{gauge} {found:.0} ({seen})"));
+        let mark = run.mark(gauge, "observed_max_level_m")?;
+        let bed = run.result(gauge, "bed_m")?.ok_or("the gauge has no bed")?;
+        high.push((run.result(gauge, "max_level_m")?.unwrap_or(bed) - mark).abs());
+        let computed: Series = run.series(gauge, "depth_m")?.into_iter().map(|(t, d)| (t, bed + d)).collect();
+        panels.push(panel(run, gauge, vec![(seen, bed), (seen, mark), (4000.0, mark)], computed));
+    }
+    let mut marks = Vec::new();
+    for gauge in (1..=17).map(|number| format!("P{number}")) {
+        let mark = run.mark(&gauge, "observed_max_level_m")?;
+        let bed = run.result(&gauge, "bed_m")?.ok_or("the gauge has no bed")?;
+        // A mark below the ground of the raster cannot be met.
+        if bed < mark {
+            marks.push((run.result(&gauge, "max_level_m")?.unwrap_or(bed) - mark).abs());
+        }
+    }
+    let (late, high) = (mean_of(&late), mean_of(&high));
+    let is_met = late <= 40.0 && high <= 2.6 && relative.iter().all(|error| error.abs() <= 0.05);
+    let note = format!(
+        "mean absolute error of arrival {late:.0} s, of the greatest level at S6 to S14 {high:.2} m, at {} marks of the police {:.2} m; arrival in s (observed): {}",
+        marks.len(),
+        mean_of(&marks),
+        listed(&notes)
+    );
+    Ok(Finding { norm: "mean_abs_gauges", error: Some(high), is_met: Some(is_met), note, panels })
 }
 
 fn mean_of(values: &[f64]) -> f64 {

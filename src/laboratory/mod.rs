@@ -1,7 +1,7 @@
 //! Experiments and floods with measurements: scenarios that run as any other, and what their gauges say against those of the experiment.
 //!
 //! ```text
-//! Experiment ── scenarios/laboratory/NAME.yaml, a resolution, methods ──→ pipeline::run ──→ run folder ── judge ──→ Row, panels of a figure
+//! Experiment ── its scenario, a resolution, methods ──→ pipeline::run ──→ run folder ── judge ──→ Row, panels of a figure
 //! ```
 //!
 //! The data lie in the folder that `FLOODSIM_DATA` names; a case whose data are not there is left out, and says so. What is read of a run
@@ -22,8 +22,10 @@ use gauges::Run;
 
 /// An experiment or a flood with measurements.
 pub struct Experiment {
-    /// The name on the command line, and of the scenario.
+    /// The name on the command line.
     pub name: &'static str,
+    /// The file of its scenario, in `scenarios`.
+    pub scenario: &'static str,
     /// The suite.
     pub suite: Suite,
     /// One sentence: what it tests, and against what.

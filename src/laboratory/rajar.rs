@@ -58,7 +58,7 @@ pub(super) fn compare(run: &Run, flume: &Flume) -> Result<Finding, String> {
     let (mut notes, mut panels) = (Vec::new(), Vec::new());
     for depths in flume.depths {
         let follow_one = |model: &str, water: Vec<String>| {
-            let scenario = Path::new(SCENARIOS).join(format!("rajar_{}{model}.yaml", flume.letter));
+            let scenario = Path::new(SCENARIOS).join(format!("laboratory/rajar_{}{model}.yaml", flume.letter));
             let overrides: Vec<String> = run.overrides.iter().cloned().chain(water).collect();
             load(&scenario, &overrides).and_then(|loaded| follow(&loaded.scenario)).map_err(|error| error.to_string())
         };

@@ -13,7 +13,7 @@ use crate::scenario::methods::Motion;
 use crate::validation::{Choice, Resolutions, Row, Status};
 
 /// Where the scenarios lie, seen from the folder of the source code.
-pub(super) const SCENARIOS: &str = "scenarios/laboratory";
+pub(super) const SCENARIOS: &str = "scenarios";
 /// The environment variable that names the folder of the data.
 const DATA: &str = "FLOODSIM_DATA";
 
@@ -41,7 +41,7 @@ pub fn run_experiment(
     threads: usize,
 ) -> Result<ExperimentResult, Error> {
     let mut result = ExperimentResult::default();
-    let scenario = Path::new(SCENARIOS).join(format!("{}.yaml", experiment.name));
+    let scenario = Path::new(SCENARIOS).join(experiment.scenario);
     // What needs no measurements has all that it needs beside its scenario.
     let data = match experiment.data {
         "" => Some(Path::new(SCENARIOS).to_owned()),

@@ -61,6 +61,23 @@ pub struct StepLengths {
     pub max: f64,
 }
 
+/// The dam that broke, or stood to the end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BreachRecord {
+    /// When it began (s); none where it stood.
+    pub began_s: Option<f64>,
+    /// Level of the crest (m).
+    pub crest_m: f64,
+    /// Final level of the bottom (m); none where the whole dam went, as the next two.
+    pub invert_m: Option<f64>,
+    /// Final width of the bottom (m).
+    pub bottom_width_m: Option<f64>,
+    /// Slope of the sides, horizontal to vertical.
+    pub side_slope: Option<f64>,
+    /// How long it grew (s); 0 where it opened at once.
+    pub duration_s: f64,
+}
+
 /// The contents of `run.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RunManifest {
@@ -106,6 +123,9 @@ pub struct RunManifest {
     pub dt_s: StepLengths,
     /// How many steps each limit cut.
     pub limiters: BTreeMap<String, u64>,
+    /// The dam that breaks, where the scenario has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub breach: Option<BreachRecord>,
     /// Quality gates: one sentence each, with the number.
     pub gates: Vec<String>,
     /// `running`, `done`, `failed` or `stopped`.

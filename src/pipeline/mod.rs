@@ -17,14 +17,16 @@ use std::time::Instant;
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
-    ChannelRecorder, ChannelWater, FieldsWriter, Findings, InputFile, Provenance, Recorder, RecorderPlan, Recording,
-    RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now, write_channels, write_cogs,
-    write_geopackage, write_maps, write_sections, write_tables,
+    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, InputFile, Provenance, Recorder, RecorderPlan,
+    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now, write_channels,
+    write_cogs, write_geopackage, write_maps, write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
 use crate::seeding::StillWater;
-use crate::solver::{ChannelSample, FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
+use crate::solver::{
+    Breach, ChannelSample, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, StepChoice, StepLimit,
+};
 use crate::version;
 use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
@@ -233,6 +235,8 @@ impl Run<'_> {
         self.manifest.particle_evaluations = solver.particle_evaluations();
         self.manifest.particles.last = solver.particles();
         self.manifest.simulated_s = solver.time();
+        self.manifest.breach =
+            self.prepared.forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
         Ok(early)
     }
 
@@ -328,6 +332,24 @@ fn in_channels(solver: &dyn FlowSolver) -> Vec<Vec<ChannelWater>> {
         discharge: sample.discharge,
     };
     solver.channels().iter().map(|channel| channel.iter().map(water).collect()).collect()
+}
+
+/// The breach and when it began, for the record.
+fn breach_record(breach: &Breach, began: Option<f64>) -> BreachRecord {
+    let (invert, width, slope) = match breach.opening {
+        Opening::Whole => (None, None, None),
+        Opening::Trapezoid { invert, bottom_width, side_slope, .. } => {
+            (Some(invert), Some(bottom_width), Some(side_slope))
+        }
+    };
+    BreachRecord {
+        began_s: began,
+        crest_m: breach.crest,
+        invert_m: invert,
+        bottom_width_m: width,
+        side_slope: slope,
+        duration_s: if breach.law == GrowthLaw::Instantaneous { 0.0 } else { breach.duration },
+    }
 }
 
 fn gate(name: &str, value: f64, limit: f64) -> String {

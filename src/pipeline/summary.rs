@@ -82,6 +82,22 @@ impl fmt::Display for RunSummary {
             run.particle_evaluations as f64,
             run.peak_rss_mb
         )?;
+        if let Some(breach) = &run.breach {
+            match breach.began_s {
+                Some(time) => write!(f, "the dam broke at {}", clock_time(time))?,
+                None => write!(f, "the dam stood to the end")?,
+            }
+            if let (Some(width), Some(invert), Some(slope)) =
+                (breach.bottom_width_m, breach.invert_m, breach.side_slope)
+            {
+                let minutes = breach.duration_s / 60.0;
+                write!(
+                    f,
+                    "; its opening: {width:.1} m wide at {invert:.2} m, sides {slope:.1} to 1, grown in {minutes:.1} min"
+                )?;
+            }
+            writeln!(f)?;
+        }
         let volume = &run.volume_m3;
         writeln!(
             f,

@@ -10,7 +10,10 @@ use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::scenario::{BreachShape, BreachTrigger, GrowthLaw as Law, Scenario};
+use crate::physics::breach::{FailureMode, breach_estimates};
+use crate::scenario::{
+    Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law, Scenario, Sourced,
+};
 use crate::seeding::StillWater;
 use crate::solver::{Breach, DamCell, GrowthLaw, Opening, Trigger};
 use crate::terrain::Terrain;
@@ -72,6 +75,7 @@ pub(super) fn on_lattice(
     findings: &mut Findings,
 ) -> Option<Breach> {
     let (written, opened) = (scenario.breach.as_ref()?, opened?);
+    let written = &by_formula(written, opened.crest, scenario.numerics.gravity);
     let lattice = &bed.lattice;
     let line: Vec<Vec2> = opened.line.iter().map(|place| lattice.to_local(*place)).collect();
     let cells: Vec<DamCell> = crossed(&line, lattice)
@@ -151,6 +155,34 @@ pub(super) fn on_lattice(
         bed.elevation[cell.cell] = breach.bed(cell, 0.0);
     }
     Some(breach)
+}
+
+/// The breach with the shape, growth and duration of its formula, where it has one.
+fn by_formula(written: &Written, crest: f64, gravity: f64) -> Written {
+    let Some(method) = &written.method else { return written.clone() };
+    // An invert above the crest is refused with the shape.
+    let height = (crest - method.invert.value).max(f64::MIN_POSITIVE);
+    let mode = match method.mode {
+        BreachMode::Overtopping => FailureMode::Overtopping,
+        BreachMode::Piping => FailureMode::Piping,
+    };
+    let [froehlich_2008, froehlich_1995, ..] = breach_estimates(method.volume.value, height, mode, gravity);
+    let estimate = match method.formula {
+        BreachFormula::Froehlich2008 => froehlich_2008,
+        BreachFormula::Froehlich1995 => froehlich_1995,
+    };
+    let by_volume = |value: f64| Sourced { value, ..method.volume.clone() };
+    Written {
+        shape: Some(BreachShape {
+            bottom_width: by_volume(estimate.bottom_width(height).unwrap_or(0.0)),
+            side_slope: estimate.side_slope,
+            invert: method.invert.clone(),
+            position: method.position.clone(),
+        }),
+        law: Law::Sine,
+        duration: Some(by_volume(estimate.time[1])),
+        ..written.clone()
+    }
 }
 
 /// The opening of a shape, if it fits the dam.

@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::choices::Chosen;
-use super::fields::{Coordinate, Duration, Height, Level, Moment, Quantity, SideSlope, Text, VectorFile};
-use super::model::{Breach, BreachShape, BreachTrigger, GrowthLaw, Sourced};
+use super::fields::{Coordinate, Duration, Height, Level, Moment, Quantity, SideSlope, Text, VectorFile, Volume};
+use super::model::{Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, GrowthLaw, Sourced};
 use super::read::{FromNode, Reader, section};
 use super::tree::{Node, Value};
 
@@ -25,6 +25,8 @@ section! {
         shape: Option<ShapeSection>,
         /// How it grows; instantaneous when absent.
         growth: Option<Growth>,
+        /// A formula that gives shape and growth.
+        method: Option<MethodSection>,
     }
 }
 
@@ -33,7 +35,34 @@ fn check_breach(node: &Node, reader: &mut Reader) -> Option<()> {
         reader.error(node, "conflict", "`crest` and `crest_field` exclude each other", "keep one of the two");
         return None;
     }
+    if let Some(method) = node.get("method")
+        && (node.get("shape").is_some() || node.get("growth").is_some())
+    {
+        let remedy = "keep `method`, or `shape` and `growth` with the dimensions that you want";
+        reader.error(method, "conflict", "`method` gives shape and growth itself", remedy);
+        return None;
+    }
     Some(())
+}
+
+section! {
+    /// A breach by a formula for embankment dams.
+    MethodSection, example "{name: froehlich2008, mode: overtopping, volume: 9.8 Mm3, invert: 780 m}", check check_method {
+        /// The formula.
+        name: Chosen<BreachFormula>,
+        /// How the dam fails.
+        mode: Chosen<BreachMode>,
+        /// Water above the bottom of the breach when it begins.
+        volume: Quantity<Volume>,
+        /// Level of the bottom of the breach.
+        invert: Quantity<Level>,
+        /// A place on the dam in its middle; the middle of the line when absent.
+        position: Option<Vec<Quantity<Coordinate>>>,
+    }
+}
+
+fn check_method(node: &Node, reader: &mut Reader) -> Option<()> {
+    two_coordinates(node, "position", reader)
 }
 
 section! {
@@ -192,6 +221,13 @@ pub(super) fn resolved(section: BreachSection) -> Option<Breach> {
         shape,
         law,
         duration,
+        method: section.method.map(|method| BreachMethod {
+            formula: method.name.0.value,
+            mode: method.mode.0.value,
+            volume: method.volume.sourced,
+            invert: method.invert.sourced,
+            position: method.position.and_then(place),
+        }),
     })
 }
 
@@ -254,6 +290,26 @@ mod tests {
             ("{dam: d.geojson, growth: {law: linear}}", "missing-key", "breach.growth"),
             ("{dam: d.geojson, growth: {law: instantaneous, duration: 3 s}}", "conflict", "breach.growth.duration"),
             ("{dam: d.geojson, shape: {bottom_width: 3 m}}", "missing-key", "breach.shape.invert"),
+            (
+                "{dam: d.geojson, shape: {bottom_width: 3 m, invert: 1 m}, method: {name: froehlich2008, mode: piping, volume: 1 Mm3, invert: 1 m}}",
+                "conflict",
+                "breach.method",
+            ),
+            (
+                "{dam: d.geojson, method: {name: froelich, mode: piping, volume: 1 Mm3, invert: 1 m}}",
+                "unknown-name",
+                "breach.method.name",
+            ),
+            (
+                "{dam: d.geojson, method: {name: froehlich2008, mode: piping, volume: 1 m, invert: 1 m}}",
+                "unit",
+                "breach.method.volume",
+            ),
+            (
+                "{dam: d.geojson, method: {name: froehlich2008, mode: piping, invert: 1 m}}",
+                "missing-key",
+                "breach.method.volume",
+            ),
             ("{crest: 3 m}", "missing-key", "breach.dam"),
             ("{dam: d.geojson}\nnumerics: {motion: lagrangian}", "method-combination", "breach"),
         ] {

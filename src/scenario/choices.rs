@@ -8,7 +8,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
 };
-use super::model::{GrowthLaw, PointInterpolation, Side, Sourced};
+use super::model::{BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
 
@@ -105,6 +105,22 @@ impl Choice for GrowthLaw {
 
     fn choices() -> Vec<(&'static str, Self)> {
         vec![("instantaneous", GrowthLaw::Instantaneous), ("linear", GrowthLaw::Linear), ("sine", GrowthLaw::Sine)]
+    }
+}
+
+impl Choice for BreachFormula {
+    const WHAT: &'static str = "a formula of breaches";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("froehlich2008", BreachFormula::Froehlich2008), ("froehlich1995", BreachFormula::Froehlich1995)]
+    }
+}
+
+impl Choice for BreachMode {
+    const WHAT: &'static str = "a mode of failure";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("overtopping", BreachMode::Overtopping), ("piping", BreachMode::Piping)]
     }
 }
 

@@ -118,6 +118,8 @@ kinds! {
     SideSlope: NUMBER, "1.0", "between 0 (vertical) and 10, horizontal to vertical", |value| (0.0..=10.0).contains(&value);
     /// The end of a run (s).
     EndTime: TIME, "1 h 30 min", "greater than 0 and at most 366 d", |value| value > 0.0 && value <= 366.0 * 86_400.0;
+    /// A volume of water (m³).
+    Volume: VOLUME, "9.8 Mm3", "greater than 0", |value| value > 0.0;
     /// A discharge (m³/s).
     Discharge: DISCHARGE, "30 m3/s", "0 or more", |value| value >= 0.0;
     /// An intensity of rain or of its loss (m/s).

@@ -248,6 +248,41 @@ pub struct Breach {
     pub law: GrowthLaw,
     /// How long it grows (s); none where it opens at once.
     pub duration: Option<Sourced<f64>>,
+    /// The formula that gives shape and duration in place of the scenario.
+    pub method: Option<BreachMethod>,
+}
+
+/// A breach by a formula for embankment dams.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BreachMethod {
+    /// The formula.
+    pub formula: BreachFormula,
+    /// How the dam fails.
+    pub mode: BreachMode,
+    /// Water above the bottom of the breach when it begins (m³).
+    pub volume: Sourced<f64>,
+    /// Level of the bottom (m).
+    pub invert: Sourced<f64>,
+    /// A place in its middle in the coordinates of the run (m); the middle of the dam when absent.
+    pub position: Option<Sourced<[f64; 2]>>,
+}
+
+/// A formula that gives both width and time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BreachFormula {
+    /// `Froehlich2008`.
+    Froehlich2008,
+    /// `Froehlich1995`.
+    Froehlich1995,
+}
+
+/// How a dam fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BreachMode {
+    /// Water runs over the crest.
+    Overtopping,
+    /// Water runs through the dam.
+    Piping,
 }
 
 /// When a breach begins.

@@ -7,8 +7,9 @@ use std::path::Path;
 
 use super::choices::{Choice, ElevationUnit};
 use super::model::{
-    BoundaryCondition, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary, PointInterpolation, RainAmount, Roughness,
-    Scenario, Side, SourcePlace, Sourced, TableFile, TerrainLayer, Timed, VectorSource,
+    BoundaryCondition, BreachFormula, BreachMode, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary,
+    PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace, Sourced, TableFile, TerrainLayer, Timed,
+    VectorSource,
 };
 
 impl Scenario {
@@ -156,6 +157,16 @@ impl Scenario {
                 write!(text, ", position: [{}, {}]", place.value[0], place.value[1])?;
             }
             writeln!(text, "}}")?;
+        }
+        if let Some(method) = &breach.method {
+            let name = name_of(|candidate: &BreachFormula| *candidate == method.formula);
+            let mode = name_of(|candidate: &BreachMode| *candidate == method.mode);
+            let (volume, invert) = (method.volume.value, method.invert.value);
+            write!(text, "  method: {{name: {name}, mode: {mode}, volume: {volume} m3, invert: {invert} m")?;
+            if let Some(place) = &method.position {
+                write!(text, ", position: [{}, {}]", place.value[0], place.value[1])?;
+            }
+            return writeln!(text, "}}");
         }
         let law = name_of(|candidate: &GrowthLaw| *candidate == breach.law);
         match &breach.duration {
@@ -362,6 +373,10 @@ mod tests {
                 (shape.bottom_width.place, shape.invert.place) = (None, None);
                 shape.position.iter_mut().for_each(|place| place.place = None);
             }
+            if let Some(method) = &mut breach.method {
+                (method.volume.place, method.invert.place) = (None, None);
+                method.position.iter_mut().for_each(|place| place.place = None);
+            }
         }
     }
 
@@ -394,6 +409,7 @@ mod tests {
     fn a_breach_reads_back_as_itself() {
         for breach in [
             "{dam: dam.gpkg:crest, crest: 105 m}",
+            "{dam: dam.gpkg, crest: 105 m, method: {name: froehlich1995, mode: piping, volume: 2.5 hm3, invert: 90 m, position: [7, 8.25]}}",
             "{dam: dam.geojson, crest_field: top, trigger: {at: 3 min}, shape: {bottom_width: 40 ft, invert: 90 m}, \
              growth: {law: linear, duration: 0.5 h}}",
             "{dam: dam.geojson, trigger: {level: 104.5 m, at_point: [5.5, 6]}, \

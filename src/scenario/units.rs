@@ -73,6 +73,14 @@ pub static SLOPE: Dimension = Dimension {
     is_compound: false,
 };
 
+/// A volume (m³).
+pub static VOLUME: Dimension = Dimension {
+    name: "a volume",
+    units: &[("m3", 1.0), ("m³", 1.0), ("hm3", 1e6), ("Mm3", 1e6), ("km3", 1e9), ("acre-ft", 1_233.481_837_547_52)],
+    is_bare_allowed: false,
+    is_compound: false,
+};
+
 /// An amount of memory (bytes).
 pub static MEMORY: Dimension = Dimension {
     name: "an amount of memory",

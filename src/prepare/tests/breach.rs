@@ -3,7 +3,7 @@
 use super::scene::{Scene, sourced, vector};
 use crate::error::Severity;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::{Breach, BreachShape, BreachTrigger, GrowthLaw};
+use crate::scenario::{Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, GrowthLaw};
 use crate::solver::Opening;
 
 const CREST: f64 = 10.0;
@@ -27,6 +27,7 @@ fn dam() -> Scene {
         }),
         law: GrowthLaw::Linear,
         duration: Some(sourced("breach.growth.duration", 5.0)),
+        method: None,
     });
     scene
 }
@@ -70,6 +71,26 @@ fn without_a_shape_the_whole_dam_goes() {
     let breach = prepared.forcing.breach.unwrap();
     assert_eq!(breach.opening, Opening::Whole);
     assert!(breach.cells.iter().all(|cell| breach.bed(cell, 1.0).to_bits() == cell.ground.to_bits()));
+}
+
+#[test]
+fn a_formula_gives_width_sides_and_time() {
+    let prepared = prepared(|_, breach| {
+        (breach.shape, breach.duration) = (None, None);
+        breach.method = Some(BreachMethod {
+            formula: BreachFormula::Froehlich2008,
+            mode: BreachMode::Piping,
+            volume: sourced("breach.method.volume", 50_000.0),
+            invert: sourced("breach.method.invert", 2.0),
+            position: None,
+        });
+    });
+    let breach = prepared.forcing.breach.unwrap();
+    // 0.27 · 50000^0.32 · 8^0.04 = 0.27 · 31.888 · 1.0867 = 9.357 m on average, 0.7 · 8 m less at the bottom;
+    // 63.2 √(50000/(9.81 · 64)) = 564.0 s.
+    let Opening::Trapezoid { bottom_width, side_slope, invert, .. } = breach.opening else { panic!("no trapezoid") };
+    assert!((bottom_width - 3.757).abs() < 2e-3 && (side_slope - 0.7).abs() < 1e-12 && (invert - 2.0).abs() < 1e-12);
+    assert!((breach.duration - 564.0).abs() < 0.1, "{}", breach.duration);
 }
 
 /// A change that makes the breach unfit, with the code and the key of what is reported.
