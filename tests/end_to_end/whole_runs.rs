@@ -149,11 +149,13 @@ fn the_scenarios_run_write_every_file_and_are_reported() {
     let short_lake = ["--set", "time.end=20 s"];
     let short_ritter = ["--set", "time.end=20 s"];
     let short_river = ["--set", "resolution=10 m", "--set", "outputs.cell=10 m", "--set", "time.end=15 min"];
-    let cases: [(&str, &[&str]); 4] = [
+    let short_breach = ["--set", "resolution=20 m", "--set", "time.end=15 min"];
+    let cases: [(&str, &[&str]); 5] = [
         ("demo", &SHORT_DEMO),
         ("ritter", &short_ritter),
         ("lake_at_rest", &short_lake),
         ("river_flood", &short_river),
+        ("breach", &short_breach),
     ];
     for (name, arguments) in cases {
         let folder = TempDir::new().unwrap();
@@ -162,6 +164,8 @@ fn the_scenarios_run_write_every_file_and_are_reported() {
         let out = folder.path().join("out");
         assert_whole(&out);
         assert_eq!(out.join("sections.nc").exists(), name == "river_flood");
+        let record = &manifest(&out)["breach"];
+        assert_eq!(record["began_s"].as_f64(), (name == "breach").then_some(120.0), "{record}");
         let report = floodsim(folder.path(), &["report", "out"]);
         assert_eq!((report.code, report.stderr.as_str()), (0, ""), "{}", report.stdout);
         for line in report.stdout.lines() {
