@@ -1,7 +1,7 @@
 //! What brings water in or takes it out, and where it is measured on its way: open boundaries, sources, rain, cross-sections.
 
 use super::wall::distance_to_segment;
-use super::{Breach, Series};
+use super::{Breach, Channel, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -117,6 +117,8 @@ pub struct Forcing {
     pub rain: Option<Rain>,
     /// A dam that breaks.
     pub breach: Option<Breach>,
+    /// Channels of one dimension.
+    pub channels: Vec<Channel>,
     /// Cross-sections: the straight pieces of each in local coordinates (m), from the left to the right bank.
     pub sections: Vec<Vec<[Vec2; 2]>>,
 }
@@ -124,18 +126,26 @@ pub struct Forcing {
 impl Forcing {
     /// Whether there is no water that comes or goes by it.
     pub fn is_still(&self) -> bool {
-        self.boundaries.is_empty() && self.sources.is_empty() && self.rain.is_none()
+        self.boundaries.is_empty() && self.sources.is_empty() && self.rain.is_none() && self.channels.is_empty()
     }
 
     /// The boundary that opens an edge face with this midpoint (local coordinates, m): the nearest one within reach, the earlier
-    /// one of two that are equally near.
+    /// one of two that are equally near. None where a channel joins.
     pub fn boundary_at(&self, midpoint: Vec2) -> Option<usize> {
+        if self.channel_joins_at(midpoint) {
+            return None;
+        }
         let distance = |boundary: &Boundary| {
             let each = boundary.segments.iter().map(|piece| distance_to_segment(midpoint, piece[0], piece[1]));
             each.fold(f64::INFINITY, f64::min)
         };
         let near = self.boundaries.iter().map(distance).enumerate().filter(|(_, distance)| *distance <= self.reach);
         near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))).map(|(index, _)| index)
+    }
+
+    /// Whether an edge face with this midpoint (local coordinates, m) opens into a channel.
+    pub fn channel_joins_at(&self, midpoint: Vec2) -> bool {
+        self.channels.iter().any(|channel| channel.joins_at(midpoint))
     }
 }
 

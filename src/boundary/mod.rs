@@ -1,7 +1,8 @@
 //! Where the water ends, and where it comes and goes: the outline of the terrain, walls, the mirror images or virtual particles that
-//! stand for them, open edges, and the forcing by boundaries, sources and rain; a dam that breaks.
+//! stand for them, open edges, and the forcing by boundaries, sources and rain; a dam that breaks; channels of one dimension.
 
 mod breach;
+mod channel;
 mod forcing;
 mod image;
 mod open_edges;
@@ -11,6 +12,7 @@ mod virtual_particles;
 mod wall;
 
 pub use breach::{Breach, DamCell, GrowthLaw, Opening, Trigger};
+pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted_perimeter};
 pub use forcing::{Boundary, Condition, Forcing, PointSource, Rain, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use open_edges::OpenEdges;

@@ -1,7 +1,7 @@
 //! The experiments and floods, what each is held to, and what its measurements are.
 
 use super::gauges::{Run, Series, arrival, mean, root_mean_square, value_at};
-use super::{Experiment, Finding};
+use super::{Experiment, Finding, rajar};
 use crate::maps::{GaugeLine, GaugePanel};
 use crate::validation::Suite;
 
@@ -94,6 +94,28 @@ const EXPERIMENTS: &[Experiment] = &[
         judge: monai,
     },
     Experiment {
+        name: "rajar_a",
+        scenario: "laboratory/rajar_a.yaml",
+        suite: Suite::Laboratory,
+        about: "Dam break in a channel that widens from 0.4 m to 1.2 m (Rajar's channel A): reaches in one dimension joined to two, against two throughout.",
+        data: "",
+        resolutions: [0.05, 0.025],
+        can_move: false,
+        bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
+        judge: |run| rajar::compare(run, &rajar::A),
+    },
+    Experiment {
+        name: "rajar_b",
+        scenario: "laboratory/rajar_b.yaml",
+        suite: Suite::Laboratory,
+        about: "The same in a channel that narrows to 0.2 m (Rajar's channel B).",
+        data: "",
+        resolutions: [0.05, 0.025],
+        can_move: false,
+        bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
+        judge: |run| rajar::compare(run, &rajar::B),
+    },
+    Experiment {
         name: "merewether",
         scenario: "laboratory/merewether.yaml",
         suite: Suite::Field,
@@ -119,9 +141,7 @@ const EXPERIMENTS: &[Experiment] = &[
 
 /// A panel with what was measured and what this run makes of it.
 fn panel(run: &Run, title: &str, measured: Series, computed: Series) -> GaugePanel {
-    // A whole number of hundredths of a millimetre: 100 times 0.028 is not 2.8.
-    let centimetres = (1e5 * run.spacing).round() / 1e3;
-    let name = if run.spacing < 1.0 { format!("{centimetres} cm") } else { format!("{} m", run.spacing) };
+    let name = run.resolution();
     GaugePanel { title: title.to_owned(), measured, computed: vec![GaugeLine { name, points: computed }] }
 }
 

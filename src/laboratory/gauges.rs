@@ -15,9 +15,18 @@ pub struct Run {
     pub data: PathBuf,
     /// Spacing (m).
     pub spacing: f64,
+    /// What the run had in place of what its scenario says, as `key.path=value`.
+    pub overrides: Vec<String>,
 }
 
 impl Run {
+    /// The spacing in words.
+    pub fn resolution(&self) -> String {
+        // A whole number of hundredths of a millimetre: 100 times 0.028 is not 2.8.
+        let centimetres = (1e5 * self.spacing).round() / 1e3;
+        if self.spacing < 1.0 { format!("{centimetres} cm") } else { format!("{} m", self.spacing) }
+    }
+
     /// The series of a column of `tables/gauge_series.csv` at a gauge.
     ///
     /// # Errors

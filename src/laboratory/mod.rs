@@ -9,6 +9,7 @@
 
 mod experiments;
 mod gauges;
+mod rajar;
 mod run;
 
 pub use experiments::{all, named};
@@ -29,7 +30,7 @@ pub struct Experiment {
     pub suite: Suite,
     /// One sentence: what it tests, and against what.
     pub about: &'static str,
-    /// The folder of its data.
+    /// The folder of its data; empty where it needs none.
     pub data: &'static str,
     /// Resolutions (m), the coarsest first; the first one is that of tests.
     pub resolutions: [f64; 2],

@@ -13,7 +13,7 @@ use crate::scenario::methods::Motion;
 use crate::validation::{Choice, Resolutions, Row, Status};
 
 /// Where the scenarios lie, seen from the folder of the source code.
-const SCENARIOS: &str = "scenarios";
+pub(super) const SCENARIOS: &str = "scenarios";
 /// The environment variable that names the folder of the data.
 const DATA: &str = "FLOODSIM_DATA";
 
@@ -42,7 +42,11 @@ pub fn run_experiment(
 ) -> Result<ExperimentResult, Error> {
     let mut result = ExperimentResult::default();
     let scenario = Path::new(SCENARIOS).join(experiment.scenario);
-    let data = std::env::var_os(DATA).map(|folder| Path::new(&folder).join(experiment.data));
+    // What needs no measurements has all that it needs beside its scenario.
+    let data = match experiment.data {
+        "" => Some(Path::new(SCENARIOS).to_owned()),
+        folder => std::env::var_os(DATA).map(|data| Path::new(&data).join(folder)),
+    };
     result.skipped = match &data {
         None => Some(format!("{DATA} does not name the folder of the data")),
         Some(folder) if !folder.is_dir() => Some(format!("{DATA} holds no folder `{}`", experiment.data)),
@@ -112,7 +116,8 @@ impl Place<'_> {
         row.particles = summary.manifest.particles.peak;
         row.particle_evaluations = summary.manifest.particle_evaluations;
         row.max_speed_m_s = summary.manifest.max_speed_m_s;
-        let run = Run { folder: folder.clone(), data: data.clone(), spacing: self.spacing };
+        let run =
+            Run { folder: folder.clone(), data: data.clone(), spacing: self.spacing, overrides: overrides.to_vec() };
         match (self.experiment.judge)(&run) {
             Ok(finding) => self.fill(&mut row, finding, result),
             Err(cause) => (row.status, row.note) = (Status::Fails, cause),

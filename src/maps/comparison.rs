@@ -23,7 +23,7 @@ pub struct GaugePanel {
 }
 
 /// Colours that remain distinct for colour-blind readers, after `Okabe2008`.
-const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
+const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 /// So few points are marks.
 const MARKS: usize = 12;
 const COLUMNS: usize = 2;

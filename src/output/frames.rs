@@ -24,6 +24,8 @@ pub struct Frame {
 pub struct Volumes {
     /// Water there.
     pub stored: f64,
+    /// What of it is in channels, not on the grid.
+    pub in_channels: f64,
     /// Water that came in since the start.
     pub inflow: f64,
     /// Water that left since the start.
@@ -38,6 +40,7 @@ impl Volumes {
         let mix = |a: f64, b: f64| a + (b - a) * share;
         Volumes {
             stored: mix(self.stored, later.stored),
+            in_channels: mix(self.in_channels, later.in_channels),
             inflow: mix(self.inflow, later.inflow),
             outflow: mix(self.outflow, later.outflow),
             error_relative: mix(self.error_relative, later.error_relative),

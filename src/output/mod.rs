@@ -9,6 +9,7 @@
 
 use crate::math::Vec2;
 
+mod channels;
 mod folder;
 mod frames;
 mod gauges;
@@ -21,6 +22,7 @@ mod recorder;
 mod sections;
 mod write;
 
+pub use channels::{ChannelFrame, ChannelProfile, ChannelRecorder, ChannelWater};
 pub use folder::RunFolder;
 pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};
@@ -31,8 +33,8 @@ pub use maxima::{LatticeMaps, ThresholdMaps};
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{
-    FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_cogs, write_geopackage, write_maps,
-    write_sections, write_tables,
+    FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_channels, write_cogs,
+    write_geopackage, write_maps, write_sections, write_tables,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

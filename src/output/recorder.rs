@@ -78,7 +78,8 @@ impl Recording {
     /// Greatest difference between the volume on the output grid and that of the core, over the latter (dimensionless).
     pub fn grid_error_relative(&self) -> f64 {
         let rows = self.mass_balance.iter().filter(|row| row.volumes.stored > 0.0);
-        rows.map(|row| (row.grid_volume / row.volumes.stored - 1.0).abs()).fold(0.0, f64::max)
+        rows.map(|row| ((row.grid_volume + row.volumes.in_channels) / row.volumes.stored - 1.0).abs())
+            .fold(0.0, f64::max)
     }
 }
 

@@ -17,14 +17,16 @@ use std::time::Instant;
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
-    BreachRecord, FieldsWriter, Findings, InputFile, Provenance, Recorder, RecorderPlan, Recording, RunFolder,
-    RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now, write_cogs, write_geopackage,
-    write_maps, write_sections, write_tables,
+    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, InputFile, Provenance, Recorder, RecorderPlan,
+    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now, write_channels,
+    write_cogs, write_geopackage, write_maps, write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
 use crate::seeding::StillWater;
-use crate::solver::{Breach, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, StepChoice, StepLimit};
+use crate::solver::{
+    Breach, ChannelSample, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, StepChoice, StepLimit,
+};
 use crate::version;
 use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
@@ -65,7 +67,7 @@ pub fn run(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Erro
 }
 
 /// So many threads, or all of the machine.
-fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
+pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()
@@ -150,7 +152,9 @@ impl Run<'_> {
         let outputs = &self.scenario.outputs;
         let count = self.prepared.sections.len();
         let mut sections = SectionRecorder::new(count, outputs.gauges_every, self.scenario.end_time);
-        let recorders = (&mut recorder, &mut sections);
+        let mut channels = (!self.prepared.channels.is_empty())
+            .then(|| ChannelRecorder::new(outputs.every, self.scenario.end_time, in_channels(solver.as_ref())));
+        let recorders = (&mut recorder, &mut sections, &mut channels);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap(COMPUTE);
 
@@ -171,6 +175,8 @@ impl Run<'_> {
         write_geopackage(&self.folder, &grid, crs, &recording, &findings)?;
         write_tables(&self.folder, &self.prepared.gauges, &recording)?;
         write_sections(&self.folder, &provenance, &self.prepared.sections, &section_results, &section_samples)?;
+        let profiles = channels.map(ChannelRecorder::finish).unwrap_or_default();
+        write_channels(&self.folder, &self.prepared.channels, &profiles)?;
         self.clock.lap("outputs");
         self.finish(solver.ledger(), &recording, &section_results, early)
     }
@@ -179,16 +185,16 @@ impl Run<'_> {
     fn compute(
         &mut self,
         solver: &mut dyn FlowSolver,
-        (recorder, sections): (&mut Recorder, &mut SectionRecorder),
+        (recorder, sections, channels): (&mut Recorder, &mut SectionRecorder, &mut Option<ChannelRecorder>),
         fields: &mut FieldsWriter,
         progress: &mut Progress,
     ) -> Result<Option<Early>, Error> {
         let signal = watch_signals()?;
         let end = self.scenario.end_time;
         self.manifest.particles.initial = solver.particles();
-        let ledger = solver.ledger();
+        let books_at_start = books(solver);
         recorder.set_bed(solver.bed_now());
-        recorder.start(&solver.water(), books(ledger), &mut |frame| fields.push(frame))?;
+        recorder.start(&solver.water(), books_at_start, &mut |frame| fields.push(frame))?;
         let mut steps = progress::StepStatistics::default();
         let mut early = None;
         let mut recording = 0.0;
@@ -202,14 +208,17 @@ impl Run<'_> {
                 break;
             }
             steps.count(&choice, solver.particles());
-            let (time, ledger) = (solver.time(), solver.ledger());
+            let (time, volumes) = (solver.time(), books(solver));
             recorder.set_bed(solver.bed_now());
             let water = solver.water();
             let before = Instant::now();
-            recorder.step(time, &water, books(ledger), &mut |frame| fields.push(frame))?;
+            recorder.step(time, &water, volumes, &mut |frame| fields.push(frame))?;
             recording += before.elapsed().as_secs_f64();
             sections.step(time, solver.sections().iter().map(|flow| (flow.discharge, flow.volume)));
-            progress.show(time, solver.particles(), &choice, ledger.relative_error());
+            if let Some(channels) = channels {
+                channels.step(time, in_channels(solver));
+            }
+            progress.show(time, solver.particles(), &choice, volumes.error_relative);
             let received = signal.load(Ordering::Relaxed);
             if received != 0 {
                 early = Some(Early::Signal(received as i32));
@@ -243,7 +252,7 @@ impl Run<'_> {
             .mass_balance
             .iter()
             .filter(|row| row.volumes.stored > 0.0)
-            .map(|row| ((row.grid_volume - row.volumes.stored) / row.volumes.stored).abs())
+            .map(|row| ((row.grid_volume + row.volumes.in_channels) / row.volumes.stored - 1.0).abs())
             .fold(0.0, f64::max);
         let manifest = &mut self.manifest;
         manifest.volume_m3 = VolumeBooks {
@@ -303,13 +312,26 @@ impl Run<'_> {
 }
 
 /// The books of the core, as the recorder takes them.
-fn books(ledger: Ledger) -> Volumes {
+fn books(solver: &dyn FlowSolver) -> Volumes {
+    let ledger = solver.ledger();
     Volumes {
         stored: ledger.stored,
+        in_channels: solver.volume_in_channels(),
         inflow: ledger.inflow,
         outflow: ledger.outflow,
         error_relative: ledger.relative_error(),
     }
+}
+
+/// The water of the channels, as their recorder takes it.
+fn in_channels(solver: &dyn FlowSolver) -> Vec<Vec<ChannelWater>> {
+    let water = |sample: &ChannelSample| ChannelWater {
+        depth: sample.depth,
+        level: sample.level,
+        velocity: sample.velocity,
+        discharge: sample.discharge,
+    };
+    solver.channels().iter().map(|channel| channel.iter().map(water).collect()).collect()
 }
 
 /// The breach and when it began, for the record.
@@ -353,7 +375,12 @@ fn seeding_warnings(prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
         .collect()
 }
 
-fn flow_problem(scenario: &Scenario, prepared: &Prepared, bed: BedParticles, still: &StillWater) -> FlowProblem {
+pub(crate) fn flow_problem(
+    scenario: &Scenario,
+    prepared: &Prepared,
+    bed: BedParticles,
+    still: &StillWater,
+) -> FlowProblem {
     FlowProblem {
         bed,
         walls: prepared.walls.clone(),

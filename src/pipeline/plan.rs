@@ -188,7 +188,7 @@ fn with_flowing_water(
 /// Takes the first steps of a run.
 fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Recorder) -> Result<Measured, Error> {
     let mut no_sink = |_| Ok(());
-    let first = books(solver.ledger());
+    let first = books(solver);
     let particles = solver.particles();
     let mut measured =
         Measured { particles_at_start: particles, particles: (particles, particles), ..Measured::default() };
@@ -203,7 +203,7 @@ fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Reco
         }
         shortest = shortest.min(step);
         solver.advance(step.min(scenario.end_time - solver.time()))?;
-        let (time, ledger) = (solver.time(), books(solver.ledger()));
+        let (time, ledger) = (solver.time(), books(solver));
         recorder.step(time, &solver.water(), ledger, &mut no_sink)?;
         measured.steps += 1;
         measured.last_evaluations = solver.particle_evaluations() - before;
@@ -261,7 +261,12 @@ fn draw(
             ..disk(MAP_BYTES.end, FRAME_BYTES.end, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: advice(reach, spread, spacing),
+        advice: if prepared.forcing.is_still() && prepared.forcing.breach.is_none() {
+            advice(reach, spread, spacing)
+        } else {
+            let why = "moving particles know no boundary with a condition, source, rain, channel, or dam that breaks";
+            (Motion::Eulerian, why.to_owned())
+        },
         measured,
         threads: rayon::current_num_threads(),
         warnings: prepared.problems,

@@ -85,7 +85,11 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     Opened { boundaries, sources, rain, sections }
 }
 
-fn condition(condition: &BoundaryCondition, scenario: &Scenario, findings: &mut Findings) -> Option<Condition> {
+pub(super) fn condition(
+    condition: &BoundaryCondition,
+    scenario: &Scenario,
+    findings: &mut Findings,
+) -> Option<Condition> {
     let end = scenario.end_time;
     Some(match condition {
         BoundaryCondition::Free => Condition::Free,

@@ -5,6 +5,7 @@
 
 mod breach;
 mod burn;
+mod channels;
 mod findings;
 mod forcing;
 mod gaps;
@@ -29,7 +30,8 @@ use crate::bed::{BedParticles, place_bed};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::output::{Gauge, OutputCrs, Section};
+use crate::output::{ChannelProfile, Gauge, OutputCrs, Section};
+use crate::scenario::channel::ChannelShape;
 use crate::scenario::methods::Motion;
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed};
 use crate::seeding::StillWater;
@@ -111,6 +113,8 @@ pub struct Prepared {
     pub initial_velocity: Vec<Vec2>,
     /// Cross-sections.
     pub sections: Vec<Section>,
+    /// Channels of one dimension.
+    pub channels: Vec<ChannelProfile>,
     /// Gauges.
     pub gauges: Vec<Gauge>,
     /// Every input file, each once, in the order of the scenario.
@@ -181,6 +185,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let dam = breach::open(scenario, crs.as_ref(), &mut findings);
     let start = start::open(scenario, crs.as_ref(), &mut findings);
     let ground = ground::open(scenario, crs.as_ref(), &mut findings);
+    let reaches = channels::open(scenario, &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
         terrain,
@@ -194,6 +199,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         still_water: None,
         initial_velocity: Vec::new(),
         sections: Vec::new(),
+        channels: Vec::new(),
         gauges,
         inputs: inputs(scenario),
         gap: None,
@@ -201,7 +207,8 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        let files = Files { forcing: &mut opened, rough: &rough, dam: dam.as_ref(), ground: &ground, start: &start };
+        let files =
+            Files { forcing: &mut opened, rough: &rough, dam: dam.as_ref(), ground: &ground, start: &start, reaches };
         place_on_lattice(scenario, &mut prepared, lines, files, bodies, &mut findings);
     }
     prepared.sections = opened.sections;
@@ -219,6 +226,7 @@ struct Files<'a> {
     dam: Option<&'a breach::Opened>,
     ground: &'a ground::Opened,
     start: &'a start::Opened,
+    reaches: Vec<Option<channels::Opened>>,
 }
 
 /// The lattice, and everything that is checked on it.
@@ -226,7 +234,7 @@ fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    Files { forcing: opened, rough, dam, ground, start }: Files<'_>,
+    Files { forcing: opened, rough, dam, ground, start, reaches }: Files<'_>,
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -248,6 +256,8 @@ fn place_on_lattice(
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
     prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);
+    (prepared.forcing.channels, prepared.channels) =
+        channels::on_lattice(reaches, scenario, (&lattice, &bed.elevation), findings);
     water::check(&mut bodies, &bed, findings);
     for (breach, cell) in breach.iter().flat_map(|breach| breach.cells.iter().map(move |cell| (breach, cell))) {
         changes.note(cell.cell, Change::Raise(breach.crest));
@@ -341,28 +351,40 @@ fn series(timed: &Timed) -> Option<&PathBuf> {
     }
 }
 
-/// The files of boundaries, sources and rain.
+/// The files of a condition.
+fn condition_files<'a>(condition: &'a BoundaryCondition, files: &mut Vec<&'a PathBuf>) {
+    match condition {
+        BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
+        BoundaryCondition::Stage(level, _) => files.extend(series(level)),
+        BoundaryCondition::Rating(table) => files.push(&table.file.value),
+        BoundaryCondition::Discharge { discharge, level } => {
+            files.extend(series(discharge));
+            files.extend(level.as_ref().and_then(series));
+        }
+    }
+}
+
+/// The files of boundaries, sources, channels and rain.
 fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
     let mut files: Vec<&PathBuf> = Vec::new();
     for boundary in &scenario.boundaries {
         if let OpenBoundary::Lines(lines) = &boundary.value.place {
             files.push(&lines.value.path);
         }
-        match &boundary.value.condition {
-            BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
-            BoundaryCondition::Stage(level, _) => files.extend(series(level)),
-            BoundaryCondition::Rating(table) => files.push(&table.file.value),
-            BoundaryCondition::Discharge { discharge, level } => {
-                files.extend(series(discharge));
-                files.extend(level.as_ref().and_then(series));
-            }
-        }
+        condition_files(&boundary.value.condition, &mut files);
     }
     for source in &scenario.sources {
         if let SourcePlace::Points(points) = &source.value.place {
             files.push(&points.value.path);
         }
         files.extend(series(&source.value.discharge));
+    }
+    for channel in &scenario.channels {
+        if let ChannelShape::Sections(file) = &channel.shape {
+            files.push(&file.value);
+        }
+        let ends = channel.upstream.iter().chain(&channel.downstream);
+        ends.for_each(|condition| condition_files(condition, &mut files));
     }
     match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
         Some(RainAmount::Rate(rate)) => files.extend(series(rate)),

@@ -26,10 +26,10 @@ pub(super) struct Meaning {
     pub is_signed: bool,
 }
 
-/// A row of a table: its line in the file and two numbers in SI units.
-struct Row {
-    line: usize,
-    numbers: [f64; 2],
+/// A row of a table: its line in the file and its numbers in SI units.
+pub(super) struct Row<const COLUMNS: usize = 2> {
+    pub line: usize,
+    pub numbers: [f64; COLUMNS],
 }
 
 /// The series of a quantity, which must hold from the start of the run to its end (s); none after an error.
@@ -168,7 +168,17 @@ fn coverage(rows: &[Row], name: &str, end: f64) -> Vec<Problem> {
 
 /// Two columns of a table in SI units, every row read.
 fn rows(table: &TableFile, dimensions: [&'static Dimension; 2]) -> Result<Vec<Row>, Vec<Problem>> {
-    let path = &table.file.value;
+    rows_of(&table.file.value, &table.columns, dimensions, "time_h,q_m3_s")
+}
+
+/// The columns of a file in SI units, every row read; `example` is a first line as it may be.
+pub(super) fn rows_of<const COLUMNS: usize>(
+    path: &std::path::Path,
+    columns: &[ColumnUnit; COLUMNS],
+    dimensions: [&'static Dimension; COLUMNS],
+    example: &str,
+) -> Result<Vec<Row<COLUMNS>>, Vec<Problem>> {
+    let number_of_columns = if COLUMNS == 2 { "two".to_owned() } else { COLUMNS.to_string() };
     let name = path.display();
     readable_file(path).map_err(|problem| vec![problem])?;
     let text = read_text(path).map_err(|error| {
@@ -177,15 +187,16 @@ fn rows(table: &TableFile, dimensions: [&'static Dimension; 2]) -> Result<Vec<Ro
     })?;
     let parsed = Table::parse(&text, |_| true);
     let header = parsed.header.clone().unwrap_or_default();
-    if header.len() < 2 || header.iter().any(|field| field.parse::<f64>().is_ok()) {
-        let problem = input_error("no-header", format!("the first line of {name} does not name two columns"))
-            .with_cause(format!("it reads `{}`", header.join(",")))
-            .with_remedy("begin it with a line such as `time_h,q_m3_s`");
+    if header.len() < COLUMNS || header.iter().any(|field| field.parse::<f64>().is_ok()) {
+        let problem =
+            input_error("no-header", format!("the first line of {name} does not name {number_of_columns} columns"))
+                .with_cause(format!("it reads `{}`", header.join(",")))
+                .with_remedy(format!("begin it with a line such as `{example}`"));
         return Err(vec![problem]);
     }
     let mut faults = Vec::new();
-    let mut found = [(0, 1.0); 2];
-    for (place, (column, dimension)) in table.columns.iter().zip(dimensions).enumerate() {
+    let mut found = [(0, 1.0); COLUMNS];
+    for (place, (column, dimension)) in columns.iter().zip(dimensions).enumerate() {
         match choose(column, place, &header, dimension, &name.to_string()) {
             Ok(chosen) => found[place] = chosen,
             Err(problem) => faults.push(*problem),
@@ -200,15 +211,16 @@ fn rows(table: &TableFile, dimensions: [&'static Dimension; 2]) -> Result<Vec<Ro
     };
     let (mut rows, mut faulty) = (Vec::with_capacity(parsed.rows.len()), Vec::new());
     for (line, fields) in &parsed.rows {
-        match (number(fields, found[0]), number(fields, found[1])) {
-            (Some(first), Some(second)) => rows.push(Row { line: *line, numbers: [first, second] }),
-            _ => faulty.push((*line, fields.join(","))),
+        let numbers: Vec<f64> = found.iter().filter_map(|column| number(fields, *column)).collect();
+        match <[f64; COLUMNS]>::try_from(numbers) {
+            Ok(numbers) => rows.push(Row { line: *line, numbers }),
+            Err(_) => faulty.push((*line, fields.join(","))),
         }
     }
     faults.extend(in_lines(
         faulty.into_iter(),
         "not-a-number",
-        |count, lines| format!("{} no two numbers in {name}: {lines}", rows_are(count)),
+        |count, lines| format!("{} no {number_of_columns} numbers in {name}: {lines}", rows_are(count)),
         "write numbers with a point as decimal sign, and leave out rows without a value",
     ));
     if rows.is_empty() && faults.is_empty() {

@@ -128,6 +128,8 @@ kinds! {
     Height: LENGTH, "5 mm", "0 or more", |value| value >= 0.0;
     /// A slope (dimensionless).
     Slope: SLOPE, "0.002", "greater than 0 and at most 1", |value| value > 0.0 && value <= 1.0;
+    /// A slope that may be 0, or rise (dimensionless).
+    Fall: SLOPE, "0.002", "between -1 and 1", |value| (-1.0..=1.0).contains(&value);
     /// A coordinate of the reference system of the run (m).
     Coordinate: NUMBER, "712345.0", "any finite value", f64::is_finite;
     /// Manning roughness (s·m^(−1/3)).

@@ -4,6 +4,7 @@
 //! (defaults) into the `Scenario` of `model`; `resolved_yaml` writes it down again.
 
 pub mod breach;
+pub mod channel;
 pub mod choices;
 mod defaults;
 pub mod fields;

@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use super::channel::Channel;
 use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
@@ -441,6 +442,8 @@ pub struct Scenario {
     pub rain: Option<Sourced<Rain>>,
     /// A dam that breaks.
     pub breach: Option<Breach>,
+    /// Channels of one dimension.
+    pub channels: Vec<Channel>,
     /// Distance of two particles (m).
     pub resolution: Sourced<f64>,
     /// End time (s).

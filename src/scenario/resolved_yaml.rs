@@ -22,6 +22,7 @@ impl Scenario {
         let _ = self
             .write_place(&mut text)
             .and_then(|()| self.write_breach(&mut text))
+            .and_then(|()| super::channel::write(&self.channels, &mut text))
             .and_then(|()| self.write_run(&mut text));
         text
     }
@@ -184,21 +185,7 @@ impl Scenario {
                 OpenBoundary::Side(side) => write!(text, "  - {{side: {}", name_of(|s: &Side| s == side))?,
                 OpenBoundary::Lines(lines) => write!(text, "  - {{lines: {}", quoted_vector(lines))?,
             }
-            match &boundary.value.condition {
-                BoundaryCondition::Free => write!(text, ", type: free")?,
-                BoundaryCondition::Discharge { discharge, level } => {
-                    write!(text, ", discharge: {}", timed(discharge, "m3/s"))?;
-                    if let Some(level) = level {
-                        write!(text, ", level: {}", timed(level, "m"))?;
-                    }
-                }
-                BoundaryCondition::Stage(level, key) => write!(text, ", {key}: {}", timed(level, "m"))?,
-                BoundaryCondition::NormalDepth(slope) => write!(text, ", normal_depth: {{slope: {}}}", slope.value)?,
-                BoundaryCondition::Rating(table) => {
-                    let names = [["level", "level_unit"], ["discharge", "discharge_unit"]];
-                    write!(text, ", rating: {{table: {}{}}}", quoted_path(&table.file.value), columns(table, names))?;
-                }
-            }
+            write!(text, ", {}", condition_as_yaml(&boundary.value.condition))?;
             writeln!(text, "}}")?;
         }
         if !self.sources.is_empty() {
@@ -314,6 +301,23 @@ fn write_level(text: &mut String, key: &str, level: &LineLevel) -> std::fmt::Res
     }
 }
 
+/// The keys of a condition.
+pub(super) fn condition_as_yaml(condition: &BoundaryCondition) -> String {
+    match condition {
+        BoundaryCondition::Free => "type: free".to_owned(),
+        BoundaryCondition::Discharge { discharge, level } => {
+            let level = level.as_ref().map_or(String::new(), |level| format!(", level: {}", timed(level, "m")));
+            format!("discharge: {}{level}", timed(discharge, "m3/s"))
+        }
+        BoundaryCondition::Stage(level, key) => format!("{key}: {}", timed(level, "m")),
+        BoundaryCondition::NormalDepth(slope) => format!("normal_depth: {{slope: {}}}", slope.value),
+        BoundaryCondition::Rating(table) => {
+            let names = [["level", "level_unit"], ["discharge", "discharge_unit"]];
+            format!("rating: {{table: {}{}}}", quoted_path(&table.file.value), columns(table, names))
+        }
+    }
+}
+
 /// A quantity over time; `unit` is that of SI.
 fn timed(timed: &Timed, unit: &str) -> String {
     match timed {
@@ -345,7 +349,7 @@ fn water_kind(key: &str) -> &str {
     if super::schema::WATER_KINDS.contains(&kind) { kind } else { "water" }
 }
 
-fn name_of<T: Choice>(is_it: impl Fn(&T) -> bool) -> &'static str {
+pub(super) fn name_of<T: Choice>(is_it: impl Fn(&T) -> bool) -> &'static str {
     T::choices().into_iter().find(|(_, candidate)| is_it(candidate)).map_or("unknown", |(name, _)| name)
 }
 
@@ -361,7 +365,7 @@ fn quoted_vector(source: &Sourced<VectorSource>) -> String {
     }
 }
 
-fn quoted_path(path: &Path) -> String {
+pub(super) fn quoted_path(path: &Path) -> String {
     quoted(&absolute(path))
 }
 
@@ -370,7 +374,7 @@ fn absolute(path: &Path) -> String {
 }
 
 /// A text in double quotes; the escapes of JSON are escapes of YAML, too.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 

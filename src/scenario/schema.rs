@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::breach::BreachSection;
+use super::channel::ChannelEntry;
 use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
@@ -51,6 +52,8 @@ section! {
         rain: Option<RainSection>,
         /// A dam that breaks.
         breach: Option<BreachSection>,
+        /// Channels that are computed in one dimension.
+        channels: Option<Vec<ChannelEntry>>,
         /// Distance of two particles.
         resolution: Quantity<Length>,
         /// Simulated time.
@@ -375,7 +378,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     };
     let has = |entry: &Node, key: &str| entry.get(key).is_some_and(|value| value.value != Value::Empty);
     let feeds = |entry: &Node| ["discharge", "level", "stage"].iter().any(|key| has(entry, key));
-    let is_fed = has(node, "sources") || has(node, "rain") || boundaries.iter().any(feeds);
+    let is_fed = has(node, "sources") || has(node, "rain") || has(node, "channels") || boundaries.iter().any(feeds);
     if !is_fed && !has(node, "initial") {
         NonEmpty::<InitialEntry>::when_absent(node, "initial", reader);
         return None;
@@ -395,6 +398,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .map(|entry| (entry, "a boundary with a condition"))
         .chain(node.get("sources").map(|sources| (sources, "sources")))
         .chain(node.get("rain").map(|rain| (rain, "rain")))
+        .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.map(|sections| (sections, "cross-sections")));
     let mut is_fit = true;
     if let Some(breach) = node.get("breach").filter(|breach| breach.value != Value::Empty) {

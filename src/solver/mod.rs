@@ -7,8 +7,8 @@ pub mod phases;
 pub mod variational;
 
 pub use crate::boundary::{
-    Boundary, Breach, Condition, DamCell, Forcing, GrowthLaw, OpenEdges, Opening, PointSource, Rain, Rating, Series,
-    Trigger, edge_faces,
+    Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw, OpenEdges, Opening,
+    PointSource, Rain, Rating, Resistance, Series, Strip, Trigger, edge_faces,
 };
 pub use eulerian::EulerianSolver;
 
@@ -108,6 +108,19 @@ pub struct SectionFlow {
     pub volume: f64,
 }
 
+/// The water of one particle of a channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ChannelSample {
+    /// Depth above the lowest bed of the section (m).
+    pub depth: f64,
+    /// Level (m).
+    pub level: f64,
+    /// Velocity towards the near end (m/s).
+    pub velocity: f64,
+    /// Discharge towards the near end (m³/s).
+    pub discharge: f64,
+}
+
 /// A core that moves water, in whichever formulation and motion.
 pub trait FlowSolver: Send {
     /// Simulated time (s).
@@ -128,6 +141,14 @@ pub trait FlowSolver: Send {
     /// What passed the cross-sections of the problem; nothing where the core knows none.
     fn sections(&self) -> &[SectionFlow] {
         &[]
+    }
+    /// The water of each channel of the problem, from its far end; nothing where the core knows none.
+    fn channels(&self) -> Vec<Vec<ChannelSample>> {
+        Vec::new()
+    }
+    /// The volume of the ledger that is in channels (m³).
+    fn volume_in_channels(&self) -> f64 {
+        0.0
     }
     /// The cells whose bed may change in a run, and their elevation (m) now; none where the bed rests.
     fn bed_now(&self) -> &[(usize, f64)] {

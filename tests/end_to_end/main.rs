@@ -4,6 +4,7 @@
 mod bad_inputs;
 mod bad_scenarios;
 mod boundaries;
+mod channels;
 mod commands;
 mod dam_breaks;
 mod hot_start;

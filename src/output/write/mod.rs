@@ -1,5 +1,6 @@
 //! Writers of the files of a run folder.
 
+mod channels;
 mod cog;
 mod crs;
 mod fields;
@@ -15,6 +16,7 @@ mod variables;
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+pub use channels::write_channels;
 pub use cog::write_cogs;
 pub use fields::FieldsWriter;
 pub use geopackage::{Findings, write_geopackage};

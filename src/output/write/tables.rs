@@ -48,9 +48,10 @@ pub fn write_tables(folder: &RunFolder, gauges: &[Gauge], recording: &Recording)
             number(Some(volumes.outflow), 3),
             format!("{:.3e}", volumes.error_relative),
             number(Some(balance.grid_volume), 3),
+            number(Some(volumes.in_channels), 3),
         ])
     });
-    let header = "time_s,volume_m3,in_m3,out_m3,error_relative,grid_volume_m3";
+    let header = "time_s,volume_m3,in_m3,out_m3,error_relative,grid_volume_m3,channels_m3";
     write_lines(folder, "tables/mass_balance.csv", header, balance_rows)
 }
 

@@ -39,6 +39,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         sources: Vec::new(),
         rain: None,
         breach: None,
+        channels: Vec::new(),
         resolution: sourced("resolution", resolution),
         end_time: 10.0,
         reference_time: None,

@@ -128,23 +128,45 @@ impl Flux for LaxFriedrichs {
 /// Fills the flux rows of all cells in work.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, methods: RestingMethods) {
     let is_sharp = methods.reconstruction == Reconstruction::Sharp;
-    let slopes = if methods.reconstruction == Reconstruction::None { 0.0 } else { 1.0 };
+    let numbers = Numbers::new(scale, methods);
     match (methods.flux, is_sharp) {
-        (RestingFlux::Hllc, false) => evaluate_by::<Hllc, false>(state, active, scale, slopes),
-        (RestingFlux::Hllc, true) => evaluate_by::<Hllc, true>(state, active, scale, slopes),
-        (RestingFlux::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, scale, slopes),
-        (RestingFlux::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, scale, slopes),
+        (RestingFlux::Hllc, false) => evaluate_by::<Hllc, false>(state, active, numbers),
+        (RestingFlux::Hllc, true) => evaluate_by::<Hllc, true>(state, active, numbers),
+        (RestingFlux::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, numbers),
+        (RestingFlux::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, numbers),
     }
 }
 
-fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &ActiveSet, scale: &Scale, slopes: f64) {
+/// The same for one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
+pub(super) fn single(i: Half, j: Half, numbers: Numbers, methods: RestingMethods) -> (f64, f64, f64, f64) {
+    match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
+        (RestingFlux::Hllc, false) => pair::<Hllc, false>(i, j, numbers),
+        (RestingFlux::Hllc, true) => pair::<Hllc, true>(i, j, numbers),
+        (RestingFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false>(i, j, numbers),
+        (RestingFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true>(i, j, numbers),
+    }
+}
+
+/// The same for the faces between the first so many cells of a lone row.
+pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: RestingMethods, out: &mut FaceRow) {
+    let len = cells - 1;
+    match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
+        (RestingFlux::Hllc, false) => row_faces::<Hllc, false, EAST>(row, 0, row, 1, len, numbers, out),
+        (RestingFlux::Hllc, true) => row_faces::<Hllc, true, EAST>(row, 0, row, 1, len, numbers, out),
+        (RestingFlux::LaxFriedrichs, false) => {
+            row_faces::<LaxFriedrichs, false, EAST>(row, 0, row, 1, len, numbers, out)
+        }
+        (RestingFlux::LaxFriedrichs, true) => row_faces::<LaxFriedrichs, true, EAST>(row, 0, row, 1, len, numbers, out),
+    }
+}
+
+fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &ActiveSet, numbers: Numbers) {
     let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
     state.flux.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, flux)| {
         for run in &active.work[row] {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));
             let (from, to) = (run.start, run.end);
-            let numbers = Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes };
             row_faces::<F, IS_SHARP, EAST>(here, from, here, from + 1, to - from, numbers, &mut flux[EAST]);
             row_faces::<F, IS_SHARP, NORTH>(here, from, north, from, to - from, numbers, &mut flux[NORTH]);
         }
@@ -153,34 +175,87 @@ fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &Active
 
 /// Everything known of the particles of a row.
 #[derive(Clone, Copy)]
-struct Side<'a> {
-    water: &'a PrimitiveRow,
-    slope: &'a GradientRow,
-    ground: &'a GroundRow,
+pub(super) struct Side<'a> {
+    pub water: &'a PrimitiveRow,
+    pub slope: &'a GradientRow,
+    pub ground: &'a GroundRow,
 }
 
 /// Spacing (m), gravity (m/s²), dry depth (m) and the share of the slopes that counts: 1, or 0 without reconstruction.
 #[derive(Clone, Copy)]
-struct Numbers {
+pub(super) struct Numbers {
     dx: f64,
     g: f64,
     dry_depth: f64,
     slopes: f64,
 }
 
+impl Numbers {
+    pub(super) fn new(scale: &Scale, methods: RestingMethods) -> Self {
+        let slopes = if methods.reconstruction == Reconstruction::None { 0.0 } else { 1.0 };
+        Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes }
+    }
+}
+
 /// One particle of a pair: depth, bed, step of the bed, normal and tangential velocity, and the increments of surface, depth and
 /// both velocities that its gradients predict over the pair.
-#[derive(Clone, Copy)]
-struct Half {
-    d: f64,
-    z: f64,
-    step: f64,
-    u: f64,
-    v_t: f64,
-    rise_eta: f64,
-    rise_d: f64,
-    rise_u: f64,
-    rise_t: f64,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Half {
+    pub d: f64,
+    pub z: f64,
+    pub step: f64,
+    pub u: f64,
+    pub v_t: f64,
+    pub rise_eta: f64,
+    pub rise_d: f64,
+    pub rise_u: f64,
+    pub rise_t: f64,
+}
+
+impl Half {
+    /// A padded cell in a pair along a direction of the lattice.
+    pub fn of_cell(state: &State, (row, column): (usize, usize), direction: usize, dx: f64) -> Self {
+        let (water, slope, ground) = (&state.primitive[row], &state.gradient[row], &state.ground[row]);
+        if direction == EAST {
+            return Half::of_row(water, slope, ground, column, dx);
+        }
+        Half {
+            u: water.velocity_y[column],
+            v_t: water.velocity_x[column],
+            rise_eta: dx * slope.surface_y[column],
+            rise_d: dx * slope.depth_y[column],
+            rise_u: dx * slope.v_y[column],
+            rise_t: dx * slope.u_y[column],
+            ..Half::of_row(water, slope, ground, column, dx)
+        }
+    }
+
+    /// A cell of a row in a pair along the row.
+    pub fn of_row(water: &PrimitiveRow, slope: &GradientRow, ground: &GroundRow, column: usize, dx: f64) -> Self {
+        Half {
+            d: water.depth[column],
+            z: ground.bed[column],
+            step: ground.step[column],
+            u: water.velocity_x[column],
+            v_t: water.velocity_y[column],
+            rise_eta: dx * slope.surface_x[column],
+            rise_d: dx * slope.depth_x[column],
+            rise_u: dx * slope.u_x[column],
+            rise_t: dx * slope.v_x[column],
+        }
+    }
+
+    /// The same seen from the other side.
+    pub fn mirrored(self) -> Self {
+        Half {
+            u: -self.u,
+            rise_eta: -self.rise_eta,
+            rise_d: -self.rise_d,
+            // Velocity and place turn both: its slope stays.
+            rise_t: -self.rise_t,
+            ..self
+        }
+    }
 }
 
 /// Share of the monotonised central mean in the limiter of a particle, d / (d + step of the bed beside it): 1 on level ground, 0 in

@@ -22,6 +22,11 @@ impl<'a, Row> Rows<'a, Row> {
     fn around(all: &'a [Row], row: usize) -> Self {
         Rows { south: &all[row - 1], here: &all[row], north: &all[row + 1] }
     }
+
+    /// A row whose cells have themselves for neighbours to the south and north.
+    fn alone(row: &'a Row) -> Self {
+        Rows { south: row, here: row, north: row }
+    }
 }
 
 /// Fills the gradient rows of all cells in work.
@@ -33,6 +38,18 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
             row_gradient(water, ground, (run.start, run.end), scale.spacing, scale.dry_depth, gradient);
         }
     });
+}
+
+/// The same along a lone row, for cells that have a neighbour on either side.
+pub(super) fn along(
+    water: &PrimitiveRow,
+    ground: &GroundRow,
+    cells: (usize, usize),
+    scale: &Scale,
+    out: &mut GradientRow,
+) {
+    let (water, ground) = (Rows::alone(water), Rows::alone(ground));
+    row_gradient(water, ground, cells, scale.spacing, scale.dry_depth, out);
 }
 
 /// Difference of surface levels (m) after the dry rule, between particles of which depth and bed elevation (m) are given. The

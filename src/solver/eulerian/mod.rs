@@ -25,6 +25,7 @@ mod gradient;
 mod inputs;
 mod open;
 mod primitive;
+mod reach;
 mod sections;
 mod spans;
 mod state;
@@ -35,7 +36,7 @@ mod walls;
 mod tests;
 
 use super::phases::Phases;
-use super::{FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
+use super::{ChannelSample, FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
@@ -44,6 +45,7 @@ use breach::Breaking;
 use inputs::Inputs;
 use open::OpenBoundaries;
 use primitive::Source;
+use reach::Reaches;
 use sections::Sections;
 use spans::{ActiveSet, Run};
 use state::State;
@@ -58,6 +60,7 @@ pub struct EulerianSolver {
     active: ActiveSet,
     walls: Walls,
     open: OpenBoundaries,
+    reaches: Reaches,
     inputs: Inputs,
     breaking: Option<Breaking>,
     sections: Sections,
@@ -135,9 +138,10 @@ impl EulerianSolver {
         }
         let walls = Walls::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, &walls);
+        let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state);
-        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs));
+        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
         let cells = lattice.len();
         let mut solver = EulerianSolver {
             scale,
@@ -146,6 +150,7 @@ impl EulerianSolver {
             active,
             walls,
             open,
+            reaches,
             inputs,
             breaking,
             sections,
@@ -162,7 +167,7 @@ impl EulerianSolver {
             outflow: 0.0,
             phases: Phases::default(),
         };
-        solver.initial_volume = solver.state.volume(solver.scale.spacing);
+        solver.initial_volume = solver.volume();
         solver.evaluate_primitive();
         solver
     }
@@ -181,6 +186,12 @@ impl EulerianSolver {
     /// Velocities and the greatest signal speed of the current state.
     fn evaluate_primitive(&mut self) {
         primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Step);
+        self.reaches.evaluate_primitive(Source::Step);
+    }
+
+    /// All water, that of the channels too (m³).
+    fn volume(&self) -> f64 {
+        self.state.volume(self.scale.spacing) + self.reaches.volume(self.scale.spacing)
     }
 
     /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
@@ -189,21 +200,25 @@ impl EulerianSolver {
         if self.methods.reconstruction != Reconstruction::None {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
+            self.reaches.evaluate_gradients(state, scale);
         }
         self.phases.end("gradients");
         faces::evaluate(state, active, scale, self.methods);
         self.walls.apply(state, scale);
-        self.open.apply(state, scale, self.methods, (self.time, self.time + time_step));
+        let step = (self.time, self.time + time_step);
+        self.open.apply(state, scale, self.methods, step);
+        self.reaches.pass(state, scale, self.methods, stage, step);
         self.phases.end("faces");
         update::limit_outflow(state, active, scale, stage, time_step);
         update::apply(state, active, scale, stage, time_step);
         // Each of the two stages carries half of the step's exchange.
         let carried = 0.5 * time_step * scale.spacing;
         let (coming, leaving) = self.open.rates(state);
-        self.inflow += carried * coming;
-        self.outflow += carried * (self.walls.leaving(state) + leaving);
+        let (to_channels, from_channels) = self.reaches.apply(state, scale, stage, time_step);
+        self.inflow += carried * coming + 0.5 * time_step * to_channels;
+        self.outflow += carried * (self.walls.leaving(state) + leaving) + 0.5 * time_step * from_channels;
         self.sections.add(state, scale, time_step);
-        self.evaluations += active.cells() as u64;
+        self.evaluations += (active.cells() + self.reaches.particles().0) as u64;
         self.phases.end("update");
     }
 
@@ -222,7 +237,7 @@ impl EulerianSolver {
 }
 
 /// For every padded row the cells to which water comes from elsewhere than their neighbours: all terrain where it rains.
-fn fed(state: &State, open: &OpenBoundaries, inputs: &Inputs) -> Vec<Vec<Run>> {
+fn fed(state: &State, open: &OpenBoundaries, inputs: &Inputs, reaches: &Reaches) -> Vec<Vec<Run>> {
     let mut fed: Vec<Vec<Run>> = vec![Vec::new(); state.rows + 2];
     if inputs.is_wetted {
         for runs in &mut fed[1..=state.rows] {
@@ -230,7 +245,7 @@ fn fed(state: &State, open: &OpenBoundaries, inputs: &Inputs) -> Vec<Vec<Run>> {
         }
         return fed;
     }
-    for (row, column) in open.inlets().chain(inputs.cells()) {
+    for (row, column) in open.inlets().chain(inputs.cells()).chain(reaches.cells()) {
         fed[row].push(column..column + 1);
     }
     fed
@@ -263,8 +278,19 @@ impl FlowSolver for EulerianSolver {
                 max_speed: 0.0,
             }
         };
+        let (in_channels, flow_in_channels) = self.reaches.fastest(scale);
+        choice.max_speed = choice.max_speed.max(flow_in_channels);
+        if scale.courant * scale.spacing < choice.time_step * in_channels {
+            choice.time_step = scale.courant * scale.spacing / in_channels;
+            choice.limit = StepLimit::Courant;
+        }
         // What comes in may be faster than what is there.
         let step = (self.time, self.time + choice.time_step);
+        let coming = self.reaches.fastest_inflow(scale, self.methods, step);
+        if scale.courant * scale.spacing < choice.time_step * coming {
+            choice.time_step = scale.courant * scale.spacing / coming;
+            choice.limit = StepLimit::Courant;
+        }
         let (speed, (row, column)) = self.open.fastest(&self.state, scale, self.methods, step);
         if scale.courant * scale.spacing < choice.time_step * speed {
             choice.time_step = scale.courant * scale.spacing / speed;
@@ -282,6 +308,7 @@ impl FlowSolver for EulerianSolver {
         self.phases.start();
         self.stage(Stage::First, time_step);
         primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Stage);
+        self.reaches.evaluate_primitive(Source::Stage);
         self.phases.end("velocities");
         self.stage(Stage::Second, time_step);
         self.sections.close(time_step);
@@ -298,11 +325,12 @@ impl FlowSolver for EulerianSolver {
         }
         let fastest = self.state.fastest();
         let position = State::position(fastest.row, fastest.column, self.scale.spacing);
-        if !fastest.signal_speed.is_finite() {
-            return Err(self.failure("signal speed", fastest.signal_speed, position));
+        let signal_speed = reach::larger_or_nan(fastest.signal_speed, self.reaches.fastest(&self.scale).0);
+        if !signal_speed.is_finite() {
+            return Err(self.failure("signal speed", signal_speed, position));
         }
-        if fastest.signal_speed > 0.0 {
-            let next = self.scale.courant * self.scale.spacing / fastest.signal_speed;
+        if signal_speed > 0.0 {
+            let next = self.scale.courant * self.scale.spacing / signal_speed;
             if next < SMALLEST_STEP {
                 return Err(self.failure("time step", next, position));
             }
@@ -335,16 +363,19 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn ledger(&self) -> Ledger {
-        Ledger {
-            initial: self.initial_volume,
-            inflow: self.inflow,
-            outflow: self.outflow,
-            stored: self.state.volume(self.scale.spacing),
-        }
+        Ledger { initial: self.initial_volume, inflow: self.inflow, outflow: self.outflow, stored: self.volume() }
     }
 
     fn sections(&self) -> &[SectionFlow] {
         self.sections.flows()
+    }
+
+    fn channels(&self) -> Vec<Vec<ChannelSample>> {
+        self.reaches.samples()
+    }
+
+    fn volume_in_channels(&self) -> f64 {
+        self.reaches.volume(self.scale.spacing)
     }
 
     fn bed_now(&self) -> &[(usize, f64)] {
@@ -356,7 +387,7 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn particles(&self) -> usize {
-        self.active.wet_cells()
+        self.active.wet_cells() + self.reaches.particles().1
     }
 
     fn particle_evaluations(&self) -> u64 {

@@ -42,9 +42,17 @@ struct Face {
     rest: Option<f64>,
 }
 
+/// A particle near a face: its depth (m), bed (m) and velocity outwards (m/s).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    pub depth: f64,
+    pub bed: f64,
+    pub outwards: f64,
+}
+
 /// What is known at a face.
 #[derive(Clone, Copy, Debug)]
-struct Inside {
+pub(super) struct Inside {
     /// Depth of the particle (m) and at the face; level at the face less that of the particle.
     depth: f64,
     face: EdgeState,
@@ -56,14 +64,18 @@ struct Inside {
     friction: f64,
     invariant: f64,
     is_wet: bool,
+    /// Level (m) of the water at the start, counted as in the solver; none where it was dry.
+    rest: Option<f64>,
+    /// Width of the face in spacings.
+    width: f64,
 }
 
 /// What passes a face, outwards, and the signal speed there.
 #[derive(Clone, Copy, Debug, Default)]
-struct Passing {
-    mass: f64,
-    momentum: f64,
-    speed: f64,
+pub(super) struct Passing {
+    pub mass: f64,
+    pub momentum: f64,
+    pub speed: f64,
 }
 
 /// One boundary.
@@ -83,7 +95,7 @@ pub(crate) struct OpenBoundaries {
 
 /// Discharge and level of a boundary: the mean of a step, or the largest in it.
 #[derive(Clone, Copy)]
-enum Of {
+pub(super) enum Of {
     Mean,
     Largest,
 }
@@ -124,7 +136,7 @@ impl OpenBoundaries {
         let datum = self.datum;
         for line in &mut self.lines {
             line.look(state, scale, methods);
-            line.pass(scale, datum, step, Of::Mean);
+            pass(&line.condition, &line.inside, (scale, datum), (step, Of::Mean), &mut line.passing);
             for ((face, inside), passing) in line.faces.iter().zip(&line.inside).zip(&line.passing) {
                 let water = &state.primitive[face.cell.0];
                 let (u, v) = (water.velocity_x[face.cell.1], water.velocity_y[face.cell.1]);
@@ -134,9 +146,7 @@ impl OpenBoundaries {
                 let mass = face.sign * passing.mass;
                 // What comes in brings no velocity along the edge.
                 let carried = if passing.mass > 0.0 { mass * tangent } else { 0.0 };
-                let at_face = inside.face.depth;
-                let normal = passing.momentum - 0.5 * scale.gravity * at_face * at_face
-                    + 0.5 * scale.gravity * (inside.depth + at_face) * inside.rise;
+                let normal = inside.momentum_lost(passing, scale.gravity);
                 (out.mass[i], out.tangential[i]) = (mass, carried);
                 (out.normal_left[i], out.normal_right[i]) = if face.sign > 0.0 { (normal, 0.0) } else { (0.0, normal) };
             }
@@ -169,7 +179,7 @@ impl OpenBoundaries {
         let mut fastest = (0.0, (0, 0));
         for line in &mut self.lines {
             line.look(state, scale, methods);
-            line.pass(scale, datum, step, Of::Largest);
+            pass(&line.condition, &line.inside, (scale, datum), (step, Of::Largest), &mut line.passing);
             for (face, passing) in line.faces.iter().zip(&line.passing) {
                 if passing.speed > fastest.0 {
                     fastest = (passing.speed, face.cell);
@@ -218,59 +228,65 @@ impl Line {
         self.inside.clear();
         self.inside.extend(self.faces.iter().map(|face| face.look(state, scale, is_carried)));
     }
+}
 
-    /// What passes the faces.
-    fn pass(&mut self, scale: &Scale, datum: f64, (from, to): (f64, f64), of: Of) {
-        let g = scale.gravity;
-        let value = |series: &crate::boundary::Series| match of {
-            Of::Mean => series.mean(from, to),
-            Of::Largest => series.largest(from, to),
-        };
-        let (faces, inside, passing) = (&self.faces, &self.inside, &mut self.passing);
-        passing.clear();
-        match &self.condition {
-            Condition::Discharge { discharge, level } => {
-                let total = value(discharge).max(0.0) / scale.spacing;
-                let level = level.as_ref().map(|level| value(level) - datum);
-                let weigh = Weights::new(inside, total, g);
-                passing.extend(inside.iter().map(|inside| {
-                    let q = weigh.share(inside) * total;
-                    let held = level.map(|level| (level - inside.sill).max(0.0));
-                    let beyond = inflow(q, held, inside.invariant, g);
-                    Passing { mass: -q, ..Passing::of(beyond, g) }
-                }));
-            }
-            Condition::Stage(series) => {
-                let level = value(series) - datum;
-                passing.extend(inside.iter().map(|inside| {
-                    let held = (level - inside.sill).max(0.0);
-                    if inside.is_wet {
-                        inside.between(at_depth(held, inside.invariant, g), g)
-                    } else if held > scale.dry_depth {
-                        Passing::of(at_depth(held, 0.0, g), g)
-                    } else {
-                        inside.closed(g)
-                    }
-                }));
-            }
-            Condition::NormalDepth { slope } => passing.extend(
-                inside
-                    .iter()
-                    .map(|inside| inside.leaving(|| uniform_flow(*slope, inside.friction, inside.invariant, g), g)),
-            ),
-            Condition::Rating(rating) => {
-                let level = rated_level(rating, inside, datum, scale);
-                passing.extend(inside.iter().map(|inside| inside.leaving(|| inside.below(level, g), g)));
-            }
-            Condition::Free => passing.extend(faces.iter().zip(inside).map(|(face, inside)| {
-                match face.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
-                    Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.invariant, g), g),
-                    Some(rest) => Passing::of(waves_leave(rest, 0.0, g), g),
-                    None if inside.is_wet && inside.face.outwards > 0.0 => Passing::of(inside.face, g),
-                    None => inside.closed(g),
-                }
-            })),
+/// What passes faces in a step from one time to another (s), by what is known of the water beyond; levels of a condition count from
+/// `datum` (m) less than those of the faces.
+pub(super) fn pass(
+    condition: &Condition,
+    inside: &[Inside],
+    (scale, datum): (&Scale, f64),
+    ((from, to), of): ((f64, f64), Of),
+    passing: &mut Vec<Passing>,
+) {
+    let g = scale.gravity;
+    let value = |series: &crate::boundary::Series| match of {
+        Of::Mean => series.mean(from, to),
+        Of::Largest => series.largest(from, to),
+    };
+    passing.clear();
+    match condition {
+        Condition::Discharge { discharge, level } => {
+            let total = value(discharge).max(0.0) / scale.spacing;
+            let level = level.as_ref().map(|level| value(level) - datum);
+            let weigh = Weights::new(inside, total, g);
+            passing.extend(inside.iter().map(|inside| {
+                let q = weigh.share(inside) * total;
+                let held = level.map(|level| (level - inside.sill).max(0.0));
+                let beyond = inflow(q, held, inside.invariant, g);
+                Passing { mass: -q, ..Passing::of(beyond, g) }
+            }));
         }
+        Condition::Stage(series) => {
+            let level = value(series) - datum;
+            passing.extend(inside.iter().map(|inside| {
+                let held = (level - inside.sill).max(0.0);
+                if inside.is_wet {
+                    inside.between(at_depth(held, inside.invariant, g), g)
+                } else if held > scale.dry_depth {
+                    Passing::of(at_depth(held, 0.0, g), g)
+                } else {
+                    inside.closed(g)
+                }
+            }));
+        }
+        Condition::NormalDepth { slope } => passing.extend(
+            inside
+                .iter()
+                .map(|inside| inside.leaving(|| uniform_flow(*slope, inside.friction, inside.invariant, g), g)),
+        ),
+        Condition::Rating(rating) => {
+            let level = rated_level(rating, inside, datum, scale);
+            passing.extend(inside.iter().map(|inside| inside.leaving(|| inside.below(level, g), g)));
+        }
+        Condition::Free => passing.extend(inside.iter().map(|inside| {
+            match inside.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
+                Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.invariant, g), g),
+                Some(rest) => Passing::of(waves_leave(rest, 0.0, g), g),
+                None if inside.is_wet && inside.face.outwards > 0.0 => Passing::of(inside.face, g),
+                None => inside.closed(g),
+            }
+        })),
     }
 }
 
@@ -280,23 +296,44 @@ impl Face {
             let water = &state.primitive[row];
             let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
             let normal = if self.direction == EAST { turned::<EAST>(u, v).0 } else { turned::<NORTH>(u, v).0 };
-            (water.depth[column], state.ground[row].bed[column], self.sign * normal)
+            Near { depth: water.depth[column], bed: state.ground[row].bed[column], outwards: self.sign * normal }
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];
-        let (depth, bed, outwards) = at(self.cell);
+        let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
+        Inside { rest: self.rest, friction, ..Inside::before(at(self.cell), behind, scale) }
+    }
+}
+
+impl Inside {
+    /// The water at a face of one spacing before which there is a particle, and behind it up to two others.
+    pub(super) fn before(here: Near, behind: [Option<Near>; 2], scale: &Scale) -> Self {
+        let Near { depth, bed, outwards } = here;
         let is_wet = depth > scale.dry_depth;
+        let dry = Inside {
+            depth,
+            face: EdgeState { depth: 0.0, outwards: 0.0 },
+            rise: 0.0,
+            sill: bed,
+            bed,
+            friction: 0.0,
+            invariant: 0.0,
+            is_wet,
+            rest: None,
+            width: 1.0,
+        };
         if !is_wet {
-            let face = EdgeState { depth: 0.0, outwards: 0.0 };
-            return Inside { depth, face, rise: 0.0, sill: bed, bed, friction, invariant: 0.0, is_wet };
+            return dry;
         }
-        let wet = |place: Option<(usize, usize)>| place.map(at).filter(|water| is_carried && water.0 > scale.dry_depth);
-        let (rise, rise_d, rise_u) = match (wet(self.behind), wet(self.further)) {
+        let [behind, further] = behind.map(|near| near.filter(|near| near.depth > scale.dry_depth));
+        let (rise, rise_d, rise_u) = match (behind, further) {
             (None, _) => (0.0, 0.0, 0.0),
             (Some(b), further) => {
-                let jump = (surface_difference((b.0, b.1), (depth, bed), scale.dry_depth), depth - b.0, outwards - b.2);
-                let before = further.map_or(jump, |f| {
-                    (surface_difference((f.0, f.1), (b.0, b.1), scale.dry_depth), b.0 - f.0, b.2 - f.2)
-                });
+                let jump_of = |from: Near, to: Near| {
+                    let levels = surface_difference((from.depth, from.bed), (to.depth, to.bed), scale.dry_depth);
+                    (levels, to.depth - from.depth, to.outwards - from.outwards)
+                };
+                let jump = jump_of(b, here);
+                let before = further.map_or(jump, |f| jump_of(f, b));
                 let half = |a: f64, b: f64| 0.5 * van_leer(a, b);
                 (half(jump.0, before.0), half(jump.1, before.1), half(jump.2, before.2))
             }
@@ -304,11 +341,20 @@ impl Face {
         let at_face = (depth + rise_d).clamp(0.0, 2.0 * depth);
         let face = EdgeState { depth: at_face, outwards: outwards + rise_u };
         let sill = bed + (depth - at_face) + rise;
-        Inside { depth, face, rise, sill, bed, friction, invariant: face.invariant(scale.gravity), is_wet }
+        Inside { face, rise, sill, invariant: face.invariant(scale.gravity), ..dry }
     }
-}
 
-impl Inside {
+    /// The same face with another width (spacings), roughness g n² (m^(1/3)) and level at rest (m).
+    pub(super) fn with(self, width: f64, friction: f64, rest: Option<f64>) -> Self {
+        Inside { width, friction, rest, ..self }
+    }
+
+    /// Normal momentum (m³/s²) that the particle before the face loses, beyond the pressure of still water.
+    pub(super) fn momentum_lost(&self, passing: &Passing, g: f64) -> f64 {
+        let at_face = self.face.depth;
+        passing.momentum - 0.5 * g * at_face * at_face + 0.5 * g * (self.depth + at_face) * self.rise
+    }
+
     /// What passes between the water before the face and a state beyond it.
     fn between(&self, beyond: EdgeState, g: f64) -> Passing {
         let face = self.face;
@@ -363,9 +409,11 @@ impl Weights {
     /// Of a discharge `total` (m²/s, over all faces) among these faces.
     fn new(inside: &[Inside], total: f64, g: f64) -> Self {
         let lowest = inside.iter().map(|i| i.bed).fold(f64::INFINITY, f64::min);
-        let critical = |level: f64| inside.iter().map(|i| (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
+        let critical =
+            |level: f64| inside.iter().map(|i| i.width * (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
         // All through the lowest face alone stands highest.
-        let (mut low, mut high) = (lowest, lowest + (total * total / g).cbrt());
+        let narrowest = inside.iter().map(|i| i.width).fold(1.0, f64::min);
+        let (mut low, mut high) = (lowest, lowest + ((total / narrowest) * (total / narrowest) / g).cbrt());
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if critical(middle) < total {
@@ -376,7 +424,7 @@ impl Weights {
         }
         let counts_roughness = inside.iter().all(|i| i.friction > 0.0);
         let mut weights = Weights { critical_level: high, counts_roughness, sum: 0.0 };
-        weights.sum = inside.iter().map(|i| weights.of(i)).sum();
+        weights.sum = inside.iter().map(|i| i.width * weights.of(i)).sum();
         weights
     }
 
@@ -402,7 +450,13 @@ fn rated_level(rating: &Rating, inside: &[Inside], datum: f64, scale: &Scale) ->
     }
     for _ in 0..HALVINGS {
         let level = 0.5 * (low + high);
-        let leaves: f64 = wet().map(|i| i.below(level, g)).map(|s| s.depth * s.outwards).sum::<f64>() * scale.spacing;
+        let leaves: f64 = wet()
+            .map(|i| {
+                let s = i.below(level, g);
+                i.width * (s.depth * s.outwards)
+            })
+            .sum::<f64>()
+            * scale.spacing;
         if leaves > rating.discharge(level + datum) {
             low = level;
         } else {

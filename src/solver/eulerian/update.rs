@@ -23,6 +23,17 @@ pub(crate) enum Stage {
     Second,
 }
 
+impl Stage {
+    /// What [`take`] looks ahead by: the first stage by the whole step, though what it gains counts half.
+    #[inline(always)]
+    pub fn ahead(self) -> f64 {
+        match self {
+            Stage::First => 1.0,
+            Stage::Second => 0.0,
+        }
+    }
+}
+
 /// Scales the outflow of cells that would give more water than they have in this stage.
 pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
     let step_ratio = time_step / scale.spacing;
@@ -118,20 +129,18 @@ fn row_update<const IS_FIRST: bool>(
     let (depth, stage_depth) = (&mut depth[from..][..len], &mut stage_depth[from..][..len]);
     let (discharge_x, discharge_y) = (&mut discharge_x[from..][..len], &mut discharge_y[from..][..len]);
     let (stage_x, stage_y) = (&mut stage_discharge_x[from..][..len], &mut stage_discharge_y[from..][..len]);
-    // The first stage looks ahead by the whole step; what it gained counts half.
-    let ahead = if IS_FIRST { 1.0 } else { 0.0 };
+    let ahead = if IS_FIRST { Stage::First } else { Stage::Second }.ahead();
     for i in 0..len {
         let gained_depth = (west_mass[i] - east_mass[i]) + (south_mass[i] - north_mass[i]);
         let gained_x = (west_normal[i] - east_normal[i]) + (south_tangential[i] - north_tangential[i]);
         let gained_y = (south_normal[i] - north_normal[i]) + (west_tangential[i] - east_tangential[i]);
         // What passes a boundary of the flow stays out of the books of the cell beyond.
         let half = if bed[i] < NO_TERRAIN { 0.5 * step_ratio } else { 0.0 };
-        let half_depth = depth[i] + half * gained_depth;
-        let (half_x, half_y) = (discharge_x[i] + half * gained_x, discharge_y[i] + half * gained_y);
-        let raised = half_depth + ahead * half * gained_depth;
+        let (half_depth, raised) = take(depth[i], half * gained_depth, ahead);
+        let (half_x, q_x) = take(discharge_x[i], half * gained_x, ahead);
+        let (half_y, q_y) = take(discharge_y[i], half * gained_y, ahead);
         // What is not a number stays, so that the watch sees it.
         let new_depth = if raised < 0.0 { 0.0 } else { raised };
-        let (q_x, q_y) = (half_x + ahead * half * gained_x, half_y + ahead * half * gained_y);
         let speed = (q_x * q_x + q_y * q_y).sqrt() / new_depth;
         let slowed = kept_by_friction(speed, new_depth, friction[i] * time_step);
         let kept = if new_depth <= dry_depth { 0.0 } else { slowed };
@@ -145,8 +154,15 @@ fn row_update<const IS_FIRST: bool>(
     }
 }
 
+/// What a stage leaves of a conserved quantity of which it gains half of its step, and what it makes of it.
+#[inline(always)]
+pub(super) fn take(held: f64, gained: f64, ahead: f64) -> (f64, f64) {
+    let left = held + gained;
+    (left, left + ahead * gained)
+}
+
 /// A discharge, or 0 where it is so small (m²/s) that arithmetic with it would leave the range of normal numbers and be slow.
 #[inline(always)]
-fn counted(discharge: f64) -> f64 {
+pub(super) fn counted(discharge: f64) -> f64 {
     if discharge.abs() < 1e-100 { 0.0 } else { discharge }
 }

@@ -74,7 +74,8 @@ impl Walls {
                     let middle = (State::position(row, column, spacing) + State::position(r, c, spacing)) * 0.5;
                     let is_edge_of_run = is_edge && !problem.bed.is_sealed(middle);
                     let goes_on = is_edge_of_run && problem.forcing.boundary_at(middle).is_some();
-                    let open = is_edge_of_run && !goes_on && problem.open_edges.is_open(middle);
+                    let joins = problem.forcing.channel_joins_at(middle);
+                    let open = is_edge_of_run && !goes_on && !joins && problem.open_edges.is_open(middle);
                     walls.faces[row].push(SpecialFace { column, direction, open });
                     let mark =
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
@@ -175,7 +176,7 @@ impl Particle {
 }
 
 /// Normal momentum that a particle loses to its mirror, beyond the pressure of still water.
-fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
+pub(super) fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
     if depth > 0.0 { through_face(depth, towards, depth, -towards, g).1 - 0.5 * g * depth * depth } else { 0.0 }
 }
 

@@ -1,0 +1,342 @@
+//! Channels of one dimension: their tables and conditions, and where they join the terrain.
+
+use super::findings::Findings;
+use super::forcing;
+use super::series;
+use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
+use crate::error::{Problem, ProblemKind};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::output::ChannelProfile;
+use crate::scenario::channel::{Channel as Described, ChannelShape, ChannelWalls, Joint};
+use crate::scenario::units::LENGTH;
+use crate::scenario::{ColumnUnit, Scenario, Side, Sourced};
+
+/// A channel of fewer particles is no channel.
+const LEAST_PARTICLES: f64 = 3.0;
+/// Strips between the lowest and the highest row of a table of sections, at least.
+const STRIPS: usize = 16;
+/// A step of the bed from the channel to the terrain of more than this share of the spacing is worth a warning.
+const STEP: f64 = 0.25;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// A cross-section of a table: its distance from the far end (m), and elevation (m) and width (m) of its rows.
+#[derive(Clone, Debug, PartialEq)]
+struct Table {
+    distance: f64,
+    rows: Vec<(f64, f64)>,
+}
+
+/// A channel whose files could be read.
+#[derive(Debug)]
+pub(super) struct Opened {
+    sections: Vec<Table>,
+    ends: [Option<Condition>; 2],
+}
+
+/// Opens every table and series of the channels; none for a channel with a fault.
+pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> Vec<Option<Opened>> {
+    let mut names: Vec<&str> = Vec::new();
+    let opened = scenario.channels.iter().map(|channel| {
+        if names.contains(&channel.id.value.as_str()) {
+            let message = format!("there is more than one channel `{}`", channel.id.value);
+            let problem = Problem::error(ProblemKind::Scenario, "duplicate-channel", "", message);
+            findings.add(&channel.id, problem.with_remedy("give each channel its own id"));
+        }
+        names.push(&channel.id.value);
+        let ends = [&channel.upstream, &channel.downstream].map(|end| match end {
+            None => Some(None),
+            Some(condition) => forcing::condition(condition, scenario, findings).map(Some),
+        });
+        let length = channel.length.value;
+        let sections = match &channel.shape {
+            ChannelShape::Rectangle { width, bed, slope } => Some(vec![
+                Table { distance: 0.0, rows: vec![(bed + slope * length, *width)] },
+                Table { distance: length, rows: vec![(*bed, *width)] },
+            ]),
+            ChannelShape::Sections(file) => sections(file, length, findings),
+        };
+        let [far, near] = ends;
+        Some(Opened { sections: sections?, ends: [far?, near?] })
+    });
+    opened.collect()
+}
+
+/// The sections of a file, checked.
+fn sections(file: &Sourced<std::path::PathBuf>, length: f64, findings: &mut Findings) -> Option<Vec<Table>> {
+    let columns = ["distance", "elevation", "width"].map(|_| ColumnUnit { name: None, unit: None });
+    let example = "distance_m,elevation_m,width_m";
+    let rows = findings.take_all(file, series::rows_of(&file.value, &columns, [&LENGTH; 3], example))?;
+    let name = file.value.display();
+    let mut tables: Vec<Table> = Vec::new();
+    let mut faults = Vec::new();
+    for row in &rows {
+        let [distance, elevation, width] = row.numbers;
+        let at = format!("line {} of {name}", row.line);
+        match tables.last_mut() {
+            Some(last) if (distance - last.distance).abs() <= 1e-9 => {
+                let below = last.rows[last.rows.len() - 1];
+                if elevation < below.0 || width < below.1 {
+                    faults.push(
+                        input_error("section-not-rising", format!("{at} is lower or narrower than the row before"))
+                            .with_cause(
+                                "the rows of a section go from its bed upwards, and a channel does not close above",
+                            )
+                            .with_remedy(
+                                "sort the rows of each section by elevation; give an overhang the width below it",
+                            ),
+                    );
+                }
+                last.rows.push((elevation, width));
+            }
+            Some(last) if distance < last.distance => faults.push(
+                input_error("not-rising", format!("{at} goes back to {distance} m"))
+                    .with_remedy("sort the sections by their distance from the far end"),
+            ),
+            _ => tables.push(Table { distance, rows: vec![(elevation, width)] }),
+        }
+        if width < 0.0 {
+            let problem = input_error("negative-value", format!("{at} has a width below 0"));
+            faults.push(problem.with_remedy("give widths of 0 or more"));
+        }
+    }
+    if let Some(odd) = tables.iter().find(|table| table.rows.len() != tables[0].rows.len()) {
+        let message = format!(
+            "the section at {} m of {name} has {} rows, the first one {}",
+            odd.distance,
+            odd.rows.len(),
+            tables[0].rows.len()
+        );
+        faults.push(
+            input_error("section-rows", message)
+                .with_cause("row for row, a section goes on as the next one")
+                .with_remedy("give every section as many rows"),
+        );
+    }
+    if let Some(closed) = tables.iter().find(|table| table.rows[table.rows.len() - 1].1 <= 0.0) {
+        let message = format!("the section at {} m of {name} has no width", closed.distance);
+        faults.push(input_error("section-closed", message).with_remedy("give its last row a width above 0"));
+    }
+    let (first, last) = (tables[0].distance, tables[tables.len() - 1].distance);
+    let slack = 1e-6 * length;
+    if first > slack || last < length - slack {
+        let message =
+            format!("the sections of {name} reach from {first} m to {last} m, the channel from 0 to {length} m");
+        let remedy = "add a section at either end, or correct `length`; distances count from the far end";
+        faults.push(input_error("sections-short", message).with_remedy(remedy));
+    }
+    let is_sound = faults.is_empty();
+    findings.add_all(file, faults);
+    is_sound.then_some(tables)
+}
+
+/// Elevation and width of each row at a distance from the far end (m).
+fn rows_at(sections: &[Table], distance: f64) -> Vec<(f64, f64)> {
+    let upper = sections.partition_point(|table| table.distance <= distance).clamp(1, sections.len() - 1);
+    let (low, high) = (&sections[upper - 1], &sections[upper]);
+    let share = ((distance - low.distance) / (high.distance - low.distance)).clamp(0.0, 1.0);
+    let between = |(a, b): (&(f64, f64), &(f64, f64))| (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1));
+    low.rows.iter().zip(&high.rows).map(between).collect()
+}
+
+/// The strips of a section: one at its bed, and between each two rows equal pieces of what the width grows, at the heights at which
+/// the area is right at every row.
+fn strips(rows: &[(f64, f64)]) -> Vec<Strip> {
+    let pieces = if rows.len() > 1 { STRIPS.div_ceil(rows.len() - 1) } else { 0 };
+    let mut strips = vec![Strip { width: rows[0].1, bed: rows[0].0 }];
+    for pair in rows.windows(2) {
+        let ((low, narrow), (high, wide)) = (pair[0], pair[1]);
+        let share = |k: usize| (k as f64 + 0.5) / pieces as f64;
+        let width = (wide - narrow) / pieces as f64;
+        strips.extend((0..pieces).map(|k| Strip { width, bed: low + share(k) * (high - low) }));
+    }
+    strips
+}
+
+/// Depth and wetted perimeter at each row, and a metre above the last one.
+fn perimeter(rows: &[(f64, f64)], walls: ChannelWalls) -> Vec<(f64, f64)> {
+    let mut wetted = rows[0].1;
+    let mut found = vec![(0.0, wetted)];
+    for pair in rows.windows(2) {
+        let (rise, growth) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1);
+        wetted += match walls {
+            ChannelWalls::Rough => 2.0 * rise.hypot(0.5 * growth),
+            ChannelWalls::Smooth => growth,
+        };
+        found.push((pair[1].0 - rows[0].0, wetted));
+    }
+    let (top, last) = found[found.len() - 1];
+    let above = match walls {
+        ChannelWalls::Rough => 2.0,
+        ChannelWalls::Smooth => 0.0,
+    };
+    found.push((top + 1.0, last + above));
+    found
+}
+
+/// Puts the channels on the lattice and checks where they join it; `bed` is the elevation at the cells, NaN without terrain.
+pub(super) fn on_lattice(
+    opened: Vec<Option<Opened>>,
+    scenario: &Scenario,
+    (lattice, bed): (&Lattice, &[f64]),
+    findings: &mut Findings,
+) -> (Vec<Channel>, Vec<ChannelProfile>) {
+    let (mut channels, mut profiles) = (Vec::new(), Vec::new());
+    let mut taken: Vec<Vec2> = Vec::new();
+    for (described, opened) in scenario.channels.iter().zip(opened) {
+        let Some(opened) = opened else { continue };
+        let Some(manning) = described.manning.or(scenario.roughness.manning) else {
+            let message = format!("the channel `{}` has no roughness", described.id.value);
+            let problem = Problem::error(ProblemKind::Scenario, "no-roughness", "", message);
+            findings.add(&described.id, problem.with_remedy("give it the key `manning`"));
+            continue;
+        };
+        if described.length.value < LEAST_PARTICLES * lattice.spacing {
+            let message =
+                format!("a channel of {} m is shorter than {LEAST_PARTICLES} particles", described.length.value);
+            let problem = Problem::error(ProblemKind::Scenario, "channel-short", "", message);
+            findings.add(&described.length, problem.with_remedy("make it longer, or leave it to the terrain"));
+            continue;
+        }
+        let (mut channel, profile) = build(described, &opened, manning, lattice.spacing);
+        if let Some(joint) = &described.joins {
+            let faces = opening(joint.value, lattice, bed);
+            check_joint(joint, &faces, (&channel, &taken), (lattice, bed), findings);
+            taken.extend(faces.iter().map(|face| face.1));
+            if let Some(widths) = channel.face_widths.last_mut() {
+                let factor = faces.len() as f64 * lattice.spacing / widths.iter().sum::<f64>();
+                widths.iter_mut().for_each(|width| *width *= factor);
+            }
+            channel.near = ChannelEnd::Joined(faces);
+        }
+        channels.push(channel);
+        profiles.push(profile);
+    }
+    (channels, profiles)
+}
+
+/// The particles of a channel.
+fn build(described: &Described, opened: &Opened, manning: f64, spacing: f64) -> (Channel, ChannelProfile) {
+    let length = described.length.value;
+    let count = (length / spacing).round();
+    // The near end stands fast; the far end may miss its place by half a spacing.
+    let distance = |faces: f64| length - (count - faces) * spacing;
+    let faces: Vec<Vec<Strip>> =
+        (0..=count as usize).map(|f| strips(&rows_at(&opened.sections, distance(f as f64)))).collect();
+    let places: Vec<f64> = (0..count as usize).map(|i| distance(i as f64 + 0.5)).collect();
+    let section = |(i, place): (usize, &f64)| {
+        let rows = rows_at(&opened.sections, *place);
+        let between = |(k, strip): (usize, Strip)| {
+            // The mean over the particle, so that its volume is right where the width changes.
+            Strip { width: 0.5 * (faces[i][k].width + faces[i + 1][k].width), ..strip }
+        };
+        let strips: Vec<Strip> = strips(&rows).into_iter().enumerate().map(between).collect();
+        let lowest = rows[0].0;
+        let is_there = |water: &&crate::scenario::channel::ChannelWater| {
+            *place >= water.from && water.to.is_none_or(|to| *place <= to)
+        };
+        let water = described.water.iter().rfind(is_there);
+        let level = water.map_or(lowest, |water| water.level.unwrap_or(lowest + water.depth.unwrap_or(0.0)));
+        ChannelSection { strips, perimeter: perimeter(&rows, described.walls), manning, level }
+    };
+    let sections: Vec<ChannelSection> = places.iter().enumerate().map(section).collect();
+    let end = |condition: &Option<Condition>| condition.clone().map_or(ChannelEnd::Wall, ChannelEnd::Open);
+    let profile = ChannelProfile {
+        id: described.id.value.clone(),
+        bed: sections.iter().map(|section| section.strips[0].bed).collect(),
+        distance: places,
+    };
+    let channel = Channel {
+        spacing,
+        sections,
+        face_widths: faces.iter().map(|strips| strips.iter().map(|strip| strip.width).collect()).collect(),
+        far: end(&opened.ends[0]),
+        near: end(&opened.ends[1]),
+    };
+    (channel, profile)
+}
+
+/// The outermost edge faces of a side between the ends of an opening, each with its cell.
+fn opening(joint: Joint, lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
+    let outwards = match joint.side {
+        Side::West => Vec2::new(-1.0, 0.0),
+        Side::East => Vec2::new(1.0, 0.0),
+        Side::South => Vec2::new(0.0, -1.0),
+        Side::North | Side::All => Vec2::new(0.0, 1.0),
+    };
+    let along = |place: Vec2| if outwards.x.abs() > 0.5 { place.y } else { place.x };
+    let is_inside = |place: Vec2| {
+        let at = along(lattice.to_map(place));
+        joint.span.is_none_or(|(from, to)| (from..=to).contains(&at))
+    };
+    let faces = edge_faces(lattice, bed).into_iter().filter(|(cell, middle)| {
+        (*middle - lattice.centre(*cell)).dot(outwards) > 0.25 * lattice.spacing && is_inside(*middle)
+    });
+    let mut found: Vec<(usize, Vec2)> = Vec::new();
+    for face in faces {
+        let same_line = |other: &(usize, Vec2)| (along(other.1) - along(face.1)).abs() < 0.5 * lattice.spacing;
+        match found.iter_mut().find(|other| same_line(other)) {
+            Some(other) if face.1.dot(outwards) > other.1.dot(outwards) => *other = face,
+            Some(_) => {}
+            None => found.push(face),
+        }
+    }
+    found
+}
+
+/// Refuses an opening that is none, or that the channel does not fit; warns of a step of the bed.
+fn check_joint(
+    joint: &Sourced<Joint>,
+    faces: &[(usize, Vec2)],
+    (channel, taken): (&Channel, &[Vec2]),
+    (lattice, bed): (&Lattice, &[f64]),
+    findings: &mut Findings,
+) {
+    let Some(&(_, first)) = faces.first() else {
+        let (low, high) = (lattice.to_map(Vec2::ZERO), lattice.to_map(lattice.size()));
+        let problem =
+            input_error("opens-nothing", "the opening of this channel holds no edge of the terrain".to_owned())
+                .with_cause(format!("the terrain reaches from {}, {} to {}, {}", low.x, low.y, high.x, high.y))
+                .with_remedy(
+                    "give `from` and `to` along the side in the coordinates of the terrain, at least a cell apart",
+                );
+        findings.add(joint, problem);
+        return;
+    };
+    let at = lattice.to_map(first);
+    if faces.iter().any(|face| taken.iter().any(|other| (*other - face.1).norm() < 0.5 * lattice.spacing)) {
+        let problem = input_error("channels-overlap", "another channel joins the terrain here already".to_owned());
+        findings.add(joint, problem.with_remedy("give each channel its own part of the edge").with_at(at));
+    }
+    let widths = channel.face_widths.last().map_or(0.0, |widths| widths.iter().sum());
+    let open = faces.len() as f64 * lattice.spacing;
+    // A width that is a whole number of cells misses it by rounding alone.
+    let slack = (1.0 + 1e-9) * lattice.spacing;
+    if widths > open + slack || widths < open - slack {
+        let is = if widths > open { "wider" } else { "narrower" };
+        let message = format!("the channel is {widths:.3} m wide at its end, {is} than its opening of {open:.3} m");
+        let problem = input_error("channel-width", message)
+            .with_cause(format!("the opening is {} cells of {} m along the edge", faces.len(), lattice.spacing))
+            .with_remedy("let `from` and `to` be as far apart as the channel is wide at its banks, within one cell")
+            .with_at(at);
+        findings.add(joint, problem);
+    }
+    let lowest = faces.iter().map(|face| bed[face.0]).fold(f64::INFINITY, f64::min);
+    let end = channel.sections.last().map_or(lowest, |section| section.strips[0].bed);
+    let step = end - lowest;
+    if step.abs() > STEP * lattice.spacing {
+        let is = if step > 0.0 { "above" } else { "below" };
+        let message = format!("the bed of the channel ends {:.2} m {is} the lowest ground of its opening", step.abs());
+        let problem = Problem::warning(ProblemKind::Input, "channel-step", "", message)
+            .with_cause("the water falls over this step, or stands before it")
+            .with_remedy(format!("let the channel end at about {lowest:.2} m, if there is no step"))
+            .with_at(at);
+        findings.add(joint, problem);
+    }
+}
+
+#[cfg(test)]
+mod tests;

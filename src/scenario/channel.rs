@@ -1,0 +1,405 @@
+//! Channels of one dimension: their sections, and what they become in the resolved scenario.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use super::choices::{Choice, Chosen, OpenType};
+use super::fields::{Coordinate, Discharge, Fall, Height, InputFile, Length, Level, Manning, Quantity, Text};
+use super::model::{BoundaryCondition, Side, Sourced};
+use super::read::{NonEmpty, Reader, section};
+use super::resolved_yaml::{condition_as_yaml, name_of, quoted, quoted_path};
+use super::schema::NormalDepth;
+use super::timed::Changing;
+use super::tree::{Node, Value};
+
+/// A channel of one dimension.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name, in the tables and their files.
+    pub id: Sourced<String>,
+    /// Length (m).
+    pub length: Sourced<f64>,
+    /// Its cross-sections.
+    pub shape: ChannelShape,
+    /// Manning's n (s·m^(−1/3)); that of the ground when absent.
+    pub manning: Option<f64>,
+    /// What resists.
+    pub walls: ChannelWalls,
+    /// Water at the start; later ones win.
+    pub water: Vec<ChannelWater>,
+    /// Where it joins the terrain with its near end.
+    pub joins: Option<Sourced<Joint>>,
+    /// What is known beyond its far end; a wall when absent.
+    pub upstream: Option<BoundaryCondition>,
+    /// What is known beyond its near end where it joins nothing; a wall when absent.
+    pub downstream: Option<BoundaryCondition>,
+}
+
+/// The cross-sections of a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ChannelShape {
+    /// The same rectangle everywhere.
+    Rectangle {
+        /// Width (m).
+        width: f64,
+        /// Elevation of the bed at the near end (m).
+        bed: f64,
+        /// Fall of the bed towards the near end (dimensionless).
+        slope: f64,
+    },
+    /// A table of distance, elevation and width.
+    Sections(Sourced<PathBuf>),
+}
+
+/// What of a channel resists the flow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ChannelWalls {
+    /// The whole wetted perimeter.
+    #[default]
+    Rough,
+    /// The bed alone, as in the plane.
+    Smooth,
+}
+
+impl Choice for ChannelWalls {
+    const WHAT: &'static str = "a kind of channel walls";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("rough", ChannelWalls::Rough), ("smooth", ChannelWalls::Smooth)]
+    }
+}
+
+/// Still water in a part of a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelWater {
+    /// Its level (m); `depth` where absent.
+    pub level: Option<f64>,
+    /// Its depth (m).
+    pub depth: Option<f64>,
+    /// Beginning (m from the far end).
+    pub from: f64,
+    /// End (m from the far end); that of the channel when absent.
+    pub to: Option<f64>,
+}
+
+/// The opening in the edge of the terrain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// The side.
+    pub side: Side,
+    /// Its ends along the side, x or y in the reference system of the run (m); the whole side when absent.
+    pub span: Option<(f64, f64)>,
+}
+
+section! {
+    /// A channel that is computed in one dimension, from its far (upstream) end to its near end.
+    ChannelEntry, example "{id: upper_reach, length: 800 m, width: 12 m, bed: 101.5 m, slope: 0.002, joins: {side: west}}", check check_channel {
+        /// Name, for the tables.
+        id: Text,
+        /// Length.
+        length: Quantity<Length>,
+        /// Width of a rectangular channel.
+        width: Option<Quantity<Length>>,
+        /// Elevation of the bed of a rectangular channel at its near end.
+        bed: Option<Quantity<Level>>,
+        /// Fall of the bed of a rectangular channel towards its near end; 0 when absent.
+        slope: Option<Quantity<Fall>>,
+        /// CSV with the columns distance, elevation and width: how wide the channel is at which elevation, at which distance from its far end.
+        sections: Option<InputFile>,
+        /// Manning's n; that of `roughness.manning` when absent.
+        manning: Option<Quantity<Manning>>,
+        /// Whether the walls resist like the bed (rough) or not (smooth); rough when absent.
+        walls: Option<Chosen<ChannelWalls>>,
+        /// Still water at the start; dry when absent.
+        water: Option<NonEmpty<ChannelWaterEntry>>,
+        /// Where the near end joins the terrain.
+        joins: Option<JoinsSection>,
+        /// What is known beyond the far end; a wall when absent.
+        upstream: Option<ChannelEndSection>,
+        /// What is known beyond the near end of a channel that joins nothing; a wall when absent.
+        downstream: Option<ChannelEndSection>,
+    }
+}
+
+fn check_channel(node: &Node, reader: &mut Reader) -> Option<()> {
+    let kind = reader.exactly_one(node, &["width", "sections"])?;
+    let mut is_fit = true;
+    if kind == "width" && node.get("bed").is_none() {
+        let remedy = "add `bed: 101.5 m`, the elevation of its bed where it joins the terrain";
+        reader.error(node, "missing-key", "a rectangular channel needs the key `bed`", remedy);
+        is_fit = false;
+    }
+    for name in ["bed", "slope"].into_iter().filter(|_| kind == "sections") {
+        if let Some(value) = node.get(name) {
+            let message = format!("`{name}` goes with `width`, not with `sections`");
+            reader.error(value, "conflict", message, "take it out: the table of sections has elevations");
+            is_fit = false;
+        }
+    }
+    if let (Some(_), Some(downstream)) = (node.get("joins"), node.get("downstream")) {
+        let remedy = "keep `joins` for a channel that runs into the terrain, `downstream` for one that does not";
+        reader.error(downstream, "conflict", "`joins` and `downstream` exclude each other", remedy);
+        is_fit = false;
+    }
+    is_fit.then_some(())
+}
+
+section! {
+    /// Still water in a part of a channel.
+    ChannelWaterEntry, example "{level: 103 m, from: 0 m, to: 300 m}", check check_water {
+        /// Level.
+        level: Option<Quantity<Level>>,
+        /// Depth above the lowest bed of each section.
+        depth: Option<Quantity<Height>>,
+        /// Beginning, from the far end; 0 when absent.
+        from: Option<Quantity<Height>>,
+        /// End, from the far end; the near end when absent.
+        to: Option<Quantity<Length>>,
+    }
+}
+
+fn check_water(node: &Node, reader: &mut Reader) -> Option<()> {
+    reader.exactly_one(node, &["level", "depth"]).map(|_| ())
+}
+
+section! {
+    /// The opening through which a channel joins the terrain.
+    JoinsSection, example "{side: west, from: 5312340, to: 5312352}", check check_joint {
+        /// The side of the terrain.
+        side: Chosen<Side>,
+        /// One end of the opening along the side: x on a northern or southern, y on a western or eastern one; the whole side when absent.
+        from: Option<Quantity<Coordinate>>,
+        /// The other end.
+        to: Option<Quantity<Coordinate>>,
+    }
+}
+
+fn check_joint(node: &Node, reader: &mut Reader) -> Option<()> {
+    if let Some(side) = node.get("side")
+        && side.value == Value::Text("all".to_owned())
+    {
+        reader.error(side, "range", "a channel joins one side", "write north, east, south or west");
+        return None;
+    }
+    if node.get("from").is_some() != node.get("to").is_some() {
+        reader.error(node, "missing-key", "an opening has two ends", "give both `from` and `to`, or neither");
+        return None;
+    }
+    Some(())
+}
+
+section! {
+    /// What is known beyond an end of a channel.
+    ChannelEndSection, example "{discharge: 30 m3/s}", check check_end {
+        /// Discharge that comes in.
+        discharge: Option<Changing<Discharge>>,
+        /// Level of the water that comes in; with a discharge it counts where the flow is supercritical.
+        level: Option<Changing<Level>>,
+        /// Level that is held.
+        stage: Option<Changing<Level>>,
+        /// Uniform flow goes on beyond.
+        normal_depth: Option<NormalDepth>,
+        /// `free`: waves leave.
+        r#type: Option<Chosen<OpenType>>,
+    }
+}
+
+fn check_end(node: &Node, reader: &mut Reader) -> Option<()> {
+    reader.exactly_one(node, &["discharge", "stage", "normal_depth", "type"])?;
+    if let Some(level) = node.get("level")
+        && node.get("discharge").is_none()
+    {
+        reader.error(level, "conflict", "`level` goes with `discharge`", "write `stage` for a level that is held");
+        return None;
+    }
+    if let Some(kind) = node.get("type")
+        && kind.value == Value::Text("open".to_owned())
+    {
+        reader.error(kind, "range", "a channel has no overfall", "write `type: free`, or `normal_depth: {slope: ...}`");
+        return None;
+    }
+    Some(())
+}
+
+/// The channels of their entries.
+pub(super) fn resolved(entries: Vec<ChannelEntry>) -> Vec<Channel> {
+    entries.into_iter().filter_map(channel).collect()
+}
+
+fn channel(entry: ChannelEntry) -> Option<Channel> {
+    let shape = match (entry.width, entry.bed, entry.sections) {
+        (Some(width), Some(bed), _) => ChannelShape::Rectangle {
+            width: width.value(),
+            bed: bed.value(),
+            slope: entry.slope.map_or(0.0, |slope| slope.value()),
+        },
+        (_, _, Some(sections)) => ChannelShape::Sections(sections.0),
+        _ => return None,
+    };
+    let water = |entry: ChannelWaterEntry| ChannelWater {
+        level: entry.level.map(|level| level.value()),
+        depth: entry.depth.map(|depth| depth.value()),
+        from: entry.from.map_or(0.0, |from| from.value()),
+        to: entry.to.map(|to| to.value()),
+    };
+    let joint = |section: JoinsSection| {
+        let span = section.from.zip(section.to).map(|(a, b)| (a.value().min(b.value()), a.value().max(b.value())));
+        let Sourced { value: side, key, place } = section.side.0;
+        Sourced { value: Joint { side, span }, key, place }
+    };
+    Some(Channel {
+        id: entry.id.0,
+        length: entry.length.sourced,
+        shape,
+        manning: entry.manning.map(|n| n.value()),
+        walls: entry.walls.map_or(ChannelWalls::default(), |walls| walls.0.value),
+        water: entry.water.map_or_else(Vec::new, |entries| entries.0.into_iter().map(water).collect()),
+        joins: entry.joins.map(joint),
+        upstream: entry.upstream.and_then(end),
+        downstream: entry.downstream.and_then(end),
+    })
+}
+
+fn end(section: ChannelEndSection) -> Option<BoundaryCondition> {
+    Some(if let Some(discharge) = section.discharge {
+        BoundaryCondition::Discharge { discharge: discharge.timed, level: section.level.map(|level| level.timed) }
+    } else if let Some(stage) = section.stage {
+        BoundaryCondition::Stage(stage.timed, "stage")
+    } else if let Some(uniform) = section.normal_depth {
+        BoundaryCondition::NormalDepth(uniform.slope.sourced)
+    } else {
+        section.r#type.map(|_| BoundaryCondition::Free)?
+    })
+}
+
+/// The channels as they stand in `scenario.resolved.yaml`.
+pub(super) fn write(channels: &[Channel], text: &mut String) -> std::fmt::Result {
+    if !channels.is_empty() {
+        writeln!(text, "channels:")?;
+    }
+    for channel in channels {
+        write!(text, "  - {{id: {}, length: {} m", quoted(&channel.id.value), channel.length.value)?;
+        match &channel.shape {
+            ChannelShape::Rectangle { width, bed, slope } => {
+                write!(text, ", width: {width} m, bed: {bed} m, slope: {slope}")?;
+            }
+            ChannelShape::Sections(file) => write!(text, ", sections: {}", quoted_path(&file.value))?,
+        }
+        if let Some(n) = channel.manning {
+            write!(text, ", manning: {n}")?;
+        }
+        write!(text, ", walls: {}", name_of(|walls: &ChannelWalls| *walls == channel.walls))?;
+        let entry = |water: &ChannelWater| {
+            let level = water.level.map(|level| format!("level: {level} m"));
+            let depth = water.depth.map(|depth| format!("depth: {depth} m"));
+            let end = water.to.map_or(String::new(), |to| format!(", to: {to} m"));
+            format!("{{{}, from: {} m{end}}}", level.or(depth).unwrap_or_default(), water.from)
+        };
+        if !channel.water.is_empty() {
+            write!(text, ", water: [{}]", channel.water.iter().map(entry).collect::<Vec<_>>().join(", "))?;
+        }
+        if let Some(joint) = &channel.joins {
+            write!(text, ", joins: {{side: {}", name_of(|side: &Side| *side == joint.value.side))?;
+            if let Some((from, to)) = joint.value.span {
+                write!(text, ", from: {from}, to: {to}")?;
+            }
+            write!(text, "}}")?;
+        }
+        for (name, condition) in [("upstream", &channel.upstream), ("downstream", &channel.downstream)] {
+            if let Some(condition) = condition {
+                write!(text, ", {name}: {{{}}}", condition_as_yaml(condition))?;
+            }
+        }
+        writeln!(text, "}}")?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::error::{Error, Problem, ProblemKind};
+    use crate::scenario::{Scenario, resolve};
+
+    const START: &str =
+        "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.03}\nresolution: 5 m\ntime: {end: 1 h}\nchannels:\n  - ";
+
+    fn scenario(text: &str) -> Scenario {
+        resolve(&format!("{START}{text}\n"), Path::new("scenario.yaml"), &[]).unwrap().scenario
+    }
+
+    fn problem(text: &str) -> Problem {
+        let Err(Error::Problems(found)) = resolve(&format!("{START}{text}\n"), Path::new("scenario.yaml"), &[]) else {
+            panic!("not refused: {text}")
+        };
+        found.into_iter().find(|problem| problem.kind == ProblemKind::Scenario).unwrap()
+    }
+
+    #[test]
+    fn a_channel_reads_back_as_itself() {
+        for text in [
+            "{id: a, length: 80 m, width: 4 m, bed: 10 m, slope: 0.2 %, water: [{depth: 0.5 m}], joins: {side: west}}",
+            "{id: b-1, length: 1 km, sections: x.csv, manning: 0.04, walls: smooth, upstream: {discharge: {series: q.csv, unit: l/s}, level: 3 m}, \
+             water: [{level: 12 m, from: 0 m, to: 30 m}, {depth: 0 m, from: 30 m}], joins: {side: north, from: 12, to: 4.5}}",
+            "{id: c, length: 80 m, width: 4 m, bed: 10 m, upstream: {stage: 11 m}, downstream: {normal_depth: {slope: 0.01}}}",
+            "{id: d, length: 80 m, width: 4 m, bed: 10 m, slope: -0.01, downstream: {type: free}}",
+        ] {
+            let first = scenario(text);
+            let written = first.to_yaml();
+            let second = resolve(&written, Path::new("elsewhere.yaml"), &[]).unwrap().scenario;
+            assert_eq!(written, second.to_yaml());
+            let (a, b) = (&first.channels[0], &second.channels[0]);
+            assert_eq!(
+                (&a.water, a.manning, a.walls, a.length.value.to_bits()),
+                (&b.water, b.manning, b.walls, b.length.value.to_bits())
+            );
+            let joint = |channel: &Channel| channel.joins.as_ref().map(|joint| joint.value);
+            assert_eq!(joint(a), joint(b));
+        }
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_refused_where_it_stands() {
+        for (text, code, key) in [
+            ("{id: a, length: 80 m, width: 4 m}", "missing-key", "channels[0]"),
+            ("{id: a, length: 80 m, width: 4 m, sections: x.csv, bed: 0 m}", "conflict", "channels[0]"),
+            ("{id: a, length: 80 m, sections: x.csv, slope: 0.1}", "conflict", "channels[0].slope"),
+            ("{id: a, length: 80 m, width: 4 m, bed: 0 m, joins: {side: all}}", "range", "channels[0].joins.side"),
+            (
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m, joins: {side: west, from: 3}}",
+                "missing-key",
+                "channels[0].joins",
+            ),
+            (
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m, joins: {side: west}, downstream: {type: free}}",
+                "conflict",
+                "channels[0].downstream",
+            ),
+            (
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m, upstream: {stage: 3 m, level: 2 m}}",
+                "conflict",
+                "channels[0].upstream.level",
+            ),
+            (
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m, upstream: {type: open}}",
+                "range",
+                "channels[0].upstream.type",
+            ),
+            (
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m, water: [{from: 3 m}]}",
+                "missing-key",
+                "channels[0].water[0]",
+            ),
+            (
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m}\nnumerics: {motion: lagrangian}",
+                "method-combination",
+                "channels",
+            ),
+        ] {
+            let found = problem(text);
+            assert_eq!((found.code, found.key.as_str()), (code, key), "{text}: {found}");
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! Channels: the same water as a lattice of one row, rest, volume, uniform flow, and what passes into the plane and back.
+
+use crate::bed::BedParticles;
+use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Forcing, OpenEdges, Resistance, Series, Strip};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, edge_faces};
+
+const G: f64 = 9.81;
+const SMOOTH: Resistance = Resistance { manning: 0.0, smooth_walls: true };
+
+/// A problem with a lattice of so many columns and rows.
+fn plane(size: (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64, level: impl Fn(Vec2) -> f64) -> FlowProblem {
+    let lattice = Lattice { origin: Vec2::ZERO, columns: size.0, rows: size.1, spacing };
+    let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
+    let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
+    FlowProblem {
+        bed: BedParticles::from_elevation(lattice, elevation, 0.0),
+        walls: Vec::new(),
+        open_edges: OpenEdges::default(),
+        forcing: Forcing::default(),
+        initial_depth,
+        gravity: G,
+        courant: 0.5,
+        dry_depth: 1e-6,
+    }
+}
+
+/// A problem without terrain: channels alone.
+fn alone(channel: Channel) -> FlowProblem {
+    let mut problem = plane((1, 1), channel.spacing, |_| f64::NAN, |_| 0.0);
+    problem.initial_depth = vec![0.0];
+    problem.forcing.channels.push(channel);
+    problem
+}
+
+/// A rectangular channel by functions of the distance from its far end (m).
+fn channel(
+    particles: usize,
+    spacing: f64,
+    (width, bed, level): (impl Fn(f64) -> f64, impl Fn(f64) -> f64, impl Fn(f64) -> f64),
+    resistance: Resistance,
+) -> Channel {
+    let places: Vec<f64> = (0..particles).map(|i| (i as f64 + 0.5) * spacing).collect();
+    let widths: Vec<f64> = (0..=particles).map(|f| width(f as f64 * spacing)).collect();
+    let beds: Vec<f64> = places.iter().map(|x| bed(*x)).collect();
+    let levels: Vec<f64> = places.iter().map(|x| level(*x)).collect();
+    Channel::rectangular(spacing, &widths, &beds, &levels, resistance)
+}
+
+/// Joins a channel to the western (or eastern) edge of a problem, in the rows whose centres lie between two places (m).
+fn join(problem: &mut FlowProblem, mut channel: Channel, is_west: bool, (from, to): (f64, f64)) {
+    let lattice = &problem.bed.lattice;
+    let x = if is_west { 0.0 } else { lattice.size().x };
+    let faces = edge_faces(lattice, &problem.bed.elevation).into_iter();
+    let faces = faces.filter(|(_, middle)| (middle.x - x).abs() < 1e-9 && (from..=to).contains(&middle.y)).collect();
+    channel.near = ChannelEnd::Joined(faces);
+    problem.forcing.channels.push(channel);
+}
+
+fn run(solver: &mut EulerianSolver, steps: usize) -> f64 {
+    let mut fastest = 0.0_f64;
+    for _ in 0..steps {
+        let choice = solver.choose_step();
+        fastest = fastest.max(choice.max_speed);
+        solver.advance(choice.time_step).expect("a stable run");
+    }
+    fastest
+}
+
+fn run_until(solver: &mut EulerianSolver, end: f64) {
+    while solver.time() < end - 1e-12 {
+        let choice = solver.choose_step();
+        solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
+    }
+}
+
+/// Repeatable noise between −0.5 and 0.5.
+fn noise(place: f64) -> f64 {
+    ((place * 12.9898).sin() * 43_758.545_3).fract() - 0.5
+}
+
+/// A trapezoid in strips: bed width, sides of one in one, up to a depth.
+fn trapezoid(bottom: f64, bed: f64, level: f64, manning: f64) -> ChannelSection {
+    let (pieces, height) = (20, 2.0);
+    let rise = height / pieces as f64;
+    let mut strips = vec![Strip { width: bottom, bed }];
+    strips.extend((0..pieces).map(|k| Strip { width: 2.0 * rise, bed: bed + (k as f64 + 0.5) * rise }));
+    let perimeter = vec![(0.0, bottom), (height, bottom + 2.0 * height * 2.0_f64.sqrt())];
+    ChannelSection { strips, perimeter, manning, level }
+}
+
+fn of_sections(spacing: f64, sections: Vec<ChannelSection>) -> Channel {
+    let widths = |section: &ChannelSection| section.strips.iter().map(|strip| strip.width).collect::<Vec<f64>>();
+    let mut face_widths: Vec<Vec<f64>> = sections.iter().map(widths).collect();
+    face_widths.push(face_widths[0].clone());
+    Channel { spacing, sections, face_widths, far: ChannelEnd::Wall, near: ChannelEnd::Wall }
+}
+
+#[test]
+fn a_channel_moves_as_a_lattice_of_one_row() {
+    let bed = |x: f64| 0.1 * (0.3 * x).sin() + 0.02 * noise(x);
+    for behind in [0.3, -1.0] {
+        let level = |x: f64| if x < 20.0 { 1.0 } else { behind };
+        let row = plane((40, 1), 1.0, |place| bed(place.x), |place| level(place.x));
+        let mut row = EulerianSolver::new(row);
+        let mut reach = EulerianSolver::new(alone(channel(40, 1.0, (|_| 1.0, bed, level), SMOOTH)));
+        run_until(&mut row, 4.0);
+        run_until(&mut reach, 4.0);
+        assert_eq!(row.steps(), reach.steps());
+        let (water, samples) = (row.water(), reach.channels());
+        for (i, sample) in samples[0].iter().enumerate() {
+            let apart = (sample.depth - water.depth[i]).abs() + (sample.discharge - water.discharge_x[i]).abs();
+            // Levels count from another height: rounding alone is between the two.
+            assert!(apart < 1e-11, "level {behind}, particle {i}: {apart:e}");
+        }
+    }
+}
+
+#[test]
+fn still_water_rests_in_channels_of_any_width_and_bed() {
+    let wide = |x: f64| 2.0 + (0.7 * x).sin() + noise(x);
+    let bed = |x: f64| 1.4 * noise(x);
+    let rectangle = channel(60, 1.0, (wide, bed, |_| 0.5), Resistance { manning: 0.03, smooth_walls: false });
+    let sections = (0..60).map(|i| trapezoid(1.0 + 0.5 * noise(i as f64), bed(i as f64), 0.5, 0.03));
+    for (name, channel) in [("rectangle", rectangle), ("trapezoid", of_sections(1.0, sections.collect()))] {
+        for end in [
+            ChannelEnd::Wall,
+            ChannelEnd::Open(Condition::Free),
+            ChannelEnd::Open(Condition::Stage(Series::constant(0.5))),
+        ] {
+            let mut problem = alone(Channel { far: end.clone(), ..channel.clone() });
+            problem.forcing.channels[0].sections[0].level = 0.5;
+            let mut solver = EulerianSolver::new(problem);
+            let fastest = run(&mut solver, 400);
+            assert!(fastest < 1e-12, "{name}, {end:?}: {fastest:e} m/s");
+        }
+    }
+}
+
+#[test]
+fn a_bore_through_changing_sections_keeps_its_volume() {
+    let wide = |x: f64| 2.0 + (0.2 * x).sin();
+    let bed = |x: f64| 0.3 * noise(x);
+    let level = |x: f64| if x < 20.0 { 2.0 } else { 0.0 };
+    let rectangle = channel(60, 1.0, (wide, bed, level), Resistance { manning: 0.02, smooth_walls: false });
+    let sections = (0..60).map(|i| trapezoid(1.0, bed(i as f64), level(i as f64), 0.02));
+    for channel in [rectangle, of_sections(1.0, sections.collect())] {
+        let mut solver = EulerianSolver::new(alone(channel));
+        run(&mut solver, 1000);
+        let error = solver.ledger().relative_error();
+        assert!(error.abs() < 1e-13, "{error:e}");
+    }
+}
+
+#[test]
+fn water_runs_dry_and_comes_back_in_a_channel_with_an_edge_for_a_bottom() {
+    // A V of one in two, dry at first but for its upper end.
+    let section = |i: usize| {
+        let bed = 0.05 * (30.0 - i as f64) + 0.1 * noise(i as f64);
+        let mut strips = vec![Strip { width: 0.0, bed }];
+        strips.extend((0..16).map(|k| Strip { width: 0.5, bed: bed + (k as f64 + 0.5) / 8.0 }));
+        let perimeter = vec![(0.0, 0.0), (2.0, 2.0 * 20.0_f64.sqrt())];
+        ChannelSection { strips, perimeter, manning: 0.03, level: if i < 8 { 3.0 } else { 0.0 } }
+    };
+    let mut channel = of_sections(1.0, (0..40).map(section).collect());
+    channel.near = ChannelEnd::Open(Condition::NormalDepth { slope: 0.05 });
+    let mut solver = EulerianSolver::new(alone(channel));
+    run_until(&mut solver, 300.0);
+    let (ledger, samples) = (solver.ledger(), solver.channels());
+    assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow > 0.9 * ledger.initial, "{ledger:?}");
+    assert!(samples[0].iter().all(|sample| sample.depth >= 0.0 && sample.velocity.is_finite()));
+}
+
+#[test]
+fn a_wave_in_a_narrowing_channel_grows_as_energy_asks() {
+    // Green's law: a long small wave grows as the width to the power −1/2, here to twice its height.
+    let hump = |x: f64| 1.0 + 0.001 * (-((x - 200.0) / 40.0).powi(2)).exp();
+    let highest = |narrowing: f64| {
+        let wide = move |x: f64| 4.0 - narrowing * ((x - 400.0) / 600.0).clamp(0.0, 1.0);
+        let mut solver = EulerianSolver::new(alone(channel(300, 4.0, (wide, |_| 0.0, hump), SMOOTH)));
+        run_until(&mut solver, 900.0 / G.sqrt());
+        solver.channels()[0].iter().map(|sample| sample.level).fold(0.0, f64::max) - 1.0
+    };
+    let grown = highest(3.0) / highest(0.0);
+    assert!((grown / 2.0 - 1.0).abs() < 0.02, "{grown}");
+}
+
+#[test]
+fn uniform_flow_takes_the_depth_of_its_hydraulic_radius() {
+    /// Slope, Manning's n, width and depth of a channel that is as deep as wide.
+    const FLOW: (f64, f64, f64, f64) = (0.002, 0.02, 1.5, 1.5);
+    let (slope, n, wide, depth) = FLOW;
+    let bed = |x: f64| 1.0 - slope * x;
+    let rows = |smooth_walls| {
+        let channel =
+            channel(100, 2.0, (|_| wide, bed, |x: f64| bed(x) + 0.5), Resistance { manning: n, smooth_walls });
+        let radius = if smooth_walls { depth } else { wide * depth / (wide + 2.0 * depth) };
+        (channel, wide * depth * radius.powf(2.0 / 3.0) * slope.sqrt() / n)
+    };
+    let area = (2.0 + depth) * depth;
+    let radius = area / (2.0 + 2.0 * depth * 2.0_f64.sqrt());
+    let sections = (0..100).map(|i| trapezoid(2.0, bed(2.0 * i as f64 + 1.0), bed(2.0 * i as f64 + 1.0) + 0.5, n));
+    let in_strips = (of_sections(2.0, sections.collect()), area * radius.powf(2.0 / 3.0) * slope.sqrt() / n);
+    for (k, (mut channel, discharge)) in [rows(false), rows(true), in_strips].into_iter().enumerate() {
+        channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(discharge), level: None });
+        channel.near = ChannelEnd::Open(Condition::NormalDepth { slope });
+        let mut solver = EulerianSolver::new(alone(channel));
+        run_until(&mut solver, 3000.0);
+        let middle = solver.channels()[0][50];
+        assert!((middle.depth / depth - 1.0).abs() < 0.005, "{k}: {middle:?}");
+        assert!((middle.discharge / discharge - 1.0).abs() < 0.005, "{k}: {middle:?}, {discharge}");
+        let ledger = solver.ledger();
+        assert!((ledger.inflow / (3000.0 * discharge) - 1.0).abs() < 1e-9 && ledger.relative_error().abs() < 1e-12);
+    }
+}
+
+/// A plane of flat ground west of which (or east) a channel of its width comes in, and the same as one plane.
+fn wave_through_a_junction(is_west: bool, hump_at: f64) -> (f64, f64) {
+    const HEIGHT: f64 = 0.01;
+    let hump = move |x: f64| 1.0 + HEIGHT * (-((x - hump_at) / 6.0).powi(2)).exp();
+    let away = if is_west { 1.0 } else { -1.0 };
+    let whole = plane((240, 4), 1.0, |_| 0.0, |place| hump(away * (place.x - 120.0)));
+    // Places count from the junction, positive in the plane.
+    let x = |place: Vec2| if is_west { place.x } else { 120.0 - place.x };
+    let mut parts = plane((120, 4), 1.0, |_| 0.0, |place| hump(x(place)));
+    let reach = channel(120, 1.0, (|_| 4.0, |_| 0.0, |along: f64| hump(along - 120.0)), SMOOTH);
+    join(&mut parts, reach, is_west, (0.0, 4.0));
+    let (mut whole, mut parts) = (EulerianSolver::new(whole), EulerianSolver::new(parts));
+    let end = 60.0 / G.sqrt();
+    run_until(&mut whole, end);
+    run_until(&mut parts, end);
+    let (wanted, found, reach) = (whole.water().depth.to_vec(), parts.water().depth.to_vec(), parts.channels());
+    let mut worst = 0.0_f64;
+    for i in 0..240 {
+        // Along the channel and on into the plane.
+        let here = if is_west { i } else { 239 - i };
+        let depth = match i {
+            0..120 => reach[0][i].depth,
+            _ if is_west => found[i - 120],
+            _ => found[239 - i],
+        };
+        worst = worst.max((depth - wanted[here]).abs());
+    }
+    (worst / HEIGHT, parts.ledger().relative_error())
+}
+
+#[test]
+fn a_wave_passes_a_junction_of_one_width_without_reflection() {
+    for is_west in [true, false] {
+        // Into the plane, and out of it.
+        for hump_at in [-30.0, 30.0] {
+            let (reflected, error) = wave_through_a_junction(is_west, hump_at);
+            assert!(reflected < 1e-10 && error.abs() < 1e-13, "{is_west}, {hump_at}: {reflected:e}, {error:e}");
+        }
+    }
+}
+
+/// A rough plane of 30 m by 24 m at the eastern or western edge of which a narrowing channel comes in.
+fn rough_plane(is_west: bool, level: impl Fn(f64) -> f64 + Copy, in_channel: f64) -> FlowProblem {
+    let bed = |place: Vec2| 0.6 * noise(place.x + 31.0 * place.y);
+    let mut problem = plane((30, 24), 1.0, bed, |place| level(place.x));
+    let wide = |x: f64| 5.0 - 0.1 * x + 0.5 * noise(x);
+    let rough = Resistance { manning: 0.02, smooth_walls: false };
+    join(&mut problem, channel(20, 1.0, (wide, |x: f64| 0.5 * noise(x), |_| in_channel), rough), is_west, (8.0, 11.0));
+    problem
+}
+
+#[test]
+fn a_lake_rests_across_a_junction() {
+    for is_west in [true, false] {
+        // All under water, and with dry ground on both sides of the junction.
+        for level in [1.0, 0.05] {
+            let mut solver = EulerianSolver::new(rough_plane(is_west, |_| level, level));
+            let fastest = run(&mut solver, 300);
+            assert!(fastest < 1e-12, "{level}: {fastest:e} m/s");
+        }
+    }
+}
+
+#[test]
+fn water_goes_both_ways_and_none_is_lost() {
+    let volume_of_channel = |solver: &EulerianSolver| solver.channels()[0].iter().map(|s| s.depth).sum::<f64>();
+    for is_west in [true, false] {
+        for (in_plane, in_channel) in [(2.0, -1.0), (-1.0, 2.0), (2.0, 0.5), (0.5, 2.0)] {
+            let mut solver = EulerianSolver::new(rough_plane(is_west, |_| in_plane, in_channel));
+            let before = volume_of_channel(&solver);
+            run(&mut solver, 300);
+            let after = volume_of_channel(&solver);
+            assert!((after > before) == (in_plane > in_channel), "{in_plane}, {in_channel}: {before} to {after}");
+            let error = solver.ledger().relative_error();
+            assert!(error.abs() < 1e-12, "{in_plane}, {in_channel}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn the_strips_of_a_trapezoid_meet_cells_of_their_height() {
+    // A valley across the edge, cut into the plane, and the same section as a channel.
+    let across = |y: f64| (y - 12.0).abs() - 1.0;
+    let bed = move |place: Vec2| across(place.y).max(0.0) * 0.5;
+    let mut problem = plane((20, 24), 1.0, bed, |_| 1.5);
+    let section = || {
+        let mut strips = vec![Strip { width: 2.0, bed: 0.0 }];
+        strips.extend((0..3).map(|k| Strip { width: 2.0, bed: 0.25 + 0.5 * k as f64 }));
+        ChannelSection { strips, perimeter: vec![(0.0, 2.0), (2.0, 8.0)], manning: 0.0, level: 1.5 }
+    };
+    join(&mut problem, of_sections(1.0, (0..20).map(|_| section()).collect()), true, (8.0, 16.0));
+    let mut solver = EulerianSolver::new(problem);
+    assert!(run(&mut solver, 200) < 1e-12);
+    assert!(solver.ledger().relative_error().abs() < 1e-13);
+}
+
+/// The valley of the next test: 2 m wide at its bottom and 8 m at its top, by steps of 0.5 m.
+fn valley(y: f64) -> f64 {
+    (((y - 6.0).abs() - 1.0).max(0.0).ceil() * 0.5 - 0.25).max(0.0)
+}
+
+#[test]
+fn a_long_wave_has_the_speed_of_its_section_and_passes_into_a_valley_of_that_section() {
+    const HEIGHT: f64 = 0.005;
+    let strips = || {
+        let mut strips = vec![Strip { width: 2.0, bed: 0.0 }];
+        strips.extend((0..3).map(|k| Strip { width: 2.0, bed: 0.25 + 0.5 * k as f64 }));
+        strips
+    };
+    // Depth of 1.5 m: A = 2 (1.5 + 1.25 + 0.75 + 0.25) m², T = 8 m.
+    let speed = (G * 7.5_f64 / 8.0).sqrt();
+    let hump = |x: f64| 1.5 + HEIGHT * (-((x + 120.0) / 30.0).powi(2)).exp();
+    let section = |i: usize| ChannelSection {
+        strips: strips(),
+        perimeter: vec![(0.0, 2.0), (2.0, 8.0)],
+        manning: 0.0,
+        level: hump(i as f64 + 0.5 - 300.0),
+    };
+    let mut problem = plane((200, 12), 1.0, |place| valley(place.y), |place| hump(place.x));
+    join(&mut problem, of_sections(1.0, (0..300).map(section).collect()), true, (2.0, 10.0));
+    let mut solver = EulerianSolver::new(problem);
+    // The half that goes to the near end has its crest at 60 m in the valley then.
+    run_until(&mut solver, 180.0 / speed);
+    let levels: Vec<f64> = (0..200).map(|x| solver.water().depth[6 * 200 + x] - 1.5).collect();
+    let crest = (0..200).max_by(|a, b| levels[*a].total_cmp(&levels[*b])).unwrap() as f64 + 0.5;
+    assert!((crest - 60.0).abs() < 4.0, "{crest}");
+    assert!((levels[crest as usize] / (0.5 * HEIGHT) - 1.0).abs() < 0.05, "{}", levels[crest as usize]);
+    // What came back has passed the place where it would have been born.
+    let back = solver.channels()[0][200..].iter().map(|sample| (sample.level - 1.5).abs()).fold(0.0, f64::max);
+    assert!(back < 0.02 * 0.5 * HEIGHT, "{}", back / (0.5 * HEIGHT));
+}
