@@ -1,7 +1,9 @@
 //! The core with moving particles: a formulation, an integrator, the books and the watch.
 
+use rayon::prelude::*;
+
 use super::step::{Moved, heun, leapfrog};
-use super::{Formulation, MovingMethods, MovingWater};
+use super::{CHUNK, Formulation, MovingMethods, MovingWater, Rates};
 use crate::error::NumericalFailure;
 use crate::gridding::Gridder;
 use crate::lattice::WaterOnLattice;
@@ -113,7 +115,7 @@ impl<F: Formulation> MovingSolver<F> {
     /// Finds the first particle whose state or rates are no longer finite.
     fn watch(&self) -> Result<(), NumericalFailure> {
         let particles = &self.water.particles;
-        for (i, rates) in self.water.rates.iter().enumerate() {
+        let fault = |(i, rates): (usize, &Rates)| {
             let (x, v, d) = (particles.position[i], particles.velocity[i], particles.depth[i]);
             let values = [
                 ("the position", x.x + x.y),
@@ -123,11 +125,11 @@ impl<F: Formulation> MovingSolver<F> {
                 ("the acceleration", rates.acceleration.norm()),
                 ("the rate of the depth", rates.depth_rate),
             ];
-            if let Some((quantity, value)) = values.into_iter().find(|(_, value)| !value.is_finite()) {
-                return Err(self.failure(quantity, value, x));
-            }
-        }
-        Ok(())
+            let found = values.into_iter().find(|(_, value)| !value.is_finite());
+            found.map(|(quantity, value)| (quantity, value, x))
+        };
+        let first = self.water.rates.par_iter().enumerate().with_min_len(CHUNK).find_map_first(fault);
+        first.map_or(Ok(()), |(quantity, value, x)| Err(self.failure(quantity, value, x)))
     }
 
     fn sort(&mut self) {
@@ -204,7 +206,8 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.time += time_step;
         self.steps += 1;
         self.ledger.outflow += outflow;
-        let fastest = self.water.particles.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt();
+        let squares = self.water.particles.velocity.par_iter().with_min_len(CHUNK).map(|v| v.norm_squared());
+        let fastest = squares.reduce(|| 0.0, f64::max).sqrt();
         self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
         let sound = self.watch();
         self.water.phases.end("motion");

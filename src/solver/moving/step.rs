@@ -25,6 +25,8 @@ pub struct Moved {
     kept_motion: Vec2,
     kept_acceleration: Vec2,
     kept_growth: f64,
+    /// New smoothing length over the one before (dimensionless).
+    spread: f64,
     has_left: bool,
 }
 
@@ -44,7 +46,7 @@ fn depth_by_exponential(depth: f64, relative_rate: f64, time_step: f64, least: f
 
 /// Takes one leapfrog step; returns the volume (m³) that left.
 pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved: &mut Vec<Moved>, dt: f64) -> f64 {
-    drift(water, moved, |water, i| {
+    drift::<F>(water, moved, |water, i| {
         let rates = &water.rates[i];
         let (v, d) = (water.particles.velocity[i], water.particles.depth[i]);
         let half_velocity = v + rates.acceleration * (0.5 * dt);
@@ -57,7 +59,7 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
             ..Moved::default()
         }
     });
-    let outflow = take_over::<F>(water, moved, true);
+    let outflow = take_over(water, moved, true);
     formulation.evaluate(water);
     finish::<F>(water, moved, dt, |rates, moved, least| {
         (
@@ -70,7 +72,7 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
 
 /// Takes one step of Heun's method; returns the volume (m³) that left.
 pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved: &mut Vec<Moved>, dt: f64) -> f64 {
-    drift(water, moved, |water, i| {
+    drift::<F>(water, moved, |water, i| {
         let rates = &water.rates[i];
         let (x, v, d) = (water.particles.position[i], water.particles.velocity[i], water.particles.depth[i]);
         Moved {
@@ -83,13 +85,13 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
             kept_motion: v + rates.shift,
             kept_acceleration: rates.acceleration,
             kept_growth: rates.depth_rate / d,
-            has_left: false,
+            ..Moved::default()
         }
     });
-    take_over::<F>(water, moved, false);
+    take_over(water, moved, false);
     formulation.evaluate(water);
     let first = std::mem::take(moved);
-    drift_from(
+    drift_from::<F>(
         water,
         moved,
         |i| first[i].kept_position,
@@ -105,18 +107,22 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
             }
         },
     );
-    let outflow = take_over::<F>(water, moved, true);
+    let outflow = take_over(water, moved, true);
     finish::<F>(water, moved, dt, |_, moved, _| (moved.velocity, moved.depth));
     formulation.evaluate(water);
     outflow
 }
 
-fn drift(water: &MovingWater, moved: &mut Vec<Moved>, advance: impl Fn(&MovingWater, usize) -> Moved + Sync) {
-    drift_from(water, moved, |i| water.particles.position[i], advance);
+fn drift<F: Formulation>(
+    water: &MovingWater,
+    moved: &mut Vec<Moved>,
+    advance: impl Fn(&MovingWater, usize) -> Moved + Sync,
+) {
+    drift_from::<F>(water, moved, |i| water.particles.position[i], advance);
 }
 
-/// Moves every particle along its way from `start(i)`, past the walls.
-fn drift_from(
+/// Moves every particle along its way from `start(i)`, past the walls; its smoothing length follows its area.
+fn drift_from<F: Formulation>(
     water: &MovingWater,
     moved: &mut Vec<Moved>,
     start: impl Fn(usize) -> Vec2 + Sync,
@@ -132,13 +138,15 @@ fn drift_from(
             moved.velocity = path.turned(moved.velocity);
             moved.kept_velocity = if path.is_held { Vec2::ZERO } else { path.turned(moved.kept_velocity) };
             moved.has_left = path.has_left;
+            let stretch = water.particles.depth[i] / moved.depth;
+            moved.spread = if F::CARRIES_DEPTH { water.dimension.edge(stretch) } else { 1.0 };
         }
     });
 }
 
-/// Writes the moved state into the particles, whose smoothing lengths follow their areas; takes out those that left when `removes`, and returns their volume (m³).
-fn take_over<F: Formulation>(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
-    let (particles, dimension) = (&mut water.particles, water.dimension);
+/// Writes the moved state into the particles; takes out those that left when `removes`, and returns their volume (m³).
+fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
+    let particles = &mut water.particles;
     let mut outflow = 0.0;
     let mut kept = 0;
     for i in 0..moved.len() {
@@ -147,8 +155,7 @@ fn take_over<F: Formulation>(water: &mut MovingWater, moved: &mut Vec<Moved>, re
             continue;
         }
         moved[kept] = moved[i];
-        let spread = if F::CARRIES_DEPTH { dimension.edge(particles.depth[i] / moved[i].depth) } else { 1.0 };
-        particles.smoothing_length[kept] = particles.smoothing_length[i] * spread;
+        particles.smoothing_length[kept] = particles.smoothing_length[i] * moved[i].spread;
         particles.position[kept] = moved[i].position;
         particles.velocity[kept] = moved[i].velocity;
         particles.depth[kept] = moved[i].depth;
