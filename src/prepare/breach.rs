@@ -1,6 +1,8 @@
 //! A dam that breaks: its file, its ridge on the lattice, and whether its opening fits it.
 
 use super::burn::{crossed, station_of};
+use std::collections::BTreeMap;
+
 use super::findings::Findings;
 use super::grid::REACH;
 use super::places;
@@ -8,7 +10,7 @@ use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Vec2, segments_cross};
 use crate::physics::breach::{FailureMode, breach_estimates};
 use crate::scenario::{
     Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law, Scenario, Sourced,
@@ -20,6 +22,10 @@ use crate::solver::{Breach, DamCell, GrowthLaw, Opening, Trigger};
 const CREST_NAMES: [&str; 2] = ["crest_m", "crest"];
 /// An opening narrower than so many cells is a coarse one.
 const FINE_OPENING: f64 = 5.0;
+/// The terrain may stand in the opening over this share of its bottom without a word: the valley has slopes.
+const GROUND_IN_OPENING: f64 = 0.1;
+/// How far (in cells) beside the dam the water must find its way.
+const BESIDE_DAM: f64 = 4.0;
 /// An end of a dam whose ground lies further below the crest than this (m) is open.
 const OPEN_END: f64 = 0.05;
 
@@ -226,6 +232,18 @@ fn trapezoid(
         findings.add(&shape.bottom_width, problem);
         return None;
     }
+    let stations = || cells.iter().map(|cell| cell.station);
+    let (first, last) = (stations().fold(f64::INFINITY, f64::min), stations().fold(f64::NEG_INFINITY, f64::max));
+    if middle - 0.5 * top < first - 0.5 * lattice.spacing || middle + 0.5 * top > last + 0.5 * lattice.spacing {
+        let message = format!(
+            "the breach, {top:.1} m wide at the crest around {middle:.1} m along the dam, reaches beyond its end on the terrain"
+        );
+        let problem = Problem::error(ProblemKind::Scenario, "breach-beyond-dam", "", message)
+            .with_cause(format!("the dam stands on the terrain from {first:.1} m to {last:.1} m of its line"))
+            .with_remedy("take a `position` further from the end, a narrower breach, or a longer line");
+        findings.add(&shape.bottom_width, problem);
+        return None;
+    }
     // Half a cell more than the bottom, so that a narrow one does not fall between two cells.
     let reach = 0.5 * (width + lattice.spacing);
     let under = cells.iter().filter(|cell| (cell.station - middle).abs() <= reach);
@@ -242,6 +260,25 @@ fn trapezoid(
             .with_at(lattice.to_map(lattice.centre(ground.cell)));
         findings.add(&shape.invert, problem);
         return None;
+    }
+    let above: Vec<_> =
+        cells.iter().filter(|cell| (cell.station - middle).abs() <= reach && cell.ground > invert + OPEN_END).collect();
+    let bottom = cells.iter().filter(|cell| (cell.station - middle).abs() <= reach).count();
+    if let Some(highest) = above.iter().max_by(|a, b| a.ground.total_cmp(&b.ground))
+        && above.len() as f64 > GROUND_IN_OPENING * bottom as f64
+    {
+        let message = format!(
+            "{} of {bottom} cells of the bottom of the breach end on the terrain above the invert of {invert} m, the highest at {:.2} m",
+            above.len(),
+            highest.ground
+        );
+        let problem = Problem::warning(ProblemKind::Input, "terrain-in-breach", "", message)
+            .with_cause("a valley narrower than the breach, or a terrain that holds the dam already")
+            .with_remedy(
+                "look at the terrain along the dam; where it holds the dam, carve it out with `terrain.breaklines`",
+            )
+            .with_at(lattice.to_map(lattice.centre(highest.cell)));
+        findings.add(&shape.invert, problem);
     }
     if top < FINE_OPENING * lattice.spacing {
         let message = format!("the breach is {:.1} cells wide at the crest", top / lattice.spacing);
@@ -284,7 +321,122 @@ fn trigger(
     }
 }
 
-/// Refuses a level that no water of the run can reach.
+/// Refuses a wall in the opening, and warns of a bank beside it: no water would pass, and nobody would be told.
+pub(super) fn check_way(
+    scenario: &Scenario,
+    breach: &Breach,
+    bed: &BedParticles,
+    walls: &[[Vec2; 2]],
+    findings: &mut Findings,
+) {
+    let Some(written) = &scenario.breach else { return };
+    let lattice = &bed.lattice;
+    let opened: Vec<&DamCell> = breach.cells.iter().filter(|cell| breach.bed(cell, 1.0) < breach.crest).collect();
+    let beside = [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];
+    let walled = opened.iter().find(|cell| {
+        let centre = lattice.centre(cell.cell);
+        let ways =
+            beside.iter().flat_map(|way| [*way, *way * -1.0]).map(|way| [centre, centre + way * lattice.spacing]);
+        let mut pieces = ways.flat_map(|way| walls.iter().map(move |wall| (way, *wall)));
+        pieces.any(|(way, wall)| segments_cross(way, wall))
+    });
+    if let Some(cell) = walled {
+        let message = "a wall (`structures.walls`) stands in the opening of the dam, and does not break".to_owned();
+        let problem = Problem::error(ProblemKind::Scenario, "wall-in-breach", "", message)
+            .with_remedy("take the wall out: `breach` raises the dam itself")
+            .with_at(lattice.to_map(lattice.centre(cell.cell)));
+        findings.add(&written.dam, problem);
+        return;
+    }
+    let lowest = opened.iter().map(|cell| breach.bed(cell, 1.0)).fold(f64::INFINITY, f64::min);
+    let passable = 0.5 * (lowest + breach.crest);
+    if sides_reached(breach, &opened, passable, bed) != [true; 2]
+        && let Some(cell) = opened.first()
+    {
+        let message =
+            format!("beside the opening the terrain stands above {passable:.2} m, half of the height of the opening");
+        let problem = Problem::warning(ProblemKind::Input, "opening-blocked", "", message)
+            .with_cause("the terrain holds the dam or an embankment already, or a levee crosses before the dam")
+            .with_remedy("look at the terrain beside the dam; carve out what falls with it (`terrain.breaklines`, `mode: carve`)")
+            .with_at(lattice.to_map(lattice.centre(cell.cell)));
+        findings.add(&written.dam, problem);
+    }
+}
+
+/// On which sides of the dam water as high as `passable` (m) finds its way from the opening over some cells.
+fn sides_reached(breach: &Breach, opened: &[&DamCell], passable: f64, bed: &BedParticles) -> [bool; 2] {
+    let lattice = &bed.lattice;
+    let by_station = |a: &&DamCell, b: &&DamCell| a.station.total_cmp(&b.station);
+    let ends = [breach.cells.iter().min_by(by_station), breach.cells.iter().max_by(by_station)];
+    let [Some(start), Some(end)] = ends.map(|cell| cell.map(|cell| lattice.centre(cell.cell))) else {
+        return [false; 2];
+    };
+    let across = (end - start).perpendicular() * (1.0 / (end - start).norm().max(f64::MIN_POSITIVE));
+    let of_dam: BTreeMap<usize, f64> = breach.cells.iter().map(|cell| (cell.cell, breach.bed(cell, 1.0))).collect();
+    let reach = BESIDE_DAM * lattice.spacing;
+    let mut next: Vec<usize> =
+        opened.iter().filter(|cell| breach.bed(cell, 1.0) < passable).map(|cell| cell.cell).collect();
+    // Of each cell that is reached the cell of the opening from which it was.
+    let mut reached: BTreeMap<usize, usize> = next.iter().map(|cell| (*cell, *cell)).collect();
+    let mut sides = [false; 2];
+    while let Some(cell) = next.pop() {
+        let (from, centre) = (reached[&cell], lattice.centre(cell));
+        let off = (centre - lattice.centre(from)).dot(across);
+        for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            let other = lattice.cell_at(centre + Vec2::new(x, y) * lattice.spacing);
+            // The edge of the terrain is as good as a way on.
+            let Some(other) = other.filter(|cell| bed.has_terrain(*cell)) else {
+                sides[usize::from(off > 0.0)] = true;
+                continue;
+            };
+            let level = of_dam.get(&other).copied().unwrap_or(bed.elevation[other]);
+            if level >= passable || reached.contains_key(&other) {
+                continue;
+            }
+            let way = lattice.centre(other) - lattice.centre(from);
+            if way.dot(across).abs() > reach {
+                sides[usize::from(off > 0.0)] = true;
+            } else if way.norm() <= 3.0 * reach {
+                reached.insert(other, from);
+                next.push(other);
+            }
+        }
+    }
+    sides
+}
+
+/// Refuses an opening that ends above all water, and warns of a volume that is not that of the lake.
+fn check_water(
+    written: &Written,
+    breach: &Breach,
+    (highest, is_fed): (f64, bool),
+    above: impl Fn(f64) -> f64,
+    findings: &mut Findings,
+) {
+    let lowest = breach.cells.iter().map(|cell| breach.bed(cell, 1.0)).fold(f64::INFINITY, f64::min);
+    if lowest >= highest && !is_fed {
+        let message = format!(
+            "the opening ends at {lowest:.2} m, and the water stands at {highest:.2} m at most: none would pass"
+        );
+        let problem = Problem::error(ProblemKind::Scenario, "opening-above-water", "", message)
+            .with_cause("the terrain along the line holds the dam already, or a level is wrong")
+            .with_remedy("carve the dam out of the terrain (`terrain.breaklines`, `mode: carve`), or correct the invert or the level of the lake");
+        findings.add(&written.dam, problem);
+    }
+    let Some(method) = &written.method else { return };
+    let volume = above(method.invert.value);
+    let ratio = method.volume.value / volume;
+    if !is_fed && !(0.5..=2.0).contains(&ratio) {
+        let message = format!(
+            "the formula is given {:.4e} m³, and the water of the run above the invert is {volume:.4e} m³",
+            method.volume.value
+        );
+        let problem = Problem::warning(ProblemKind::Scenario, "breach-volume", "", message);
+        findings.add(&method.volume, problem.with_remedy("check the unit (m3, Mm3, hm3) and the lake that is meant"));
+    }
+}
+
+/// Refuses a level that no water of the run can reach, and an opening above all water.
 pub(super) fn check_level(
     scenario: &Scenario,
     breach: &Breach,
@@ -292,11 +444,21 @@ pub(super) fn check_level(
     water: &StillWater,
     findings: &mut Findings,
 ) {
+    let is_fed = !scenario.boundaries.is_empty()
+        || !scenario.sources.is_empty()
+        || scenario.rain.is_some()
+        || !scenario.channels.is_empty();
+    let wet = || (0..water.depth.len()).filter(|&cell| water.depth[cell] > 0.0);
+    let level_of = |cell: usize| bed.elevation[cell] + water.depth[cell];
+    let highest = wet().map(level_of).fold(f64::NEG_INFINITY, f64::max);
+    let area = bed.lattice.cell_area();
+    let above =
+        |invert: f64| wet().map(|cell| area * (level_of(cell) - bed.elevation[cell].max(invert)).max(0.0)).sum::<f64>();
+    if let Some(written) = &scenario.breach {
+        check_water(written, breach, (highest, is_fed), above, findings);
+    }
     let (Some(written), Trigger::Level { level, place }) = (&scenario.breach, breach.trigger) else { return };
     let BreachTrigger::Level { level: source, .. } = &written.trigger else { return };
-    let is_fed = !scenario.boundaries.is_empty() || !scenario.sources.is_empty() || scenario.rain.is_some();
-    let wet = (0..water.depth.len()).filter(|&cell| water.depth[cell] > 0.0);
-    let highest = wet.map(|cell| bed.elevation[cell] + water.depth[cell]).fold(f64::NEG_INFINITY, f64::max);
     if level > highest && !is_fed {
         let message =
             format!("the water never reaches {level} m: it stands at {highest:.2} m at most, and none comes in");

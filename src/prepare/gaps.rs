@@ -12,10 +12,12 @@ use super::shaped::{Change, Changes};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
-use crate::scenario::{Gaps, Sourced};
+use crate::scenario::{Gaps, Scenario, Sourced, TerrainLayer};
 
 /// Holes that are listed with their place.
 const LISTED: usize = 5;
+/// A seam is so many cells wide at most on either side of a cell.
+const SEAM: isize = 5;
 
 /// Treats the holes of the bed as the scenario says.
 pub(super) fn treat(
@@ -67,6 +69,40 @@ pub(super) fn treat(
             }
         }
     }
+}
+
+/// Tells of cells without data between two parts of the terrain, where a layer is cut: they would stand as a wall in the flood.
+pub(super) fn check_seams(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
+    let clip = scenario.layers.iter().find_map(|layer| match &layer.value {
+        TerrainLayer::Raster { clip, .. } => clip.as_ref(),
+        TerrainLayer::Points { .. } => None,
+    });
+    let Some(clip) = clip else { return };
+    let lattice = &bed.lattice;
+    let is_terrain = |column: isize, row: isize| {
+        let inside = (0..lattice.columns as isize).contains(&column) && (0..lattice.rows as isize).contains(&row);
+        inside && bed.has_terrain(lattice.index(column as usize, row as usize))
+    };
+    let is_seam = |cell: &usize| {
+        let (column, row) = lattice.column_row(*cell);
+        let (column, row) = (column as isize, row as isize);
+        let meets = |dc: isize, dr: isize| (1..=SEAM).any(|k| is_terrain(column + k * dc, row + k * dr));
+        !bed.has_terrain(*cell) && ((meets(1, 0) && meets(-1, 0)) || (meets(0, 1) && meets(0, -1)))
+    };
+    let seam: Vec<usize> = (0..lattice.len()).filter(is_seam).collect();
+    let Some(&middle) = seam.get(seam.len() / 2) else { return };
+    let kind = match scenario.ground.gaps.as_ref().map(|gaps| &gaps.value) {
+        Some(Gaps::Refuse) => Problem::error,
+        _ => Problem::warning,
+    };
+    let message = format!("{} cells between parts of the terrain have no data, and are walls", seam.len());
+    let problem = kind(ProblemKind::Input, "seam-without-data", "", message)
+        .with_cause("a layer that is cut ends half a cell before the outline of its polygon")
+        .with_remedy(
+            "let the layers overlap: draw the polygon of `clip` two cells of the layer wider, or put a layer below",
+        )
+        .with_at(lattice.to_map(lattice.centre(middle)));
+    findings.add(clip, problem);
 }
 
 /// Number and sizes of holes in words, the largest first.

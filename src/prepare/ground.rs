@@ -262,10 +262,14 @@ fn footprints(
                 .or_else(|| field.as_deref().map_or_else(|| attribute(&HEIGHT_NAMES), |field| attribute(&[field]))),
             BuildingMode::Roughness(n) => n.or_else(|| attribute(&ROUGHNESS_NAMES)),
         };
-        let greatest = if matches!(buildings.mode, BuildingMode::Roughness(_)) { GREATEST_ROUGHNESS } else { f64::MAX };
+        // A roughness of 0 is what an empty field of a table says.
+        let (least, greatest) = match buildings.mode {
+            BuildingMode::Roughness(_) => (f64::MIN_POSITIVE, GREATEST_ROUGHNESS),
+            _ => (0.0, f64::MAX),
+        };
         match value {
             None => without.push(feature),
-            Some(value) if !(0.0..=greatest).contains(&value) => beyond.push((feature, value)),
+            Some(value) if !(least..=greatest).contains(&value) => beyond.push((feature, value)),
             Some(value) => found.extend(is_usable.then(|| (MultiPolygon::new(feature.polygons.clone()), value))),
         }
     }
@@ -283,7 +287,7 @@ fn footprints(
             first.number
         );
         let remedy = match buildings.mode {
-            BuildingMode::Roughness(_) => "give a Manning roughness between 0 and 0.5",
+            BuildingMode::Roughness(_) => "give a Manning roughness above 0 and at most 0.5",
             _ => "give a height of 0 or more, in metres",
         };
         findings.add(source, input_error("building-range", message).with_remedy(remedy));

@@ -248,11 +248,15 @@ fn place_on_lattice(
     let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.roughness.manning.unwrap_or(0.0));
     let mut changes = Changes::default();
     gaps::treat(scenario.ground.gaps.as_ref(), &mut bed, &mut changes, findings);
+    gaps::check_seams(scenario, &bed, findings);
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     ground::on_lattice(ground, scenario, &mut bed, &mut changes, findings);
     let breach = breach::on_lattice(dam, scenario, &mut bed, findings);
     for (source, pieces) in scenario.walls.iter().zip(walls) {
         prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
+    }
+    if let Some(breach) = &breach {
+        breach::check_way(scenario, breach, &bed, &prepared.walls, findings);
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
     prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);

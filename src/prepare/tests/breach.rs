@@ -1,9 +1,12 @@
 //! A dam across the basin of the scene: its ridge, the lake behind it, and every way in which its breach may not fit.
 
 use super::scene::{Scene, sourced, vector};
-use crate::error::Severity;
+use crate::error::{Problem, Severity};
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::{Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, GrowthLaw};
+use crate::scenario::{
+    Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, Breakline, BreaklineMode, GrowthLaw,
+    LineLevel,
+};
 use crate::solver::Opening;
 
 const CREST: f64 = 10.0;
@@ -109,7 +112,11 @@ fn at_level(level: f64, place: [f64; 2]) -> BreachTrigger {
 
 #[test]
 fn what_does_not_fit_is_refused_at_its_key() {
-    let unfit: [Unfit; 11] = [
+    let unfit: [Unfit; 13] = [
+        ("opening-above-water", "breach.dam", |_, b| b.shape.as_mut().unwrap().invert.value = 9.0),
+        ("breach-beyond-dam", "breach.shape.bottom_width", |_, b| {
+            b.shape.as_mut().unwrap().position = Some(sourced("breach.shape.position", [1077.5, 2046.0]));
+        }),
         ("crest-below-terrain", "breach.crest", |_, b| b.crest.as_mut().unwrap().value = -1.0),
         ("no-crest", "breach.dam", |_, b| b.crest = None),
         ("breach-wider-than-dam", "breach.shape.bottom_width", |_, b| width(b, 61.0)),
@@ -135,6 +142,47 @@ fn what_does_not_fit_is_refused_at_its_key() {
         assert_eq!((errors[0].code, errors[0].key.as_str()), (code, key), "{}", errors[0]);
         assert!(errors[0].remedy.is_some());
     }
+}
+
+/// The problem of a code among those of a scene with a dam.
+#[track_caller]
+fn told(code: &str, change: impl FnOnce(&mut Scene)) -> Problem {
+    let mut scene = dam();
+    change(&mut scene);
+    let problems = prepare(&scene.scenario).problems;
+    let found = problems.iter().find(|problem| problem.code == code).cloned();
+    found.unwrap_or_else(|| panic!("{code}: {problems:#?}"))
+}
+
+#[test]
+fn what_stands_in_the_way_of_the_water_is_told() {
+    let wall = told("wall-in-breach", |scene| {
+        scene.line("wall.geojson", &[(1077.5, 2041.0), (1077.5, 2109.0)]);
+        scene.scenario.walls = vec![vector("structures.walls[0].lines", scene.path("wall.geojson"))];
+    });
+    assert_eq!((wall.severity, wall.key.as_str()), (Severity::Error, "breach.dam"));
+    let bank = told("opening-blocked", |scene| {
+        scene.line("bank.geojson", &[(1090.0, 2041.0), (1090.0, 2109.0)]);
+        scene.scenario.ground.breaklines = vec![Breakline {
+            lines: vector("terrain.breaklines[0].lines", scene.path("bank.geojson")),
+            mode: BreaklineMode::Raise,
+            level: LineLevel::Constant(sourced("terrain.breaklines[0].z", 9.0)),
+            width: None,
+        }];
+    });
+    assert_eq!((bank.severity, bank.key.as_str()), (Severity::Warning, "breach.dam"));
+    let volume = told("breach-volume", |scene| {
+        let breach = scene.scenario.breach.as_mut().unwrap();
+        (breach.shape, breach.duration) = (None, None);
+        breach.method = Some(BreachMethod {
+            formula: BreachFormula::Froehlich2008,
+            mode: BreachMode::Piping,
+            volume: sourced("breach.method.volume", 1.0),
+            invert: sourced("breach.method.invert", 2.0),
+            position: None,
+        });
+    });
+    assert_eq!((volume.severity, volume.key.as_str()), (Severity::Warning, "breach.method.volume"));
 }
 
 #[test]
