@@ -25,7 +25,7 @@ const FINE_OPENING: f64 = 5.0;
 /// The terrain may stand in the opening over this share of its bottom without a word: the valley has slopes.
 const GROUND_IN_OPENING: f64 = 0.1;
 /// How far (in cells) beside the dam the water must find its way.
-const BESIDE_DAM: f64 = 4.0;
+const BESIDE_DAM: f64 = 3.0;
 /// An end of a dam whose ground lies further below the crest than this (m) is open.
 const OPEN_END: f64 = 0.05;
 
