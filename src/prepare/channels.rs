@@ -3,17 +3,20 @@
 use super::findings::Findings;
 use super::forcing;
 use super::series;
+use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::ChannelProfile;
-use crate::scenario::channel::{Channel as Described, ChannelShape, ChannelWalls, Joint};
+use crate::scenario::channel::{Channel as Described, ChannelShape, ChannelWalls, ChannelWater, Joint};
 use crate::scenario::units::LENGTH;
 use crate::scenario::{ColumnUnit, Scenario, Side, Sourced};
 
 /// A channel of fewer particles is no channel.
 const LEAST_PARTICLES: f64 = 3.0;
+/// Sections that reach beyond their channel by more than so many particles are worth a warning.
+const BEYOND: f64 = 1.0;
 /// Strips between the lowest and the highest row of a table of sections, at least.
 const STRIPS: usize = 16;
 /// A step of the bed from the channel to the terrain of more than this share of the spacing is worth a warning.
@@ -57,7 +60,7 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> Vec<Option<O
                 Table { distance: 0.0, rows: vec![(bed + slope * length, *width)] },
                 Table { distance: length, rows: vec![(*bed, *width)] },
             ]),
-            ChannelShape::Sections(file) => sections(file, length, findings),
+            ChannelShape::Sections(file) => sections(file, (length, scenario.resolution.value), findings),
         };
         let [far, near] = ends;
         Some(Opened { sections: sections?, ends: [far?, near?] })
@@ -65,8 +68,12 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> Vec<Option<O
     opened.collect()
 }
 
-/// The sections of a file, checked.
-fn sections(file: &Sourced<std::path::PathBuf>, length: f64, findings: &mut Findings) -> Option<Vec<Table>> {
+/// The sections of a file, checked against the length (m) of the channel and the spacing (m) of its particles.
+fn sections(
+    file: &Sourced<std::path::PathBuf>,
+    (length, spacing): (f64, f64),
+    findings: &mut Findings,
+) -> Option<Vec<Table>> {
     let columns = ["distance", "elevation", "width"].map(|_| ColumnUnit { name: None, unit: None });
     let example = "distance_m,elevation_m,width_m";
     let rows = findings.take_all(file, series::rows_of(&file.value, &columns, [&LENGTH; 3], example))?;
@@ -129,6 +136,17 @@ fn sections(file: &Sourced<std::path::PathBuf>, length: f64, findings: &mut Find
         faults.push(input_error("sections-short", message).with_remedy(remedy));
     }
     let is_sound = faults.is_empty();
+    if is_sound && (first < -BEYOND * spacing || last > length + BEYOND * spacing) {
+        let message =
+            format!("the sections of {name} reach from {first} m to {last} m, beyond the channel from 0 to {length} m");
+        faults.push(
+            Problem::warning(ProblemKind::Input, "sections-beyond", "", message)
+                .with_cause("what lies before 0 or beyond `length` is left out")
+                .with_remedy(
+                    "correct `length` or the distances, which count from the far end; or take those sections out",
+                ),
+        );
+    }
     findings.add_all(file, faults);
     is_sound.then_some(tables)
 }
@@ -142,10 +160,15 @@ fn rows_at(sections: &[Table], distance: f64) -> Vec<(f64, f64)> {
     low.rows.iter().zip(&high.rows).map(between).collect()
 }
 
+/// Strips between each two of so many rows of a section.
+fn pieces(rows: usize) -> usize {
+    if rows > 1 { STRIPS.div_ceil(rows - 1) } else { 0 }
+}
+
 /// The strips of a section: one at its bed, and between each two rows equal pieces of what the width grows, at the heights at which
 /// the area is right at every row.
 fn strips(rows: &[(f64, f64)]) -> Vec<Strip> {
-    let pieces = if rows.len() > 1 { STRIPS.div_ceil(rows.len() - 1) } else { 0 };
+    let pieces = pieces(rows.len());
     let mut strips = vec![Strip { width: rows[0].1, bed: rows[0].0 }];
     for pair in rows.windows(2) {
         let ((low, narrow), (high, wide)) = (pair[0], pair[1]);
@@ -177,15 +200,17 @@ fn perimeter(rows: &[(f64, f64)], walls: ChannelWalls) -> Vec<(f64, f64)> {
     found
 }
 
-/// Puts the channels on the lattice and checks where they join it; `bed` is the elevation at the cells, NaN without terrain.
+/// Puts the channels on the lattice and checks where they join it.
 pub(super) fn on_lattice(
     opened: Vec<Option<Opened>>,
     scenario: &Scenario,
-    (lattice, bed): (&Lattice, &[f64]),
+    ground: &BedParticles,
     findings: &mut Findings,
 ) -> (Vec<Channel>, Vec<ChannelProfile>) {
+    let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let (mut channels, mut profiles) = (Vec::new(), Vec::new());
     let mut taken: Vec<Vec2> = Vec::new();
+    let mut particles = 0.0;
     for (described, opened) in scenario.channels.iter().zip(opened) {
         let Some(opened) = opened else { continue };
         let Some(manning) = described.manning.or(scenario.roughness.manning) else {
@@ -201,9 +226,22 @@ pub(super) fn on_lattice(
             findings.add(&described.length, problem.with_remedy("make it longer, or leave it to the terrain"));
             continue;
         }
+        let strips = 1 + opened.sections[0].rows.len().saturating_sub(1) * pieces(opened.sections[0].rows.len());
+        particles += (described.length.value / lattice.spacing).round() * strips as f64;
+        if particles > scenario.limits.particles {
+            let message = format!(
+                "the channels take {particles:.0} particles as far as this one ({strips} strips of a section, every {} m); the limit is {:.0}",
+                lattice.spacing, scenario.limits.particles
+            );
+            let problem = Problem::error(ProblemKind::Limit, "particle-limit", "", message);
+            let remedy = "correct `length` or its unit, take a coarser `resolution`, or raise `limits.particles`";
+            findings.add(&described.length, problem.with_remedy(remedy));
+            break;
+        }
         let (mut channel, profile) = build(described, &opened, manning, lattice.spacing);
+        check_water(described, &profile, findings);
         if let Some(joint) = &described.joins {
-            let faces = opening(joint.value, lattice, bed);
+            let faces = opening(joint.value, ground);
             check_joint(joint, &faces, (&channel, &taken), (lattice, bed), findings);
             taken.extend(faces.iter().map(|face| face.1));
             if let Some(widths) = channel.face_widths.last_mut() {
@@ -216,6 +254,40 @@ pub(super) fn on_lattice(
         profiles.push(profile);
     }
     (channels, profiles)
+}
+
+/// Whether water at the start lies at a distance from the far end (m).
+fn reaches(water: &ChannelWater, place: f64) -> bool {
+    place >= water.from && water.to.is_none_or(|to| place <= to)
+}
+
+/// Refuses water at the start that wets no particle, and is not there to dry some.
+fn check_water(described: &Described, profile: &ChannelProfile, findings: &mut Findings) {
+    for source in &described.water {
+        let water = &source.value;
+        let particles = || profile.distance.iter().zip(&profile.bed).filter(|(place, _)| reaches(water, **place));
+        let lowest = particles().map(|(_, bed)| *bed).fold(f64::INFINITY, f64::min);
+        if particles().next().is_none() {
+            let to = water.to.unwrap_or(described.length.value);
+            let message = format!("between {} m and {to} m from its far end the channel has no particle", water.from);
+            let problem = input_error("water-outside", message)
+                .with_cause(format!(
+                    "its particles lie from {} m to {} m",
+                    profile.distance[0],
+                    profile.distance[profile.distance.len() - 1]
+                ))
+                .with_remedy("let `from` and `to` lie within `length`, `to` beyond `from` by the resolution at least");
+            findings.add(source, problem);
+        } else if let Some(level) = water.level.filter(|level| *level <= lowest) {
+            let message =
+                format!("the level of {level} m is not above the lowest bed of the channel there, {lowest:.2} m");
+            let problem =
+                input_error("level-below-bed", message).with_cause("the part of the channel would be dry").with_remedy(
+                    "correct the level, its unit or its datum, or give a `depth`; `depth: 0 m` leaves a part dry",
+                );
+            findings.add(source, problem);
+        }
+    }
 }
 
 /// The particles of a channel.
@@ -235,10 +307,7 @@ fn build(described: &Described, opened: &Opened, manning: f64, spacing: f64) -> 
         };
         let strips: Vec<Strip> = strips(&rows).into_iter().enumerate().map(between).collect();
         let lowest = rows[0].0;
-        let is_there = |water: &&crate::scenario::channel::ChannelWater| {
-            *place >= water.from && water.to.is_none_or(|to| *place <= to)
-        };
-        let water = described.water.iter().rfind(is_there);
+        let water = described.water.iter().map(|water| &water.value).rfind(|water| reaches(water, *place));
         let level = water.map_or(lowest, |water| water.level.unwrap_or(lowest + water.depth.unwrap_or(0.0)));
         ChannelSection { strips, perimeter: perimeter(&rows, described.walls), manning, level }
     };
@@ -259,8 +328,9 @@ fn build(described: &Described, opened: &Opened, manning: f64, spacing: f64) -> 
     (channel, profile)
 }
 
-/// The outermost edge faces of a side between the ends of an opening, each with its cell.
-fn opening(joint: Joint, lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
+/// The outermost edge faces of a side between the ends of an opening, each with its cell; none where a building stands.
+fn opening(joint: Joint, ground: &BedParticles) -> Vec<(usize, Vec2)> {
+    let lattice = &ground.lattice;
     let outwards = match joint.side {
         Side::West => Vec2::new(-1.0, 0.0),
         Side::East => Vec2::new(1.0, 0.0),
@@ -272,7 +342,7 @@ fn opening(joint: Joint, lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
         let at = along(lattice.to_map(place));
         joint.span.is_none_or(|(from, to)| (from..=to).contains(&at))
     };
-    let faces = edge_faces(lattice, bed).into_iter().filter(|(cell, middle)| {
+    let faces = edge_faces(lattice, &ground.elevation).into_iter().filter(|(cell, middle)| {
         (*middle - lattice.centre(*cell)).dot(outwards) > 0.25 * lattice.spacing && is_inside(*middle)
     });
     let mut found: Vec<(usize, Vec2)> = Vec::new();
@@ -284,6 +354,8 @@ fn opening(joint: Joint, lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
             None => found.push(face),
         }
     }
+    // Not before: the ground behind a building is no edge of the side.
+    found.retain(|(_, middle)| !ground.is_sealed(*middle));
     found
 }
 
@@ -299,7 +371,10 @@ fn check_joint(
         let (low, high) = (lattice.to_map(Vec2::ZERO), lattice.to_map(lattice.size()));
         let problem =
             input_error("opens-nothing", "the opening of this channel holds no edge of the terrain".to_owned())
-                .with_cause(format!("the terrain reaches from {}, {} to {}, {}", low.x, low.y, high.x, high.y))
+                .with_cause(format!(
+                    "the terrain reaches from {}, {} to {}, {}; nothing comes in through a building",
+                    low.x, low.y, high.x, high.y
+                ))
                 .with_remedy(
                     "give `from` and `to` along the side in the coordinates of the terrain, at least a cell apart",
                 );
@@ -319,7 +394,11 @@ fn check_joint(
         let is = if widths > open { "wider" } else { "narrower" };
         let message = format!("the channel is {widths:.3} m wide at its end, {is} than its opening of {open:.3} m");
         let problem = input_error("channel-width", message)
-            .with_cause(format!("the opening is {} cells of {} m along the edge", faces.len(), lattice.spacing))
+            .with_cause(format!(
+                "the opening is {} cells of {} m along the edge, those behind buildings left out",
+                faces.len(),
+                lattice.spacing
+            ))
             .with_remedy("let `from` and `to` be as far apart as the channel is wide at its banks, within one cell")
             .with_at(at);
         findings.add(joint, problem);

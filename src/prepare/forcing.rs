@@ -5,6 +5,7 @@ use super::grid::{REACH, open_side};
 use super::rain::{self, Losses};
 use super::series::{self, Meaning};
 use super::{places, polygons};
+use crate::bed::BedParticles;
 use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rain, Series, edge_faces};
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
@@ -178,16 +179,16 @@ fn sections(
     found
 }
 
-/// Puts everything on the lattice and checks where it lies; `bed` is the elevation at the cells, NaN without terrain.
+/// Puts everything on the lattice and checks where it lies.
 pub(super) fn on_lattice(
     opened: &mut Opened,
     scenario: &Scenario,
-    lattice: &Lattice,
-    bed: &[f64],
+    ground: &BedParticles,
     findings: &mut Findings,
 ) -> Forcing {
+    let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let mut forcing = Forcing { reach: REACH * lattice.spacing, ..Forcing::default() };
-    boundaries(opened, scenario, (lattice, bed), &mut forcing, findings);
+    boundaries(opened, scenario, ground, &mut forcing, findings);
     for (source, (places, discharge)) in scenario.sources.iter().zip(&opened.sources) {
         for place in places {
             let local = lattice.to_local(*place);
@@ -275,11 +276,14 @@ fn check_section(
 fn boundaries(
     opened: &Opened,
     scenario: &Scenario,
-    (lattice, bed): (&Lattice, &[f64]),
+    ground: &BedParticles,
     forcing: &mut Forcing,
     findings: &mut Findings,
 ) {
-    let edges = edge_faces(lattice, bed);
+    let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
+    let mut edges = edge_faces(lattice, bed);
+    // The solver keeps the walls of buildings shut: what lies before them alone would open nothing.
+    edges.retain(|(_, middle)| !ground.is_sealed(*middle));
     // Of each boundary that has a line and a condition: its place in the scenario, and what it would open alone.
     let mut placed: Vec<(&Sourced<crate::scenario::Boundary>, Vec<usize>)> = Vec::new();
     for (source, (lines, condition)) in scenario.boundaries.iter().zip(&opened.boundaries) {
@@ -295,7 +299,7 @@ fn boundaries(
             }
             (OpenBoundary::Lines(_), None) => continue,
         };
-        if segments.is_empty() {
+        if segments.is_empty() && !edges.is_empty() {
             continue;
         }
         let is_near = |midpoint: Vec2| {
@@ -304,10 +308,18 @@ fn boundaries(
         let near: Vec<usize> = (0..edges.len()).filter(|&face| is_near(edges[face].1)).collect();
         if near.is_empty() {
             let problem = input_error("opens-nothing", "this boundary touches no edge of the terrain".to_owned())
-                .with_cause(format!("no edge face lies within {} m of it", forcing.reach))
-                .with_remedy("draw it along the edge of the terrain data; water that comes in elsewhere is a source")
-                .with_at(lattice.to_map(segments[0][0]));
-            findings.add(source, problem);
+                .with_cause(format!(
+                    "no edge face lies within {} m of it; the walls of buildings are none",
+                    forcing.reach
+                ))
+                .with_remedy("draw it along the edge of the terrain data; water that comes in elsewhere is a source");
+            findings.add(
+                source,
+                match segments.first() {
+                    Some(piece) => problem.with_at(lattice.to_map(piece[0])),
+                    None => problem,
+                },
+            );
             continue;
         }
         for (other, faces) in &placed {

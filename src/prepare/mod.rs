@@ -259,9 +259,8 @@ fn place_on_lattice(
         breach::check_way(scenario, breach, &bed, &prepared.walls, findings);
     }
     prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
-    prepared.forcing = forcing::on_lattice(opened, scenario, &lattice, &bed.elevation, findings);
-    (prepared.forcing.channels, prepared.channels) =
-        channels::on_lattice(reaches, scenario, (&lattice, &bed.elevation), findings);
+    prepared.forcing = forcing::on_lattice(opened, scenario, &bed, findings);
+    (prepared.forcing.channels, prepared.channels) = channels::on_lattice(reaches, scenario, &bed, findings);
     water::check(&mut bodies, &bed, findings);
     for (breach, cell) in breach.iter().flat_map(|breach| breach.cells.iter().map(move |cell| (breach, cell))) {
         changes.note(cell.cell, Change::Raise(breach.crest));

@@ -25,8 +25,8 @@ pub struct Channel {
     pub manning: Option<f64>,
     /// What resists.
     pub walls: ChannelWalls,
-    /// Water at the start; later ones win.
-    pub water: Vec<ChannelWater>,
+    /// Water at the start, with the place of its level or depth; later ones win.
+    pub water: Vec<Sourced<ChannelWater>>,
     /// Where it joins the terrain with its near end.
     pub joins: Option<Sourced<Joint>>,
     /// What is known beyond its far end; a wall when absent.
@@ -236,11 +236,15 @@ fn channel(entry: ChannelEntry) -> Option<Channel> {
         (_, _, Some(sections)) => ChannelShape::Sections(sections.0),
         _ => return None,
     };
-    let water = |entry: ChannelWaterEntry| ChannelWater {
-        level: entry.level.map(|level| level.value()),
-        depth: entry.depth.map(|depth| depth.value()),
-        from: entry.from.map_or(0.0, |from| from.value()),
-        to: entry.to.map(|to| to.value()),
+    let water = |entry: ChannelWaterEntry| {
+        let water = ChannelWater {
+            level: entry.level.as_ref().map(|level| level.value()),
+            depth: entry.depth.as_ref().map(|depth| depth.value()),
+            from: entry.from.map_or(0.0, |from| from.value()),
+            to: entry.to.map(|to| to.value()),
+        };
+        let Sourced { key, place, .. } = entry.level.map(|l| l.sourced).or(entry.depth.map(|d| d.sourced))?;
+        Some(Sourced { value: water, key, place })
     };
     let joint = |section: JoinsSection| {
         let span = section.from.zip(section.to).map(|(a, b)| (a.value().min(b.value()), a.value().max(b.value())));
@@ -253,7 +257,7 @@ fn channel(entry: ChannelEntry) -> Option<Channel> {
         shape,
         manning: entry.manning.map(|n| n.value()),
         walls: entry.walls.map_or(ChannelWalls::default(), |walls| walls.0.value),
-        water: entry.water.map_or_else(Vec::new, |entries| entries.0.into_iter().map(water).collect()),
+        water: entry.water.map_or_else(Vec::new, |entries| entries.0.into_iter().filter_map(water).collect()),
         joins: entry.joins.map(joint),
         upstream: entry.upstream.and_then(end),
         downstream: entry.downstream.and_then(end),
@@ -296,7 +300,11 @@ pub(super) fn write(channels: &[Channel], text: &mut String) -> std::fmt::Result
             format!("{{{}, from: {} m{end}}}", level.or(depth).unwrap_or_default(), water.from)
         };
         if !channel.water.is_empty() {
-            write!(text, ", water: [{}]", channel.water.iter().map(entry).collect::<Vec<_>>().join(", "))?;
+            write!(
+                text,
+                ", water: [{}]",
+                channel.water.iter().map(|water| entry(&water.value)).collect::<Vec<_>>().join(", ")
+            )?;
         }
         if let Some(joint) = &channel.joins {
             write!(text, ", joins: {{side: {}", name_of(|side: &Side| *side == joint.value.side))?;
@@ -351,9 +359,12 @@ mod tests {
             let second = resolve(&written, Path::new("elsewhere.yaml"), &[]).unwrap().scenario;
             assert_eq!(written, second.to_yaml());
             let (a, b) = (&first.channels[0], &second.channels[0]);
+            let water = |channel: &Channel| {
+                channel.water.iter().map(|water| water.value.clone()).collect::<Vec<ChannelWater>>()
+            };
             assert_eq!(
-                (&a.water, a.manning, a.walls, a.length.value.to_bits()),
-                (&b.water, b.manning, b.walls, b.length.value.to_bits())
+                (water(a), a.manning, a.walls, a.length.value.to_bits()),
+                (water(b), b.manning, b.walls, b.length.value.to_bits())
             );
             let joint = |channel: &Channel| channel.joins.as_ref().map(|joint| joint.value);
             assert_eq!(joint(a), joint(b));

@@ -2,6 +2,7 @@
 
 mod bad_inputs;
 mod breach;
+mod channels;
 mod ground;
 mod malpasset;
 mod roughness;

@@ -408,11 +408,13 @@ struct Weights {
 impl Weights {
     /// Of a discharge `total` (m²/s, over all faces) among these faces.
     fn new(inside: &[Inside], total: f64, g: f64) -> Self {
-        let lowest = inside.iter().map(|i| i.bed).fold(f64::INFINITY, f64::min);
+        // A strip without width, as at the edge of a V, passes nothing: a bound drawn from it would have no end.
+        let wide = || inside.iter().filter(|i| i.width > 0.0);
+        let lowest = wide().map(|i| i.bed).fold(f64::INFINITY, f64::min);
         let critical =
-            |level: f64| inside.iter().map(|i| i.width * (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
+            |level: f64| wide().map(|i| i.width * (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
         // All through the lowest face alone stands highest.
-        let narrowest = inside.iter().map(|i| i.width).fold(1.0, f64::min);
+        let narrowest = wide().map(|i| i.width).fold(1.0, f64::min);
         let (mut low, mut high) = (lowest, lowest + ((total / narrowest) * (total / narrowest) / g).cbrt());
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -422,9 +424,9 @@ impl Weights {
                 high = middle;
             }
         }
-        let counts_roughness = inside.iter().all(|i| i.friction > 0.0);
+        let counts_roughness = wide().all(|i| i.friction > 0.0);
         let mut weights = Weights { critical_level: high, counts_roughness, sum: 0.0 };
-        weights.sum = inside.iter().map(|i| i.width * weights.of(i)).sum();
+        weights.sum = wide().map(|i| i.width * weights.of(i)).sum();
         weights
     }
 
@@ -435,7 +437,7 @@ impl Weights {
     }
 
     fn share(&self, inside: &Inside) -> f64 {
-        if self.sum > 0.0 { self.of(inside) / self.sum } else { 0.0 }
+        if self.sum > 0.0 && inside.width > 0.0 { self.of(inside) / self.sum } else { 0.0 }
     }
 }
 

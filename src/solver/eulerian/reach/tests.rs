@@ -215,6 +215,33 @@ fn uniform_flow_takes_the_depth_of_its_hydraulic_radius() {
     }
 }
 
+#[test]
+fn all_of_a_discharge_comes_in_through_sections_with_strips_of_no_width() {
+    // Two rows of one width, two that differ by rounding, and a V.
+    let tables: [fn(usize) -> f64; 3] = [
+        |k| if k == 0 { 40.0 } else { 0.0 },
+        |k| if k == 0 { 40.0 } else { 4e-16 },
+        |k| if k == 0 { 0.0 } else { 0.25 },
+    ];
+    for (number, width) in tables.into_iter().enumerate() {
+        let section = |i: usize| {
+            let bed = 100.0 - 0.01 * i as f64;
+            let mut strips = vec![Strip { width: width(0), bed }];
+            strips.extend((0..16).map(|k| Strip { width: width(k + 1), bed: bed + (k as f64 + 0.5) / 16.0 }));
+            let whole: f64 = strips.iter().map(|strip| strip.width).sum();
+            ChannelSection { strips, perimeter: vec![(0.0, width(0)), (1.0, whole + 2.0)], manning: 0.03, level: bed }
+        };
+        let mut channel = of_sections(5.0, (0..40).map(section).collect());
+        channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(2.0), level: None });
+        channel.near = ChannelEnd::Open(Condition::NormalDepth { slope: 0.002 });
+        let mut solver = EulerianSolver::new(alone(channel));
+        run_until(&mut solver, 600.0);
+        let ledger = solver.ledger();
+        assert!((ledger.inflow / 1200.0 - 1.0).abs() < 1e-9, "{number}: {ledger:?}");
+        assert!(ledger.relative_error().abs() < 1e-12, "{number}: {ledger:?}");
+    }
+}
+
 /// A plane of flat ground west of which (or east) a channel of its width comes in, and the same as one plane.
 fn wave_through_a_junction(is_west: bool, hump_at: f64) -> (f64, f64) {
     const HEIGHT: f64 = 0.01;
