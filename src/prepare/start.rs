@@ -28,6 +28,8 @@ use crate::solver::Breach;
 const SINGLE_PRECISION: f64 = 2.5e-7;
 /// A change of the bed by the earlier run that is told (m).
 const TOLD_CHANGE: f64 = 1e-3;
+/// From here on a value is the one that NetCDF itself puts where nothing was written.
+const UNWRITTEN: f64 = 9e36;
 /// Share of a cell by which its coordinates may miss those of the file.
 const SAME_PLACE: f64 = 1e-6;
 
@@ -191,7 +193,7 @@ pub(super) fn take_over(
         return Vec::new();
     }
     let state = record(&file, path, earlier)
-        .and_then(|record| read(&file, path, record, &bed.lattice).map_err(|problem| (false, problem)));
+        .and_then(|record| read(&file, path, record, bed).map_err(|problem| (false, problem)));
     let state = match (state, &earlier.time) {
         (Ok(state), _) => state,
         (Err((true, problem)), Some(time)) => {
@@ -280,6 +282,12 @@ fn not_fields(path: &Path, cause: String) -> Problem {
 
 fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {
     readable_file(path)?;
+    if path.to_string_lossy().ends_with(".partial.nc") {
+        let message = format!("{} is of a run that did not end", path.display());
+        return Err(input_error("unfinished-run", message)
+            .with_cause("it is written while a run goes on, and its last frame may be cut")
+            .with_remedy("name the `fields.nc` of a run that ended"));
+    }
     netcdf::open(path).map_err(|cause| not_fields(path, cause.to_string()))
 }
 
@@ -351,7 +359,16 @@ fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<usiz
     let Some((first, last)) = times.first().zip(times.last()) else {
         return Err((false, not_fields(path, "it has no frame".to_owned())));
     };
-    let Some(wanted) = earlier.time.as_ref().map(|time| time.value) else { return Ok(times.len() - 1) };
+    let Some(wanted) = earlier.time.as_ref().map(|time| time.value) else {
+        if last.is_nan() || *last > UNWRITTEN {
+            let message = format!("the last frame of {} has no time", path.display());
+            let problem = input_error("incomplete-frame", message)
+                .with_cause("the file was cut or changed")
+                .with_remedy("take a frame that is whole with `time`");
+            return Err((false, problem));
+        }
+        return Ok(times.len() - 1);
+    };
     let distance = |record: &usize| (times[*record] - wanted).abs();
     let nearest = (0..times.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
     if distance(&nearest) <= 1e-6 * (1.0 + wanted) {
@@ -364,8 +381,9 @@ fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<usiz
     Err((true, problem))
 }
 
-/// The state of one frame; the rows of the file count from the north.
-fn read(file: &netcdf::File, path: &Path, record: usize, lattice: &Lattice) -> Result<State, Problem> {
+/// The state of one frame, which must have a value in each cell with terrain; the rows of the file count from the north.
+fn read(file: &netcdf::File, path: &Path, record: usize, bed: &BedParticles) -> Result<State, Problem> {
+    let lattice = &bed.lattice;
     let frame = |name: &str| {
         let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
         let values = variable
@@ -378,7 +396,7 @@ fn read(file: &netcdf::File, path: &Path, record: usize, lattice: &Lattice) -> R
         let from_north = |cell: usize| {
             let (column, row) = lattice.column_row(cell);
             let value = values[(lattice.rows - 1 - row) * lattice.columns + column];
-            if value.to_bits() == fill.to_bits() { f64::NAN } else { value }
+            if value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN { f64::NAN } else { value }
         };
         Ok((0..lattice.len()).map(from_north).collect::<Vec<f64>>())
     };
@@ -392,6 +410,26 @@ fn read(file: &netcdf::File, path: &Path, record: usize, lattice: &Lattice) -> R
     if let Some(cell) = (0..lattice.len()).find(unsound) {
         let cause = format!("depth {} m, velocity {}, {} m/s in one cell", depth[cell], u[cell], v[cell]);
         return Err(not_fields(path, cause).with_at(lattice.to_map(lattice.centre(cell))));
+    }
+    let is_missing = |cell: &usize| bed.has_terrain(*cell) && (depth[*cell] + u[*cell] + v[*cell]).is_nan();
+    let missing: Vec<usize> = (0..lattice.len()).filter(is_missing).collect();
+    if let Some(&first) = missing.first() {
+        let message = format!(
+            "frame {} of {} has no depth or no velocity on {} cells with terrain",
+            record + 1,
+            path.display(),
+            missing.len()
+        );
+        return Err(input_error("incomplete-frame", message)
+            .with_cause("the file was cut or changed, or the earlier run had a building or no terrain there")
+            .with_remedy("take a frame that is whole with `time`, and the terrain and the buildings of that run")
+            .with_at(lattice.to_map(lattice.centre(first))));
+    }
+    if !depth.iter().any(|depth| *depth > 0.0) {
+        let message = format!("frame {} of {} has no water", record + 1, path.display());
+        return Err(input_error("no-water", message)
+            .with_cause("the depth is 0 in all its cells")
+            .with_remedy("take another moment with `time`, or leave `fields` out for a dry start"));
     }
     let velocity = u.iter().zip(&v).map(|(&u, &v)| if u.is_finite() { Vec2::new(u, v) } else { Vec2::ZERO }).collect();
     Ok(State { depth, level, velocity })
