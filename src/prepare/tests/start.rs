@@ -6,8 +6,11 @@ use super::scene::{Scene, basin_elevation, centre_of, sourced, vector};
 use crate::error::{Problem, Severity};
 use crate::output::FILL;
 use crate::prepare::{Prepared, prepare};
+use crate::scenario::channel::{Channel, ChannelShape, ChannelWalls};
 use crate::scenario::methods::{Motion, Seeding};
-use crate::scenario::{EarlierRun, RiverWidth, WaterOfDepth};
+use crate::scenario::{
+    Breach, BreachTrigger, Breakline, BreaklineMode, EarlierRun, GrowthLaw, LineLevel, RiverWidth, WaterOfDepth,
+};
 
 fn add(scene: &mut Scene, name: &str, depth: f64, river: Option<RiverWidth>) {
     let key = format!("initial[{}]", scene.scenario.start.depths.len() + 1);
@@ -183,4 +186,93 @@ fn a_frame_that_is_not_whole_is_refused() {
     assert_refused(&scene, "no-water");
     go_on(&mut scene, "fields.partial.nc", &[0.0, 10.0], as_written);
     assert_refused(&scene, "unfinished-run");
+}
+
+#[test]
+fn water_in_channels_is_not_lost() {
+    let mut scene = Scene::sound();
+    go_on(&mut scene, "fields.nc", &[0.0, 10.0], as_written);
+    std::fs::create_dir(scene.path("tables")).unwrap();
+    scene.write("tables/channels.csv", "id,time_s\n");
+    let problem = assert_refused(&scene, "channels-of-earlier-run");
+    assert!(problem.message.contains("is of a run with channels"), "{problem}");
+    std::fs::remove_file(scene.path("tables/channels.csv")).unwrap();
+    scene.scenario.channels.push(Channel {
+        id: sourced("channels[0].id", "reach".to_owned()),
+        length: sourced("channels[0].length", 800.0),
+        shape: ChannelShape::Rectangle { width: 12.0, bed: 20.0, slope: 0.002 },
+        manning: None,
+        walls: ChannelWalls::default(),
+        water: Vec::new(),
+        joins: None,
+        upstream: None,
+        downstream: None,
+    });
+    let prepared = prepare(&scene.scenario);
+    let problem = prepared.problems.iter().find(|problem| problem.code == "channels-of-earlier-run").unwrap();
+    assert_eq!((problem.severity, problem.key.as_str()), (Severity::Error, "initial[0].fields"));
+}
+
+#[test]
+fn the_remedy_for_water_in_the_dam_keeps_a_dam() {
+    let mut scene = Scene::sound();
+    go_on(&mut scene, "fields.nc", &[0.0, 10.0], as_written);
+    scene.line("dam.geojson", &[(1077.5, 2041.0), (1077.5, 2109.0)]);
+    scene.scenario.breach = Some(Breach {
+        dam: vector("breach.dam", scene.path("dam.geojson")),
+        crest: Some(sourced("breach.crest", 10.0)),
+        crest_field: None,
+        trigger: BreachTrigger::At(sourced("breach.trigger.at", 0.0)),
+        shape: None,
+        law: GrowthLaw::Instantaneous,
+        duration: None,
+        method: None,
+    });
+    let prepared = prepare(&scene.scenario);
+    let problem = prepared.problems.iter().find(|problem| problem.code == "water-in-dam").unwrap();
+    let remedy = problem.remedy.as_deref().unwrap();
+    assert!(remedy.contains("`mode: raise`") && remedy.contains("from its start"), "{remedy}");
+    assert!(!remedy.contains("take `breach` out"), "{remedy}");
+}
+
+#[test]
+fn what_this_scenario_changes_under_the_water_of_the_earlier_run_is_not_undone() {
+    let mut scene = Scene::sound();
+    // A levee across the basin: ten cells of it that the earlier run had under water, without a levee.
+    scene.line("line.geojson", &[(1077.5, 2041.0), (1077.5, 2109.0)]);
+    let levee = Breakline {
+        lines: vector("terrain.breaklines[0].lines", scene.path("line.geojson")),
+        mode: BreaklineMode::Raise,
+        level: LineLevel::Constant(sourced("terrain.breaklines[0].z", 1.5)),
+        width: None,
+    };
+    scene.scenario.ground.breaklines = vec![levee];
+    go_on(&mut scene, "fields.nc", &[0.0, 10.0], as_written);
+    let problem = assert_refused(&scene, "change-under-water");
+    assert!(problem.message.contains("10 cells") && problem.message.contains("-1.500 m"), "{problem}");
+    // The earlier run had it too.
+    let overtopped = |name: &str, column: usize, row: usize| {
+        let value = as_written(name, column, row);
+        if name == "depth" && column == 15 && value > 0.0 { value - 1.5 } else { value }
+    };
+    go_on(&mut scene, "fields.nc", &[0.0, 10.0], overtopped);
+    assert_eq!(prepare(&scene.scenario).problems, []);
+
+    scene.scenario.ground.breaklines.clear();
+    let raised = |rise: f32, columns: std::ops::Range<usize>| {
+        move |name: &str, column: usize, row: usize| {
+            let value = as_written(name, column, row);
+            if name == "water_level" && value != FILL && columns.contains(&column) { value + rise } else { value }
+        }
+    };
+    go_on(&mut scene, "fields.nc", &[0.0, 10.0], raised(0.3, 0..40));
+    let problem = assert_refused(&scene, "other-terrain");
+    assert!(problem.message.contains("0.300 m (median of 100 cells)"), "{problem}");
+    // A few cells are a shore that was fitted.
+    go_on(&mut scene, "fields.nc", &[0.0, 10.0], raised(0.3, 10..12));
+    let prepared = prepare(&scene.scenario);
+    assert_eq!(prepared.problems.len(), 1, "{:#?}", prepared.problems);
+    let warning = &prepared.problems[0];
+    assert_eq!((warning.severity, warning.code), (Severity::Warning, "bed-of-earlier-run"));
+    assert!(warning.remedy.is_some() && warning.message.contains("20 wet cells"), "{warning}");
 }
