@@ -78,6 +78,15 @@ pub struct BreachRecord {
     pub duration_s: f64,
 }
 
+/// The earlier run that this one went on from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HotStart {
+    /// Its `fields.nc`, as the scenario names it.
+    pub path: String,
+    /// The moment of it (s); none for its last one.
+    pub time_s: Option<f64>,
+}
+
 /// The contents of `run.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RunManifest {
@@ -126,6 +135,9 @@ pub struct RunManifest {
     /// The dam that breaks, where the scenario has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub breach: Option<BreachRecord>,
+    /// The earlier run that this one went on from, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hot_start: Option<HotStart>,
     /// Quality gates: one sentence each, with the number.
     pub gates: Vec<String>,
     /// `running`, `done`, `failed` or `stopped`.

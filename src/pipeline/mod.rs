@@ -17,9 +17,9 @@ use std::time::Instant;
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
-    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, InputFile, Provenance, Recorder, RecorderPlan,
-    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now, write_channels,
-    write_cogs, write_geopackage, write_maps, write_sections, write_tables,
+    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, Provenance, Recorder,
+    RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now,
+    write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
@@ -427,7 +427,12 @@ fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared
         path: file.path.display().to_string(),
         sha256: file.sha256.clone(),
     };
+    let hot_start = scenario.start.earlier.as_ref().map(|earlier| HotStart {
+        path: earlier.fields.value.display().to_string(),
+        time_s: earlier.time.as_ref().map(|time| time.value),
+    });
     RunManifest {
+        hot_start,
         version: version::VERSION.to_owned(),
         git: (version::COMMIT != "unknown").then(|| version::COMMIT.to_owned()),
         command: options.command.clone(),

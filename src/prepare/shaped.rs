@@ -52,6 +52,12 @@ impl Changes {
         self.0.entry(cell).or_default().push(change);
     }
 
+    /// Whether a cell that has terrain is raised, carved or lifted.
+    pub fn moves(&self, cell: usize) -> bool {
+        let moves = |change: &Change| matches!(change, Change::Raise(_) | Change::Carve(_) | Change::Lift(_));
+        self.0.get(&cell).is_some_and(|changes| changes.iter().any(moves))
+    }
+
     /// The terrain with these changes.
     pub fn on<'a>(&'a self, terrain: &'a Terrain, lattice: &'a Lattice) -> Shaped<'a> {
         Shaped { terrain, lattice, changes: self }

@@ -12,6 +12,7 @@ use geo::MultiPolygon;
 use super::burn::strip;
 use super::findings::Findings;
 use super::polygons::cells_inside;
+use super::shaped::Changes;
 use super::{places, water};
 use crate::bed::{BedParticles, derive_shape};
 use crate::error::{Problem, ProblemKind};
@@ -28,6 +29,10 @@ use crate::solver::Breach;
 const SINGLE_PRECISION: f64 = 2.5e-7;
 /// A change of the bed by the earlier run that is told (m).
 const TOLD_CHANGE: f64 = 1e-3;
+/// A difference between the beds of two runs (m) that makes them runs on different terrain.
+const OTHER_BED: f64 = 0.05;
+/// From here on a value is the one that NetCDF itself puts where nothing was written.
+const UNWRITTEN: f64 = 9e36;
 /// Share of a cell by which its coordinates may miss those of the file.
 const SAME_PLACE: f64 = 1e-6;
 
@@ -74,7 +79,21 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             findings.add(&water.place, problem);
         }
     }
-    if start.earlier.is_some() {
+    if let Some(earlier) = &start.earlier {
+        let table = earlier.fields.value.with_file_name("tables").join("channels.csv");
+        let message = match (scenario.channels.is_empty(), table.is_file()) {
+            (false, _) => Some("a run with `channels` does not go on where another run was".to_owned()),
+            (true, true) => Some(format!("{} is of a run with channels", earlier.fields.value.display())),
+            (true, false) => None,
+        };
+        if let Some(message) = message {
+            let problem = Problem::error(ProblemKind::Scenario, "channels-of-earlier-run", "", message)
+                .with_cause("`fields.nc` has the water of the plane only, and that in the channels would be lost")
+                .with_remedy(
+                    "run it whole, from its start: give water with a level or a depth, and a later `time.end`",
+                );
+            findings.add(&earlier.fields, problem);
+        }
         for boundary in scenario.boundaries.iter().filter(|b| matches!(b.value.condition, BoundaryCondition::Free)) {
             let message =
                 "this boundary takes the water before it at the start as that of a sea or lake at rest beyond";
@@ -178,7 +197,7 @@ struct State {
 pub(super) fn take_over(
     scenario: &Scenario,
     crs: &OutputCrs,
-    breach: Option<&Breach>,
+    (breach, changes): (Option<&Breach>, &Changes),
     bed: &mut BedParticles,
     still: &mut StillWater,
     findings: &mut Findings,
@@ -191,7 +210,7 @@ pub(super) fn take_over(
         return Vec::new();
     }
     let state = record(&file, path, earlier)
-        .and_then(|record| read(&file, path, record, &bed.lattice).map_err(|problem| (false, problem)));
+        .and_then(|record| read(&file, path, record, bed).map_err(|problem| (false, problem)));
     let state = match (state, &earlier.time) {
         (Ok(state), _) => state,
         (Err((true, problem)), Some(time)) => {
@@ -203,7 +222,7 @@ pub(super) fn take_over(
             return Vec::new();
         }
     };
-    let fits = lay(&state, path, breach, bed, still);
+    let fits = lay(&state, path, (breach, changes), bed, still);
     match fits {
         Ok(warning) => {
             findings.add_all(&earlier.fields, warning);
@@ -220,7 +239,7 @@ pub(super) fn take_over(
 fn lay(
     state: &State,
     path: &Path,
-    breach: Option<&Breach>,
+    (breach, changes): (Option<&Breach>, &Changes),
     bed: &mut BedParticles,
     still: &mut StillWater,
 ) -> Result<Option<Problem>, Box<Problem>> {
@@ -236,23 +255,37 @@ fn lay(
             .with_at(place(first, bed));
         return Err(Box::new(problem));
     }
-    let (mut changed, mut largest) = (0, (0.0_f64, 0));
+    let mut rises = Vec::new();
     for cell in (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0) {
         let (depth, level) = (state.depth[cell], state.level[cell]);
         still.depth[cell] = depth;
         let rise = level - depth - bed.elevation[cell];
         // Where the level is not known the bed is that of this scenario.
-        if rise.is_nan() || rise.abs() <= SINGLE_PRECISION * (level.abs() + depth) {
+        if rise.is_nan() {
+            continue;
+        }
+        if rise.abs() <= SINGLE_PRECISION * (level.abs() + depth) {
+            rises.push((cell, 0.0));
             continue;
         }
         if breach.is_some_and(|breach| breach.cells.iter().any(|dam| dam.cell == cell)) {
             let message = format!("{name} has water where the dam of `breach` stands, on a bed that is not its crest");
             let problem = input_error("water-in-dam", message)
                 .with_cause("the dam was not there in the earlier run, or it had broken")
-                .with_remedy("take `breach` out, or a moment before the dam broke")
+                .with_remedy(
+                    "take a moment before the dam broke, run it whole from its start, or put what still stands of the dam under \
+                     `terrain.breaklines` with `mode: raise` in place of `breach` (without either there is no dam)",
+                )
                 .with_at(place(cell, bed));
             return Err(Box::new(problem));
         }
+        rises.push((cell, rise));
+    }
+    if let Some(problem) = other_bed(&rises, path, changes, bed) {
+        return Err(Box::new(problem));
+    }
+    let (mut changed, mut largest) = (0, (0.0_f64, 0));
+    for (cell, rise) in rises {
         bed.elevation[cell] += rise;
         if rise.abs() > TOLD_CHANGE {
             changed += 1;
@@ -268,8 +301,46 @@ fn lay(
             .with_cause(
                 "the shore of still water was fitted in that run, its bed had changed, or its terrain was another one",
             )
+            .with_remedy("nothing, if a shore was fitted or a dam broke there; otherwise take the terrain of that run, or run from the start")
             .with_at(place(largest.1, bed))
     }))
+}
+
+/// What speaks against the bed under the water of the earlier run, given by how much it lies above that of this one (m): a
+/// change that this scenario makes and that run did not have, or another terrain throughout.
+fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedParticles) -> Option<Problem> {
+    let name = path.display();
+    let place = |cell: usize| bed.lattice.to_map(bed.lattice.centre(cell));
+    let (built, natural): (Vec<_>, Vec<_>) = rises.iter().copied().partition(|(cell, _)| changes.moves(*cell));
+    let mut sorted = natural;
+    sorted.sort_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    if let Some(&(cell, rise)) = sorted.get(sorted.len() / 2).filter(|(_, rise)| rise.abs() > OTHER_BED) {
+        let message = format!(
+            "under water the bed of {name} differs from that of this run by {:.3} m (median of {} cells)",
+            rise.abs(),
+            sorted.len()
+        );
+        return Some(
+            input_error("other-terrain", message)
+                .with_cause("it ran on another terrain, or with heights above another datum")
+                .with_remedy(
+                    "take the terrain layers of that run, with their `offset` and `unit`, or run from the start",
+                )
+                .with_at(place(cell)),
+        );
+    }
+    let off: Vec<_> = built.into_iter().filter(|(_, rise)| rise.abs() > OTHER_BED).collect();
+    let (cell, rise) = off.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let message = format!(
+        "{name} has water on {} cells that this scenario raises or carves, on another bed, by {rise:+.3} m at most",
+        off.len()
+    );
+    Some(
+        input_error("change-under-water", message)
+            .with_cause("the earlier run was without the breakline or the building there, or had it at another level")
+            .with_remedy("run from the start with it, or take it out and go on")
+            .with_at(place(cell)),
+    )
 }
 
 fn not_fields(path: &Path, cause: String) -> Problem {
@@ -280,6 +351,12 @@ fn not_fields(path: &Path, cause: String) -> Problem {
 
 fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {
     readable_file(path)?;
+    if path.to_string_lossy().ends_with(".partial.nc") {
+        let message = format!("{} is of a run that did not end", path.display());
+        return Err(input_error("unfinished-run", message)
+            .with_cause("it is written while a run goes on, and its last frame may be cut")
+            .with_remedy("name the `fields.nc` of a run that ended"));
+    }
     netcdf::open(path).map_err(|cause| not_fields(path, cause.to_string()))
 }
 
@@ -351,7 +428,16 @@ fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<usiz
     let Some((first, last)) = times.first().zip(times.last()) else {
         return Err((false, not_fields(path, "it has no frame".to_owned())));
     };
-    let Some(wanted) = earlier.time.as_ref().map(|time| time.value) else { return Ok(times.len() - 1) };
+    let Some(wanted) = earlier.time.as_ref().map(|time| time.value) else {
+        if last.is_nan() || *last > UNWRITTEN {
+            let message = format!("the last frame of {} has no time", path.display());
+            let problem = input_error("incomplete-frame", message)
+                .with_cause("the file was cut or changed")
+                .with_remedy("take a frame that is whole with `time`");
+            return Err((false, problem));
+        }
+        return Ok(times.len() - 1);
+    };
     let distance = |record: &usize| (times[*record] - wanted).abs();
     let nearest = (0..times.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
     if distance(&nearest) <= 1e-6 * (1.0 + wanted) {
@@ -364,8 +450,9 @@ fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<usiz
     Err((true, problem))
 }
 
-/// The state of one frame; the rows of the file count from the north.
-fn read(file: &netcdf::File, path: &Path, record: usize, lattice: &Lattice) -> Result<State, Problem> {
+/// The state of one frame, which must have a value in each cell with terrain; the rows of the file count from the north.
+fn read(file: &netcdf::File, path: &Path, record: usize, bed: &BedParticles) -> Result<State, Problem> {
+    let lattice = &bed.lattice;
     let frame = |name: &str| {
         let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
         let values = variable
@@ -378,7 +465,7 @@ fn read(file: &netcdf::File, path: &Path, record: usize, lattice: &Lattice) -> R
         let from_north = |cell: usize| {
             let (column, row) = lattice.column_row(cell);
             let value = values[(lattice.rows - 1 - row) * lattice.columns + column];
-            if value.to_bits() == fill.to_bits() { f64::NAN } else { value }
+            if value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN { f64::NAN } else { value }
         };
         Ok((0..lattice.len()).map(from_north).collect::<Vec<f64>>())
     };
@@ -392,6 +479,26 @@ fn read(file: &netcdf::File, path: &Path, record: usize, lattice: &Lattice) -> R
     if let Some(cell) = (0..lattice.len()).find(unsound) {
         let cause = format!("depth {} m, velocity {}, {} m/s in one cell", depth[cell], u[cell], v[cell]);
         return Err(not_fields(path, cause).with_at(lattice.to_map(lattice.centre(cell))));
+    }
+    let is_missing = |cell: &usize| bed.has_terrain(*cell) && (depth[*cell] + u[*cell] + v[*cell]).is_nan();
+    let missing: Vec<usize> = (0..lattice.len()).filter(is_missing).collect();
+    if let Some(&first) = missing.first() {
+        let message = format!(
+            "frame {} of {} has no depth or no velocity on {} cells with terrain",
+            record + 1,
+            path.display(),
+            missing.len()
+        );
+        return Err(input_error("incomplete-frame", message)
+            .with_cause("the file was cut or changed, or the earlier run had a building or no terrain there")
+            .with_remedy("take a frame that is whole with `time`, and the terrain and the buildings of that run")
+            .with_at(lattice.to_map(lattice.centre(first))));
+    }
+    if !depth.iter().any(|depth| *depth > 0.0) {
+        let message = format!("frame {} of {} has no water", record + 1, path.display());
+        return Err(input_error("no-water", message)
+            .with_cause("the depth is 0 in all its cells")
+            .with_remedy("take another moment with `time`, or leave `fields` out for a dry start"));
     }
     let velocity = u.iter().zip(&v).map(|(&u, &v)| if u.is_finite() { Vec2::new(u, v) } else { Vec2::ZERO }).collect();
     Ok(State { depth, level, velocity })

@@ -43,9 +43,11 @@ pub(super) struct RunFolder {
 }
 
 impl RunFolder {
-    /// Whether the dam is gone at the start: none breaks later, and no water comes from elsewhere.
+    /// Whether the dam is gone at the start: none breaks later, no water comes from elsewhere, and no earlier run had its beginning.
     pub fn begins_with_the_failure(&self) -> bool {
-        self.summary["breach"].is_null() && self.summary["volume_m3"]["in"].as_f64().is_none_or(|volume| volume <= 0.0)
+        self.summary["breach"].is_null()
+            && self.summary["hot_start"].is_null()
+            && self.summary["volume_m3"]["in"].as_f64().is_none_or(|volume| volume <= 0.0)
     }
 
     /// Opens the folder of a finished run; one that is under way or was killed is refused, whatever it holds.

@@ -102,6 +102,19 @@ fn where_the_dam_breaks_later_times_count_from_the_start_of_the_run() {
 }
 
 #[test]
+fn after_a_hot_start_times_count_from_the_start_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    run_folder(folder.path());
+    let earlier = r#"{"path": "first/fields.nc", "time_s": null}"#;
+    let summary =
+        format!(r#"{{"status": "done", "hot_start": {earlier}, "volume_m3": {{"initial": 5e4, "in": 0.0}}}}"#);
+    std::fs::write(folder.path().join("run.json"), summary).unwrap();
+    let Report { files, .. } = report(folder.path()).unwrap();
+    let page = std::fs::read_to_string(files.last().unwrap()).unwrap();
+    assert!(page.contains("2 min 30 s after the start of the run") && !page.contains("the failure"));
+}
+
+#[test]
 fn a_folder_without_a_run_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let error = report(folder.path()).unwrap_err();

@@ -105,6 +105,8 @@ fn two_halves_are_the_whole() {
     let (whole, whole_fields) = scene.run("whole", &[]);
     let (first, first_fields) = scene.run("first", &["time.end=30 s"]);
     let (second, second_fields) = scene.run("second", &["time.end=30 s", "initial=[{fields: first/fields.nc}]"]);
+    assert!(first.get("hot_start").is_none());
+    assert!(second["hot_start"]["path"].as_str().unwrap().ends_with("fields.nc"), "{second}");
     // What the second begins with is what the first ended with, to single precision.
     let handed_on = volume(&second, "initial") / volume(&first, "final") - 1.0;
     assert!(handed_on.abs() < 1e-7, "{handed_on:e}");
@@ -133,7 +135,8 @@ fn two_halves_are_the_whole() {
     // The step that ends the first run is cut, and all steps after it are others; five times what was found (1.2e-4 and 9.4e-4 m).
     assert!(rms < 6e-4 && worst < 5e-3, "rms {rms:e} m, worst {worst:e} m");
     // The state counts: from the start of the first run the end is another one.
-    let (_, wrong) = scene.run("wrong", &["time.end=30 s", "initial=[{fields: first/fields.nc, time: 0 s}]"]);
+    let (run, wrong) = scene.run("wrong", &["time.end=30 s", "initial=[{fields: first/fields.nc, time: 0 s}]"]);
+    assert_eq!((run["hot_start"]["time_s"].as_f64(), second["hot_start"]["time_s"].is_null()), (Some(0.0), true));
     let wrong = frame(&wrong, "depth", None);
     assert!(a.iter().zip(wrong).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > 0.1);
 }
