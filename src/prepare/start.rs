@@ -337,7 +337,7 @@ fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedPa
     );
     Some(
         input_error("change-under-water", message)
-            .with_cause("the earlier run was without the breakline or the building there, or had it at another level")
+            .with_cause("the earlier run was without the breakline or the building there, had it at another level, or fitted a shore to it")
             .with_remedy("run from the start with it, or take it out and go on")
             .with_at(place(cell)),
     )
