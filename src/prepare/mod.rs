@@ -267,7 +267,7 @@ fn place_on_lattice(
     }
     let surface = changes.on(terrain, &lattice);
     let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
-    start::wet(start, scenario, &bed, &mut still_water, findings);
+    start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
     prepared.initial_velocity =
         start::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
     if let Some(breach) = &breach {

@@ -58,6 +58,12 @@ impl Changes {
         self.0.get(&cell).is_some_and(|changes| changes.iter().any(moves))
     }
 
+    /// Whether a cell is raised or lifted: a dam, a levee, a building that stands in the water.
+    pub fn raises(&self, cell: usize) -> bool {
+        let raises = |change: &Change| matches!(change, Change::Raise(_) | Change::Lift(_));
+        self.0.get(&cell).is_some_and(|changes| changes.iter().any(raises))
+    }
+
     /// The terrain with these changes.
     pub fn on<'a>(&'a self, terrain: &'a Terrain, lattice: &'a Lattice) -> Shaped<'a> {
         Shaped { terrain, lattice, changes: self }

@@ -150,7 +150,7 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
 pub(super) fn wet(
     opened: &Opened,
     scenario: &Scenario,
-    bed: &BedParticles,
+    (bed, changes): (&BedParticles, &Changes),
     still: &mut StillWater,
     findings: &mut Findings,
 ) {
@@ -176,7 +176,8 @@ pub(super) fn wet(
             findings.add(&water.place, Problem { at: corner, ..problem });
         }
         for cell in on_terrain {
-            if still.body[cell].is_none() {
+            // No depth lies on the crest of a dam or of a levee.
+            if still.body[cell].is_none() && !changes.raises(cell) {
                 still.depth[cell] = water.depth.value;
             }
         }

@@ -48,6 +48,22 @@ fn areas_and_rivers_get_their_depth_where_no_level_puts_water() {
     assert!(prepared.initial_velocity.is_empty());
 }
 
+#[test]
+fn a_river_stays_off_a_levee_that_crosses_it() {
+    let mut scene = Scene::sound();
+    scene.line("river.geojson", &[(1101.0, 2077.5), (1199.0, 2077.5)]);
+    add(&mut scene, "river.geojson", 0.75, Some(RiverWidth::Cell));
+    scene.line("levee.geojson", &[(1152.5, 2060.0), (1152.5, 2095.0)]);
+    scene.scenario.ground.breaklines = vec![Breakline {
+        lines: vector("terrain.breaklines[0].lines", scene.path("levee.geojson")),
+        mode: BreaklineMode::Raise,
+        level: LineLevel::Constant(sourced("terrain.breaklines[0].z", 30.0)),
+        width: None,
+    }];
+    let prepared = prepare(&scene.scenario);
+    assert_eq!(cells_of(&prepared, 0.75), 19);
+}
+
 /// A change that makes the water unfit, with the code and the key of what is reported.
 type Unfit = (&'static str, &'static str, fn(&mut Scene));
 
