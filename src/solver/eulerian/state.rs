@@ -79,6 +79,39 @@ pub(crate) struct GradientRow {
     pub v_y: Vec<f64>,
 }
 
+impl PrimitiveRow {
+    /// A row of so many particles without water.
+    pub fn dry(len: usize) -> Self {
+        let zeros = || vec![0.0; len];
+        PrimitiveRow { depth: zeros(), velocity_x: zeros(), velocity_y: zeros(), fastest: Fastest::default() }
+    }
+}
+
+impl GradientRow {
+    /// A row of so many particles with no slope of anything.
+    pub fn level(len: usize) -> Self {
+        let zeros = || vec![0.0; len];
+        GradientRow {
+            surface_x: zeros(),
+            surface_y: zeros(),
+            depth_x: zeros(),
+            depth_y: zeros(),
+            u_x: zeros(),
+            u_y: zeros(),
+            v_x: zeros(),
+            v_y: zeros(),
+        }
+    }
+}
+
+impl FaceRow {
+    /// So many faces through which nothing flows.
+    pub fn without_flow(len: usize) -> Self {
+        let zeros = || vec![0.0; len];
+        FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() }
+    }
+}
+
 /// What flows through the faces of one direction, per metre of face; the cell itself is the owner, "left".
 #[derive(Clone, Debug)]
 pub(crate) struct FaceRow {
@@ -110,7 +143,7 @@ impl State {
     pub fn new(bed: &BedParticles, initial_depth: &[f64], gravity: f64) -> Self {
         let (columns, rows) = (bed.lattice.columns, bed.lattice.rows);
         let zeros = || vec![0.0; columns + 2];
-        let face = || FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() };
+        let face = || FaceRow::without_flow(columns + 2);
         let mut ground =
             vec![GroundRow { bed: vec![NO_TERRAIN; columns + 2], friction: zeros(), step: zeros() }; rows + 2];
         let mut water = vec![
@@ -134,30 +167,15 @@ impl State {
         find_steps(&mut ground);
         let primitive = water
             .iter()
-            .map(|water| PrimitiveRow {
-                depth: water.depth.clone(),
-                velocity_x: zeros(),
-                velocity_y: zeros(),
-                fastest: Fastest::default(),
-            })
+            .map(|water| PrimitiveRow { depth: water.depth.clone(), ..PrimitiveRow::dry(columns + 2) })
             .collect();
-        let gradient = GradientRow {
-            surface_x: zeros(),
-            surface_y: zeros(),
-            depth_x: zeros(),
-            depth_y: zeros(),
-            u_x: zeros(),
-            u_y: zeros(),
-            v_x: zeros(),
-            v_y: zeros(),
-        };
         State {
             columns,
             rows,
             ground,
             water,
             primitive,
-            gradient: vec![gradient; rows + 2],
+            gradient: vec![GradientRow::level(columns + 2); rows + 2],
             flux: vec![[face(), face()]; rows + 2],
         }
     }

@@ -1,6 +1,6 @@
 //! The sections of a reach: what a mean depth is as a level, and as a hydraulic radius; their strips as rows of the plane.
 
-use super::super::state::{FaceRow, Fastest, GradientRow, GroundRow, PrimitiveRow};
+use super::super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow};
 use crate::boundary::{Channel, wetted_perimeter};
 
 /// The strips of all particles and faces; those of particle i stand from i·`strips` on.
@@ -117,25 +117,11 @@ pub(super) struct StripRow {
 impl StripRow {
     /// A row without water on a bed.
     pub fn new(ground: GroundRow) -> Self {
-        let zeros = || vec![0.0; ground.bed.len()];
+        let len = ground.bed.len();
         StripRow {
-            water: PrimitiveRow {
-                depth: zeros(),
-                velocity_x: zeros(),
-                velocity_y: zeros(),
-                fastest: Fastest::default(),
-            },
-            slope: GradientRow {
-                surface_x: zeros(),
-                surface_y: zeros(),
-                depth_x: zeros(),
-                depth_y: zeros(),
-                u_x: zeros(),
-                u_y: zeros(),
-                v_x: zeros(),
-                v_y: zeros(),
-            },
-            flux: FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() },
+            water: PrimitiveRow::dry(len),
+            slope: GradientRow::level(len),
+            flux: FaceRow::without_flow(len),
             ground,
         }
     }
