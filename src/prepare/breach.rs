@@ -110,21 +110,7 @@ pub(super) fn on_lattice(
         }
         return None;
     }
-    let by_station = |a: &&DamCell, b: &&DamCell| a.station.total_cmp(&b.station);
-    for end in [cells.iter().min_by(by_station), cells.iter().max_by(by_station)].into_iter().flatten() {
-        if end.ground < opened.crest - OPEN_END {
-            let message = format!(
-                "the dam ends where the ground ({:.2} m) is {:.2} m below its crest",
-                end.ground,
-                opened.crest - end.ground
-            );
-            let problem = Problem::warning(ProblemKind::Input, "dam-end-open", "", message)
-                .with_cause("higher water passes beside its end, if the edge of the terrain does not hold it")
-                .with_remedy("draw the line on into the abutment")
-                .with_at(at(end));
-            findings.add(&written.dam, problem);
-        }
-    }
+    warn_of_open_ends(&cells, written, opened.crest, lattice, findings);
     let length = line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
     let opening = match &written.shape {
         None => Some(Opening::Whole),
@@ -159,6 +145,30 @@ pub(super) fn on_lattice(
         bed.elevation[cell.cell] = breach.bed(cell, 0.0);
     }
     Some(breach)
+}
+
+/// The first and the last cell along the dam.
+fn ends(cells: &[DamCell]) -> [Option<&DamCell>; 2] {
+    let by_station = |a: &&DamCell, b: &&DamCell| a.station.total_cmp(&b.station);
+    [cells.iter().min_by(by_station), cells.iter().max_by(by_station)]
+}
+
+/// Warns of ends of the dam beside which water passes.
+fn warn_of_open_ends(cells: &[DamCell], written: &Written, crest: f64, lattice: &Lattice, findings: &mut Findings) {
+    for end in ends(cells).into_iter().flatten() {
+        if end.ground < crest - OPEN_END {
+            let message = format!(
+                "the dam ends where the ground ({:.2} m) is {:.2} m below its crest",
+                end.ground,
+                crest - end.ground
+            );
+            let problem = Problem::warning(ProblemKind::Input, "dam-end-open", "", message)
+                .with_cause("higher water passes beside its end, if the edge of the terrain does not hold it")
+                .with_remedy("draw the line on into the abutment")
+                .with_at(lattice.to_map(lattice.centre(end.cell)));
+            findings.add(&written.dam, problem);
+        }
+    }
 }
 
 /// The breach with the shape, growth and duration of its formula, where it has one.
@@ -246,8 +256,8 @@ fn trapezoid(
     }
     // Half a cell more than the bottom, so that a narrow one does not fall between two cells.
     let reach = 0.5 * (width + lattice.spacing);
-    let under = cells.iter().filter(|cell| (cell.station - middle).abs() <= reach);
-    if let Some(ground) = under.min_by(|a, b| a.ground.total_cmp(&b.ground))
+    let under: Vec<&DamCell> = cells.iter().filter(|cell| (cell.station - middle).abs() <= reach).collect();
+    if let Some(ground) = under.iter().min_by(|a, b| a.ground.total_cmp(&b.ground))
         && invert < ground.ground
     {
         let message =
@@ -261,15 +271,14 @@ fn trapezoid(
         findings.add(&shape.invert, problem);
         return None;
     }
-    let above: Vec<_> =
-        cells.iter().filter(|cell| (cell.station - middle).abs() <= reach && cell.ground > invert + OPEN_END).collect();
-    let bottom = cells.iter().filter(|cell| (cell.station - middle).abs() <= reach).count();
+    let above: Vec<_> = under.iter().filter(|cell| cell.ground > invert + OPEN_END).collect();
     if let Some(highest) = above.iter().max_by(|a, b| a.ground.total_cmp(&b.ground))
-        && above.len() as f64 > GROUND_IN_OPENING * bottom as f64
+        && above.len() as f64 > GROUND_IN_OPENING * under.len() as f64
     {
         let message = format!(
-            "{} of {bottom} cells of the bottom of the breach end on the terrain above the invert of {invert} m, the highest at {:.2} m",
+            "{} of {} cells of the bottom of the breach end on the terrain above the invert of {invert} m, the highest at {:.2} m",
             above.len(),
+            under.len(),
             highest.ground
         );
         let problem = Problem::warning(ProblemKind::Input, "terrain-in-breach", "", message)
@@ -366,9 +375,7 @@ pub(super) fn check_way(
 /// On which sides of the dam water as high as `passable` (m) finds its way from the opening over some cells.
 fn sides_reached(breach: &Breach, opened: &[&DamCell], passable: f64, bed: &BedParticles) -> [bool; 2] {
     let lattice = &bed.lattice;
-    let by_station = |a: &&DamCell, b: &&DamCell| a.station.total_cmp(&b.station);
-    let ends = [breach.cells.iter().min_by(by_station), breach.cells.iter().max_by(by_station)];
-    let [Some(start), Some(end)] = ends.map(|cell| cell.map(|cell| lattice.centre(cell.cell))) else {
+    let [Some(start), Some(end)] = ends(&breach.cells).map(|cell| cell.map(|cell| lattice.centre(cell.cell))) else {
         return [false; 2];
     };
     let across = (end - start).perpendicular() * (1.0 / (end - start).norm().max(f64::MIN_POSITIVE));
