@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use crate::{Netcdf, floodsim};
+use crate::{Netcdf, changed, floodsim};
 
 /// A channel that falls to the east by 4 %, 200 m long and 60 m wide, with a bed lower by 1 m in its middle third. Times in the
 /// hydrograph are minutes. The lines of this scenario are counted on by the tests.
@@ -47,12 +47,7 @@ impl Scene {
 
     fn with(changes: &[(&str, &str)]) -> Scene {
         let scene = Scene::sound();
-        let mut text = SCENARIO.to_owned();
-        for (from, to) in changes {
-            assert!(text.contains(from), "`{from}` is not in the scenario");
-            text = text.replace(from, to);
-        }
-        scene.write("s.yaml", &text);
+        scene.write("s.yaml", &changed(SCENARIO, changes));
         scene
     }
 

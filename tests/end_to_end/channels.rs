@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use crate::floodsim;
+use crate::{changed, floodsim};
 
 /// A plain that falls to the east by 1 %, 100 m long and 60 m wide, with a bed lower by 1 m in its middle third, where a channel of
 /// 20 m comes in from the west. The lines of this scenario are counted on by the tests.
@@ -55,12 +55,7 @@ impl Scene {
         scene.write("dem.asc", &(header.to_owned() + &rows.join("\n") + "\n"));
         scene.write("q.csv", "t,q\n0,0\n0.5,30\n3,30\n");
         scene.write("x.csv", sections);
-        let mut text = SCENARIO.to_owned();
-        for (from, to) in changes {
-            assert!(text.contains(from), "`{from}` is not in the scenario");
-            text = text.replace(from, to);
-        }
-        scene.write("s.yaml", &text);
+        scene.write("s.yaml", &changed(SCENARIO, changes));
         scene
     }
 

@@ -39,6 +39,17 @@ fn floodsim(folder: &Path, arguments: &[&str]) -> Answer {
     }
 }
 
+/// A scenario with texts replaced, each of which must be in it.
+#[track_caller]
+fn changed(scenario: &str, changes: &[(&str, &str)]) -> String {
+    let mut text = scenario.to_owned();
+    for (from, to) in changes {
+        assert!(text.contains(from), "`{from}` is not in the scenario");
+        text = text.replace(from, to);
+    }
+    text
+}
+
 /// A NetCDF file as it is read back.
 struct Netcdf {
     /// Lengths of the dimensions.

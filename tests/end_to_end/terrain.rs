@@ -7,7 +7,7 @@ use gdal::DriverManager;
 use gdal::raster::Buffer;
 use tempfile::TempDir;
 
-use crate::{Netcdf, floodsim};
+use crate::{Netcdf, changed, floodsim};
 
 /// Columns and rows of the terrain, its cell (m) and its south-western corner.
 const COLUMNS: usize = 50;
@@ -58,12 +58,7 @@ impl Scene {
 
     fn with(changes: &[(&str, &str)]) -> Scene {
         let scene = Scene::sound();
-        let mut text = SCENARIO.to_owned();
-        for (from, to) in changes {
-            assert!(text.contains(from), "`{from}` is not in the scenario");
-            text = text.replace(from, to);
-        }
-        scene.write("s.yaml", &text);
+        scene.write("s.yaml", &changed(SCENARIO, changes));
         scene
     }
 
