@@ -31,7 +31,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::bed::BedParticles;
-use crate::lattice::{Lattice, Span, WaterOnLattice};
+use crate::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use crate::math::Vec2;
 use crate::particles::FluidParticles;
 use crate::physics::dimension::Dimension;
@@ -192,9 +192,8 @@ struct Band {
 #[derive(Clone, Debug)]
 pub struct Gridder {
     measures: Measures,
-    depth: Vec<f64>,
-    discharge_x: Vec<f64>,
-    discharge_y: Vec<f64>,
+    lattice: Lattice,
+    water: FlatWater,
     balance: Vec<Balance>,
     /// f_c.
     factors: Vec<f64>,
@@ -220,9 +219,8 @@ impl Gridder {
         };
         Gridder {
             measures: Measures { kernel: Smoothing::new(dimension), cell_area },
-            depth: vec![0.0; cells],
-            discharge_x: vec![0.0; cells],
-            discharge_y: vec![0.0; cells],
+            lattice: lattice.clone(),
+            water: FlatWater::dry(lattice),
             balance: vec![Balance::EMPTY; cells],
             factors: vec![1.0; cells],
             was_wet: vec![false; cells],
@@ -235,7 +233,7 @@ impl Gridder {
 
     /// Grids the particles over the bed. The spans hold every cell with water now or after the call before.
     pub fn grid(&mut self, bed: &BedParticles, particles: &FluidParticles) -> WaterOnLattice<'_> {
-        debug_assert_eq!(bed.lattice.len(), self.depth.len());
+        debug_assert_eq!(bed.lattice, self.lattice);
         let measures = self.measures;
         self.shares.resize_with(particles.len().div_ceil(CHUNK), Shares::default);
         let shares = self.shares.par_iter_mut().enumerate();
@@ -254,12 +252,7 @@ impl Gridder {
 
     /// The water at the latest call of `grid`; dry before the first one.
     pub fn water(&self) -> WaterOnLattice<'_> {
-        WaterOnLattice {
-            depth: &self.depth,
-            discharge_x: &self.discharge_x,
-            discharge_y: &self.discharge_y,
-            spans: &self.spans,
-        }
+        WaterOnLattice { rows: &self.water, lattice: &self.lattice, spans: &self.spans }
     }
 
     fn fill_bands(&mut self, columns: usize, particles: &FluidParticles, sweep: usize) {
@@ -267,8 +260,8 @@ impl Gridder {
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
-            .zip(self.depth.par_chunks_mut(cells))
-            .zip(self.discharge_x.par_chunks_mut(cells).zip(self.discharge_y.par_chunks_mut(cells)))
+            .zip(self.water.depth.par_chunks_mut(cells))
+            .zip(self.water.discharge_x.par_chunks_mut(cells).zip(self.water.discharge_y.par_chunks_mut(cells)))
             .zip(self.balance.par_chunks_mut(cells).zip(self.factors.par_chunks_mut(cells)))
             .zip(self.was_wet.par_chunks_mut(cells))
             .enumerate()

@@ -82,7 +82,7 @@ def as_csv(rows):
 
 def run_memory():
     lines = [measure("memory", motion, size) for motion in MOTIONS for size in MEMORY_SIZES]
-    write("memory", "motion,particles,peak_bytes\n" + "".join(lines))
+    write("memory", "motion,particles,bed_particles,peak_bytes\n" + "".join(lines))
 
 
 def settings(words):
@@ -104,7 +104,7 @@ def run_study(name):
                 for threads in (1, 2):
                     words = [f"resolution={spacing} mm", f"outputs.cell={spacing} mm", f"time.end={end} s", f"numerics.motion={motion}"]
                     record = run(HERE / f"{name}.yaml", pathlib.Path(folder) / f"{motion}{spacing}{threads}", words, threads)
-                    row = {"motion": motion, "spacing_mm": spacing, "threads": threads, "particles": record["particles"]["initial"]}
+                    row = {"motion": motion, "spacing_mm": spacing, "threads": threads, "particles": record["particles"]["initial"], "bed_particles": record["bed_particles"]}
                     row |= {key: record[key] for key in ("steps", "particle_evaluations", "simulated_s", "wall_s", "cpu_s", "peak_rss_mb")}
                     row["compute_s"] = record["phase_s"]["compute"]
                     row |= {f"{phase}_s": round(record["phase_s"].get(f"compute: {phase}", 0), 4) for phase in PHASE_COLUMNS}
@@ -184,21 +184,21 @@ def sizes():
 
 
 def memory():
-    rows, text = [], read("memory")
-    for motion in MOTIONS:
-        mine = [(int(row["particles"]), int(row["peak_bytes"])) for row in text if row["motion"] == motion]
-        if len(mine) < 2:
-            continue
-        (n, a), (m, b) = mine[0], mine[-1]
-        slope = (b - a) / (m - n)
-        rows.append([NAMES[motion], f"{a / 2**20:.0f} MiB at {n}, {b / 2**20:.0f} MiB at {m}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_BAR)])
-    runs = {(row["motion"], row["spacing_mm"]): row for row in read("parma") if row["threads"] == "1"}
-    for motion in MOTIONS:
-        if (motion, "10") in runs and (motion, "5") in runs:
-            (n, a), (m, b) = [(int(row["particles"]), float(row["peak_rss_mb"]) * 2**20) for row in (runs[motion, "10"], runs[motion, "5"])]
+    """Bytes per particle of the motion: a riverbed particle where they rest, whether wet or not, a fluid particle where they move."""
+    counted = {"eulerian": "bed_particles", "lagrangian": "particles"}
+    cases = [("", read("memory"), "peak_bytes", 1)]
+    cases.append((", whole run of Parma", [row for row in read("parma") if row["threads"] == "1" and row["spacing_mm"] in ("10", "5")], "peak_rss_mb", 2**20))
+    rows = []
+    for name, text, key, unit in cases:
+        for motion in MOTIONS:
+            mine = [(int(row[counted[motion]]), int(row["bed_particles"]), float(row[key]) * unit) for row in text if row["motion"] == motion]
+            if len(mine) < 2:
+                continue
+            (n, cells, a), (m, _, b) = mine[0], mine[-1]
             slope = (b - a) / (m - n)
-            rows.append([f"{NAMES[motion]}, whole run of Parma", f"{a / 2**20:.0f} MiB at {n}, {b / 2**20:.0f} MiB at {m}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_BAR)])
-    return table(["particles", "peak", "bytes a particle", "fixed part", f"bar {MEMORY_BAR} bytes"], rows)
+            peaks = f"{a / 2**20:.0f} MiB at {n}, {b / 2**20:.0f} MiB at {m}"
+            rows.append([NAMES[motion] + name, peaks, f"{cells / n:.2f}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_BAR)])
+    return table(["particles", "peak", "cells for each", "bytes a particle", "fixed part", f"bar {MEMORY_BAR} bytes"], rows)
 
 
 def threads():

@@ -23,7 +23,7 @@ use crate::output::{
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
-use crate::seeding::StillWater;
+use crate::seeding::{SeededVolume, StillWater};
 use crate::solver::{
     Breach, ChannelSample, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, StepChoice, StepLimit,
 };
@@ -103,7 +103,8 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let moving = summary::MovingAtStart::of(&seeds);
     let solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
     let manifest = first_manifest(scenario, options, &prepared, &bed);
-    let run = Run { manifest, scenario, folder, prepared, still, moving, clock };
+    let seeded = still.into_volumes();
+    let run = Run { manifest, scenario, folder, prepared, seeded, moving, clock };
     run.execute(solver, bed, !options.quiet)
 }
 
@@ -125,7 +126,7 @@ struct Run<'a> {
     scenario: &'a Scenario,
     folder: RunFolder,
     prepared: Prepared,
-    still: StillWater,
+    seeded: Vec<SeededVolume>,
     moving: Option<summary::MovingAtStart>,
     manifest: RunManifest,
     clock: Clock,
@@ -157,6 +158,9 @@ impl Run<'_> {
         let recorders = (&mut recorder, &mut sections, &mut channels);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap(COMPUTE);
+        let ledger = solver.ledger();
+        // The outputs take memory of their own.
+        drop(solver);
 
         let recording = recorder.finish();
         let (section_results, section_samples) = sections.finish();
@@ -178,7 +182,7 @@ impl Run<'_> {
         let profiles = channels.map(ChannelRecorder::finish).unwrap_or_default();
         write_channels(&self.folder, &self.prepared.channels, &profiles)?;
         self.clock.lap("outputs");
-        self.finish(solver.ledger(), &recording, &section_results, early)
+        self.finish(ledger, &recording, &section_results, early)
     }
 
     /// The loop of steps.
@@ -289,7 +293,7 @@ impl Run<'_> {
         result.map(|()| RunSummary {
             folder: self.folder.path().to_path_buf(),
             manifest: self.manifest,
-            seeded: self.still.volumes,
+            seeded: self.seeded,
             moving: self.moving,
             gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
             sections: self.prepared.sections.into_iter().zip(sections.iter().copied()).collect(),

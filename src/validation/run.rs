@@ -7,6 +7,7 @@ use super::choice::Choice;
 use super::error::{Errors, errors};
 use super::judge::Limits;
 use crate::error::NumericalFailure;
+use crate::lattice::WaterInCell;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::pipeline::clock::processor_seconds;
@@ -78,15 +79,15 @@ impl Snapshot {
                 let film = FILM_SHARE * setup.scale_depth;
                 let water = crate::solver::FlowSolver::water(solver.as_mut());
                 let sample = |i: usize| {
-                    let discharge = Vec2::new(water.discharge_x[i], water.discharge_y[i]);
-                    let velocity = if water.depth[i] > film { discharge / water.depth[i] } else { Vec2::ZERO };
-                    let (depth, place) = (water.depth[i], lattice.centre(i));
+                    let WaterInCell { depth, discharge_x, discharge_y } = water.at(i);
+                    let velocity = if depth > film { Vec2::new(discharge_x, discharge_y) / depth } else { Vec2::ZERO };
+                    let place = lattice.centre(i);
                     Sample { place, depth, velocity, volume: depth * area, bed: bed.elevation[i] }
                 };
                 (0..lattice.len()).filter(|&i| bed.has_terrain(i)).map(sample).collect()
             }
         };
-        let depth_on_lattice = core.flow().water().depth.to_vec();
+        let depth_on_lattice = core.flow().water().depths();
         let (time, ledger) = (core.flow().time(), core.flow().ledger());
         Snapshot { is_moving: matches!(core, Core::Moving(_)), samples, depth_on_lattice, gravity, time, ledger }
     }
