@@ -168,17 +168,27 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let particles = &self.water.particles;
         let mut choice =
             StepChoice { time_step: f64::INFINITY, limit: StepLimit::NoWater, position: Vec2::ZERO, max_speed: 0.0 };
-        let mut max_speed_squared = 0.0_f64;
-        for (i, rates) in self.water.rates.iter().enumerate() {
-            let h = particles.smoothing_length[i];
-            let wave = rates.reach / (celerity(particles.depth[i], self.water.gravity) + rates.approach);
-            let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
-            let step = self.courant * wave.min(push);
-            if step < choice.time_step {
-                let limit = if push < wave { StepLimit::Acceleration } else { StepLimit::Courant };
-                choice = StepChoice { time_step: step, limit, position: particles.position[i], ..choice };
+        let chunks = self.water.rates.par_chunks(CHUNK).enumerate().map(|(chunk, rates)| {
+            let (mut shortest, mut max_speed_squared) = ((f64::INFINITY, StepLimit::NoWater, 0), 0.0_f64);
+            for (i, rates) in (chunk * CHUNK..).zip(rates) {
+                let h = particles.smoothing_length[i];
+                let wave = rates.reach / (celerity(particles.depth[i], self.water.gravity) + rates.approach);
+                let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
+                let step = self.courant * wave.min(push);
+                if step < shortest.0 {
+                    let limit = if push < wave { StepLimit::Acceleration } else { StepLimit::Courant };
+                    shortest = (step, limit, i);
+                }
+                max_speed_squared = max_speed_squared.max(particles.velocity[i].norm_squared());
             }
-            max_speed_squared = max_speed_squared.max(particles.velocity[i].norm_squared());
+            (shortest, max_speed_squared)
+        });
+        let mut max_speed_squared = 0.0_f64;
+        for ((time_step, limit, i), speed_squared) in chunks.collect::<Vec<_>>() {
+            if time_step < choice.time_step {
+                choice = StepChoice { time_step, limit, position: particles.position[i], ..choice };
+            }
+            max_speed_squared = max_speed_squared.max(speed_squared);
         }
         choice.max_speed = max_speed_squared.sqrt();
         self.first_choice = self.first_choice.or(Some(choice));
