@@ -38,11 +38,11 @@ WU = {15: (4374, 1253, 312, 126), 10: (9801, 6932, 1130, 260), 5: (38801, 123239
 WU_OBSTACLE = {10: 12423, 5: 51858, 2: 323145}
 # Simulated seconds: those of the case, and how far moving particles go where the rest would take too long.
 STUDY = {
-    "parma": {"end": 2.0, "spacings": (15, 10, 5), "cut": {("lagrangian", 5): 0.4}},
+    "parma": {"end": 2.0, "spacings": (15, 10, 5), "cut": {}},
     "obstacle": {
         "end": 6.0,
         "spacings": (10, 5, 2),
-        "cut": {("eulerian", 10): 1.0, ("eulerian", 5): 0.15, ("eulerian", 2): 0.015, ("lagrangian", 10): 0.15, ("lagrangian", 5): 0.03, ("lagrangian", 2): 0.002},
+        "cut": {("lagrangian", 5): 0.3, ("lagrangian", 2): 0.02},
     },
 }
 PHASE_COLUMNS = ("neighbours", "gradients", "rates", "faces", "update", "velocities", "motion", "gridding", "recording")
