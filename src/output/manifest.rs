@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::channels::AboveBanks;
 use super::folder::RunFolder;
 use crate::error::Error;
 
@@ -135,6 +136,9 @@ pub struct RunManifest {
     /// The dam that breaks, where the scenario has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub breach: Option<BreachRecord>,
+    /// The channels whose water stood above the last row of their sections, where there are any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub above_banks: Vec<AboveBanks>,
     /// The earlier run that this one went on from, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hot_start: Option<HotStart>,

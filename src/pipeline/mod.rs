@@ -153,8 +153,11 @@ impl Run<'_> {
         let outputs = &self.scenario.outputs;
         let count = self.prepared.sections.len();
         let mut sections = SectionRecorder::new(count, outputs.gauges_every, self.scenario.end_time);
-        let mut channels = (!self.prepared.channels.is_empty())
-            .then(|| ChannelRecorder::new(outputs.every, self.scenario.end_time, in_channels(solver.as_ref())));
+        let profiles = self.prepared.channels.clone();
+        let mut channels = (!profiles.is_empty()).then(|| {
+            let times = (outputs.every, self.scenario.end_time);
+            ChannelRecorder::new(&profiles, times, in_channels(solver.as_ref()))
+        });
         let recorders = (&mut recorder, &mut sections, &mut channels);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap(COMPUTE);
@@ -179,8 +182,9 @@ impl Run<'_> {
         write_geopackage(&self.folder, &grid, crs, &recording, &findings)?;
         write_tables(&self.folder, &self.prepared.gauges, &recording)?;
         write_sections(&self.folder, &provenance, &self.prepared.sections, &section_results, &section_samples)?;
-        let profiles = channels.map(ChannelRecorder::finish).unwrap_or_default();
-        write_channels(&self.folder, &self.prepared.channels, &profiles)?;
+        let (frames, above_banks) = channels.map(ChannelRecorder::finish).unwrap_or_default();
+        self.manifest.above_banks = above_banks;
+        write_channels(&self.folder, &profiles, &frames)?;
         self.clock.lap("outputs");
         self.finish(ledger, &recording, &section_results, early)
     }
@@ -189,7 +193,7 @@ impl Run<'_> {
     fn compute(
         &mut self,
         solver: &mut dyn FlowSolver,
-        (recorder, sections, channels): (&mut Recorder, &mut SectionRecorder, &mut Option<ChannelRecorder>),
+        (recorder, sections, channels): (&mut Recorder, &mut SectionRecorder, &mut Option<ChannelRecorder<'_>>),
         fields: &mut FieldsWriter,
         progress: &mut Progress,
     ) -> Result<Option<Early>, Error> {
