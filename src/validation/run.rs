@@ -208,7 +208,13 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     }
     let start = Snapshot::take(&mut core, setup);
     let mut cost = Cost { particles: core.flow().particles(), ..Cost::default() };
-    let broken = advance(&mut core, setup, steps_allowed, &mut cost);
+    let mut found_earlier = Vec::new();
+    let mut broken = None;
+    for (time, exact) in &setup.earlier {
+        broken = broken.or_else(|| advance(&mut core, setup, Until::Time(*time), steps_allowed, &mut cost));
+        found_earlier.push(errors(&Snapshot::take(&mut core, setup), setup, exact));
+    }
+    let broken = broken.or_else(|| advance(&mut core, setup, setup.until, steps_allowed, &mut cost));
     cost.cpu_s = processor_seconds() - before;
     let solver = core.flow();
     cost.particles = cost.particles.max(solver.particles());
@@ -219,7 +225,8 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let volume_error = solver.ledger().relative_error();
     let end = Snapshot::take(&mut core, setup);
     let found = setup.checks.as_ref().map_or_else(Vec::new, |checks| checks(&start, &end));
-    (cost, Ok(Outcome { errors: errors(&end, setup), start, end, checks: found, volume_error }))
+    found_earlier.push(errors(&end, setup, &setup.exact));
+    (cost, Ok(Outcome { errors: Errors::mean(&found_earlier), start, end, checks: found, volume_error }))
 }
 
 /// Steps of the Courant number over the spacing, at the greatest signal speed of the answer.
@@ -233,8 +240,8 @@ fn steps_foreseen(setup: &Setup, choice: &Choice) -> f64 {
     }
 }
 
-/// Steps to the end; the reason where it is not reached.
-fn advance(core: &mut Core, setup: &Setup, steps_allowed: f64, cost: &mut Cost) -> Option<Broken> {
+/// Steps to a moment; the reason where it is not reached.
+fn advance(core: &mut Core, setup: &Setup, until: Until, steps_allowed: f64, cost: &mut Cost) -> Option<Broken> {
     let speed_limit = setup.limits.as_ref().map_or(f64::INFINITY, Limits::allowed_speed);
     loop {
         let choice = core.flow().choose_step();
@@ -243,7 +250,7 @@ fn advance(core: &mut Core, setup: &Setup, steps_allowed: f64, cost: &mut Cost) 
             cost.excess = Some(excess(core, setup, &choice));
         }
         let solver = core.flow();
-        let (is_over, step) = match setup.until {
+        let (is_over, step) = match until {
             Until::Time(end) => (solver.time() >= end - END_TOLERANCE, choice.time_step.min(end - solver.time())),
             Until::Steps(steps) => (cost.steps >= steps, choice.time_step),
         };
