@@ -352,7 +352,7 @@ fn other_dry_ground(state: &State, path: &Path, bed: &BedParticles) -> Option<Pr
     let maps = path.with_file_name("maps.nc");
     let elevation = on_lattice(&netcdf::open(&maps).ok()?, "bed_elevation", (.., ..), &maps, &bed.lattice).ok()?;
     let change = |cell: usize| bed.elevation[cell] - elevation[cell];
-    let is_other = |cell: &usize| !(state.depth[*cell] > 0.0) && change(*cell).abs() > OTHER_BED;
+    let is_other = |cell: &usize| state.depth[*cell] <= 0.0 && change(*cell).abs() > OTHER_BED;
     let other: Vec<usize> = (0..bed.lattice.len()).filter(is_other).collect();
     let &largest = other.iter().max_by(|a, b| change(**a).abs().total_cmp(&change(**b).abs()))?;
     let message = format!(
