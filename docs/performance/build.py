@@ -28,8 +28,8 @@ RATE_BAR = {"eulerian": 8.0, "lagrangian": 2.5}
 MEMORY_BAR, EFFICIENCY_BAR, PARMA_BAR, OBSTACLE_BAR = 400, 0.95, 60, 1800
 MEMORY_SIZES = (200_000, 800_000)
 # 8-byte numbers that one evaluation of a resting particle moves to and from memory when no array stays in a cache, as the passes are written:
-# read and written by primitive.rs, gradient.rs, faces.rs and update.rs, in this order; what is written is read first.
-RESTING_NUMBERS = ((3, 3), (4, 8), (14, 8), (18, 3))
+# read and written by primitive.rs (once for two evaluations), gradient.rs, faces.rs and update.rs, in this order; what is written is read first.
+RESTING_NUMBERS = ((1.5, 1.5), (4, 8), (14, 8), (18, 4.5))
 # Operations on numbers in one evaluation, a comparison or a selection counted as one, by hand from the source to within a fifth. Resting: 300 for each of two
 # faces, 110 for gradients, update and velocities. Moving: 275 for each of 25 neighbours (75 for its gradients, 200 for its face), 125 for the particle; gridding is left out.
 OPERATIONS = {"eulerian": 710, "lagrangian": 7000}
