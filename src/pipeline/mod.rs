@@ -18,8 +18,8 @@ use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
     BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, Provenance, Recorder,
-    RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now,
-    write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
+    RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes,
+    WarningRecord, utc_now, write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
@@ -448,6 +448,7 @@ fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared
         simd: clock::simd().to_owned(),
         scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
         inputs: prepared.inputs.iter().map(input).collect(),
+        warnings: prepared.problems.iter().map(WarningRecord::from).collect(),
         methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
         bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
         status: "running".to_owned(),
