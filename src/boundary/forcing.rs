@@ -92,6 +92,31 @@ pub enum Rain {
         /// End (s).
         until: f64,
     },
+    /// Constant at each place for an interval of time after the other.
+    Frames(RainFrames),
+}
+
+/// Rates that hold for intervals of time, at places that many cells share; see [`Rain`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct RainFrames {
+    /// Place of each cell of the lattice.
+    pub place: Vec<u32>,
+    /// Time (s) at each place from which the rain runs off.
+    pub from: Vec<f64>,
+    /// Beginning and end (s) of each interval, one after the other without overlap.
+    pub intervals: Vec<(f64, f64)>,
+    /// Rate (m/s) at each place in each interval `[interval][place]`.
+    pub rates: Vec<Vec<f64>>,
+}
+
+impl RainFrames {
+    /// Depth (m) that falls on a place between two times (s).
+    pub fn depth(&self, place: usize, from: f64, to: f64) -> f64 {
+        let from = from.max(self.from[place]);
+        let first = self.intervals.partition_point(|(_, end)| *end <= from);
+        let pieces = self.intervals[first..].iter().zip(&self.rates[first..]).take_while(|((start, _), _)| *start < to);
+        pieces.map(|((start, end), rates)| rates[place] * (to.min(*end) - from.max(*start)).max(0.0)).sum()
+    }
 }
 
 impl Rain {
@@ -100,6 +125,7 @@ impl Rain {
         match self {
             Rain::Uniform(series) => series.integral(from, to),
             Rain::Map { rate, from: start, until } => rate[cell] * (to.min(*until) - from.max(start[cell])).max(0.0),
+            Rain::Frames(frames) => frames.depth(frames.place[cell] as usize, from, to),
         }
     }
 }
@@ -182,6 +208,23 @@ mod tests {
         let rain = Rain::Map { rate: vec![2.0, 1.0], from: vec![0.0, 5.0], until: 8.0 };
         assert!((rain.depth(0, 1.0, 3.0) - 4.0).abs() < 1e-15 && rain.depth(1, 1.0, 3.0).abs() <= 0.0);
         assert!((rain.depth(1, 4.0, 10.0) - 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn rain_of_frames_adds_up_over_any_steps() {
+        let frames = RainFrames {
+            place: vec![0, 1, 1],
+            from: vec![0.0, 7.0],
+            intervals: vec![(-5.0, 5.0), (5.0, 10.0), (12.0, 20.0)],
+            rates: vec![vec![1.0, 4.0], vec![2.0, 3.0], vec![0.5, 0.25]],
+        };
+        let rain = Rain::Frames(frames);
+        let whole = [5.0 + 10.0 + 4.0, 9.0 + 2.0, 9.0 + 2.0];
+        for (cell, expected) in whole.into_iter().enumerate() {
+            let steps = [0.0, 0.3, 4.9, 6.1, 6.9, 11.0, 11.5, 19.0, 30.0];
+            let sum: f64 = steps.windows(2).map(|pair| rain.depth(cell, pair[0], pair[1])).sum();
+            assert!((sum - expected).abs() < 1e-14 && (rain.depth(cell, 0.0, 99.0) - expected).abs() < 1e-14, "{sum}");
+        }
     }
 
     #[test]

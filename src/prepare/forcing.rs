@@ -3,6 +3,7 @@
 use super::findings::Findings;
 use super::grid::{REACH, open_side};
 use super::rain::{self, Losses};
+use super::rain_series;
 use super::series::{self, Meaning};
 use super::{places, polygons};
 use crate::bed::BedParticles;
@@ -46,6 +47,7 @@ type OpenedBoundary = (Option<Vec<[Vec2; 2]>>, Option<Condition>);
 enum OpenedRain {
     Uniform(Rain),
     Raster(Terrain, Losses),
+    Series(rain_series::Opened),
 }
 
 /// Opens every file of boundaries, sources, rain and sections.
@@ -144,6 +146,11 @@ fn open_rain(
             raster.values.iter_mut().for_each(|value| *value *= unit.1);
             Terrain::new(vec![Layer::Raster(raster)]).map(|terrain| OpenedRain::Raster(terrain, losses))
         }
+        RainAmount::Series { file, unit, stamp, start } => {
+            let unit = unit.as_ref().map(|unit| unit.1);
+            let asked = rain_series::Asked { file, unit, stamp: *stamp, start: start.as_deref() };
+            rain_series::open(&asked, losses, scenario, crs, findings).map(OpenedRain::Series)
+        }
     }
 }
 
@@ -210,6 +217,12 @@ pub(super) fn on_lattice(
         (Some(OpenedRain::Raster(raster, losses)), Some(source)) => {
             Some(rain::map(rain_at_cells(&raster, source, (lattice, bed), findings), losses))
         }
+        (Some(OpenedRain::Series(series)), Some(Sourced { value, .. })) => match &value.amount {
+            RainAmount::Series { file, .. } => {
+                rain_series::on_lattice(series, file, scenario, (lattice, bed), findings)
+            }
+            RainAmount::Rate(_) | RainAmount::Raster { .. } => None,
+        },
         _ => None,
     };
     if let Some(source) = &scenario.outputs.sections {

@@ -5,6 +5,7 @@
 
 mod breach;
 mod burn;
+mod cf_time;
 mod channels;
 mod findings;
 mod forcing;
@@ -15,6 +16,7 @@ mod layers;
 mod places;
 mod polygons;
 mod rain;
+mod rain_series;
 mod raster;
 mod roughness;
 mod series;
@@ -319,6 +321,10 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let rough = roughness.raster.iter().chain(&roughness.table).map(|file| &file.value);
     let rough = rough.chain(roughness.polygons.iter().map(|file| &file.value.path));
     let forcing = forcing_files(scenario);
+    let listed = match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
+        Some(RainAmount::Series { file, .. }) => rain_series::listed_files(&file.value.path),
+        _ => Vec::new(),
+    };
     let mut paths: Vec<PathBuf> = Vec::new();
     for path in layers
         .chain(clips)
@@ -332,6 +338,7 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         .chain(dam)
         .chain(open)
         .chain(forcing)
+        .chain(&listed)
         .chain(sections)
         .chain(gauges)
     {
@@ -392,6 +399,7 @@ fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
     match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
         Some(RainAmount::Rate(rate)) => files.extend(series(rate)),
         Some(RainAmount::Raster { file, .. }) => files.push(&file.value),
+        Some(RainAmount::Series { file, .. }) => files.push(&file.value.path),
         None => {}
     }
     files

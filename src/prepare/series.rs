@@ -93,12 +93,12 @@ pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Ratin
     if is_sound { Rating::new(&points) } else { None }
 }
 
-fn rows_are(count: usize) -> String {
+pub(super) fn rows_are(count: usize) -> String {
     if count == 1 { "one row has".to_owned() } else { format!("{count} rows have") }
 }
 
 /// One problem for all faulty rows, the first of them by line.
-fn in_lines(
+pub(super) fn in_lines(
     faulty: impl Iterator<Item = (usize, String)>,
     code: &'static str,
     message: impl FnOnce(usize, &str) -> String,
@@ -230,7 +230,7 @@ pub(super) fn rows_of<const COLUMNS: usize>(
 }
 
 /// The number of a column and the factor of its unit.
-fn choose(
+pub(super) fn choose(
     column: &ColumnUnit,
     place: usize,
     header: &[String],

@@ -8,7 +8,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
 };
-use super::model::{BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced};
+use super::model::{BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced, Stamp};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
 
@@ -97,6 +97,14 @@ impl Choice for Side {
             ("west", Side::West),
             ("all", Side::All),
         ]
+    }
+}
+
+impl Choice for Stamp {
+    const WHAT: &'static str = "an end of an interval";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("begin", Stamp::Begin), ("end", Stamp::End)]
     }
 }
 

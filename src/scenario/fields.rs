@@ -280,6 +280,35 @@ impl JsonSchema for VectorFile {
     }
 }
 
+/// Rasters over time: a NetCDF file, or `file.nc:variable` for one of its variables, or a list of files.
+#[derive(Clone, Debug)]
+pub struct RasterSeriesFile(pub Sourced<VectorSource>);
+
+impl FromNode for RasterSeriesFile {
+    fn example() -> String {
+        "radar.nc:rainfall".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        // A variable is named as a layer is.
+        VectorFile::from_node(node, reader).map(|file| RasterSeriesFile(file.0))
+    }
+}
+
+impl JsonSchema for RasterSeriesFile {
+    fn schema_name() -> Cow<'static, str> {
+        "RasterSeriesFile".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "description": "A NetCDF file, or `file.nc:variable` for one of its variables, or a CSV list of times and \
+                raster files; its path is relative to the folder of the scenario.",
+        })
+    }
+}
+
 fn file_name(node: &Node, reader: &mut Reader, example: &str) -> Option<String> {
     let name = reader.text(node, "the name of a file", example)?;
     if name.trim().is_empty() || name.contains('\0') {

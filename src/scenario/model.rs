@@ -10,6 +10,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
 };
 use super::start::Start;
+use super::units::{INTENSITY, LENGTH};
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -237,6 +238,44 @@ pub enum RainAmount {
         /// Unit of its values and the factor to m/s.
         unit: (String, f64),
     },
+    /// Rasters, each of which holds for an interval of time.
+    Series {
+        /// NetCDF file, with its variable where the scenario names one, or a list of files.
+        file: Sourced<VectorSource>,
+        /// Unit of their values, as written; that of the NetCDF variable when absent.
+        unit: Option<(String, RainUnit)>,
+        /// Which end of its interval the time of a raster is, where the scenario says it.
+        stamp: Option<Stamp>,
+        /// Date and time of the file at which the run begins; the reference time of the run when absent.
+        start: Option<String>,
+    },
+}
+
+/// What the numbers of a raster of rain are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RainUnit {
+    /// Intensities; the factor to m/s.
+    Intensity(f64),
+    /// What falls within the interval of the raster; the factor to metres.
+    Depth(f64),
+}
+
+impl RainUnit {
+    /// The unit of a name, such as `mm/h` or `mm`.
+    pub fn named(name: &str) -> Option<Self> {
+        let intensity = INTENSITY.factor_of(name).map(RainUnit::Intensity);
+        intensity.or_else(|| LENGTH.factor_of(name).map(RainUnit::Depth))
+    }
+}
+
+/// Which end of its interval the time of a raster is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stamp {
+    /// It holds from its time to that of the next one.
+    #[default]
+    Begin,
+    /// It holds from the time of the one before to its own.
+    End,
 }
 
 /// A dam that breaks.

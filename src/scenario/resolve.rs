@@ -15,7 +15,7 @@ use super::methods::{
 };
 use super::model::{
     Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation,
-    Rain, RainAmount, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
+    Rain, RainAmount, RainUnit, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
 };
 use super::read::{FromNode, Reader};
 use super::schema::{
@@ -315,6 +315,13 @@ fn rain(section: RainSection) -> Option<Sourced<Rain>> {
             let factor = INTENSITY.factor_of(unit.0.value.trim())?;
             let place = raster.0.place.clone();
             (RainAmount::Raster { file: raster.0, unit: (unit.0.value.trim().to_owned(), factor) }, place)
+        }
+        (None, None, unit) => {
+            let file = section.raster_series?.0;
+            let unit = unit.map(|unit| unit.0.value.trim().to_owned());
+            let unit = unit.and_then(|unit| RainUnit::named(&unit).map(|known| (unit, known)));
+            let (place, start) = (file.place.clone(), section.start.map(|start| start.0));
+            (RainAmount::Series { file, unit, stamp: section.stamp.map(|stamp| stamp.0.value), start }, place)
         }
         _ => return None,
     };

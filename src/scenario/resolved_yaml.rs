@@ -9,8 +9,8 @@ use super::choices::{Choice, ElevationUnit};
 use super::ground::{Breakline, BreaklineMode, BuildingMode, Gaps, LayerMode, LineLevel};
 use super::model::{
     BoundaryCondition, BreachFormula, BreachMode, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary,
-    PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace, Sourced, TableFile, TerrainLayer, Timed,
-    VectorSource,
+    PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace, Sourced, Stamp, TableFile, TerrainLayer,
+    Timed, VectorSource,
 };
 use super::start::{RiverWidth, Start};
 
@@ -204,6 +204,18 @@ impl Scenario {
             RainAmount::Rate(rate) => writeln!(text, "  rate: {}", timed(rate, "m/s"))?,
             RainAmount::Raster { file, unit } => {
                 writeln!(text, "  raster: {}\n  unit: {}", quoted_path(&file.value), quoted(&unit.0))?;
+            }
+            RainAmount::Series { file, unit, stamp, start } => {
+                writeln!(text, "  raster_series: {}", quoted_vector(file))?;
+                if let Some((unit, _)) = unit {
+                    writeln!(text, "  unit: {}", quoted(unit))?;
+                }
+                if let Some(stamp) = stamp {
+                    writeln!(text, "  stamp: {}", name_of(|candidate: &Stamp| candidate == stamp))?;
+                }
+                if let Some(start) = start {
+                    writeln!(text, "  start: {}", quoted(start))?;
+                }
             }
         }
         if let Some(duration) = rain.duration {
@@ -469,6 +481,7 @@ mod tests {
             match &mut rain.value.amount {
                 RainAmount::Rate(rate) => forget(rate),
                 RainAmount::Raster { file, .. } => file.place = None,
+                RainAmount::Series { file, .. } => file.place = None,
             }
         }
         plain.outputs.sections.iter_mut().for_each(|sections| sections.place = None);
@@ -565,7 +578,9 @@ boundaries:
         let rate =
             "rain: {rate: {series: rain.csv, unit: mm/h}, losses: {initial: 5 mm}}\noutputs: {sections: s.geojson}\n";
         let raster = "rain: {raster: rain.tif, unit: in/h, duration: 2 h, losses: {constant: 1 mm/h}}\n";
-        for rain in [rate, raster] {
+        let files = "rain: {raster_series: radar list.csv, unit: mm, stamp: end}\n";
+        let netcdf = "rain: {raster_series: radar.nc:rate, start: 2026-06-01 06:00, losses: {initial: 2 mm}}\n";
+        for rain in [rate, raster, files, netcdf] {
             assert_round_trip(&format!("{start}{boundaries}{sources}{rain}"));
         }
     }

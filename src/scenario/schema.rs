@@ -12,14 +12,14 @@ use super::channel::ChannelEntry;
 use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
-    Intensity, Length, Level, Manning, Memory, Offset, Quantity, Slope, Text, VectorFile,
+    Intensity, Length, Level, Manning, Memory, Offset, Quantity, RasterSeriesFile, Slope, Text, VectorFile,
 };
 use super::ground::{BreaklineEntry, BuildingsSection, GapsChoice, LayerMode, Wall};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
 };
-use super::model::{PointInterpolation, Side};
+use super::model::{PointInterpolation, RainUnit, Side, Stamp};
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::start::{FrameTime, check_alone, check_initial};
 use super::timed::{Changing, RatingFile};
@@ -324,8 +324,14 @@ section! {
         rate: Option<Changing<Intensity>>,
         /// Raster of intensities, constant in time.
         raster: Option<InputFile>,
-        /// Unit of the values of the raster.
+        /// Rasters over time: a NetCDF file, or a CSV list of times and files.
+        raster_series: Option<RasterSeriesFile>,
+        /// Unit of the values of the raster or the rasters; of a series that of the NetCDF variable when absent.
         unit: Option<Text>,
+        /// Which end of its interval the time of a raster is; begin when absent.
+        stamp: Option<Chosen<Stamp>>,
+        /// Date and time of a NetCDF file at which the run begins; `time.reference` when absent.
+        start: Option<DateTime>,
         /// How long it rains; up to the end of the run when absent.
         duration: Option<Quantity<Duration>>,
         /// What does not run off; nothing when absent.
@@ -344,8 +350,32 @@ section! {
 }
 
 fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
-    let amount = reader.exactly_one(node, &["rate", "raster"])?;
+    let amount = reader.exactly_one(node, &["rate", "raster", "raster_series"])?;
+    let mut is_fit = true;
+    for name in ["stamp", "start"] {
+        if let Some(value) = node.get(name).filter(|_| amount != "raster_series") {
+            reader.error(value, "conflict", format!("`{name}` goes with `raster_series`"), "take it out");
+            is_fit = false;
+        }
+    }
+    if !is_fit {
+        return None;
+    }
     match (amount, node.get("unit")) {
+        ("raster_series", Some(unit)) => {
+            let text = reader.text(unit, "a unit", "mm/h")?.trim().to_owned();
+            if RainUnit::named(&text).is_none() {
+                let message = format!("`{text}` is no unit of rain");
+                let remedy = format!(
+                    "use one of {} for intensities, or of {} for what falls within each interval",
+                    INTENSITY.unit_list(),
+                    LENGTH.unit_list()
+                );
+                reader.error(unit, "unit", message, remedy);
+                return None;
+            }
+            Some(())
+        }
         ("raster", None) => {
             let remedy = format!("add `unit: mm/h`, or one of {}", INTENSITY.unit_list());
             reader.error(node, "missing-key", "a raster of rain needs the key `unit`", remedy);
@@ -362,7 +392,7 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
         }
         (_, Some(unit)) => {
             let remedy = "take it out: a rate carries its unit, and a series has a `unit` of its own";
-            reader.error(unit, "conflict", "`unit` goes with `raster`", remedy);
+            reader.error(unit, "conflict", "`unit` goes with `raster` and `raster_series`", remedy);
             None
         }
         (_, None) => Some(()),

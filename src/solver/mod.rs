@@ -8,7 +8,7 @@ pub mod variational;
 
 pub use crate::boundary::{
     Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw, OpenEdges, Opening,
-    PointSource, Rain, Rating, Resistance, Series, Strip, Trigger, edge_faces,
+    PointSource, Rain, RainFrames, Rating, Resistance, Series, Strip, Trigger, edge_faces,
 };
 pub use eulerian::EulerianSolver;
 

@@ -17,6 +17,8 @@ struct Spring {
 pub(crate) struct Inputs {
     springs: Vec<Spring>,
     rain: Option<Rain>,
+    /// What falls within a step (m) at each place of rain by frames.
+    falling: Vec<f64>,
     /// Whether it rains: water may then come to every cell.
     pub is_wetted: bool,
 }
@@ -31,7 +33,8 @@ impl Inputs {
         };
         let springs = problem.forcing.sources.iter().filter_map(spring).collect();
         let rain = problem.forcing.rain.clone();
-        Inputs { springs, is_wetted: rain.is_some(), rain }
+        let places = if let Some(Rain::Frames(frames)) = &rain { frames.from.len() } else { 0 };
+        Inputs { springs, is_wetted: rain.is_some(), rain, falling: vec![0.0; places] }
     }
 
     /// The cells (row, column) of the sources.
@@ -40,7 +43,7 @@ impl Inputs {
     }
 
     /// Adds what comes between two times (s); returns its volume (m³).
-    pub fn add(&self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
+    pub fn add(&mut self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
         let area = scale.spacing * scale.spacing;
         let mut volume = 0.0;
         for Spring { source, cell } in &self.springs {
@@ -51,6 +54,11 @@ impl Inputs {
         if let Some(rain) = &self.rain {
             let columns = state.columns;
             let everywhere = if let Rain::Uniform(_) = rain { rain.depth(0, from, to) } else { 0.0 };
+            if let Rain::Frames(frames) = rain {
+                let falling = self.falling.iter_mut().enumerate();
+                falling.for_each(|(place, depth)| *depth = frames.depth(place, from, to));
+            }
+            let falling = &self.falling;
             let ground = &state.ground;
             let rows = state.water.par_iter_mut().enumerate().with_min_len(4).map(|(row, water)| {
                 let mut fallen = 0.0;
@@ -58,9 +66,11 @@ impl Inputs {
                     if !ground[row].has_terrain(column) {
                         continue;
                     }
+                    let cell = (row - 1) * columns + column - 1;
                     let depth = match rain {
                         Rain::Uniform(_) => everywhere,
-                        Rain::Map { .. } => rain.depth((row - 1) * columns + column - 1, from, to),
+                        Rain::Map { .. } => rain.depth(cell, from, to),
+                        Rain::Frames(frames) => falling[frames.place[cell] as usize],
                     };
                     water.depth[column] += depth;
                     fallen += depth;
