@@ -315,6 +315,7 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let earlier = scenario.start.earlier.iter().map(|earlier| &earlier.fields.value);
     let walls = scenario.walls.iter().map(|source| &source.value.path);
     let dam = scenario.breach.iter().map(|breach| &breach.dam.value.path);
+    let growth = scenario.breach.iter().filter_map(|breach| Some(&breach.share.as_ref()?.file.value));
     let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
     let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
     let roughness = &scenario.roughness;
@@ -336,6 +337,7 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         .chain(earlier)
         .chain(walls)
         .chain(dam)
+        .chain(growth)
         .chain(open)
         .chain(forcing)
         .chain(&listed)

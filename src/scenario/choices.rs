@@ -112,7 +112,12 @@ impl Choice for GrowthLaw {
     const WHAT: &'static str = "a law of growth";
 
     fn choices() -> Vec<(&'static str, Self)> {
-        vec![("instantaneous", GrowthLaw::Instantaneous), ("linear", GrowthLaw::Linear), ("sine", GrowthLaw::Sine)]
+        vec![
+            ("instantaneous", GrowthLaw::Instantaneous),
+            ("linear", GrowthLaw::Linear),
+            ("sine", GrowthLaw::Sine),
+            ("series", GrowthLaw::Series),
+        ]
     }
 }
 

@@ -295,6 +295,8 @@ pub struct Breach {
     pub law: GrowthLaw,
     /// How long it grows (s); none where it opens at once.
     pub duration: Option<Sourced<f64>>,
+    /// Share of the final opening against the time since the trigger, where the law is a series.
+    pub share: Option<TableFile>,
     /// The formula that gives shape and duration in place of the scenario.
     pub method: Option<BreachMethod>,
 }
@@ -368,6 +370,8 @@ pub enum GrowthLaw {
     Linear,
     /// Slow at the beginning and at the end.
     Sine,
+    /// By a series of shares.
+    Series,
 }
 
 /// A side of the rectangle of the terrain.

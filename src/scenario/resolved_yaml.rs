@@ -259,9 +259,10 @@ impl Scenario {
             return writeln!(text, "}}");
         }
         let law = name_of(|candidate: &GrowthLaw| *candidate == breach.law);
-        match &breach.duration {
-            Some(duration) => writeln!(text, "  growth: {{law: {law}, duration: {} s}}", duration.value),
-            None => writeln!(text, "  growth: {law}"),
+        match (&breach.duration, &breach.share) {
+            (_, Some(share)) => writeln!(text, "  growth: {{law: {law}, share: {}}}", series_as_yaml(share)),
+            (Some(duration), None) => writeln!(text, "  growth: {{law: {law}, duration: {} s}}", duration.value),
+            (None, None) => writeln!(text, "  growth: {law}"),
         }
     }
 
@@ -334,11 +335,13 @@ pub(super) fn condition_as_yaml(condition: &BoundaryCondition) -> String {
 fn timed(timed: &Timed, unit: &str) -> String {
     match timed {
         Timed::Constant(value) => format!("{} {unit}", value.value),
-        Timed::Series(table) => {
-            let names = [["time", "time_unit"], ["column", "unit"]];
-            format!("{{series: {}{}}}", quoted_path(&table.file.value), columns(table, names))
-        }
+        Timed::Series(table) => series_as_yaml(table),
     }
+}
+
+fn series_as_yaml(table: &TableFile) -> String {
+    let names = [["time", "time_unit"], ["column", "unit"]];
+    format!("{{series: {}{}}}", quoted_path(&table.file.value), columns(table, names))
 }
 
 /// The columns of a table and their units, as far as they are given, by the keys of both.
@@ -488,6 +491,7 @@ mod tests {
         if let Some(breach) = &mut plain.breach {
             breach.dam.place = None;
             breach.crest.iter_mut().chain(&mut breach.duration).for_each(|value| value.place = None);
+            breach.share.iter_mut().for_each(|share| share.file.place = None);
             match &mut breach.trigger {
                 BreachTrigger::At(at) => (at.place, at.key) = (None, String::new()),
                 BreachTrigger::Level { level, place } => (level.place, place.place) = (None, None),
@@ -550,6 +554,7 @@ mod tests {
             "{dam: dam.gpkg, crest: 105 m, method: {name: froehlich1995, mode: piping, volume: 2.5 hm3, invert: 90 m, position: [7, 8.25]}}",
             "{dam: dam.geojson, crest_field: top, trigger: {at: 3 min}, shape: {bottom_width: 40 ft, invert: 90 m}, \
              growth: {law: linear, duration: 0.5 h}}",
+            "{dam: dam.geojson, crest: 3 m, growth: {law: series, share: {series: g.csv, column: p, unit: '%', time: t, time_unit: h}}}",
             "{dam: dam.geojson, trigger: {level: 104.5 m, at_point: [5.5, 6]}, \
              shape: {bottom_width: 4 m, side_slope: 0, invert: 90 m, position: [7, 8.25]}, growth: {law: sine, duration: 9 s}}",
         ] {

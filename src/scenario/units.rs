@@ -73,6 +73,10 @@ pub static SLOPE: Dimension = Dimension {
     is_compound: false,
 };
 
+/// A share of a whole (dimensionless).
+pub static SHARE: Dimension =
+    Dimension { name: "a share", units: &[("1", 1.0), ("%", 1e-2)], is_bare_allowed: true, is_compound: false };
+
 /// A volume (m³).
 pub static VOLUME: Dimension = Dimension {
     name: "a volume",
