@@ -78,6 +78,15 @@ pub struct PointSource {
     pub discharge: Series,
 }
 
+/// Water that comes out of the ground along a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineSource {
+    /// Cells of the lattice that it crosses, each with its share of the discharge; the shares add up to 1.
+    pub cells: Vec<(usize, f64)>,
+    /// Discharge of all of it (m³/s, not negative).
+    pub discharge: Series,
+}
+
 /// Rain that reaches the ground and runs off: losses are taken off already.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rain {
@@ -139,6 +148,8 @@ pub struct Forcing {
     pub reach: f64,
     /// Point sources.
     pub sources: Vec<PointSource>,
+    /// Line sources.
+    pub line_sources: Vec<LineSource>,
     /// Rain.
     pub rain: Option<Rain>,
     /// A dam that breaks.
@@ -152,7 +163,8 @@ pub struct Forcing {
 impl Forcing {
     /// Whether there is no water that comes or goes by it.
     pub fn is_still(&self) -> bool {
-        self.boundaries.is_empty() && self.sources.is_empty() && self.rain.is_none() && self.channels.is_empty()
+        let has_sources = !self.sources.is_empty() || !self.line_sources.is_empty();
+        self.boundaries.is_empty() && !has_sources && self.rain.is_none() && self.channels.is_empty()
     }
 
     /// The boundary that opens an edge face with this midpoint (local coordinates, m): the nearest one within reach, the earlier

@@ -13,7 +13,7 @@ mod wall;
 
 pub use breach::{Breach, DamCell, GrowthLaw, Opening, Trigger};
 pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted_perimeter};
-pub use forcing::{Boundary, Condition, Forcing, PointSource, Rain, RainFrames, Rating, edge_faces};
+pub use forcing::{Boundary, Condition, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use open_edges::OpenEdges;
 pub use outline::outline;

@@ -386,8 +386,8 @@ fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
         condition_files(&boundary.value.condition, &mut files);
     }
     for source in &scenario.sources {
-        if let SourcePlace::Points(points) = &source.value.place {
-            files.push(&points.value.path);
+        if let SourcePlace::Points(file) | SourcePlace::Lines(file) = &source.value.place {
+            files.push(&file.value.path);
         }
         files.extend(series(&source.value.discharge));
     }

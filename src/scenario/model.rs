@@ -200,7 +200,7 @@ pub enum BoundaryCondition {
 pub struct Source {
     /// Where.
     pub place: SourcePlace,
-    /// The discharge at each place (m³/s).
+    /// The discharge at each place, or of each line (m³/s).
     pub discharge: Timed,
 }
 
@@ -211,6 +211,8 @@ pub enum SourcePlace {
     At(Sourced<[f64; 2]>),
     /// The points of a file.
     Points(Sourced<VectorSource>),
+    /// The lines of a file.
+    Lines(Sourced<VectorSource>),
 }
 
 /// Rain on the whole terrain.

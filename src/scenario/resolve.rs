@@ -291,13 +291,13 @@ fn sources(entries: Vec<SourceEntry>) -> Vec<Sourced<Source>> {
             Some(SourcePlace::At(Sourced { value: [x.value(), y.value()], key, place }))
         }
         (None, Some(points)) => Some(SourcePlace::Points(points.0)),
-        (None, None) => None,
+        (None, None) => entry.line.take().or(entry.lines.take()).map(|lines| SourcePlace::Lines(lines.0)),
     };
     let source = |(index, mut entry): (usize, SourceEntry)| {
         let found = place(&mut entry)?;
         let at = match &found {
             SourcePlace::At(at) => at.place.clone(),
-            SourcePlace::Points(points) => points.place.clone(),
+            SourcePlace::Points(file) | SourcePlace::Lines(file) => file.place.clone(),
         };
         let value = Source { place: found, discharge: entry.discharge.timed };
         Some(Sourced { value, key: format!("sources[{index}]"), place: at })

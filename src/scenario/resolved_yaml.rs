@@ -195,6 +195,7 @@ impl Scenario {
             match &source.value.place {
                 SourcePlace::At(at) => write!(text, "  - {{at: [{}, {}]", at.value[0], at.value[1])?,
                 SourcePlace::Points(points) => write!(text, "  - {{points: {}", quoted_vector(points))?,
+                SourcePlace::Lines(lines) => write!(text, "  - {{lines: {}", quoted_vector(lines))?,
             }
             writeln!(text, ", discharge: {}}}", timed(&source.value.discharge, "m3/s"))?;
         }
@@ -476,7 +477,9 @@ mod tests {
             forget(&mut source.value.discharge);
             match &mut source.value.place {
                 SourcePlace::At(at) => at.place = None,
-                SourcePlace::Points(points) => points.place = None,
+                SourcePlace::Points(file) => file.place = None,
+                // `line` and `lines` say the same.
+                SourcePlace::Lines(file) => (file.place, file.key) = (None, String::new()),
             }
         }
         if let Some(rain) = &mut plain.rain {
@@ -579,7 +582,8 @@ boundaries:
   - {side: east, rating: {table: w.csv, level: h, level_unit: cm, discharge_unit: m3/s}}
   - {lines: sea.geojson, type: free}
 "#;
-        let sources = "sources: [{at: [712345.5, -3.25], discharge: 2 m3/s}, {points: springs.gpkg:wells, discharge: {series: q.csv, unit: l/s}}]\n";
+        let sources = "sources: [{at: [712345.5, -3.25], discharge: 2 m3/s}, {points: springs.gpkg:wells, discharge: {series: q.csv, unit: l/s}}, \
+            {line: seep.gpkg:toe, discharge: 3 l/s}]\n";
         let rate =
             "rain: {rate: {series: rain.csv, unit: mm/h}, losses: {initial: 5 mm}}\noutputs: {sections: s.geojson}\n";
         let raster = "rain: {raster: rain.tif, unit: in/h, duration: 2 h, losses: {constant: 1 mm/h}}\n";

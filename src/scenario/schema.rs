@@ -293,19 +293,23 @@ fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// Water that comes out of the ground at a place.
+    /// Water that comes out of the ground at a place or along a line.
     SourceEntry, example "{at: [712345.0, 5312345.0], discharge: 2 m3/s}", check check_source {
         /// The place: its two coordinates in the reference system of the run.
         at: Option<Vec<Quantity<Coordinate>>>,
         /// File of points.
         points: Option<VectorFile>,
-        /// Discharge at each place.
+        /// File of lines.
+        line: Option<VectorFile>,
+        /// The same as `line`.
+        lines: Option<VectorFile>,
+        /// Discharge at each place, or of each line.
         discharge: Changing<Discharge>,
     }
 }
 
 fn check_source(node: &Node, reader: &mut Reader) -> Option<()> {
-    reader.exactly_one(node, &["at", "points"])?;
+    reader.exactly_one(node, &["at", "points", "line", "lines"])?;
     if let Some(at) = node.get("at")
         && let Value::List(items) = &at.value
         && items.len() != 2

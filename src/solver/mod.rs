@@ -7,8 +7,8 @@ pub mod phases;
 pub mod variational;
 
 pub use crate::boundary::{
-    Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw, OpenEdges, Opening,
-    PointSource, Rain, RainFrames, Rating, Resistance, Series, Strip, Trigger, edge_faces,
+    Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw, LineSource,
+    OpenEdges, Opening, PointSource, Rain, RainFrames, Rating, Resistance, Series, Strip, Trigger, edge_faces,
 };
 pub use eulerian::EulerianSolver;
 

@@ -172,6 +172,36 @@ fn rain_and_sources_fill_a_closed_basin() {
 }
 
 #[test]
+fn a_line_of_springs_gives_its_hydrograph() {
+    let line = "sources: [{line: toe.geojson, discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}}]\n";
+    let scene = Scene::with(&[("resolution: 5 m", &format!("{line}resolution: 5 m"))]);
+    // Askew across the valley, all of it on the terrain: at x 1100 to 1120.
+    scene.line("toe.geojson", &[(1100.0, 2000.0), (1120.0, 2060.0)], "toe");
+    let (run, out) = scene.run();
+    assert!((volume(&run, "in") / 1560.0 - 1.0).abs() < 1e-9, "{} m3", volume(&run, "in"));
+    assert!(volume(&run, "error_relative").abs() < 1e-9);
+    let wet = Netcdf::read(&out.join("maps.nc")).values("max_depth").iter().filter(|depth| **depth > 0.0).count();
+    assert!(wet > 200, "{wet} cells");
+    scene.line("toe.geojson", &[(1100.0, 2050.0), (1100.0, 2090.0)], "toe");
+    scene.assert_refused(4, &["source-outside", "30.0 m of this line lie outside the terrain", "1100.0, 2075.0"]);
+    scene.write("toe.geojson", r#"{"type":"FeatureCollection","features":[]}"#);
+    scene.assert_refused(4, &["no-lines", "draw lines along which"]);
+    scene.line("toe.geojson", &[(1100.0, 2005.0), (1100.0, 2055.0)], "toe");
+    let house = r#"{"type":"Polygon","coordinates":[[[1090,2020],[1110,2020],[1110,2030],[1090,2030],[1090,2020]]]}"#;
+    scene.write("house.geojson", &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{house}}}"#));
+    let text = std::fs::read_to_string(scene.path("s.yaml")).unwrap();
+    scene.write("s.yaml", &(text + "structures: {buildings: {polygons: house.geojson}}\n"));
+    scene.assert_refused(
+        4,
+        &[
+            "source-outside",
+            "10.0 m of this line lie where the terrain has no data or a building blocks it",
+            "1102.5, 2022.5",
+        ],
+    );
+}
+
+#[test]
 fn a_raster_of_rain_falls_where_it_says() {
     let scene = Scene::with(&[("resolution: 5 m", "rain: {raster: rain.asc, unit: mm/h}\nresolution: 5 m")]);
     let row = format!("{}{}", "72 ".repeat(20), "0 ".repeat(20));

@@ -1,16 +1,16 @@
-//! Point sources and rain: depth that is added at the end of each step, and keeps the momentum as it is.
+//! Sources at points and along lines, and rain: depth that is added at the end of each step, and keeps the momentum as it is.
 
 use rayon::prelude::*;
 
 use super::Scale;
 use super::state::State;
-use crate::boundary::{PointSource, Rain};
+use crate::boundary::{LineSource, PointSource, Rain, Series};
 use crate::solver::FlowProblem;
 
-/// A source and its padded cell.
+/// A source and its padded cells, each with its share.
 struct Spring {
-    source: PointSource,
-    cell: (usize, usize),
+    discharge: Series,
+    cells: Vec<((usize, usize), f64)>,
 }
 
 /// All sources and the rain of a problem.
@@ -26,12 +26,20 @@ pub(crate) struct Inputs {
 impl Inputs {
     pub fn new(problem: &FlowProblem, state: &State) -> Self {
         let lattice = &problem.bed.lattice;
-        let spring = |source: &PointSource| {
-            let (column, row) = lattice.column_row(lattice.cell_at(source.place)?);
-            let cell = (row + 1, column + 1);
-            state.has_terrain(cell.0, cell.1).then(|| Spring { source: source.clone(), cell })
+        let padded = |cell: usize| {
+            let (column, row) = lattice.column_row(cell);
+            (row + 1, column + 1)
         };
-        let springs = problem.forcing.sources.iter().filter_map(spring).collect();
+        let spring = |discharge: &Series, cells: Vec<(usize, f64)>| {
+            let cells = cells.into_iter().map(|(cell, share)| (padded(cell), share));
+            let on_terrain = cells.filter(|((row, column), _)| state.has_terrain(*row, *column)).collect();
+            Spring { discharge: discharge.clone(), cells: on_terrain }
+        };
+        let at_point =
+            |source: &PointSource| Some(spring(&source.discharge, vec![(lattice.cell_at(source.place)?, 1.0)]));
+        let points = problem.forcing.sources.iter().filter_map(at_point);
+        let along_line = |source: &LineSource| spring(&source.discharge, source.cells.clone());
+        let springs = points.chain(problem.forcing.line_sources.iter().map(along_line)).collect();
         let rain = problem.forcing.rain.clone();
         let places = if let Some(Rain::Frames(frames)) = &rain { frames.from.len() } else { 0 };
         Inputs { springs, is_wetted: rain.is_some(), rain, falling: vec![0.0; places] }
@@ -39,17 +47,19 @@ impl Inputs {
 
     /// The cells (row, column) of the sources.
     pub fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.springs.iter().map(|spring| spring.cell)
+        self.springs.iter().flat_map(|spring| spring.cells.iter().map(|(cell, _)| *cell))
     }
 
     /// Adds what comes between two times (s); returns its volume (m³).
     pub fn add(&mut self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
         let area = scale.spacing * scale.spacing;
         let mut volume = 0.0;
-        for Spring { source, cell } in &self.springs {
-            let came = source.discharge.integral(from, to).max(0.0);
-            state.water[cell.0].depth[cell.1] += came / area;
-            volume += came;
+        for Spring { discharge, cells } in &self.springs {
+            let came = discharge.integral(from, to).max(0.0);
+            for ((row, column), share) in cells {
+                state.water[*row].depth[*column] += came * share / area;
+                volume += came * share;
+            }
         }
         if let Some(rain) = &self.rain {
             let columns = state.columns;
@@ -88,7 +98,8 @@ impl Inputs {
     pub fn longest_step(&self, scale: &Scale, time: f64, step: f64) -> f64 {
         let area = scale.spacing * scale.spacing;
         let longest = |spring: &Spring| {
-            let rise = spring.source.discharge.largest(time, time + step) / area;
+            let share = spring.cells.iter().map(|(_, share)| *share).fold(0.0, f64::max);
+            let rise = spring.discharge.largest(time, time + step) * share / area;
             // A cell that was dry has d = (Q/A) Δt after the step, and its water spreads with 2 √(g d).
             let reach = scale.courant * scale.spacing;
             if rise > 0.0 { (reach * reach / (4.0 * scale.gravity * rise)).cbrt() } else { f64::INFINITY }
