@@ -1,7 +1,7 @@
 //! What brings water in or takes it out, and where it is measured on its way: open boundaries, sources, rain, cross-sections.
 
 use super::wall::distance_to_segment;
-use super::{Breach, Channel, Series};
+use super::{BedMotion, Breach, Channel, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -154,6 +154,8 @@ pub struct Forcing {
     pub rain: Option<Rain>,
     /// A dam that breaks.
     pub breach: Option<Breach>,
+    /// Parts of the bed that move.
+    pub moving_bed: Vec<BedMotion>,
     /// Channels of one dimension.
     pub channels: Vec<Channel>,
     /// Cross-sections: the straight pieces of each in local coordinates (m), from the left to the right bank.

@@ -78,6 +78,21 @@ pub struct BreachRecord {
     pub duration_s: f64,
 }
 
+/// What a bed that moved has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MovingBedRecord {
+    /// When the first part of it began to move (s).
+    pub began_s: f64,
+    /// Volume by which the bed lies above that of the start at the end, where it does (m³).
+    pub raised_m3: f64,
+    /// Volume by which it lies below (m³).
+    pub sunk_m3: f64,
+    /// Volume by which it lifted water that lay on it, all movements up (m³).
+    pub lifted_m3: f64,
+    /// Volume by which it lowered water, all movements down (m³).
+    pub lowered_m3: f64,
+}
+
 /// The earlier run that this one went on from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HotStart {
@@ -135,6 +150,8 @@ pub struct RunManifest {
     /// The dam that breaks, where the scenario has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub breach: Option<BreachRecord>,
+    /// The bed that moves, where the scenario has one.
+    pub moving_bed: Option<MovingBedRecord>,
     /// The earlier run that this one went on from, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hot_start: Option<HotStart>,

@@ -17,9 +17,9 @@ use std::time::Instant;
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
-    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, Provenance, Recorder,
-    RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now,
-    write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
+    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, MovingBedRecord,
+    Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks,
+    Volumes, utc_now, write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
@@ -237,6 +237,15 @@ impl Run<'_> {
         self.manifest.simulated_s = solver.time();
         self.manifest.breach =
             self.prepared.forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
+        let begins = self.prepared.forcing.moving_bed.iter().map(|motion| motion.begin);
+        let began_s = begins.fold(f64::INFINITY, f64::min);
+        self.manifest.moving_bed = solver.bed_books().map(|books| MovingBedRecord {
+            began_s,
+            raised_m3: books.raised,
+            sunk_m3: books.sunk,
+            lifted_m3: books.lifted,
+            lowered_m3: books.lowered,
+        });
         Ok(early)
     }
 

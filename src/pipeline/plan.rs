@@ -261,10 +261,13 @@ fn draw(
             ..disk(MAP_BYTES.end, FRAME_BYTES.end, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: if prepared.forcing.is_still() && prepared.forcing.breach.is_none() {
+        advice: if prepared.forcing.is_still()
+            && prepared.forcing.breach.is_none()
+            && prepared.forcing.moving_bed.is_empty()
+        {
             advice(reach, spread, spacing)
         } else {
-            let why = "moving particles know no boundary with a condition, source, rain, channel, or dam that breaks";
+            let why = "moving particles know no boundary with a condition, source, rain, channel, dam that breaks, or moving bed";
             (Motion::Eulerian, why.to_owned())
         },
         measured,

@@ -113,7 +113,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
 }
 
 /// The lines of a feature that have a length.
-fn lines_of(feature: &crate::vector::Feature) -> Vec<Vec<Vec2>> {
+pub(super) fn lines_of(feature: &crate::vector::Feature) -> Vec<Vec<Vec2>> {
     let lines = feature.lines.iter().map(|line| {
         let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
         places.dedup();

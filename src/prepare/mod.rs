@@ -13,6 +13,7 @@ mod gaps;
 mod grid;
 mod ground;
 mod layers;
+mod moving_bed;
 mod places;
 mod polygons;
 mod rain;
@@ -35,7 +36,9 @@ use crate::math::Vec2;
 use crate::output::{ChannelProfile, Gauge, OutputCrs, Section};
 use crate::scenario::channel::ChannelShape;
 use crate::scenario::methods::Motion;
-use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed};
+use crate::scenario::{
+    BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed,
+};
 use crate::seeding::StillWater;
 use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
@@ -185,6 +188,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
     let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let dam = breach::open(scenario, crs.as_ref(), &mut findings);
+    let moving = moving_bed::open(scenario, crs.as_ref(), &mut findings);
     let start = start::open(scenario, crs.as_ref(), &mut findings);
     let ground = ground::open(scenario, crs.as_ref(), &mut findings);
     let reaches = channels::open(scenario, &mut findings);
@@ -209,8 +213,15 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        let files =
-            Files { forcing: &mut opened, rough: &rough, dam: dam.as_ref(), ground: &ground, start: &start, reaches };
+        let files = Files {
+            forcing: &mut opened,
+            rough: &rough,
+            dam: dam.as_ref(),
+            ground: &ground,
+            start: &start,
+            reaches,
+            moving,
+        };
         place_on_lattice(scenario, &mut prepared, lines, files, bodies, &mut findings);
     }
     prepared.sections = opened.sections;
@@ -229,6 +240,7 @@ struct Files<'a> {
     ground: &'a ground::Opened,
     start: &'a start::Opened,
     reaches: Vec<Option<channels::Opened>>,
+    moving: Vec<Option<moving_bed::Opened>>,
 }
 
 /// The lattice, and everything that is checked on it.
@@ -236,7 +248,7 @@ fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    Files { forcing: opened, rough, dam, ground, start, reaches }: Files<'_>,
+    Files { forcing: opened, rough, dam, ground, start, reaches, moving }: Files<'_>,
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -276,6 +288,7 @@ fn place_on_lattice(
         breach::check_level(scenario, breach, &bed, &still_water, findings);
     }
     prepared.forcing.breach = breach;
+    prepared.forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (&bed, &prepared.forcing), findings);
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain.extent(), &surface, findings);
     }
@@ -316,6 +329,7 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let walls = scenario.walls.iter().map(|source| &source.value.path);
     let dam = scenario.breach.iter().map(|breach| &breach.dam.value.path);
     let growth = scenario.breach.iter().filter_map(|breach| Some(&breach.share.as_ref()?.file.value));
+    let moving = scenario.moving_bed.iter().flat_map(moving_bed_files);
     let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
     let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
     let roughness = &scenario.roughness;
@@ -338,6 +352,7 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         .chain(walls)
         .chain(dam)
         .chain(growth)
+        .chain(moving)
         .chain(open)
         .chain(forcing)
         .chain(&listed)
@@ -361,6 +376,19 @@ fn series(timed: &Timed) -> Option<&PathBuf> {
         Timed::Series(table) => Some(&table.file.value),
         Timed::Constant(_) => None,
     }
+}
+
+/// The files of a bed that moves.
+fn moving_bed_files(bed: &MovingBed) -> Vec<&PathBuf> {
+    let mut files = vec![&bed.raster.value];
+    match &bed.law {
+        BedMovement::InPlace(share) => files.extend(share.iter().map(|share| &share.file.value)),
+        BedMovement::Slide { path, velocity } => {
+            files.push(&path.value.path);
+            files.extend(series(velocity));
+        }
+    }
+    files
 }
 
 /// The files of a condition.

@@ -122,6 +122,8 @@ kinds! {
     Volume: VOLUME, "9.8 Mm3", "greater than 0", |value| value > 0.0;
     /// A discharge (m³/s).
     Discharge: DISCHARGE, "30 m3/s", "0 or more", |value| value >= 0.0;
+    /// The velocity of a slide (m/s).
+    Velocity: VELOCITY, "20 m/s", "0 or more", |value| value >= 0.0;
     /// An intensity of rain or of its loss (m/s).
     Intensity: INTENSITY, "20 mm/h", "0 or more", |value| value >= 0.0;
     /// A depth of water that may be 0 (m).

@@ -9,6 +9,7 @@ use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
 };
+use super::moving_bed::MovingBed;
 use super::start::Start;
 use super::units::{INTENSITY, LENGTH};
 use crate::error::Place;
@@ -487,6 +488,8 @@ pub struct Scenario {
     pub rain: Option<Sourced<Rain>>,
     /// A dam that breaks.
     pub breach: Option<Breach>,
+    /// Parts of the bed that move.
+    pub moving_bed: Vec<MovingBed>,
     /// Channels of one dimension.
     pub channels: Vec<Channel>,
     /// Distance of two particles (m).

@@ -23,7 +23,7 @@ use super::schema::{
     Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
 use super::units::INTENSITY;
-use super::{breach, channel, ground, preset, start, tree};
+use super::{breach, channel, ground, moving_bed, preset, start, tree};
 use crate::error::{Error, Place, Problem, ProblemKind};
 
 /// Largest scenario file (bytes); data belongs into files of its own.
@@ -175,6 +175,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         sources: sources(written.sources.unwrap_or_default()),
         rain: written.rain.and_then(rain),
         breach: written.breach.and_then(breach::resolved),
+        moving_bed: moving_bed::resolved(written.moving_bed.unwrap_or_default()),
         channels: channel::resolved(written.channels.unwrap_or_default()),
         outputs: outputs(written.outputs, &name, file, resolution.value, end_time),
         resolution,

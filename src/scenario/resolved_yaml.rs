@@ -22,6 +22,7 @@ impl Scenario {
         let _ = self
             .write_place(&mut text)
             .and_then(|()| self.write_breach(&mut text))
+            .and_then(|()| super::moving_bed::write(&self.moving_bed, &mut text))
             .and_then(|()| super::channel::write(&self.channels, &mut text))
             .and_then(|()| self.write_run(&mut text));
         text
@@ -333,14 +334,14 @@ pub(super) fn condition_as_yaml(condition: &BoundaryCondition) -> String {
 }
 
 /// A quantity over time; `unit` is that of SI.
-fn timed(timed: &Timed, unit: &str) -> String {
+pub(super) fn timed(timed: &Timed, unit: &str) -> String {
     match timed {
         Timed::Constant(value) => format!("{} {unit}", value.value),
         Timed::Series(table) => series_as_yaml(table),
     }
 }
 
-fn series_as_yaml(table: &TableFile) -> String {
+pub(super) fn series_as_yaml(table: &TableFile) -> String {
     let names = [["time", "time_unit"], ["column", "unit"]];
     format!("{{series: {}{}}}", quoted_path(&table.file.value), columns(table, names))
 }
@@ -373,7 +374,7 @@ fn list(values: &[f64], unit: &str) -> String {
     values.iter().map(|value| format!("{value} {unit}")).collect::<Vec<_>>().join(", ")
 }
 
-fn quoted_vector(source: &Sourced<VectorSource>) -> String {
+pub(super) fn quoted_vector(source: &Sourced<VectorSource>) -> String {
     let path = absolute(&source.value.path);
     match &source.value.layer {
         Some(layer) => quoted(&format!("{path}:{layer}")),

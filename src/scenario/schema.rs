@@ -20,6 +20,7 @@ use super::methods::{
     WallMethod,
 };
 use super::model::{PointInterpolation, RainUnit, Side, Stamp};
+use super::moving_bed::MovingBedEntry;
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::start::{FrameTime, check_alone, check_initial};
 use super::timed::{Changing, RatingFile};
@@ -52,6 +53,8 @@ section! {
         rain: Option<RainSection>,
         /// A dam that breaks.
         breach: Option<BreachSection>,
+        /// Parts of the bed that move: ground that rises or sinks, and slides.
+        moving_bed: Option<Vec<MovingBedEntry>>,
         /// Channels that are computed in one dimension.
         channels: Option<Vec<ChannelEntry>>,
         /// Distance of two particles.
@@ -435,12 +438,22 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.map(|sections| (sections, "cross-sections")));
     let mut is_fit = true;
-    if let Some(breach) = node.get("breach").filter(|breach| breach.value != Value::Empty) {
-        let message = "moving particles know no dam that breaks";
-        let problem = Problem::error(ProblemKind::Scenario, "method-combination", breach.key.clone(), message)
+    for (key, message, otherwise) in [
+        (
+            "breach",
+            "moving particles know no dam that breaks",
+            "for a dam that is gone at the start, take `breach` out",
+        ),
+        ("moving_bed", "moving particles know no moving bed", "or take this out"),
+    ] {
+        let Some(changing) = node.get(key).filter(|changing| changing.value != Value::Empty) else { continue };
+        let remedy = format!(
+            "leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`); {otherwise}"
+        );
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", changing.key.clone(), message)
             .with_cause("its bed changes in time, and that of this motion stays the same")
-            .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`); for a dam that is gone at the start, take `breach` out");
-        reader.report(breach, problem);
+            .with_remedy(remedy);
+        reader.report(changing, problem);
         is_fit = false;
     }
     for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {

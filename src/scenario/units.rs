@@ -50,6 +50,14 @@ pub static DISCHARGE: Dimension = Dimension {
     is_compound: false,
 };
 
+/// A velocity (m/s).
+pub static VELOCITY: Dimension = Dimension {
+    name: "a velocity",
+    units: &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("cm/s", 1e-2), ("ft/s", 0.3048)],
+    is_bare_allowed: false,
+    is_compound: false,
+};
+
 /// An intensity of rain (m/s).
 pub static INTENSITY: Dimension = Dimension {
     name: "an intensity of rain",

@@ -7,8 +7,9 @@ pub mod phases;
 pub mod variational;
 
 pub use crate::boundary::{
-    Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw, LineSource,
-    OpenEdges, Opening, PointSource, Rain, RainFrames, Rating, Resistance, Series, Strip, Trigger, edge_faces,
+    BedLaw, BedMotion, Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw,
+    LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, Series, Slide, Strip,
+    Trigger, edge_faces,
 };
 pub use eulerian::EulerianSolver;
 
@@ -98,6 +99,19 @@ impl Ledger {
     }
 }
 
+/// What a moving bed has done so far: volumes in cubic metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BedBooks {
+    /// By which the bed lies above that of the start, where it does.
+    pub raised: f64,
+    /// By which it lies below, where it does.
+    pub sunk: f64,
+    /// By which it lifted water that lay on it, all movements up.
+    pub lifted: f64,
+    /// By which it lowered water, all movements down.
+    pub lowered: f64,
+}
+
 /// What passed a cross-section: positive where the water crosses the line towards its left side, that is downstream where the line was
 /// drawn from the left to the right bank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -156,6 +170,10 @@ pub trait FlowSolver: Send {
     }
     /// The time (s) at which the dam of the problem began to break, once it did.
     fn breach_began(&self) -> Option<f64> {
+        None
+    }
+    /// What the moving bed of the problem has done; none where it has none.
+    fn bed_books(&self) -> Option<BedBooks> {
         None
     }
     /// Number of particles that carry water now.

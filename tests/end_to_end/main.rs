@@ -8,6 +8,7 @@ mod channels;
 mod commands;
 mod dam_breaks;
 mod hot_start;
+mod moving_bed;
 mod plan;
 mod rain;
 mod terrain;

@@ -23,6 +23,7 @@ mod breach;
 mod faces;
 mod gradient;
 mod inputs;
+mod moving_bed;
 mod open;
 mod primitive;
 mod reach;
@@ -36,13 +37,14 @@ mod walls;
 mod tests;
 
 use super::phases::Phases;
-use super::{ChannelSample, FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
+use super::{BedBooks, ChannelSample, FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::scenario::methods::{Reconstruction, Stabilisation};
 use breach::Breaking;
 use inputs::Inputs;
+use moving_bed::MovingBed;
 use open::OpenBoundaries;
 use primitive::Source;
 use reach::Reaches;
@@ -63,6 +65,9 @@ pub struct EulerianSolver {
     reaches: Reaches,
     inputs: Inputs,
     breaking: Option<Breaking>,
+    moving_bed: Option<MovingBed>,
+    /// The cells of both and their bed (m), where there are both.
+    bed_out: Vec<(usize, f64)>,
     sections: Sections,
     lattice: crate::lattice::Lattice,
     /// Depth and discharges without the padding, for the recorder.
@@ -136,6 +141,10 @@ impl EulerianSolver {
         if let Some(breaking) = &mut breaking {
             breaking.follow(&mut state, 0.0, scale.dry_depth);
         }
+        let mut moving_bed = MovingBed::new(&problem);
+        if let Some(moving) = &mut moving_bed {
+            moving.follow(&mut state, 0.0, scale.dry_depth);
+        }
         let walls = Walls::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, &walls);
         let reaches = Reaches::new(&problem, &mut state, &walls);
@@ -153,6 +162,8 @@ impl EulerianSolver {
             reaches,
             inputs,
             breaking,
+            moving_bed,
+            bed_out: Vec::new(),
             sections,
             lattice,
             depth_out: vec![0.0; cells],
@@ -168,6 +179,7 @@ impl EulerianSolver {
             phases: Phases::default(),
         };
         solver.initial_volume = solver.volume();
+        solver.hand_out_bed();
         solver.evaluate_primitive();
         solver
     }
@@ -192,6 +204,14 @@ impl EulerianSolver {
     /// All water, that of the channels too (m³).
     fn volume(&self) -> f64 {
         self.state.volume(self.scale.spacing) + self.reaches.volume(self.scale.spacing)
+    }
+
+    /// Puts the bed of a dam that breaks and of ground that moves into one list, where there are both.
+    fn hand_out_bed(&mut self) {
+        if let (Some(breaking), Some(moving)) = (&self.breaking, &self.moving_bed) {
+            self.bed_out.clear();
+            self.bed_out.extend(breaking.bed().iter().chain(moving.bed()));
+        }
     }
 
     /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
@@ -301,11 +321,17 @@ impl FlowSolver for EulerianSolver {
         if let Some(breaking) = &self.breaking {
             choice.time_step = breaking.step_until_trigger(self.time, choice.time_step);
         }
+        if let Some(moving) = &self.moving_bed {
+            choice.time_step = moving.longest_step(&self.scale, self.time, choice.time_step);
+        }
         choice
     }
 
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
         self.phases.start();
+        if let Some(moving) = &mut self.moving_bed {
+            moving.follow(&mut self.state, self.time + 0.5 * time_step, self.scale.dry_depth);
+        }
         self.stage(Stage::First, time_step);
         primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Stage);
         self.reaches.evaluate_primitive(Source::Stage);
@@ -323,6 +349,10 @@ impl FlowSolver for EulerianSolver {
         if let Some(breaking) = &mut self.breaking {
             breaking.follow(&mut self.state, self.time, self.scale.dry_depth);
         }
+        if let Some(moving) = &mut self.moving_bed {
+            moving.follow(&mut self.state, self.time, self.scale.dry_depth);
+        }
+        self.hand_out_bed();
         let fastest = self.state.fastest();
         let position = State::position(fastest.row, fastest.column, self.scale.spacing);
         let signal_speed = reach::larger_or_nan(fastest.signal_speed, self.reaches.fastest(&self.scale).0);
@@ -379,7 +409,16 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn bed_now(&self) -> &[(usize, f64)] {
-        self.breaking.as_ref().map_or(&[], Breaking::bed)
+        match (&self.breaking, &self.moving_bed) {
+            (Some(_), Some(_)) => &self.bed_out,
+            (Some(breaking), None) => breaking.bed(),
+            (None, Some(moving)) => moving.bed(),
+            (None, None) => &[],
+        }
+    }
+
+    fn bed_books(&self) -> Option<BedBooks> {
+        self.moving_bed.as_ref().map(MovingBed::books)
     }
 
     fn breach_began(&self) -> Option<f64> {
