@@ -29,6 +29,16 @@ pub enum Condition {
     Free,
 }
 
+impl Condition {
+    /// The volume (m³) that comes in until a time (s), where a discharge says it.
+    pub fn asked(&self, until: f64) -> Option<f64> {
+        match self {
+            Condition::Discharge { discharge, .. } => Some(discharge.integral(0.0, until)),
+            Condition::Stage(_) | Condition::NormalDepth { .. } | Condition::Rating(_) | Condition::Free => None,
+        }
+    }
+}
+
 /// Discharge as a function of the level: linear between rows, 0 below the first, and beyond the last on as between the last two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rating {

@@ -112,6 +112,38 @@ pub struct BedBooks {
     pub lowered: f64,
 }
 
+/// A way by which water comes or goes; numbers are those of the problem's lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Edges without a condition.
+    OpenEdges,
+    /// A boundary with a condition.
+    Boundary(usize),
+    /// A point source.
+    Source(usize),
+    /// A line source.
+    LineSource(usize),
+    /// Rain.
+    Rain,
+    /// The far end of a channel.
+    FarEnd(usize),
+    /// The near end of a channel that joins nothing.
+    NearEnd(usize),
+}
+
+/// What came and went by one way since the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// The way.
+    pub way: Way,
+    /// Volume that came in (m³).
+    pub inflow: f64,
+    /// Volume that left (m³).
+    pub outflow: f64,
+    /// The integral of the discharge or the rain of the problem (m³); none where another condition rules.
+    pub asked: Option<f64>,
+}
+
 /// What passed a cross-section: positive where the water crosses the line towards its left side, that is downstream where the line was
 /// drawn from the left to the right bank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -175,6 +207,10 @@ pub trait FlowSolver: Send {
     /// What the moving bed of the problem has done; none where it has none.
     fn bed_books(&self) -> Option<BedBooks> {
         None
+    }
+    /// What came and went by each way of the problem; nothing where the core keeps no such books.
+    fn passages(&self) -> Vec<Passage> {
+        Vec::new()
     }
     /// Number of particles that carry water now.
     fn particles(&self) -> usize;

@@ -96,6 +96,10 @@ fn a_hydrograph_comes_down_a_channel_into_the_terrain() {
         // 30 m³/s in 120 s, less what the rise of 30 s lacks.
         assert!((volume["in"].as_f64().unwrap() / (30.0 * 120.0 - 15.0 * 30.0) - 1.0).abs() < 1e-9, "{volume}");
         assert!(volume["error_relative"].as_f64().unwrap().abs() < 1e-12, "{volume}");
+        let ways = table(&out, "boundaries.csv");
+        let upstream = ways.iter().find(|row| row[0] == "channel upper upstream").unwrap();
+        assert!(upstream[1] == "3150.000" && upstream[3] == "3150.000", "{upstream:?}");
+        assert!(upstream[4].parse::<f64>().unwrap() < 1e-11, "{upstream:?}");
         let rows = table(&out, "channels.csv");
         assert_eq!(rows[0].join(","), "id,time_s,distance_m,bed_m,depth_m,level_m,velocity_m_s,discharge_m3_s");
         // 20 particles at 0, 30, 60, 90 and 120 s.

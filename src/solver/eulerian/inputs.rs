@@ -5,18 +5,23 @@ use rayon::prelude::*;
 use super::Scale;
 use super::state::State;
 use crate::boundary::{LineSource, PointSource, Rain, Series};
-use crate::solver::FlowProblem;
+use crate::solver::{FlowProblem, Passage, Way};
 
 /// A source and its padded cells, each with its share.
 struct Spring {
+    way: Way,
     discharge: Series,
     cells: Vec<((usize, usize), f64)>,
+    /// Volume (m³) that came.
+    booked: f64,
 }
 
 /// All sources and the rain of a problem.
 pub(crate) struct Inputs {
     springs: Vec<Spring>,
     rain: Option<Rain>,
+    /// Volume (m³) that rained.
+    rained: f64,
     /// What falls within a step (m) at each place of rain by frames.
     falling: Vec<f64>,
     /// Whether it rains: water may then come to every cell.
@@ -30,19 +35,23 @@ impl Inputs {
             let (column, row) = lattice.column_row(cell);
             (row + 1, column + 1)
         };
-        let spring = |discharge: &Series, cells: Vec<(usize, f64)>| {
+        let spring = |way: Way, discharge: &Series, cells: Vec<(usize, f64)>| {
             let cells = cells.into_iter().map(|(cell, share)| (padded(cell), share));
             let on_terrain = cells.filter(|((row, column), _)| state.has_terrain(*row, *column)).collect();
-            Spring { discharge: discharge.clone(), cells: on_terrain }
+            Spring { way, discharge: discharge.clone(), cells: on_terrain, booked: 0.0 }
         };
-        let at_point =
-            |source: &PointSource| Some(spring(&source.discharge, vec![(lattice.cell_at(source.place)?, 1.0)]));
-        let points = problem.forcing.sources.iter().filter_map(at_point);
-        let along_line = |source: &LineSource| spring(&source.discharge, source.cells.clone());
-        let springs = points.chain(problem.forcing.line_sources.iter().map(along_line)).collect();
+        let at_point = |(index, source): (usize, &PointSource)| {
+            let cells = lattice.cell_at(source.place).map(|cell| (cell, 1.0)).into_iter().collect();
+            spring(Way::Source(index), &source.discharge, cells)
+        };
+        let along_line = |(index, source): (usize, &LineSource)| {
+            spring(Way::LineSource(index), &source.discharge, source.cells.clone())
+        };
+        let points = problem.forcing.sources.iter().enumerate().map(at_point);
+        let springs = points.chain(problem.forcing.line_sources.iter().enumerate().map(along_line)).collect();
         let rain = problem.forcing.rain.clone();
         let places = if let Some(Rain::Frames(frames)) = &rain { frames.from.len() } else { 0 };
-        Inputs { springs, is_wetted: rain.is_some(), rain, falling: vec![0.0; places] }
+        Inputs { springs, is_wetted: rain.is_some(), rain, rained: 0.0, falling: vec![0.0; places] }
     }
 
     /// The cells (row, column) of the sources.
@@ -54,11 +63,12 @@ impl Inputs {
     pub fn add(&mut self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
         let area = scale.spacing * scale.spacing;
         let mut volume = 0.0;
-        for Spring { discharge, cells } in &self.springs {
+        for Spring { discharge, cells, booked, .. } in &mut self.springs {
             let came = discharge.integral(from, to).max(0.0);
-            for ((row, column), share) in cells {
+            for ((row, column), share) in cells.iter() {
                 state.water[*row].depth[*column] += came * share / area;
                 volume += came * share;
+                *booked += came * share;
             }
         }
         if let Some(rain) = &self.rain {
@@ -89,9 +99,27 @@ impl Inputs {
             });
             // Row by row, so that the threads do not matter.
             let fallen: Vec<f64> = rows.collect();
-            volume += fallen.iter().sum::<f64>() * area;
+            let fallen = fallen.iter().sum::<f64>() * area;
+            volume += fallen;
+            self.rained += fallen;
         }
         volume
+    }
+
+    /// What came by each source and by rain until a time (s).
+    pub fn passages(&self, state: &State, scale: &Scale, time: f64) -> Vec<Passage> {
+        let came = |way: Way, inflow: f64, asked: f64| Passage { way, inflow, outflow: 0.0, asked: Some(asked) };
+        let springs =
+            self.springs.iter().map(|spring| came(spring.way, spring.booked, spring.discharge.integral(0.0, time)));
+        let mut passages: Vec<Passage> = springs.collect();
+        if let Some(rain) = &self.rain {
+            let with_terrain = |row: usize| (1..=state.columns).filter(move |&column| state.has_terrain(row, column));
+            let cells = (1..=state.rows).flat_map(|row| with_terrain(row).map(move |column| (row, column)));
+            let depth = |(row, column): (usize, usize)| rain.depth((row - 1) * state.columns + column - 1, 0.0, time);
+            let asked = cells.map(depth).sum::<f64>() * scale.spacing * scale.spacing;
+            passages.push(came(Way::Rain, self.rained, asked));
+        }
+        passages
     }
 
     /// The longest step (s) from a time on in which no source fills its cell so fast that the water leaves it again within the step.

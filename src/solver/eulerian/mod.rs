@@ -37,7 +37,9 @@ mod walls;
 mod tests;
 
 use super::phases::Phases;
-use super::{BedBooks, ChannelSample, FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
+use super::{
+    BedBooks, ChannelSample, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit, Way,
+};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
@@ -82,6 +84,8 @@ pub struct EulerianSolver {
     initial_volume: f64,
     inflow: f64,
     outflow: f64,
+    /// The part of the outflow (m³) that left by open edges without a condition.
+    left_over_edges: f64,
     phases: Phases,
 }
 
@@ -176,6 +180,7 @@ impl EulerianSolver {
             initial_volume: 0.0,
             inflow: 0.0,
             outflow: 0.0,
+            left_over_edges: 0.0,
             phases: Phases::default(),
         };
         solver.initial_volume = solver.volume();
@@ -233,10 +238,12 @@ impl EulerianSolver {
         update::apply(state, active, scale, stage, time_step);
         // Each of the two stages carries half of the step's exchange.
         let carried = 0.5 * time_step * scale.spacing;
-        let (coming, leaving) = self.open.rates(state);
+        let (coming, leaving) = self.open.book(state, carried);
         let (to_channels, from_channels) = self.reaches.apply(state, scale, stage, time_step);
         self.inflow += carried * coming + 0.5 * time_step * to_channels;
-        self.outflow += carried * (self.walls.leaving(state) + leaving) + 0.5 * time_step * from_channels;
+        let over_edges = self.walls.leaving(state);
+        self.left_over_edges += carried * over_edges;
+        self.outflow += carried * (over_edges + leaving) + 0.5 * time_step * from_channels;
         self.sections.add(state, scale, time_step);
         self.evaluations += (active.cells() + self.reaches.particles().0) as u64;
         self.phases.end("update");
@@ -415,6 +422,22 @@ impl FlowSolver for EulerianSolver {
             (None, Some(moving)) => moving.bed(),
             (None, None) => &[],
         }
+    }
+
+    fn passages(&self) -> Vec<Passage> {
+        let over_edges = self.walls.has_open_edges().then_some(Passage {
+            way: Way::OpenEdges,
+            inflow: 0.0,
+            outflow: self.left_over_edges,
+            asked: None,
+        });
+        let inputs = self.inputs.passages(&self.state, &self.scale, self.time);
+        over_edges
+            .into_iter()
+            .chain(self.open.passages(self.time))
+            .chain(inputs)
+            .chain(self.reaches.passages(self.time))
+            .collect()
     }
 
     fn bed_books(&self) -> Option<BedBooks> {
