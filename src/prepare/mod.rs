@@ -40,7 +40,7 @@ use crate::scenario::{
     BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed,
 };
 use crate::seeding::StillWater;
-use crate::solver::{Forcing, OpenEdges};
+use crate::solver::{Channel, Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
@@ -85,6 +85,10 @@ pub struct GapReport {
 pub struct Needs {
     /// Riverbed particles: cells with terrain.
     pub bed_particles: usize,
+    /// Particles of the channels of one dimension.
+    pub channel_particles: usize,
+    /// Strips of their cross-sections, all particles together.
+    pub channel_strips: usize,
     /// Cells that hold water at the start; as many fluid particles are seeded when they move.
     pub wet_cells: usize,
     /// Memory (bytes).
@@ -296,11 +300,17 @@ fn place_on_lattice(
     let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
     let moving = scenario.numerics.motion == Motion::Lagrangian;
     let fluid = if moving { wet_cells } else { 0 };
-    let memory = lattice.len() as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
-    if let Some(problem) = grid::check_particles(bed_particles, fluid, lattice.spacing, &scenario.limits) {
+    let channels = &prepared.forcing.channels;
+    let channel_particles = channels.iter().map(|channel| channel.sections.len()).sum();
+    let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
+    let channel_strips = channels.iter().map(strips).sum();
+    // A strip takes no more than a cell.
+    let memory = (lattice.len() + channel_strips) as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
+    let counts = [bed_particles, fluid, channel_strips];
+    if let Some(problem) = grid::check_particles(counts, lattice.spacing, &scenario.limits) {
         findings.add(&scenario.resolution, problem);
     }
-    prepared.needs = Needs { bed_particles, wet_cells, memory };
+    prepared.needs = Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory };
     prepared.gap = grid::gap_report(terrain, &lattice);
     prepared.waters = bodies.into_iter().map(|body| body.body).collect();
     prepared.bed = Some(bed);

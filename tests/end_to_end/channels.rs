@@ -120,6 +120,25 @@ fn a_hydrograph_comes_down_a_channel_into_the_terrain() {
 }
 
 #[test]
+fn a_plan_counts_the_particles_of_channels() {
+    let scene = Scene::with(&[], SECTIONS);
+    let answer = floodsim(scene.folder.path(), &["plan", "s.yaml", "--json"]);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let plan: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(plan["particles"]["channels"], 20);
+    let (run, _) = scene.run();
+    let peak = plan["particles"]["peak"][1].as_f64().unwrap();
+    assert!(run["particles"]["peak"].as_f64().unwrap() <= peak, "{plan}");
+    let text = floodsim(scene.folder.path(), &["plan", "s.yaml"]).stdout;
+    assert!(text.contains(", 20 in channels, "), "{text}");
+    // The riverbed alone is below this limit.
+    let bed = plan["particles"]["bed"].as_u64().unwrap();
+    let limit = format!("limits.particles={}", bed + 10);
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", &limit]);
+    assert!(check.code == 5 && check.stdout.contains("with 20 strips of channels exceed"), "{}", check.stdout);
+}
+
+#[test]
 fn a_sea_that_rises_runs_up_a_channel() {
     let changes = [
         ("    upstream: {discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}}\n", ""),
