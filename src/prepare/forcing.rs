@@ -4,9 +4,9 @@ use super::burn::lengths;
 use super::findings::Findings;
 use super::grid::{REACH, open_side};
 use super::rain::{self, Losses};
-use super::rain_series;
 use super::series::{self, Meaning};
 use super::{places, polygons};
+use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
 use crate::boundary::{Boundary, Condition, Forcing, LineSource, OpenEdges, PointSource, Rain, Series, edge_faces};
 use crate::error::{Problem, ProblemKind};
@@ -238,7 +238,7 @@ pub(super) fn on_lattice(
         }
         (Some(OpenedRain::Series(series)), Some(Sourced { value, .. })) => match &value.amount {
             RainAmount::Series { file, .. } => {
-                rain_series::on_lattice(series, file, scenario, (lattice, bed), findings)
+                rain_frames::on_lattice(series, file, scenario, (lattice, bed), findings)
             }
             RainAmount::Rate(_) | RainAmount::Raster { .. } => None,
         },

@@ -17,6 +17,7 @@ mod moving_bed;
 mod places;
 mod polygons;
 mod rain;
+mod rain_frames;
 mod rain_series;
 mod raster;
 mod roughness;
