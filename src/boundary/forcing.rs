@@ -1,5 +1,7 @@
 //! What brings water in or takes it out, and where it is measured on its way: open boundaries, sources, rain, cross-sections.
 
+use std::sync::Arc;
+
 use super::wall::distance_to_segment;
 use super::{BedMotion, Breach, Channel, Series};
 use crate::lattice::Lattice;
@@ -111,8 +113,8 @@ pub enum Rain {
         /// End (s).
         until: f64,
     },
-    /// Constant at each place for an interval of time after the other.
-    Frames(RainFrames),
+    /// Constant at each place for an interval of time after the other; shared, because it may be large.
+    Frames(Arc<RainFrames>),
 }
 
 /// Rates that hold for intervals of time, at places that many cells share; see [`Rain`].
@@ -242,7 +244,7 @@ mod tests {
             intervals: vec![(-5.0, 5.0), (5.0, 10.0), (12.0, 20.0)],
             rates: vec![vec![1.0, 4.0], vec![2.0, 3.0], vec![0.5, 0.25]],
         };
-        let rain = Rain::Frames(frames);
+        let rain = Rain::Frames(Arc::new(frames));
         let whole = [5.0 + 10.0 + 4.0, 9.0 + 2.0, 9.0 + 2.0];
         for (cell, expected) in whole.into_iter().enumerate() {
             let steps = [0.0, 0.3, 4.9, 6.1, 6.9, 11.0, 11.5, 19.0, 30.0];

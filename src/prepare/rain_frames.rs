@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::findings::Findings;
 use super::rain::Losses;
@@ -116,6 +117,19 @@ impl Faulty {
     }
 }
 
+/// The problem of so many rasters with so many cells on the terrain, where they exceed the memory (bytes).
+fn too_large(rasters: usize, cells: usize, memory: f64) -> Option<Problem> {
+    let bytes = (rasters * cells * size_of::<f64>()) as f64;
+    (bytes > memory).then(|| {
+        let [needed, limit] = [bytes, memory].map(|bytes| bytes / 1e9);
+        let message = format!(
+            "{rasters} rasters with {cells} cells each on the terrain need {needed:.1} GB of memory, over the limit of {limit:.1} GB"
+        );
+        Problem::error(ProblemKind::Limit, "memory-limit", "", message)
+            .with_remedy("coarsen the rasters in space or time, or raise `limits.memory`")
+    })
+}
+
 /// Reads the rasters that the run needs; none after an error.
 pub(super) fn on_lattice(
     opened: Opened,
@@ -137,6 +151,9 @@ pub(super) fn on_lattice(
             return Err(
                 input_error("other-grid", message).with_remedy("bring all rasters to one grid with `gdalwarp -te -tr`")
             );
+        }
+        if let Some(problem) = too_large(needed.len(), grid.places.len(), scenario.limits.memory) {
+            return Err(problem);
         }
         values.push(grid.places.iter().map(|&(index, _)| raster.values[index]).collect());
         Ok(())
@@ -243,12 +260,19 @@ fn run_off(mut rates: Vec<Vec<f64>>, intervals: &[(f64, f64)], place: Vec<u32>, 
     };
     let from = (0..rates.first().map_or(0, Vec::len)).map(filled).collect();
     rates.iter_mut().flatten().for_each(|rate| *rate = (*rate - losses.constant).max(0.0));
-    Rain::Frames(RainFrames { place, from, intervals, rates })
+    Rain::Frames(Arc::new(RainFrames { place, from, intervals, rates }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rasters_beyond_the_memory_are_refused() {
+        assert_eq!(too_large(100, 1_000_000, 0.8e9), None);
+        let problem = too_large(101, 1_000_000, 0.8e9).unwrap();
+        assert!(problem.kind == ProblemKind::Limit && problem.message.contains("101 rasters"), "{problem}");
+    }
 
     #[test]
     fn losses_take_the_beginning_and_a_share_of_each_raster() {
