@@ -10,6 +10,7 @@
 //! with the ground z_g below the dam, the crest z_c, the invert z_i, the bottom width B, the slope m of the sides (horizontal to
 //! vertical) and the station s_m of the middle. Where the whole dam goes, B is without bounds. It grows as in `Froehlich2008`.
 
+use super::Series;
 use crate::math::Vec2;
 
 /// A cell of a dam.
@@ -56,7 +57,7 @@ pub enum Opening {
 }
 
 /// How the share of the growth depends on the time since the trigger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum GrowthLaw {
     /// All at once.
     Instantaneous,
@@ -64,6 +65,8 @@ pub enum GrowthLaw {
     Linear,
     /// p = (1 − cos π τ)/2: slow at the beginning and at the end.
     Sine,
+    /// As measured or computed elsewhere: p over the seconds since the trigger, which rises from 0 to 1.
+    Series(Series),
 }
 
 /// A dam and its breach.
@@ -90,11 +93,12 @@ impl Breach {
             return 0.0;
         }
         let part = (since / self.duration).min(1.0);
-        match self.law {
+        match &self.law {
             GrowthLaw::Instantaneous => 1.0,
             GrowthLaw::Linear => part,
             // The end is met to the last bit, so that the final bed is that of the trapezoid.
             GrowthLaw::Sine if part >= 1.0 => 1.0,
+            GrowthLaw::Series(series) => series.at(since),
             GrowthLaw::Sine => 0.5 - 0.5 * (std::f64::consts::PI * part).cos(),
         }
     }
@@ -161,16 +165,26 @@ mod tests {
 
     #[test]
     fn the_laws_begin_at_0_and_end_at_1() {
-        let share = |law: GrowthLaw, since: f64| breach(Opening::Whole, law).share(since);
-        for law in [GrowthLaw::Linear, GrowthLaw::Sine] {
+        let share = |law: &GrowthLaw, since: f64| breach(Opening::Whole, law.clone()).share(since);
+        for law in &[GrowthLaw::Linear, GrowthLaw::Sine] {
             assert!(share(law, -1.0).abs() <= 0.0 && share(law, 0.0).abs() <= 0.0);
             assert!((share(law, 50.0) - 0.5).abs() < 1e-15);
             assert!((share(law, 100.0) - 1.0).abs() <= 0.0 && (share(law, 1e9) - 1.0).abs() <= 0.0);
         }
-        assert!((share(GrowthLaw::Linear, 25.0) - 0.25).abs() < 1e-15);
-        assert!((share(GrowthLaw::Sine, 25.0) - (0.5 - 0.125_f64.sqrt())).abs() < 1e-15);
-        assert!(share(GrowthLaw::Instantaneous, -1e-9).abs() <= 0.0);
-        assert!((share(GrowthLaw::Instantaneous, 0.0) - 1.0).abs() <= 0.0);
+        assert!((share(&GrowthLaw::Linear, 25.0) - 0.25).abs() < 1e-15);
+        assert!((share(&GrowthLaw::Sine, 25.0) - (0.5 - 0.125_f64.sqrt())).abs() < 1e-15);
+        assert!(share(&GrowthLaw::Instantaneous, -1e-9).abs() <= 0.0);
+        assert!((share(&GrowthLaw::Instantaneous, 0.0) - 1.0).abs() <= 0.0);
+    }
+
+    #[test]
+    fn a_series_is_followed_from_the_trigger_on() {
+        let series = Series::new(&[(0.0, 0.0), (40.0, 0.2), (60.0, 0.2), (100.0, 1.0)]).unwrap();
+        let breach = breach(TRAPEZOID, GrowthLaw::Series(series));
+        for (since, share) in [(-5.0, 0.0), (0.0, 0.0), (20.0, 0.1), (50.0, 0.2), (80.0, 0.6)] {
+            assert!((breach.share(since) - share).abs() < 1e-15, "{since}");
+        }
+        assert!((breach.share(100.0) - 1.0).abs() <= 0.0 && (breach.share(1e6) - 1.0).abs() <= 0.0);
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! What brings water in or takes it out, and where it is measured on its way: open boundaries, sources, rain, cross-sections.
 
+use std::sync::Arc;
+
 use super::wall::distance_to_segment;
-use super::{Breach, Channel, Series};
+use super::{BedMotion, Breach, Channel, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -27,6 +29,16 @@ pub enum Condition {
     /// Waves leave. Where there was water at the start, it goes on beyond at its level and at rest; where the ground was dry, the
     /// flow goes on as it arrives, and nothing comes back.
     Free,
+}
+
+impl Condition {
+    /// The volume (m³) that comes in until a time (s), where a discharge says it.
+    pub fn asked(&self, until: f64) -> Option<f64> {
+        match self {
+            Condition::Discharge { discharge, .. } => Some(discharge.integral(0.0, until)),
+            Condition::Stage(_) | Condition::NormalDepth { .. } | Condition::Rating(_) | Condition::Free => None,
+        }
+    }
 }
 
 /// Discharge as a function of the level: linear between rows, 0 below the first, and beyond the last on as between the last two.
@@ -78,6 +90,15 @@ pub struct PointSource {
     pub discharge: Series,
 }
 
+/// Water that comes out of the ground along a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineSource {
+    /// Cells of the lattice that it crosses, each with its share of the discharge; the shares add up to 1.
+    pub cells: Vec<(usize, f64)>,
+    /// Discharge of all of it (m³/s, not negative).
+    pub discharge: Series,
+}
+
 /// Rain that reaches the ground and runs off: losses are taken off already.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rain {
@@ -92,6 +113,31 @@ pub enum Rain {
         /// End (s).
         until: f64,
     },
+    /// Constant at each place for an interval of time after the other; shared, because it may be large.
+    Frames(Arc<RainFrames>),
+}
+
+/// Rates that hold for intervals of time, at places that many cells share; see [`Rain`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct RainFrames {
+    /// Place of each cell of the lattice.
+    pub place: Vec<u32>,
+    /// Time (s) at each place from which the rain runs off.
+    pub from: Vec<f64>,
+    /// Beginning and end (s) of each interval, one after the other without overlap.
+    pub intervals: Vec<(f64, f64)>,
+    /// Rate (m/s) at each place in each interval `[interval][place]`.
+    pub rates: Vec<Vec<f64>>,
+}
+
+impl RainFrames {
+    /// Depth (m) that falls on a place between two times (s).
+    pub fn depth(&self, place: usize, from: f64, to: f64) -> f64 {
+        let from = from.max(self.from[place]);
+        let first = self.intervals.partition_point(|(_, end)| *end <= from);
+        let pieces = self.intervals[first..].iter().zip(&self.rates[first..]).take_while(|((start, _), _)| *start < to);
+        pieces.map(|((start, end), rates)| rates[place] * (to.min(*end) - from.max(*start)).max(0.0)).sum()
+    }
 }
 
 impl Rain {
@@ -100,6 +146,7 @@ impl Rain {
         match self {
             Rain::Uniform(series) => series.integral(from, to),
             Rain::Map { rate, from: start, until } => rate[cell] * (to.min(*until) - from.max(start[cell])).max(0.0),
+            Rain::Frames(frames) => frames.depth(frames.place[cell] as usize, from, to),
         }
     }
 }
@@ -113,10 +160,14 @@ pub struct Forcing {
     pub reach: f64,
     /// Point sources.
     pub sources: Vec<PointSource>,
+    /// Line sources.
+    pub line_sources: Vec<LineSource>,
     /// Rain.
     pub rain: Option<Rain>,
     /// A dam that breaks.
     pub breach: Option<Breach>,
+    /// Parts of the bed that move.
+    pub moving_bed: Vec<BedMotion>,
     /// Channels of one dimension.
     pub channels: Vec<Channel>,
     /// Cross-sections: the straight pieces of each in local coordinates (m), from the left to the right bank.
@@ -126,7 +177,8 @@ pub struct Forcing {
 impl Forcing {
     /// Whether there is no water that comes or goes by it.
     pub fn is_still(&self) -> bool {
-        self.boundaries.is_empty() && self.sources.is_empty() && self.rain.is_none() && self.channels.is_empty()
+        let has_sources = !self.sources.is_empty() || !self.line_sources.is_empty();
+        self.boundaries.is_empty() && !has_sources && self.rain.is_none() && self.channels.is_empty()
     }
 
     /// The boundary that opens an edge face with this midpoint (local coordinates, m): the nearest one within reach, the earlier
@@ -182,6 +234,23 @@ mod tests {
         let rain = Rain::Map { rate: vec![2.0, 1.0], from: vec![0.0, 5.0], until: 8.0 };
         assert!((rain.depth(0, 1.0, 3.0) - 4.0).abs() < 1e-15 && rain.depth(1, 1.0, 3.0).abs() <= 0.0);
         assert!((rain.depth(1, 4.0, 10.0) - 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn rain_of_frames_adds_up_over_any_steps() {
+        let frames = RainFrames {
+            place: vec![0, 1, 1],
+            from: vec![0.0, 7.0],
+            intervals: vec![(-5.0, 5.0), (5.0, 10.0), (12.0, 20.0)],
+            rates: vec![vec![1.0, 4.0], vec![2.0, 3.0], vec![0.5, 0.25]],
+        };
+        let rain = Rain::Frames(Arc::new(frames));
+        let whole = [5.0 + 10.0 + 4.0, 9.0 + 2.0, 9.0 + 2.0];
+        for (cell, expected) in whole.into_iter().enumerate() {
+            let steps = [0.0, 0.3, 4.9, 6.1, 6.9, 11.0, 11.5, 19.0, 30.0];
+            let sum: f64 = steps.windows(2).map(|pair| rain.depth(cell, pair[0], pair[1])).sum();
+            assert!((sum - expected).abs() < 1e-14 && (rain.depth(cell, 0.0, 99.0) - expected).abs() < 1e-14, "{sum}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod breach;
 mod channel;
 mod forcing;
 mod image;
+mod moving_bed;
 mod open_edges;
 mod outline;
 mod series;
@@ -13,8 +14,9 @@ mod wall;
 
 pub use breach::{Breach, DamCell, GrowthLaw, Opening, Trigger};
 pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted_perimeter};
-pub use forcing::{Boundary, Condition, Forcing, PointSource, Rain, Rating, edge_faces};
+pub use forcing::{Boundary, Condition, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};
+pub use moving_bed::{BedLaw, BedMotion, Patch, Progress, Slide};
 pub use open_edges::OpenEdges;
 pub use outline::outline;
 pub use series::Series;

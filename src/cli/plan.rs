@@ -44,7 +44,7 @@ fn as_json(file: &str, plan: &Plan) -> Value {
     let measured = &plan.measured;
     json!({
         "scenario": file,
-        "particles": {"bed": plan.bed_particles, "initial": plan.particles_at_start, "peak": range(&plan.particles_at_most)},
+        "particles": {"bed": plan.bed_particles, "channels": plan.channel_particles, "initial": plan.particles_at_start, "peak": range(&plan.particles_at_most)},
         "area_m2": range(&plan.area),
         "memory_mb": range(&plan.memory_mib),
         "steps": range(&plan.steps),
@@ -74,12 +74,14 @@ fn as_text(file: &str, plan: &Plan) -> String {
     let rate = measured.evaluations as f64 / measured.seconds.max(f64::MIN_POSITIVE) / 1e6;
     let basis =
         if measured.is_whole { "the whole run was measured" } else { "between no growth and all below the levels" };
+    let channels =
+        if plan.channel_particles > 0 { format!(", {} in channels", plan.channel_particles) } else { String::new() };
     let (advised, why) = &plan.advice;
     let agrees = if *advised == plan.motion { "as the scenario says" } else { "which the scenario does not" };
     let warnings: String = plan.warnings.iter().map(|problem| format!("{problem}\n")).collect();
     format!(
         "{warnings}{file}\n\
-         particles    {} riverbed, {} with water at the start, {} at most\n\
+         particles    {} riverbed{channels}, {} with water at the start, {} at most\n\
          flooded      {}\n\
          memory       {} MiB\n\
          steps        {}\n\

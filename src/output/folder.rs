@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Problem, ProblemKind};
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
-const OWN_FILES: [&str; 21] = [
+const OWN_FILES: [&str; 22] = [
     "run.json",
     "scenario.resolved.yaml",
     "fields.nc",
@@ -21,6 +21,7 @@ const OWN_FILES: [&str; 21] = [
     "tables/gauges.csv",
     "tables/gauge_series.csv",
     "tables/mass_balance.csv",
+    "tables/boundaries.csv",
     "tables/channels.csv",
     "tables/sections.csv",
     "tables/section_series.csv",

@@ -79,6 +79,43 @@ pub struct BreachRecord {
     pub duration_s: f64,
 }
 
+/// What came and went by one way.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct PassageRecord {
+    /// Key of the scenario, or what it is.
+    pub name: String,
+    /// Volume that came in (m³).
+    pub in_m3: f64,
+    /// Volume that left (m³).
+    pub out_m3: f64,
+    /// The integral of the discharge or the rain that the scenario asks for (m³); none where it asks for none.
+    pub asked_m3: Option<f64>,
+}
+
+impl PassageRecord {
+    /// Difference of what came in, less what left, from what was asked for, over the latter; 0 where nothing was.
+    pub fn error_relative(&self) -> Option<f64> {
+        let asked = self.asked_m3?;
+        let difference = (self.in_m3 - self.out_m3 - asked).abs();
+        Some(if difference > 0.0 { difference / asked } else { 0.0 })
+    }
+}
+
+/// What a bed that moved has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MovingBedRecord {
+    /// When the first part of it began to move (s).
+    pub began_s: f64,
+    /// Volume by which the bed lies above that of the start at the end, where it does (m³).
+    pub raised_m3: f64,
+    /// Volume by which it lies below (m³).
+    pub sunk_m3: f64,
+    /// Volume by which it lifted water that lay on it, all movements up (m³).
+    pub lifted_m3: f64,
+    /// Volume by which it lowered water, all movements down (m³).
+    pub lowered_m3: f64,
+}
+
 /// The earlier run that this one went on from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HotStart {
@@ -172,9 +209,15 @@ pub struct RunManifest {
     /// The channels whose water stood above the last row of their sections, where there are any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub above_banks: Vec<AboveBanks>,
+    /// The bed that moves, where the scenario has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moving_bed: Option<MovingBedRecord>,
     /// The earlier run that this one went on from, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hot_start: Option<HotStart>,
+    /// What came and went by each boundary, source, channel and by rain, where the scenario has any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boundaries: Vec<PassageRecord>,
     /// What the check warned of, where there is anything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<WarningRecord>,
@@ -201,6 +244,17 @@ impl RunManifest {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_passage_is_measured_against_what_was_asked_for() {
+        let passage =
+            |in_m3: f64, out_m3: f64, asked_m3| PassageRecord { name: String::new(), in_m3, out_m3, asked_m3 };
+        assert_eq!(passage(7.0, 1.0, None).error_relative(), None);
+        assert!((passage(7.0, 1.0, Some(8.0)).error_relative().unwrap() - 0.25).abs() < 1e-15);
+        assert!(passage(0.0, 0.0, Some(0.0)).error_relative().unwrap().abs() <= 0.0);
+        // Water where none was asked for is no small error.
+        assert!(passage(1e-9, 0.0, Some(0.0)).error_relative().unwrap().is_infinite());
+    }
 
     #[test]
     fn keys_are_those_of_the_contract() {

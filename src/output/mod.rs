@@ -29,13 +29,14 @@ pub use gauges::{GaugeResult, GaugeSample};
 pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
-    BreachRecord, HotStart, InputFile, ParticleCounts, RunManifest, StepLengths, VolumeBooks, WarningRecord,
+    BreachRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts, PassageRecord, RunManifest, StepLengths,
+    VolumeBooks, WarningRecord,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{
     FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_channels, write_cogs,
-    write_geopackage, write_maps, write_sections, write_tables,
+    write_geopackage, write_maps, write_passages, write_sections, write_tables,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

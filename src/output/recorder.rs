@@ -116,8 +116,11 @@ impl Recorder {
     /// Takes the bed (m) of the cells where it may change. To be called before the water of the same moment is taken; a level
     /// within the step before counts from the bed at its end.
     pub fn set_bed(&mut self, cells: &[(usize, f64)]) {
+        // The same cells come with every step.
+        if self.highest.len() < cells.len() {
+            self.highest.extend(cells.iter().map(|(cell, _)| (*cell, f64::NEG_INFINITY)));
+        }
         for &(cell, elevation) in cells {
-            self.highest.entry(cell).or_insert(f64::NEG_INFINITY);
             if self.bed_elevation[cell].to_bits() != elevation.to_bits() {
                 self.bed_elevation[cell] = elevation;
                 self.gauges.set_bed(cell, &self.bed_elevation);

@@ -16,16 +16,18 @@ use std::time::Instant;
 
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
+use crate::math::Vec2;
 use crate::output::{
-    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, Provenance, Recorder,
-    RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes,
-    WarningRecord, utc_now, write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
+    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, MovingBedRecord,
+    PassageRecord, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder,
+    SectionResult, VolumeBooks, Volumes, WarningRecord, utc_now, write_channels, write_cogs, write_geopackage,
+    write_maps, write_passages, write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
 use crate::seeding::{SeededVolume, StillWater};
 use crate::solver::{
-    Breach, ChannelSample, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, StepChoice, StepLimit,
+    Breach, ChannelSample, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, Passage, StepChoice, StepLimit, Way,
 };
 use crate::version;
 use clock::{Clock, memory_mib};
@@ -52,6 +54,8 @@ pub struct RunOptions {
 const COMPUTE: &str = "compute";
 /// What the volume ledger may be off, relative.
 const LEDGER_TOLERANCE: f64 = 1e-9;
+/// What the books of a boundary, a source or rain may differ from the integral of what was asked for, relative.
+const ASKED_TOLERANCE: f64 = 1e-9;
 /// What the volume on the output grid may differ from that of the particles, relative.
 const GRID_TOLERANCE: f64 = 5e-3;
 /// The seeding may miss the integral of level minus terrain by this much, relative, before the planner is warned.
@@ -162,6 +166,7 @@ impl Run<'_> {
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap(COMPUTE);
         let ledger = solver.ledger();
+        self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.prepared);
         // The outputs take memory of their own.
         drop(solver);
 
@@ -185,6 +190,7 @@ impl Run<'_> {
         let (frames, above_banks) = channels.map(ChannelRecorder::finish).unwrap_or_default();
         self.manifest.above_banks = above_banks;
         write_channels(&self.folder, &profiles, &frames)?;
+        write_passages(&self.folder, &self.manifest.boundaries)?;
         self.clock.lap("outputs");
         self.finish(ledger, &recording, &section_results, early)
     }
@@ -245,6 +251,15 @@ impl Run<'_> {
         self.manifest.simulated_s = solver.time();
         self.manifest.breach =
             self.prepared.forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
+        let begins = self.prepared.forcing.moving_bed.iter().map(|motion| motion.begin);
+        let began_s = begins.fold(f64::INFINITY, f64::min);
+        self.manifest.moving_bed = solver.bed_books().map(|books| MovingBedRecord {
+            began_s,
+            raised_m3: books.raised,
+            sunk_m3: books.sunk,
+            lifted_m3: books.lifted,
+            lowered_m3: books.lowered,
+        });
         Ok(early)
     }
 
@@ -275,6 +290,12 @@ impl Run<'_> {
             gate("volume ledger", ledger.relative_error().abs(), LEDGER_TOLERANCE),
             gate("volume on the grid", grid_error, GRID_TOLERANCE),
         ];
+        let asked = manifest.boundaries.iter().filter_map(PassageRecord::error_relative);
+        manifest.gates.extend(
+            asked
+                .reduce(f64::max)
+                .map(|worst| gate("booked inflow against what was asked for", worst, ASKED_TOLERANCE)),
+        );
         let failed_gates: Vec<String> =
             manifest.gates.iter().filter(|gate| gate.starts_with("failed")).cloned().collect();
         self.clock.note(manifest);
@@ -329,6 +350,31 @@ fn books(solver: &dyn FlowSolver) -> Volumes {
         outflow: ledger.outflow,
         error_relative: ledger.relative_error(),
     }
+}
+
+/// What came and went by each way, by the names of the scenario.
+fn passages(solver: &dyn FlowSolver, scenario: &Scenario, prepared: &Prepared) -> Vec<PassageRecord> {
+    let channel = |index: usize| prepared.channels.get(index).map_or("", |channel| channel.id.as_str());
+    let name = |way: Way| match way {
+        Way::OpenEdges => "open edges".to_owned(),
+        Way::Boundary(index) => scenario.boundaries.get(index).map_or_else(String::new, |known| known.key.clone()),
+        Way::Source(index) => {
+            let place = prepared.forcing.sources.get(index).zip(prepared.lattice.as_ref());
+            let place = place.map_or(Vec2::ZERO, |(source, lattice)| lattice.to_map(source.place));
+            format!("source at {:.2} {:.2}", place.x, place.y)
+        }
+        Way::LineSource(index) => format!("line source {}", index + 1),
+        Way::Rain => "rain".to_owned(),
+        Way::FarEnd(index) => format!("channel {} upstream", channel(index)),
+        Way::NearEnd(index) => format!("channel {} downstream", channel(index)),
+    };
+    let record = |passage: &Passage| PassageRecord {
+        name: name(passage.way),
+        in_m3: passage.inflow,
+        out_m3: passage.outflow,
+        asked_m3: passage.asked,
+    };
+    solver.passages().iter().map(record).collect()
 }
 
 /// The water of the channels, as their recorder takes it.

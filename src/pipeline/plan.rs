@@ -67,6 +67,8 @@ const MIB: f64 = 1_048_576.0;
 pub struct Plan {
     /// Riverbed particles.
     pub bed_particles: usize,
+    /// Particles of channels of one dimension.
+    pub channel_particles: usize,
     /// Particles that carry water at the start.
     pub particles_at_start: usize,
     /// Particles that carry water at once: lower and upper bound of the greatest number.
@@ -236,15 +238,16 @@ fn draw(
     let (now, most) = (measured.particles.0 as f64, measured.particles.1 as f64);
     let particles_at_most = match (moves, measured.is_whole) {
         (true, _) | (_, true) => most..most,
-        (false, false) => most..most.max(reach.cells() as f64),
+        (false, false) => most..most.max((reach.cells() + prepared.needs.channel_particles) as f64),
     };
     let steps = steps(scenario, &measured);
     let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, cells);
     let frames = (scenario.end_time / scenario.outputs.every).ceil() + 1.0;
     let samples = prepared.gauges.len() as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil();
+    let profiles = prepared.needs.channel_particles as f64 * frames;
     let share = cells as f64 / prepared.lattice.as_ref().map_or(1, |lattice| lattice.len()) as f64;
     let disk = |map: f64, frame: f64, wet: f64| {
-        (map * cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * samples) / 1e6
+        (map * cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * (samples + profiles)) / 1e6
     };
     let cells_at_end = if moves { reach.cells() as f64 } else { now * growth };
     let lattice_cells = prepared.lattice.as_ref().map_or(0, |lattice| lattice.len());
@@ -253,6 +256,7 @@ fn draw(
     let spread = (reach.cells() as f64 / wet.max(1) as f64).sqrt().min(WIDEST);
     Plan {
         bed_particles: prepared.needs.bed_particles,
+        channel_particles: prepared.needs.channel_particles,
         particles_at_start: measured.particles_at_start,
         particles_at_most,
         area: wet as f64 * spacing * spacing..reach.cells() as f64 * spacing * spacing,
@@ -264,10 +268,13 @@ fn draw(
             ..disk(MAP_BYTES.end, FRAME_BYTES.end, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: if prepared.forcing.is_still() && prepared.forcing.breach.is_none() {
+        advice: if prepared.forcing.is_still()
+            && prepared.forcing.breach.is_none()
+            && prepared.forcing.moving_bed.is_empty()
+        {
             advice(reach, spread, spacing)
         } else {
-            let why = "moving particles know no boundary with a condition, source, rain, channel, or dam that breaks";
+            let why = "moving particles know no boundary with a condition, source, rain, channel, dam that breaks, or moving bed";
             (Motion::Eulerian, why.to_owned())
         },
         measured,

@@ -108,6 +108,13 @@ impl fmt::Display for RunSummary {
                 clock_time(above.time_s)
             )?;
         }
+        if let Some(bed) = &run.moving_bed {
+            writeln!(
+                f,
+                "the bed moved: {:.4e} m3 above that of the start, {:.4e} m3 below; it lifted water by {:.4e} m3 and lowered it by {:.4e} m3",
+                bed.raised_m3, bed.sunk_m3, bed.lifted_m3, bed.lowered_m3
+            )?;
+        }
         let volume = &run.volume_m3;
         writeln!(
             f,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::findings::Findings;
 use super::grid::REACH;
-use super::places;
+use super::{places, series};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
@@ -117,7 +117,13 @@ pub(super) fn on_lattice(
         Some(shape) => trapezoid(shape, opened, &cells, (&line, length), lattice, findings),
     };
     let trigger = trigger(scenario, &written.trigger, bed, findings);
-    if let (BreachTrigger::At(at), Some(duration)) = (&written.trigger, &written.duration)
+    let share = written.share.as_ref().map(|table| (table, series::growth(table, findings)));
+    let lasts = share.as_ref().and_then(|(table, share)| {
+        let value = share.as_ref()?.points().last()?.0;
+        Some(Sourced { value, key: table.file.key.clone(), place: table.file.place.clone() })
+    });
+    let duration = written.duration.clone().or(lasts);
+    if let (BreachTrigger::At(at), Some(duration)) = (&written.trigger, &duration)
         && at.value + duration.value > scenario.end_time
         && at.value < scenario.end_time
     {
@@ -138,8 +144,9 @@ pub(super) fn on_lattice(
             Law::Instantaneous => GrowthLaw::Instantaneous,
             Law::Linear => GrowthLaw::Linear,
             Law::Sine => GrowthLaw::Sine,
+            Law::Series => GrowthLaw::Series(share?.1?),
         },
-        duration: written.duration.as_ref().map_or(1.0, |duration| duration.value),
+        duration: duration.as_ref().map_or(1.0, |duration| duration.value),
     };
     for cell in &breach.cells {
         bed.elevation[cell.cell] = breach.bed(cell, 0.0);

@@ -14,6 +14,28 @@ pub(super) fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeMap<usize, f64> 
     cells(line, 0.0, lattice).into_iter().map(|cell| (cell, station_of(lattice.centre(cell), line).0)).collect()
 }
 
+/// The length (m) of a line (local coordinates, m) in each cell, and the pieces of it that lie beside the lattice.
+pub(super) fn lengths(line: &[Vec2], lattice: &Lattice) -> (BTreeMap<usize, f64>, Vec<[Vec2; 2]>) {
+    let (mut inside, mut beside) = (BTreeMap::new(), Vec::new());
+    for piece in line.windows(2) {
+        let (start, along) = (piece[0], piece[1] - piece[0]);
+        let mut cuts = vec![0.0, 1.0];
+        for (start, along, count) in [(start.x, along.x, lattice.columns), (start.y, along.y, lattice.rows)] {
+            let cut = |edge: usize| (edge as f64 * lattice.spacing - start) / along;
+            cuts.extend((0..=count).map(cut).filter(|cut| *cut > 0.0 && *cut < 1.0));
+        }
+        cuts.sort_by(f64::total_cmp);
+        for pair in cuts.windows(2) {
+            let length = (pair[1] - pair[0]) * along.norm();
+            match lattice.cell_at(start + along * (0.5 * (pair[0] + pair[1]))) {
+                Some(cell) => *inside.entry(cell).or_insert(0.0) += length,
+                None => beside.push([pair[0], pair[1]].map(|share| start + along * share)),
+            }
+        }
+    }
+    (inside, beside)
+}
+
 /// The cells of a strip along a line (local coordinates, m): those that it crosses, those whose centres lie within half of
 /// the width (m), and one more wherever two of them meet at a corner only.
 ///
@@ -111,6 +133,23 @@ mod tests {
 
     fn lattice() -> Lattice {
         Lattice { origin: Vec2::ZERO, columns: 12, rows: 10, spacing: 2.0 }
+    }
+
+    #[test]
+    fn the_lengths_in_the_cells_are_those_of_the_line() {
+        let line = [Vec2::new(1.0, 1.0), Vec2::new(7.0, 1.0), Vec2::new(7.0, 4.0), Vec2::new(4.0, 0.0)];
+        let (inside, beside) = lengths(&line, &lattice());
+        assert!((inside.values().sum::<f64>() - 14.0).abs() < 1e-12 && beside.is_empty());
+        // Along the first row 1, 2, 2 and 1 m; the way back leaves the fourth column after 5/3 m, and the second row after 5/2.
+        let cell = |column, row| inside[&lattice().index(column, row)];
+        assert!((cell(0, 0) - 1.0).abs() < 1e-12 && (cell(1, 0) - 2.0).abs() < 1e-12, "{inside:?}");
+        assert!((cell(3, 1) - 11.0 / 3.0).abs() < 1e-12 && (cell(2, 1) - 5.0 / 6.0).abs() < 1e-12, "{inside:?}");
+        let (inside, beside) = lengths(&[Vec2::new(-3.0, 5.0), Vec2::new(30.0, 5.0)], &lattice());
+        assert!((inside.values().sum::<f64>() - 24.0).abs() < 1e-12);
+        assert_eq!(beside, [[Vec2::new(-3.0, 5.0), Vec2::new(0.0, 5.0)], [Vec2::new(24.0, 5.0), Vec2::new(30.0, 5.0)]]);
+        // Along an edge it belongs to the cells beyond, as places do.
+        let (inside, _) = lengths(&[Vec2::new(4.0, 0.0), Vec2::new(4.0, 20.0)], &lattice());
+        assert!(inside.keys().all(|cell| cell % 12 == 2) && inside.len() == 10);
     }
 
     /// Lines from the southern to the northern edge: straight, diagonal through corners, along an edge, bent.

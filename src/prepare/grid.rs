@@ -79,11 +79,15 @@ fn coarser(spacing: f64, excess: f64, limit: &str) -> String {
 }
 
 /// Refuses more particles than the limit allows.
-pub(super) fn check_particles(bed: usize, fluid: usize, spacing: f64, limits: &Limits) -> Option<Problem> {
-    let particles = (bed + fluid) as f64;
+pub(super) fn check_particles([bed, fluid, in_channels]: [usize; 3], spacing: f64, limits: &Limits) -> Option<Problem> {
+    let particles = (bed + fluid + in_channels) as f64;
     (particles > limits.particles).then(|| {
-        let message =
-            format!("{bed} riverbed and about {fluid} fluid particles exceed the limit of {:.0}", limits.particles);
+        let of_channels =
+            if in_channels > 0 { format!(" with {in_channels} strips of channels") } else { String::new() };
+        let message = format!(
+            "{bed} riverbed and about {fluid} fluid particles{of_channels} exceed the limit of {:.0}",
+            limits.particles
+        );
         Problem::error(ProblemKind::Limit, "particle-limit", "", message).with_remedy(coarser(
             spacing,
             particles / limits.particles,
@@ -254,8 +258,10 @@ mod tests {
         // 60 km by 40 km in 400 bytes a cell fit into 1 GB at 30.98 m.
         assert!(problem.remedy.unwrap().contains("31 m or more"), "the remedy names a resolution that fits");
         assert_eq!(lattice(&terrain, 20_000.0, &LIMITS).unwrap_err().code, "resolution-too-coarse");
-        assert_eq!(check_particles(900_000, 200_000, 20.0, &LIMITS).unwrap().kind, ProblemKind::Limit);
-        assert_eq!(check_particles(900_000, 100_000, 20.0, &LIMITS), None);
+        assert_eq!(check_particles([900_000, 200_000, 0], 20.0, &LIMITS).unwrap().kind, ProblemKind::Limit);
+        assert_eq!(check_particles([900_000, 100_000, 0], 20.0, &LIMITS), None);
+        let with_channels = check_particles([900_000, 100_000, 1], 20.0, &LIMITS).unwrap();
+        assert!(with_channels.message.contains("with 1 strips of channels"), "{with_channels}");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod breach;
 mod burn;
+mod cf_time;
 mod channels;
 mod findings;
 mod forcing;
@@ -12,9 +13,12 @@ mod gaps;
 mod grid;
 mod ground;
 mod layers;
+mod moving_bed;
 mod places;
 mod polygons;
 mod rain;
+mod rain_frames;
+mod rain_series;
 mod raster;
 mod roughness;
 mod series;
@@ -33,9 +37,11 @@ use crate::math::Vec2;
 use crate::output::{ChannelProfile, Gauge, OutputCrs, Section};
 use crate::scenario::channel::ChannelShape;
 use crate::scenario::methods::Motion;
-use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed};
+use crate::scenario::{
+    BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed,
+};
 use crate::seeding::StillWater;
-use crate::solver::{Forcing, OpenEdges};
+use crate::solver::{Channel, Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
@@ -80,6 +86,10 @@ pub struct GapReport {
 pub struct Needs {
     /// Riverbed particles: cells with terrain.
     pub bed_particles: usize,
+    /// Particles of the channels of one dimension.
+    pub channel_particles: usize,
+    /// Strips of their cross-sections, all particles together.
+    pub channel_strips: usize,
     /// Cells that hold water at the start; as many fluid particles are seeded when they move.
     pub wet_cells: usize,
     /// Memory (bytes).
@@ -183,6 +193,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let rough = roughness::open(scenario, crs.as_ref(), &mut findings);
     let mut opened = forcing::open(scenario, crs.as_ref(), &mut findings);
     let dam = breach::open(scenario, crs.as_ref(), &mut findings);
+    let moving = moving_bed::open(scenario, crs.as_ref(), &mut findings);
     let start = start::open(scenario, crs.as_ref(), &mut findings);
     let ground = ground::open(scenario, crs.as_ref(), &mut findings);
     let reaches = channels::open(scenario, &mut findings);
@@ -207,8 +218,15 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     };
     if spacing.is_finite() && spacing > 0.0 {
         let lines = (walls, open_lines);
-        let files =
-            Files { forcing: &mut opened, rough: &rough, dam: dam.as_ref(), ground: &ground, start: &start, reaches };
+        let files = Files {
+            forcing: &mut opened,
+            rough: &rough,
+            dam: dam.as_ref(),
+            ground: &ground,
+            start: &start,
+            reaches,
+            moving,
+        };
         place_on_lattice(scenario, &mut prepared, lines, files, bodies, &mut findings);
     }
     prepared.sections = opened.sections;
@@ -227,6 +245,7 @@ struct Files<'a> {
     ground: &'a ground::Opened,
     start: &'a start::Opened,
     reaches: Vec<Option<channels::Opened>>,
+    moving: Vec<Option<moving_bed::Opened>>,
 }
 
 /// The lattice, and everything that is checked on it.
@@ -234,7 +253,7 @@ fn place_on_lattice(
     scenario: &Scenario,
     prepared: &mut Prepared,
     (walls, open_lines): (Lines, Lines),
-    Files { forcing: opened, rough, dam, ground, start, reaches }: Files<'_>,
+    Files { forcing: opened, rough, dam, ground, start, reaches, moving }: Files<'_>,
     mut bodies: Vec<SourcedBody>,
     findings: &mut Findings,
 ) {
@@ -274,6 +293,7 @@ fn place_on_lattice(
         breach::check_level(scenario, breach, &bed, &still_water, findings);
     }
     prepared.forcing.breach = breach;
+    prepared.forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (&bed, &prepared.forcing), findings);
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain.extent(), &surface, findings);
     }
@@ -281,11 +301,17 @@ fn place_on_lattice(
     let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
     let moving = scenario.numerics.motion == Motion::Lagrangian;
     let fluid = if moving { wet_cells } else { 0 };
-    let memory = lattice.len() as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
-    if let Some(problem) = grid::check_particles(bed_particles, fluid, lattice.spacing, &scenario.limits) {
+    let channels = &prepared.forcing.channels;
+    let channel_particles = channels.iter().map(|channel| channel.sections.len()).sum();
+    let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
+    let channel_strips = channels.iter().map(strips).sum();
+    // A strip takes no more than a cell.
+    let memory = (lattice.len() + channel_strips) as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
+    let counts = [bed_particles, fluid, channel_strips];
+    if let Some(problem) = grid::check_particles(counts, lattice.spacing, &scenario.limits) {
         findings.add(&scenario.resolution, problem);
     }
-    prepared.needs = Needs { bed_particles, wet_cells, memory };
+    prepared.needs = Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory };
     prepared.gap = grid::gap_report(terrain, &lattice);
     prepared.waters = bodies.into_iter().map(|body| body.body).collect();
     prepared.bed = Some(bed);
@@ -313,12 +339,18 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
     let earlier = scenario.start.earlier.iter().map(|earlier| &earlier.fields.value);
     let walls = scenario.walls.iter().map(|source| &source.value.path);
     let dam = scenario.breach.iter().map(|breach| &breach.dam.value.path);
+    let growth = scenario.breach.iter().filter_map(|breach| Some(&breach.share.as_ref()?.file.value));
+    let moving = scenario.moving_bed.iter().flat_map(moving_bed_files);
     let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
     let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
     let roughness = &scenario.roughness;
     let rough = roughness.raster.iter().chain(&roughness.table).map(|file| &file.value);
     let rough = rough.chain(roughness.polygons.iter().map(|file| &file.value.path));
     let forcing = forcing_files(scenario);
+    let listed = match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
+        Some(RainAmount::Series { file, .. }) => rain_series::listed_files(&file.value.path),
+        _ => Vec::new(),
+    };
     let mut paths: Vec<PathBuf> = Vec::new();
     for path in layers
         .chain(clips)
@@ -330,8 +362,11 @@ fn inputs(scenario: &Scenario) -> Vec<InputFile> {
         .chain(earlier)
         .chain(walls)
         .chain(dam)
+        .chain(growth)
+        .chain(moving)
         .chain(open)
         .chain(forcing)
+        .chain(&listed)
         .chain(sections)
         .chain(gauges)
     {
@@ -352,6 +387,19 @@ fn series(timed: &Timed) -> Option<&PathBuf> {
         Timed::Series(table) => Some(&table.file.value),
         Timed::Constant(_) => None,
     }
+}
+
+/// The files of a bed that moves.
+fn moving_bed_files(bed: &MovingBed) -> Vec<&PathBuf> {
+    let mut files = vec![&bed.raster.value];
+    match &bed.law {
+        BedMovement::InPlace(share) => files.extend(share.iter().map(|share| &share.file.value)),
+        BedMovement::Slide { path, velocity } => {
+            files.push(&path.value.path);
+            files.extend(series(velocity));
+        }
+    }
+    files
 }
 
 /// The files of a condition.
@@ -377,8 +425,8 @@ fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
         condition_files(&boundary.value.condition, &mut files);
     }
     for source in &scenario.sources {
-        if let SourcePlace::Points(points) = &source.value.place {
-            files.push(&points.value.path);
+        if let SourcePlace::Points(file) | SourcePlace::Lines(file) = &source.value.place {
+            files.push(&file.value.path);
         }
         files.extend(series(&source.value.discharge));
     }
@@ -392,6 +440,7 @@ fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
     match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
         Some(RainAmount::Rate(rate)) => files.extend(series(rate)),
         Some(RainAmount::Raster { file, .. }) => files.push(&file.value),
+        Some(RainAmount::Series { file, .. }) => files.push(&file.value.path),
         None => {}
     }
     files

@@ -3,7 +3,7 @@
 use crate::boundary::{Rating, Series};
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{Table, read_text, readable_file};
-use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, TIME};
+use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
 use crate::scenario::{ColumnUnit, TableFile, Timed};
 
 use super::findings::Findings;
@@ -93,12 +93,48 @@ pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Ratin
     if is_sound { Rating::new(&points) } else { None }
 }
 
-fn rows_are(count: usize) -> String {
+/// The growth of something from nothing to all of it, over the seconds since its beginning; none after an error.
+pub(super) fn growth(table: &TableFile, findings: &mut Findings) -> Option<Series> {
+    let rows = findings
+        .take_all(&table.file, rows_of(&table.file.value, &table.columns, [&TIME, &SHARE], "time_min,share"))?;
+    let name = table.file.value.display();
+    let mut faults = Vec::new();
+    rises(&rows, &name.to_string(), "time", &mut faults);
+    let shrunk = rows.windows(2).filter(|pair| pair[1].numbers[1] < pair[0].numbers[1]);
+    faults.extend(in_lines(
+        shrunk.map(|pair| (pair[1].line, format!("{} after {}", pair[1].numbers[1], pair[0].numbers[1]))),
+        "falling-share",
+        |count, lines| format!("{} a smaller share than the row before, in {name}: {lines}", rows_are(count)),
+        "what has gone does not come back: let the share rise, or stay",
+    ));
+    if rows.len() < 2 {
+        let problem = input_error("short-table", format!("{name} has fewer than two rows"));
+        faults.push(problem.with_remedy("give at least the beginning (time 0, share 0) and the end (share 1)"));
+    } else if let (Some(first), Some(last)) = (rows.first(), rows.last()) {
+        if first.numbers != [0.0, 0.0] {
+            let [time, share] = first.numbers;
+            let message = format!("{name} begins with a share of {share} at {time} s (line {})", first.line);
+            let remedy = "begin with the time 0 and the share 0; times count from the trigger, shares from 0 to 1 (or 0 to 100 in `%`)";
+            faults.push(input_error("growth-start", message).with_remedy(remedy));
+        }
+        if (last.numbers[1] - 1.0).abs() > 0.0 {
+            let message = format!("{name} ends with a share of {} (line {})", last.numbers[1], last.line);
+            let remedy = "end with the share 1 (100 in `%`): it is that of the final opening; for a smaller one, give its own `shape`";
+            faults.push(input_error("growth-end", message).with_remedy(remedy));
+        }
+    }
+    let is_sound = faults.is_empty();
+    findings.add_all(&table.file, faults);
+    let points: Vec<(f64, f64)> = rows.iter().map(|row| (row.numbers[0], row.numbers[1])).collect();
+    if is_sound { Series::new(&points) } else { None }
+}
+
+pub(super) fn rows_are(count: usize) -> String {
     if count == 1 { "one row has".to_owned() } else { format!("{count} rows have") }
 }
 
 /// One problem for all faulty rows, the first of them by line.
-fn in_lines(
+pub(super) fn in_lines(
     faulty: impl Iterator<Item = (usize, String)>,
     code: &'static str,
     message: impl FnOnce(usize, &str) -> String,
@@ -230,7 +266,7 @@ pub(super) fn rows_of<const COLUMNS: usize>(
 }
 
 /// The number of a column and the factor of its unit.
-fn choose(
+pub(super) fn choose(
     column: &ColumnUnit,
     place: usize,
     header: &[String],
@@ -251,7 +287,8 @@ fn choose(
     if let Some((_, factor)) = &column.unit {
         return Ok((index, *factor));
     }
-    unit_in_name(&header[index], dimension).map(|factor| (index, factor)).ok_or_else(|| {
+    let bare = dimension.is_bare_allowed.then_some(1.0);
+    unit_in_name(&header[index], dimension).or(bare).map(|factor| (index, factor)).ok_or_else(|| {
         let message = format!("the column `{}` of {name} has no unit of {}", header[index], dimension.name);
         let remedy = format!(
             "name the unit in the scenario (`unit`, `time_unit` ...), or end the column's name with it, as in `{}_{}`; the units are {}",

@@ -94,6 +94,8 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
                 );
             findings.add(&earlier.fields, problem);
         }
+        let told = how_it_ended(&earlier.fields.value);
+        findings.add_all(&earlier.fields, told);
         for boundary in scenario.boundaries.iter().filter(|b| matches!(b.value.condition, BoundaryCondition::Free)) {
             let message =
                 "this boundary takes the water before it at the start as that of a sea or lake at rest beyond";
@@ -104,6 +106,52 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
         }
     }
     Opened(start.depths.iter().map(|water| place(water, crs, scenario, findings)).collect())
+}
+
+/// What the `run.json` beside the fields of an earlier run says against going on from them; nothing where there is none.
+fn how_it_ended(fields: &Path) -> Vec<Problem> {
+    let file = fields.with_file_name("run.json");
+    let text = std::fs::read_to_string(&file).unwrap_or_default();
+    let Ok(run) = serde_json::from_str::<serde_json::Value>(&text) else { return Vec::new() };
+    let name = file.display();
+    let warning = |code, message: String, cause: &str, remedy: &str| {
+        Problem::warning(ProblemKind::Input, code, "", message).with_cause(cause).with_remedy(remedy)
+    };
+    let mut told = Vec::new();
+    let simulated = run["simulated_s"].as_f64().unwrap_or(f64::NAN);
+    match run["status"].as_str() {
+        Some("failed") => told.push(
+            input_error("failed-run", format!("the earlier run failed, says {name}, at {simulated} s"))
+                .with_cause("its computation broke down, and its last frames may be of no worth")
+                .with_remedy("mend and repeat that run, or begin from a frame of one that ended"),
+        ),
+        Some("stopped" | "running") => told.push(warning(
+            "unfinished-earlier-run",
+            format!("the earlier run did not come to its end, says {name}: it was stopped at {simulated} s"),
+            "its last frame is earlier than its `time.end`",
+            "check that this is the moment that is meant, or name it with `time`",
+        )),
+        _ => {}
+    }
+    let failed = run["gates"].as_array().into_iter().flatten().filter_map(|gate| gate.as_str());
+    let failed: Vec<&str> = failed.filter(|gate| gate.starts_with("failed")).collect();
+    if !failed.is_empty() {
+        told.push(warning(
+            "gate-of-earlier-run",
+            format!("a quality gate of the earlier run failed, says {name}: {}", failed.join("; ")),
+            "its water may not be right",
+            "look at that run before you go on from it",
+        ));
+    }
+    if !run["moving_bed"].is_null() {
+        told.push(warning(
+            "moving-bed-of-earlier-run",
+            format!("the bed of the earlier run moved, says {name}; here it is so under its water alone"),
+            "`fields.nc` has no bed where the ground is dry",
+            "give a terrain that has what moved",
+        ));
+    }
+    told
 }
 
 fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Option<Place> {

@@ -8,6 +8,7 @@ use super::choices::Chosen;
 use super::fields::{Coordinate, Duration, Height, Level, Moment, Quantity, SideSlope, Text, VectorFile, Volume};
 use super::model::{Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, GrowthLaw, Sourced};
 use super::read::{FromNode, Reader, section};
+use super::timed::ShareSeries;
 use super::tree::{Node, Value};
 
 section! {
@@ -130,10 +131,32 @@ section! {
         law: Chosen<GrowthLaw>,
         /// From the trigger to the final opening.
         duration: Option<Quantity<Duration>>,
+        /// Share of the final opening against the time since the trigger.
+        share: Option<ShareSeries>,
     }
 }
 
 fn check_growth(node: &Node, reader: &mut Reader) -> Option<()> {
+    let by_series = node.get("law").is_some_and(|law| law.value == Value::Text("series".to_owned()));
+    match (by_series, node.get("share"), node.get("duration")) {
+        (true, None, _) => {
+            let remedy = "add for example `share: {series: growth.csv}`, columns time_min,share";
+            reader.error(node, "missing-key", "growth by a series needs the key `share`", remedy);
+            return None;
+        }
+        (true, _, Some(duration)) => {
+            let remedy = "take it out, or take another law, such as `law: sine`";
+            reader.error(duration, "conflict", "the series of `share` says how long the breach grows", remedy);
+            return None;
+        }
+        (true, ..) => return Some(()),
+        (false, Some(share), _) => {
+            let remedy = "write `law: series`, or take it out";
+            reader.error(share, "conflict", "`share` goes with `law: series`", remedy);
+            return None;
+        }
+        (false, None, _) => {}
+    }
     let is_at_once = node.get("law").is_some_and(|law| law.value == Value::Text("instantaneous".to_owned()));
     match (is_at_once, node.get("duration")) {
         (true, Some(duration)) => {
@@ -155,8 +178,8 @@ fn check_growth(node: &Node, reader: &mut Reader) -> Option<()> {
 pub enum Growth {
     /// By name alone.
     Name(Chosen<GrowthLaw>),
-    /// With a duration.
-    Section(GrowthSection),
+    /// With a duration or a series.
+    Section(Box<GrowthSection>),
 }
 
 impl FromNode for Growth {
@@ -166,11 +189,16 @@ impl FromNode for Growth {
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         let Value::Text(text) = &node.value else {
-            return GrowthSection::from_node(node, reader).map(Growth::Section);
+            return GrowthSection::from_node(node, reader).map(Box::new).map(Growth::Section);
         };
         if ["linear", "sine"].contains(&text.as_str()) {
             let remedy = format!("write for example `growth: {{law: {text}, duration: 35 min}}`");
             reader.error(node, "missing-key", "a breach that grows needs a duration", remedy);
+            return None;
+        }
+        if text == "series" {
+            let remedy = "write for example `growth: {law: series, share: {series: growth.csv}}`";
+            reader.error(node, "missing-key", "growth by a series needs the key `share`", remedy);
             return None;
         }
         Chosen::from_node(node, reader).map(Growth::Name)
@@ -208,10 +236,13 @@ pub(super) fn resolved(section: BreachSection) -> Option<Breach> {
         invert: shape.invert.sourced,
         position: shape.position.and_then(place),
     });
-    let (law, duration) = match section.growth {
-        None => (GrowthLaw::Instantaneous, None),
-        Some(Growth::Name(law)) => (law.0.value, None),
-        Some(Growth::Section(growth)) => (growth.law.0.value, growth.duration.map(|duration| duration.sourced)),
+    let (law, duration, share) = match section.growth {
+        None => (GrowthLaw::Instantaneous, None, None),
+        Some(Growth::Name(law)) => (law.0.value, None, None),
+        Some(Growth::Section(growth)) => {
+            let GrowthSection { law, duration, share } = *growth;
+            (law.0.value, duration.map(|duration| duration.sourced), share.map(|share| share.0))
+        }
     };
     Some(Breach {
         dam: section.dam.0,
@@ -221,6 +252,7 @@ pub(super) fn resolved(section: BreachSection) -> Option<Breach> {
         shape,
         law,
         duration,
+        share,
         method: section.method.map(|method| BreachMethod {
             formula: method.name.0.value,
             mode: method.mode.0.value,
@@ -289,6 +321,24 @@ mod tests {
             ("{dam: d.geojson, growth: sine}", "missing-key", "breach.growth"),
             ("{dam: d.geojson, growth: {law: linear}}", "missing-key", "breach.growth"),
             ("{dam: d.geojson, growth: {law: instantaneous, duration: 3 s}}", "conflict", "breach.growth.duration"),
+            ("{dam: d.geojson, growth: series}", "missing-key", "breach.growth"),
+            ("{dam: d.geojson, growth: {law: series}}", "missing-key", "breach.growth"),
+            ("{dam: d.geojson, growth: {law: series, share: 3}}", "wrong-type", "breach.growth.share"),
+            (
+                "{dam: d.geojson, growth: {law: series, share: {series: g.csv, unit: m}}}",
+                "unit",
+                "breach.growth.share.unit",
+            ),
+            (
+                "{dam: d.geojson, growth: {law: series, duration: 3 s, share: {series: g.csv}}}",
+                "conflict",
+                "breach.growth.duration",
+            ),
+            (
+                "{dam: d.geojson, growth: {law: sine, duration: 3 s, share: {series: g.csv}}}",
+                "conflict",
+                "breach.growth.share",
+            ),
             ("{dam: d.geojson, shape: {bottom_width: 3 m}}", "missing-key", "breach.shape.invert"),
             (
                 "{dam: d.geojson, shape: {bottom_width: 3 m, invert: 1 m}, method: {name: froehlich2008, mode: piping, volume: 1 Mm3, invert: 1 m}}",

@@ -8,7 +8,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
 };
-use super::model::{BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced};
+use super::model::{BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced, Stamp};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
 
@@ -100,11 +100,24 @@ impl Choice for Side {
     }
 }
 
+impl Choice for Stamp {
+    const WHAT: &'static str = "an end of an interval";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("begin", Stamp::Begin), ("end", Stamp::End)]
+    }
+}
+
 impl Choice for GrowthLaw {
     const WHAT: &'static str = "a law of growth";
 
     fn choices() -> Vec<(&'static str, Self)> {
-        vec![("instantaneous", GrowthLaw::Instantaneous), ("linear", GrowthLaw::Linear), ("sine", GrowthLaw::Sine)]
+        vec![
+            ("instantaneous", GrowthLaw::Instantaneous),
+            ("linear", GrowthLaw::Linear),
+            ("sine", GrowthLaw::Sine),
+            ("series", GrowthLaw::Series),
+        ]
     }
 }
 

@@ -122,6 +122,8 @@ kinds! {
     Volume: VOLUME, "9.8 Mm3", "greater than 0", |value| value > 0.0;
     /// A discharge (m³/s).
     Discharge: DISCHARGE, "30 m3/s", "0 or more", |value| value >= 0.0;
+    /// The velocity of a slide (m/s).
+    Velocity: VELOCITY, "20 m/s", "0 or more", |value| value >= 0.0;
     /// An intensity of rain or of its loss (m/s).
     Intensity: INTENSITY, "20 mm/h", "0 or more", |value| value >= 0.0;
     /// A depth of water that may be 0 (m).
@@ -276,6 +278,35 @@ impl JsonSchema for VectorFile {
             "type": "string",
             "description": "A vector file, or `file.gpkg:layer` for one of its layers; \
                 its path is relative to the folder of the scenario.",
+        })
+    }
+}
+
+/// Rasters over time: a NetCDF file, or `file.nc:variable` for one of its variables, or a list of files.
+#[derive(Clone, Debug)]
+pub struct RasterSeriesFile(pub Sourced<VectorSource>);
+
+impl FromNode for RasterSeriesFile {
+    fn example() -> String {
+        "radar.nc:rainfall".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        // A variable is named as a layer is.
+        VectorFile::from_node(node, reader).map(|file| RasterSeriesFile(file.0))
+    }
+}
+
+impl JsonSchema for RasterSeriesFile {
+    fn schema_name() -> Cow<'static, str> {
+        "RasterSeriesFile".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "description": "A NetCDF file, or `file.nc:variable` for one of its variables, or a CSV list of times and \
+                raster files; its path is relative to the folder of the scenario.",
         })
     }
 }

@@ -9,7 +9,9 @@ use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
 };
+use super::moving_bed::MovingBed;
 use super::start::Start;
+use super::units::{INTENSITY, LENGTH};
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -199,7 +201,7 @@ pub enum BoundaryCondition {
 pub struct Source {
     /// Where.
     pub place: SourcePlace,
-    /// The discharge at each place (m³/s).
+    /// The discharge at each place, or of each line (m³/s).
     pub discharge: Timed,
 }
 
@@ -210,6 +212,8 @@ pub enum SourcePlace {
     At(Sourced<[f64; 2]>),
     /// The points of a file.
     Points(Sourced<VectorSource>),
+    /// The lines of a file.
+    Lines(Sourced<VectorSource>),
 }
 
 /// Rain on the whole terrain.
@@ -237,6 +241,44 @@ pub enum RainAmount {
         /// Unit of its values and the factor to m/s.
         unit: (String, f64),
     },
+    /// Rasters, each of which holds for an interval of time.
+    Series {
+        /// NetCDF file, with its variable where the scenario names one, or a list of files.
+        file: Sourced<VectorSource>,
+        /// Unit of their values, as written; that of the NetCDF variable when absent.
+        unit: Option<(String, RainUnit)>,
+        /// Which end of its interval the time of a raster is, where the scenario says it.
+        stamp: Option<Stamp>,
+        /// Date and time of the file at which the run begins; the reference time of the run when absent.
+        start: Option<String>,
+    },
+}
+
+/// What the numbers of a raster of rain are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RainUnit {
+    /// Intensities; the factor to m/s.
+    Intensity(f64),
+    /// What falls within the interval of the raster; the factor to metres.
+    Depth(f64),
+}
+
+impl RainUnit {
+    /// The unit of a name, such as `mm/h` or `mm`.
+    pub fn named(name: &str) -> Option<Self> {
+        let intensity = INTENSITY.factor_of(name).map(RainUnit::Intensity);
+        intensity.or_else(|| LENGTH.factor_of(name).map(RainUnit::Depth))
+    }
+}
+
+/// Which end of its interval the time of a raster is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stamp {
+    /// It holds from its time to that of the next one.
+    #[default]
+    Begin,
+    /// It holds from the time of the one before to its own.
+    End,
 }
 
 /// A dam that breaks.
@@ -256,6 +298,8 @@ pub struct Breach {
     pub law: GrowthLaw,
     /// How long it grows (s); none where it opens at once.
     pub duration: Option<Sourced<f64>>,
+    /// Share of the final opening against the time since the trigger, where the law is a series.
+    pub share: Option<TableFile>,
     /// The formula that gives shape and duration in place of the scenario.
     pub method: Option<BreachMethod>,
 }
@@ -329,6 +373,8 @@ pub enum GrowthLaw {
     Linear,
     /// Slow at the beginning and at the end.
     Sine,
+    /// By a series of shares.
+    Series,
 }
 
 /// A side of the rectangle of the terrain.
@@ -442,6 +488,8 @@ pub struct Scenario {
     pub rain: Option<Sourced<Rain>>,
     /// A dam that breaks.
     pub breach: Option<Breach>,
+    /// Parts of the bed that move.
+    pub moving_bed: Vec<MovingBed>,
     /// Channels of one dimension.
     pub channels: Vec<Channel>,
     /// Distance of two particles (m).

@@ -15,7 +15,7 @@ use super::methods::{
 };
 use super::model::{
     Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation,
-    Rain, RainAmount, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
+    Rain, RainAmount, RainUnit, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
 };
 use super::read::{FromNode, Reader};
 use super::schema::{
@@ -23,7 +23,7 @@ use super::schema::{
     Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
 use super::units::INTENSITY;
-use super::{breach, channel, ground, preset, start, tree};
+use super::{breach, channel, ground, moving_bed, preset, start, tree};
 use crate::error::{Error, Place, Problem, ProblemKind};
 
 /// Largest scenario file (bytes); data belongs into files of its own.
@@ -175,6 +175,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         sources: sources(written.sources.unwrap_or_default()),
         rain: written.rain.and_then(rain),
         breach: written.breach.and_then(breach::resolved),
+        moving_bed: moving_bed::resolved(written.moving_bed.unwrap_or_default()),
         channels: channel::resolved(written.channels.unwrap_or_default()),
         outputs: outputs(written.outputs, &name, file, resolution.value, end_time),
         resolution,
@@ -291,13 +292,13 @@ fn sources(entries: Vec<SourceEntry>) -> Vec<Sourced<Source>> {
             Some(SourcePlace::At(Sourced { value: [x.value(), y.value()], key, place }))
         }
         (None, Some(points)) => Some(SourcePlace::Points(points.0)),
-        (None, None) => None,
+        (None, None) => entry.line.take().or(entry.lines.take()).map(|lines| SourcePlace::Lines(lines.0)),
     };
     let source = |(index, mut entry): (usize, SourceEntry)| {
         let found = place(&mut entry)?;
         let at = match &found {
             SourcePlace::At(at) => at.place.clone(),
-            SourcePlace::Points(points) => points.place.clone(),
+            SourcePlace::Points(file) | SourcePlace::Lines(file) => file.place.clone(),
         };
         let value = Source { place: found, discharge: entry.discharge.timed };
         Some(Sourced { value, key: format!("sources[{index}]"), place: at })
@@ -315,6 +316,13 @@ fn rain(section: RainSection) -> Option<Sourced<Rain>> {
             let factor = INTENSITY.factor_of(unit.0.value.trim())?;
             let place = raster.0.place.clone();
             (RainAmount::Raster { file: raster.0, unit: (unit.0.value.trim().to_owned(), factor) }, place)
+        }
+        (None, None, unit) => {
+            let file = section.raster_series?.0;
+            let unit = unit.map(|unit| unit.0.value.trim().to_owned());
+            let unit = unit.and_then(|unit| RainUnit::named(&unit).map(|known| (unit, known)));
+            let (place, start) = (file.place.clone(), section.start.map(|start| start.0));
+            (RainAmount::Series { file, unit, stamp: section.stamp.map(|stamp| stamp.0.value), start }, place)
         }
         _ => return None,
     };

@@ -9,8 +9,8 @@ use super::choices::{Choice, ElevationUnit};
 use super::ground::{Breakline, BreaklineMode, BuildingMode, Gaps, LayerMode, LineLevel};
 use super::model::{
     BoundaryCondition, BreachFormula, BreachMode, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary,
-    PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace, Sourced, TableFile, TerrainLayer, Timed,
-    VectorSource,
+    PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace, Sourced, Stamp, TableFile, TerrainLayer,
+    Timed, VectorSource,
 };
 use super::start::{RiverWidth, Start};
 
@@ -22,6 +22,7 @@ impl Scenario {
         let _ = self
             .write_place(&mut text)
             .and_then(|()| self.write_breach(&mut text))
+            .and_then(|()| super::moving_bed::write(&self.moving_bed, &mut text))
             .and_then(|()| super::channel::write(&self.channels, &mut text))
             .and_then(|()| self.write_run(&mut text));
         text
@@ -195,6 +196,7 @@ impl Scenario {
             match &source.value.place {
                 SourcePlace::At(at) => write!(text, "  - {{at: [{}, {}]", at.value[0], at.value[1])?,
                 SourcePlace::Points(points) => write!(text, "  - {{points: {}", quoted_vector(points))?,
+                SourcePlace::Lines(lines) => write!(text, "  - {{lines: {}", quoted_vector(lines))?,
             }
             writeln!(text, ", discharge: {}}}", timed(&source.value.discharge, "m3/s"))?;
         }
@@ -204,6 +206,18 @@ impl Scenario {
             RainAmount::Rate(rate) => writeln!(text, "  rate: {}", timed(rate, "m/s"))?,
             RainAmount::Raster { file, unit } => {
                 writeln!(text, "  raster: {}\n  unit: {}", quoted_path(&file.value), quoted(&unit.0))?;
+            }
+            RainAmount::Series { file, unit, stamp, start } => {
+                writeln!(text, "  raster_series: {}", quoted_vector(file))?;
+                if let Some((unit, _)) = unit {
+                    writeln!(text, "  unit: {}", quoted(unit))?;
+                }
+                if let Some(stamp) = stamp {
+                    writeln!(text, "  stamp: {}", name_of(|candidate: &Stamp| candidate == stamp))?;
+                }
+                if let Some(start) = start {
+                    writeln!(text, "  start: {}", quoted(start))?;
+                }
             }
         }
         if let Some(duration) = rain.duration {
@@ -247,9 +261,10 @@ impl Scenario {
             return writeln!(text, "}}");
         }
         let law = name_of(|candidate: &GrowthLaw| *candidate == breach.law);
-        match &breach.duration {
-            Some(duration) => writeln!(text, "  growth: {{law: {law}, duration: {} s}}", duration.value),
-            None => writeln!(text, "  growth: {law}"),
+        match (&breach.duration, &breach.share) {
+            (_, Some(share)) => writeln!(text, "  growth: {{law: {law}, share: {}}}", series_as_yaml(share)),
+            (Some(duration), None) => writeln!(text, "  growth: {{law: {law}, duration: {} s}}", duration.value),
+            (None, None) => writeln!(text, "  growth: {law}"),
         }
     }
 
@@ -319,14 +334,16 @@ pub(super) fn condition_as_yaml(condition: &BoundaryCondition) -> String {
 }
 
 /// A quantity over time; `unit` is that of SI.
-fn timed(timed: &Timed, unit: &str) -> String {
+pub(super) fn timed(timed: &Timed, unit: &str) -> String {
     match timed {
         Timed::Constant(value) => format!("{} {unit}", value.value),
-        Timed::Series(table) => {
-            let names = [["time", "time_unit"], ["column", "unit"]];
-            format!("{{series: {}{}}}", quoted_path(&table.file.value), columns(table, names))
-        }
+        Timed::Series(table) => series_as_yaml(table),
     }
+}
+
+pub(super) fn series_as_yaml(table: &TableFile) -> String {
+    let names = [["time", "time_unit"], ["column", "unit"]];
+    format!("{{series: {}{}}}", quoted_path(&table.file.value), columns(table, names))
 }
 
 /// The columns of a table and their units, as far as they are given, by the keys of both.
@@ -357,7 +374,7 @@ fn list(values: &[f64], unit: &str) -> String {
     values.iter().map(|value| format!("{value} {unit}")).collect::<Vec<_>>().join(", ")
 }
 
-fn quoted_vector(source: &Sourced<VectorSource>) -> String {
+pub(super) fn quoted_vector(source: &Sourced<VectorSource>) -> String {
     let path = absolute(&source.value.path);
     match &source.value.layer {
         Some(layer) => quoted(&format!("{path}:{layer}")),
@@ -461,7 +478,9 @@ mod tests {
             forget(&mut source.value.discharge);
             match &mut source.value.place {
                 SourcePlace::At(at) => at.place = None,
-                SourcePlace::Points(points) => points.place = None,
+                SourcePlace::Points(file) => file.place = None,
+                // `line` and `lines` say the same.
+                SourcePlace::Lines(file) => (file.place, file.key) = (None, String::new()),
             }
         }
         if let Some(rain) = &mut plain.rain {
@@ -469,12 +488,14 @@ mod tests {
             match &mut rain.value.amount {
                 RainAmount::Rate(rate) => forget(rate),
                 RainAmount::Raster { file, .. } => file.place = None,
+                RainAmount::Series { file, .. } => file.place = None,
             }
         }
         plain.outputs.sections.iter_mut().for_each(|sections| sections.place = None);
         if let Some(breach) = &mut plain.breach {
             breach.dam.place = None;
             breach.crest.iter_mut().chain(&mut breach.duration).for_each(|value| value.place = None);
+            breach.share.iter_mut().for_each(|share| share.file.place = None);
             match &mut breach.trigger {
                 BreachTrigger::At(at) => (at.place, at.key) = (None, String::new()),
                 BreachTrigger::Level { level, place } => (level.place, place.place) = (None, None),
@@ -537,6 +558,7 @@ mod tests {
             "{dam: dam.gpkg, crest: 105 m, method: {name: froehlich1995, mode: piping, volume: 2.5 hm3, invert: 90 m, position: [7, 8.25]}}",
             "{dam: dam.geojson, crest_field: top, trigger: {at: 3 min}, shape: {bottom_width: 40 ft, invert: 90 m}, \
              growth: {law: linear, duration: 0.5 h}}",
+            "{dam: dam.geojson, crest: 3 m, growth: {law: series, share: {series: g.csv, column: p, unit: '%', time: t, time_unit: h}}}",
             "{dam: dam.geojson, trigger: {level: 104.5 m, at_point: [5.5, 6]}, \
              shape: {bottom_width: 4 m, side_slope: 0, invert: 90 m, position: [7, 8.25]}, growth: {law: sine, duration: 9 s}}",
         ] {
@@ -561,11 +583,14 @@ boundaries:
   - {side: east, rating: {table: w.csv, level: h, level_unit: cm, discharge_unit: m3/s}}
   - {lines: sea.geojson, type: free}
 "#;
-        let sources = "sources: [{at: [712345.5, -3.25], discharge: 2 m3/s}, {points: springs.gpkg:wells, discharge: {series: q.csv, unit: l/s}}]\n";
+        let sources = "sources: [{at: [712345.5, -3.25], discharge: 2 m3/s}, {points: springs.gpkg:wells, discharge: {series: q.csv, unit: l/s}}, \
+            {line: seep.gpkg:toe, discharge: 3 l/s}]\n";
         let rate =
             "rain: {rate: {series: rain.csv, unit: mm/h}, losses: {initial: 5 mm}}\noutputs: {sections: s.geojson}\n";
         let raster = "rain: {raster: rain.tif, unit: in/h, duration: 2 h, losses: {constant: 1 mm/h}}\n";
-        for rain in [rate, raster] {
+        let files = "rain: {raster_series: radar list.csv, unit: mm, stamp: end}\n";
+        let netcdf = "rain: {raster_series: radar.nc:rate, start: 2026-06-01 06:00, losses: {initial: 2 mm}}\n";
+        for rain in [rate, raster, files, netcdf] {
             assert_round_trip(&format!("{start}{boundaries}{sources}{rain}"));
         }
     }

@@ -12,14 +12,15 @@ use super::channel::ChannelEntry;
 use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
-    Intensity, Length, Level, Manning, Memory, Offset, Quantity, Slope, Text, VectorFile,
+    Intensity, Length, Level, Manning, Memory, Offset, Quantity, RasterSeriesFile, Slope, Text, VectorFile,
 };
 use super::ground::{BreaklineEntry, BuildingsSection, GapsChoice, LayerMode, Wall};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     WallMethod,
 };
-use super::model::{PointInterpolation, Side};
+use super::model::{PointInterpolation, RainUnit, Side, Stamp};
+use super::moving_bed::MovingBedEntry;
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::start::{FrameTime, check_alone, check_initial};
 use super::timed::{Changing, RatingFile};
@@ -52,6 +53,8 @@ section! {
         rain: Option<RainSection>,
         /// A dam that breaks.
         breach: Option<BreachSection>,
+        /// Parts of the bed that move: ground that rises or sinks, and slides.
+        moving_bed: Option<Vec<MovingBedEntry>>,
         /// Channels that are computed in one dimension.
         channels: Option<Vec<ChannelEntry>>,
         /// Distance of two particles.
@@ -293,19 +296,23 @@ fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// Water that comes out of the ground at a place.
+    /// Water that comes out of the ground at a place or along a line.
     SourceEntry, example "{at: [712345.0, 5312345.0], discharge: 2 m3/s}", check check_source {
         /// The place: its two coordinates in the reference system of the run.
         at: Option<Vec<Quantity<Coordinate>>>,
         /// File of points.
         points: Option<VectorFile>,
-        /// Discharge at each place.
+        /// File of lines.
+        line: Option<VectorFile>,
+        /// The same as `line`.
+        lines: Option<VectorFile>,
+        /// Discharge at each place, or of each line.
         discharge: Changing<Discharge>,
     }
 }
 
 fn check_source(node: &Node, reader: &mut Reader) -> Option<()> {
-    reader.exactly_one(node, &["at", "points"])?;
+    reader.exactly_one(node, &["at", "points", "line", "lines"])?;
     if let Some(at) = node.get("at")
         && let Value::List(items) = &at.value
         && items.len() != 2
@@ -324,8 +331,14 @@ section! {
         rate: Option<Changing<Intensity>>,
         /// Raster of intensities, constant in time.
         raster: Option<InputFile>,
-        /// Unit of the values of the raster.
+        /// Rasters over time: a NetCDF file, or a CSV list of times and files.
+        raster_series: Option<RasterSeriesFile>,
+        /// Unit of the values of the raster or the rasters; of a series that of the NetCDF variable when absent.
         unit: Option<Text>,
+        /// Which end of its interval the time of a raster is; begin when absent.
+        stamp: Option<Chosen<Stamp>>,
+        /// Date and time of a NetCDF file at which the run begins; `time.reference` when absent.
+        start: Option<DateTime>,
         /// How long it rains; up to the end of the run when absent.
         duration: Option<Quantity<Duration>>,
         /// What does not run off; nothing when absent.
@@ -344,8 +357,32 @@ section! {
 }
 
 fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
-    let amount = reader.exactly_one(node, &["rate", "raster"])?;
+    let amount = reader.exactly_one(node, &["rate", "raster", "raster_series"])?;
+    let mut is_fit = true;
+    for name in ["stamp", "start"] {
+        if let Some(value) = node.get(name).filter(|_| amount != "raster_series") {
+            reader.error(value, "conflict", format!("`{name}` goes with `raster_series`"), "take it out");
+            is_fit = false;
+        }
+    }
+    if !is_fit {
+        return None;
+    }
     match (amount, node.get("unit")) {
+        ("raster_series", Some(unit)) => {
+            let text = reader.text(unit, "a unit", "mm/h")?.trim().to_owned();
+            if RainUnit::named(&text).is_none() {
+                let message = format!("`{text}` is no unit of rain");
+                let remedy = format!(
+                    "use one of {} for intensities, or of {} for what falls within each interval",
+                    INTENSITY.unit_list(),
+                    LENGTH.unit_list()
+                );
+                reader.error(unit, "unit", message, remedy);
+                return None;
+            }
+            Some(())
+        }
         ("raster", None) => {
             let remedy = format!("add `unit: mm/h`, or one of {}", INTENSITY.unit_list());
             reader.error(node, "missing-key", "a raster of rain needs the key `unit`", remedy);
@@ -362,7 +399,7 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
         }
         (_, Some(unit)) => {
             let remedy = "take it out: a rate carries its unit, and a series has a `unit` of its own";
-            reader.error(unit, "conflict", "`unit` goes with `raster`", remedy);
+            reader.error(unit, "conflict", "`unit` goes with `raster` and `raster_series`", remedy);
             None
         }
         (_, None) => Some(()),
@@ -401,12 +438,22 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.map(|sections| (sections, "cross-sections")));
     let mut is_fit = true;
-    if let Some(breach) = node.get("breach").filter(|breach| breach.value != Value::Empty) {
-        let message = "moving particles know no dam that breaks";
-        let problem = Problem::error(ProblemKind::Scenario, "method-combination", breach.key.clone(), message)
+    for (key, message, otherwise) in [
+        (
+            "breach",
+            "moving particles know no dam that breaks",
+            "for a dam that is gone at the start, take `breach` out",
+        ),
+        ("moving_bed", "moving particles know no moving bed", "or take this out"),
+    ] {
+        let Some(changing) = node.get(key).filter(|changing| changing.value != Value::Empty) else { continue };
+        let remedy = format!(
+            "leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`); {otherwise}"
+        );
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", changing.key.clone(), message)
             .with_cause("its bed changes in time, and that of this motion stays the same")
-            .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`); for a dam that is gone at the start, take `breach` out");
-        reader.report(breach, problem);
+            .with_remedy(remedy);
+        reader.report(changing, problem);
         is_fit = false;
     }
     for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {

@@ -83,6 +83,33 @@ impl<K: Kind> JsonSchema for Changing<K> {
     }
 }
 
+/// A share that grows in time: always a series.
+#[derive(Clone, Debug)]
+pub struct ShareSeries(pub TableFile);
+
+impl FromNode for ShareSeries {
+    fn example() -> String {
+        "{series: growth.csv}".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let section = SeriesSection::from_node(node, reader)?;
+        let time = column(section.time, section.time_unit, &units::TIME, reader);
+        let share = column(section.column, section.unit, &units::SHARE, reader);
+        Some(ShareSeries(TableFile { file: section.series.0, columns: [time?, share?] }))
+    }
+}
+
+impl JsonSchema for ShareSeries {
+    fn schema_name() -> Cow<'static, str> {
+        "ShareSeries".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        generator.subschema_for::<SeriesSection>()
+    }
+}
+
 /// A column as the scenario names it; none where the unit is none of its dimension.
 fn column(
     name: Option<Text>,

@@ -50,6 +50,14 @@ pub static DISCHARGE: Dimension = Dimension {
     is_compound: false,
 };
 
+/// A velocity (m/s).
+pub static VELOCITY: Dimension = Dimension {
+    name: "a velocity",
+    units: &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("cm/s", 1e-2), ("ft/s", 0.3048)],
+    is_bare_allowed: false,
+    is_compound: false,
+};
+
 /// An intensity of rain (m/s).
 pub static INTENSITY: Dimension = Dimension {
     name: "an intensity of rain",
@@ -72,6 +80,10 @@ pub static SLOPE: Dimension = Dimension {
     is_bare_allowed: true,
     is_compound: false,
 };
+
+/// A share of a whole (dimensionless).
+pub static SHARE: Dimension =
+    Dimension { name: "a share", units: &[("1", 1.0), ("%", 1e-2)], is_bare_allowed: true, is_compound: false };
 
 /// A volume (m³).
 pub static VOLUME: Dimension = Dimension {

@@ -7,8 +7,9 @@ pub mod phases;
 pub mod variational;
 
 pub use crate::boundary::{
-    Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw, OpenEdges, Opening,
-    PointSource, Rain, Rating, Resistance, Series, Strip, Trigger, edge_faces,
+    BedLaw, BedMotion, Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw,
+    LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, Series, Slide, Strip,
+    Trigger, edge_faces,
 };
 pub use eulerian::EulerianSolver;
 
@@ -98,6 +99,51 @@ impl Ledger {
     }
 }
 
+/// What a moving bed has done so far: volumes in cubic metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BedBooks {
+    /// By which the bed lies above that of the start, where it does.
+    pub raised: f64,
+    /// By which it lies below, where it does.
+    pub sunk: f64,
+    /// By which it lifted water that lay on it, all movements up.
+    pub lifted: f64,
+    /// By which it lowered water, all movements down.
+    pub lowered: f64,
+}
+
+/// A way by which water comes or goes; numbers are those of the problem's lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Edges without a condition.
+    OpenEdges,
+    /// A boundary with a condition.
+    Boundary(usize),
+    /// A point source.
+    Source(usize),
+    /// A line source.
+    LineSource(usize),
+    /// Rain.
+    Rain,
+    /// The far end of a channel.
+    FarEnd(usize),
+    /// The near end of a channel that joins nothing.
+    NearEnd(usize),
+}
+
+/// What came and went by one way since the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// The way.
+    pub way: Way,
+    /// Volume that came in (m³).
+    pub inflow: f64,
+    /// Volume that left (m³).
+    pub outflow: f64,
+    /// The integral of the discharge or the rain of the problem (m³); none where another condition rules.
+    pub asked: Option<f64>,
+}
+
 /// What passed a cross-section: positive where the water crosses the line towards its left side, that is downstream where the line was
 /// drawn from the left to the right bank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -157,6 +203,14 @@ pub trait FlowSolver: Send {
     /// The time (s) at which the dam of the problem began to break, once it did.
     fn breach_began(&self) -> Option<f64> {
         None
+    }
+    /// What the moving bed of the problem has done; none where it has none.
+    fn bed_books(&self) -> Option<BedBooks> {
+        None
+    }
+    /// What came and went by each way of the problem; nothing where the core keeps no such books.
+    fn passages(&self) -> Vec<Passage> {
+        Vec::new()
     }
     /// Number of particles that carry water now.
     fn particles(&self) -> usize;

@@ -45,6 +45,7 @@ pub struct RasterRequest<'a> {
 }
 
 /// A raster file, opened but not yet read.
+#[derive(Debug)]
 pub struct RasterFile {
     dataset: Dataset,
     geo_transform: GeoTransform,
@@ -69,12 +70,20 @@ impl RasterFile {
     /// The problem, without key and place.
     pub fn open(path: &Path) -> Result<RasterFile, Problem> {
         readable_file(path)?;
+        Self::open_as(path, path)
+    }
+
+    /// The same of a part of the file that GDAL knows by a name of its own, such as a variable of a NetCDF file.
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn open_as(path: &Path, gdal_name: &Path) -> Result<RasterFile, Problem> {
         let name = path.display();
         let options = DatasetOptions {
             open_flags: GdalOpenFlags::GDAL_OF_RASTER | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
             ..DatasetOptions::default()
         };
-        let (result, messages) = capture(|| Dataset::open_ex(path, options));
+        let (result, messages) = capture(|| Dataset::open_ex(gdal_name, options));
         let dataset = result.map_err(|_| {
             because(input_error("not-a-raster", format!("{name} is not a raster that GDAL can read")), messages)
                 .with_remedy(
@@ -135,14 +144,45 @@ impl RasterFile {
         let warp = self.needs_warp(request, run_crs)?;
         let (columns, rows) = self.dataset.raster_size();
         check_memory(request, columns as f64 * rows as f64 * if warp { 2.0 } else { 1.0 })?;
-        let values = self.values(request)?;
-        let raster = if warp {
-            self.warped(&values, request, run_crs)?
-        } else {
-            north_up(&values, columns, rows, &self.geo_transform)
-        };
+        let raster = self.band(1, warp, request, run_crs)?;
         self.check_values(&raster, request)?;
         Ok((raster, self.warnings))
+    }
+
+    /// Reads some of the bands one by one, whatever their values, and hands each on with its number; returns the warnings.
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn read_bands(
+        mut self,
+        bands: impl Iterator<Item = usize>,
+        request: &RasterRequest,
+        run_crs: &Crs,
+        mut take: impl FnMut(usize, Raster) -> Result<(), Problem>,
+    ) -> Result<Vec<Problem>, Problem> {
+        self.warnings.retain(|warning| warning.code != "several-bands");
+        let warp = self.needs_warp(request, run_crs)?;
+        let (columns, rows) = self.dataset.raster_size();
+        check_memory(request, columns as f64 * rows as f64 * if warp { 2.0 } else { 1.0 })?;
+        for band in bands {
+            take(band, self.band(band, warp, request, run_crs)?)?;
+        }
+        Ok(self.warnings)
+    }
+
+    /// The number of bands.
+    pub fn bands(&self) -> usize {
+        self.dataset.raster_count()
+    }
+
+    /// A band in metres, warped where it must be.
+    fn band(&mut self, band: usize, warp: bool, request: &RasterRequest, run_crs: &Crs) -> Result<Raster, Problem> {
+        let (columns, rows) = self.dataset.raster_size();
+        let values = self.values(band, request)?;
+        if warp {
+            return self.warped(&values, request, run_crs);
+        }
+        Ok(north_up(&values, columns, rows, &self.geo_transform))
     }
 
     /// Whether the raster must be warped; refuses it when it would have to and may not.
@@ -203,13 +243,13 @@ impl RasterFile {
         )
     }
 
-    /// Every value of the first band in metres, NaN where there is no data.
-    fn values(&mut self, request: &RasterRequest) -> Result<Vec<f64>, Problem> {
+    /// Every value of a band in metres, NaN where there is no data.
+    fn values(&mut self, number: usize, request: &RasterRequest) -> Result<Vec<f64>, Problem> {
         let name = request.path.display();
         let (columns, rows) = self.dataset.raster_size();
         let dataset = &self.dataset;
         let (result, messages) = capture(|| {
-            let band = dataset.rasterband(1)?;
+            let band = dataset.rasterband(number)?;
             let buffer = band.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None)?;
             let mask = if band.mask_flags()?.is_nodata() || band.mask_flags()?.is_all_valid() {
                 None
@@ -229,7 +269,7 @@ impl RasterFile {
                 .with_remedy(format!("the file is damaged or cut short ({error}); copy or export it again"))
         })?;
         self.check_unit(&unit, request);
-        let is_no_data = no_data_test(no_data, self.dataset.rasterband(1).ok().map(|b| b.band_type().name()));
+        let is_no_data = no_data_test(no_data, self.dataset.rasterband(number).ok().map(|b| b.band_type().name()));
         let mut broken: Option<Broken> = None;
         for (i, value) in values.iter_mut().enumerate() {
             if is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {

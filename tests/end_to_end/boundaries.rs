@@ -172,6 +172,62 @@ fn rain_and_sources_fill_a_closed_basin() {
 }
 
 #[test]
+fn every_way_of_the_water_is_booked_against_what_was_asked_for() {
+    let more = "sources: [{at: [1100, 2030], discharge: 250 l/s}, {line: toe.geojson, discharge: 1 m3/s}]\n\
+                rain: {rate: 72 mm/h, duration: 1 min}\nresolution: 5 m";
+    let scene = Scene::with(&[("resolution: 5 m", more), ("\nsources", "\n  - {edge: south, type: open}\nsources")]);
+    scene.line("toe.geojson", &[(1100.0, 2010.0), (1100.0, 2050.0)], "toe");
+    let (run, out) = scene.run();
+    let rows = table(&out.join("tables/boundaries.csv"));
+    assert_eq!(rows[0].join(","), "name,in_m3,out_m3,asked_m3,error_relative");
+    let names: Vec<&str> = rows[1..].iter().map(|row| row[0].as_str()).collect();
+    let expected =
+        ["open edges", "boundaries[0]", "boundaries[1]", "source at 1100.00 2030.00", "line source 1", "rain"];
+    assert_eq!(names, expected);
+    let asked: Vec<&str> = rows[1..].iter().map(|row| row[3].as_str()).collect();
+    assert_eq!(asked, ["", "780.000", "", "30.000", "120.000", "14.400"]);
+    for row in rows[1..].iter().filter(|row| !row[3].is_empty()) {
+        assert!(row[1] == row[3] && row[4].parse::<f64>().unwrap() < 1e-11, "{row:?}");
+    }
+    let sum =
+        |key: &str| run["boundaries"].as_array().unwrap().iter().map(|way| way[key].as_f64().unwrap()).sum::<f64>();
+    assert!((sum("in_m3") / volume(&run, "in") - 1.0).abs() < 1e-12, "{run:#}");
+    assert!((sum("out_m3") / volume(&run, "out") - 1.0).abs() < 1e-12 && sum("out_m3") > 100.0);
+    let gates = run["gates"].as_array().unwrap();
+    assert!(gates.iter().any(|gate| gate.as_str().unwrap().starts_with("passed: booked inflow against")), "{gates:?}");
+}
+
+#[test]
+fn a_line_of_springs_gives_its_hydrograph() {
+    let line = "sources: [{line: toe.geojson, discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}}]\n";
+    let scene = Scene::with(&[("resolution: 5 m", &format!("{line}resolution: 5 m"))]);
+    // Askew across the valley, all of it on the terrain: at x 1100 to 1120.
+    scene.line("toe.geojson", &[(1100.0, 2000.0), (1120.0, 2060.0)], "toe");
+    let (run, out) = scene.run();
+    assert!((volume(&run, "in") / 1560.0 - 1.0).abs() < 1e-9, "{} m3", volume(&run, "in"));
+    assert!(volume(&run, "error_relative").abs() < 1e-9);
+    let wet = Netcdf::read(&out.join("maps.nc")).values("max_depth").iter().filter(|depth| **depth > 0.0).count();
+    assert!(wet > 200, "{wet} cells");
+    scene.line("toe.geojson", &[(1100.0, 2050.0), (1100.0, 2090.0)], "toe");
+    scene.assert_refused(4, &["source-outside", "30.0 m of this line lie outside the terrain", "1100.0, 2075.0"]);
+    scene.write("toe.geojson", r#"{"type":"FeatureCollection","features":[]}"#);
+    scene.assert_refused(4, &["no-lines", "draw lines along which"]);
+    scene.line("toe.geojson", &[(1100.0, 2005.0), (1100.0, 2055.0)], "toe");
+    let house = r#"{"type":"Polygon","coordinates":[[[1090,2020],[1110,2020],[1110,2030],[1090,2030],[1090,2020]]]}"#;
+    scene.write("house.geojson", &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{house}}}"#));
+    let text = std::fs::read_to_string(scene.path("s.yaml")).unwrap();
+    scene.write("s.yaml", &(text + "structures: {buildings: {polygons: house.geojson}}\n"));
+    scene.assert_refused(
+        4,
+        &[
+            "source-outside",
+            "10.0 m of this line lie where the terrain has no data or a building blocks it",
+            "1102.5, 2022.5",
+        ],
+    );
+}
+
+#[test]
 fn a_raster_of_rain_falls_where_it_says() {
     let scene = Scene::with(&[("resolution: 5 m", "rain: {raster: rain.asc, unit: mm/h}\nresolution: 5 m")]);
     let row = format!("{}{}", "72 ".repeat(20), "0 ".repeat(20));

@@ -96,6 +96,10 @@ fn a_hydrograph_comes_down_a_channel_into_the_terrain() {
         // 30 m³/s in 120 s, less what the rise of 30 s lacks.
         assert!((volume["in"].as_f64().unwrap() / (30.0 * 120.0 - 15.0 * 30.0) - 1.0).abs() < 1e-9, "{volume}");
         assert!(volume["error_relative"].as_f64().unwrap().abs() < 1e-12, "{volume}");
+        let ways = table(&out, "boundaries.csv");
+        let upstream = ways.iter().find(|row| row[0] == "channel upper upstream").unwrap();
+        assert!(upstream[1] == "3150.000" && upstream[3] == "3150.000", "{upstream:?}");
+        assert!(upstream[4].parse::<f64>().unwrap() < 1e-11, "{upstream:?}");
         let rows = table(&out, "channels.csv");
         assert_eq!(rows[0].join(","), "id,time_s,distance_m,bed_m,depth_m,level_m,velocity_m_s,discharge_m3_s");
         // 20 particles at 0, 30, 60, 90 and 120 s.
@@ -130,6 +134,25 @@ fn water_over_the_banks_of_a_channel_is_told() {
         let height = run["above_banks"][0]["height_m"].as_f64();
         assert!(height.map_or(!is_told, |height| is_told && (0.01..1.5).contains(&height)), "{height:?}");
     }
+}
+
+#[test]
+fn a_plan_counts_the_particles_of_channels() {
+    let scene = Scene::with(&[], SECTIONS);
+    let answer = floodsim(scene.folder.path(), &["plan", "s.yaml", "--json"]);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let plan: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
+    assert_eq!(plan["particles"]["channels"], 20);
+    let (run, _) = scene.run();
+    let peak = plan["particles"]["peak"][1].as_f64().unwrap();
+    assert!(run["particles"]["peak"].as_f64().unwrap() <= peak, "{plan}");
+    let text = floodsim(scene.folder.path(), &["plan", "s.yaml"]).stdout;
+    assert!(text.contains(", 20 in channels, "), "{text}");
+    // The riverbed alone is below this limit.
+    let bed = plan["particles"]["bed"].as_u64().unwrap();
+    let limit = format!("limits.particles={}", bed + 10);
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", &limit]);
+    assert!(check.code == 5 && check.stdout.contains("with 20 strips of channels exceed"), "{}", check.stdout);
 }
 
 #[test]

@@ -227,6 +227,32 @@ fn a_levee_on_dry_ground_that_is_left_out_is_told() {
 }
 
 #[test]
+fn how_the_earlier_run_ended_is_told() {
+    let scene = Scene::sound();
+    scene.run("first", &["time.end=10 s"]);
+    let text = std::fs::read_to_string(scene.path("first/run.json")).unwrap();
+    assert!(text.contains(r#""status": "done""#) && text.contains("passed: volume ledger"));
+    let go_on = &["initial=[{fields: first/fields.nc}]"];
+    scene.assert_check(go_on, 0, &["0 errors"]);
+    let sound = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", go_on[0]]).stdout;
+    for code in ["failed-run", "unfinished-earlier-run", "gate-of-earlier-run", "moving-bed-of-earlier-run"] {
+        assert!(!sound.contains(code), "{sound}");
+    }
+    for (from, to, code, expected) in [
+        (r#""status": "done""#, r#""status": "failed""#, 4, "error[failed-run] initial[0].fields"),
+        (r#""status": "done""#, r#""status": "stopped""#, 0, "warning[unfinished-earlier-run]"),
+        ("passed: volume ledger", "failed: volume ledger", 0, "warning[gate-of-earlier-run]"),
+        (r#""status": "done""#, r#""moving_bed": {}, "status": "done""#, 0, "warning[moving-bed-of-earlier-run]"),
+    ] {
+        scene.write("first/run.json", &text.replace(from, to));
+        scene.assert_check(go_on, code, &[expected, "first/run.json"]);
+    }
+    // Without its summary the fields are taken as they are.
+    std::fs::remove_file(scene.path("first/run.json")).unwrap();
+    scene.assert_check(go_on, 0, &["0 errors"]);
+}
+
+#[test]
 fn rivers_and_ponds_begin_with_their_depth() {
     let scene = Scene::sound();
     scene.feature("river.geojson", "LineString", "[[499990,5300062],[500310,5300062]]");

@@ -8,7 +8,9 @@ mod channels;
 mod commands;
 mod dam_breaks;
 mod hot_start;
+mod moving_bed;
 mod plan;
+mod rain;
 mod terrain;
 mod whole_runs;
 
@@ -50,6 +52,21 @@ fn changed(scenario: &str, changes: &[(&str, &str)]) -> String {
     text
 }
 
+/// Does something with NetCDF files.
+///
+/// All of it is done on one thread: on any other than the first, HDF5 writes of attributes that it looks for in vain.
+fn with_netcdf<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
+    type Work = Box<dyn FnOnce() + Send>;
+    static WORKER: LazyLock<Sender<Work>> = LazyLock::new(|| {
+        let (sender, receiver) = channel::<Work>();
+        std::thread::spawn(move || receiver.into_iter().for_each(|work| work()));
+        sender
+    });
+    let (answer, result) = channel();
+    WORKER.send(Box::new(move || drop(answer.send(work())))).unwrap();
+    result.recv().unwrap_or_else(|_| panic!("a NetCDF file could not be read or written"))
+}
+
 /// A NetCDF file as it is read back.
 struct Netcdf {
     /// Lengths of the dimensions.
@@ -62,18 +79,9 @@ struct Netcdf {
 
 impl Netcdf {
     /// Reads a whole file.
-    ///
-    /// All files are read on one thread: on any other than the first, HDF5 writes of attributes that it looks for in vain.
     fn read(path: &Path) -> Netcdf {
-        type Work = Box<dyn FnOnce() + Send>;
-        static READER: LazyLock<Sender<Work>> = LazyLock::new(|| {
-            let (sender, receiver) = channel::<Work>();
-            std::thread::spawn(move || receiver.into_iter().for_each(|work| work()));
-            sender
-        });
-        let (answer, result) = channel();
         let path = path.to_path_buf();
-        let read = move || {
+        with_netcdf(move || {
             let file = netcdf::open(&path).unwrap();
             let text = |a: netcdf::Attribute| (a.name().to_owned(), format!("{:?}", a.value().unwrap()));
             let variable = |variable: netcdf::Variable| {
@@ -88,9 +96,7 @@ impl Netcdf {
                 attributes: file.attributes().map(text).collect(),
                 variables: file.variables().map(variable).collect(),
             }
-        };
-        READER.send(Box::new(move || answer.send(read()).unwrap())).unwrap();
-        result.recv().unwrap_or_else(|_| panic!("a NetCDF file could not be read"))
+        })
     }
 
     /// The values of a variable.

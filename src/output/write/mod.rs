@@ -22,7 +22,7 @@ pub use fields::FieldsWriter;
 pub use geopackage::{Findings, write_geopackage};
 pub use maps::write_maps;
 pub use sections::write_sections;
-pub use tables::write_tables;
+pub use tables::{write_passages, write_tables};
 pub use variables::{MapVariable, map_variables};
 
 /// What the files say about where they come from.

@@ -1,6 +1,7 @@
 //! The tables as CSV: UTF-8, comma, decimal point, an empty field where there is no value.
 
 use super::super::Gauge;
+use super::super::PassageRecord;
 use super::super::folder::{RunFolder, write_lines};
 use super::super::recorder::Recording;
 use crate::error::Error;
@@ -53,6 +54,26 @@ pub fn write_tables(folder: &RunFolder, gauges: &[Gauge], recording: &Recording)
     });
     let header = "time_s,volume_m3,in_m3,out_m3,error_relative,grid_volume_m3,channels_m3";
     write_lines(folder, "tables/mass_balance.csv", header, balance_rows)
+}
+
+/// Writes `boundaries.csv`: what came and went by each boundary, source, channel and by rain; nothing where there are none.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_passages(folder: &RunFolder, passages: &[PassageRecord]) -> Result<(), Error> {
+    if passages.is_empty() {
+        return Ok(());
+    }
+    let rows = passages.iter().map(|passage| {
+        row([
+            text(&passage.name),
+            number(Some(passage.in_m3), 3),
+            number(Some(passage.out_m3), 3),
+            number(passage.asked_m3, 3),
+            passage.error_relative().map_or_else(String::new, |error| format!("{error:.3e}")),
+        ])
+    });
+    write_lines(folder, "tables/boundaries.csv", "name,in_m3,out_m3,asked_m3,error_relative", rows)
 }
 
 pub(super) fn row<const COLUMNS: usize>(fields: [String; COLUMNS]) -> String {

@@ -39,6 +39,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         sources: Vec::new(),
         rain: None,
         breach: None,
+        moving_bed: Vec::new(),
         channels: Vec::new(),
         resolution: sourced("resolution", resolution),
         end_time: 10.0,

@@ -242,6 +242,7 @@ fn the_remedy_for_water_in_the_dam_keeps_a_dam() {
         shape: None,
         law: GrowthLaw::Instantaneous,
         duration: None,
+        share: None,
         method: None,
     });
     let prepared = prepare(&scene.scenario);

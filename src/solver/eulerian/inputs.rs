@@ -1,22 +1,29 @@
-//! Point sources and rain: depth that is added at the end of each step, and keeps the momentum as it is.
+//! Sources at points and along lines, and rain: depth that is added at the end of each step, and keeps the momentum as it is.
 
 use rayon::prelude::*;
 
 use super::Scale;
 use super::state::State;
-use crate::boundary::{PointSource, Rain};
-use crate::solver::FlowProblem;
+use crate::boundary::{LineSource, PointSource, Rain, Series};
+use crate::solver::{FlowProblem, Passage, Way};
 
-/// A source and its padded cell.
+/// A source and its padded cells, each with its share.
 struct Spring {
-    source: PointSource,
-    cell: (usize, usize),
+    way: Way,
+    discharge: Series,
+    cells: Vec<((usize, usize), f64)>,
+    /// Volume (m³) that came.
+    booked: f64,
 }
 
 /// All sources and the rain of a problem.
 pub(crate) struct Inputs {
     springs: Vec<Spring>,
     rain: Option<Rain>,
+    /// Volume (m³) that rained.
+    rained: f64,
+    /// What falls within a step (m) at each place of rain by frames.
+    falling: Vec<f64>,
     /// Whether it rains: water may then come to every cell.
     pub is_wetted: bool,
 }
@@ -24,33 +31,54 @@ pub(crate) struct Inputs {
 impl Inputs {
     pub fn new(problem: &FlowProblem, state: &State) -> Self {
         let lattice = &problem.bed.lattice;
-        let spring = |source: &PointSource| {
-            let (column, row) = lattice.column_row(lattice.cell_at(source.place)?);
-            let cell = (row + 1, column + 1);
-            state.has_terrain(cell.0, cell.1).then(|| Spring { source: source.clone(), cell })
+        let padded = |cell: usize| {
+            let (column, row) = lattice.column_row(cell);
+            (row + 1, column + 1)
         };
-        let springs = problem.forcing.sources.iter().filter_map(spring).collect();
+        let spring = |way: Way, discharge: &Series, cells: Vec<(usize, f64)>| {
+            let cells = cells.into_iter().map(|(cell, share)| (padded(cell), share));
+            let on_terrain = cells.filter(|((row, column), _)| state.has_terrain(*row, *column)).collect();
+            Spring { way, discharge: discharge.clone(), cells: on_terrain, booked: 0.0 }
+        };
+        let at_point = |(index, source): (usize, &PointSource)| {
+            let cells = lattice.cell_at(source.place).map(|cell| (cell, 1.0)).into_iter().collect();
+            spring(Way::Source(index), &source.discharge, cells)
+        };
+        let along_line = |(index, source): (usize, &LineSource)| {
+            spring(Way::LineSource(index), &source.discharge, source.cells.clone())
+        };
+        let points = problem.forcing.sources.iter().enumerate().map(at_point);
+        let springs = points.chain(problem.forcing.line_sources.iter().enumerate().map(along_line)).collect();
         let rain = problem.forcing.rain.clone();
-        Inputs { springs, is_wetted: rain.is_some(), rain }
+        let places = if let Some(Rain::Frames(frames)) = &rain { frames.from.len() } else { 0 };
+        Inputs { springs, is_wetted: rain.is_some(), rain, rained: 0.0, falling: vec![0.0; places] }
     }
 
     /// The cells (row, column) of the sources.
     pub fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.springs.iter().map(|spring| spring.cell)
+        self.springs.iter().flat_map(|spring| spring.cells.iter().map(|(cell, _)| *cell))
     }
 
     /// Adds what comes between two times (s); returns its volume (m³).
-    pub fn add(&self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
+    pub fn add(&mut self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
         let area = scale.spacing * scale.spacing;
         let mut volume = 0.0;
-        for Spring { source, cell } in &self.springs {
-            let came = source.discharge.integral(from, to).max(0.0);
-            state.water[cell.0].depth[cell.1] += came / area;
-            volume += came;
+        for Spring { discharge, cells, booked, .. } in &mut self.springs {
+            let came = discharge.integral(from, to).max(0.0);
+            for ((row, column), share) in cells.iter() {
+                state.water[*row].depth[*column] += came * share / area;
+                volume += came * share;
+                *booked += came * share;
+            }
         }
         if let Some(rain) = &self.rain {
             let columns = state.columns;
             let everywhere = if let Rain::Uniform(_) = rain { rain.depth(0, from, to) } else { 0.0 };
+            if let Rain::Frames(frames) = rain {
+                let falling = self.falling.iter_mut().enumerate();
+                falling.for_each(|(place, depth)| *depth = frames.depth(place, from, to));
+            }
+            let falling = &self.falling;
             let ground = &state.ground;
             let rows = state.water.par_iter_mut().enumerate().with_min_len(4).map(|(row, water)| {
                 let mut fallen = 0.0;
@@ -58,9 +86,11 @@ impl Inputs {
                     if !ground[row].has_terrain(column) {
                         continue;
                     }
+                    let cell = (row - 1) * columns + column - 1;
                     let depth = match rain {
                         Rain::Uniform(_) => everywhere,
-                        Rain::Map { .. } => rain.depth((row - 1) * columns + column - 1, from, to),
+                        Rain::Map { .. } => rain.depth(cell, from, to),
+                        Rain::Frames(frames) => falling[frames.place[cell] as usize],
                     };
                     water.depth[column] += depth;
                     fallen += depth;
@@ -69,16 +99,35 @@ impl Inputs {
             });
             // Row by row, so that the threads do not matter.
             let fallen: Vec<f64> = rows.collect();
-            volume += fallen.iter().sum::<f64>() * area;
+            let fallen = fallen.iter().sum::<f64>() * area;
+            volume += fallen;
+            self.rained += fallen;
         }
         volume
+    }
+
+    /// What came by each source and by rain until a time (s).
+    pub fn passages(&self, state: &State, scale: &Scale, time: f64) -> Vec<Passage> {
+        let came = |way: Way, inflow: f64, asked: f64| Passage { way, inflow, outflow: 0.0, asked: Some(asked) };
+        let springs =
+            self.springs.iter().map(|spring| came(spring.way, spring.booked, spring.discharge.integral(0.0, time)));
+        let mut passages: Vec<Passage> = springs.collect();
+        if let Some(rain) = &self.rain {
+            let with_terrain = |row: usize| (1..=state.columns).filter(move |&column| state.has_terrain(row, column));
+            let cells = (1..=state.rows).flat_map(|row| with_terrain(row).map(move |column| (row, column)));
+            let depth = |(row, column): (usize, usize)| rain.depth((row - 1) * state.columns + column - 1, 0.0, time);
+            let asked = cells.map(depth).sum::<f64>() * scale.spacing * scale.spacing;
+            passages.push(came(Way::Rain, self.rained, asked));
+        }
+        passages
     }
 
     /// The longest step (s) from a time on in which no source fills its cell so fast that the water leaves it again within the step.
     pub fn longest_step(&self, scale: &Scale, time: f64, step: f64) -> f64 {
         let area = scale.spacing * scale.spacing;
         let longest = |spring: &Spring| {
-            let rise = spring.source.discharge.largest(time, time + step) / area;
+            let share = spring.cells.iter().map(|(_, share)| *share).fold(0.0, f64::max);
+            let rise = spring.discharge.largest(time, time + step) * share / area;
             // A cell that was dry has d = (Q/A) Δt after the step, and its water spreads with 2 √(g d).
             let reach = scale.courant * scale.spacing;
             if rise > 0.0 { (reach * reach / (4.0 * scale.gravity * rise)).cbrt() } else { f64::INFINITY }

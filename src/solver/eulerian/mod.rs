@@ -23,6 +23,7 @@ mod breach;
 mod faces;
 mod gradient;
 mod inputs;
+mod moving_bed;
 mod open;
 mod primitive;
 mod reach;
@@ -36,13 +37,16 @@ mod walls;
 mod tests;
 
 use super::phases::Phases;
-use super::{ChannelSample, FlowProblem, FlowSolver, Ledger, SectionFlow, StepChoice, StepLimit};
+use super::{
+    BedBooks, ChannelSample, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit, Way,
+};
 use crate::error::NumericalFailure;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::scenario::methods::{Reconstruction, Stabilisation};
 use breach::Breaking;
 use inputs::Inputs;
+use moving_bed::MovingBed;
 use open::OpenBoundaries;
 use reach::Reaches;
 use sections::Sections;
@@ -62,6 +66,9 @@ pub struct EulerianSolver {
     reaches: Reaches,
     inputs: Inputs,
     breaking: Option<Breaking>,
+    moving_bed: Option<MovingBed>,
+    /// The cells of both and their bed (m), where there are both.
+    bed_out: Vec<(usize, f64)>,
     sections: Sections,
     lattice: crate::lattice::Lattice,
     time: f64,
@@ -70,6 +77,8 @@ pub struct EulerianSolver {
     initial_volume: f64,
     inflow: f64,
     outflow: f64,
+    /// The part of the outflow (m³) that left by open edges without a condition.
+    left_over_edges: f64,
     phases: Phases,
 }
 
@@ -129,6 +138,10 @@ impl EulerianSolver {
         if let Some(breaking) = &mut breaking {
             breaking.follow(&mut state, 0.0, scale.dry_depth);
         }
+        let mut moving_bed = MovingBed::new(&problem);
+        if let Some(moving) = &mut moving_bed {
+            moving.follow(&mut state, 0.0, scale.dry_depth);
+        }
         let walls = Walls::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, &walls);
         let reaches = Reaches::new(&problem, &mut state, &walls);
@@ -145,6 +158,8 @@ impl EulerianSolver {
             reaches,
             inputs,
             breaking,
+            moving_bed,
+            bed_out: Vec::new(),
             sections,
             lattice,
             time: 0.0,
@@ -153,9 +168,11 @@ impl EulerianSolver {
             initial_volume: 0.0,
             inflow: 0.0,
             outflow: 0.0,
+            left_over_edges: 0.0,
             phases: Phases::default(),
         };
         solver.initial_volume = solver.volume();
+        solver.hand_out_bed();
         solver.evaluate_primitive();
         solver
     }
@@ -182,6 +199,14 @@ impl EulerianSolver {
         self.state.volume(self.scale.spacing) + self.reaches.volume(self.scale.spacing)
     }
 
+    /// Puts the bed of a dam that breaks and of ground that moves into one list, where there are both.
+    fn hand_out_bed(&mut self) {
+        if let (Some(breaking), Some(moving)) = (&self.breaking, &self.moving_bed) {
+            self.bed_out.clear();
+            self.bed_out.extend(breaking.bed().iter().chain(moving.bed()));
+        }
+    }
+
     /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
     fn stage(&mut self, stage: Stage, time_step: f64) {
         let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
@@ -201,10 +226,12 @@ impl EulerianSolver {
         update::apply(state, active, scale, stage, time_step);
         // Each of the two stages carries half of the step's exchange.
         let carried = 0.5 * time_step * scale.spacing;
-        let (coming, leaving) = self.open.rates(state);
+        let (coming, leaving) = self.open.book(state, carried);
         let (to_channels, from_channels) = self.reaches.apply(state, scale, stage, time_step);
         self.inflow += carried * coming + 0.5 * time_step * to_channels;
-        self.outflow += carried * (self.walls.leaving(state) + leaving) + 0.5 * time_step * from_channels;
+        let over_edges = self.walls.leaving(state);
+        self.left_over_edges += carried * over_edges;
+        self.outflow += carried * (over_edges + leaving) + 0.5 * time_step * from_channels;
         self.sections.add(state, scale, time_step);
         self.evaluations += (active.cells() + self.reaches.particles().0) as u64;
         self.phases.end("update");
@@ -289,11 +316,17 @@ impl FlowSolver for EulerianSolver {
         if let Some(breaking) = &self.breaking {
             choice.time_step = breaking.step_until_trigger(self.time, choice.time_step);
         }
+        if let Some(moving) = &self.moving_bed {
+            choice.time_step = moving.longest_step(&self.scale, self.time, choice.time_step);
+        }
         choice
     }
 
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
         self.phases.start();
+        if let Some(moving) = &mut self.moving_bed {
+            moving.follow(&mut self.state, self.time + 0.5 * time_step, self.scale.dry_depth);
+        }
         self.stage(Stage::First, time_step);
         self.reaches.evaluate_primitive(Stage::Second);
         self.stage(Stage::Second, time_step);
@@ -308,6 +341,10 @@ impl FlowSolver for EulerianSolver {
         if let Some(breaking) = &mut self.breaking {
             breaking.follow(&mut self.state, self.time, self.scale.dry_depth);
         }
+        if let Some(moving) = &mut self.moving_bed {
+            moving.follow(&mut self.state, self.time, self.scale.dry_depth);
+        }
+        self.hand_out_bed();
         let fastest = self.state.fastest();
         let position = State::position(fastest.row, fastest.column, self.scale.spacing);
         let signal_speed = reach::larger_or_nan(fastest.signal_speed, self.reaches.fastest(&self.scale).0);
@@ -344,7 +381,32 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn bed_now(&self) -> &[(usize, f64)] {
-        self.breaking.as_ref().map_or(&[], Breaking::bed)
+        match (&self.breaking, &self.moving_bed) {
+            (Some(_), Some(_)) => &self.bed_out,
+            (Some(breaking), None) => breaking.bed(),
+            (None, Some(moving)) => moving.bed(),
+            (None, None) => &[],
+        }
+    }
+
+    fn passages(&self) -> Vec<Passage> {
+        let over_edges = self.walls.has_open_edges().then_some(Passage {
+            way: Way::OpenEdges,
+            inflow: 0.0,
+            outflow: self.left_over_edges,
+            asked: None,
+        });
+        let inputs = self.inputs.passages(&self.state, &self.scale, self.time);
+        over_edges
+            .into_iter()
+            .chain(self.open.passages(self.time))
+            .chain(inputs)
+            .chain(self.reaches.passages(self.time))
+            .collect()
+    }
+
+    fn bed_books(&self) -> Option<BedBooks> {
+        self.moving_bed.as_ref().map(MovingBed::books)
     }
 
     fn breach_began(&self) -> Option<f64> {

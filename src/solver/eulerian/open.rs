@@ -21,7 +21,7 @@ use crate::math::{clamp, smaller};
 use crate::physics::limiter::van_leer;
 use crate::physics::open_boundary::{EdgeState, at_depth, inflow, overfall, uniform_flow, waves_leave};
 use crate::scenario::methods::Reconstruction;
-use crate::solver::FlowProblem;
+use crate::solver::{FlowProblem, Passage, Way};
 
 /// Halvings of an interval of levels: a kilometre comes down to less than its rounding.
 const HALVINGS: usize = 64;
@@ -84,6 +84,8 @@ struct Line {
     faces: Vec<Face>,
     inside: Vec<Inside>,
     passing: Vec<Passing>,
+    /// Volume (m³) that came in and left.
+    booked: (f64, f64),
 }
 
 /// All boundaries of a problem.
@@ -107,6 +109,7 @@ impl OpenBoundaries {
             faces: Vec::new(),
             inside: Vec::new(),
             passing: Vec::new(),
+            booked: (0.0, 0.0),
         };
         let mut lines: Vec<Line> = problem.forcing.boundaries.iter().map(|b| line(&b.condition)).collect();
         if !lines.is_empty() {
@@ -153,18 +156,33 @@ impl OpenBoundaries {
         }
     }
 
-    /// Rates at which water comes in and leaves now (m²/s, per metre of face), after outflow was limited to what is there.
-    pub fn rates(&self, state: &State) -> (f64, f64) {
+    /// Rates at which water comes in and leaves now (m²/s, per metre of face), after outflow was limited to what is there; each
+    /// boundary books its own, which `carried` (m·s) turns into volumes.
+    pub fn book(&mut self, state: &State, carried: f64) -> (f64, f64) {
         let (mut coming, mut leaving) = (0.0, 0.0);
-        for face in self.lines.iter().flat_map(|line| &line.faces) {
-            let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
-            if outwards > 0.0 {
-                leaving += outwards;
-            } else {
-                coming -= outwards;
+        for line in &mut self.lines {
+            for face in &line.faces {
+                let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
+                if outwards > 0.0 {
+                    leaving += outwards;
+                    line.booked.1 += carried * outwards;
+                } else {
+                    coming -= outwards;
+                    line.booked.0 -= carried * outwards;
+                }
             }
         }
         (coming, leaving)
+    }
+
+    /// What came and went by each boundary until a time (s).
+    pub fn passages(&self, time: f64) -> impl Iterator<Item = Passage> + '_ {
+        self.lines.iter().enumerate().map(move |(index, line)| Passage {
+            way: Way::Boundary(index),
+            inflow: line.booked.0,
+            outflow: line.booked.1,
+            asked: line.condition.asked(time),
+        })
     }
 
     /// The greatest signal speed (m/s) at the boundaries in a step from one time to another (s), and where (row, column).

@@ -12,7 +12,7 @@ use crate::math::Vec2;
 /// Bed elevation (m) given to cells without terrain: above every surface, so that no water reaches them.
 pub(crate) const NO_TERRAIN: f64 = 1e6;
 
-/// The ground; only the bed of a dam that breaks changes during a run.
+/// The ground; only the bed of a dam that breaks, and one that moves as prescribed, change during a run.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundRow {
     /// Bed elevation z_b (m), [`NO_TERRAIN`] where there is none.

@@ -98,6 +98,11 @@ impl Walls {
         walls
     }
 
+    /// Whether water may leave by an edge without a condition.
+    pub fn has_open_edges(&self) -> bool {
+        self.faces.iter().flatten().any(|face| face.open)
+    }
+
     /// Whether no water passes from a padded cell to its neighbour (row, column) at an offset (column, row).
     pub fn is_blocked(&self, (row, column): (usize, usize), offset: (isize, isize)) -> bool {
         let cells = &self.cells[row];

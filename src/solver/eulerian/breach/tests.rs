@@ -100,6 +100,17 @@ fn a_whole_dam_that_goes_at_the_start_leaves_the_bits_of_the_run_without_it() {
 }
 
 #[test]
+fn a_straight_series_of_shares_gives_the_run_of_the_linear_law() {
+    let series = Series::new(&[(0.0, 0.0), (40.0, 1.0)]).unwrap();
+    let [by_series, by_law] = [GrowthLaw::Series(series), GrowthLaw::Linear].map(|law| {
+        let mut solver = EulerianSolver::new(problem(Some(breach(Trigger::At(3.0), TRAPEZOID, law))));
+        run(&mut solver, 60.0, |_| {});
+        solver.water().depths().iter().map(|depth| depth.to_bits()).collect::<Vec<u64>>()
+    });
+    assert!(by_series == by_law);
+}
+
+#[test]
 fn what_passes_the_opening_is_what_the_reservoir_loses() {
     let opening = breach(Trigger::At(3.0), TRAPEZOID, GrowthLaw::Linear);
     let mut problem = problem(Some(opening));

@@ -1,7 +1,7 @@
 //! Boundaries with a condition: rest, the hydrograph in the books, uniform flow, waves that leave, and the same bits for any threads.
 
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rain, Rating, Series};
+use crate::boundary::{Boundary, Condition, Forcing, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
@@ -301,6 +301,29 @@ fn rain_and_sources_are_booked_and_flow_together() {
     assert!((ledger.inflow / wanted - 1.0).abs() < 1e-12, "{} of {wanted} m3", ledger.inflow);
     assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow.abs() <= 0.0);
     assert!(solver.water().at(10 * 20 + 10).depth > 0.1, "it gathers in the middle");
+}
+
+#[test]
+fn a_line_source_spreads_by_its_shares_and_books_all_of_it() {
+    let mut problem = problem((20, 4), 5.0, |_| 0.0, |_| f64::NEG_INFINITY);
+    // The middle column, its four cells alike: the same flow to both sides, and none along the line.
+    let discharge = Series::new(&[(0.0, 0.0), (20.0, 2.0), (40.0, 1.0)]).unwrap();
+    let cells = (0..4).map(|row| (row * 20 + 10, 0.25)).collect();
+    problem.forcing.line_sources = vec![LineSource { cells, discharge: discharge.clone() }];
+    let mut solver = EulerianSolver::new(problem.clone());
+    run_until(&mut solver, 30.0);
+    let ledger = solver.ledger();
+    assert!((ledger.inflow / discharge.integral(0.0, 30.0) - 1.0).abs() < 1e-13, "{} m3", ledger.inflow);
+    assert!(ledger.relative_error().abs() < 1e-12);
+    let water = solver.water();
+    assert!(water.cells().all(|cell| cell.discharge_y.abs() < 1e-14));
+    assert!((0..9).all(|k| (water.at(9 - k).depth - water.at(11 + k).depth).abs() < 1e-13));
+    // Shares that differ leave depths that differ by them within the first step.
+    problem.forcing.line_sources[0].cells = vec![(5, 0.75), (50, 0.25)];
+    let mut solver = EulerianSolver::new(problem);
+    let step = solver.choose_step().time_step;
+    solver.advance(step).unwrap();
+    assert!((solver.water().at(5).depth - 3.0 * solver.water().at(50).depth).abs() < 1e-16);
 }
 
 /// A hump in the middle of a square of 60 m whose edges have a condition: depths at the end. In a square of 180 m, no wave comes back

@@ -24,6 +24,16 @@ pub(super) enum End {
     Joined(Junction),
 }
 
+impl End {
+    /// What is known beyond it.
+    pub fn condition(&self) -> Option<&Condition> {
+        match self {
+            End::Open(open) => Some(&open.condition),
+            End::Wall | End::Joined(_) => None,
+        }
+    }
+}
+
 impl OpenEnd {
     /// An end with room for so many strips; `rest` is the level at rest (m), where there is water.
     pub fn new(condition: Condition, rest: Option<f64>, strips: usize) -> Self {
@@ -117,14 +127,18 @@ impl Reach {
         fastest
     }
 
-    /// Rates at which water comes in and leaves by the open ends (m³/s).
-    pub(super) fn rates(&self) -> (f64, f64) {
+    /// Rates at which water comes in and leaves by the open ends (m³/s); each end books its own over so many seconds.
+    pub(super) fn book(&mut self, seconds: f64) -> (f64, f64) {
         let outwards = |end: usize| match (&self.ends[end], end) {
             (End::Open(_), 0) => -self.faces[0].volume,
             (End::Open(_), _) => self.faces[self.water.len()].volume,
             (End::Wall | End::Joined(_), _) => 0.0,
         };
         let both = [outwards(0), outwards(1)];
+        for (booked, outwards) in self.booked.iter_mut().zip(both) {
+            booked.0 += seconds * (-outwards).max(0.0);
+            booked.1 += seconds * outwards.max(0.0);
+        }
         (both.iter().map(|rate| (-rate).max(0.0)).sum(), both.iter().map(|rate| rate.max(0.0)).sum())
     }
 }

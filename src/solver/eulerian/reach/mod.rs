@@ -30,7 +30,7 @@ use super::walls::Walls;
 use super::{RestingMethods, Scale};
 use crate::boundary::{Channel, ChannelEnd};
 use crate::physics::friction::manning::kept_by_friction;
-use crate::solver::{ChannelSample, FlowProblem};
+use crate::solver::{ChannelSample, FlowProblem, Passage, Way};
 use ends::{End, OpenEnd};
 use ground::{Ground, StripRow};
 use junction::Junction;
@@ -78,6 +78,8 @@ pub(super) struct Reach {
     faces: Vec<Face>,
     /// The far and the near end.
     ends: [End; 2],
+    /// Volume (m³) that came in and left by each end.
+    booked: [(f64, f64); 2],
     datum: f64,
     spacing: f64,
     dry_depth: f64,
@@ -140,10 +142,20 @@ impl Reaches {
         let mut rates = (0.0, 0.0);
         for reach in &mut self.reaches {
             reach.apply(state, scale, stage, time_step);
-            let (coming, leaving) = reach.rates();
+            let (coming, leaving) = reach.book(0.5 * time_step);
             rates = (rates.0 + coming, rates.1 + leaving);
         }
         rates
+    }
+
+    /// What came and went by each open end until a time (s).
+    pub fn passages(&self, time: f64) -> impl Iterator<Item = Passage> + '_ {
+        self.reaches.iter().enumerate().flat_map(move |(index, reach)| {
+            let ends = [Way::FarEnd(index), Way::NearEnd(index)].into_iter().zip(&reach.ends).zip(reach.booked);
+            ends.filter_map(move |((way, end), (inflow, outflow))| {
+                Some(Passage { way, inflow, outflow, asked: end.condition()?.asked(time) })
+            })
+        })
     }
 
     /// Greatest signal speed and greatest speed of the water (m/s).
@@ -219,6 +231,7 @@ impl Reach {
             ground,
             water,
             ends,
+            booked: [(0.0, 0.0); 2],
             datum,
             spacing: channel.spacing,
             dry_depth: problem.dry_depth,

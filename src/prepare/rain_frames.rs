@@ -1,0 +1,288 @@
+//! Rasters of rain on the lattice: the cell of the raster that holds the centre of a cell of the lattice counts for it, and every
+//! value that the run needs is checked.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::findings::Findings;
+use super::rain::Losses;
+use super::rain_series::{Opened, Rasters};
+use crate::boundary::{Rain, RainFrames};
+use crate::error::{Problem, ProblemKind, Severity};
+use crate::lattice::Lattice;
+use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
+use crate::terrain::{Raster, RasterFile, RasterRequest, Resampling};
+
+/// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
+const DOUBTFUL: f64 = 1.0 / 3600.0;
+/// Share of a cell by which the places of two rasters may differ.
+const SAME_PLACE: f64 = 1e-3;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// The rasters of one grid, as far as cells of the lattice lie in them.
+struct Grid {
+    of: Raster,
+    /// Index in the raster of each place, and cells of the lattice in it.
+    places: Vec<(usize, usize)>,
+    /// A cell of the lattice in each place.
+    example: Vec<usize>,
+    /// Place of each cell of the lattice.
+    place: Vec<u32>,
+}
+
+impl Grid {
+    /// Finds the places; a problem where the raster does not cover the terrain.
+    fn new(raster: Raster, name: &str, (lattice, bed): (&Lattice, &[f64])) -> (Grid, Option<Problem>) {
+        let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
+        let mut grid = Grid { of: raster, places: Vec::new(), example: Vec::new(), place: vec![0; lattice.len()] };
+        let (mut beside, mut terrain) = (Vec::new(), 0);
+        for cell in (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()) {
+            terrain += 1;
+            let Some((column, row)) = grid.of.cell_at(lattice.to_map(lattice.centre(cell))) else {
+                beside.push(cell);
+                continue;
+            };
+            let index = row * grid.of.columns + column;
+            let next = grid.places.len() as u32;
+            let number = *numbers.entry(index).or_insert(next);
+            if number == next {
+                grid.places.push((index, 0));
+                grid.example.push(cell);
+            }
+            grid.places[number as usize].1 += 1;
+            grid.place[cell] = number;
+        }
+        let problem = beside.first().map(|&first| {
+            let share = share_of(beside.len(), terrain, lattice);
+            input_error("rain-outside", format!("the rasters of {name} do not cover {share}"))
+                .with_remedy("take rasters of the whole terrain, or cut the terrain; check that both have the same CRS")
+                .with_at(lattice.to_map(lattice.centre(first)))
+        });
+        (grid, problem)
+    }
+
+    /// Whether a raster lies on the same grid.
+    fn is_same(&self, other: &Raster) -> bool {
+        let own = &self.of;
+        let near = |a: f64, b: f64| (a - b).abs() <= SAME_PLACE * own.cell_x.min(own.cell_y);
+        (own.columns, own.rows) == (other.columns, other.rows)
+            && near(own.west, other.west)
+            && near(own.north, other.north)
+            && near(own.east(), other.east())
+            && near(own.south(), other.south())
+    }
+}
+
+/// Part of the terrain, as a share, in cells and by its area.
+fn share_of(cells: usize, terrain: usize, lattice: &Lattice) -> String {
+    let share = 100.0 * cells as f64 / terrain.max(1) as f64;
+    format!("{share:.1} % of the terrain ({cells} cells, {} m²)", cells as f64 * lattice.cell_area())
+}
+
+/// Values that a raster should not have.
+#[derive(Default)]
+struct Faulty {
+    /// Rasters that have them, the first of them at this time (s) on a cell of the lattice, and the most cells of one.
+    rasters: usize,
+    first: Option<(f64, usize)>,
+    most_cells: usize,
+}
+
+impl Faulty {
+    fn note(&mut self, values: &[f64], grid: &Grid, from: f64, is_faulty: impl Fn(f64) -> bool) {
+        let found: Vec<usize> = (0..values.len()).filter(|&place| is_faulty(values[place])).collect();
+        let Some(&first) = found.first() else { return };
+        self.rasters += 1;
+        self.first.get_or_insert((from, grid.example[first]));
+        self.most_cells = self.most_cells.max(found.iter().map(|&place| grid.places[place].1).sum());
+    }
+
+    /// The problem: `what` some rasters have.
+    fn problem(
+        &self,
+        code: &'static str,
+        what: &str,
+        count: usize,
+        terrain: usize,
+        lattice: &Lattice,
+    ) -> Option<Problem> {
+        let (time, cell) = self.first?;
+        let share = share_of(self.most_cells, terrain, lattice);
+        let message = format!("{} of {count} rasters {what} for up to {share}, first at {time} s", self.rasters);
+        Some(input_error(code, message).with_at(lattice.to_map(lattice.centre(cell))))
+    }
+}
+
+/// The problem of so many rasters with so many cells on the terrain, where they exceed the memory (bytes).
+fn too_large(rasters: usize, cells: usize, memory: f64) -> Option<Problem> {
+    let bytes = (rasters * cells * size_of::<f64>()) as f64;
+    (bytes > memory).then(|| {
+        let [needed, limit] = [bytes, memory].map(|bytes| bytes / 1e9);
+        let message = format!(
+            "{rasters} rasters with {cells} cells each on the terrain need {needed:.1} GB of memory, over the limit of {limit:.1} GB"
+        );
+        Problem::error(ProblemKind::Limit, "memory-limit", "", message)
+            .with_remedy("coarsen the rasters in space or time, or raise `limits.memory`")
+    })
+}
+
+/// Reads the rasters that the run needs; none after an error.
+pub(super) fn on_lattice(
+    opened: Opened,
+    file: &Sourced<VectorSource>,
+    scenario: &Scenario,
+    (lattice, bed): (&Lattice, &[f64]),
+    findings: &mut Findings,
+) -> Option<Rain> {
+    let Opened { intervals, rasters, unit, losses, crs } = opened;
+    let name = file.value.path.display().to_string();
+    let needed: Vec<usize> =
+        (0..intervals.len()).filter(|&k| intervals[k].1 > 0.0 && intervals[k].0 < losses.until).collect();
+    let mut grid: Option<(Grid, Option<Problem>)> = None;
+    let mut values: Vec<Vec<f64>> = Vec::with_capacity(needed.len());
+    let mut take = |raster: Raster, path: &Path| {
+        let (grid, _) = grid.get_or_insert_with(|| Grid::new(raster.clone(), &name, (lattice, bed)));
+        if !grid.is_same(&raster) {
+            let message = format!("{} lies on another grid than the raster before it", path.display());
+            return Err(
+                input_error("other-grid", message).with_remedy("bring all rasters to one grid with `gdalwarp -te -tr`")
+            );
+        }
+        if let Some(problem) = too_large(needed.len(), grid.places.len(), scenario.limits.memory) {
+            return Err(problem);
+        }
+        values.push(grid.places.iter().map(|&(index, _)| raster.values[index]).collect());
+        Ok(())
+    };
+    let request = |path| RasterRequest {
+        path,
+        unit: 1.0,
+        offset: 0.0,
+        reproject: scenario.reproject,
+        resampling: Resampling::Nearest,
+        resolution: scenario.resolution.value,
+        memory: scenario.limits.memory,
+    };
+    match rasters {
+        Rasters::Bands(raster) => {
+            let (path, bands) = (&file.value.path, needed.iter().map(|k| k + 1));
+            let warnings = raster.read_bands(bands, &request(path), &crs, |_, raster| take(raster, path));
+            let warnings = findings.take(file, warnings)?;
+            findings.add_all(file, warnings);
+        }
+        Rasters::Files(paths) => {
+            let mut told = Vec::new();
+            for path in needed.iter().map(|&k| &paths[k]) {
+                let read = RasterFile::open(path)
+                    .and_then(|raster| raster.read_bands(1..2, &request(path), &crs, |_, raster| take(raster, path)));
+                told.push(findings.take(file, read)?);
+            }
+            // What is said of the first file holds for all.
+            findings.add_all(file, told.into_iter().next().unwrap_or_default());
+        }
+    }
+    let (grid, beside) = grid?;
+    let is_covered = beside.is_none();
+    findings.add_all(file, beside);
+    let of_interval = |k: &usize| intervals[*k];
+    let needed: Vec<(f64, f64)> = needed.iter().map(of_interval).collect();
+    for (rates, (from, to)) in values.iter_mut().zip(&needed) {
+        let factor = match unit {
+            RainUnit::Intensity(factor) => factor,
+            RainUnit::Depth(factor) => factor / (to - from),
+        };
+        rates.iter_mut().for_each(|rate| *rate *= factor);
+    }
+    let is_sound = check_values((&values, &needed), &grid, file, lattice, findings);
+    (is_covered && is_sound).then(|| run_off(values, &needed, grid.place, losses))
+}
+
+/// Reports values that are missing, negative or beyond all rain; whether there are none of the first two.
+fn check_values(
+    (values, intervals): (&[Vec<f64>], &[(f64, f64)]),
+    grid: &Grid,
+    file: &Sourced<VectorSource>,
+    lattice: &Lattice,
+    findings: &mut Findings,
+) -> bool {
+    let (mut missing, mut negative, mut doubtful) = (Faulty::default(), Faulty::default(), Faulty::default());
+    for (rates, (from, _)) in values.iter().zip(intervals) {
+        missing.note(rates, grid, from.max(0.0), f64::is_nan);
+        negative.note(rates, grid, from.max(0.0), |rate| rate < 0.0);
+        doubtful.note(rates, grid, from.max(0.0), |rate| rate > DOUBTFUL);
+    }
+    let (count, terrain) = (values.len(), grid.places.iter().map(|place| place.1).sum());
+    let name = file.value.path.display();
+    let of =
+        |faulty: &Faulty, code, what: &str| faulty.problem(code, &format!("of {name} {what}"), count, terrain, lattice);
+    let missing = of(&missing, "rain-gap", "have no value")
+        .map(|problem| problem.with_remedy("give them values there, 0 where no rain falls"));
+    let negative = of(&negative, "negative-value", "have rain below 0").map(|problem| {
+        problem
+            .with_cause("a fill value that the file does not declare, perhaps")
+            .with_remedy("declare it: `_FillValue` in NetCDF (`ncatted`), `gdal_edit.py -a_nodata` otherwise")
+    });
+    let doubtful =
+        of(&doubtful, "rain-doubtful", &format!("have more than {:.0} mm/h", DOUBTFUL * 3.6e6)).map(|problem| {
+            Problem {
+                severity: Severity::Warning,
+                ..problem
+                    .with_cause("hardly any rain is that heavy for long; the values have another unit, perhaps")
+                    .with_remedy("check the unit")
+            }
+        });
+    let is_sound = missing.is_none() && negative.is_none();
+    findings.add_all(file, missing.into_iter().chain(negative).chain(doubtful));
+    is_sound
+}
+
+/// What runs off of intensities (m/s) in intervals (s): nothing until the initial loss has fallen, then the intensity less the
+/// constant loss, as far as it is above 0.
+fn run_off(mut rates: Vec<Vec<f64>>, intervals: &[(f64, f64)], place: Vec<u32>, losses: Losses) -> Rain {
+    let intervals: Vec<(f64, f64)> = intervals.iter().map(|(from, to)| (from.max(0.0), to.min(losses.until))).collect();
+    let filled = |number: usize| {
+        let mut missing = losses.initial;
+        if missing <= 0.0 {
+            return 0.0;
+        }
+        for (rates, (from, to)) in rates.iter().zip(&intervals) {
+            let falls = rates[number] * (to - from);
+            if falls >= missing {
+                return from + missing / rates[number];
+            }
+            missing -= falls;
+        }
+        f64::INFINITY
+    };
+    let from = (0..rates.first().map_or(0, Vec::len)).map(filled).collect();
+    rates.iter_mut().flatten().for_each(|rate| *rate = (*rate - losses.constant).max(0.0));
+    Rain::Frames(Arc::new(RainFrames { place, from, intervals, rates }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rasters_beyond_the_memory_are_refused() {
+        assert_eq!(too_large(100, 1_000_000, 0.8e9), None);
+        let problem = too_large(101, 1_000_000, 0.8e9).unwrap();
+        assert!(problem.kind == ProblemKind::Limit && problem.message.contains("101 rasters"), "{problem}");
+    }
+
+    #[test]
+    fn losses_take_the_beginning_and_a_share_of_each_raster() {
+        let losses = Losses { initial: 6.0, constant: 0.5, until: 10.0 };
+        let rates = vec![vec![2.0, 0.0, 0.25], vec![1.0, 3.0, 0.25], vec![4.0, 4.0, 0.25]];
+        let rain = run_off(rates, &[(-1.0, 2.0), (2.0, 6.0), (6.0, 12.0)], vec![0, 1, 2], losses);
+        // 4 fall until 2 s and 2 more until 4 s; then 0.5 for 2 s and 3.5 for 4 s.
+        assert!((rain.depth(0, 0.0, 99.0) - 15.0).abs() < 1e-14 && rain.depth(0, 0.0, 4.0).abs() <= 0.0);
+        // 6 fall from 2 to 4 s; then 2.5 for 2 s and 3.5 for 4 s.
+        assert!((rain.depth(1, 0.0, 99.0) - 19.0).abs() < 1e-14 && (rain.depth(1, 3.0, 5.0) - 2.5).abs() < 1e-14);
+        assert!(rain.depth(2, 0.0, 99.0).abs() <= 0.0);
+    }
+}

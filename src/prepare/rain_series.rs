@@ -1,0 +1,457 @@
+//! Rain as a series of rasters: a NetCDF variable of time, y and x, or a CSV list of times and raster files.
+//!
+//! Each raster holds for its interval, constant in time: from its own time to that of the next one (`stamp: begin`), from the one
+//! before to its own (`stamp: end`), or as the bounds of a NetCDF file say. The raster at an end of the series that has no
+//! neighbour there holds as long as the one beside it. Not here: their values and losses ([`super::rain_frames`]).
+
+use std::path::{Path, PathBuf};
+
+use super::cf_time::{seconds_of, time_unit};
+use super::findings::Findings;
+use super::rain::Losses;
+use super::series::{choose, in_lines, rows_are};
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::{Crs, Table, read_text, readable_file};
+use crate::scenario::units::{INTENSITY, LENGTH, TIME};
+use crate::scenario::{ColumnUnit, RainUnit, Scenario, Sourced, Stamp, VectorSource};
+use crate::terrain::RasterFile;
+
+/// A step of time longer than so many of the usual ones is a gap.
+const GAP: f64 = 1.5;
+/// Share of a step by which rounding of the times in a file may miss the end of the rain, or two intervals each other.
+const SAME_TIME: f64 = 1e-6;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// Rasters with their times, their values not yet read.
+#[derive(Debug)]
+pub(super) struct Opened {
+    /// Beginning and end (s) of each raster.
+    pub intervals: Vec<(f64, f64)>,
+    pub rasters: Rasters,
+    pub unit: RainUnit,
+    pub losses: Losses,
+    /// Reference system of the run.
+    pub crs: Crs,
+}
+
+/// Where the rasters are.
+#[derive(Debug)]
+pub(super) enum Rasters {
+    /// Bands of one file.
+    Bands(Box<RasterFile>),
+    /// Files of one raster each.
+    Files(Vec<PathBuf>),
+}
+
+/// What the scenario says of the series.
+pub(super) struct Asked<'a> {
+    pub file: &'a Sourced<VectorSource>,
+    pub unit: Option<RainUnit>,
+    pub stamp: Option<Stamp>,
+    /// Date of the file at which the run begins.
+    pub start: Option<&'a str>,
+}
+
+/// Times of rasters, and the interval of each where the file has it.
+struct Times {
+    times: Vec<f64>,
+    bounds: Option<Vec<(f64, f64)>>,
+}
+
+/// Opens the file and finds the interval of each raster; none after an error.
+pub(super) fn open(
+    asked: &Asked,
+    losses: Losses,
+    scenario: &Scenario,
+    crs: Option<&Crs>,
+    findings: &mut Findings,
+) -> Option<Opened> {
+    let path = &asked.file.value.path;
+    findings.take(asked.file, readable_file(path))?;
+    let (times, rasters, unit) = if is_netcdf(path) {
+        let start = asked.start.or(scenario.reference_time.as_deref());
+        findings.take(asked.file, netcdf_series(asked, start))?
+    } else {
+        findings.take_all(asked.file, list_series(asked))?
+    };
+    let name = path.display().to_string();
+    let intervals = findings.take(asked.file, intervals(&times, asked.stamp, &name))?;
+    let gaps = coverage(&intervals, losses.until, times.bounds.is_some(), &name);
+    findings.add_all(asked.file, gaps);
+    Some(Opened { intervals, rasters, unit, losses, crs: crs?.clone() })
+}
+
+/// Whether a file begins as one of the NetCDF formats does.
+fn is_netcdf(path: &Path) -> bool {
+    let mut start = [0; 4];
+    let read = std::fs::File::open(path).and_then(|mut file| std::io::Read::read_exact(&mut file, &mut start));
+    read.is_ok() && (start.starts_with(b"CDF") || start == *b"\x89HDF")
+}
+
+fn text_of(variable: &netcdf::Variable, name: &str) -> Option<String> {
+    match variable.attribute_value(name) {
+        Some(Ok(netcdf::AttributeValue::Str(text))) => Some(text),
+        _ => None,
+    }
+}
+
+/// A NetCDF variable of three dimensions, the first of which is the time.
+fn netcdf_series(asked: &Asked, start: Option<&str>) -> Result<(Times, Rasters, RainUnit), Problem> {
+    let path = &asked.file.value.path;
+    let name = path.display();
+    let unreadable = |cause: netcdf::Error| {
+        input_error("not-a-netcdf", format!("{name} cannot be read as NetCDF")).with_cause(cause.to_string())
+    };
+    let file = netcdf::open(path).map_err(unreadable)?;
+    let variable = rain_variable(&file, asked.file.value.layer.as_deref(), &name.to_string())?;
+    let time_name = variable.dimensions()[0].name();
+    let no_time = |cause: String| {
+        input_error("no-time", format!("the times of `{}` in {name} are not known", variable.name()))
+            .with_cause(cause)
+            .with_remedy("give the first dimension a variable of its name, with `units` such as `minutes since 2026-06-01 06:00:00`")
+    };
+    let time = file.variable(&time_name).ok_or_else(|| no_time(format!("there is no variable `{time_name}`")))?;
+    let written = text_of(&time, "units").ok_or_else(|| no_time(format!("`{time_name}` has no `units`")))?;
+    let unit = time_unit(&written).ok_or_else(|| no_time(format!("`{written}` is no unit of time with a date")))?;
+    let calendar = text_of(&time, "calendar").unwrap_or_else(|| "standard".to_owned()).to_lowercase();
+    if !["standard", "gregorian", "proleptic_gregorian"].contains(&calendar.as_str()) {
+        return Err(no_time(format!("the calendar `{calendar}` has other days than the Gregorian one")));
+    }
+    let offset = match (unit.since, start, asked.start) {
+        (None, _, Some(_)) => {
+            let message =
+                format!("the times of {name} have no date (`{written}`): they count from the start of the run");
+            return Err(input_error("start-without-date", message)
+                .with_remedy("take `start` out, or add `since DATE` to the unit"));
+        }
+        (None, ..) => 0.0,
+        (Some(since), Some(start), _) => since - seconds_of(start).unwrap_or(f64::NAN),
+        (Some(_), None, _) => {
+            let message =
+                format!("the times of {name} are dates (`{written}`), and that of the start of the run is not known");
+            return Err(input_error("no-start", message)
+                .with_remedy("add `start: \"2026-06-01 06:00:00\"` to `rain`, or `time.reference` (both in UTC)"));
+        }
+    };
+    let seconds =
+        |numbers: Vec<f64>| numbers.into_iter().map(|number| number * unit.factor + offset).collect::<Vec<f64>>();
+    let times = seconds(time.get_values::<f64, _>(..).map_err(unreadable)?);
+    let bounds = match text_of(&time, "bounds").and_then(|name| file.variable(&name)) {
+        None => None,
+        Some(bounds) => {
+            let ends = seconds(bounds.get_values::<f64, _>(..).map_err(unreadable)?);
+            (ends.len() == 2 * times.len()).then(|| ends.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect())
+        }
+    };
+    let unit = netcdf_unit(asked, &variable, &name.to_string())?;
+    let gdal_name = format!("NETCDF:\"{}\":{}", path.display(), variable.name());
+    let raster = RasterFile::open_as(path, Path::new(&gdal_name))?;
+    if raster.bands() != times.len() {
+        return Err(no_time(format!("it has {} rasters and {} times", raster.bands(), times.len())));
+    }
+    Ok((Times { times, bounds }, Rasters::Bands(Box::new(raster)), unit))
+}
+
+/// The variable of that name, or the only one of time, y and x.
+fn rain_variable<'a>(file: &'a netcdf::File, asked: Option<&str>, name: &str) -> Result<netcdf::Variable<'a>, Problem> {
+    let of_three: Vec<netcdf::Variable<'a>> = file.variables().filter(|v| v.dimensions().len() == 3).collect();
+    let names = of_three.iter().map(|variable| variable.name()).collect::<Vec<_>>().join(", ");
+    let listed = if names.is_empty() { "it has none".to_owned() } else { format!("it has {names}") };
+    let count = of_three.len();
+    let mut fitting = of_three.into_iter().filter(|variable| asked.is_none_or(|asked| variable.name() == asked));
+    match (fitting.next(), asked) {
+        (Some(variable), Some(_)) => Ok(variable),
+        (Some(variable), None) if count == 1 => Ok(variable),
+        (None, Some(asked)) => {
+            let message = format!("{name} has no variable `{asked}` of time, y and x");
+            Err(input_error("no-variable", message).with_cause(listed).with_remedy("correct the name behind the colon"))
+        }
+        (_, None) => {
+            let message = format!("which variable of {name} is the rain is not known");
+            let remedy = "name one behind a colon, as in `radar.nc:rainfall`; its dimensions are time, y and x";
+            Err(input_error("no-variable", message).with_cause(listed).with_remedy(remedy))
+        }
+    }
+}
+
+/// The unit of the scenario, which must agree with that of the variable, or else the latter.
+fn netcdf_unit(asked: &Asked, variable: &netcdf::Variable, name: &str) -> Result<RainUnit, Problem> {
+    let written = text_of(variable, "units");
+    let own = written.as_deref().and_then(unit_of_file);
+    match (asked.unit, own, written) {
+        (Some(asked), Some(own), Some(written)) if !is_same(asked, own) => {
+            let message = format!("`{}` of {name} says `{written}`, and the scenario another unit", variable.name());
+            let remedy = "take `unit` out of the scenario, or correct that of the file (`ncatted`)";
+            Err(input_error("other-unit", message).with_remedy(remedy))
+        }
+        (Some(unit), ..) | (None, Some(unit), _) => Ok(unit),
+        (None, None, written) => {
+            let found =
+                written.map_or("no unit".to_owned(), |written| format!("the unit `{written}`, which is not known"));
+            let message = format!("`{}` of {name} has {found}", variable.name());
+            Err(input_error("missing-unit", message).with_remedy(unit_remedy()))
+        }
+    }
+}
+
+fn unit_remedy() -> String {
+    format!(
+        "add `unit: mm/h` or another one of {}; or `unit: mm` or another one of {} for what falls within each interval",
+        INTENSITY.unit_list(),
+        LENGTH.unit_list()
+    )
+}
+
+fn is_same(a: RainUnit, b: RainUnit) -> bool {
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+    match (a, b) {
+        (RainUnit::Intensity(a), RainUnit::Intensity(b)) | (RainUnit::Depth(a), RainUnit::Depth(b)) => near(a, b),
+        _ => false,
+    }
+}
+
+/// The unit of rain in the spellings of UDUNITS; a kilogram of water on a square metre is a millimetre.
+fn unit_of_file(text: &str) -> Option<RainUnit> {
+    let text = text.trim();
+    if let Some(unit) = RainUnit::named(text) {
+        return Some(unit);
+    }
+    let words: Vec<&str> = text.split([' ', '.', '/']).filter(|word| !word.is_empty()).collect();
+    let (amount, rest) = match words[..] {
+        ["kg", "m-2" | "m^-2" | "m**-2" | "m2" | "m^2", ref rest @ ..] => (1e-3, rest),
+        [length, ref rest @ ..] => (LENGTH.factor_of(length)?, rest),
+        [] => return None,
+    };
+    let per = |word: &str| {
+        let word = word.trim_end_matches("**-1").trim_end_matches("^-1").trim_end_matches("-1");
+        match word {
+            "hr" | "hour" => Some(3600.0),
+            "sec" | "second" => Some(1.0),
+            "minute" => Some(60.0),
+            "day" => Some(86_400.0),
+            "ms" => None,
+            _ => TIME.factor_of(word),
+        }
+    };
+    match rest {
+        [] => Some(RainUnit::Depth(amount)),
+        [time] => per(time).map(|seconds| RainUnit::Intensity(amount / seconds)),
+        _ => None,
+    }
+}
+
+/// A CSV list: a column of times, with their unit at the end of its name, and one of files.
+fn list_series(asked: &Asked) -> Result<(Times, Rasters, RainUnit), Vec<Problem>> {
+    let path = &asked.file.value.path;
+    let name = path.display();
+    let mut faults = Vec::new();
+    if asked.start.is_some() {
+        let message = format!("the times of the list {name} count from the start of the run");
+        faults.push(input_error("start-without-date", message).with_remedy("take `start` out"));
+    }
+    if let Some(layer) = &asked.file.value.layer {
+        let message = format!("{name} is a list of files, which has no variable `{layer}`");
+        faults.push(input_error("no-variable", message).with_remedy("take the colon and the name behind it out"));
+    }
+    if asked.unit.is_none() {
+        let message = format!("the unit of the rasters that {name} lists is not known");
+        faults.push(input_error("missing-unit", message).with_remedy(unit_remedy()));
+    }
+    let text = match read_text(path) {
+        Ok(text) => text,
+        Err(error) => {
+            let problem = input_error("not-a-list", format!("{name} is neither NetCDF nor a list of rasters"));
+            let remedy = "name a NetCDF file, or a CSV file whose first line is `time_min,file`";
+            faults.push(problem.with_cause(error.to_string()).with_remedy(remedy));
+            return Err(faults);
+        }
+    };
+    let parsed = Table::parse(&text, |_| true);
+    let header = parsed.header.clone().unwrap_or_default();
+    let time = ColumnUnit { name: None, unit: None };
+    let factor = match choose(&time, 0, &header, &TIME, &name.to_string()) {
+        Ok((_, factor)) if header.len() >= 2 => factor,
+        Ok(_) => {
+            let problem = input_error("no-header", format!("the first line of {name} does not name two columns"));
+            faults.push(problem.with_remedy("begin it with a line such as `time_min,file`"));
+            return Err(faults);
+        }
+        Err(problem) => {
+            faults.push(problem.with_remedy(
+                "begin the list with a line such as `time_min,file`: the unit of the times ends their name",
+            ));
+            return Err(faults);
+        }
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (mut times, mut files, mut faulty) = (Vec::new(), Vec::new(), Vec::new());
+    for (line, fields) in &parsed.rows {
+        let time = fields.first().and_then(|field| field.parse::<f64>().ok()).filter(|time| time.is_finite());
+        match (time, fields.get(1).filter(|field| !field.is_empty())) {
+            (Some(time), Some(file)) => {
+                times.push(time * factor);
+                files.push(folder.join(file));
+            }
+            _ => faulty.push((*line, fields.join(","))),
+        }
+    }
+    faults.extend(in_lines(
+        faulty.into_iter(),
+        "not-a-row",
+        |count, lines| format!("{} no time and file in {name}: {lines}", rows_are(count)),
+        "write a number with a point as decimal sign, a comma and the path of a raster, which counts from the folder of the list",
+    ));
+    let missing = files.iter().filter_map(|file| readable_file(file).err());
+    faults.extend(missing.map(|problem| problem.with_cause(format!("{name} lists it"))));
+    match (asked.unit, faults.is_empty()) {
+        (Some(unit), true) => Ok((Times { times, bounds: None }, Rasters::Files(files), unit)),
+        _ => Err(faults),
+    }
+}
+
+/// The files of a list, for the record of inputs.
+pub(super) fn listed_files(path: &Path) -> Vec<PathBuf> {
+    if is_netcdf(path) {
+        return Vec::new();
+    }
+    let Ok(text) = read_text(path) else { return Vec::new() };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let rows = Table::parse(&text, |_| true).rows.into_iter();
+    rows.filter_map(|(_, fields)| fields.get(1).map(|file| folder.join(file))).collect()
+}
+
+/// The interval of each raster (s).
+fn intervals(times: &Times, stamp: Option<Stamp>, name: &str) -> Result<Vec<(f64, f64)>, Problem> {
+    let Times { times, bounds } = times;
+    let sort = "sort the rasters by time, and take out what stands there twice";
+    if let Some(pair) = times.windows(2).find(|pair| pair[1].partial_cmp(&pair[0]) != Some(std::cmp::Ordering::Greater))
+    {
+        let message = format!("the times of {name} do not rise: {} s stands behind {} s", pair[1], pair[0]);
+        return Err(input_error("not-rising", message).with_remedy(sort));
+    }
+    if let Some(bounds) = bounds {
+        if stamp.is_some() {
+            let message = format!("the times of {name} have bounds, which say to which interval each belongs");
+            return Err(input_error("stamp-beside-bounds", message).with_remedy("take `stamp` out"));
+        }
+        let empty = bounds.iter().find(|(from, to)| from.partial_cmp(to) != Some(std::cmp::Ordering::Less));
+        if let Some((from, to)) = empty {
+            let message = format!("the bounds of a time in {name} are {from} s and {to} s");
+            return Err(
+                input_error("bad-bounds", message).with_remedy("the second of two bounds must be the later one")
+            );
+        }
+        let overlapping = |pair: &&[(f64, f64)]| pair[1].0 < pair[0].1 - SAME_TIME * (pair[0].1 - pair[0].0);
+        if let Some(pair) = bounds.windows(2).find(overlapping) {
+            let message = format!("two rasters of {name} hold at once, from {} s to {} s", pair[1].0, pair[0].1);
+            return Err(input_error("bad-bounds", message).with_remedy(sort));
+        }
+        return Ok(bounds.clone());
+    }
+    let [first, .., last] = times[..] else {
+        let message = format!("{name} has {} rasters, so that the interval of none is known", times.len());
+        return Err(input_error("too-few-rasters", message)
+            .with_remedy("give at least two, or take `raster` for rain that stays the same"));
+    };
+    let count = times.len();
+    let mut edges = times.clone();
+    match stamp.unwrap_or_default() {
+        Stamp::Begin => edges.push(last + (last - times[count - 2])),
+        Stamp::End => edges.insert(0, first - (times[1] - first)),
+    }
+    Ok(edges.windows(2).map(|pair| (pair[0], pair[1])).collect())
+}
+
+/// Whether the intervals hold from the start of the run to the end of the rain (s), and have no gap.
+fn coverage(intervals: &[(f64, f64)], until: f64, has_bounds: bool, name: &str) -> Vec<Problem> {
+    let mut found = Vec::new();
+    let (Some(first), Some(last)) = (intervals.first(), intervals.last()) else { return found };
+    let slack = SAME_TIME * (last.1 - last.0);
+    if first.0 > slack {
+        let message = format!("the first raster of {name} begins {} s after the start of the run", first.0);
+        let remedy = "give a raster from time 0 on, with zeros where it does not rain, or correct `start`, `stamp` or the unit of the times";
+        found.push(input_error("series-starts-late", message).with_remedy(remedy));
+    }
+    if last.1 < until - slack {
+        let message = format!("the last raster of {name} ends at {} s, before the rain does at {until} s", last.1);
+        let remedy = "give rasters up to the end, with zeros where it does not rain, say when the rain ends (`rain.duration`), shorten `time.end`, or correct the unit of the times";
+        found.push(input_error("series-ends-early", message).with_remedy(remedy));
+    }
+    let mut lengths: Vec<f64> = intervals.iter().map(|(from, to)| to - from).collect();
+    lengths.sort_by(f64::total_cmp);
+    let usual = lengths[lengths.len() / 2];
+    let matters = |from: f64, to: f64| to > 0.0 && from < until;
+    let holes = intervals.windows(2).map(|pair| (pair[0].1, pair[1].0));
+    if let Some((from, to)) = holes.clone().find(|(from, to)| to - from > SAME_TIME * usual && matters(*from, *to)) {
+        let message = format!("{name} has no raster from {from} s to {to} s");
+        found.push(input_error("series-gap", message).with_remedy("fill the gap, with zeros where it does not rain"));
+    }
+    let long: Vec<_> = intervals.iter().filter(|(from, to)| to - from > GAP * usual && matters(*from, *to)).collect();
+    if let Some((from, to)) = long.first().filter(|_| !has_bounds) {
+        let others = if long.len() > 1 { format!(", and {} more", long.len() - 1) } else { String::new() };
+        let message = format!("{name} has a gap from {from} s to {to} s, where a step of {usual} s is usual{others}");
+        let problem = Problem::warning(ProblemKind::Input, "series-gap", "", message);
+        found.push(
+            problem.with_cause("one raster holds for all of that time").with_remedy("add the rasters that are missing"),
+        );
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_files_are_understood_in_many_spellings() {
+        let mm_h = RainUnit::Intensity(1e-3 / 3600.0);
+        for text in ["mm/h", "mm h-1", "mm hr-1", "mm/hr", "mm h^-1", "mm h**-1", "mm hour-1", "kg m-2 h-1"] {
+            assert!(unit_of_file(text).is_some_and(|unit| is_same(unit, mm_h)), "{text}: {:?}", unit_of_file(text));
+        }
+        assert!(unit_of_file("kg m-2 s-1").is_some_and(|unit| is_same(unit, RainUnit::Intensity(1e-3))));
+        for text in ["mm", "kg m-2"] {
+            assert!(unit_of_file(text).is_some_and(|unit| is_same(unit, RainUnit::Depth(1e-3))), "{text}");
+        }
+        for text in ["dBZ", "", "K", "mm/fortnight", "kg", "mm h-1 m-2"] {
+            assert_eq!(unit_of_file(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_time_is_the_beginning_or_the_end_of_its_interval() {
+        let times = |times: &[f64]| Times { times: times.to_vec(), bounds: None };
+        let of = |stamp| intervals(&times(&[0.0, 5.0, 15.0]), stamp, "x").unwrap();
+        assert_eq!(of(None), [(0.0, 5.0), (5.0, 15.0), (15.0, 25.0)]);
+        assert_eq!(of(Some(Stamp::End)), [(-5.0, 0.0), (0.0, 5.0), (5.0, 15.0)]);
+        let code =
+            |times: &[f64], bounds| intervals(&Times { times: times.to_vec(), bounds }, None, "x").unwrap_err().code;
+        assert_eq!(code(&[0.0], None), "too-few-rasters");
+        assert_eq!(code(&[0.0, 5.0, 5.0], None), "not-rising");
+        assert_eq!(code(&[0.0, f64::NAN], None), "not-rising");
+        assert_eq!(code(&[0.0, 5.0], Some(vec![(0.0, 6.0), (5.0, 10.0)])), "bad-bounds");
+        assert_eq!(code(&[0.0, 5.0], Some(vec![(0.0, 5.0), (9.0, 7.0)])), "bad-bounds");
+        assert_eq!(
+            intervals(&Times { times: vec![3.0], bounds: Some(vec![(0.0, 6.0)]) }, None, "x").unwrap(),
+            [(0.0, 6.0)]
+        );
+    }
+
+    #[test]
+    fn gaps_and_missing_ends_are_found() {
+        let codes = |intervals: &[(f64, f64)], until, has_bounds| -> Vec<&str> {
+            coverage(intervals, until, has_bounds, "x").iter().map(|problem| problem.code).collect()
+        };
+        let regular = [(0.0, 5.0), (5.0, 10.0), (10.0, 15.0)];
+        assert!(codes(&regular, 15.0, false).is_empty());
+        assert_eq!(codes(&regular, 16.0, false), ["series-ends-early"]);
+        assert_eq!(codes(&[(1.0, 5.0), (5.0, 10.0)], 10.0, false), ["series-starts-late"]);
+        assert_eq!(codes(&[(0.0, 5.0), (5.0, 15.0), (15.0, 20.0)], 20.0, false), ["series-gap"]);
+        assert!(codes(&[(0.0, 5.0), (5.0, 15.0), (15.0, 20.0)], 20.0, true).is_empty());
+        assert_eq!(codes(&[(0.0, 5.0), (6.0, 11.0)], 11.0, true), ["series-gap"]);
+        // Beyond the end of the rain a gap does not matter.
+        assert!(codes(&[(0.0, 5.0), (6.0, 11.0)], 5.0, true).is_empty());
+    }
+}

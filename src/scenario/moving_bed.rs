@@ -1,0 +1,192 @@
+//! Beds that move as prescribed: their sections, and what they become in the resolved scenario.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use super::choices::{Chosen, ElevationUnit};
+use super::fields::{InputFile, Moment, Quantity, VectorFile, Velocity};
+use super::model::{Sourced, TableFile, Timed, VectorSource};
+use super::read::{Reader, section};
+use super::resolved_yaml::{name_of, quoted_path, quoted_vector, series_as_yaml, timed};
+use super::timed::{Changing, ShareSeries};
+use super::tree::Node;
+
+/// A part of the bed that moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovingBed {
+    /// Raster of the final change of ground that moves in place, or of the thickness of a slide at the start.
+    pub raster: Sourced<PathBuf>,
+    /// Factor from its unit to metres.
+    pub unit: f64,
+    /// When it begins (s).
+    pub at: Sourced<f64>,
+    /// How it moves.
+    pub law: BedMovement,
+}
+
+/// How a part of the bed moves.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BedMovement {
+    /// In place: by a share of its change over the time since it began, or all at once.
+    InPlace(Option<TableFile>),
+    /// As a rigid slide.
+    Slide {
+        /// The file with its line.
+        path: Sourced<VectorSource>,
+        /// Velocity along it over the time since it began (m/s).
+        velocity: Timed,
+    },
+}
+
+section! {
+    /// A part of the bed that moves: ground that rises or sinks, or a slide that runs along a line.
+    MovingBedEntry, example "{change: uplift.tif, at: 10 s}", check check_moving_bed {
+        /// Raster of the final change of the bed, positive upwards; it has no data where nothing moves.
+        change: Option<InputFile>,
+        /// Raster of the thickness of a slide where it lies at the start.
+        thickness: Option<InputFile>,
+        /// Unit of the raster; metres when absent.
+        unit: Option<Chosen<ElevationUnit>>,
+        /// When it begins; at the start of the run when absent.
+        at: Option<Quantity<Moment>>,
+        /// Share of the change against the time since it began; all at once when absent.
+        share: Option<ShareSeries>,
+        /// File with the line along which the slide runs.
+        path: Option<VectorFile>,
+        /// Velocity of the slide, constant or against the time since it began.
+        velocity: Option<Changing<Velocity>>,
+    }
+}
+
+fn check_moving_bed(node: &Node, reader: &mut Reader) -> Option<()> {
+    let kind = reader.exactly_one(node, &["change", "thickness"])?;
+    let (needed, foreign): (&[(&str, &str)], &[&str]) = match kind {
+        "change" => (&[], &["path", "velocity"]),
+        _ => (&[("path", "path: axis.geojson"), ("velocity", "velocity: 20 m/s")], &["share"]),
+    };
+    let mut is_fit = true;
+    for name in foreign {
+        if let Some(value) = node.get(name) {
+            reader.error(value, "conflict", format!("`{name}` does not go with `{kind}`"), "take it out");
+            is_fit = false;
+        }
+    }
+    for (name, example) in needed {
+        if node.get(name).is_none() {
+            let message = format!("a slide needs the key `{name}`");
+            reader.error(node, "missing-key", message, format!("add for example `{example}`"));
+            is_fit = false;
+        }
+    }
+    is_fit.then_some(())
+}
+
+/// The moving beds of the sections, with their defaults.
+pub(super) fn resolved(entries: Vec<MovingBedEntry>) -> Vec<MovingBed> {
+    let one = |(index, entry): (usize, MovingBedEntry)| {
+        let begin = Sourced { value: 0.0, key: format!("moving_bed[{index}].at"), place: None };
+        let (raster, law) = match (entry.change, entry.thickness) {
+            (Some(change), _) => (change.0, BedMovement::InPlace(entry.share.map(|share| share.0))),
+            (None, thickness) => {
+                (thickness?.0, BedMovement::Slide { path: entry.path?.0, velocity: entry.velocity?.timed })
+            }
+        };
+        let unit = entry.unit.map_or(ElevationUnit(1.0), |unit| unit.0.value).0;
+        Some(MovingBed { raster, unit, at: entry.at.map_or(begin, |at| at.sourced), law })
+    };
+    entries.into_iter().enumerate().filter_map(one).collect()
+}
+
+/// Writes them into the resolved scenario.
+pub(super) fn write(beds: &[MovingBed], text: &mut String) -> std::fmt::Result {
+    if !beds.is_empty() {
+        writeln!(text, "moving_bed:")?;
+    }
+    for bed in beds {
+        let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == bed.unit.to_bits());
+        let key = if matches!(bed.law, BedMovement::InPlace(_)) { "change" } else { "thickness" };
+        write!(text, "  - {{{key}: {}, unit: {unit}, at: {} s", quoted_path(&bed.raster.value), bed.at.value)?;
+        match &bed.law {
+            BedMovement::InPlace(None) => {}
+            BedMovement::InPlace(Some(share)) => write!(text, ", share: {}", series_as_yaml(share))?,
+            BedMovement::Slide { path, velocity } => {
+                write!(text, ", path: {}, velocity: {}", quoted_vector(path), timed(velocity, "m/s"))?;
+            }
+        }
+        writeln!(text, "}}")?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::error::{Error, ProblemKind};
+    use crate::scenario::{Loaded, Scenario, resolve};
+
+    fn load(moving_bed: &str) -> Result<Loaded, Error> {
+        let text = format!(
+            "floodsim: 1\nterrain: dem.tif\nroughness: {{manning: 0.03}}\ninitial: [{{reservoir: lake.geojson, level: 100 m}}]\n\
+             resolution: 5 m\ntime: {{end: 1 h}}\nmoving_bed: {moving_bed}\n"
+        );
+        resolve(&text, Path::new("/somewhere/scenario.yaml"), &[])
+    }
+
+    /// The moving beds without places.
+    fn plain(scenario: Scenario) -> Vec<MovingBed> {
+        let mut beds = scenario.moving_bed;
+        for bed in &mut beds {
+            (bed.raster.place, bed.at.place) = (None, None);
+            match &mut bed.law {
+                BedMovement::InPlace(share) => share.iter_mut().for_each(|share| share.file.place = None),
+                BedMovement::Slide { path, velocity } => {
+                    path.place = None;
+                    match velocity {
+                        Timed::Constant(value) => value.place = None,
+                        Timed::Series(table) => table.file.place = None,
+                    }
+                }
+            }
+        }
+        beds
+    }
+
+    #[test]
+    fn every_kind_is_read_and_reads_back_as_itself() {
+        let text = "[{change: up.tif}, {change: up.tif, unit: cm, at: 2 min, share: {series: p.csv, unit: '%', time_unit: s}}, \
+                    {thickness: t.tif, path: 'gis.gpkg:axis', velocity: 72 km/h}, \
+                    {thickness: t.tif, at: 3 s, path: axis.shp, velocity: {series: v.csv, unit: m/s}}]";
+        let first = load(text).unwrap().scenario;
+        let second = resolve(&first.to_yaml(), Path::new("/elsewhere/s.yaml"), &[]).unwrap().scenario;
+        let beds = plain(first);
+        assert_eq!(beds, plain(second));
+        assert!((beds[1].unit - 0.01).abs() < 1e-15 && (beds[1].at.value - 120.0).abs() < 1e-12);
+        let BedMovement::Slide { velocity: Timed::Constant(velocity), .. } = &beds[2].law else { panic!("{beds:?}") };
+        assert!((velocity.value - 20.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_refused_where_it_stands() {
+        for (text, code, key) in [
+            ("[{at: 3 s}]", "missing-key", "moving_bed[0]"),
+            ("[{change: a.tif, thickness: b.tif}]", "conflict", "moving_bed[0]"),
+            ("[{change: a.tif, path: c.shp}]", "conflict", "moving_bed[0].path"),
+            ("[{thickness: a.tif, path: c.shp}]", "missing-key", "moving_bed[0]"),
+            ("[{thickness: a.tif, velocity: 3 m/s}]", "missing-key", "moving_bed[0]"),
+            ("[{thickness: a.tif, path: c.shp, velocity: 3 m}]", "unit", "moving_bed[0].velocity"),
+            (
+                "[{thickness: a.tif, path: c.shp, velocity: 3 m/s, share: {series: p.csv}}]",
+                "conflict",
+                "moving_bed[0].share",
+            ),
+            ("[{change: a.tif, at: -3 s}]", "range", "moving_bed[0].at"),
+            ("[{change: a.tif}]\nnumerics: {motion: lagrangian}", "method-combination", "moving_bed"),
+        ] {
+            let Err(Error::Problems(found)) = load(text) else { panic!("not refused: {text}") };
+            let problem = found.into_iter().find(|problem| problem.kind == ProblemKind::Scenario).unwrap();
+            assert_eq!((problem.code, problem.key.as_str()), (code, key), "{text}: {problem}");
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Rain as a series of rasters through the whole program: NetCDF and lists of files, their times, units and gaps.
+
+use std::path::PathBuf;
+
+use netcdf::Options;
+use tempfile::TempDir;
+
+use crate::{changed, floodsim, with_netcdf};
+
+/// A closed basin of 100 m by 50 m with a slope of 2 % along it; the radar has cells of 20 m by 25 m, two rows of five.
+const SCENARIO: &str = "\
+floodsim: 1
+crs: local
+terrain: dem.asc
+roughness: {manning: 0.03}
+rain: {raster_series: radar.nc, start: \"2026-06-01 06:00:00\"}
+resolution: 5 m
+time: {end: 2 min}
+outputs: {every: 30 s}
+";
+
+/// The variable of a radar, and its file.
+#[derive(Clone)]
+struct Radar {
+    time_units: &'static str,
+    times: Vec<f64>,
+    bounds: Option<Vec<f64>>,
+    units: &'static str,
+    calendar: &'static str,
+    /// Values `[time][row][column]`, row 0 in the north.
+    values: Vec<[[f64; 5]; 2]>,
+    /// Coordinate of the western edge.
+    west: f64,
+    /// Another variable of three dimensions beside the first.
+    has_quality: bool,
+}
+
+impl Radar {
+    /// A minute each of rain in the west, in the east and everywhere.
+    fn sound() -> Radar {
+        Radar {
+            time_units: "minutes since 2026-06-01 05:59:00",
+            times: vec![0.0, 1.0, 2.0],
+            bounds: None,
+            units: "mm h-1",
+            calendar: "standard",
+            values: vec![
+                [[60.0, 0.0, 0.0, 0.0, 0.0]; 2],
+                [[0.0, 0.0, 0.0, 6.0, 36.0], [0.0, 0.0, 0.0, 0.0, 18.0]],
+                [[9.0; 5]; 2],
+            ],
+            west: 1000.0,
+            has_quality: false,
+        }
+    }
+
+    /// Writes a file of classic format: HDF5 tells of every attribute that it does not find.
+    fn write(&self, path: PathBuf) {
+        let mut file = netcdf::create_with(path, Options::_64BIT_OFFSET).unwrap();
+        file.add_dimension("time", self.times.len()).unwrap();
+        for (name, length) in [("y", 2), ("x", 5), ("nv", 2)] {
+            file.add_dimension(name, length).unwrap();
+        }
+        let mut time = file.add_variable::<f64>("time", &["time"]).unwrap();
+        time.put_attribute("units", self.time_units).unwrap();
+        time.put_attribute("calendar", self.calendar).unwrap();
+        if self.bounds.is_some() {
+            time.put_attribute("bounds", "time_bounds").unwrap();
+            file.add_variable::<f64>("time_bounds", &["time", "nv"]).unwrap();
+        }
+        for (name, direction) in [("x", "projection_x_coordinate"), ("y", "projection_y_coordinate")] {
+            let mut axis = file.add_variable::<f64>(name, &[name]).unwrap();
+            axis.put_attribute("units", "m").unwrap();
+            axis.put_attribute("standard_name", direction).unwrap();
+        }
+        let mut rain = file.add_variable::<f64>("rate", &["time", "y", "x"]).unwrap();
+        rain.put_attribute("units", self.units).unwrap();
+        rain.put_attribute("_FillValue", -9.0).unwrap();
+        if self.has_quality {
+            file.add_variable::<f64>("quality", &["time", "y", "x"]).unwrap();
+        }
+        file.enddef().unwrap();
+        let put = |file: &mut netcdf::FileMut, name: &str, values: &[f64]| {
+            file.variable_mut(name).unwrap().put_values(values, ..).unwrap();
+        };
+        put(&mut file, "time", &self.times);
+        if let Some(bounds) = &self.bounds {
+            put(&mut file, "time_bounds", bounds);
+        }
+        put(&mut file, "x", &std::array::from_fn::<f64, 5, _>(|k| self.west + 10.0 + 20.0 * k as f64));
+        put(&mut file, "y", &[2037.5, 2012.5]);
+        let values: Vec<f64> = self.values.iter().flatten().flatten().copied().collect();
+        put(&mut file, "rate", &values);
+        if self.has_quality {
+            put(&mut file, "quality", &values);
+        }
+        file.close().unwrap();
+    }
+}
+
+struct Scene {
+    folder: TempDir,
+}
+
+impl Scene {
+    fn new(radar: &Radar, changes: &[(&str, &str)]) -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap() };
+        let row: Vec<String> = (0..20).map(|column| format!("{}", 10.0 - 0.1 * f64::from(column))).collect();
+        scene.grid("dem.asc", &vec![row.join(" "); 10], 5.0);
+        let (radar, path) = (radar.clone(), scene.folder.path().join("radar.nc"));
+        with_netcdf(move || radar.write(path));
+        scene.write("s.yaml", &changed(SCENARIO, changes));
+        scene
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.folder.path().join(name), text).unwrap();
+    }
+
+    fn grid(&self, name: &str, rows: &[String], cell: f64) {
+        let columns = rows[0].split(' ').count();
+        let header = format!(
+            "ncols {columns}\nnrows {}\nxllcorner 1000\nyllcorner 2000\ncellsize {cell}\nNODATA_value -9999\n",
+            rows.len()
+        );
+        self.write(name, &(header + &rows.join("\n") + "\n"));
+    }
+
+    /// Runs the scene; returns what came in (m³) and `run.json`.
+    #[track_caller]
+    fn run(&self) -> (f64, serde_json::Value) {
+        let answer = floodsim(self.folder.path(), &["run", "s.yaml", "--out", "out", "--quiet"]);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let text = std::fs::read_to_string(self.folder.path().join("out/run.json")).unwrap();
+        let run: serde_json::Value = serde_json::from_str(&text).unwrap();
+        (run["volume_m3"]["in"].as_f64().unwrap(), run)
+    }
+
+    /// Asserts that the check ends with this exit code and says all these texts.
+    #[track_caller]
+    fn assert_check(&self, code: i32, expected: &[&str]) {
+        let check = floodsim(self.folder.path(), &["check", "s.yaml"]);
+        for text in expected {
+            assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
+        }
+        assert_eq!(check.code, code, "{}", check.stdout);
+        for problem in check.stdout.split("error[").skip(1) {
+            assert!(problem.contains("\n  remedy  "), "no way out of: {problem}");
+        }
+    }
+}
+
+/// Volume (m³) of a minute of so many mm/h on a cell of the radar.
+fn minute(intensities: f64) -> f64 {
+    intensities * 1e-3 / 60.0 * 20.0 * 25.0
+}
+
+#[track_caller]
+fn assert_volume(found: f64, expected: f64) {
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found} m3 instead of {expected}");
+}
+
+#[test]
+fn a_radar_rains_its_volume_in_its_intervals() {
+    let scene = Scene::new(&Radar::sound(), &[]);
+    scene.assert_check(0, &["0 errors, 0 warnings"]);
+    let (came, run) = scene.run();
+    // The run begins with the second raster: 6 + 36 + 18, then 9 on ten cells.
+    assert_volume(came, minute(60.0) + minute(90.0));
+    assert!(run["inputs"].as_array().unwrap().iter().any(|file| file["path"].as_str().unwrap().ends_with("radar.nc")));
+    // The same times by their ends, and by their bounds.
+    let ended = Radar { times: vec![1.0, 2.0, 3.0], ..Radar::sound() };
+    let by_end = Scene::new(&ended, &[("radar.nc,", "radar.nc:rate, unit: mm/h, stamp: end,")]);
+    assert_volume(by_end.run().0, minute(150.0));
+    let bounds = Some(vec![0.0, 1.0, 1.0, 2.5, 2.5, 4.0]);
+    let bounded = Scene::new(&Radar { times: vec![0.5, 2.0, 3.5], bounds, ..Radar::sound() }, &[]);
+    assert_volume(bounded.run().0, minute(60.0 * 1.5 + 90.0 * 0.5));
+}
+
+#[test]
+fn losses_duration_and_depths_count_for_a_radar() {
+    // In each interval of a minute so many tenths of a millimetre.
+    let mut depths = Radar { units: "mm", ..Radar::sound() };
+    depths.values.iter_mut().flatten().flatten().for_each(|value| *value *= 0.01);
+    let scene = Scene::new(&depths, &[]);
+    assert_volume(scene.run().0, 0.6e-3 * 500.0 + 10.0 * 0.09e-3 * 500.0);
+    // 0.3 mm of 0.36 are lost in one cell, and 12 mm/h from then on; all else is lost. The rest of the minute are 10 s.
+    let lossy =
+        Scene::new(&Radar::sound(), &[("\"}", "\", duration: 1 min, losses: {initial: 0.5 mm, constant: 12 mm/h}}")]);
+    assert_volume(lossy.run().0, 500.0 * 24e-3 / 3600.0 * 10.0);
+}
+
+#[test]
+fn a_list_of_files_rains_as_well() {
+    let list = "raster_series: list.csv, unit: mm/h";
+    let scene = Scene::new(&Radar::sound(), &[("raster_series: radar.nc, start: \"2026-06-01 06:00:00\"", list)]);
+    scene.write("list.csv", "time_min,file\n0,west.asc\n0.5,none.asc\n1,all.asc\n1.5,all.asc\n");
+    scene.grid("west.asc", &["72 0".to_owned()], 50.0);
+    scene.grid("none.asc", &["0 0".to_owned()], 50.0);
+    scene.grid("all.asc", &["36 36".to_owned()], 50.0);
+    scene.assert_check(0, &["0 errors, 0 warnings"]);
+    let (came, run) = scene.run();
+    assert_volume(came, 2500.0 * (72e-3 / 3600.0 * 30.0 + 2.0 * 36e-3 / 3600.0 * 60.0));
+    let inputs = run["inputs"].as_array().unwrap();
+    assert_eq!(inputs.iter().filter(|file| file["path"].as_str().unwrap().ends_with(".asc")).count(), 4, "{inputs:?}");
+    scene.grid("all.asc", &["36 36 36".to_owned()], 50.0);
+    scene.assert_check(4, &["error[other-grid] rain.raster_series", "all.asc lies on another grid"]);
+    scene.write("list.csv", "time_min,file\n0,west.asc\n1,gone.asc\nlater,none.asc\n");
+    scene.assert_check(4, &["missing-file", "gone.asc", "not-a-row", "line 4 (`later,none.asc`)"]);
+    scene.write("list.csv", "time,file\n0,west.asc\n1,none.asc\n");
+    scene.assert_check(4, &["missing-unit", "`time_min,file`"]);
+}
+
+#[test]
+fn a_radar_that_does_not_fit_is_refused_with_its_place() {
+    let check = |radar: Radar, changes: &[(&str, &str)], expected: &[&str]| {
+        Scene::new(&radar, changes).assert_check(4, expected);
+    };
+    let start = ", start: \"2026-06-01 06:00:00\"";
+    check(Radar::sound(), &[(start, "")], &["error[no-start] rain.raster_series", "time.reference"]);
+    check(Radar { units: "dBZ", ..Radar::sound() }, &[], &["missing-unit", "`dBZ`"]);
+    check(Radar::sound(), &[(start, ", start: \"2026-06-01 06:00:00\", unit: m/s")], &["other-unit", "`mm h-1`"]);
+    check(
+        Radar { has_quality: true, ..Radar::sound() },
+        &[],
+        &["no-variable", "it has rate, quality", "radar.nc:rainfall"],
+    );
+    check(Radar::sound(), &[("radar.nc", "radar.nc:rain")], &["no-variable", "no variable `rain`", "it has rate"]);
+    check(Radar { calendar: "360_day", ..Radar::sound() }, &[], &["no-time", "`360_day`"]);
+    check(Radar { time_units: "days after the storm", ..Radar::sound() }, &[], &["no-time", "`days after the storm`"]);
+    check(Radar { times: vec![0.0, 2.0, 1.0], ..Radar::sound() }, &[], &["not-rising"]);
+    check(Radar::sound(), &[("06:00:00", "05:58:00")], &["series-starts-late", "60 s after the start"]);
+    check(
+        Radar::sound(),
+        &[("end: 2 min", "end: 3 min")],
+        &["series-ends-early", "ends at 120 s", "at 180 s", "rain.duration"],
+    );
+    // Four of the five columns of the radar lie over the terrain; the hole and the error are in cells of 20 m by 25 m.
+    check(
+        Radar { west: 1020.0, ..Radar::sound() },
+        &[],
+        &["rain-outside", "20.0 % of the terrain (40 cells, 1000 m²)", "1002.5"],
+    );
+    let mut holes = Radar::sound();
+    (holes.values[1][0][2], holes.values[2][1][2], holes.values[2][1][3]) = (-9.0, -9.0, -0.5);
+    let one = "10.0 % of the terrain (20 cells, 500 m²), first at";
+    let texts = [
+        "error[rain-gap]",
+        "2 of 2 rasters",
+        &format!("{one} 0 s"),
+        "error[negative-value]",
+        "1 of 2",
+        &format!("{one} 60 s"),
+    ];
+    check(holes, &[], &texts);
+    // What is wrong before the run, or when it no longer rains, does not matter.
+    let mut early = Radar::sound();
+    early.values[0] = [[-9.0; 5]; 2];
+    Scene::new(&early, &[]).assert_check(0, &["0 errors"]);
+    let both = "rain: {raster_series: radar.nc, rate: 3 mm/h}";
+    Scene::new(&Radar::sound(), &[("rain: {raster_series: radar.nc, start: \"2026-06-01 06:00:00\"}", both)])
+        .assert_check(3, &["exclude each other"]);
+}
+
+#[test]
+fn a_gap_in_time_and_impossible_rain_are_warned_of() {
+    let gappy = Radar { times: vec![0.0, 1.0, 2.0, 5.0, 6.0], values: vec![[[3.0; 5]; 2]; 5], ..Radar::sound() };
+    let scene = Scene::new(&gappy, &[("end: 2 min", "end: 5 min")]);
+    scene.assert_check(0, &["warning[series-gap]", "from 60 s to 240 s"]);
+    let heavy = Radar { units: "mm/min", ..Radar::sound() };
+    Scene::new(&heavy, &[]).assert_check(0, &["warning[rain-doubtful]", "more than 1000 mm/h", "check the unit"]);
+}
