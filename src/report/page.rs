@@ -26,7 +26,10 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
     status(&mut html, run);
     table(&mut html, "The run", &summary_rows(run));
     table(&mut html, "The breach", &breach_rows(&run.summary["breach"]));
+    table(&mut html, "The bed that moves", &moving_bed_rows(&run.summary["moving_bed"]));
     table(&mut html, "Volume ledger", &ledger_rows(&run.summary["volume_m3"]));
+    let boundaries: Vec<&[String]> = run.boundaries.1.iter().map(|row| &row[..]).collect();
+    records(&mut html, "What came and went", &run.boundaries.0, &boundaries);
     table(&mut html, "Warnings under which it ran", &warning_rows(&run.summary));
     for figure in figures {
         let _ = write!(html, "<h2>{}</h2>\n<figure>{}</figure>\n", figure.caption, figure.svg);
@@ -114,6 +117,19 @@ fn breach_rows(breach: &Value) -> Vec<(String, String)> {
         ("Width of the bottom in the end", metres("bottom_width_m")),
         ("Sides, horizontal to vertical", slope),
         ("Grown within", grown),
+    ];
+    rows.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
+}
+
+/// When the bed moved and by how much; nothing where it does not.
+fn moving_bed_rows(bed: &Value) -> Vec<(String, String)> {
+    let volume = |key: &str| bed[key].as_f64().map(|volume| format!("{volume:.1} m³"));
+    let rows = [
+        ("Began", bed["began_s"].as_f64().map(clock)),
+        ("In the end above the bed of the start", volume("raised_m3")),
+        ("In the end below it", volume("sunk_m3")),
+        ("Water lifted by it", volume("lifted_m3")),
+        ("Water lowered by it", volume("lowered_m3")),
     ];
     rows.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
 }

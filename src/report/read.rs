@@ -36,6 +36,8 @@ pub(super) struct RunFolder {
     pub series: Vec<Series>,
     /// `tables/sections.csv`: columns and rows.
     pub sections: (Vec<String>, Vec<Vec<String>>),
+    /// `tables/boundaries.csv`: columns and rows.
+    pub boundaries: (Vec<String>, Vec<Vec<String>>),
     /// The size of the discharge over time at each section.
     pub discharges: Vec<Series>,
     maps: netcdf::File,
@@ -68,14 +70,18 @@ impl RunFolder {
             _ => None,
         };
         let (gauge_columns, gauges) = read_gauges(&folder.join("tables/gauges.csv"));
-        let mut sections = read_csv(&folder.join("tables/sections.csv")).into_iter();
-        let sections: (Vec<String>, Vec<Vec<String>>) = (sections.next().unwrap_or_default(), sections.collect());
+        let table = |name: &str| -> (Vec<String>, Vec<Vec<String>>) {
+            let mut rows = read_csv(&folder.join("tables").join(name)).into_iter();
+            (rows.next().unwrap_or_default(), rows.collect())
+        };
+        let sections = table("sections.csv");
         Ok(RunFolder {
             title: text("title").unwrap_or_else(|| "Flood".to_string()),
             crs: crs_name(&maps),
             series: read_series(&folder.join("tables/gauge_series.csv"), &gauges),
             discharges: read_discharges(&folder.join("tables/section_series.csv"), &sections.1),
             sections,
+            boundaries: table("boundaries.csv"),
             grid,
             bed,
             summary,

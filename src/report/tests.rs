@@ -99,9 +99,12 @@ fn where_the_dam_breaks_later_times_count_from_the_start_of_the_run() {
         "warnings": [{"code": "narrow-breach", "key": "breach.shape", "message": "the opening is <5 cells wide", "at": [1055.0, 2125.0]}],
         "above_banks": [{"channel": "upper", "height_m": 0.4, "distance_m": 120.0, "time_s": 90.0}]}"#;
     std::fs::write(folder.path().join("run.json"), summary).unwrap();
+    let boundaries = "name,in_m3,out_m3,asked_m3,error_relative\nboundaries[0].line,725400.0,0,725400.0,1e-15\n";
+    std::fs::write(folder.path().join("tables/boundaries.csv"), boundaries).unwrap();
     let Report { files, .. } = report(folder.path()).unwrap();
     let page = std::fs::read_to_string(files.last().unwrap()).unwrap();
     assert!(page.contains("2 min 30 s after the start of the run") && !page.contains("the failure"));
+    assert!(page.contains("boundaries[0].line") && page.contains("725400.0"));
     let told = ["112.50 m", "40.00 m", "1.00 to 1", "35.0 min", "the opening is &lt;5 cells wide (at 1055.0, 2125.0)"];
     for text in told.into_iter().chain(["channel upper", "0.40 m above the last row"]) {
         assert!(page.contains(text), "the page lacks {text}");
