@@ -6,9 +6,9 @@ pub(crate) mod clock;
 pub(crate) mod cores;
 mod plan;
 mod progress;
+mod records;
 mod summary;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,23 +16,20 @@ use std::time::Instant;
 
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
-use crate::math::Vec2;
 use crate::output::{
-    BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, MovingBedRecord,
-    PassageRecord, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder,
-    SectionResult, VolumeBooks, Volumes, WarningRecord, utc_now, write_channels, write_cogs, write_geopackage,
+    ChannelRecorder, FieldsWriter, Findings, PassageRecord, Provenance, Recorder, RecorderPlan, Recording, RunFolder,
+    RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_channels, write_cogs, write_geopackage,
     write_maps, write_passages, write_sections, write_tables,
 };
-use crate::prepare::{Prepared, prepare, sha256};
+use crate::prepare::{Prepared, prepare};
 use crate::scenario::Scenario;
 use crate::seeding::{SeededVolume, StillWater};
-use crate::solver::{
-    Breach, ChannelSample, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, Passage, StepChoice, StepLimit, Way,
-};
+use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::version;
 use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
 use progress::Progress;
+use records::{books, breach_record, first_manifest, gate, in_channels, moving_bed_record, passages};
 pub use summary::RunSummary;
 
 /// What the planner asks of a run beyond the scenario.
@@ -251,15 +248,7 @@ impl Run<'_> {
         self.manifest.simulated_s = solver.time();
         self.manifest.breach =
             self.prepared.forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
-        let begins = self.prepared.forcing.moving_bed.iter().map(|motion| motion.begin);
-        let began_s = begins.fold(f64::INFINITY, f64::min);
-        self.manifest.moving_bed = solver.bed_books().map(|books| MovingBedRecord {
-            began_s,
-            raised_m3: books.raised,
-            sunk_m3: books.sunk,
-            lifted_m3: books.lifted,
-            lowered_m3: books.lowered,
-        });
+        self.manifest.moving_bed = moving_bed_record(&self.prepared.forcing.moving_bed, solver);
         Ok(early)
     }
 
@@ -340,77 +329,6 @@ impl Run<'_> {
     }
 }
 
-/// The books of the core, as the recorder takes them.
-fn books(solver: &dyn FlowSolver) -> Volumes {
-    let ledger = solver.ledger();
-    Volumes {
-        stored: ledger.stored,
-        in_channels: solver.volume_in_channels(),
-        inflow: ledger.inflow,
-        outflow: ledger.outflow,
-        error_relative: ledger.relative_error(),
-    }
-}
-
-/// What came and went by each way, by the names of the scenario.
-fn passages(solver: &dyn FlowSolver, scenario: &Scenario, prepared: &Prepared) -> Vec<PassageRecord> {
-    let channel = |index: usize| prepared.channels.get(index).map_or("", |channel| channel.id.as_str());
-    let name = |way: Way| match way {
-        Way::OpenEdges => "open edges".to_owned(),
-        Way::Boundary(index) => scenario.boundaries.get(index).map_or_else(String::new, |known| known.key.clone()),
-        Way::Source(index) => {
-            let place = prepared.forcing.sources.get(index).zip(prepared.lattice.as_ref());
-            let place = place.map_or(Vec2::ZERO, |(source, lattice)| lattice.to_map(source.place));
-            format!("source at {:.2} {:.2}", place.x, place.y)
-        }
-        Way::LineSource(index) => format!("line source {}", index + 1),
-        Way::Rain => "rain".to_owned(),
-        Way::FarEnd(index) => format!("channel {} upstream", channel(index)),
-        Way::NearEnd(index) => format!("channel {} downstream", channel(index)),
-    };
-    let record = |passage: &Passage| PassageRecord {
-        name: name(passage.way),
-        in_m3: passage.inflow,
-        out_m3: passage.outflow,
-        asked_m3: passage.asked,
-    };
-    solver.passages().iter().map(record).collect()
-}
-
-/// The water of the channels, as their recorder takes it.
-fn in_channels(solver: &dyn FlowSolver) -> Vec<Vec<ChannelWater>> {
-    let water = |sample: &ChannelSample| ChannelWater {
-        depth: sample.depth,
-        level: sample.level,
-        velocity: sample.velocity,
-        discharge: sample.discharge,
-    };
-    solver.channels().iter().map(|channel| channel.iter().map(water).collect()).collect()
-}
-
-/// The breach and when it began, for the record.
-fn breach_record(breach: &Breach, began: Option<f64>) -> BreachRecord {
-    let (invert, width, slope) = match breach.opening {
-        Opening::Whole => (None, None, None),
-        Opening::Trapezoid { invert, bottom_width, side_slope, .. } => {
-            (Some(invert), Some(bottom_width), Some(side_slope))
-        }
-    };
-    BreachRecord {
-        began_s: began,
-        crest_m: breach.crest,
-        invert_m: invert,
-        bottom_width_m: width,
-        side_slope: slope,
-        duration_s: if breach.law == GrowthLaw::Instantaneous { 0.0 } else { breach.duration },
-    }
-}
-
-fn gate(name: &str, value: f64, limit: f64) -> String {
-    let verdict = if value <= limit { "passed" } else { "failed" };
-    format!("{verdict}: {name}, relative error {value:.1e}, limit {limit:.0e}")
-}
-
 /// Warnings about bodies whose seeded volume misses the integral of level minus terrain.
 fn seeding_warnings(prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
     let bodies = prepared.waters.iter().zip(&still.volumes);
@@ -460,46 +378,6 @@ fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) ->
         gauges: prepared.gauges.clone(),
         walls: prepared.walls.clone(),
         gauges_every: outputs.gauges_every,
-    }
-}
-
-/// What is known of the run before its first step.
-fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared, bed: &BedParticles) -> RunManifest {
-    let numerics = &scenario.numerics;
-    let methods = [
-        ("formulation", numerics.formulation.name()),
-        ("motion", numerics.motion.name()),
-        ("stabilisation", numerics.stabilisation.name()),
-        ("reconstruction", numerics.reconstruction.name()),
-        ("seeding", numerics.seeding.name()),
-        ("kernel", numerics.kernel.name()),
-        ("integrator", numerics.integrator.name()),
-        ("bed", numerics.bed.name()),
-        ("bed_slope", numerics.bed_slope.name()),
-    ];
-    let input = |file: &crate::prepare::InputFile| InputFile {
-        path: file.path.display().to_string(),
-        sha256: file.sha256.clone(),
-    };
-    let hot_start = scenario.start.earlier.as_ref().map(|earlier| HotStart {
-        path: earlier.fields.value.display().to_string(),
-        time_s: earlier.time.as_ref().map(|time| time.value),
-    });
-    RunManifest {
-        hot_start,
-        version: version::VERSION.to_owned(),
-        git: (version::COMMIT != "unknown").then(|| version::COMMIT.to_owned()),
-        command: options.command.clone(),
-        threads: rayon::current_num_threads(),
-        simd: clock::simd().to_owned(),
-        scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
-        inputs: prepared.inputs.iter().map(input).collect(),
-        warnings: prepared.problems.iter().map(WarningRecord::from).collect(),
-        methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
-        bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
-        status: "running".to_owned(),
-        phase_s: BTreeMap::new(),
-        ..RunManifest::default()
     }
 }
 

@@ -7,6 +7,8 @@ mod breach;
 mod burn;
 mod cf_time;
 mod channels;
+mod earlier;
+mod earlier_fields;
 mod findings;
 mod forcing;
 mod gaps;
@@ -288,7 +290,7 @@ fn place_on_lattice(
     let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
     prepared.initial_velocity =
-        start::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
+        earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
     if let Some(breach) = &breach {
         breach::check_level(scenario, breach, &bed, &still_water, findings);
     }

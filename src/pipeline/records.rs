@@ -1,0 +1,143 @@
+//! What a run writes down about itself: the books, what came and went, the breach, the manifest before the first step.
+
+use std::collections::BTreeMap;
+
+use super::{RunOptions, clock};
+use crate::bed::BedParticles;
+use crate::math::Vec2;
+use crate::output::{
+    BreachRecord, ChannelWater, HotStart, InputFile, MovingBedRecord, PassageRecord, RunManifest, Volumes,
+    WarningRecord,
+};
+use crate::prepare::{Prepared, sha256};
+use crate::scenario::Scenario;
+use crate::solver::{BedMotion, Breach, ChannelSample, FlowSolver, GrowthLaw, Opening, Passage, Way};
+use crate::version;
+
+/// The books of the core, as the recorder takes them.
+pub(super) fn books(solver: &dyn FlowSolver) -> Volumes {
+    let ledger = solver.ledger();
+    Volumes {
+        stored: ledger.stored,
+        in_channels: solver.volume_in_channels(),
+        inflow: ledger.inflow,
+        outflow: ledger.outflow,
+        error_relative: ledger.relative_error(),
+    }
+}
+
+/// What came and went by each way, by the names of the scenario.
+pub(super) fn passages(solver: &dyn FlowSolver, scenario: &Scenario, prepared: &Prepared) -> Vec<PassageRecord> {
+    let channel = |index: usize| prepared.channels.get(index).map_or("", |channel| channel.id.as_str());
+    let name = |way: Way| match way {
+        Way::OpenEdges => "open edges".to_owned(),
+        Way::Boundary(index) => scenario.boundaries.get(index).map_or_else(String::new, |known| known.key.clone()),
+        Way::Source(index) => {
+            let place = prepared.forcing.sources.get(index).zip(prepared.lattice.as_ref());
+            let place = place.map_or(Vec2::ZERO, |(source, lattice)| lattice.to_map(source.place));
+            format!("source at {:.2} {:.2}", place.x, place.y)
+        }
+        Way::LineSource(index) => format!("line source {}", index + 1),
+        Way::Rain => "rain".to_owned(),
+        Way::FarEnd(index) => format!("channel {} upstream", channel(index)),
+        Way::NearEnd(index) => format!("channel {} downstream", channel(index)),
+    };
+    let record = |passage: &Passage| PassageRecord {
+        name: name(passage.way),
+        in_m3: passage.inflow,
+        out_m3: passage.outflow,
+        asked_m3: passage.asked,
+    };
+    solver.passages().iter().map(record).collect()
+}
+
+/// The water of the channels, as their recorder takes it.
+pub(super) fn in_channels(solver: &dyn FlowSolver) -> Vec<Vec<ChannelWater>> {
+    let water = |sample: &ChannelSample| ChannelWater {
+        depth: sample.depth,
+        level: sample.level,
+        velocity: sample.velocity,
+        discharge: sample.discharge,
+    };
+    solver.channels().iter().map(|channel| channel.iter().map(water).collect()).collect()
+}
+
+/// The breach and when it began, for the record.
+pub(super) fn breach_record(breach: &Breach, began: Option<f64>) -> BreachRecord {
+    let (invert, width, slope) = match breach.opening {
+        Opening::Whole => (None, None, None),
+        Opening::Trapezoid { invert, bottom_width, side_slope, .. } => {
+            (Some(invert), Some(bottom_width), Some(side_slope))
+        }
+    };
+    BreachRecord {
+        began_s: began,
+        crest_m: breach.crest,
+        invert_m: invert,
+        bottom_width_m: width,
+        side_slope: slope,
+        duration_s: if breach.law == GrowthLaw::Instantaneous { 0.0 } else { breach.duration },
+    }
+}
+
+pub(super) fn gate(name: &str, value: f64, limit: f64) -> String {
+    let verdict = if value <= limit { "passed" } else { "failed" };
+    format!("{verdict}: {name}, relative error {value:.1e}, limit {limit:.0e}")
+}
+
+/// When the bed began to move and the volumes that it moved; nothing where it does not.
+pub(super) fn moving_bed_record(motions: &[BedMotion], solver: &dyn FlowSolver) -> Option<MovingBedRecord> {
+    let began_s = motions.iter().map(|motion| motion.begin).fold(f64::INFINITY, f64::min);
+    solver.bed_books().map(|books| MovingBedRecord {
+        began_s,
+        raised_m3: books.raised,
+        sunk_m3: books.sunk,
+        lifted_m3: books.lifted,
+        lowered_m3: books.lowered,
+    })
+}
+
+/// What is known of the run before its first step.
+pub(super) fn first_manifest(
+    scenario: &Scenario,
+    options: &RunOptions,
+    prepared: &Prepared,
+    bed: &BedParticles,
+) -> RunManifest {
+    let numerics = &scenario.numerics;
+    let methods = [
+        ("formulation", numerics.formulation.name()),
+        ("motion", numerics.motion.name()),
+        ("stabilisation", numerics.stabilisation.name()),
+        ("reconstruction", numerics.reconstruction.name()),
+        ("seeding", numerics.seeding.name()),
+        ("kernel", numerics.kernel.name()),
+        ("integrator", numerics.integrator.name()),
+        ("bed", numerics.bed.name()),
+        ("bed_slope", numerics.bed_slope.name()),
+    ];
+    let input = |file: &crate::prepare::InputFile| InputFile {
+        path: file.path.display().to_string(),
+        sha256: file.sha256.clone(),
+    };
+    let hot_start = scenario.start.earlier.as_ref().map(|earlier| HotStart {
+        path: earlier.fields.value.display().to_string(),
+        time_s: earlier.time.as_ref().map(|time| time.value),
+    });
+    RunManifest {
+        hot_start,
+        version: version::VERSION.to_owned(),
+        git: (version::COMMIT != "unknown").then(|| version::COMMIT.to_owned()),
+        command: options.command.clone(),
+        threads: rayon::current_num_threads(),
+        simd: clock::simd().to_owned(),
+        scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
+        inputs: prepared.inputs.iter().map(input).collect(),
+        warnings: prepared.problems.iter().map(WarningRecord::from).collect(),
+        methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
+        bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
+        status: "running".to_owned(),
+        phase_s: BTreeMap::new(),
+        ..RunManifest::default()
+    }
+}

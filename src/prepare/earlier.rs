@@ -1,0 +1,250 @@
+//! A run that goes on where an earlier one was.
+//!
+//! Its state is taken cell by cell from `fields.nc` ([`super::earlier_fields`]), which must have the same lattice: depth, velocity and,
+//! where the bed was another one under the water, the bed, z = η − d. Single precision is what the file has: a depth of d comes back
+//! within 6e-8 d.
+
+use std::path::Path;
+
+use super::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
+use super::findings::Findings;
+use super::shaped::Changes;
+use crate::bed::{BedParticles, derive_shape};
+use crate::error::{Problem, ProblemKind};
+use crate::math::Vec2;
+use crate::output::OutputCrs;
+use crate::scenario::Scenario;
+use crate::seeding::StillWater;
+use crate::solver::Breach;
+
+/// Share of a level or a depth that single precision and one sum may cost.
+const SINGLE_PRECISION: f64 = 2.5e-7;
+/// A change of the bed by the earlier run that is told (m).
+const TOLD_CHANGE: f64 = 1e-3;
+/// A difference between the beds of two runs (m) that makes them runs on different terrain.
+const OTHER_BED: f64 = 0.05;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// What the `run.json` beside the fields of an earlier run says against going on from them; nothing where there is none.
+pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
+    let file = fields.with_file_name("run.json");
+    let text = std::fs::read_to_string(&file).unwrap_or_default();
+    let Ok(run) = serde_json::from_str::<serde_json::Value>(&text) else { return Vec::new() };
+    let name = file.display();
+    let warning = |code, message: String, cause: &str, remedy: &str| {
+        Problem::warning(ProblemKind::Input, code, "", message).with_cause(cause).with_remedy(remedy)
+    };
+    let mut told = Vec::new();
+    let simulated = run["simulated_s"].as_f64().unwrap_or(f64::NAN);
+    match run["status"].as_str() {
+        Some("failed") => told.push(
+            input_error("failed-run", format!("the earlier run failed, says {name}, at {simulated} s"))
+                .with_cause("its computation broke down, and its last frames may be of no worth")
+                .with_remedy("mend and repeat that run, or begin from a frame of one that ended"),
+        ),
+        Some("stopped" | "running") => told.push(warning(
+            "unfinished-earlier-run",
+            format!("the earlier run did not come to its end, says {name}: it was stopped at {simulated} s"),
+            "its last frame is earlier than its `time.end`",
+            "check that this is the moment that is meant, or name it with `time`",
+        )),
+        _ => {}
+    }
+    let failed = run["gates"].as_array().into_iter().flatten().filter_map(|gate| gate.as_str());
+    let failed: Vec<&str> = failed.filter(|gate| gate.starts_with("failed")).collect();
+    if !failed.is_empty() {
+        told.push(warning(
+            "gate-of-earlier-run",
+            format!("a quality gate of the earlier run failed, says {name}: {}", failed.join("; ")),
+            "its water may not be right",
+            "look at that run before you go on from it",
+        ));
+    }
+    if !run["moving_bed"].is_null() {
+        told.push(warning(
+            "moving-bed-of-earlier-run",
+            format!("the bed of the earlier run moved, says {name}; here it is so under its water alone"),
+            "`fields.nc` has no bed where the ground is dry",
+            "give a terrain that has what moved",
+        ));
+    }
+    told
+}
+
+/// Takes over the state of an earlier run; hands out the velocity (m/s) of each cell.
+pub(super) fn take_over(
+    scenario: &Scenario,
+    crs: &OutputCrs,
+    (breach, changes): (Option<&Breach>, &Changes),
+    bed: &mut BedParticles,
+    still: &mut StillWater,
+    findings: &mut Findings,
+) -> Vec<Vec2> {
+    let Some(earlier) = &scenario.start.earlier else { return Vec::new() };
+    let path = &earlier.fields.value;
+    let Some(file) = findings.take(&earlier.fields, open_fields(path)) else { return Vec::new() };
+    let fits = same_lattice(&file, path, &bed.lattice).and_then(|()| same_crs(&file, path, crs));
+    if findings.take(&earlier.fields, fits).is_none() {
+        return Vec::new();
+    }
+    let state = record(&file, path, earlier)
+        .and_then(|record| read(&file, path, record, bed).map_err(|problem| (false, problem)));
+    let state = match (state, &earlier.time) {
+        (Ok(state), _) => state,
+        (Err((true, problem)), Some(time)) => {
+            findings.add(time, problem);
+            return Vec::new();
+        }
+        (Err((_, problem)), _) => {
+            findings.add(&earlier.fields, problem);
+            return Vec::new();
+        }
+    };
+    findings.add_all(&earlier.fields, other_dry_ground(&state, path, bed));
+    let fits = lay(&state, path, (breach, changes), bed, still);
+    match fits {
+        Ok(warning) => {
+            findings.add_all(&earlier.fields, warning);
+            state.velocity
+        }
+        Err(problem) => {
+            findings.add(&earlier.fields, *problem);
+            Vec::new()
+        }
+    }
+}
+
+/// Puts the depths on the lattice, and the bed of the earlier run under them where it was another one.
+fn lay(
+    state: &State,
+    path: &Path,
+    (breach, changes): (Option<&Breach>, &Changes),
+    bed: &mut BedParticles,
+    still: &mut StillWater,
+) -> Result<Option<Problem>, Box<Problem>> {
+    let name = path.display();
+    let place = |cell: usize, bed: &BedParticles| bed.lattice.to_map(bed.lattice.centre(cell));
+    let lost: Vec<usize> =
+        (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0 && !bed.has_terrain(cell)).collect();
+    if let Some(&first) = lost.first() {
+        let volume = lost.iter().map(|&cell| state.depth[cell]).sum::<f64>() * bed.lattice.cell_area();
+        let message = format!("{name} has {volume:.3e} m³ of water on {} cells without terrain", lost.len());
+        let problem = input_error("water-without-terrain", message)
+            .with_remedy("take the terrain and the buildings of that run")
+            .with_at(place(first, bed));
+        return Err(Box::new(problem));
+    }
+    let mut rises = Vec::new();
+    for cell in (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0) {
+        let (depth, level) = (state.depth[cell], state.level[cell]);
+        still.depth[cell] = depth;
+        let rise = level - depth - bed.elevation[cell];
+        // Where the level is not known the bed is that of this scenario.
+        if rise.is_nan() {
+            continue;
+        }
+        if rise.abs() <= SINGLE_PRECISION * (level.abs() + depth) {
+            rises.push((cell, 0.0));
+            continue;
+        }
+        if breach.is_some_and(|breach| breach.cells.iter().any(|dam| dam.cell == cell)) {
+            let message = format!("{name} has water where the dam of `breach` stands, on a bed that is not its crest");
+            let problem = input_error("water-in-dam", message)
+                .with_cause("the dam was not there in the earlier run, or it had broken")
+                .with_remedy(
+                    "take a moment before the dam broke, run it whole from its start, or put what still stands of the dam under \
+                     `terrain.breaklines` with `mode: raise` in place of `breach` (without either there is no dam)",
+                )
+                .with_at(place(cell, bed));
+            return Err(Box::new(problem));
+        }
+        rises.push((cell, rise));
+    }
+    if let Some(problem) = other_bed(&rises, path, changes, bed) {
+        return Err(Box::new(problem));
+    }
+    let (mut changed, mut largest) = (0, (0.0_f64, 0));
+    for (cell, rise) in rises {
+        bed.elevation[cell] += rise;
+        if rise.abs() > TOLD_CHANGE {
+            changed += 1;
+            if rise.abs() > largest.0.abs() {
+                largest = (rise, cell);
+            }
+        }
+    }
+    derive_shape(bed);
+    Ok((changed > 0).then(|| {
+        let message = format!("the bed of {changed} wet cells is that of {name}, by {:+.3} m at most", largest.0);
+        Problem::warning(ProblemKind::Input, "bed-of-earlier-run", "", message)
+            .with_cause(
+                "the shore of still water was fitted in that run, its bed had changed, or its terrain was another one",
+            )
+            .with_remedy("nothing, if a shore was fitted or a dam broke there; otherwise take the terrain of that run, or run from the start")
+            .with_at(place(largest.1, bed))
+    }))
+}
+
+/// What speaks against the bed under the water of the earlier run, given by how much it lies above that of this one (m): a
+/// change that this scenario makes and that run did not have, or another terrain throughout.
+fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedParticles) -> Option<Problem> {
+    let name = path.display();
+    let place = |cell: usize| bed.lattice.to_map(bed.lattice.centre(cell));
+    let (built, natural): (Vec<_>, Vec<_>) = rises.iter().copied().partition(|(cell, _)| changes.moves(*cell));
+    let mut sorted = natural;
+    sorted.sort_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    if let Some(&(cell, rise)) = sorted.get(sorted.len() / 2).filter(|(_, rise)| rise.abs() > OTHER_BED) {
+        let message = format!(
+            "under water the bed of {name} differs from that of this run by {:.3} m (median of {} cells)",
+            rise.abs(),
+            sorted.len()
+        );
+        return Some(
+            input_error("other-terrain", message)
+                .with_cause("it ran on another terrain, or with heights above another datum")
+                .with_remedy(
+                    "take the terrain layers of that run, with their `offset` and `unit`, or run from the start",
+                )
+                .with_at(place(cell)),
+        );
+    }
+    let off: Vec<_> = built.into_iter().filter(|(_, rise)| rise.abs() > OTHER_BED).collect();
+    let (cell, rise) = off.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let message = format!(
+        "{name} has water on {} cells that this scenario raises or carves, on another bed, by {rise:+.3} m at most",
+        off.len()
+    );
+    Some(
+        input_error("change-under-water", message)
+            .with_cause("the earlier run was without the breakline or the building there, had it at another level, or fitted a shore to it")
+            .with_remedy("run from the start with it, or take it out and go on")
+            .with_at(place(cell)),
+    )
+}
+
+/// What the maps beside `fields.nc` say of ground that is dry and had another height in the earlier run; nothing where there are none.
+///
+/// Such a change may be meant (a levee that is built for this half). A breakline that was left out is seen by nothing else.
+fn other_dry_ground(state: &State, path: &Path, bed: &BedParticles) -> Option<Problem> {
+    let maps = path.with_file_name("maps.nc");
+    let elevation = on_lattice(&netcdf::open(&maps).ok()?, "bed_elevation", (.., ..), &maps, &bed.lattice).ok()?;
+    let change = |cell: usize| bed.elevation[cell] - elevation[cell];
+    let is_other = |cell: &usize| state.depth[*cell] <= 0.0 && change(*cell).abs() > OTHER_BED;
+    let other: Vec<usize> = (0..bed.lattice.len()).filter(is_other).collect();
+    let &largest = other.iter().max_by(|a, b| change(**a).abs().total_cmp(&change(**b).abs()))?;
+    let message = format!(
+        "dry ground differs from that of {} on {} cells, by {:+.2} m at most",
+        maps.display(),
+        other.len(),
+        change(largest)
+    );
+    Some(
+        Problem::warning(ProblemKind::Input, "other-dry-ground", "", message)
+            .with_cause("a breakline, a building or a layer of the terrain is here and was not there, or the other way round, or a dam broke")
+            .with_remedy("nothing, if it is meant; otherwise take the terrain and the structures of that run")
+            .with_at(bed.lattice.to_map(bed.lattice.centre(largest))),
+    )
+}

@@ -1,0 +1,201 @@
+//! Reads the `fields.nc` of an earlier run: the same lattice, the same reference system, one frame.
+
+use std::path::Path;
+
+use crate::bed::BedParticles;
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::{readable_file, same_horizontal, spatial_ref};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::output::OutputCrs;
+use crate::scenario::EarlierRun;
+
+/// From here on a value is the one that NetCDF itself puts where nothing was written.
+const UNWRITTEN: f64 = 9e36;
+/// Share of a cell by which its coordinates may miss those of the file.
+const SAME_PLACE: f64 = 1e-6;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// The state of a run at one of its moments, on the cells of the lattice.
+pub(super) struct State {
+    /// Depth (m), NaN where the earlier run had no terrain.
+    pub depth: Vec<f64>,
+    /// Level (m), NaN where there was no water.
+    pub level: Vec<f64>,
+    /// Velocity (m/s).
+    pub velocity: Vec<Vec2>,
+}
+
+fn not_fields(path: &Path, cause: String) -> Problem {
+    input_error("not-a-fields-file", format!("{} is no `fields.nc` of a run", path.display()))
+        .with_cause(cause)
+        .with_remedy("name the file `fields.nc` of a finished run")
+}
+
+pub(super) fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {
+    readable_file(path)?;
+    if path.to_string_lossy().ends_with(".partial.nc") {
+        let message = format!("{} is of a run that did not end", path.display());
+        return Err(input_error("unfinished-run", message)
+            .with_cause("it is written while a run goes on, and its last frame may be cut")
+            .with_remedy("name the `fields.nc` of a run that ended"));
+    }
+    netcdf::open(path).map_err(|cause| not_fields(path, cause.to_string()))
+}
+
+/// All values of a variable of one dimension.
+fn axis(file: &netcdf::File, name: &str, path: &Path) -> Result<Vec<f64>, Problem> {
+    let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
+    variable.get_values::<f64, _>(..).map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))
+}
+
+pub(super) fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice) -> Result<(), Problem> {
+    let (x, y) = (axis(file, "x", path)?, axis(file, "y", path)?);
+    let s = lattice.spacing;
+    let first = lattice.to_map(lattice.centre(0));
+    let is_same = |found: f64, expected: f64| (found - expected).abs() <= SAME_PLACE * s;
+    let fits = x.len() == lattice.columns
+        && y.len() == lattice.rows
+        && x.iter().enumerate().all(|(i, &x)| is_same(x, first.x + i as f64 * s))
+        && y.iter().rev().enumerate().all(|(i, &y)| is_same(y, first.y + i as f64 * s));
+    if fits {
+        return Ok(());
+    }
+    let cell = |values: &[f64]| if let [a, b, ..] = values { (b - a).abs() } else { f64::NAN };
+    let corner = |x: Option<&f64>, y: Option<&f64>| {
+        format!("{:.3}, {:.3}", x.copied().unwrap_or(f64::NAN), y.copied().unwrap_or(f64::NAN))
+    };
+    let message = format!("{} lies on another lattice than this run", path.display());
+    Err(input_error("other-lattice", message)
+        .with_cause(format!(
+            "it has {} by {} cells of {} m from {}; the run has {} by {} of {s} m from {}",
+            x.len(),
+            y.len(),
+            (1e9 * cell(&x)).round() / 1e9,
+            corner(x.first(), y.last()),
+            lattice.columns,
+            lattice.rows,
+            corner(Some(&first.x), Some(&first.y))
+        ))
+        .with_remedy(
+            "take the terrain and the `resolution` of the earlier run, in which `outputs.cell` was the resolution",
+        ))
+}
+
+pub(super) fn same_crs(file: &netcdf::File, path: &Path, run: &OutputCrs) -> Result<(), Problem> {
+    let own = file.variable("crs").map(|crs| match crs.attribute_value("crs_wkt") {
+        Some(Ok(netcdf::AttributeValue::Str(wkt))) => wkt,
+        _ => String::new(),
+    });
+    let is_same = match (&own, run) {
+        (None, OutputCrs::Local) => true,
+        (Some(own), OutputCrs::Projected { wkt2, .. }) => {
+            matches!((spatial_ref(own), spatial_ref(wkt2)), (Ok(own), Ok(run)) if same_horizontal(&own, &run))
+        }
+        _ => false,
+    };
+    let name = |wkt: Option<&str>| {
+        wkt.map_or("local metres".to_owned(), |wkt| wkt.split('"').nth(1).unwrap_or("an unnamed system").to_owned())
+    };
+    let run_wkt = if let OutputCrs::Projected { wkt2, .. } = run { Some(wkt2.as_str()) } else { None };
+    if is_same {
+        return Ok(());
+    }
+    let message = format!("{} has the CRS {}, the run has {}", path.display(), name(own.as_deref()), name(run_wkt));
+    Err(input_error("different-crs", message).with_remedy("take the `crs` of the earlier run"))
+}
+
+/// The number of the frame that is asked for; whether the time is at fault, and the problem otherwise.
+pub(super) fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<usize, (bool, Problem)> {
+    let times = axis(file, "time", path).map_err(|problem| (false, problem))?;
+    let Some((first, last)) = times.first().zip(times.last()) else {
+        return Err((false, not_fields(path, "it has no frame".to_owned())));
+    };
+    let Some(wanted) = earlier.time.as_ref().map(|time| time.value) else {
+        if last.is_nan() || *last > UNWRITTEN {
+            let message = format!("the last frame of {} has no time", path.display());
+            let problem = input_error("incomplete-frame", message)
+                .with_cause("the file was cut or changed")
+                .with_remedy("take a frame that is whole with `time`");
+            return Err((false, problem));
+        }
+        return Ok(times.len() - 1);
+    };
+    let distance = |record: &usize| (times[*record] - wanted).abs();
+    let nearest = (0..times.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+    if distance(&nearest) <= 1e-6 * (1.0 + wanted) {
+        return Ok(nearest);
+    }
+    let message = format!("{} has no frame at {wanted} s", path.display());
+    let problem = input_error("no-such-frame", message)
+        .with_cause(format!("its {} frames go from {first} s to {last} s", times.len()))
+        .with_remedy(format!("take the nearest one, `time: {} s`, or `time: last`", times[nearest]));
+    Err((true, problem))
+}
+
+/// A part of a variable on the cells of the lattice, NaN where it has no value; the rows of the file count from the north.
+pub(super) fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>>(
+    file: &netcdf::File,
+    name: &str,
+    part: E,
+    path: &Path,
+    lattice: &Lattice,
+) -> Result<Vec<f64>, Problem> {
+    let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
+    let part = part.try_into().map_err(Into::into);
+    let values = part
+        .and_then(|part: netcdf::Extents| variable.get_values::<f64, _>(part))
+        .map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))?;
+    if values.len() != lattice.len() {
+        return Err(not_fields(path, format!("variable `{name}` does not fill the grid")));
+    }
+    let fill = f64::from(crate::output::FILL);
+    let from_north = |cell: usize| {
+        let (column, row) = lattice.column_row(cell);
+        let value = values[(lattice.rows - 1 - row) * lattice.columns + column];
+        if value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN { f64::NAN } else { value }
+    };
+    Ok((0..lattice.len()).map(from_north).collect())
+}
+
+/// The state of one frame, which must have a value in each cell with terrain.
+pub(super) fn read(file: &netcdf::File, path: &Path, record: usize, bed: &BedParticles) -> Result<State, Problem> {
+    let lattice = &bed.lattice;
+    let frame = |name: &str| on_lattice(file, name, (record, .., ..), path, lattice);
+    let (depth, level) = (frame("depth")?, frame("water_level")?);
+    let (u, v) = (frame("velocity_x")?, frame("velocity_y")?);
+    let unsound = |cell: &usize| {
+        depth[*cell].is_infinite()
+            || depth[*cell] < 0.0
+            || (depth[*cell] > 0.0 && !(u[*cell].is_finite() && v[*cell].is_finite()))
+    };
+    if let Some(cell) = (0..lattice.len()).find(unsound) {
+        let cause = format!("depth {} m, velocity {}, {} m/s in one cell", depth[cell], u[cell], v[cell]);
+        return Err(not_fields(path, cause).with_at(lattice.to_map(lattice.centre(cell))));
+    }
+    let is_missing = |cell: &usize| bed.has_terrain(*cell) && (depth[*cell] + u[*cell] + v[*cell]).is_nan();
+    let missing: Vec<usize> = (0..lattice.len()).filter(is_missing).collect();
+    if let Some(&first) = missing.first() {
+        let message = format!(
+            "frame {} of {} has no depth or no velocity on {} cells with terrain",
+            record + 1,
+            path.display(),
+            missing.len()
+        );
+        return Err(input_error("incomplete-frame", message)
+            .with_cause("the file was cut or changed, or the earlier run had a building or no terrain there")
+            .with_remedy("take a frame that is whole with `time`, and the terrain and the buildings of that run")
+            .with_at(lattice.to_map(lattice.centre(first))));
+    }
+    if !depth.iter().any(|depth| *depth > 0.0) {
+        let message = format!("frame {} of {} has no water", record + 1, path.display());
+        return Err(input_error("no-water", message)
+            .with_cause("the depth is 0 in all its cells")
+            .with_remedy("take another moment with `time`, or leave `fields` out for a dry start"));
+    }
+    let velocity = u.iter().zip(&v).map(|(&u, &v)| if u.is_finite() { Vec2::new(u, v) } else { Vec2::ZERO }).collect();
+    Ok(State { depth, level, velocity })
+}
