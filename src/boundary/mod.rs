@@ -18,4 +18,4 @@ pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use open_edges::OpenEdges;
 pub use outline::outline;
 pub use series::Series;
-pub use wall::{Edge, Path, Walls};
+pub use wall::{Edge, Path, Walls, distance_to_segment};

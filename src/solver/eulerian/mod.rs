@@ -23,7 +23,7 @@ mod breach;
 mod faces;
 mod gradient;
 mod inputs;
-mod open;
+pub(super) mod open;
 mod primitive;
 mod reach;
 mod sections;

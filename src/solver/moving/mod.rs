@@ -6,6 +6,7 @@
 mod correction;
 mod kernel;
 mod neighbours;
+mod open;
 mod solver;
 mod step;
 
@@ -15,6 +16,7 @@ pub use kernel::{ChosenKernel, smoothing_factor};
 pub use neighbours::{CHUNK, ChunkNeighbours, Glance, Neighbours};
 pub use solver::MovingSolver;
 
+use open::OpenBoundaries;
 use rayon::prelude::*;
 
 use crate::bed::{BedParticles, BedPoint};
@@ -113,32 +115,41 @@ pub struct MovingWater {
     pub bed_points: Vec<BedPoint>,
     /// Where the time of the steps goes.
     pub phases: Phases,
+    /// What comes and goes.
+    open: OpenBoundaries,
 }
 
 impl MovingWater {
     /// Particles at rest on the bed of a problem.
     ///
     /// In one dimension the point of a wall and its mirror show the same: there walls are mirrors whatever `wall` says.
-    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, wall: WallMethod) -> Self {
+    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, methods: MovingMethods) -> Self {
         let lattice = &problem.bed.lattice;
+        let is_open =
+            |place: Vec2| problem.open_edges.is_open(place) || problem.forcing.boundary_at(place).is_some();
         let mut edges = match dimension {
-            Dimension::One => channel_ends(problem),
-            Dimension::Two => outline(&problem.bed, &problem.open_edges),
+            Dimension::One => channel_ends(problem, is_open),
+            Dimension::Two => outline(&problem.bed, is_open),
         };
+        let support = ChosenKernel::new(methods.kernel, dimension).support();
+        let (open, guides) = OpenBoundaries::new(problem, &edges, dimension, support);
+        edges.extend(guides);
         edges.extend(problem.walls.iter().map(|&[start, end]| Edge { start, end, is_open: false }));
         if dimension == Dimension::One {
             edges.retain(|edge| (edge.end - edge.start).x.abs() < 1e-6 * (edge.end - edge.start).norm());
         }
         let walls = Walls::new(edges, lattice.spacing);
-        let walls = match (wall, dimension) {
+        let walls = match (methods.wall, dimension) {
             (WallMethod::Mirror, _) | (_, Dimension::One) => walls,
             (WallMethod::VirtualParticles, Dimension::Two) => walls.with_virtual_particles(lattice.spacing),
         };
+        // Water that comes in is as wide as a cell.
+        let cell = if problem.forcing.is_still() { 0.0 } else { dimension.area(lattice.spacing) };
         MovingWater {
             dimension,
             gravity: problem.gravity,
             dry_depth: problem.dry_depth,
-            largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(0.0, f64::max),
+            largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(cell, f64::max),
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
             neighbours: Neighbours::default(),
@@ -146,7 +157,30 @@ impl MovingWater {
             bed: problem.bed.clone(),
             phases: Phases::default(),
             bed_points: Vec::new(),
+            open,
         }
+    }
+
+    /// Puts the buffer particles of open boundaries behind the water, for the time of an evaluation; returns how many particles
+    /// are water.
+    pub fn admit(&mut self) -> usize {
+        let fluid = self.particles.len();
+        if !self.open.is_empty() {
+            self.open.admit(&mut self.particles, &self.bed);
+        }
+        fluid
+    }
+
+    /// Takes the buffer particles out again, behind the first `fluid` ones.
+    pub fn dismiss(&mut self, fluid: usize) {
+        if !self.open.is_empty() {
+            self.open.dismiss(fluid, &mut self.particles, &mut self.rates);
+        }
+    }
+
+    /// Makes water of the buffer particles that came in.
+    pub(super) fn enter(&mut self) {
+        self.open.enter(&mut self.particles, &mut self.rates);
     }
 
     /// The bed at a place (m), by the same function everywhere; beside the terrain the tangent plane of the nearest riverbed
@@ -181,6 +215,8 @@ impl MovingWater {
                 *point = self.bed_at(position);
             }
         });
+        let fluid = points.len() - self.open.count();
+        points[fluid..].iter_mut().zip(self.open.bed_points()).for_each(|(point, beyond)| *point = beyond);
         self.bed_points = points;
     }
 
@@ -205,12 +241,12 @@ impl MovingWater {
 }
 
 /// The two ends of a channel of one dimension.
-fn channel_ends(problem: &FlowProblem) -> Vec<Edge> {
+fn channel_ends(problem: &FlowProblem, is_open: impl Fn(Vec2) -> bool) -> Vec<Edge> {
     let size = problem.bed.lattice.size();
     [0.0, size.x]
         .into_iter()
         .map(|x| {
-            let is_open = problem.open_edges.is_open(Vec2::new(x, 0.5 * size.y));
+            let is_open = is_open(Vec2::new(x, 0.5 * size.y));
             Edge { start: Vec2::new(x, -size.y), end: Vec2::new(x, 2.0 * size.y), is_open }
         })
         .collect()

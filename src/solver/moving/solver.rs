@@ -37,6 +37,7 @@ pub struct MovingSolver<F: Formulation> {
     first_choice: Option<StepChoice>,
     last_choice: Option<StepChoice>,
     moved: Vec<Moved>,
+    water_order: Vec<u32>,
     gridder: Gridder,
     /// How far (m) the fastest particle may have come since the latest gridding; no number before the first one.
     gridding_age: Option<f64>,
@@ -51,7 +52,7 @@ impl<F: Formulation> MovingSolver<F> {
         methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
-        let water = MovingWater::new(&problem, seeds, dimension, methods.wall);
+        let water = MovingWater::new(&problem, seeds, dimension, methods);
         let stored = seeds.iter().map(|seed| seed.volume).sum();
         let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let mut solver = MovingSolver {
@@ -66,6 +67,7 @@ impl<F: Formulation> MovingSolver<F> {
             first_choice: None,
             last_choice: None,
             moved: Vec::new(),
+            water_order: Vec::new(),
             gridder,
             gridding_age: None,
         };
@@ -141,6 +143,10 @@ impl<F: Formulation> MovingSolver<F> {
         }
         let (mut vectors, mut numbers, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         let particles = &mut self.water.particles;
+        // Buffer particles stand behind the water.
+        self.water_order.clear();
+        self.water_order.extend(order.iter().copied().filter(|&j| (j as usize) < particles.len()));
+        let order = &self.water_order[..];
         if order.len() != particles.len() {
             return;
         }
@@ -169,18 +175,27 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let mut choice =
             StepChoice { time_step: f64::INFINITY, limit: StepLimit::NoWater, position: Vec2::ZERO, max_speed: 0.0 };
         let mut max_speed_squared = 0.0_f64;
-        for (i, rates) in self.water.rates.iter().enumerate() {
-            let h = particles.smoothing_length[i];
-            let wave = rates.reach / (celerity(particles.depth[i], self.water.gravity) + rates.approach);
+        let mut limit = |rates: &Rates, h: f64, depth: f64, position: Vec2| {
+            let wave = rates.reach / (celerity(depth, self.water.gravity) + rates.approach);
             let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
             let step = self.courant * wave.min(push);
             if step < choice.time_step {
                 let limit = if push < wave { StepLimit::Acceleration } else { StepLimit::Courant };
-                choice = StepChoice { time_step: step, limit, position: particles.position[i], ..choice };
+                choice = StepChoice { time_step: step, limit, position, ..choice };
             }
+        };
+        for (i, rates) in self.water.rates.iter().enumerate() {
+            limit(rates, particles.smoothing_length[i], particles.depth[i], particles.position[i]);
             max_speed_squared = max_speed_squared.max(particles.velocity[i].norm_squared());
         }
+        self.water.open.signals().for_each(|(rates, h, depth, place)| limit(rates, h, depth, place));
         choice.max_speed = max_speed_squared.sqrt();
+        if !self.water.open.is_empty() {
+            // Without water a step as resting particles take it.
+            let dry = self.water.bed.lattice.spacing / self.water.gravity.sqrt();
+            let step = if choice.limit == StepLimit::NoWater { dry } else { choice.time_step };
+            choice.time_step = self.water.open.longest_step(step);
+        }
         self.first_choice = self.first_choice.or(Some(choice));
         self.last_choice = Some(choice);
         self.water.phases.end("choice of the step");
@@ -206,6 +221,8 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.time += time_step;
         self.steps += 1;
         self.ledger.outflow += outflow;
+        self.water.enter();
+        self.ledger.inflow = self.water.open.inflow();
         let squares = self.water.particles.velocity.par_iter().with_min_len(CHUNK).map(|v| v.norm_squared());
         let fastest = squares.reduce(|| 0.0, f64::max).sqrt();
         self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
@@ -229,7 +246,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
     }
 
     fn ledger(&self) -> Ledger {
-        Ledger { stored: self.water.particles.volume.iter().sum(), ..self.ledger }
+        Ledger { stored: self.water.particles.volume.iter().sum::<f64>() + self.water.open.owed(), ..self.ledger }
     }
 
     fn particles(&self) -> usize {

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::{CHUNK, Formulation, MovingWater};
 use crate::boundary::Path;
 use crate::math::Vec2;
+use crate::particles::Particle;
 use crate::physics::friction::manning::after_friction;
 
 /// A particle between two sub-steps.
@@ -60,6 +61,7 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
         }
     });
     let outflow = take_over(water, moved, true);
+    water.open.drift(dt);
     formulation.evaluate(water);
     finish::<F>(water, moved, dt, |rates, moved, least| {
         (
@@ -89,6 +91,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
         }
     });
     take_over(water, moved, false);
+    water.open.drift(dt);
     formulation.evaluate(water);
     let first = std::mem::take(moved);
     drift_from::<F>(
@@ -151,7 +154,13 @@ fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> 
     let mut kept = 0;
     for i in 0..moved.len() {
         if removes && moved[i].has_left {
-            outflow += particles.volume[i];
+            outflow += water.open.receive(&Particle {
+                position: moved[i].position,
+                velocity: moved[i].velocity,
+                volume: particles.volume[i],
+                depth: moved[i].depth,
+                smoothing_length: particles.smoothing_length[i] * moved[i].spread,
+            });
             continue;
         }
         moved[kept] = moved[i];
@@ -163,11 +172,7 @@ fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> 
         kept += 1;
     }
     moved.truncate(kept);
-    particles.position.truncate(kept);
-    particles.velocity.truncate(kept);
-    particles.depth.truncate(kept);
-    particles.volume.truncate(kept);
-    particles.smoothing_length.truncate(kept);
+    particles.truncate(kept);
     outflow
 }
 

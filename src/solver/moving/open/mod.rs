@@ -1,0 +1,413 @@
+//! Open boundaries of moving particles: rows of buffer particles beyond the edge that carry the state there.
+//!
+//! The state beyond a face comes from the water before it (`look`) and what is known there, by the functions that resting particles
+//! use (`physics::open_boundary`, (M40) to (M45)). Buffer particles carry its depth and velocity, and its level with the slope of the
+//! surface inside:
+//!
+//! ```text
+//! (M57)  d_b = d,   v_b = v,   η_b = z_f + d + ∇η·(x_b − x_f)
+//! ```
+//!
+//! They stand a support deep beyond the face, complete the kernels of the particles before it, and move with v. One that comes
+//! across the face is water from then on. A face owes what came in less what it gave,
+//!
+//! ```text
+//! (M58)  dB/dt = q w,   V = clamp(B + V_b/2 − d A x/l, V_b/2, 3 V_b/2),   B ← B − V,   V_b = d A
+//! ```
+//!
+//! with A the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each
+//! particle takes V_b, and B stays within half a particle. B belongs to the books. A particle that goes out across a face becomes a
+//! buffer particle, and its volume has left.
+
+mod faces;
+mod look;
+
+use crate::bed::{BedParticles, BedPoint};
+use crate::boundary::{Condition, Edge, distance_to_segment};
+use crate::math::Vec2;
+use crate::particles::{FluidParticles, Particle};
+use crate::physics::dimension::Dimension;
+use crate::physics::open_boundary::EdgeState;
+use crate::solver::FlowProblem;
+use crate::solver::eulerian::Scale;
+use crate::solver::eulerian::open::{Inside, Of, Passing, pass};
+use crate::solver::moving::{Rates, smoothing_factor};
+use faces::{Face, faces_and_guides};
+use look::{Look, Seen};
+
+/// What is beyond a face.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beyond {
+    /// Depth (m).
+    depth: f64,
+    /// Velocity (m/s).
+    velocity: Vec2,
+    /// Level (m) at the face, and its gradient.
+    surface: f64,
+    gradient: Vec2,
+    /// Velocity outwards (m/s).
+    outwards: f64,
+    /// How deep (m) the rows of buffer particles reach.
+    reach: f64,
+    /// The share of the discharge of its boundary.
+    share: f64,
+}
+
+/// A particle beyond an open boundary.
+#[derive(Clone, Copy, Debug)]
+struct BufferParticle {
+    face: u32,
+    position: Vec2,
+    area: f64,
+    smoothing_length: f64,
+    rates: Rates,
+}
+
+/// One boundary.
+#[derive(Debug)]
+struct Line {
+    condition: Condition,
+    /// Its faces, as a range of all.
+    faces: std::ops::Range<usize>,
+    inside: Vec<Inside>,
+    passing: Vec<Passing>,
+}
+
+/// All open boundaries with a condition.
+#[derive(Debug)]
+pub(in crate::solver) struct OpenBoundaries {
+    dimension: Dimension,
+    scale: Scale,
+    /// Distance (m) over edge of a particle at which it acts.
+    support: f64,
+    time: f64,
+    lines: Vec<Line>,
+    faces: Vec<Face>,
+    /// Open edges without a condition (m).
+    plain: Vec<[Vec2; 2]>,
+    seen: Vec<Seen>,
+    beyond: Vec<Option<Beyond>>,
+    /// B of each face (m³).
+    owed: Vec<f64>,
+    buffer: Vec<BufferParticle>,
+    look: Look,
+    inflow: f64,
+    farthest: Vec<f64>,
+    crossing: Vec<(u32, f64, u32)>,
+}
+
+impl OpenBoundaries {
+    /// The boundaries of a problem whose outline is `edges`, and the walls that guide the water beyond them.
+    ///
+    /// `kernel_support`: radius of the kernel's support in smoothing lengths
+    pub fn new(
+        problem: &FlowProblem,
+        edges: &[Edge],
+        dimension: Dimension,
+        kernel_support: f64,
+    ) -> (OpenBoundaries, Vec<Edge>) {
+        let spacing = problem.bed.lattice.spacing;
+        let support = kernel_support * smoothing_factor(dimension);
+        let (mut faces, guides) = faces_and_guides(problem, edges, dimension, GUIDED * support * spacing);
+        faces.sort_by_key(|face| face.line);
+        let line = |(number, boundary): (usize, &crate::boundary::Boundary)| {
+            let start = faces.partition_point(|face| face.line < number);
+            let end = faces.partition_point(|face| face.line <= number);
+            Line { condition: boundary.condition.clone(), faces: start..end, inside: Vec::new(), passing: Vec::new() }
+        };
+        let lines: Vec<Line> = problem.forcing.boundaries.iter().enumerate().map(line).collect();
+        let is_plain = |edge: &&Edge| {
+            let middle = (edge.start + edge.end) * 0.5;
+            edge.is_open && faces.iter().all(|face| face.distance(middle) > 0.1 * spacing)
+        };
+        let scale = Scale { spacing, gravity: problem.gravity, courant: problem.courant, dry_depth: problem.dry_depth };
+        let boundaries = OpenBoundaries {
+            dimension,
+            scale,
+            support,
+            time: 0.0,
+            plain: edges.iter().filter(is_plain).map(|edge| [edge.start, edge.end]).collect(),
+            seen: vec![Seen::default(); faces.len()],
+            beyond: vec![None; faces.len()],
+            owed: vec![0.0; faces.len()],
+            buffer: Vec::new(),
+            look: Look::new(&faces, lines.len(), dimension),
+            inflow: 0.0,
+            farthest: Vec::new(),
+            crossing: Vec::new(),
+            lines,
+            faces,
+        };
+        (boundaries, guides)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+
+    /// Volume (m³) that came in since the start.
+    pub fn inflow(&self) -> f64 {
+        self.inflow
+    }
+
+    /// Volume (m³) that came in and is no particle yet, less what particles brought in advance.
+    pub fn owed(&self) -> f64 {
+        self.owed.iter().sum()
+    }
+
+    /// Rates, smoothing lengths (m) and depths (m) of the buffer particles at the latest evaluation.
+    pub fn signals(&self) -> impl Iterator<Item = (&Rates, f64, f64, Vec2)> + '_ {
+        self.buffer.iter().filter_map(|particle| {
+            let beyond = self.beyond[particle.face as usize]?;
+            Some((&particle.rates, particle.smoothing_length, beyond.depth, particle.position))
+        })
+    }
+
+    /// Takes a particle that went out across an edge; returns the volume (m³) that has left the terrain by that.
+    pub fn receive(&mut self, particle: &Particle) -> f64 {
+        let place = particle.position;
+        let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
+        let distances = self.faces.iter().map(|face| face.distance(place)).enumerate();
+        let plain = self.plain.iter().map(|[start, end]| distance_to_segment(place, *start, *end));
+        let Some((index, _)) = distances.min_by(nearest).filter(|(_, d)| *d < plain.fold(f64::INFINITY, f64::min))
+        else {
+            return particle.volume;
+        };
+        self.buffer.push(BufferParticle {
+            face: index as u32,
+            position: place,
+            area: particle.volume / particle.depth,
+            smoothing_length: particle.smoothing_length,
+            rates: Rates::default(),
+        });
+        if matches!(self.lines[self.faces[index].line].condition, Condition::Discharge { .. }) {
+            // What comes in is known, so that this one has been too early.
+            self.owed[index] += particle.volume;
+            return 0.0;
+        }
+        particle.volume
+    }
+
+    /// Moves the buffer particles for a time (s) and books what comes in.
+    pub fn drift(&mut self, dt: f64) {
+        let (from, to) = (self.time, self.time + dt);
+        self.time = to;
+        for line in &self.lines {
+            let imposed = match &line.condition {
+                Condition::Discharge { discharge, .. } => {
+                    let volume = discharge.integral(from, to).max(0.0);
+                    Some(if self.dimension == Dimension::One { volume / self.scale.spacing } else { volume })
+                }
+                _ => None,
+            };
+            if let Some(volume) = imposed {
+                self.inflow += volume;
+            }
+            for index in line.faces.clone() {
+                let Some(beyond) = &self.beyond[index] else { continue };
+                let comes = match imposed {
+                    Some(volume) => volume * beyond.share,
+                    None => {
+                        let comes = beyond.depth * (-beyond.outwards).max(0.0) * self.faces[index].width * dt;
+                        self.inflow += comes;
+                        comes
+                    }
+                };
+                self.owed[index] += comes;
+            }
+        }
+        for particle in &mut self.buffer {
+            if let Some(beyond) = &self.beyond[particle.face as usize] {
+                particle.position += beyond.velocity * dt;
+            }
+        }
+    }
+
+    /// Finds the state beyond each face from the water before it.
+    fn find_states(&mut self, particles: &FluidParticles, bed: &BedParticles) {
+        self.look.look(&self.faces, particles, bed, &mut self.seen);
+        let g = self.scale.gravity;
+        let now = (self.time, self.time);
+        for line in &mut self.lines {
+            let range = line.faces.clone();
+            line.inside.clear();
+            line.inside.extend(range.clone().map(|i| inside(&self.faces[i], &self.seen[i], &self.scale)));
+            pass(&line.condition, &line.inside, (&self.scale, 0.0), (now, Of::Mean), &mut line.passing);
+            let is_imposed = matches!(line.condition, Condition::Discharge { .. });
+            let total: f64 = line.passing.iter().zip(&line.inside).map(|(passing, i)| passing.mass * i.width()).sum();
+            for ((index, inside), passing) in range.zip(&line.inside).zip(&line.passing) {
+                let (face, seen) = (&self.faces[index], &self.seen[index]);
+                let state = state_beyond(inside, passing, is_imposed, g);
+                let is_there = state.depth > self.scale.dry_depth && (seen.is_water() || state.outwards < 0.0);
+                self.beyond[index] = is_there.then(|| {
+                    let along = face.outwards.perpendicular();
+                    let tangent = if state.outwards > 0.0 { along * seen.velocity.dot(along) } else { Vec2::ZERO };
+                    let area = seen.area.max(self.scale.spacing * face.width);
+                    Beyond {
+                        depth: state.depth,
+                        velocity: face.outwards * state.outwards + tangent,
+                        surface: face.sill + state.depth,
+                        gradient: if seen.is_water() { seen.gradient } else { face.slope },
+                        outwards: state.outwards,
+                        reach: self.support * self.dimension.edge(area) + self.scale.spacing,
+                        share: if total < 0.0 { passing.mass * inside.width() / total } else { 0.0 },
+                    }
+                });
+            }
+        }
+    }
+
+    /// Drops the buffer particles that nobody needs and completes the rows.
+    fn renew_rows(&mut self) {
+        let (beyond, faces) = (&self.beyond, &self.faces);
+        self.buffer.retain(|particle| {
+            let face = particle.face as usize;
+            beyond[face].is_some_and(|state| faces[face].beyond(particle.position) < state.reach)
+        });
+        let length = self.scale.spacing;
+        self.farthest.clear();
+        self.farthest.resize(self.faces.len(), f64::NEG_INFINITY);
+        for particle in &self.buffer {
+            let (face, farthest) = (&self.faces[particle.face as usize], &mut self.farthest[particle.face as usize]);
+            *farthest = farthest.max(face.beyond(particle.position));
+        }
+        for (index, face) in self.faces.iter().enumerate() {
+            let (Some(state), farthest) = (&self.beyond[index], self.farthest[index]) else { continue };
+            let is_new = farthest == f64::NEG_INFINITY;
+            if !is_new && state.outwards > 0.0 {
+                continue;
+            }
+            let mut row = if is_new { 0.5 * length } else { farthest + length };
+            let area = face.width * length;
+            while row < state.reach {
+                self.buffer.push(BufferParticle {
+                    face: index as u32,
+                    position: face.middle + face.outwards * row,
+                    area,
+                    smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+                    rates: Rates::default(),
+                });
+                row += length;
+            }
+        }
+    }
+
+    /// Appends the buffer particles to the water before an evaluation.
+    pub fn admit(&mut self, particles: &mut FluidParticles, bed: &BedParticles) {
+        self.find_states(particles, bed);
+        self.renew_rows();
+        for particle in &self.buffer {
+            if let Some(state) = &self.beyond[particle.face as usize] {
+                particles.push(&Particle {
+                    position: particle.position,
+                    velocity: state.velocity,
+                    volume: particle.area * state.depth,
+                    depth: state.depth,
+                    smoothing_length: particle.smoothing_length,
+                });
+            }
+        }
+    }
+
+    /// Number of buffer particles.
+    pub fn count(&self) -> usize {
+        self.buffer.len()
+    }
+
+    /// The bed under the buffer particles: what their level leaves below their depth.
+    pub fn bed_points(&self) -> impl Iterator<Item = BedPoint> + '_ {
+        self.buffer.iter().filter_map(|particle| {
+            let state = self.beyond[particle.face as usize]?;
+            let face = &self.faces[particle.face as usize];
+            let level = state.surface + state.gradient.dot(particle.position - face.middle);
+            Some(BedPoint { elevation: level - state.depth, slope: face.slope })
+        })
+    }
+
+    /// Takes the buffer particles, those behind the first `fluid`, out of the water again after an evaluation.
+    pub fn dismiss(&mut self, fluid: usize, particles: &mut FluidParticles, rates: &mut Vec<Rates>) {
+        for (k, particle) in self.buffer.iter_mut().enumerate() {
+            particle.smoothing_length = particles.smoothing_length[fluid + k];
+            particle.rates = rates[fluid + k];
+        }
+        particles.truncate(fluid);
+        rates.truncate(fluid);
+    }
+
+    /// Turns the buffer particles that came across their face into water.
+    pub fn enter(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>) {
+        self.crossing.clear();
+        for (k, particle) in self.buffer.iter().enumerate() {
+            let way = -self.faces[particle.face as usize].beyond(particle.position);
+            if way > 0.0 {
+                self.crossing.push((particle.face, way, k as u32));
+            }
+        }
+        if self.crossing.is_empty() {
+            return;
+        }
+        // Those that came first go first.
+        self.crossing.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
+        for &(face, way, k) in &self.crossing {
+            let Some(state) = self.beyond[face as usize] else { continue };
+            let particle = &self.buffer[k as usize];
+            let usual = particle.area * state.depth;
+            let length = particle.area / self.faces[face as usize].width;
+            let owed = &mut self.owed[face as usize];
+            let volume = (*owed + 0.5 * usual - usual * way / length).clamp(0.5 * usual, 1.5 * usual);
+            *owed -= volume;
+            particles.push(&Particle {
+                position: particle.position,
+                velocity: state.velocity,
+                volume,
+                depth: state.depth,
+                smoothing_length: particle.smoothing_length,
+            });
+            rates.push(particle.rates);
+        }
+        let faces = &self.faces;
+        self.buffer.retain(|particle| faces[particle.face as usize].beyond(particle.position) >= 0.0);
+    }
+
+    /// The longest step (s) in which what comes in at most does not outrun a particle.
+    pub fn longest_step(&mut self, step: f64) -> f64 {
+        let mut longest = step;
+        let of = ((self.time, self.time + step), Of::Largest);
+        for line in &mut self.lines {
+            if !matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_)) {
+                continue;
+            }
+            pass(&line.condition, &line.inside, (&self.scale, 0.0), of, &mut line.passing);
+            for (index, passing) in line.faces.clone().zip(&line.passing) {
+                let Some(state) = passing.beyond.filter(|state| state.outwards < 0.0) else { continue };
+                let now = self.beyond[index].map_or(0.0, |beyond| beyond.outwards);
+                let speed = (self.scale.gravity * state.depth).sqrt() + (state.outwards - now).abs();
+                let reach = smoothing_factor(self.dimension) * self.scale.spacing;
+                longest = longest.min(self.scale.courant * reach / speed.max(f64::MIN_POSITIVE));
+            }
+        }
+        longest
+    }
+}
+
+/// Guides are so many supports of a particle of one spacing long.
+const GUIDED: f64 = 2.0;
+
+/// What is known at a face.
+fn inside(face: &Face, seen: &Seen, scale: &Scale) -> Inside {
+    let depth = seen.surface - face.sill;
+    let is_wet = seen.is_water() && depth > scale.dry_depth;
+    let state = is_wet.then(|| EdgeState { depth, outwards: seen.velocity.dot(face.outwards) });
+    Inside::at_face(state, face.sill, scale.gravity).with(face.width_in(scale.spacing), face.friction, face.rest)
+}
+
+/// The state that buffer particles carry: that beyond, or that of the water before the face where it leaves faster than waves run and
+/// nothing drowns it; at rest where the face is as a wall.
+fn state_beyond(inside: &Inside, passing: &Passing, is_imposed: bool, g: f64) -> EdgeState {
+    let before = inside.state();
+    let Some(beyond) = passing.beyond else { return EdgeState { outwards: 0.0, ..before } };
+    let thrust = |s: &EdgeState| s.depth * s.outwards * s.outwards + 0.5 * g * s.depth * s.depth;
+    let is_fast = before.outwards > 0.0 && before.outwards * before.outwards >= g * before.depth;
+    if is_fast && !is_imposed && thrust(&before) >= thrust(&beyond) { before } else { beyond }
+}
