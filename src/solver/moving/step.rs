@@ -52,8 +52,8 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
         let (v, d) = (water.particles.velocity[i], water.particles.depth[i]);
         let half_velocity = v + rates.acceleration * (0.5 * dt);
         Moved {
-            position: water.particles.position[i] + (half_velocity + rates.shift) * dt,
-            velocity: v + rates.acceleration * dt,
+            position: water.particles.position[i] + (slowed(water, i, half_velocity, 0.5 * dt) + rates.shift) * dt,
+            velocity: slowed(water, i, v + rates.acceleration * dt, dt),
             depth: depth_by_fraction(d, rates.depth_rate, dt, water.least_depth(i)),
             kept_velocity: half_velocity,
             kept_depth: depth_by_fraction(d, rates.depth_rate, 0.5 * dt, water.least_depth(i)),
@@ -79,7 +79,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
         let (x, v, d) = (water.particles.position[i], water.particles.velocity[i], water.particles.depth[i]);
         Moved {
             position: x + (v + rates.shift) * dt,
-            velocity: v + rates.acceleration * dt,
+            velocity: slowed(water, i, v + rates.acceleration * dt, dt),
             depth: depth_by_exponential(d, rates.depth_rate / d, dt, water.least_depth(i)),
             kept_position: x,
             kept_velocity: v,
@@ -114,6 +114,13 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
     finish::<F>(water, moved, dt, |_, moved, _| (moved.velocity, moved.depth));
     formulation.evaluate(water);
     outflow
+}
+
+/// The velocity (m/s) of particle `i` after friction of a time (s) at its present place and depth.
+#[inline]
+fn slowed(water: &MovingWater, i: usize, velocity: Vec2, time: f64) -> Vec2 {
+    let n = water.manning_at(water.particles.position[i]);
+    if n > 0.0 { after_friction(velocity, water.particles.depth[i], n, water.gravity, time) } else { velocity }
 }
 
 fn drift<F: Formulation>(

@@ -407,7 +407,8 @@ fn inside(face: &Face, seen: &Seen, scale: &Scale) -> Inside {
 fn state_beyond(inside: &Inside, passing: &Passing, is_imposed: bool, g: f64) -> EdgeState {
     let before = inside.state();
     let Some(beyond) = passing.beyond else { return EdgeState { outwards: 0.0, ..before } };
-    let thrust = |s: &EdgeState| s.depth * s.outwards * s.outwards + 0.5 * g * s.depth * s.depth;
     let is_fast = before.outwards > 0.0 && before.outwards * before.outwards >= g * before.depth;
-    if is_fast && !is_imposed && thrust(&before) >= thrust(&beyond) { before } else { beyond }
+    // A bore comes in where less water leaves behind it than before it.
+    let is_drowned = beyond.depth > before.depth && beyond.depth * beyond.outwards < before.depth * before.outwards;
+    if is_fast && !is_imposed && !is_drowned { before } else { beyond }
 }
