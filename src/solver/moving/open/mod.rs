@@ -248,7 +248,7 @@ impl OpenBoundaries {
                         depth: state.depth,
                         velocity: face.outwards * state.outwards + tangent,
                         surface: face.sill + state.depth,
-                        gradient: if seen.is_water() { seen.gradient } else { face.slope },
+                        gradient: if seen.is_water() && -state.outwards < (g * state.depth).sqrt() { seen.gradient } else { face.slope },
                         outwards: state.outwards,
                         reach: self.support * self.dimension.edge(area) + self.scale.spacing,
                         share: if total < 0.0 { passing.mass * inside.width() / total } else { 0.0 },
