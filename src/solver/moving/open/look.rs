@@ -21,6 +21,9 @@ use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
 
 /// Σ A W at a face from which on there is water before it; before the straight edge of a water it is a half.
 const LEAST_COVER: f64 = 0.1;
+/// The kernels of particles are so many times as wide as in their forces: with one side of a support alone there are moments in which
+/// one particle tells all.
+const WIDTH: f64 = 2.0;
 /// The particles tell a slope along a direction in which they scatter by this share of their mean area, at least.
 const LEAST_SCATTER: f64 = 0.05;
 
@@ -95,7 +98,7 @@ impl Look {
         self.supports.clear();
         self.samples.clear();
         for i in 0..particles.len() {
-            let (place, support) = (particles.position[i], CubicSpline::SUPPORT * particles.smoothing_length[i]);
+            let (place, support) = (particles.position[i], WIDTH * CubicSpline::SUPPORT * particles.smoothing_length[i]);
             let is_near = |[low, high]: &[Vec2; 2]| {
                 place.x > low.x - support
                     && place.x < high.x + support
@@ -113,7 +116,7 @@ impl Look {
                 velocity: particles.velocity[i],
                 surface: point.elevation + particles.depth[i],
                 area: particles.volume[i] / particles.depth[i],
-                inverse_h: 1.0 / particles.smoothing_length[i],
+                inverse_h: 1.0 / (WIDTH * particles.smoothing_length[i]),
             });
         }
         self.grid.build(&self.positions, &self.supports);
