@@ -35,8 +35,10 @@ pub(super) struct Seen {
     /// Level (m) at the face, and its gradient.
     pub surface: f64,
     pub gradient: Vec2,
-    /// Velocity (m/s) at the face.
+    /// Velocity (m/s) at the face, and the gradients of its components (1/s).
     pub velocity: Vec2,
+    pub along_u: Vec2,
+    pub along_v: Vec2,
     /// Mean area of the particles (m²; in one dimension length, m).
     pub area: f64,
 }
@@ -176,6 +178,8 @@ impl Look {
             surface: datum + surface - gradient.dot(offset),
             gradient,
             velocity: velocity - Vec2::new(along_u.dot(offset), along_v.dot(offset)),
+            along_u,
+            along_v,
             area,
         }
     }

@@ -45,6 +45,9 @@ struct Beyond {
     /// Level (m) at the face, and its gradient.
     surface: f64,
     gradient: Vec2,
+    /// Gradients of the components of the velocity (1/s).
+    along_u: Vec2,
+    along_v: Vec2,
     /// Velocity outwards (m/s).
     outwards: f64,
     /// How deep (m) the rows of buffer particles reach.
@@ -244,11 +247,20 @@ impl OpenBoundaries {
                     let along = face.outwards.perpendicular();
                     let tangent = if state.outwards > 0.0 { along * seen.velocity.dot(along) } else { Vec2::ZERO };
                     let area = seen.area.max(self.scale.spacing * face.width);
+                    // Water that comes in faster than waves run knows nothing of that before it.
+                    let is_told = seen.is_water() && -state.outwards < (g * state.depth).sqrt();
+                    let (gradient, along_u, along_v) = if is_told {
+                        (seen.gradient, seen.along_u, seen.along_v)
+                    } else {
+                        (face.slope, Vec2::ZERO, Vec2::ZERO)
+                    };
                     Beyond {
                         depth: state.depth,
                         velocity: face.outwards * state.outwards + tangent,
                         surface: face.sill + state.depth,
-                        gradient: if seen.is_water() && -state.outwards < (g * state.depth).sqrt() { seen.gradient } else { face.slope },
+                        gradient,
+                        along_u,
+                        along_v,
                         outwards: state.outwards,
                         reach: self.support * self.dimension.edge(area) + self.scale.spacing,
                         share: if total < 0.0 { passing.mass * inside.width() / total } else { 0.0 },
@@ -299,9 +311,10 @@ impl OpenBoundaries {
         self.renew_rows();
         for particle in &self.buffer {
             if let Some(state) = &self.beyond[particle.face as usize] {
+                let offset = particle.position - self.faces[particle.face as usize].middle;
                 particles.push(&Particle {
                     position: particle.position,
-                    velocity: state.velocity,
+                    velocity: state.velocity + Vec2::new(state.along_u.dot(offset), state.along_v.dot(offset)),
                     volume: particle.area * state.depth,
                     depth: state.depth,
                     smoothing_length: particle.smoothing_length,
