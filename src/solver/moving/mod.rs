@@ -183,6 +183,22 @@ impl MovingWater {
         self.open.enter(&mut self.particles, &mut self.rates);
     }
 
+    /// Puts what open boundaries owe into the water for its gridding; returns how many particles are water.
+    pub(super) fn lend(&mut self) -> usize {
+        let fluid = self.particles.len();
+        if !self.open.is_empty() {
+            self.open.lend(&mut self.particles);
+        }
+        fluid
+    }
+
+    /// Undoes `lend`.
+    pub(super) fn take_back(&mut self, fluid: usize) {
+        if !self.open.is_empty() {
+            self.open.take_back(fluid, &mut self.particles);
+        }
+    }
+
     /// The bed at a place (m), by the same function everywhere; beside the terrain the tangent plane of the nearest riverbed
     /// particle, and infinitely high where none is within two cells.
     pub fn bed_at(&self, place: Vec2) -> BedPoint {

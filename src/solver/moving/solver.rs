@@ -240,9 +240,11 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         }
         self.gridding_age = Some(0.0);
         self.water.phases.start();
-        let water = self.gridder.grid(&self.water.bed, &self.water.particles);
+        let fluid = self.water.lend();
+        self.gridder.grid(&self.water.bed, &self.water.particles);
+        self.water.take_back(fluid);
         self.water.phases.end("gridding");
-        water
+        self.gridder.water()
     }
 
     fn ledger(&self) -> Ledger {

@@ -58,6 +58,7 @@ pub(super) struct Look {
     boxes: Vec<[Vec2; 2]>,
     positions: Vec<Vec2>,
     supports: Vec<f64>,
+    indices: Vec<u32>,
     samples: Vec<Sample>,
     grid: CellGrid,
 }
@@ -89,39 +90,65 @@ impl Look {
             boxes,
             positions: Vec::new(),
             supports: Vec::new(),
+            indices: Vec::new(),
             samples: Vec::new(),
             grid: CellGrid::default(),
         }
     }
 
-    /// Fills `seen` with the water before each face.
-    pub fn look(&mut self, faces: &[Face], particles: &FluidParticles, bed: &BedParticles, seen: &mut Vec<Seen>) {
+    /// Lists the particles that reach a box by `widths` times their support.
+    fn list(&mut self, particles: &FluidParticles, widths: f64) {
         self.positions.clear();
         self.supports.clear();
-        self.samples.clear();
+        self.indices.clear();
         for i in 0..particles.len() {
-            let (place, support) = (particles.position[i], WIDTH * CubicSpline::SUPPORT * particles.smoothing_length[i]);
+            let (place, support) = (particles.position[i], widths * CubicSpline::SUPPORT * particles.smoothing_length[i]);
             let is_near = |[low, high]: &[Vec2; 2]| {
                 place.x > low.x - support
                     && place.x < high.x + support
                     && place.y > low.y - support
                     && place.y < high.y + support
             };
-            if !self.boxes.iter().any(is_near) {
-                continue;
+            if self.boxes.iter().any(is_near) {
+                self.positions.push(place);
+                self.supports.push(support);
+                self.indices.push(i as u32);
             }
-            let Some(point) = bed.at(place) else { continue };
-            self.positions.push(place);
-            self.supports.push(support);
+        }
+        self.grid.build(&self.positions, &self.supports);
+    }
+
+    /// The particle nearest to a place, up to a distance (m), of those that `gather` listed.
+    pub fn nearest(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) -> Option<usize> {
+        found.clear();
+        self.grid.within(place, reach, found);
+        let distance = |&k: &u32| ((self.positions[k as usize] - place).norm_squared(), self.indices[k as usize]);
+        let near = found.iter().map(distance).filter(|(squared, _)| *squared < reach * reach);
+        near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, index)| index as usize)
+    }
+
+    /// Lists the particles near the boundaries for `nearest`.
+    pub fn gather(&mut self, particles: &FluidParticles) {
+        self.list(particles, 1.0);
+    }
+
+    /// Fills `seen` with the water before each face.
+    pub fn look(&mut self, faces: &[Face], particles: &FluidParticles, bed: &BedParticles, seen: &mut Vec<Seen>) {
+        self.list(particles, WIDTH);
+        self.samples.clear();
+        for &i in &self.indices {
+            let (i, place) = (i as usize, particles.position[i as usize]);
+            // Beside the terrain no level is known: such a particle counts nothing.
+            let point = bed.at(place);
+            let elevation = point.map_or(0.0, |point| point.elevation);
             self.samples.push(Sample {
                 position: place,
                 velocity: particles.velocity[i],
-                surface: point.elevation + particles.depth[i],
-                area: particles.volume[i] / particles.depth[i],
+                surface: elevation + particles.depth[i],
+                area: if point.is_some() { particles.volume[i] / particles.depth[i] } else { 0.0 },
                 inverse_h: 1.0 / (WIDTH * particles.smoothing_length[i]),
             });
         }
-        self.grid.build(&self.positions, &self.supports);
         seen.resize(faces.len(), Seen::default());
         let this = &*self;
         seen.par_iter_mut().zip(faces).with_min_len(8).for_each_init(Vec::new, |found, (seen, face)| {

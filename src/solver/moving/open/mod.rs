@@ -74,6 +74,10 @@ struct Line {
     faces: std::ops::Range<usize>,
     inside: Vec<Inside>,
     passing: Vec<Passing>,
+    /// Its lowest face.
+    lowest: usize,
+    /// Volume (m³) that came in while it was too little for any face.
+    waiting: f64,
 }
 
 /// All open boundaries with a condition.
@@ -97,6 +101,8 @@ pub(in crate::solver) struct OpenBoundaries {
     inflow: f64,
     farthest: Vec<f64>,
     crossing: Vec<(u32, f64, u32)>,
+    near: Vec<u32>,
+    lent: Vec<(usize, f64)>,
 }
 
 impl OpenBoundaries {
@@ -116,7 +122,9 @@ impl OpenBoundaries {
         let line = |(number, boundary): (usize, &crate::boundary::Boundary)| {
             let start = faces.partition_point(|face| face.line < number);
             let end = faces.partition_point(|face| face.line <= number);
-            Line { condition: boundary.condition.clone(), faces: start..end, inside: Vec::new(), passing: Vec::new() }
+            let by_sill = |a: &usize, b: &usize| faces[*a].sill.total_cmp(&faces[*b].sill);
+            let lowest = (start..end).min_by(by_sill).unwrap_or(start);
+            Line { condition: boundary.condition.clone(), faces: start..end, lowest, inside: Vec::new(), passing: Vec::new(), waiting: 0.0 }
         };
         let lines: Vec<Line> = problem.forcing.boundaries.iter().enumerate().map(line).collect();
         let is_plain = |edge: &&Edge| {
@@ -138,6 +146,8 @@ impl OpenBoundaries {
             inflow: 0.0,
             farthest: Vec::new(),
             crossing: Vec::new(),
+            near: Vec::new(),
+            lent: Vec::new(),
             lines,
             faces,
         };
@@ -156,7 +166,7 @@ impl OpenBoundaries {
 
     /// Volume (m³) that came in and is no particle yet, less what particles brought in advance.
     pub fn owed(&self) -> f64 {
-        self.owed.iter().sum()
+        self.owed.iter().sum::<f64>() + self.lines.iter().map(|line| line.waiting).sum::<f64>()
     }
 
     /// Rates, smoothing lengths (m) and depths (m) of the buffer particles at the latest evaluation.
@@ -196,7 +206,7 @@ impl OpenBoundaries {
     pub fn drift(&mut self, dt: f64) {
         let (from, to) = (self.time, self.time + dt);
         self.time = to;
-        for line in &self.lines {
+        for line in &mut self.lines {
             let imposed = match &line.condition {
                 Condition::Discharge { discharge, .. } => {
                     let volume = discharge.integral(from, to).max(0.0);
@@ -206,11 +216,14 @@ impl OpenBoundaries {
             };
             if let Some(volume) = imposed {
                 self.inflow += volume;
+                line.waiting += volume;
             }
+            let is_passed_on = self.beyond[line.faces.clone()].iter().flatten().any(|beyond| beyond.share > 0.0);
+            let waits = if is_passed_on { std::mem::take(&mut line.waiting) } else { 0.0 };
             for index in line.faces.clone() {
                 let Some(beyond) = &self.beyond[index] else { continue };
                 let comes = match imposed {
-                    Some(volume) => volume * beyond.share,
+                    Some(_) => waits * beyond.share,
                     None => {
                         let comes = beyond.depth * (-beyond.outwards).max(0.0) * self.faces[index].width * dt;
                         self.inflow += comes;
@@ -238,7 +251,7 @@ impl OpenBoundaries {
             line.inside.extend(range.clone().map(|i| inside(&self.faces[i], &self.seen[i], &self.scale)));
             pass(&line.condition, &line.inside, (&self.scale, 0.0), (now, Of::Mean), &mut line.passing);
             let is_imposed = matches!(line.condition, Condition::Discharge { .. });
-            let total: f64 = line.passing.iter().zip(&line.inside).map(|(passing, i)| passing.mass * i.width()).sum();
+            let mut total = 0.0;
             for ((index, inside), passing) in range.zip(&line.inside).zip(&line.passing) {
                 let (face, seen) = (&self.faces[index], &self.seen[index]);
                 let state = state_beyond(inside, passing, is_imposed, g);
@@ -263,9 +276,13 @@ impl OpenBoundaries {
                         along_v,
                         outwards: state.outwards,
                         reach: self.support * self.dimension.edge(area) + self.scale.spacing,
-                        share: if total < 0.0 { passing.mass * inside.width() / total } else { 0.0 },
+                        share: (-passing.mass * inside.width()).max(0.0),
                     }
                 });
+                total += self.beyond[index].map_or(0.0, |beyond| beyond.share);
+            }
+            for beyond in self.beyond[line.faces.clone()].iter_mut().flatten() {
+                beyond.share = if total > 0.0 { beyond.share / total } else { 0.0 };
             }
         }
     }
@@ -381,6 +398,50 @@ impl OpenBoundaries {
         }
         let faces = &self.faces;
         self.buffer.retain(|particle| faces[particle.face as usize].beyond(particle.position) >= 0.0);
+    }
+
+    /// Puts what the faces owe into the water for its gridding: the particle before a face takes it, or one of its own stands there
+    /// where none is near. `take_back` undoes it.
+    pub fn lend(&mut self, particles: &mut FluidParticles) {
+        self.lent.clear();
+        let near = &mut self.near;
+        self.look.gather(particles);
+        for (index, face) in self.faces.iter().enumerate() {
+            let mut owed = self.owed[index];
+            let line = &self.lines[face.line];
+            if line.waiting > 0.0 && line.lowest == index {
+                owed += line.waiting;
+            }
+            if owed == 0.0 {
+                continue;
+            }
+            let nearest = self.look.nearest(face.middle, 2.0 * self.scale.spacing, near);
+            match nearest {
+                Some(i) if particles.volume[i] + owed > 0.0 => {
+                    self.lent.push((i, particles.volume[i]));
+                    particles.volume[i] += owed;
+                }
+                None if owed > 0.0 => {
+                    let area = face.width * self.scale.spacing;
+                    particles.push(&Particle {
+                        position: face.middle - face.outwards * (0.25 * self.scale.spacing),
+                        velocity: Vec2::ZERO,
+                        volume: owed,
+                        depth: self.beyond[index].map_or(owed / area, |beyond| beyond.depth),
+                        smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Leaves `fluid` particles with the volumes that they had before `lend`.
+    pub fn take_back(&mut self, fluid: usize, particles: &mut FluidParticles) {
+        particles.truncate(fluid);
+        for &(i, volume) in self.lent.iter().rev() {
+            particles.volume[i] = volume;
+        }
     }
 
     /// The longest step (s) in which what comes in at most does not outrun a particle.
