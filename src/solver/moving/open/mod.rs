@@ -486,3 +486,6 @@ fn state_beyond(inside: &Inside, passing: &Passing, is_imposed: bool, g: f64) ->
     let is_drowned = beyond.depth > before.depth && beyond.depth * beyond.outwards < before.depth * before.outwards;
     if is_fast && !is_imposed && !is_drowned { before } else { beyond }
 }
+
+#[cfg(test)]
+mod tests;
