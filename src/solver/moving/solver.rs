@@ -222,7 +222,6 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.steps += 1;
         self.ledger.outflow += outflow;
         self.water.enter();
-        self.ledger.inflow = self.water.open.inflow();
         let squares = self.water.particles.velocity.par_iter().with_min_len(CHUNK).map(|v| v.norm_squared());
         let fastest = squares.reduce(|| 0.0, f64::max).sqrt();
         self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
@@ -248,7 +247,10 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
     }
 
     fn ledger(&self) -> Ledger {
-        Ledger { stored: self.water.particles.volume.iter().sum::<f64>() + self.water.open.owed(), ..self.ledger }
+        let open = &self.water.open;
+        let (inflow, outflow) = (self.ledger.inflow + open.inflow(), self.ledger.outflow + open.outflow());
+        let stored = self.water.particles.volume.iter().sum::<f64>() + open.owed();
+        Ledger { inflow, outflow, stored, ..self.ledger }
     }
 
     fn particles(&self) -> usize {

@@ -34,6 +34,18 @@ impl Face {
         (place - self.middle).dot(self.outwards)
     }
 
+    /// The share of a particle (0 to 1) that stands beyond the face: that of its edge (m) along the way out.
+    pub fn share_beyond(&self, place: Vec2, edge: f64) -> f64 {
+        (0.5 + self.beyond(place) / edge).clamp(0.0, 1.0)
+    }
+
+    /// Whether a place lies before the piece, or behind it, and not to a side.
+    pub fn faces(&self, place: Vec2) -> bool {
+        let along = (place - self.middle).cross(self.outwards);
+        let half = 0.5 * (self.ends[1] - self.ends[0]).norm();
+        along > -half && along <= half
+    }
+
     /// Its length in spacings; 1 in one dimension.
     pub fn width_in(&self, spacing: f64) -> f64 {
         (self.ends[1] - self.ends[0]).norm() / spacing

@@ -118,6 +118,13 @@ impl Look {
         self.grid.build(&self.positions, &self.supports);
     }
 
+    /// Fills `found` with the particles near a place of those that were listed last, by their index.
+    pub fn near(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) {
+        found.clear();
+        self.grid.within(place, reach, found);
+        found.iter_mut().for_each(|k| *k = self.indices[*k as usize]);
+    }
+
     /// The particle nearest to a place, up to a distance (m), of those that `gather` listed.
     pub fn nearest(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) -> Option<usize> {
         found.clear();

@@ -96,12 +96,19 @@ pub(in crate::solver) struct OpenBoundaries {
     beyond: Vec<Option<Beyond>>,
     /// B of each face (m³).
     owed: Vec<f64>,
+    /// Volume (m³) of the particles that went out across each face since its state was found.
+    crossed: Vec<f64>,
+    /// B + P of each face (m³) through which water leaves, from the moment on at which it began to; none where it does not.
+    phase: Vec<Option<f64>>,
     buffer: Vec<BufferParticle>,
     look: Look,
     inflow: f64,
+    outflow: f64,
     farthest: Vec<f64>,
     crossing: Vec<(u32, f64, u32)>,
     near: Vec<u32>,
+    /// Volume (m³) of the buffer particles of each face that stands before it.
+    returning: Vec<f64>,
     lent: Vec<(usize, f64)>,
 }
 
@@ -141,12 +148,16 @@ impl OpenBoundaries {
             seen: vec![Seen::default(); faces.len()],
             beyond: vec![None; faces.len()],
             owed: vec![0.0; faces.len()],
+            crossed: vec![0.0; faces.len()],
+            phase: vec![None; faces.len()],
             buffer: Vec::new(),
             look: Look::new(&faces, lines.len(), dimension),
             inflow: 0.0,
+            outflow: 0.0,
             farthest: Vec::new(),
             crossing: Vec::new(),
             near: Vec::new(),
+            returning: Vec::new(),
             lent: Vec::new(),
             lines,
             faces,
@@ -164,6 +175,11 @@ impl OpenBoundaries {
         self.inflow
     }
 
+    /// Volume (m³) that left since the start.
+    pub fn outflow(&self) -> f64 {
+        self.outflow
+    }
+
     /// Volume (m³) that came in and is no particle yet, less what particles brought in advance.
     pub fn owed(&self) -> f64 {
         self.owed.iter().sum::<f64>() + self.lines.iter().map(|line| line.waiting).sum::<f64>()
@@ -177,7 +193,7 @@ impl OpenBoundaries {
         })
     }
 
-    /// Takes a particle that went out across an edge; returns the volume (m³) that has left the terrain by that.
+    /// Takes a particle that went out across an edge; returns its volume (m³) where there is no boundary with a condition.
     pub fn receive(&mut self, particle: &Particle) -> f64 {
         let place = particle.position;
         let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
@@ -194,12 +210,47 @@ impl OpenBoundaries {
             smoothing_length: particle.smoothing_length,
             rates: Rates::default(),
         });
-        if matches!(self.lines[self.faces[index].line].condition, Condition::Discharge { .. }) {
-            // What comes in is known, so that this one has been too early.
-            self.owed[index] += particle.volume;
-            return 0.0;
+        self.crossed[index] += particle.volume;
+        0.0
+    }
+
+    /// Books what left since the states were found before.
+    fn book_outflow(&mut self, particles: &FluidParticles) {
+        for index in 0..self.faces.len() {
+            let crossed = std::mem::take(&mut self.crossed[index]);
+            let condition = &self.lines[self.faces[index].line].condition;
+            if matches!(condition, Condition::Discharge { .. }) {
+                // What comes in is known, so that this particle has been too early.
+                self.owed[index] += crossed;
+            } else if self.leaves(index) {
+                let beyond = self.volume_beyond(index, particles);
+                let phase = *self.phase[index].get_or_insert(self.owed[index] + crossed + beyond);
+                self.outflow += self.owed[index] + crossed - (phase - beyond);
+                self.owed[index] = phase - beyond;
+            } else {
+                self.phase[index] = None;
+                self.outflow += crossed;
+            }
         }
-        particle.volume
+    }
+
+    /// Whether water leaves through a face.
+    fn leaves(&self, index: usize) -> bool {
+        let is_imposed = matches!(self.lines[self.faces[index].line].condition, Condition::Discharge { .. });
+        !is_imposed && self.beyond[index].is_some_and(|beyond| beyond.outwards > 0.0)
+    }
+
+    /// P: volume (m³) of the particles before a face that stands beyond it, less that of the buffer particles that stands before it.
+    fn volume_beyond(&mut self, index: usize, particles: &FluidParticles) -> f64 {
+        let face = &self.faces[index];
+        self.look.near(face.middle, self.scale.spacing, &mut self.near);
+        let of = |&i: &u32| {
+            let i = i as usize;
+            let edge = self.dimension.edge(particles.volume[i] / particles.depth[i]);
+            let place = particles.position[i];
+            if face.faces(place) { particles.volume[i] * face.share_beyond(place, edge) } else { 0.0 }
+        };
+        self.near.iter().map(of).sum::<f64>() - self.returning[index]
     }
 
     /// Moves the buffer particles for a time (s) and books what comes in.
@@ -322,10 +373,26 @@ impl OpenBoundaries {
         }
     }
 
+    fn find_returning(&mut self) {
+        self.returning.clear();
+        self.returning.resize(self.faces.len(), 0.0);
+        for particle in &self.buffer {
+            let index = particle.face as usize;
+            if let Some(beyond) = &self.beyond[index] {
+                let inside = 1.0 - self.faces[index].share_beyond(particle.position, self.dimension.edge(particle.area));
+                if inside < 1.0 {
+                    self.returning[index] += particle.area * beyond.depth * inside;
+                }
+            }
+        }
+    }
+
     /// Appends the buffer particles to the water before an evaluation.
     pub fn admit(&mut self, particles: &mut FluidParticles, bed: &BedParticles) {
         self.find_states(particles, bed);
         self.renew_rows();
+        self.find_returning();
+        self.book_outflow(particles);
         for particle in &self.buffer {
             if let Some(state) = &self.beyond[particle.face as usize] {
                 let offset = particle.position - self.faces[particle.face as usize].middle;
@@ -404,9 +471,13 @@ impl OpenBoundaries {
     /// where none is near. `take_back` undoes it.
     pub fn lend(&mut self, particles: &mut FluidParticles) {
         self.lent.clear();
-        let near = &mut self.near;
         self.look.gather(particles);
-        for (index, face) in self.faces.iter().enumerate() {
+        for index in 0..self.faces.len() {
+            let face = &self.faces[index];
+            if self.leaves(index) {
+                self.lend_before(index, particles);
+                continue;
+            }
             let mut owed = self.owed[index];
             let line = &self.lines[face.line];
             if line.waiting > 0.0 && line.lowest == index {
@@ -415,7 +486,7 @@ impl OpenBoundaries {
             if owed == 0.0 {
                 continue;
             }
-            let nearest = self.look.nearest(face.middle, 2.0 * self.scale.spacing, near);
+            let nearest = self.look.nearest(face.middle, 2.0 * self.scale.spacing, &mut self.near);
             match nearest {
                 Some(i) if particles.volume[i] + owed > 0.0 => {
                     self.lent.push((i, particles.volume[i]));
@@ -433,6 +504,33 @@ impl OpenBoundaries {
                 }
                 _ => {}
             }
+        }
+    }
+
+    /// The same for a face through which water leaves: particles give what stands beyond it, buffer particles what stands before it.
+    fn lend_before(&mut self, index: usize, particles: &mut FluidParticles) {
+        let face = &self.faces[index];
+        self.look.near(face.middle, self.scale.spacing, &mut self.near);
+        for &i in &self.near {
+            let i = i as usize;
+            let edge = self.dimension.edge(particles.volume[i] / particles.depth[i]);
+            let share = face.share_beyond(particles.position[i], edge);
+            if share > 0.0 && face.faces(particles.position[i]) {
+                self.lent.push((i, particles.volume[i]));
+                particles.volume[i] *= 1.0 - share;
+            }
+        }
+        if let Some(beyond) = &self.beyond[index]
+            && self.returning[index] > 0.0
+        {
+            let area = face.width * self.scale.spacing;
+            particles.push(&Particle {
+                position: face.middle - face.outwards * (0.25 * self.scale.spacing),
+                velocity: beyond.velocity,
+                volume: self.returning[index],
+                depth: beyond.depth,
+                smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+            });
         }
     }
 
