@@ -50,7 +50,7 @@ fn main() {
             fastest = fastest.max(c.max_speed);
             s.advance(c.time_step.min(end - s.time())).unwrap();
         }
-        let p = &s.state().particles;
+        let p = s.state().particles.clone();
         let mut f = std::fs::File::create(format!("{out}_{k}.csv")).unwrap();
         for i in 0..p.len() { writeln!(f, "{},{},{},{},{},{},{}", p.position[i].x, p.position[i].y, p.depth[i], p.velocity[i].x, p.velocity[i].y, p.volume[i], s.state().bed_at(p.position[i]).elevation).unwrap(); }
         let (mut a, mut b, mut e) = ((0.0f64, 0.0f64), (0.0f64, 0.0f64), (0.0f64, 0.0f64));
@@ -62,6 +62,8 @@ fn main() {
         }
         let count = p.len();
         let l = s.ledger();
+        let on_grid = s.water().depth.iter().sum::<f64>() * spacing * spacing;
+        print!("grid off {:.1e} ", on_grid / s.ledger().stored - 1.0);
         println!("t {end} n {count} steps {} max speed {fastest:.2} in {:.6} of {:.6} out {:.2} err {:.1e}; dev inlet {:.2e} {:.2e} middle {:.2e} {:.2e} outlet {:.2e} {:.2e}; wall {:.1}", s.steps(), l.inflow, q * end, l.outflow, l.relative_error(), a.0, a.1, b.0, b.1, e.0, e.1, start.elapsed().as_secs_f64());
         let w = s.water();
         let mut f = std::fs::File::create(format!("{out}_{k}_grid.csv")).unwrap();

@@ -218,10 +218,19 @@ impl OpenBoundaries {
     fn book_outflow(&mut self, particles: &FluidParticles) {
         for index in 0..self.faces.len() {
             let crossed = std::mem::take(&mut self.crossed[index]);
-            let condition = &self.lines[self.faces[index].line].condition;
-            if matches!(condition, Condition::Discharge { .. }) {
+            let line = &mut self.lines[self.faces[index].line];
+            if matches!(line.condition, Condition::Discharge { .. }) {
                 // What comes in is known, so that this particle has been too early.
                 self.owed[index] += crossed;
+                if self.beyond[index].is_none() {
+                    line.waiting += std::mem::take(&mut self.owed[index]);
+                }
+            } else if self.beyond[index].is_none() {
+                // Nothing goes on here: what is owed has left, and what was brought in advance has come.
+                self.phase[index] = None;
+                let owed = std::mem::take(&mut self.owed[index]) + crossed;
+                self.outflow += owed.max(0.0);
+                self.inflow += (-owed).max(0.0);
             } else if self.leaves(index) {
                 let beyond = self.volume_beyond(index, particles);
                 let phase = *self.phase[index].get_or_insert(self.owed[index] + crossed + beyond);
@@ -282,6 +291,12 @@ impl OpenBoundaries {
                     }
                 };
                 self.owed[index] += comes;
+            }
+        }
+        // What a face owed when the water began to leave by it leaves with the first row.
+        for (phase, beyond) in self.phase.iter_mut().zip(&self.beyond) {
+            if let (Some(phase), Some(beyond)) = (phase, beyond) {
+                *phase *= (1.0 - beyond.outwards * dt / self.scale.spacing).max(0.0);
             }
         }
         for particle in &mut self.buffer {
@@ -488,9 +503,9 @@ impl OpenBoundaries {
             }
             let nearest = self.look.nearest(face.middle, 2.0 * self.scale.spacing, &mut self.near);
             match nearest {
-                Some(i) if particles.volume[i] + owed > 0.0 => {
+                Some(i) => {
                     self.lent.push((i, particles.volume[i]));
-                    particles.volume[i] += owed;
+                    particles.volume[i] = (particles.volume[i] + owed).max(LEAST_LEFT * particles.volume[i]);
                 }
                 None if owed > 0.0 => {
                     let area = face.width * self.scale.spacing;
@@ -563,6 +578,8 @@ impl OpenBoundaries {
     }
 }
 
+/// A particle keeps this share of its volume on the grid whatever was brought in advance.
+const LEAST_LEFT: f64 = 0.1;
 /// Guides are so many supports of a particle of one spacing long.
 const GUIDED: f64 = 2.0;
 
