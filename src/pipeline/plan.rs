@@ -264,7 +264,7 @@ fn draw(
         advice: if prepared.forcing.is_still() && prepared.forcing.breach.is_none() {
             advice(reach, spread, spacing)
         } else {
-            let why = "moving particles know no boundary with a condition, source, rain, channel, or dam that breaks";
+            let why = "water that comes in goes where resting particles follow it evenly, and moving ones know no rain, channel, or dam that breaks";
             (Motion::Eulerian, why.to_owned())
         },
         measured,

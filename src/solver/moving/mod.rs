@@ -8,6 +8,7 @@ mod kernel;
 mod neighbours;
 mod open;
 mod solver;
+mod springs;
 mod step;
 
 pub use correction::correction;
@@ -18,6 +19,7 @@ pub use solver::MovingSolver;
 
 use open::OpenBoundaries;
 use rayon::prelude::*;
+use springs::Springs;
 
 use crate::bed::{BedParticles, BedPoint};
 use crate::boundary::{Edge, Walls, outline};
@@ -117,6 +119,7 @@ pub struct MovingWater {
     pub phases: Phases,
     /// What comes and goes.
     open: OpenBoundaries,
+    springs: Springs,
 }
 
 impl MovingWater {
@@ -158,6 +161,7 @@ impl MovingWater {
             phases: Phases::default(),
             bed_points: Vec::new(),
             open,
+            springs: Springs::new(problem, dimension),
         }
     }
 
@@ -178,23 +182,40 @@ impl MovingWater {
         }
     }
 
-    /// Makes water of the buffer particles that came in.
-    pub(super) fn enter(&mut self) {
+    /// Makes water of the buffer particles that came in, and of what the sources gave in a time (s).
+    pub(super) fn enter(&mut self, time: f64) {
         self.open.enter(&mut self.particles, &mut self.rates);
+        self.springs.flow(&mut self.particles, &mut self.rates, time);
     }
 
-    /// Puts what open boundaries owe into the water for its gridding; returns how many particles are water.
+    /// Whether water comes and goes.
+    pub(super) fn is_fed(&self) -> bool {
+        !self.open.is_empty() || !self.springs.is_empty()
+    }
+
+    /// Volume (m³) that boundaries and sources owe.
+    pub(super) fn owed(&self) -> f64 {
+        self.open.owed() + self.springs.owed()
+    }
+
+    /// Volumes (m³) that came and left by boundaries and sources.
+    pub(super) fn passed(&self) -> (f64, f64) {
+        (self.open.inflow() + self.springs.inflow(), self.open.outflow())
+    }
+
+    /// Puts what boundaries and sources owe into the water for its gridding; returns how many particles are water.
     pub(super) fn lend(&mut self) -> usize {
         let fluid = self.particles.len();
         if !self.open.is_empty() {
             self.open.lend(&mut self.particles);
         }
+        self.springs.lend(&mut self.particles);
         fluid
     }
 
     /// Undoes `lend`.
     pub(super) fn take_back(&mut self, fluid: usize) {
-        if !self.open.is_empty() {
+        if self.is_fed() {
             self.open.take_back(fluid, &mut self.particles);
         }
     }

@@ -190,11 +190,11 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         }
         self.water.open.signals().for_each(|(rates, h, depth, place)| limit(rates, h, depth, place));
         choice.max_speed = max_speed_squared.sqrt();
-        if !self.water.open.is_empty() {
+        if self.water.is_fed() {
             // Without water a step as resting particles take it.
             let dry = self.water.bed.lattice.spacing / self.water.gravity.sqrt();
             let step = if choice.limit == StepLimit::NoWater { dry } else { choice.time_step };
-            choice.time_step = self.water.open.longest_step(step);
+            choice.time_step = self.water.springs.longest_step(self.water.open.longest_step(step));
         }
         self.first_choice = self.first_choice.or(Some(choice));
         self.last_choice = Some(choice);
@@ -221,7 +221,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.time += time_step;
         self.steps += 1;
         self.ledger.outflow += outflow;
-        self.water.enter();
+        self.water.enter(time_step);
         let squares = self.water.particles.velocity.par_iter().with_min_len(CHUNK).map(|v| v.norm_squared());
         let fastest = squares.reduce(|| 0.0, f64::max).sqrt();
         self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
@@ -247,10 +247,9 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
     }
 
     fn ledger(&self) -> Ledger {
-        let open = &self.water.open;
-        let (inflow, outflow) = (self.ledger.inflow + open.inflow(), self.ledger.outflow + open.outflow());
-        let stored = self.water.particles.volume.iter().sum::<f64>() + open.owed();
-        Ledger { inflow, outflow, stored, ..self.ledger }
+        let (came, left) = self.water.passed();
+        let stored = self.water.particles.volume.iter().sum::<f64>() + self.water.owed();
+        Ledger { inflow: came, outflow: self.ledger.outflow + left, stored, ..self.ledger }
     }
 
     fn particles(&self) -> usize {

@@ -2,7 +2,7 @@
 //! ratings, and the same bits for any threads.
 
 use crate::bed::{BedParticles, derive_shape};
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rating, Series};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rating, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
@@ -278,6 +278,41 @@ fn a_rating_lets_out_what_its_level_says() {
     assert!((leaves - 6.0).abs() < 0.03, "{leaves} m3/s");
     assert!((rating.discharge(level) / 6.0 - 1.0).abs() < 0.01, "level {level} m");
     assert!(ledger.relative_error().abs() < 1e-12);
+}
+
+/// A basin of 100 m by 100 m, level or a bowl, dry or with water to a level, with a source off its middle; 0.5 m³/s for 600 s.
+fn fed_basin(bed: impl Fn(Vec2) -> f64, level: f64) -> (LagrangianSolver, f64) {
+    let mut problem = problem((20, 20), 5.0, bed, |_| level);
+    problem.bed.manning.fill(0.05);
+    problem.dry_depth = 1e-3;
+    problem.forcing.sources = vec![PointSource { place: Vec2::new(31.0, 41.0), discharge: Series::constant(0.5) }];
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    let mut fastest = 0.0_f64;
+    while solver.time() < 600.0 - 1e-9 {
+        let choice = solver.choose_step();
+        fastest = fastest.max(choice.max_speed);
+        solver.advance(choice.time_step.min(600.0 - solver.time())).unwrap();
+    }
+    let ledger = solver.ledger();
+    assert!((ledger.inflow / 300.0 - 1.0).abs() < 1e-12 && ledger.relative_error().abs() < 1e-12, "{ledger:?}");
+    let on_grid = solver.water().depth.iter().sum::<f64>() * 25.0;
+    assert!((on_grid / ledger.stored - 1.0).abs() < 1e-12, "{on_grid} m3 on the grid of {}", ledger.stored);
+    println!("{} particles, fastest {fastest:.2} m/s", solver.particles());
+    (solver, fastest)
+}
+
+#[test]
+fn a_source_runs_on_dry_ground_and_into_water() {
+    let bowl = |p: Vec2| 0.02 * (p - Vec2::new(50.0, 50.0)).norm();
+    let (mut dry, fastest) = fed_basin(bowl, f64::NEG_INFINITY);
+    let depth = dry.water().depth.to_vec();
+    println!("bowl: {} m in the middle, at the source {}", depth[10 * 20 + 10], depth[8 * 20 + 6]);
+    assert!(depth[10 * 20 + 10] > 0.1 && fastest < 3.0, "it gathers in the middle");
+    let (lake, fastest) = fed_basin(|_| 0.0, 1.0);
+    let level = 1.0 + 300.0 / 10_000.0;
+    let off = lake.state().particles.depth.iter().map(|d| (d - level).abs()).fold(0.0, f64::max);
+    println!("lake: greatest error of the level {off:.1e} m");
+    assert!(off < 5e-3 && fastest < 0.2, "{off} m, {fastest} m/s");
 }
 
 #[test]
