@@ -377,8 +377,8 @@ fn a_river_of_moving_particles_comes_in_and_leaves() {
     let scene = Scene::with(&[("resolution: 5 m", motion), (", sections: sections.geojson", "")]);
     let (run, out) = scene.run();
     // 180 m3 to 30 s, 480 to 90 s, 120 to 120 s; the source 120.
-    assert!((volume(&run, "inflow") / 900.0 - 1.0).abs() < 1e-9, "{}", volume(&run, "inflow"));
-    assert!(volume(&run, "error_relative").abs() < 1e-12 && volume(&run, "outflow") > 100.0);
+    assert!((volume(&run, "in") / 900.0 - 1.0).abs() < 1e-9, "{}", volume(&run, "in"));
+    assert!(volume(&run, "error_relative").abs() < 1e-12 && volume(&run, "out") > 100.0);
     assert!(volume(&run, "grid_error_relative").abs() < 1e-4, "{}", volume(&run, "grid_error_relative"));
     assert!(table(&out.join("tables/mass_balance.csv")).len() > 4);
 }
