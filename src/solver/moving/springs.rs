@@ -3,14 +3,14 @@
 //! A source owes what came since its last particle. It gives one as wide as a cell, at rest, as soon as it owes its volume,
 //!
 //! ```text
-//! (M59)  V = Δ² max(d, d_c),   d_c = (q²/g)^(1/3),   q = Q/(4 Δ)
+//! (M64)  V = Δ² max(d, d_c),   d_c = (q²/g)^(1/3),   q = Q/(4 Δ)
 //! ```
 //!
 //! with d the depth at the place and d_c that of critical flow out of a cell on all sides: so it runs on dry ground, too. Between two
 //! particles the depth around the place rises by what comes, in the shares of a kernel,
 //!
 //! ```text
-//! (M60)  dd_i/dt = Q W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 1.5 Δ)
+//! (M65)  dd_i/dt = Q W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 1.5 Δ)
 //! ```
 //!
 //! since the depth of moving particles is carried and does not feel another one among them; they make room for it.
@@ -159,7 +159,8 @@ impl Springs {
 
     /// Lists the particles around a place with their weights; returns Σ A W.
     fn look_around(&self, place: Vec2, particles: &FluidParticles, around: &mut Vec<(usize, f64)>) -> f64 {
-        let (inverse_h, reach) = (1.0 / self.width(), CubicSpline::SUPPORT * self.width());
+        let h = self.width() * std::env::var("HS").map_or(1.0, |v| v.parse().unwrap());
+        let (inverse_h, reach) = (1.0 / h, CubicSpline::SUPPORT * h);
         around.clear();
         for (i, position) in particles.position.iter().enumerate() {
             let squared = (*position - place).norm_squared();

@@ -5,14 +5,14 @@
 //! surface inside:
 //!
 //! ```text
-//! (M57)  d_b = d,   v_b = v,   η_b = z_f + d + ∇η·(x_b − x_f)
+//! (M62)  d_b = d,   v_b = v,   η_b = z_f + d + ∇η·(x_b − x_f)
 //! ```
 //!
 //! They stand a support deep beyond the face, complete the kernels of the particles before it, and move with v. One that comes
 //! across the face is water from then on. A face owes what came in less what it gave,
 //!
 //! ```text
-//! (M58)  dB/dt = q w,   V = clamp(B + V_b/2 − d A x/l, V_b/2, 3 V_b/2),   B ← B − V,   V_b = d A
+//! (M63)  dB/dt = q w,   V = clamp(B + V_b/2 − d A x/l, V_b/2, 3 V_b/2),   B ← B − V,   V_b = d A
 //! ```
 //!
 //! with A the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each

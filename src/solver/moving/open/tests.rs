@@ -308,7 +308,16 @@ fn a_source_runs_on_dry_ground_and_into_water() {
     let depth = dry.water().depth.to_vec();
     println!("bowl: {} m in the middle, at the source {}", depth[10 * 20 + 10], depth[8 * 20 + 6]);
     assert!(depth[10 * 20 + 10] > 0.1 && fastest < 3.0, "it gathers in the middle");
-    let (lake, fastest) = fed_basin(|_| 0.0, 1.0);
+    let (mut lake, fastest) = fed_basin(|_| 0.0, 1.0);
+    if std::env::var("LONG").is_ok() {
+        for k in 1..10 {
+            run_until(&mut lake, 600.0 * (k + 1) as f64);
+            let level = 1.0 + 300.0 * (k + 1) as f64 / 10_000.0;
+            let p = &lake.state().particles;
+            let off = p.depth.iter().map(|d| (d - level).abs()).fold(0.0, f64::max);
+            println!("{} s: off {off:.1e}, areas {}", lake.time(), p.volume.iter().zip(&p.depth).map(|(v, d)| v / d).sum::<f64>());
+        }
+    }
     let level = 1.0 + 300.0 / 10_000.0;
     let off = lake.state().particles.depth.iter().map(|d| (d - level).abs()).fold(0.0, f64::max);
     println!("lake: greatest error of the level {off:.1e} m");
