@@ -31,7 +31,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::bed::BedParticles;
-use crate::lattice::{Lattice, Span, WaterOnLattice};
+use crate::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use crate::math::Vec2;
 use crate::particles::FluidParticles;
 use crate::physics::dimension::Dimension;
@@ -184,17 +184,24 @@ impl Balance {
 struct Band {
     touched: Vec<(usize, usize)>,
     touched_before: Vec<(usize, usize)>,
-    particles: Vec<u32>,
+    particles: Vec<InBand>,
     spans: Vec<Span>,
+}
+
+/// A particle that reaches into a band, and its entries in the cells there.
+#[derive(Clone, Copy, Debug)]
+struct InBand {
+    particle: u32,
+    from: u32,
+    to: u32,
 }
 
 /// Grids moving particles again and again with the same buffers.
 #[derive(Clone, Debug)]
 pub struct Gridder {
     measures: Measures,
-    depth: Vec<f64>,
-    discharge_x: Vec<f64>,
-    discharge_y: Vec<f64>,
+    lattice: Lattice,
+    water: FlatWater,
     balance: Vec<Balance>,
     /// f_c.
     factors: Vec<f64>,
@@ -220,9 +227,8 @@ impl Gridder {
         };
         Gridder {
             measures: Measures { kernel: Smoothing::new(dimension), cell_area },
-            depth: vec![0.0; cells],
-            discharge_x: vec![0.0; cells],
-            discharge_y: vec![0.0; cells],
+            lattice: lattice.clone(),
+            water: FlatWater::dry(lattice),
             balance: vec![Balance::EMPTY; cells],
             factors: vec![1.0; cells],
             was_wet: vec![false; cells],
@@ -235,7 +241,7 @@ impl Gridder {
 
     /// Grids the particles over the bed. The spans hold every cell with water now or after the call before.
     pub fn grid(&mut self, bed: &BedParticles, particles: &FluidParticles) -> WaterOnLattice<'_> {
-        debug_assert_eq!(bed.lattice.len(), self.depth.len());
+        debug_assert_eq!(bed.lattice, self.lattice);
         let measures = self.measures;
         self.shares.resize_with(particles.len().div_ceil(CHUNK), Shares::default);
         let shares = self.shares.par_iter_mut().enumerate();
@@ -254,12 +260,7 @@ impl Gridder {
 
     /// The water at the latest call of `grid`; dry before the first one.
     pub fn water(&self) -> WaterOnLattice<'_> {
-        WaterOnLattice {
-            depth: &self.depth,
-            discharge_x: &self.discharge_x,
-            discharge_y: &self.discharge_y,
-            spans: &self.spans,
-        }
+        WaterOnLattice { rows: &self.water, lattice: &self.lattice, spans: &self.spans }
     }
 
     fn fill_bands(&mut self, columns: usize, particles: &FluidParticles, sweep: usize) {
@@ -267,8 +268,8 @@ impl Gridder {
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
-            .zip(self.depth.par_chunks_mut(cells))
-            .zip(self.discharge_x.par_chunks_mut(cells).zip(self.discharge_y.par_chunks_mut(cells)))
+            .zip(self.water.depth.par_chunks_mut(cells))
+            .zip(self.water.discharge_x.par_chunks_mut(cells).zip(self.water.discharge_y.par_chunks_mut(cells)))
             .zip(self.balance.par_chunks_mut(cells).zip(self.factors.par_chunks_mut(cells)))
             .zip(self.was_wet.par_chunks_mut(cells))
             .enumerate()
@@ -297,29 +298,42 @@ impl Gridder {
     /// Lists, for each band, the particles that reach into it, in ascending order; sums the stray volume; forgets the factors
     /// of the call before.
     fn sort_into_bands(&mut self, lattice: &Lattice, particles: &FluidParticles) {
-        self.bands.iter_mut().for_each(|band| band.particles.clear());
-        self.stray_volume = 0.0;
-        let band_of = |cell: u32| cell as usize / (BAND * lattice.columns);
-        for (j, &volume) in particles.volume.iter().enumerate() {
-            let shares = &self.shares[j / CHUNK];
-            match shares.cells[shares.of(j % CHUNK)] {
-                [] => self.stray_volume += volume,
-                [first, .., last] => {
-                    self.bands[band_of(first)..=band_of(last)]
-                        .iter_mut()
-                        .for_each(|band| band.particles.push(j as u32));
+        let (all, columns) = (&self.shares, lattice.columns);
+        let reaches = all.par_iter().enumerate().map(|(chunk, shares)| {
+            let mut reach = Reach { first: u32::MAX, last: 0, stray_volume: 0.0 };
+            for k in 0..shares.starts.len() - 1 {
+                match shares.cells[shares.of(k)] {
+                    [] => reach.stray_volume += particles.volume[chunk * CHUNK + k],
+                    [first, .., last] => (reach.first, reach.last) = (reach.first.min(first), reach.last.max(last)),
+                    [only] => (reach.first, reach.last) = (reach.first.min(only), reach.last.max(only)),
                 }
-                [only] => self.bands[band_of(only)].particles.push(j as u32),
             }
-        }
-        for (number, band) in self.bands.iter().enumerate() {
-            for (i, &(from, to)) in band.touched.iter().enumerate() {
-                let row = (number * BAND + i) * lattice.columns;
-                self.balance[row + from..row + to].fill(Balance::EMPTY);
-                self.factors[row + from..row + to].fill(1.0);
-            }
-        }
+            reach
+        });
+        let reaches: Vec<Reach> = reaches.collect();
+        self.stray_volume = reaches.iter().map(|reach| reach.stray_volume).sum();
+        let band_cells = BAND * columns.max(1);
+        self.bands
+            .par_iter_mut()
+            .zip(self.balance.par_chunks_mut(band_cells).zip(self.factors.par_chunks_mut(band_cells)))
+            .enumerate()
+            .for_each(|(number, (band, (balance, factors)))| {
+                band.take_particles(number * band_cells..number * band_cells + balance.len(), all, &reaches);
+                for (i, &(from, to)) in band.touched.iter().enumerate() {
+                    balance[i * columns + from..i * columns + to].fill(Balance::EMPTY);
+                    factors[i * columns + from..i * columns + to].fill(1.0);
+                }
+            });
     }
+}
+
+/// The cells that a chunk of particles reaches, and the volume (m³) that reaches none.
+struct Reach {
+    /// First cell.
+    first: u32,
+    /// Last cell; before the first one where the chunk reaches none.
+    last: u32,
+    stray_volume: f64,
 }
 
 /// The part of the grids that belongs to one band.
@@ -342,16 +356,32 @@ impl Fields<'_> {
 }
 
 impl Band {
+    /// Lists the particles that reach into the cells of the band, in ascending order, with their entries there.
+    fn take_particles(&mut self, cells: Range<usize>, shares: &[Shares], reaches: &[Reach]) {
+        self.particles.clear();
+        let (start, end) = (cells.start as u32, cells.end as u32);
+        let near = reaches.iter().enumerate().filter(|(_, reach)| reach.first < end && reach.last >= start);
+        for (chunk, shares) in near.map(|(chunk, _)| (chunk, &shares[chunk])) {
+            for k in 0..shares.starts.len() - 1 {
+                let entries = shares.of(k);
+                let all = &shares.cells[entries.clone()];
+                let (Some(first), Some(last)) = (all.first(), all.last()) else { continue };
+                if *first >= end || *last < start {
+                    continue;
+                }
+                let is_inside = *first >= start && *last < end;
+                let place = |cell: u32| entries.start + all.partition_point(|&other| other < cell);
+                let (from, to) = if is_inside { (entries.start, entries.end) } else { (place(start), place(end)) };
+                self.particles.push(InBand { particle: (chunk * CHUNK + k) as u32, from: from as u32, to: to as u32 });
+            }
+        }
+    }
+
     /// Calls `act` for each particle: particle, its chunk, its entries in the cells of the band.
-    fn for_each(&self, cells: Range<usize>, shares: &[Shares], mut act: impl FnMut(usize, &Shares, Range<usize>)) {
-        for &j in &self.particles {
-            let (j, chunk) = (j as usize, &shares[j as usize / CHUNK]);
-            let entries = chunk.of(j % CHUNK);
-            let all = &chunk.cells[entries.clone()];
-            let from = all.partition_point(|&cell| (cell as usize) < cells.start);
-            let is_last_inside = all.last().is_none_or(|&cell| (cell as usize) < cells.end);
-            let to = if is_last_inside { all.len() } else { all.partition_point(|&cell| (cell as usize) < cells.end) };
-            act(j, chunk, entries.start + from..entries.start + to);
+    fn for_each(&self, shares: &[Shares], mut act: impl FnMut(usize, &Shares, Range<usize>)) {
+        for &InBand { particle, from, to } in &self.particles {
+            let j = particle as usize;
+            act(j, &shares[j / CHUNK], from as usize..to as usize);
         }
     }
 
@@ -375,7 +405,7 @@ impl Band {
     fn cover(&mut self, fields: &mut Fields, shares: &[Shares]) {
         let mut touched = std::mem::take(&mut self.touched);
         let cells = fields.cells();
-        self.for_each(cells.clone(), shares, |j, chunk, entries| {
+        self.for_each(shares, |j, chunk, entries| {
             let area = chunk.areas[j % CHUNK];
             let (weights, kernels) = (&chunk.weights[entries.clone()], &chunk.kernels[entries.clone()]);
             for ((&cell, weight), kernel) in chunk.cells[entries].iter().zip(weights).zip(kernels) {
@@ -392,7 +422,7 @@ impl Band {
     /// Fills the band with the water of its particles.
     fn fill(&self, fields: &mut Fields, shares: &[Shares]) {
         let cells = fields.cells();
-        self.for_each(cells.clone(), shares, |j, chunk, entries| {
+        self.for_each(shares, |j, chunk, entries| {
             let scale = chunk.scales[j % CHUNK];
             for (&cell, weight) in chunk.cells[entries.clone()].iter().zip(&chunk.weights[entries]) {
                 let place = cell as usize - cells.start;
@@ -404,7 +434,7 @@ impl Band {
     /// The same with the momentum of its particles.
     fn fill_with_discharges(&self, fields: &mut Fields, particles: &FluidParticles, shares: &[Shares]) {
         let cells = fields.cells();
-        self.for_each(cells.clone(), shares, |j, chunk, entries| {
+        self.for_each(shares, |j, chunk, entries| {
             let (scale, velocity) = (chunk.scales[j % CHUNK], particles.velocity[j]);
             for (&cell, weight) in chunk.cells[entries.clone()].iter().zip(&chunk.weights[entries]) {
                 let place = cell as usize - cells.start;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bed::BedParticles;
+use crate::lattice::WaterInCell;
 
 /// Adds a particle that takes up a square of edge `spacing` (m).
 fn push(particles: &mut FluidParticles, position: Vec2, spacing: f64, depth: f64, velocity: Vec2) {
@@ -43,15 +44,14 @@ fn bed(formula: impl Fn(Vec2) -> f64) -> BedParticles {
 
 /// The books: volume and both momenta (over ρ) on the grid against those of the particles.
 fn assert_conserved(particles: &FluidParticles, grid: &WaterOnLattice, cell_area: f64) {
-    let on_grid = |field: &[f64]| field.iter().sum::<f64>() * cell_area;
+    let on_grid = |field: fn(WaterInCell) -> f64| grid.cells().map(field).sum::<f64>() * cell_area;
     let momentum = |component: fn(&Vec2) -> f64| -> f64 {
         particles.volume.iter().zip(&particles.velocity).map(|(vol, v)| vol * component(v)).sum()
     };
     let volume: f64 = particles.volume.iter().sum();
-    assert!((on_grid(grid.depth) - volume).abs() <= 1e-12 * volume);
-    for (field, component) in [(grid.discharge_x, (|v| v.x) as fn(&Vec2) -> f64), (grid.discharge_y, |v| v.y)] {
-        assert!((on_grid(field) - momentum(component)).abs() <= 1e-11 * volume);
-    }
+    assert!((on_grid(|cell| cell.depth) - volume).abs() <= 1e-12 * volume);
+    assert!((on_grid(|cell| cell.discharge_x) - momentum(|v| v.x)).abs() <= 1e-11 * volume);
+    assert!((on_grid(|cell| cell.discharge_y) - momentum(|v| v.y)).abs() <= 1e-11 * volume);
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn volume_and_momentum_are_conserved_on_rough_ground_with_nodata() {
     });
     let mut gridder = gridder(&bed);
     let grid = gridder.grid(&bed, &particles);
-    for (index, &depth) in grid.depth.iter().enumerate() {
+    for (index, depth) in grid.depths().into_iter().enumerate() {
         assert!(depth >= 0.0 && (bed.has_terrain(index) || depth == 0.0));
     }
     let stray = {
@@ -108,12 +108,12 @@ fn lake_at_rest_over_a_slope_is_level() {
             let place = bed.lattice.centre(index);
             let exact = 10.0 - bed.elevation[index];
             // Nothing lies above the level on the dry slope.
-            assert!(exact > -1e-12 || grid.depth[index] == 0.0);
+            assert!(exact > -1e-12 || grid.at(index).depth == 0.0);
             // Away from the shore, where supports are cut, and from the outline.
             let rim = 4.0 * spacing;
             let is_inner = place.x > rim && place.y > rim && place.y < 160.0 - rim;
             if is_inner && exact > 0.1 * (rim + 10.0) {
-                let error = grid.depth[index] / exact - 1.0;
+                let error = grid.at(index).depth / exact - 1.0;
                 (squares, count, high) = (squares + error * error, count + 1.0, high.max(error));
             }
         }
@@ -135,7 +135,7 @@ fn no_water_above_a_hill() {
     let grid = gridder.grid(&bed, &particles);
     // A particle between the foot and the top may stand on the slope that the lattice draws there, up to its own level.
     let on_hill = (0..bed.lattice.len()).filter(|&i| (bed.lattice.centre(i) - Vec2::new(100.0, 80.0)).norm() < 6.0);
-    assert!(on_hill.into_iter().all(|index| grid.depth[index] == 0.0));
+    assert!(on_hill.into_iter().all(|index| grid.at(index).depth == 0.0));
 }
 
 #[test]
@@ -154,7 +154,11 @@ fn uniform_block_has_no_holes() {
                     && place.y > low.y + spacing
                     && place.x < high.x - 2.0 * spacing
                     && place.y < high.y - 2.0 * spacing;
-                assert!(!inside || grid.depth[index] > 0.2, "{} at {place:?}, spacing {spacing}", grid.depth[index]);
+                assert!(
+                    !inside || grid.at(index).depth > 0.2,
+                    "{} at {place:?}, spacing {spacing}",
+                    grid.at(index).depth
+                );
             }
         }
     }
@@ -170,7 +174,7 @@ fn particle_above_its_own_water_gives_all_to_the_lowest_cell() {
     let mut gridder = gridder(&bed);
     let grid = gridder.grid(&bed, &particles);
     assert_conserved(&particles, &grid, bed.lattice.cell_area());
-    assert_eq!(grid.depth.iter().filter(|&&depth| depth > 0.0).count(), 1);
+    assert_eq!(grid.depths().iter().filter(|&&depth| depth > 0.0).count(), 1);
 }
 
 #[test]
@@ -187,14 +191,14 @@ fn spans_hold_the_water_of_now_and_of_before() {
     for particles in [at(20.0), at(40.0), at(140.0), FluidParticles::default(), FluidParticles::default()] {
         let grid = gridder.grid(&bed, &particles);
         for (index, depth_before) in before.iter().enumerate() {
-            let expected = grid.depth[index] > 0.0 || *depth_before > 0.0;
+            let expected = grid.at(index).depth > 0.0 || *depth_before > 0.0;
             assert_eq!(holds(grid.spans, index), expected);
         }
         let keys: Vec<(u32, u32)> =
             grid.spans.iter().flat_map(|span| [(span.row, span.from), (span.row, span.to)]).collect();
         assert!(keys.is_sorted());
         assert_conserved(&particles, &grid, bed.lattice.cell_area());
-        before = grid.depth.to_vec();
+        before = grid.depths();
     }
 }
 
@@ -205,7 +209,7 @@ fn same_bits_for_any_number_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut gridder = gridder(&bed);
-        pool.install(|| gridder.grid(&bed, &particles).discharge_x.to_vec())
+        pool.install(|| gridder.grid(&bed, &particles).cells().map(|cell| cell.discharge_x).collect::<Vec<f64>>())
     };
     assert_eq!(run(1), run(2));
     assert_eq!(run(1), run(7));

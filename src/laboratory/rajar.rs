@@ -157,7 +157,7 @@ fn follow(scenario: &Scenario) -> Result<Followed, Error> {
             }
             followed.cpu_s += processor_seconds() - before;
             let channels = solver.channels();
-            followed.profiles.push(axis.depths(solver.water().depth, &channels));
+            followed.profiles.push(axis.depths(&solver.water().depths(), &channels));
         }
         Ok(followed)
     };

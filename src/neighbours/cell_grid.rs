@@ -4,10 +4,47 @@
 //! A search visits every occupied level; in each, rows of cells are contiguous runs of the sorted arrays.
 //! The order of what is found depends on positions, supports and indices alone, never on threads.
 
+use rayon::prelude::*;
+
 use crate::math::Vec2;
 
 /// Levels of cells, each twice as wide as the one below.
 const LEVELS: usize = 12;
+
+/// Particles that a thread takes at least.
+const PARALLEL_PARTICLES: usize = 4096;
+
+/// What particles span: the rectangle of their places (m), and their smallest and largest support (m).
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    low: Vec2,
+    high: Vec2,
+    smallest: f64,
+    largest: f64,
+}
+
+impl Default for Extent {
+    /// That of no particle.
+    fn default() -> Self {
+        let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
+        Extent { low: Vec2::new(low, low), high: Vec2::new(high, high), smallest: low, largest: 0.0 }
+    }
+}
+
+impl Extent {
+    fn of(position: Vec2, support: f64) -> Self {
+        Extent { low: position, high: position, smallest: support, largest: support }
+    }
+
+    fn around(self, other: Extent) -> Extent {
+        Extent {
+            low: Vec2::new(self.low.x.min(other.low.x), self.low.y.min(other.low.y)),
+            high: Vec2::new(self.high.x.max(other.high.x), self.high.y.max(other.high.y)),
+            smallest: self.smallest.min(other.smallest),
+            largest: self.largest.max(other.largest),
+        }
+    }
+}
 
 #[derive(Clone, Copy, Debug)]
 struct Level {
@@ -46,14 +83,9 @@ impl CellGrid {
     }
 
     fn lay_out_levels(&mut self, positions: &[Vec2], supports: &[f64]) {
-        let mut low = Vec2::new(f64::INFINITY, f64::INFINITY);
-        let mut high = Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
-        for p in positions {
-            low = Vec2::new(low.x.min(p.x), low.y.min(p.y));
-            high = Vec2::new(high.x.max(p.x), high.y.max(p.y));
-        }
-        let (smallest, largest) =
-            supports.iter().fold((f64::INFINITY, 0.0_f64), |(small, large), &s| (small.min(s), large.max(s)));
+        let extent = positions.par_iter().zip(supports).with_min_len(PARALLEL_PARTICLES);
+        let extent = extent.fold(Extent::default, |extent, (&p, &s)| extent.around(Extent::of(p, s)));
+        let Extent { low, high, smallest, largest } = extent.reduce(Extent::default, Extent::around);
         self.levels.clear();
         if positions.is_empty() {
             return;
@@ -90,19 +122,33 @@ impl CellGrid {
     }
 
     fn count(&mut self, positions: &[Vec2], supports: &[f64]) {
-        self.keys.clear();
-        for (&position, &support) in positions.iter().zip(supports) {
-            let last = self.levels.len() - 1;
-            let level =
-                self.levels[..last].iter().position(|level| 0.5 * support * level.inverse_cell <= 1.0).unwrap_or(last);
-            let level = &mut self.levels[level];
-            level.is_occupied = true;
-            level.largest_support = level.largest_support.max(support);
-            let column = (((position.x - self.origin.x) * level.inverse_cell) as usize).min(level.columns - 1);
-            let row = (((position.y - self.origin.y) * level.inverse_cell) as usize).min(level.rows - 1);
-            let key = level.first + row * level.columns + column;
-            self.keys.push(key as u32);
-            self.starts[key + 1] += 1;
+        let (levels, origin) = (&self.levels, self.origin);
+        let last = levels.len().saturating_sub(1);
+        let level_of = |support: f64| {
+            levels[..last].iter().position(|level| 0.5 * support * level.inverse_cell <= 1.0).unwrap_or(last)
+        };
+        let key_of = |(&position, &support): (&Vec2, &f64)| {
+            let level = &levels[level_of(support)];
+            let column = (((position.x - origin.x) * level.inverse_cell) as usize).min(level.columns - 1);
+            let row = (((position.y - origin.y) * level.inverse_cell) as usize).min(level.rows - 1);
+            (level.first + row * level.columns + column) as u32
+        };
+        let all = positions.par_iter().zip(supports).with_min_len(PARALLEL_PARTICLES);
+        all.clone().map(key_of).collect_into_vec(&mut self.keys);
+        let largest = all.fold(
+            || [0.0_f64; LEVELS],
+            |mut largest, (_, &support)| {
+                let level = &mut largest[level_of(support)];
+                *level = level.max(support);
+                largest
+            },
+        );
+        let largest = largest.reduce(|| [0.0; LEVELS], |a, b| std::array::from_fn(|level| a[level].max(b[level])));
+        for (level, largest) in self.levels.iter_mut().zip(largest) {
+            (level.is_occupied, level.largest_support) = (largest > 0.0, largest);
+        }
+        for &key in &self.keys {
+            self.starts[key as usize + 1] += 1;
         }
         for cell in 1..self.starts.len() {
             self.starts[cell] += self.starts[cell - 1];
@@ -131,6 +177,11 @@ impl CellGrid {
         if let Some(start) = self.starts.first_mut() {
             *start = 0;
         }
+    }
+
+    /// The largest support (m) of all particles; 0 without any.
+    pub fn largest_support(&self) -> f64 {
+        self.levels.iter().fold(0.0, |largest, level| level.largest_support.max(largest))
     }
 
     /// Particle indices in the order of levels and cells: memory order for fast gathering.

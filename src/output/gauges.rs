@@ -13,9 +13,9 @@
 //! compute step, by the rules of the maps.
 
 use super::frames::{Schedule, share_of_step};
-use super::maxima::{Maxima, PreviousWater, arrival_depth};
+use super::maxima::{Maxima, arrival_depth};
 use super::{Gauge, WET_DEPTH};
-use crate::lattice::{Lattice, WaterOnLattice};
+use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
 use crate::math::{Vec2, segments_cross};
 
 /// Smoothing length of a gauge over the spacing of the riverbed particles.
@@ -59,7 +59,6 @@ pub struct GaugeResult {
 #[derive(Debug)]
 pub(super) struct GaugeRecorder {
     readings: Vec<Option<Reading>>,
-    bed_elevation: Vec<f64>,
     arrival_rule: ArrivalRule,
     schedule: Schedule,
     samples: Vec<GaugeSample>,
@@ -100,35 +99,29 @@ impl GaugeRecorder {
         schedule: Schedule,
     ) -> Self {
         let reading = |gauge: &Gauge| Reading::new(lattice.to_local(gauge.position), lattice, bed_elevation, walls);
-        GaugeRecorder {
-            readings: gauges.iter().map(reading).collect(),
-            bed_elevation: bed_elevation.to_vec(),
-            arrival_rule,
-            schedule,
-            samples: Vec::new(),
-        }
+        GaugeRecorder { readings: gauges.iter().map(reading).collect(), arrival_rule, schedule, samples: Vec::new() }
     }
 
-    /// Takes another bed (m) of a cell.
-    pub(super) fn set_bed(&mut self, cell: usize, elevation: f64) {
-        self.bed_elevation[cell] = elevation;
+    /// Takes a bed (m) that has changed in a cell.
+    pub(super) fn set_bed(&mut self, cell: usize, bed_elevation: &[f64]) {
         for reading in self.readings.iter_mut().flatten() {
             if reading.weights.iter().any(|(near, _)| *near == cell) {
-                let bed = reading.weights.iter().map(|&(near, weight)| weight * self.bed_elevation[near]).sum();
+                let bed = reading.weights.iter().map(|&(near, weight)| weight * bed_elevation[near]).sum();
                 reading.result.bed = Some(bed);
             }
         }
     }
 
-    /// Takes the water after a compute step from `before` to `after` (s); `maxima` still holds the step before. The first
-    /// call, at time 0, has no length.
-    pub(super) fn step(&mut self, before: f64, after: f64, maxima: &Maxima, water: &WaterOnLattice<'_>) {
-        let bed = &self.bed_elevation;
-        let now = |cell: usize| PreviousWater {
-            depth: water.depth[cell],
-            discharge_x: water.discharge_x[cell],
-            discharge_y: water.discharge_y[cell],
-        };
+    /// Takes the water over a bed (m) after a compute step from one time to another (s); `maxima` still holds the step before. The
+    /// first call, at time 0, has no length.
+    pub(super) fn step(
+        &mut self,
+        (before, after): (f64, f64),
+        bed: &[f64],
+        maxima: &Maxima,
+        water: &WaterOnLattice<'_>,
+    ) {
+        let now = |cell: usize| water.at(cell);
         while let Some(time) = self.schedule.due(after) {
             let share = share_of_step(time, before, after);
             let between = |cell: usize| maxima.previous(cell).towards(now(cell), share);
@@ -191,7 +184,7 @@ impl Reading {
     }
 
     /// The kernel means of the water that `at` gives for a cell.
-    fn mean(&self, bed_elevation: &[f64], at: impl Fn(usize) -> PreviousWater) -> Mean {
+    fn mean(&self, bed_elevation: &[f64], at: impl Fn(usize) -> WaterInCell) -> Mean {
         let (mut depth, mut discharge) = (0.0, Vec2::ZERO);
         let (mut level, mut wet) = (0.0, 0.0);
         for &(cell, weight) in &self.weights {

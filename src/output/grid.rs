@@ -12,11 +12,12 @@
 //! Outside the terrain every grid holds [`FILL`].
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::frames::Frame;
-use super::maxima::LatticeMaps;
+use super::maxima::{Maxima, ThresholdSeen};
 use super::{Gauge, WET_DEPTH};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, WaterInCell};
 use crate::math::Vec2;
 
 /// The one value that means "no value" in every float grid of every file.
@@ -49,8 +50,8 @@ pub struct OutputGrid {
     row_overlaps: Vec<Vec<Overlap>>,
     centre_columns: Vec<Option<usize>>,
     centre_rows: Vec<Option<usize>>,
-    /// Mean bed elevation of the terrain in each cell (m); NaN without terrain.
-    mean_bed: Vec<f64>,
+    /// Mean bed elevation of the terrain in each cell (m); NaN without terrain. The writers' copies of the grid share it.
+    mean_bed: Arc<[f64]>,
 }
 
 /// The maps for one threshold on the output grid.
@@ -107,7 +108,7 @@ impl OutputGrid {
             row_overlaps: (0..rows).map(|i| overlaps(from_south(i), cell, spacing, lattice.rows)).collect(),
             centre_columns: (0..columns).map(|i| holder((i as f64 + 0.5) * cell, spacing, lattice.columns)).collect(),
             centre_rows: (0..rows).map(|i| holder(from_south(i) + 0.5 * cell, spacing, lattice.rows)).collect(),
-            mean_bed: Vec::new(),
+            mean_bed: Arc::default(),
         };
         grid.mean_bed = grid.mean_of_terrain(bed_elevation);
         grid
@@ -157,8 +158,8 @@ impl OutputGrid {
         wet.map(|&depth| f64::from(depth)).sum::<f64>() * self.cell * self.cell
     }
 
-    /// A frame from depth (m) and discharges (m²/s) on the lattice.
-    pub fn frame(&self, time: f64, depth: &[f64], discharge_x: &[f64], discharge_y: &[f64]) -> Frame {
+    /// A frame from the water at each column and row of the lattice.
+    pub fn frame(&self, time: f64, water: impl Fn(usize, usize) -> WaterInCell) -> Frame {
         let mut frame = Frame {
             time,
             depth: vec![FILL; self.len()],
@@ -167,54 +168,74 @@ impl OutputGrid {
             velocity_y: vec![FILL; self.len()],
         };
         for cell in (0..self.len()).filter(|&cell| !self.mean_bed[cell].is_nan()) {
-            let mean_depth = self.mean(cell, depth);
-            frame.depth[cell] = mean_depth as f32;
+            let mean = self.mean_water(cell, &water);
+            frame.depth[cell] = mean.depth as f32;
             (frame.velocity_x[cell], frame.velocity_y[cell]) = (0.0, 0.0);
-            if mean_depth > WET_DEPTH {
-                frame.water_level[cell] = (self.mean_bed[cell] + mean_depth) as f32;
-                frame.velocity_x[cell] = (self.mean(cell, discharge_x) / mean_depth) as f32;
-                frame.velocity_y[cell] = (self.mean(cell, discharge_y) / mean_depth) as f32;
+            if mean.depth > WET_DEPTH {
+                frame.water_level[cell] = (self.mean_bed[cell] + mean.depth) as f32;
+                frame.velocity_x[cell] = (mean.discharge_x / mean.depth) as f32;
+                frame.velocity_y[cell] = (mean.discharge_y / mean.depth) as f32;
             }
         }
         frame
     }
 
-    /// The maps of the run on the grid, with the bed at its end (m, NaN without terrain), and the greatest level (m) of the cells
-    /// whose bed changed.
-    pub fn maps(&self, maps: &LatticeMaps, bed_elevation: &[f64], highest: &BTreeMap<usize, f64>) -> GridMaps {
-        let terrain = |value: fn(&LatticeMaps, usize) -> f64| {
-            self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { value(maps, index) })
+    /// The maps of the run up to `time` (s) on the grid, with the bed at its end (m, NaN without terrain), and the greatest level (m)
+    /// of the cells whose bed changed.
+    pub(super) fn maps(
+        &self,
+        maxima: &Maxima,
+        time: f64,
+        bed_elevation: &[f64],
+        highest: &BTreeMap<usize, f64>,
+    ) -> GridMaps {
+        let on_terrain = |value: &dyn Fn(usize) -> f64| {
+            self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { value(index) })
         };
-        let of_threshold =
-            |values: &[f64]| self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { values[index] });
+        let where_wet = |value: &dyn Fn(usize) -> f64| {
+            on_terrain(&|index| if maxima.seen(index).max_depth > WET_DEPTH { value(index) } else { f64::NAN })
+        };
+        let of_threshold = |which: usize| {
+            let value = |value: fn(ThresholdSeen) -> f64| {
+                on_terrain(&|index| value(maxima.seen_of_threshold(index, which, time)))
+            };
+            ThresholdGrids {
+                threshold: maxima.thresholds()[which],
+                arrival: value(|seen| seen.arrival),
+                duration: value(|seen| seen.duration),
+                recession: value(|seen| seen.recession),
+            }
+        };
         GridMaps {
             bed_elevation: self.sample(|index| bed_elevation[index]),
-            max_depth: terrain(|maps, index| maps.max_depth[index]),
-            max_water_level: self.sample(|index| {
-                let depth = maps.max_depth[index];
-                let level = || highest.get(&index).copied().unwrap_or(bed_elevation[index] + depth);
-                if depth > WET_DEPTH { level() } else { f64::NAN }
+            max_depth: on_terrain(&|index| maxima.seen(index).max_depth),
+            max_water_level: where_wet(&|index| {
+                highest.get(&index).copied().unwrap_or(bed_elevation[index] + maxima.seen(index).max_depth)
             }),
-            max_speed: terrain(|maps, index| maps.max_speed[index]),
-            max_depth_velocity: terrain(|maps, index| maps.max_depth_velocity[index]),
-            time_of_max_depth: terrain(|maps, index| {
-                if maps.max_depth[index] > WET_DEPTH { maps.time_of_max_depth[index] } else { f64::NAN }
-            }),
-            hazard_class: terrain(|maps, index| f64::from(maps.hazard_class[index])),
-            thresholds: maps
-                .thresholds
-                .iter()
-                .map(|maps| ThresholdGrids {
-                    threshold: maps.threshold,
-                    arrival: of_threshold(&maps.arrival),
-                    duration: of_threshold(&maps.duration),
-                    recession: of_threshold(&maps.recession),
-                })
-                .collect(),
+            max_speed: on_terrain(&|index| maxima.seen(index).max_speed),
+            max_depth_velocity: on_terrain(&|index| maxima.seen(index).max_depth_velocity),
+            time_of_max_depth: where_wet(&|index| maxima.seen(index).time_of_max_depth),
+            hazard_class: on_terrain(&|index| f64::from(maxima.seen(index).hazard_class)),
+            thresholds: (0..maxima.thresholds().len()).map(of_threshold).collect(),
         }
     }
 
-    /// Mean over an output cell; the part of the cell without terrain counts as dry.
+    /// Mean water of an output cell; the part of the cell without terrain counts as dry.
+    fn mean_water(&self, cell: usize, water: impl Fn(usize, usize) -> WaterInCell) -> WaterInCell {
+        let (column, row) = (cell % self.columns, cell / self.columns);
+        let mut sum = WaterInCell::default();
+        for down in &self.row_overlaps[row] {
+            for across in &self.column_overlaps[column] {
+                let (share, water) = (down.share * across.share, water(across.index, down.index));
+                sum.depth += share * water.depth;
+                sum.discharge_x += share * water.discharge_x;
+                sum.discharge_y += share * water.discharge_y;
+            }
+        }
+        sum
+    }
+
+    /// Mean of a value over an output cell.
     fn mean(&self, cell: usize, values: &[f64]) -> f64 {
         let (column, row) = (cell % self.columns, cell / self.columns);
         let mut sum = 0.0;
@@ -226,7 +247,7 @@ impl OutputGrid {
         sum
     }
 
-    fn mean_of_terrain(&self, bed_elevation: &[f64]) -> Vec<f64> {
+    fn mean_of_terrain(&self, bed_elevation: &[f64]) -> Arc<[f64]> {
         let terrain: Vec<f64> = bed_elevation.iter().map(|z| if z.is_nan() { 0.0 } else { 1.0 }).collect();
         let elevation: Vec<f64> = bed_elevation.iter().map(|z| if z.is_nan() { 0.0 } else { *z }).collect();
         (0..self.len()).map(|cell| self.mean(cell, &elevation) / self.mean(cell, &terrain)).collect()
@@ -281,7 +302,10 @@ mod tests {
         assert_eq!((grid.columns, grid.rows), (7, 5));
         assert_eq!((grid.west, grid.north), (500.0, 910.0));
         let depth: Vec<f64> = (0..lattice.len()).map(|index| 1.0 + index as f64).collect();
-        let frame = grid.frame(3.0, &depth, &depth, &vec![0.0; lattice.len()]);
+        let frame = grid.frame(3.0, |column, row| {
+            let depth = depth[lattice.index(column, row)];
+            WaterInCell { depth, discharge_x: depth, discharge_y: 0.0 }
+        });
         assert_eq!(frame.depth[0], 1.0 + 28.0, "the first value is the north-western cell");
         assert_eq!(frame.depth[4 * 7], 1.0, "the first value of the last row is the south-western cell");
         assert_eq!(frame.water_level[4 * 7 + 1], 1.0 + 2.0);
@@ -298,7 +322,10 @@ mod tests {
         let volume = depth.iter().sum::<f64>() * lattice.cell_area();
         for cell in [0.5, 1.0, 2.0, 3.0, 4.0, 7.3, 20.0] {
             let grid = OutputGrid::new(&lattice, cell, &bed);
-            let frame = grid.frame(0.0, &depth, &depth, &depth);
+            let frame = grid.frame(0.0, |column, row| {
+                let depth = depth[lattice.index(column, row)];
+                WaterInCell { depth, discharge_x: depth, discharge_y: depth }
+            });
             let error = grid.volume(&frame.depth) / volume - 1.0;
             assert!(error.abs() < 1e-6, "cell {cell}: {error:e}, more than the rounding of single precision");
         }
@@ -310,8 +337,7 @@ mod tests {
         let mut bed = vec![1.0; lattice.len()];
         bed[0] = f64::NAN;
         let grid = OutputGrid::new(&lattice, 2.0, &bed);
-        let dry = vec![0.0; lattice.len()];
-        let frame = grid.frame(0.0, &dry, &dry, &dry);
+        let frame = grid.frame(0.0, |_, _| WaterInCell::default());
         assert_eq!(frame.depth[4 * 7], FILL);
         assert_eq!(frame.depth[4 * 7 + 1], 0.0);
         assert_eq!(frame.water_level[4 * 7 + 1], FILL, "dry ground has no water level");

@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::channels::AboveBanks;
 use super::folder::RunFolder;
-use crate::error::Error;
+use crate::error::{Error, Problem};
 
 /// An input file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -87,6 +88,39 @@ pub struct HotStart {
     pub time_s: Option<f64>,
 }
 
+/// A warning of the check, under which the run went on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WarningRecord {
+    /// Its short name.
+    pub code: String,
+    /// The key of the scenario.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+    /// Why.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cause: Option<String>,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<String>,
+    /// Map coordinates of its place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<[f64; 2]>,
+}
+
+impl From<&Problem> for WarningRecord {
+    fn from(problem: &Problem) -> Self {
+        WarningRecord {
+            code: problem.code.to_owned(),
+            key: problem.key.clone(),
+            message: problem.message.clone(),
+            cause: problem.cause.clone(),
+            remedy: problem.remedy.clone(),
+            at: problem.at.map(|place| [place.x, place.y]),
+        }
+    }
+}
+
 /// The contents of `run.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RunManifest {
@@ -135,9 +169,15 @@ pub struct RunManifest {
     /// The dam that breaks, where the scenario has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub breach: Option<BreachRecord>,
+    /// The channels whose water stood above the last row of their sections, where there are any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub above_banks: Vec<AboveBanks>,
     /// The earlier run that this one went on from, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hot_start: Option<HotStart>,
+    /// What the check warned of, where there is anything.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<WarningRecord>,
     /// Quality gates: one sentence each, with the number.
     pub gates: Vec<String>,
     /// `running`, `done`, `failed` or `stopped`.

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::WET_DEPTH;
 use super::hazard::greater_class;
-use crate::lattice::{Span, WaterOnLattice};
+use crate::lattice::{Span, WaterInCell, WaterOnLattice};
 
 /// Number of cells under water from which it pays to share a step between threads.
 const PARALLEL_CELLS: usize = 4096;
@@ -32,9 +32,7 @@ const PARALLEL_ROWS: usize = 8;
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 struct CellRecord {
-    previous_depth: f64,
-    previous_discharge_x: f64,
-    previous_discharge_y: f64,
+    previous: WaterInCell,
     max_depth: f64,
     time_of_max_depth: f64,
     max_speed_squared: f64,
@@ -42,43 +40,40 @@ struct CellRecord {
     hazard_class: u8,
 }
 
-/// What is kept of one cell for one threshold; times are NaN until they happen.
+/// What is kept of one cell for one threshold; times are NaN until they happen. Whether the cell is under water tells its depth.
 #[derive(Clone, Copy, Debug)]
 struct ThresholdRecord {
     arrival: f64,
-    under_water_since: f64,
-    last_fall: f64,
+    /// Time of the latest rise or fall through the threshold (s).
+    latest_crossing: f64,
+    /// Time under water that has ended (s).
     duration: f64,
 }
 
-/// The maps for one threshold on the lattice; NaN where something never happened.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ThresholdMaps {
-    /// The threshold τ (m).
-    pub threshold: f64,
-    /// Time of arrival (s); NaN where the water never came.
-    pub arrival: Vec<f64>,
-    /// Sum of the times with d ≥ τ (s); 0 where there were none.
-    pub duration: Vec<f64>,
-    /// Time of the last fall below τ (s); NaN where there was none or where the water still stands.
-    pub recession: Vec<f64>,
+/// What a cell has seen up to now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seen {
+    /// Greatest depth (m); 0 where always dry.
+    pub max_depth: f64,
+    /// First time of the greatest depth (s); NaN where always dry.
+    pub time_of_max_depth: f64,
+    /// Greatest speed (m/s).
+    pub max_speed: f64,
+    /// Greatest depth times speed of one moment (m²/s).
+    pub max_depth_velocity: f64,
+    /// Greatest hazard class of one moment, 1 to 6; 0 where always dry.
+    pub hazard_class: u8,
 }
 
-/// The maps of a run on the lattice, `[rows * columns]`, row 0 in the south.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LatticeMaps {
-    /// Greatest depth (m); 0 where always dry.
-    pub max_depth: Vec<f64>,
-    /// First time of the greatest depth (s); NaN where always dry.
-    pub time_of_max_depth: Vec<f64>,
-    /// Greatest speed (m/s).
-    pub max_speed: Vec<f64>,
-    /// Greatest depth times speed of one moment (m²/s).
-    pub max_depth_velocity: Vec<f64>,
-    /// Greatest hazard class of one moment, 1 to 6; 0 where always dry.
-    pub hazard_class: Vec<u8>,
-    /// One entry for each threshold, in the order of the plan.
-    pub thresholds: Vec<ThresholdMaps>,
+/// What a cell has seen of a threshold τ up to now; NaN where something never happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ThresholdSeen {
+    /// Time of arrival (s); NaN where the water never came.
+    pub arrival: f64,
+    /// Sum of the times with d ≥ τ (s); 0 where there were none.
+    pub duration: f64,
+    /// Time of the last fall below τ (s); NaN where there was none or where the water still stands.
+    pub recession: f64,
 }
 
 /// Follows the maxima of all cells.
@@ -92,32 +87,11 @@ pub(super) struct Maxima {
     crossings: Vec<ThresholdRecord>,
 }
 
-/// The depth and discharge of a cell at the step before.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PreviousWater {
-    pub(super) depth: f64,
-    pub(super) discharge_x: f64,
-    pub(super) discharge_y: f64,
-}
-
-impl PreviousWater {
-    /// The water `share` of the way to a later moment.
-    pub(super) fn towards(self, later: PreviousWater, share: f64) -> PreviousWater {
-        let mix = |a: f64, b: f64| a + (b - a) * share;
-        PreviousWater {
-            depth: mix(self.depth, later.depth),
-            discharge_x: mix(self.discharge_x, later.discharge_x),
-            discharge_y: mix(self.discharge_y, later.discharge_y),
-        }
-    }
-}
-
 impl Maxima {
     /// An empty record for `cells` cells in rows of `columns`; `thresholds` (m) must not be empty.
     pub(super) fn new(cells: usize, columns: usize, thresholds: &[f64], rise_on_wet: f64) -> Self {
         assert!(!thresholds.is_empty(), "invariant: a resolved scenario has at least one threshold");
-        let never =
-            ThresholdRecord { arrival: f64::NAN, under_water_since: f64::NAN, last_fall: f64::NAN, duration: 0.0 };
+        let never = ThresholdRecord { arrival: f64::NAN, latest_crossing: f64::NAN, duration: 0.0 };
         Maxima {
             columns,
             thresholds: thresholds.to_vec(),
@@ -132,12 +106,13 @@ impl Maxima {
     pub(super) fn start(&mut self, time: f64, water: &WaterOnLattice<'_>) {
         for span in water.spans {
             for index in span.cells(self.columns) {
-                self.initial_depth[index] = water.depth[index];
+                let depth = water.at(index).depth;
+                self.initial_depth[index] = depth;
                 for (which, &threshold) in self.thresholds.iter().enumerate() {
-                    if water.depth[index] >= threshold {
+                    if depth >= threshold {
                         let crossing = &mut self.crossings[index * self.thresholds.len() + which];
-                        crossing.under_water_since = time;
-                        if water.depth[index] >= arrival_depth(threshold, water.depth[index], self.rise_on_wet) {
+                        crossing.latest_crossing = time;
+                        if depth >= arrival_depth(threshold, depth, self.rise_on_wet) {
                             crossing.arrival = time;
                         }
                     }
@@ -155,12 +130,12 @@ impl Maxima {
         let initial_depth = &self.initial_depth;
         let row_of_cells = |(row, (cells, crossings)): (usize, (&mut [CellRecord], &mut [ThresholdRecord]))| {
             let first = water.spans.partition_point(|span| (span.row as usize) < row);
+            let water_of_row = water.rows.row(row);
             for span in water.spans[first..].iter().take_while(|span| span.row as usize == row) {
                 for column in span.from as usize..span.to as usize {
-                    let index = row * columns + column;
-                    let now = (water.depth[index], water.discharge_x[index], water.discharge_y[index]);
                     let crossings = &mut crossings[column * count..(column + 1) * count];
-                    rules.update(now, initial_depth[index], &mut cells[column], crossings);
+                    let initial_depth = initial_depth[row * columns + column];
+                    rules.update(water_of_row.at(column), initial_depth, &mut cells[column], crossings);
                 }
             }
         };
@@ -175,41 +150,35 @@ impl Maxima {
 
     /// The water of a cell at the last step taken.
     #[inline]
-    pub(super) fn previous(&self, index: usize) -> PreviousWater {
+    pub(super) fn previous(&self, index: usize) -> WaterInCell {
+        self.cells[index].previous
+    }
+
+    /// The thresholds (m).
+    pub(super) fn thresholds(&self) -> &[f64] {
+        &self.thresholds
+    }
+
+    /// What a cell has seen.
+    pub(super) fn seen(&self, index: usize) -> Seen {
         let cell = &self.cells[index];
-        PreviousWater {
-            depth: cell.previous_depth,
-            discharge_x: cell.previous_discharge_x,
-            discharge_y: cell.previous_discharge_y,
+        Seen {
+            max_depth: cell.max_depth,
+            time_of_max_depth: cell.time_of_max_depth,
+            max_speed: cell.max_speed_squared.sqrt(),
+            max_depth_velocity: cell.max_discharge_squared.sqrt(),
+            hazard_class: cell.hazard_class,
         }
     }
 
-    /// The maps at the end of the run at `time` (s).
-    pub(super) fn maps(&self, time: f64) -> LatticeMaps {
-        let of_cells = |value: fn(&CellRecord) -> f64| self.cells.iter().map(value).collect::<Vec<f64>>();
-        LatticeMaps {
-            max_depth: of_cells(|cell| cell.max_depth),
-            time_of_max_depth: of_cells(|cell| cell.time_of_max_depth),
-            max_speed: of_cells(|cell| cell.max_speed_squared.sqrt()),
-            max_depth_velocity: of_cells(|cell| cell.max_discharge_squared.sqrt()),
-            hazard_class: self.cells.iter().map(|cell| cell.hazard_class).collect(),
-            thresholds: (0..self.thresholds.len()).map(|which| self.threshold_maps(which, time)).collect(),
-        }
-    }
-
-    fn threshold_maps(&self, which: usize, time: f64) -> ThresholdMaps {
-        let records = || self.crossings.iter().skip(which).step_by(self.thresholds.len());
-        let still_under_water = |record: &ThresholdRecord| !record.under_water_since.is_nan();
-        let last_stay = |record: &ThresholdRecord| {
-            if still_under_water(record) { time - record.under_water_since } else { 0.0 }
-        };
-        ThresholdMaps {
-            threshold: self.thresholds[which],
-            arrival: records().map(|record| record.arrival).collect(),
-            duration: records().map(|record| record.duration + last_stay(record)).collect(),
-            recession: records()
-                .map(|record| if still_under_water(record) { f64::NAN } else { record.last_fall })
-                .collect(),
+    /// What a cell has seen of a threshold, given by its place in the plan, up to `time` (s).
+    pub(super) fn seen_of_threshold(&self, index: usize, which: usize, time: f64) -> ThresholdSeen {
+        let record = &self.crossings[index * self.thresholds.len() + which];
+        let is_under_water = self.cells[index].previous.depth >= self.thresholds[which];
+        ThresholdSeen {
+            arrival: record.arrival,
+            duration: record.duration + if is_under_water { time - record.latest_crossing } else { 0.0 },
+            recession: if is_under_water { f64::NAN } else { record.latest_crossing },
         }
     }
 }
@@ -237,14 +206,9 @@ impl Rules<'_> {
     }
 
     #[inline]
-    fn update(
-        &self,
-        (depth, discharge_x, discharge_y): (f64, f64, f64),
-        initial_depth: f64,
-        cell: &mut CellRecord,
-        crossings: &mut [ThresholdRecord],
-    ) {
-        let previous = cell.previous_depth;
+    fn update(&self, now: WaterInCell, initial_depth: f64, cell: &mut CellRecord, crossings: &mut [ThresholdRecord]) {
+        let WaterInCell { depth, discharge_x, discharge_y } = now;
+        let previous = cell.previous.depth;
         for (crossing, &threshold) in crossings.iter_mut().zip(self.thresholds) {
             if (previous >= threshold) != (depth >= threshold) && self.after > self.before {
                 self.book_crossing(threshold, previous, depth, crossing);
@@ -268,21 +232,16 @@ impl Rules<'_> {
             }
             cell.hazard_class = greater_class(cell.hazard_class, depth, discharge_squared);
         }
-        cell.previous_depth = depth;
-        cell.previous_discharge_x = discharge_x;
-        cell.previous_discharge_y = discharge_y;
+        cell.previous = now;
     }
 
     #[cold]
     fn book_crossing(&self, threshold: f64, previous: f64, depth: f64, crossing: &mut ThresholdRecord) {
         let time = self.crossing(threshold, previous, depth);
-        if depth >= threshold {
-            crossing.under_water_since = time;
-        } else {
-            crossing.duration += time - crossing.under_water_since;
-            crossing.under_water_since = f64::NAN;
-            crossing.last_fall = time;
+        if depth < threshold {
+            crossing.duration += time - crossing.latest_crossing;
         }
+        crossing.latest_crossing = time;
     }
 }
 

@@ -28,8 +28,9 @@ pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};
 pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
-pub use manifest::{BreachRecord, HotStart, InputFile, ParticleCounts, RunManifest, StepLengths, VolumeBooks};
-pub use maxima::{LatticeMaps, ThresholdMaps};
+pub use manifest::{
+    BreachRecord, HotStart, InputFile, ParticleCounts, RunManifest, StepLengths, VolumeBooks, WarningRecord,
+};
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
 use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample};
 use super::grid::{GridMaps, OutputGrid};
-use super::maxima::{LatticeMaps, Maxima};
+use super::maxima::Maxima;
 use super::{Gauge, WET_DEPTH};
 use crate::error::Error;
-use crate::lattice::{Lattice, WaterOnLattice};
+use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
 use crate::math::Vec2;
 
 /// What to record, and where.
@@ -62,8 +62,6 @@ pub struct Recorder {
 pub struct Recording {
     /// Time up to which was recorded (s).
     pub end_time: f64,
-    /// The maps on the lattice.
-    pub lattice_maps: LatticeMaps,
     /// The maps on the output grid.
     pub maps: GridMaps,
     /// What each gauge saw, in the order of the plan.
@@ -122,7 +120,7 @@ impl Recorder {
             self.highest.entry(cell).or_insert(f64::NEG_INFINITY);
             if self.bed_elevation[cell].to_bits() != elevation.to_bits() {
                 self.bed_elevation[cell] = elevation;
-                self.gauges.set_bed(cell, elevation);
+                self.gauges.set_bed(cell, &self.bed_elevation);
                 self.is_grid_behind = true;
             }
         }
@@ -131,8 +129,9 @@ impl Recorder {
     /// Follows the greatest level where the bed may change.
     fn follow_levels(&mut self, water: &WaterOnLattice<'_>) {
         for (&cell, highest) in &mut self.highest {
-            if water.depth[cell] > WET_DEPTH {
-                *highest = highest.max(self.bed_elevation[cell] + water.depth[cell]);
+            let depth = water.at(cell).depth;
+            if depth > WET_DEPTH {
+                *highest = highest.max(self.bed_elevation[cell] + depth);
             }
         }
     }
@@ -150,7 +149,7 @@ impl Recorder {
         self.maxima.start(0.0, water);
         self.follow_levels(water);
         self.previous_volumes = volumes;
-        self.gauges.step(0.0, 0.0, &self.maxima, water);
+        self.gauges.step((0.0, 0.0), &self.bed_elevation, &self.maxima, water);
         self.hand_out_frames(0.0, water, volumes, sink)
     }
 
@@ -166,7 +165,7 @@ impl Recorder {
         volumes: Volumes,
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
-        self.gauges.step(self.time, time_after, &self.maxima, water);
+        self.gauges.step((self.time, time_after), &self.bed_elevation, &self.maxima, water);
         self.hand_out_frames(time_after, water, volumes, sink)?;
         self.maxima.step(self.time, time_after, water);
         self.follow_levels(water);
@@ -177,15 +176,13 @@ impl Recorder {
 
     /// What the run left behind, up to the last step taken.
     pub fn finish(self) -> Recording {
-        let lattice_maps = self.maxima.maps(self.time);
         let (gauge_results, gauge_samples) = self.gauges.finish();
         Recording {
             end_time: self.time,
-            maps: self.grid.maps(&lattice_maps, &self.bed_elevation, &self.highest),
+            maps: self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest),
             gauge_results,
             gauge_samples,
             mass_balance: self.mass_balance,
-            lattice_maps,
         }
     }
 
@@ -212,17 +209,14 @@ impl Recorder {
 
     /// The frame at `time`, `share` of the way from the step before to this one.
     fn frame(&self, time: f64, share: f64, water: &WaterOnLattice<'_>) -> Frame {
-        let cells = self.bed_elevation.len();
-        // Films that were left behind lie outside the spans: over a wide plain they are a share of the volume that counts.
-        let (mut depth, mut discharge_x, mut discharge_y) = (water.depth.to_vec(), vec![0.0; cells], vec![0.0; cells]);
-        let mix = |a: f64, b: f64| a + (b - a) * share;
-        for index in water.spans.iter().flat_map(|span| span.cells(self.columns)) {
-            let previous = self.maxima.previous(index);
-            depth[index] = mix(previous.depth, water.depth[index]);
-            discharge_x[index] = mix(previous.discharge_x, water.discharge_x[index]);
-            discharge_y[index] = mix(previous.discharge_y, water.discharge_y[index]);
-        }
-        self.grid.frame(time, &depth, &discharge_x, &discharge_y)
+        self.grid.frame(time, |column, row| {
+            let now = water.rows.row(row).at(column);
+            if water.is_in_spans(column, row) {
+                return self.maxima.previous(row * self.columns + column).towards(now, share);
+            }
+            // Films that were left behind lie outside the spans: over a wide plain they are a share of the volume that counts.
+            WaterInCell { depth: now.depth, ..WaterInCell::default() }
+        })
     }
 }
 

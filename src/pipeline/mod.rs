@@ -18,12 +18,12 @@ use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
     BreachRecord, ChannelRecorder, ChannelWater, FieldsWriter, Findings, HotStart, InputFile, Provenance, Recorder,
-    RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes, utc_now,
-    write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
+    RecorderPlan, Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, Volumes,
+    WarningRecord, utc_now, write_channels, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
 };
 use crate::prepare::{Prepared, prepare, sha256};
 use crate::scenario::Scenario;
-use crate::seeding::StillWater;
+use crate::seeding::{SeededVolume, StillWater};
 use crate::solver::{
     Breach, ChannelSample, FlowProblem, FlowSolver, GrowthLaw, Ledger, Opening, StepChoice, StepLimit,
 };
@@ -103,7 +103,8 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let moving = summary::MovingAtStart::of(&seeds);
     let solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
     let manifest = first_manifest(scenario, options, &prepared, &bed);
-    let run = Run { manifest, scenario, folder, prepared, still, moving, clock };
+    let seeded = still.into_volumes();
+    let run = Run { manifest, scenario, folder, prepared, seeded, moving, clock };
     run.execute(solver, bed, !options.quiet)
 }
 
@@ -125,7 +126,7 @@ struct Run<'a> {
     scenario: &'a Scenario,
     folder: RunFolder,
     prepared: Prepared,
-    still: StillWater,
+    seeded: Vec<SeededVolume>,
     moving: Option<summary::MovingAtStart>,
     manifest: RunManifest,
     clock: Clock,
@@ -152,11 +153,17 @@ impl Run<'_> {
         let outputs = &self.scenario.outputs;
         let count = self.prepared.sections.len();
         let mut sections = SectionRecorder::new(count, outputs.gauges_every, self.scenario.end_time);
-        let mut channels = (!self.prepared.channels.is_empty())
-            .then(|| ChannelRecorder::new(outputs.every, self.scenario.end_time, in_channels(solver.as_ref())));
+        let profiles = self.prepared.channels.clone();
+        let mut channels = (!profiles.is_empty()).then(|| {
+            let times = (outputs.every, self.scenario.end_time);
+            ChannelRecorder::new(&profiles, times, in_channels(solver.as_ref()))
+        });
         let recorders = (&mut recorder, &mut sections, &mut channels);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap(COMPUTE);
+        let ledger = solver.ledger();
+        // The outputs take memory of their own.
+        drop(solver);
 
         let recording = recorder.finish();
         let (section_results, section_samples) = sections.finish();
@@ -175,17 +182,18 @@ impl Run<'_> {
         write_geopackage(&self.folder, &grid, crs, &recording, &findings)?;
         write_tables(&self.folder, &self.prepared.gauges, &recording)?;
         write_sections(&self.folder, &provenance, &self.prepared.sections, &section_results, &section_samples)?;
-        let profiles = channels.map(ChannelRecorder::finish).unwrap_or_default();
-        write_channels(&self.folder, &self.prepared.channels, &profiles)?;
+        let (frames, above_banks) = channels.map(ChannelRecorder::finish).unwrap_or_default();
+        self.manifest.above_banks = above_banks;
+        write_channels(&self.folder, &profiles, &frames)?;
         self.clock.lap("outputs");
-        self.finish(solver.ledger(), &recording, &section_results, early)
+        self.finish(ledger, &recording, &section_results, early)
     }
 
     /// The loop of steps.
     fn compute(
         &mut self,
         solver: &mut dyn FlowSolver,
-        (recorder, sections, channels): (&mut Recorder, &mut SectionRecorder, &mut Option<ChannelRecorder>),
+        (recorder, sections, channels): (&mut Recorder, &mut SectionRecorder, &mut Option<ChannelRecorder<'_>>),
         fields: &mut FieldsWriter,
         progress: &mut Progress,
     ) -> Result<Option<Early>, Error> {
@@ -289,7 +297,7 @@ impl Run<'_> {
         result.map(|()| RunSummary {
             folder: self.folder.path().to_path_buf(),
             manifest: self.manifest,
-            seeded: self.still.volumes,
+            seeded: self.seeded,
             moving: self.moving,
             gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
             sections: self.prepared.sections.into_iter().zip(sections.iter().copied()).collect(),
@@ -440,6 +448,7 @@ fn first_manifest(scenario: &Scenario, options: &RunOptions, prepared: &Prepared
         simd: clock::simd().to_owned(),
         scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
         inputs: prepared.inputs.iter().map(input).collect(),
+        warnings: prepared.problems.iter().map(WarningRecord::from).collect(),
         methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
         bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
         status: "running".to_owned(),

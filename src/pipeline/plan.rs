@@ -49,9 +49,11 @@ const FRAME_BYTES: Range<f64> = 12.0..26.0;
 const SAMPLE_BYTES: f64 = 60.0;
 /// Time (s) to write the maps per cell of the output grid: 2.5e-6 in the demonstration, 5e-6 at Malpasset at 40 m.
 const MAP_SECONDS: Range<f64> = 1.5e-6..6e-6;
-/// Memory (MiB) that the writers of a run take behind its first steps, whatever its size: the demonstration and Malpasset at 20 and
-/// 40 m added 60, 66 and 62 to what a plan had used, the demonstration at 20 m with moving particles 25.
-const WRITERS_MIB: Range<f64> = 10.0..80.0;
+/// Memory (bytes) that a plan takes per cell of the lattice and a run does not: the water of the start, which the core has by then,
+/// and how far it reaches.
+const PLAN_BYTES: f64 = 40.0;
+/// Memory (MiB) that the writers of a run take at most behind its first steps, whatever its size; they begin when the core is gone.
+const WRITERS_MIB: f64 = 80.0;
 /// Memory (bytes) that they take per cell of the lattice and of the output grid beyond that, at most.
 const WRITERS_BYTES: f64 = 100.0;
 /// Memory (bytes) that a moving particle adds as it gets more neighbours.
@@ -254,7 +256,8 @@ fn draw(
         particles_at_start: measured.particles_at_start,
         particles_at_most,
         area: wet as f64 * spacing * spacing..reach.cells() as f64 * spacing * spacing,
-        memory_mib: memory_now + WRITERS_MIB.start..memory_now + WRITERS_MIB.end + written + neighbours,
+        memory_mib: memory_now - PLAN_BYTES * lattice_cells as f64 / MIB
+            ..memory_now + WRITERS_MIB + written + neighbours,
         steps,
         run_time,
         disk_mb: disk(MAP_BYTES.start, FRAME_BYTES.start, wet as f64)

@@ -98,6 +98,16 @@ impl fmt::Display for RunSummary {
             }
             writeln!(f)?;
         }
+        for above in &run.above_banks {
+            writeln!(
+                f,
+                "channel {}: its water stood {:.2} m above the last row of its sections, {:.0} m from its far end at {}; what would have left it there stayed in",
+                above.channel,
+                above.height_m,
+                above.distance_m,
+                clock_time(above.time_s)
+            )?;
+        }
         let volume = &run.volume_m3;
         writeln!(
             f,

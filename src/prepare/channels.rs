@@ -160,6 +160,11 @@ fn rows_at(sections: &[Table], distance: f64) -> Vec<(f64, f64)> {
     low.rows.iter().zip(&high.rows).map(between).collect()
 }
 
+/// Level of the last row of a section (m); none where its only row is the bed.
+fn bank(rows: &[(f64, f64)]) -> Option<f64> {
+    rows[1..].last().map(|row| row.0)
+}
+
 /// Strips between each two of so many rows of a section.
 fn pieces(rows: usize) -> usize {
     if rows > 1 { STRIPS.div_ceil(rows - 1) } else { 0 }
@@ -316,6 +321,7 @@ fn build(described: &Described, opened: &Opened, manning: f64, spacing: f64) -> 
     let profile = ChannelProfile {
         id: described.id.value.clone(),
         bed: sections.iter().map(|section| section.strips[0].bed).collect(),
+        banks: places.iter().map(|place| bank(&rows_at(&opened.sections, *place))).collect(),
         distance: places,
     };
     let channel = Channel {

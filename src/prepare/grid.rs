@@ -1,5 +1,7 @@
 //! The lattice of a run: where it lies, what it costs, and which of its edges are open.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::GapReport;
@@ -114,25 +116,58 @@ pub(super) fn gap_report(terrain: &Terrain, lattice: &Lattice) -> Option<GapRepo
 /// the lattice follows that edge in steps.
 pub(super) const REACH: f64 = 1.5;
 
-/// Adds a side of the terrain's rectangle to the open edges; the lattice may reach beyond it by a part of a cell.
+/// Adds a side of the terrain's rectangle to the open edges, wherever terrain comes within a cell of it; the lattice may reach beyond
+/// it by a part of a cell.
 ///
-/// It stops short of the corners by a little more than the reach, so that it does not open the faces around the corner.
+/// Each piece stops short of the corners of the terrain by a little more than the reach, so that it does not open the faces around
+/// the corner: the banks of a valley that is narrower than the rectangle where it meets the side stay walls.
 pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed: &[f64]) {
     let (low, high) = extent(lattice, bed);
-    // A face around the corner has its midpoint half a cell away from it: 1.45² + 0.5² > 1.5².
-    let short = 1.45 * lattice.spacing;
-    let (x, y) = ([low.x + short, high.x - short], [low.y + short, high.y - short]);
-    let piece = match side {
-        Side::North => [Vec2::new(x[0], high.y), Vec2::new(x[1], high.y)],
-        Side::South => [Vec2::new(x[0], low.y), Vec2::new(x[1], low.y)],
-        Side::East => [Vec2::new(high.x, y[0]), Vec2::new(high.x, y[1])],
-        Side::West => [Vec2::new(low.x, y[0]), Vec2::new(low.x, y[1])],
+    let is_terrain = |column: usize, row: usize| !bed[lattice.index(column, row)].is_nan();
+    let cells = |length: f64| (length / lattice.spacing).round() as usize;
+    let (columns, rows) = (cells(low.x)..cells(high.x), cells(low.y)..cells(high.y));
+    // What lies beside the side: the lines of cells that end there, and the two outermost cells of each.
+    let (west, east) =
+        ([columns.start, columns.start + 1], [columns.end.saturating_sub(1), columns.end.saturating_sub(2)]);
+    let (south, north) = ([rows.start, rows.start + 1], [rows.end.saturating_sub(1), rows.end.saturating_sub(2)]);
+    let by_row = |outer: [usize; 2], row: usize| outer.into_iter().any(|i| columns.contains(&i) && is_terrain(i, row));
+    let by_column =
+        |outer: [usize; 2], column: usize| outer.into_iter().any(|i| rows.contains(&i) && is_terrain(column, i));
+    let runs = match side {
+        Side::North => runs(columns.clone(), |column| by_column(north, column)),
+        Side::South => runs(columns.clone(), |column| by_column(south, column)),
+        Side::East => runs(rows.clone(), |row| by_row(east, row)),
+        Side::West => runs(rows.clone(), |row| by_row(west, row)),
         Side::All => {
             open.whole_outline = true;
             return;
         }
     };
-    open.segments.push(piece);
+    // A face around the corner has its midpoint half a cell away from it: 1.45² + 0.5² > 1.5².
+    let short = 1.45 * lattice.spacing;
+    for run in runs {
+        let (from, to) = (run.start as f64 * lattice.spacing, run.end as f64 * lattice.spacing);
+        let middle = 0.5 * (from + to);
+        let (from, to) = ((from + short).min(middle), (to - short).max(middle));
+        open.segments.push(match side {
+            Side::North => [Vec2::new(from, high.y), Vec2::new(to, high.y)],
+            Side::South => [Vec2::new(from, low.y), Vec2::new(to, low.y)],
+            Side::East => [Vec2::new(high.x, from), Vec2::new(high.x, to)],
+            Side::West | Side::All => [Vec2::new(low.x, from), Vec2::new(low.x, to)],
+        });
+    }
+}
+
+/// The longest runs of a range in which something holds.
+fn runs(range: Range<usize>, holds: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for k in range.filter(|&k| holds(k)) {
+        match runs.last_mut() {
+            Some(run) if run.end == k => run.end += 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs
 }
 
 /// South-western and north-eastern corner (local coordinates, m) of the cells with terrain; those of the lattice where there are none.
@@ -236,6 +271,20 @@ mod tests {
         let within = |cell: usize| lattice.column_row(cell).0 < 11 && lattice.column_row(cell).1 < 8;
         let bed: Vec<f64> = (0..lattice.len()).map(|cell| if within(cell) { 0.0 } else { f64::NAN }).collect();
         for (side, faces) in [(Side::North, 11), (Side::South, 11), (Side::East, 8), (Side::West, 8)] {
+            let mut open = OpenEdges::default();
+            open_side(&mut open, side, &lattice, &bed);
+            assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
+        }
+    }
+
+    #[test]
+    fn a_valley_that_narrows_opens_at_its_mouth_and_not_at_its_banks() {
+        // Twelve columns; the last five are a valley of four rows.
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 12, rows: 9, spacing: 5.0 };
+        let is_valley = |(column, row): (usize, usize)| column < 7 || (3..7).contains(&row);
+        let bed: Vec<f64> =
+            (0..lattice.len()).map(|cell| if is_valley(lattice.column_row(cell)) { 0.0 } else { f64::NAN }).collect();
+        for (side, faces) in [(Side::East, 4), (Side::West, 9), (Side::North, 7), (Side::South, 7)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
             assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");

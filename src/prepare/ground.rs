@@ -3,7 +3,7 @@
 //! A breakline takes the cells of a strip along it ([`super::burn`]) and raises or carves their bed to its level there,
 //! z = max(z, z_line) or min(z, z_line). A building takes the cells whose centres lie in it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use geo::MultiPolygon;
 
@@ -15,6 +15,7 @@ use super::{places, water};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
+use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::methods::Motion;
 use crate::scenario::{Breakline, BreaklineMode, BuildingMode, Buildings, LineLevel, Scenario, Sourced, VectorSource};
@@ -337,9 +338,14 @@ fn build(
     let lattice = bed.lattice.clone();
     // A cell that two share gets the higher value.
     let mut cells: BTreeMap<usize, f64> = BTreeMap::new();
-    let (mut outside, mut small) = (Vec::new(), Vec::new());
+    let (mut outside, mut small, mut broken) = (Vec::new(), Vec::new(), Vec::new());
     for (area, value) in footprints {
         let inside = cells_inside(area, &lattice);
+        if !matches!(buildings.mode, BuildingMode::Roughness(_))
+            && area.0.iter().any(|part| are_apart(&cells_inside(&MultiPolygon(vec![part.clone()]), &lattice), &lattice))
+        {
+            broken.push(area);
+        }
         if inside.iter().any(|&cell| bed.has_terrain(cell)) {
             for cell in inside {
                 cells.entry(cell).and_modify(|own| *own = own.max(*value)).or_insert(*value);
@@ -371,6 +377,15 @@ fn build(
             .with_at(at);
         findings.add(source, problem);
     }
+    if let Some(at) = first(&broken) {
+        let message = format!(
+            "{} of {} buildings of {name} are so narrow that their cells do not hang together: water passes between them",
+            broken.len(),
+            footprints.len()
+        );
+        let remedy = "choose a finer `resolution`, or draw such a building as a wall (`structures.walls`)";
+        findings.add(source, input_warning("building-too-narrow", message).with_remedy(remedy).with_at(at));
+    }
     for (cell, value) in cells.into_iter().filter(|(cell, _)| bed.elevation[*cell].is_finite()).collect::<Vec<_>>() {
         match buildings.mode {
             BuildingMode::Block => {
@@ -381,6 +396,26 @@ fn build(
             BuildingMode::Roughness(_) => bed.manning[cell] = value,
         }
     }
+}
+
+/// Whether some of these cells do not hang together with the others, not even by a corner.
+fn are_apart(cells: &[usize], lattice: &Lattice) -> bool {
+    let Some(&first) = cells.first() else { return false };
+    let mut left: BTreeSet<usize> = cells.iter().copied().collect();
+    left.remove(&first);
+    let mut reached = vec![first];
+    while let Some(cell) = reached.pop() {
+        let (column, row) = lattice.column_row(cell);
+        for near_row in row.saturating_sub(1)..=(row + 1).min(lattice.rows - 1) {
+            for near_column in column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1) {
+                let near = lattice.index(near_column, near_row);
+                if left.remove(&near) {
+                    reached.push(near);
+                }
+            }
+        }
+    }
+    !left.is_empty()
 }
 
 /// A corner of an area.

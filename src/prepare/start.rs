@@ -223,6 +223,7 @@ pub(super) fn take_over(
             return Vec::new();
         }
     };
+    findings.add_all(&earlier.fields, other_dry_ground(&state, path, bed));
     let fits = lay(&state, path, (breach, changes), bed, still);
     match fits {
         Ok(warning) => {
@@ -344,6 +345,30 @@ fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedPa
     )
 }
 
+/// What the maps beside `fields.nc` say of ground that is dry and had another height in the earlier run; nothing where there are none.
+///
+/// Such a change may be meant (a levee that is built for this half). A breakline that was left out is seen by nothing else.
+fn other_dry_ground(state: &State, path: &Path, bed: &BedParticles) -> Option<Problem> {
+    let maps = path.with_file_name("maps.nc");
+    let elevation = on_lattice(&netcdf::open(&maps).ok()?, "bed_elevation", (.., ..), &maps, &bed.lattice).ok()?;
+    let change = |cell: usize| bed.elevation[cell] - elevation[cell];
+    let is_other = |cell: &usize| state.depth[*cell] <= 0.0 && change(*cell).abs() > OTHER_BED;
+    let other: Vec<usize> = (0..bed.lattice.len()).filter(is_other).collect();
+    let &largest = other.iter().max_by(|a, b| change(**a).abs().total_cmp(&change(**b).abs()))?;
+    let message = format!(
+        "dry ground differs from that of {} on {} cells, by {:+.2} m at most",
+        maps.display(),
+        other.len(),
+        change(largest)
+    );
+    Some(
+        Problem::warning(ProblemKind::Input, "other-dry-ground", "", message)
+            .with_cause("a breakline, a building or a layer of the terrain is here and was not there, or the other way round, or a dam broke")
+            .with_remedy("nothing, if it is meant; otherwise take the terrain and the structures of that run")
+            .with_at(bed.lattice.to_map(bed.lattice.centre(largest))),
+    )
+}
+
 fn not_fields(path: &Path, cause: String) -> Problem {
     input_error("not-a-fields-file", format!("{} is no `fields.nc` of a run", path.display()))
         .with_cause(cause)
@@ -451,25 +476,35 @@ fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<usiz
     Err((true, problem))
 }
 
-/// The state of one frame, which must have a value in each cell with terrain; the rows of the file count from the north.
+/// A part of a variable on the cells of the lattice, NaN where it has no value; the rows of the file count from the north.
+fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>>(
+    file: &netcdf::File,
+    name: &str,
+    part: E,
+    path: &Path,
+    lattice: &Lattice,
+) -> Result<Vec<f64>, Problem> {
+    let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
+    let part = part.try_into().map_err(Into::into);
+    let values = part
+        .and_then(|part: netcdf::Extents| variable.get_values::<f64, _>(part))
+        .map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))?;
+    if values.len() != lattice.len() {
+        return Err(not_fields(path, format!("variable `{name}` does not fill the grid")));
+    }
+    let fill = f64::from(crate::output::FILL);
+    let from_north = |cell: usize| {
+        let (column, row) = lattice.column_row(cell);
+        let value = values[(lattice.rows - 1 - row) * lattice.columns + column];
+        if value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN { f64::NAN } else { value }
+    };
+    Ok((0..lattice.len()).map(from_north).collect())
+}
+
+/// The state of one frame, which must have a value in each cell with terrain.
 fn read(file: &netcdf::File, path: &Path, record: usize, bed: &BedParticles) -> Result<State, Problem> {
     let lattice = &bed.lattice;
-    let frame = |name: &str| {
-        let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
-        let values = variable
-            .get_values::<f64, _>((record, .., ..))
-            .map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))?;
-        if values.len() != lattice.len() {
-            return Err(not_fields(path, format!("variable `{name}` does not fill the grid")));
-        }
-        let fill = f64::from(crate::output::FILL);
-        let from_north = |cell: usize| {
-            let (column, row) = lattice.column_row(cell);
-            let value = values[(lattice.rows - 1 - row) * lattice.columns + column];
-            if value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN { f64::NAN } else { value }
-        };
-        Ok((0..lattice.len()).map(from_north).collect::<Vec<f64>>())
-    };
+    let frame = |name: &str| on_lattice(file, name, (record, .., ..), path, lattice);
     let (depth, level) = (frame("depth")?, frame("water_level")?);
     let (u, v) = (frame("velocity_x")?, frame("velocity_y")?);
     let unsound = |cell: &usize| {

@@ -25,7 +25,9 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
     );
     status(&mut html, run);
     table(&mut html, "The run", &summary_rows(run));
+    table(&mut html, "The breach", &breach_rows(&run.summary["breach"]));
     table(&mut html, "Volume ledger", &ledger_rows(&run.summary["volume_m3"]));
+    table(&mut html, "Warnings under which it ran", &warning_rows(&run.summary));
     for figure in figures {
         let _ = write!(html, "<h2>{}</h2>\n<figure>{}</figure>\n", figure.caption, figure.svg);
     }
@@ -74,6 +76,9 @@ fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
     let seconds = |value: &Value| number(value).map(|s| if s < 60.0 { format!("{s:.1} s") } else { clock(s) });
     add("Program", summary["version"].as_str().map(|version| format!("floodsim {version}")));
     add("Command", summary["command"].as_str().map(str::to_string));
+    let earlier = &summary["hot_start"];
+    let time = number(&earlier["time_s"]).map_or("its last frame".to_owned(), clock);
+    add("Gone on from", earlier["path"].as_str().map(|path| format!("{path}, {time}")));
     add("Coordinate reference system", Some(run.crs.clone()));
     let (grid, metres) = (&run.grid, run.grid.cell);
     add("Grid of the maps", Some(format!("{} × {} cells of {metres} m", grid.columns, grid.rows)));
@@ -89,6 +94,50 @@ fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
     add("Time of the processors", seconds(&summary["cpu_s"]));
     add("Memory, at most", number(&summary["peak_rss_mb"]).map(|mb| format!("{mb:.0} MB")));
     rows
+}
+
+/// When the dam broke and what its opening became; nothing without one.
+fn breach_rows(breach: &Value) -> Vec<(String, String)> {
+    if breach.is_null() {
+        return Vec::new();
+    }
+    let began = breach["began_s"].as_f64().map_or("not in this run".to_owned(), clock);
+    let metres = |key: &str| breach[key].as_f64().map(|value| format!("{value:.2} m"));
+    let slope = breach["side_slope"].as_f64().map(|slope| format!("{slope:.2} to 1"));
+    let grown = breach["duration_s"]
+        .as_f64()
+        .map(|s| if s > 0.0 { format!("{:.1} min", s / 60.0) } else { "at once".to_owned() });
+    let rows = [
+        ("Began", Some(began)),
+        ("Crest of the dam", metres("crest_m")),
+        ("Bottom of the opening in the end", metres("invert_m")),
+        ("Width of the bottom in the end", metres("bottom_width_m")),
+        ("Sides, horizontal to vertical", slope),
+        ("Grown within", grown),
+    ];
+    rows.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
+}
+
+/// What the check warned of, and what the run found that its maps do not show.
+fn warning_rows(summary: &Value) -> Vec<(String, String)> {
+    let list = |key: &str| summary[key].as_array().map(Vec::as_slice).unwrap_or_default().iter();
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let warning = |warning: &Value| {
+        let place = warning["at"].as_array().and_then(|at| Some((at.first()?.as_f64()?, at.get(1)?.as_f64()?)));
+        let place = place.map_or_else(String::new, |(x, y)| format!(" (at {x:.1}, {y:.1})"));
+        let cause = warning["cause"].as_str().map_or_else(String::new, |cause| format!("; {cause}"));
+        (text(&warning["key"]), format!("{}{place}{cause}", text(&warning["message"])))
+    };
+    let above = |above: &Value| {
+        let [height, distance, time] =
+            ["height_m", "distance_m", "time_s"].map(|key| above[key].as_f64().unwrap_or(f64::NAN));
+        let told = format!(
+            "its water stood {height:.2} m above the last row of its sections, {distance:.0} m from its far end at {}; what would have left it there stayed in",
+            clock(time)
+        );
+        (format!("channel {}", text(&above["channel"])), told)
+    };
+    list("warnings").map(warning).chain(list("above_banks").map(above)).collect()
 }
 
 fn ledger_rows(volume: &Value) -> Vec<(String, String)> {

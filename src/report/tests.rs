@@ -94,11 +94,18 @@ fn the_report_holds_every_figure_and_needs_no_other_file() {
 fn where_the_dam_breaks_later_times_count_from_the_start_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
     run_folder(folder.path());
-    let summary = r#"{"status": "done", "breach": {"began_s": 60.0}, "volume_m3": {"initial": 50000.0, "in": 0.0}}"#;
+    let summary = r#"{"status": "done", "volume_m3": {"initial": 50000.0, "in": 0.0},
+        "breach": {"began_s": 60.0, "crest_m": 112.5, "invert_m": 98.0, "bottom_width_m": 40.0, "side_slope": 1.0, "duration_s": 2100.0},
+        "warnings": [{"code": "narrow-breach", "key": "breach.shape", "message": "the opening is <5 cells wide", "at": [1055.0, 2125.0]}],
+        "above_banks": [{"channel": "upper", "height_m": 0.4, "distance_m": 120.0, "time_s": 90.0}]}"#;
     std::fs::write(folder.path().join("run.json"), summary).unwrap();
     let Report { files, .. } = report(folder.path()).unwrap();
     let page = std::fs::read_to_string(files.last().unwrap()).unwrap();
     assert!(page.contains("2 min 30 s after the start of the run") && !page.contains("the failure"));
+    let told = ["112.50 m", "40.00 m", "1.00 to 1", "35.0 min", "the opening is &lt;5 cells wide (at 1055.0, 2125.0)"];
+    for text in told.into_iter().chain(["channel upper", "0.40 m above the last row"]) {
+        assert!(page.contains(text), "the page lacks {text}");
+    }
 }
 
 #[test]

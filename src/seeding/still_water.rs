@@ -83,6 +83,13 @@ pub struct StillWater {
     pub volumes: Vec<SeededVolume>,
 }
 
+impl StillWater {
+    /// The books alone: the water itself is in the core by then.
+    pub fn into_volumes(self) -> Vec<SeededVolume> {
+        self.volumes
+    }
+}
+
 /// Fills bodies of still water, and sets the bed of the cells at their shore to hold their share of it.
 ///
 /// - `surface`: the terrain itself, for the integral

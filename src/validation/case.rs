@@ -122,6 +122,8 @@ pub struct Setup {
     pub until: Until,
     /// The answer.
     pub exact: Exact,
+    /// Moments (s) before the end, ascending, with the answer at each: the errors are the means over these and the end.
+    pub earlier: Vec<(f64, Exact)>,
     /// The places at which errors count.
     pub counts: Box<dyn Fn(Vec2) -> bool + Send + Sync>,
     /// Greatest depth (m) of the answer: half a per cent of it is the least depth at which the velocity of resting particles counts.
@@ -152,6 +154,7 @@ impl Setup {
             dimension,
             until,
             exact,
+            earlier: Vec::new(),
             counts: Box::new(|_| true),
             checks: None,
             is_answer_known: true,

@@ -7,7 +7,7 @@
 //! A resting particle is wet when either depth exceeds a ten-thousandth of the greatest one; its velocity counts as an error of 0 where
 //! the exact depth is below half a per cent of the greatest, because the velocity of such a film means nothing.
 
-use super::case::Setup;
+use super::case::{Exact, Setup};
 use super::run::Snapshot;
 
 /// Share of the greatest depth from which a resting particle is wet.
@@ -24,8 +24,16 @@ pub struct Errors {
     pub velocity: f64,
 }
 
-/// The errors of a snapshot at the end of a setup; none where no particle counts.
-pub fn errors(snapshot: &Snapshot, setup: &Setup) -> Errors {
+impl Errors {
+    /// The mean of several; not a number where there are none.
+    pub fn mean(all: &[Errors]) -> Errors {
+        let mean = |of: fn(&Errors) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        Errors { depth: mean(|errors| errors.depth), velocity: mean(|errors| errors.velocity) }
+    }
+}
+
+/// The errors of a snapshot of a setup against an answer; none where no particle counts.
+pub fn errors(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
     let (wet, thick) = if snapshot.is_moving {
         (f64::NEG_INFINITY, f64::NEG_INFINITY)
     } else {
@@ -33,7 +41,7 @@ pub fn errors(snapshot: &Snapshot, setup: &Setup) -> Errors {
     };
     let (mut sum, mut number) = (Errors::default(), 0);
     for sample in snapshot.samples.iter().filter(|sample| (setup.counts)(sample.place)) {
-        let (depth, velocity) = (setup.exact)(sample.place);
+        let (depth, velocity) = exact(sample.place);
         if sample.depth <= wet && depth <= wet {
             continue;
         }

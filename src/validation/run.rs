@@ -7,6 +7,7 @@ use super::choice::Choice;
 use super::error::{Errors, errors};
 use super::judge::Limits;
 use crate::error::NumericalFailure;
+use crate::lattice::WaterInCell;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::pipeline::clock::processor_seconds;
@@ -78,15 +79,15 @@ impl Snapshot {
                 let film = FILM_SHARE * setup.scale_depth;
                 let water = crate::solver::FlowSolver::water(solver.as_mut());
                 let sample = |i: usize| {
-                    let discharge = Vec2::new(water.discharge_x[i], water.discharge_y[i]);
-                    let velocity = if water.depth[i] > film { discharge / water.depth[i] } else { Vec2::ZERO };
-                    let (depth, place) = (water.depth[i], lattice.centre(i));
+                    let WaterInCell { depth, discharge_x, discharge_y } = water.at(i);
+                    let velocity = if depth > film { Vec2::new(discharge_x, discharge_y) / depth } else { Vec2::ZERO };
+                    let place = lattice.centre(i);
                     Sample { place, depth, velocity, volume: depth * area, bed: bed.elevation[i] }
                 };
                 (0..lattice.len()).filter(|&i| bed.has_terrain(i)).map(sample).collect()
             }
         };
-        let depth_on_lattice = core.flow().water().depth.to_vec();
+        let depth_on_lattice = core.flow().water().depths();
         let (time, ledger) = (core.flow().time(), core.flow().ledger());
         Snapshot { is_moving: matches!(core, Core::Moving(_)), samples, depth_on_lattice, gravity, time, ledger }
     }
@@ -207,7 +208,13 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     }
     let start = Snapshot::take(&mut core, setup);
     let mut cost = Cost { particles: core.flow().particles(), ..Cost::default() };
-    let broken = advance(&mut core, setup, steps_allowed, &mut cost);
+    let mut found_earlier = Vec::new();
+    let mut broken = None;
+    for (time, exact) in &setup.earlier {
+        broken = broken.or_else(|| advance(&mut core, setup, Until::Time(*time), steps_allowed, &mut cost));
+        found_earlier.push(errors(&Snapshot::take(&mut core, setup), setup, exact));
+    }
+    let broken = broken.or_else(|| advance(&mut core, setup, setup.until, steps_allowed, &mut cost));
     cost.cpu_s = processor_seconds() - before;
     let solver = core.flow();
     cost.particles = cost.particles.max(solver.particles());
@@ -218,7 +225,8 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let volume_error = solver.ledger().relative_error();
     let end = Snapshot::take(&mut core, setup);
     let found = setup.checks.as_ref().map_or_else(Vec::new, |checks| checks(&start, &end));
-    (cost, Ok(Outcome { errors: errors(&end, setup), start, end, checks: found, volume_error }))
+    found_earlier.push(errors(&end, setup, &setup.exact));
+    (cost, Ok(Outcome { errors: Errors::mean(&found_earlier), start, end, checks: found, volume_error }))
 }
 
 /// Steps of the Courant number over the spacing, at the greatest signal speed of the answer.
@@ -232,8 +240,8 @@ fn steps_foreseen(setup: &Setup, choice: &Choice) -> f64 {
     }
 }
 
-/// Steps to the end; the reason where it is not reached.
-fn advance(core: &mut Core, setup: &Setup, steps_allowed: f64, cost: &mut Cost) -> Option<Broken> {
+/// Steps to a moment; the reason where it is not reached.
+fn advance(core: &mut Core, setup: &Setup, until: Until, steps_allowed: f64, cost: &mut Cost) -> Option<Broken> {
     let speed_limit = setup.limits.as_ref().map_or(f64::INFINITY, Limits::allowed_speed);
     loop {
         let choice = core.flow().choose_step();
@@ -242,7 +250,7 @@ fn advance(core: &mut Core, setup: &Setup, steps_allowed: f64, cost: &mut Cost) 
             cost.excess = Some(excess(core, setup, &choice));
         }
         let solver = core.flow();
-        let (is_over, step) = match setup.until {
+        let (is_over, step) = match until {
             Until::Time(end) => (solver.time() >= end - END_TOLERANCE, choice.time_step.min(end - solver.time())),
             Until::Steps(steps) => (cost.steps >= steps, choice.time_step),
         };

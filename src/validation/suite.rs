@@ -174,7 +174,7 @@ impl Placed<'_> {
             }
         }
         if let (Some((depth, velocity)), Some(orders)) = (bar.order, self.whole_order) {
-            let shown = |order: Option<f64>| order.map_or("none".to_owned(), |order| format!("{order:.2}"));
+            let shown = |order: Option<f64>| order.map_or("none".to_owned(), |order| format!("{order:.3}"));
             let at_least = |order: Option<f64>, least: f64| order.is_some_and(|order| order >= least);
             ask(format!("order of depth {} >= {depth}", shown(orders.0)), at_least(orders.0, depth));
             if let Some(velocity) = velocity {
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(statuses(&moving), [Status::Holds, Status::FallShort]);
         assert_eq!(
             moving.rows[1].bar,
-            format!("depth <= 0.000000001 m; order of depth {:.2} >= 0.5", moving.rows[1].order_depth.unwrap())
+            format!("depth <= 0.000000001 m; order of depth {:.3} >= 0.5", moving.rows[1].order_depth.unwrap())
         );
         let row = &resting.rows[1];
         let coarse = resting.rows[0].error_depth.unwrap();

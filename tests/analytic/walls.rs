@@ -1,5 +1,6 @@
 //! Walls, open edges, the books, and the same bits for any number of threads.
 
+use floodsim::lattice::WaterInCell;
 use floodsim::math::Vec2;
 use floodsim::physics::dimension::Dimension;
 use floodsim::scenario::methods::{Integrator, Stabilisation, WallMethod};
@@ -111,7 +112,7 @@ fn water_leaves_through_open_edges_and_is_booked() {
     let ledger = solver.ledger();
     assert!(ledger.outflow > 0.2 * ledger.initial, "only {} of {} m³ left", ledger.outflow, ledger.initial);
     assert!(ledger.relative_error().abs() < 1e-12);
-    let on_lattice: f64 = solver.water().depth.iter().sum();
+    let on_lattice: f64 = solver.water().depths().iter().sum();
     assert!((on_lattice * SPACING * SPACING - ledger.stored).abs() < 1e-9 * ledger.stored);
 }
 
@@ -122,14 +123,8 @@ fn one_and_two_and_five_threads_give_equal_bits() {
         pool.install(|| {
             let mut solver = solver(basin(), 0.2, |p| if p.x > 15.0 { 97.0 } else { 93.0 });
             run_steps(&mut solver, 60);
-            let water = solver.water();
-            water
-                .depth
-                .iter()
-                .chain(water.discharge_x)
-                .chain(water.discharge_y)
-                .map(|v| v.to_bits())
-                .collect::<Vec<u64>>()
+            let bits = |cell: WaterInCell| [cell.depth, cell.discharge_x, cell.discharge_y].map(f64::to_bits);
+            solver.water().cells().map(bits).collect::<Vec<_>>()
         })
     };
     let one = run(1);

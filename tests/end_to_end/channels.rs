@@ -116,6 +116,23 @@ fn a_hydrograph_comes_down_a_channel_into_the_terrain() {
 }
 
 #[test]
+fn water_over_the_banks_of_a_channel_is_told() {
+    // 30 m³/s stand higher than banks of 0.51 m and lower than those of 1.5 m.
+    let low = SECTIONS.replace("0,12.5,20", "0,11.51,20").replace("100,11.5,20", "100,10.51,20");
+    for (sections, is_told) in [(low.as_str(), true), (SECTIONS, false)] {
+        let scene = Scene::with(&IN_SECTIONS, sections);
+        let answer = floodsim(scene.folder.path(), &["run", "s.yaml", "--out", "out", "--quiet"]);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let above = "channel upper: its water stood ";
+        assert_eq!(answer.stdout.contains(above), is_told, "{}", answer.stdout);
+        let run: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(scene.path("out/run.json")).unwrap()).unwrap();
+        let height = run["above_banks"][0]["height_m"].as_f64();
+        assert!(height.map_or(!is_told, |height| is_told && (0.01..1.5).contains(&height)), "{height:?}");
+    }
+}
+
+#[test]
 fn a_sea_that_rises_runs_up_a_channel() {
     let changes = [
         ("    upstream: {discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}}\n", ""),

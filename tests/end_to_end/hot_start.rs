@@ -214,6 +214,19 @@ fn what_does_not_fit_the_earlier_run_is_refused_with_its_place() {
 }
 
 #[test]
+fn a_levee_on_dry_ground_that_is_left_out_is_told() {
+    let scene = Scene::sound();
+    scene.feature("levee.geojson", "LineString", "[[500150,5300117],[500250,5300117]]");
+    let levee = "terrain={layers: [{raster: dem.asc}], breaklines: [{lines: levee.geojson, mode: raise, z: 130 m}]}";
+    scene.run("first", &["time.end=20 s", levee]);
+    let go_on = "initial=[{fields: first/fields.nc}]";
+    let told = "warning[other-dry-ground] initial";
+    scene.assert_check(&[go_on], 0, &[told, "on 20 cells", "remedy"]);
+    let with_levee = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", go_on, "--set", levee]);
+    assert!(with_levee.code == 0 && !with_levee.stderr.contains(told), "{}", with_levee.stderr);
+}
+
+#[test]
 fn rivers_and_ponds_begin_with_their_depth() {
     let scene = Scene::sound();
     scene.feature("river.geojson", "LineString", "[[499990,5300062],[500310,5300062]]");

@@ -86,7 +86,7 @@ fn threads(particles: usize) {
 fn memory(motion: Motion, particles: usize) {
     let mut solver = scene::solver(motion, particles);
     scene::steps(solver.as_mut(), 3);
-    println!("{},{particles},{}", motion.name(), peak_bytes());
+    println!("{},{particles},{},{}", motion.name(), solver.water().lattice.len(), peak_bytes());
 }
 
 /// Greatest resident memory of this process (bytes).

@@ -117,7 +117,7 @@ fn search_and_gridding(criterion: &mut Criterion<ProcessorTime>) {
     let particles = FluidParticles::from_seeds(&scene::seeds(&problem));
     let mut gridder = Gridder::new(&problem.bed.lattice, Dimension::Two);
     group.bench_function("gridding", |bencher| {
-        bencher.iter(|| gridder.grid(&problem.bed, &particles).depth.len());
+        bencher.iter(|| gridder.grid(&problem.bed, &particles).spans.len());
     });
     group.finish();
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use floodsim::error::{Problem, ProblemKind};
-use floodsim::lattice::{Lattice, Span, WaterOnLattice};
+use floodsim::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use floodsim::math::Vec2;
 use floodsim::output::{
     FieldsWriter, Findings, Gauge, OutputCrs, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest,
@@ -92,10 +92,9 @@ fn record(plan: &RecorderPlan, fields: &mut FieldsWriter, recorder: Recorder) ->
         let depth: Vec<f64> =
             (0..cells).map(|index| depth_at(&plan.lattice, &plan.bed_elevation, index, time)).collect();
         let discharge_x: Vec<f64> = depth.iter().map(|depth| 2.0 * depth).collect();
-        let discharge_y = vec![0.0; cells];
-        let water =
-            WaterOnLattice { depth: &depth, discharge_x: &discharge_x, discharge_y: &discharge_y, spans: &spans };
-        let stored = depth.iter().sum::<f64>() * plan.lattice.cell_area();
+        let rows = FlatWater { columns: COLUMNS, depth, discharge_x, discharge_y: vec![0.0; cells] };
+        let water = WaterOnLattice { rows: &rows, lattice: &plan.lattice, spans: &spans };
+        let stored = rows.depth.iter().sum::<f64>() * plan.lattice.cell_area();
         let volumes = Volumes { stored, ..Volumes::default() };
         let mut sink = |frame| fields.push(frame);
         match step {

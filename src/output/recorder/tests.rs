@@ -2,8 +2,9 @@
 #![expect(clippy::float_cmp, reason = "values that must be taken over unchanged are compared exactly")]
 
 use super::*;
-use crate::lattice::Span;
+use crate::lattice::{FlatWater, Span};
 use crate::math::Vec2;
+use crate::output::maxima::ThresholdSeen;
 use crate::output::{FILL, WET_DEPTH};
 
 const BED: f64 = 20.0;
@@ -40,14 +41,20 @@ fn lake(t: f64) -> f64 {
     0.4 + 0.01 * t
 }
 
-/// Runs the two cells through steps of `time_step` (s) that meet the kinks of the ramp.
+/// What comes of the two cells; see `recorder_after`.
 fn record(every: f64, time_step: f64) -> (Recording, Vec<Frame>) {
-    let spans = [Span { row: 1, from: 1, to: 3 }];
+    let (recorder, frames) = recorder_after(every, time_step);
+    (recorder.finish(), frames)
+}
+
+/// Runs the two cells through steps of `time_step` (s) that meet the kinks of the ramp.
+fn recorder_after(every: f64, time_step: f64) -> (Recorder, Vec<Frame>) {
+    let (lattice, spans) = (lattice(), [Span { row: 1, from: 1, to: 3 }]);
     let state = |t: f64| {
         let (mut depth, mut discharge) = (vec![0.0; 15], vec![0.0; 15]);
         (depth[6], depth[7]) = (ramp(t), lake(t));
         discharge[6] = 2.0 * depth[6];
-        (depth, discharge, vec![0.0; 15])
+        FlatWater { columns: 5, depth, discharge_x: discharge, discharge_y: vec![0.0; 15] }
     };
     let mut frames = Vec::new();
     let mut sink = |frame| {
@@ -57,17 +64,21 @@ fn record(every: f64, time_step: f64) -> (Recording, Vec<Frame>) {
     let mut recorder = Recorder::new(plan(every));
     for step in 0..=(100.0 / time_step).round() as u32 {
         let t = f64::from(step) * time_step;
-        let (depth, discharge_x, discharge_y) = state(t);
-        let water =
-            WaterOnLattice { depth: &depth, discharge_x: &discharge_x, discharge_y: &discharge_y, spans: &spans };
-        let volumes = Volumes { stored: depth.iter().sum::<f64>() * 100.0, ..Volumes::default() };
+        let rows = state(t);
+        let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans };
+        let volumes = Volumes { stored: rows.depth.iter().sum::<f64>() * 100.0, ..Volumes::default() };
         if step == 0 {
             recorder.start(&water, volumes, &mut sink).unwrap();
         } else {
             recorder.step(t, &water, volumes, &mut sink).unwrap();
         }
     }
-    (recorder.finish(), frames)
+    (recorder, frames)
+}
+
+/// What a cell has seen of both thresholds.
+fn thresholds_at(recorder: &Recorder, index: usize) -> [ThresholdSeen; 2] {
+    [0, 1].map(|which| recorder.maxima.seen_of_threshold(index, which, recorder.time))
 }
 
 fn assert_close(actual: f64, expected: f64, what: &str) {
@@ -78,32 +89,31 @@ fn assert_close(actual: f64, expected: f64, what: &str) {
 #[test]
 fn ramp_gives_its_exact_times_with_coarse_and_fine_steps() {
     for time_step in [10.0, 5.0, 0.625] {
-        let (recording, _) = record(25.0, time_step);
-        let maps = &recording.lattice_maps;
-        let [low, high] = &maps.thresholds[..] else { panic!("two thresholds were asked for") };
-        assert_close(low.arrival[6], 13.0, "rises through 0.1 m");
-        assert_close(low.recession[6], 87.0, "falls through 0.1 m");
-        assert_close(low.duration[6], 74.0, "above 0.1 m");
-        assert_close(high.arrival[6], 25.0, "rises through 0.5 m");
-        assert_close(high.duration[6], 50.0, "above 0.5 m");
-        assert_close(maps.max_depth[6], 1.0, "greatest depth");
-        assert_close(maps.time_of_max_depth[6], 40.0, "first time of the greatest depth");
-        assert_close(maps.max_speed[6], 2.0, "greatest speed");
-        assert_close(maps.max_depth_velocity[6], 2.0, "greatest depth times speed");
-        assert_eq!(maps.hazard_class[6], 5, "d v = 2 m²/s");
+        let (recorder, _) = recorder_after(25.0, time_step);
+        let ([low, high], seen) = (thresholds_at(&recorder, 6), recorder.maxima.seen(6));
+        assert_close(low.arrival, 13.0, "rises through 0.1 m");
+        assert_close(low.recession, 87.0, "falls through 0.1 m");
+        assert_close(low.duration, 74.0, "above 0.1 m");
+        assert_close(high.arrival, 25.0, "rises through 0.5 m");
+        assert_close(high.duration, 50.0, "above 0.5 m");
+        assert_close(seen.max_depth, 1.0, "greatest depth");
+        assert_close(seen.time_of_max_depth, 40.0, "first time of the greatest depth");
+        assert_close(seen.max_speed, 2.0, "greatest speed");
+        assert_close(seen.max_depth_velocity, 2.0, "greatest depth times speed");
+        assert_eq!(seen.hazard_class, 5, "d v = 2 m²/s");
     }
 }
 
 #[test]
 fn wet_ground_arrives_when_its_level_has_risen() {
-    let (recording, _) = record(25.0, 10.0);
-    let [low, high] = &recording.lattice_maps.thresholds[..] else { panic!("two thresholds were asked for") };
-    assert_close(low.arrival[7], 20.0, "0.4 m + 0.2 m is reached at 20 s");
-    assert_close(high.arrival[7], 20.0, "the greater threshold is passed before the rise is reached");
-    assert_close(low.duration[7], 100.0, "under water from the start to the end");
-    assert_close(high.duration[7], 90.0, "0.5 m is reached at 10 s");
-    assert!(low.recession[7].is_nan(), "still under water");
-    assert_close(recording.lattice_maps.time_of_max_depth[7], 100.0, "still rising");
+    let (recorder, _) = recorder_after(25.0, 10.0);
+    let [low, high] = thresholds_at(&recorder, 7);
+    assert_close(low.arrival, 20.0, "0.4 m + 0.2 m is reached at 20 s");
+    assert_close(high.arrival, 20.0, "the greater threshold is passed before the rise is reached");
+    assert_close(low.duration, 100.0, "under water from the start to the end");
+    assert_close(high.duration, 90.0, "0.5 m is reached at 10 s");
+    assert!(low.recession.is_nan(), "still under water");
+    assert_close(recorder.maxima.seen(7).time_of_max_depth, 100.0, "still rising");
 }
 
 #[test]
@@ -185,9 +195,9 @@ fn a_gauge_does_not_read_beyond_a_wall() {
     let wall = [Vec2::new(20.0, -5.0), Vec2::new(20.0, 35.0)];
     let mut recorder = Recorder::new(RecorderPlan { walls: vec![wall], ..plan(50.0) });
     let spans = [Span { row: 1, from: 2, to: 3 }];
-    let (mut depth, dry) = (vec![0.0; 15], vec![0.0; 15]);
-    depth[7] = 3.0;
-    let water = WaterOnLattice { depth: &depth, discharge_x: &dry, discharge_y: &dry, spans: &spans };
+    let (lattice, mut rows) = (lattice(), FlatWater::dry(&lattice()));
+    rows.depth[7] = 3.0;
+    let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans };
     recorder.start(&water, Volumes::default(), &mut |_| Ok(())).unwrap();
     let recording = recorder.finish();
     assert_eq!(recording.gauge_results[0].max_depth, Some(0.0), "the lake stands behind the wall");
@@ -196,13 +206,13 @@ fn a_gauge_does_not_read_beyond_a_wall() {
 #[test]
 fn films_have_no_speed_and_no_class() {
     let spans = [Span { row: 0, from: 0, to: 1 }];
-    let (mut depth, mut discharge) = (vec![0.0; 15], vec![0.0; 15]);
-    (depth[0], discharge[0]) = (0.5 * WET_DEPTH, 1.0);
-    let water = WaterOnLattice { depth: &depth, discharge_x: &discharge, discharge_y: &discharge, spans: &spans };
+    let (lattice, mut rows) = (lattice(), FlatWater::dry(&lattice()));
+    (rows.depth[0], rows.discharge_x[0], rows.discharge_y[0]) = (0.5 * WET_DEPTH, 1.0, 1.0);
+    let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans };
     let mut recorder = Recorder::new(plan(50.0));
     recorder.start(&water, Volumes::default(), &mut |_| Ok(())).unwrap();
-    let maps = recorder.finish().lattice_maps;
-    assert_eq!((maps.max_speed[0], maps.max_depth_velocity[0], maps.hazard_class[0]), (0.0, 0.0, 0));
+    let seen = recorder.maxima.seen(0);
+    assert_eq!((seen.max_speed, seen.max_depth_velocity, seen.hazard_class), (0.0, 0.0, 0));
 }
 
 #[test]
@@ -220,8 +230,8 @@ fn threads_do_not_change_a_bit() {
             let depth: Vec<f64> =
                 (0..9100).map(|i| (0.3 * (f64::from(i) * 0.37 + f64::from(step)).sin()).max(0.0)).collect();
             let discharge: Vec<f64> = depth.iter().map(|d| d * 1.7).collect();
-            let water =
-                WaterOnLattice { depth: &depth, discharge_x: &discharge, discharge_y: &discharge, spans: &spans };
+            let rows = FlatWater { columns: 130, depth, discharge_x: discharge.clone(), discharge_y: discharge };
+            let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans };
             let time = f64::from(step) * 0.9;
             pool.install(|| match step {
                 0 => recorder.start(&water, Volumes::default(), &mut |_| Ok(())),

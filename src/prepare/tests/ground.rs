@@ -190,6 +190,20 @@ fn no_water_gets_into_a_blocked_building_and_no_boundary_opens_it() {
 }
 
 #[test]
+fn a_building_whose_cells_do_not_hang_together_is_told() {
+    let oblique = |width: f64| [(1057.0, 2056.0), (1095.0, 2070.0), (1095.0, 2070.0 + width), (1057.0, 2056.0 + width)];
+    for (width, is_told) in [(1.5, true), (6.0, false)] {
+        let mut scene = Scene::sound();
+        scene.polygon("buildings.geojson", &oblique(width));
+        buildings(&mut scene, BuildingMode::Block);
+        let codes: Vec<&str> = prepare(&scene.scenario).problems.iter().map(|problem| problem.code).collect();
+        assert_eq!(codes.contains(&"building-too-narrow"), is_told, "{width} m: {codes:?}");
+        scene.scenario.ground.buildings.as_mut().unwrap().mode = BuildingMode::Roughness(Some(0.2));
+        assert_eq!(prepare(&scene.scenario).problems, [], "roughness needs no closed row");
+    }
+}
+
+#[test]
 fn buildings_raise_the_bed_or_roughen_it() {
     let footprint = [(1060.0, 2060.0), (1070.0, 2060.0), (1070.0, 2075.0), (1060.0, 2075.0)];
     let by = |height, field: Option<&str>| BuildingMode::Raise { height, field: field.map(str::to_owned) };

@@ -44,7 +44,6 @@ use crate::scenario::methods::{Reconstruction, Stabilisation};
 use breach::Breaking;
 use inputs::Inputs;
 use open::OpenBoundaries;
-use primitive::Source;
 use reach::Reaches;
 use sections::Sections;
 use spans::{ActiveSet, Run};
@@ -65,12 +64,6 @@ pub struct EulerianSolver {
     breaking: Option<Breaking>,
     sections: Sections,
     lattice: crate::lattice::Lattice,
-    /// Depth and discharges without the padding, for the recorder.
-    depth_out: Vec<f64>,
-    discharge_x_out: Vec<f64>,
-    discharge_y_out: Vec<f64>,
-    /// Steps since the water was last handed out: only after one step are the cells in work all that changed.
-    unseen_steps: u64,
     time: f64,
     steps: u64,
     evaluations: u64,
@@ -142,7 +135,6 @@ impl EulerianSolver {
         let inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state);
         let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
-        let cells = lattice.len();
         let mut solver = EulerianSolver {
             scale,
             methods: RestingMethods { flux, reconstruction },
@@ -155,10 +147,6 @@ impl EulerianSolver {
             breaking,
             sections,
             lattice,
-            depth_out: vec![0.0; cells],
-            discharge_x_out: vec![0.0; cells],
-            discharge_y_out: vec![0.0; cells],
-            unseen_steps: u64::MAX,
             time: 0.0,
             steps: 0,
             evaluations: 0,
@@ -185,8 +173,8 @@ impl EulerianSolver {
 
     /// Velocities and the greatest signal speed of the current state.
     fn evaluate_primitive(&mut self) {
-        primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Step);
-        self.reaches.evaluate_primitive(Source::Step);
+        primitive::evaluate(&mut self.state, &self.active, &self.scale);
+        self.reaches.evaluate_primitive(Stage::First);
     }
 
     /// All water, that of the channels too (m³).
@@ -307,9 +295,7 @@ impl FlowSolver for EulerianSolver {
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
         self.phases.start();
         self.stage(Stage::First, time_step);
-        primitive::evaluate(&mut self.state, &self.active, &self.scale, Source::Stage);
-        self.reaches.evaluate_primitive(Source::Stage);
-        self.phases.end("velocities");
+        self.reaches.evaluate_primitive(Stage::Second);
         self.stage(Stage::Second, time_step);
         self.sections.close(time_step);
         self.inflow += self.inputs.add(&mut self.state, &self.scale, self.time, self.time + time_step);
@@ -319,7 +305,6 @@ impl FlowSolver for EulerianSolver {
         self.phases.end("velocities");
         self.time += time_step;
         self.steps += 1;
-        self.unseen_steps = self.unseen_steps.saturating_add(1);
         if let Some(breaking) = &mut self.breaking {
             breaking.follow(&mut self.state, self.time, self.scale.dry_depth);
         }
@@ -339,27 +324,7 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn water(&mut self) -> WaterOnLattice<'_> {
-        let columns = self.lattice.columns;
-        let mut copy = |row: usize, from: usize, to: usize| {
-            let water = &self.state.water[row + 1];
-            let cells = row * columns + from..row * columns + to;
-            self.depth_out[cells.clone()].copy_from_slice(&water.depth[from + 1..to + 1]);
-            self.discharge_x_out[cells.clone()].copy_from_slice(&water.discharge_x[from + 1..to + 1]);
-            self.discharge_y_out[cells].copy_from_slice(&water.discharge_y[from + 1..to + 1]);
-        };
-        if self.unseen_steps > 1 {
-            (0..self.lattice.rows).for_each(|row| copy(row, 0, columns));
-        } else {
-            let spans = self.active.recorded();
-            spans.iter().for_each(|span| copy(span.row as usize, span.from as usize, span.to as usize));
-        }
-        self.unseen_steps = 0;
-        WaterOnLattice {
-            depth: &self.depth_out,
-            discharge_x: &self.discharge_x_out,
-            discharge_y: &self.discharge_y_out,
-            spans: self.active.recorded(),
-        }
+        WaterOnLattice { rows: &self.state, lattice: &self.lattice, spans: self.active.recorded() }
     }
 
     fn ledger(&self) -> Ledger {

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use crate::bed::BedParticles;
+use crate::lattice::{WaterInRow, WaterRows};
 use crate::math::Vec2;
 
 /// Bed elevation (m) given to cells without terrain: above every surface, so that no water reaches them.
@@ -30,7 +31,7 @@ impl GroundRow {
 }
 
 /// The conserved quantities: of the start of the step until its first stage has been taken, with half of that stage's gain until the
-/// second has; and the state after the first stage.
+/// second has.
 #[derive(Clone, Debug)]
 pub(crate) struct WaterRow {
     /// Depth d (m).
@@ -39,12 +40,9 @@ pub(crate) struct WaterRow {
     pub discharge_x: Vec<f64>,
     /// Discharge to the north.
     pub discharge_y: Vec<f64>,
-    pub stage_depth: Vec<f64>,
-    pub stage_discharge_x: Vec<f64>,
-    pub stage_discharge_y: Vec<f64>,
 }
 
-/// What the pairs see of a particle.
+/// What the pairs see of a particle: at the start of the step, then after its first stage.
 #[derive(Clone, Debug)]
 pub(crate) struct PrimitiveRow {
     /// Depth d (m).
@@ -146,17 +144,7 @@ impl State {
         let face = || FaceRow::without_flow(columns + 2);
         let mut ground =
             vec![GroundRow { bed: vec![NO_TERRAIN; columns + 2], friction: zeros(), step: zeros() }; rows + 2];
-        let mut water = vec![
-            WaterRow {
-                depth: zeros(),
-                discharge_x: zeros(),
-                discharge_y: zeros(),
-                stage_depth: zeros(),
-                stage_discharge_x: zeros(),
-                stage_discharge_y: zeros(),
-            };
-            rows + 2
-        ];
+        let mut water = vec![WaterRow { depth: zeros(), discharge_x: zeros(), discharge_y: zeros() }; rows + 2];
         let datum = datum(bed, initial_depth);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
             let (column, row) = bed.lattice.column_row(index);
@@ -228,6 +216,18 @@ impl State {
             flow_speed: row.flow_speed.max(greatest.flow_speed),
             ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
         })
+    }
+}
+
+impl WaterRows for State {
+    fn row(&self, row: usize) -> WaterInRow<'_> {
+        let WaterRow { depth, discharge_x, discharge_y } = &self.water[row + 1];
+        let inside = 1..self.columns + 1;
+        WaterInRow {
+            depth: &depth[inside.clone()],
+            discharge_x: &discharge_x[inside.clone()],
+            discharge_y: &discharge_y[inside],
+        }
     }
 }
 

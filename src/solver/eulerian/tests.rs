@@ -2,7 +2,7 @@
 
 use super::EulerianSolver;
 use crate::bed::BedParticles;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, WaterInCell};
 use crate::math::Vec2;
 use crate::solver::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
 
@@ -97,7 +97,7 @@ fn a_closed_basin_keeps_its_volume_and_no_depth_falls_below_zero() {
     let mut solver = EulerianSolver::new(rough_dam_break());
     run(&mut solver, 400);
     assert!(solver.ledger().relative_error().abs() < 1e-13, "{:e}", solver.ledger().relative_error());
-    assert!(solver.water().depth.iter().all(|depth| *depth >= 0.0));
+    assert!(solver.water().depths().iter().all(|depth| *depth >= 0.0));
 }
 
 #[test]
@@ -152,8 +152,8 @@ fn a_symmetric_dam_break_stays_symmetric() {
     let depth = (0..grid.len()).map(|i| if (grid.centre(i) - centre).norm() < 2.5 { 2.5 } else { 0.0 }).collect();
     let mut solver = EulerianSolver::new(problem(grid.clone(), vec![0.0; grid.len()], depth));
     run(&mut solver, 150);
-    let water = solver.water();
-    let at = |column: usize, row: usize| water.depth[grid.index(column, row)];
+    let depth = solver.water().depths();
+    let at = |column: usize, row: usize| depth[grid.index(column, row)];
     let mut worst: f64 = 0.0;
     for row in 0..61 {
         for column in 0..61 {
@@ -173,14 +173,8 @@ fn any_number_of_threads_gives_the_same_bits() {
         pool.install(|| {
             let mut solver = EulerianSolver::new(rough_dam_break());
             run(&mut solver, 200);
-            let water = solver.water();
-            water
-                .depth
-                .iter()
-                .chain(water.discharge_x)
-                .chain(water.discharge_y)
-                .map(|v| v.to_bits())
-                .collect::<Vec<_>>()
+            let bits = |cell: WaterInCell| [cell.depth, cell.discharge_x, cell.discharge_y].map(f64::to_bits);
+            solver.water().cells().map(bits).collect::<Vec<_>>()
         })
     };
     let one = state_after(1);
@@ -197,7 +191,7 @@ fn raising_the_datum_by_3000_m_changes_the_depths_by_rounding_only() {
         }
         let mut solver = EulerianSolver::new(problem);
         run(&mut solver, 100);
-        solver.water().depth.to_vec()
+        solver.water().depths()
     };
     let worst = depths(0.0).iter().zip(depths(3000.0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-6, "{worst:e} m");
@@ -208,7 +202,7 @@ fn water_that_leaves_cells_dry_is_not_seen_there_however_seldom_one_looks() {
     let grid = lattice(400, 1, 1.0);
     let mut solver = EulerianSolver::new(problem(grid, vec![0.0; 400], vec![1.0; 400]));
     solver.set_velocity(|place| Vec2::new(if place.x < 200.0 { -8.0 } else { 8.0 }, 0.0));
-    assert!(solver.water().depth[200] > 0.5);
+    assert!(solver.water().depths()[200] > 0.5);
     run(&mut solver, 150);
-    assert!(solver.water().depth[195..205].iter().all(|depth| *depth < 0.01));
+    assert!(solver.water().depths()[195..205].iter().all(|depth| *depth < 0.01));
 }

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 
 use super::Scale;
 use super::faces::{EAST, NORTH};
+use super::primitive::per_moving_depth;
 use super::spans::{ActiveSet, Run};
-use super::state::{FluxRow, GroundRow, NO_TERRAIN, State, WaterRow};
+use super::state::{FluxRow, GroundRow, NO_TERRAIN, PrimitiveRow, State, WaterRow};
 use crate::math::{larger, smaller};
 use crate::physics::friction::manning::kept_by_friction;
 
@@ -37,14 +38,14 @@ impl Stage {
 /// Scales the outflow of cells that would give more water than they have in this stage.
 pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
     let step_ratio = time_step / scale.spacing;
-    let (flux, water, ground) = (&state.flux, &state.water, &state.ground);
+    let (flux, water, primitive, ground) = (&state.flux, &state.water, &state.primitive, &state.ground);
     let short: Vec<(usize, usize, f64)> = (1..state.rows + 1)
         .into_par_iter()
         .with_min_len(4)
         .flat_map_iter(|row| {
             let depth = match stage {
                 Stage::First => &water[row].depth,
-                Stage::Second => &water[row].stage_depth,
+                Stage::Second => &primitive[row].depth,
             };
             let (south, here) = (&flux[row - 1], &flux[row]);
             let runs = active.work[row].iter().filter(move |run| some_are_short(south, here, depth, run, step_ratio));
@@ -92,15 +93,17 @@ fn some_are_short(south: &FluxRow, here: &FluxRow, depth: &[f64], run: &Run, ste
     is_short
 }
 
-/// Takes the step from the start (first stage) or from the first stage's state (second stage).
+/// Takes the step from the start (first stage) or from the first stage's state (second stage). What the first stage makes of the water
+/// goes where the second looks for it, into the primitive rows.
 pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
     let (flux, ground) = (&state.flux, &state.ground);
-    state.water.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, water)| {
+    let rows = state.water.par_iter_mut().zip(&mut state.primitive);
+    rows.enumerate().with_min_len(4).for_each(|(row, (water, primitive))| {
         for run in &active.work[row] {
             let rows = (&flux[row - 1], &flux[row], &ground[row]);
             match stage {
-                Stage::First => row_update::<true>(rows, run.clone(), scale, time_step, water),
-                Stage::Second => row_update::<false>(rows, run.clone(), scale, time_step, water),
+                Stage::First => row_update::<true>(rows, run.clone(), scale, time_step, water, primitive),
+                Stage::Second => row_update::<false>(rows, run.clone(), scale, time_step, water, primitive),
             }
         }
     });
@@ -114,6 +117,7 @@ fn row_update<const IS_FIRST: bool>(
     scale: &Scale,
     time_step: f64,
     water: &mut WaterRow,
+    primitive: &mut PrimitiveRow,
 ) {
     let (step_ratio, dry_depth) = (time_step / scale.spacing, scale.dry_depth);
     let (from, len) = (run.start, run.len());
@@ -125,10 +129,11 @@ fn row_update<const IS_FIRST: bool>(
     let (south_mass, south_normal, south_tangential) = columns!(south[NORTH], from, mass normal_right tangential);
     let (north_mass, north_normal, north_tangential) = columns!(here[NORTH], from, mass normal_left tangential);
     let (bed, friction) = columns!(ground, from, bed friction);
-    let WaterRow { depth, discharge_x, discharge_y, stage_depth, stage_discharge_x, stage_discharge_y } = water;
-    let (depth, stage_depth) = (&mut depth[from..][..len], &mut stage_depth[from..][..len]);
+    let WaterRow { depth, discharge_x, discharge_y } = water;
+    let depth = &mut depth[from..][..len];
     let (discharge_x, discharge_y) = (&mut discharge_x[from..][..len], &mut discharge_y[from..][..len]);
-    let (stage_x, stage_y) = (&mut stage_discharge_x[from..][..len], &mut stage_discharge_y[from..][..len]);
+    let stage_depth = &mut primitive.depth[from..][..len];
+    let (stage_u, stage_v) = (&mut primitive.velocity_x[from..][..len], &mut primitive.velocity_y[from..][..len]);
     let ahead = if IS_FIRST { Stage::First } else { Stage::Second }.ahead();
     for i in 0..len {
         let gained_depth = (west_mass[i] - east_mass[i]) + (south_mass[i] - north_mass[i]);
@@ -146,7 +151,8 @@ fn row_update<const IS_FIRST: bool>(
         let kept = if new_depth <= dry_depth { 0.0 } else { slowed };
         let (new_x, new_y) = (counted(kept * q_x), counted(kept * q_y));
         if IS_FIRST {
-            (stage_depth[i], stage_x[i], stage_y[i]) = (new_depth, new_x, new_y);
+            let per_depth = per_moving_depth(new_depth, dry_depth);
+            (stage_depth[i], stage_u[i], stage_v[i]) = (new_depth, new_x * per_depth, new_y * per_depth);
             (depth[i], discharge_x[i], discharge_y[i]) = (half_depth, half_x, half_y);
         } else {
             (depth[i], discharge_x[i], discharge_y[i]) = (new_depth, new_x, new_y);

@@ -41,8 +41,8 @@ impl ChunkNeighbours {
         for i in first..first + count {
             self.found.clear();
             grid.within(positions[i], supports[i], &mut self.found);
-            let reach = self.found.iter().fold(supports[i], |reach, &j| reach.max(supports[j as usize]));
-            if walls.is_clear(positions[i], reach) {
+            let reach = || self.found.iter().fold(supports[i], |reach, &j| reach.max(supports[j as usize]));
+            if walls.is_clear(positions[i], grid.largest_support()) || walls.is_clear(positions[i], reach()) {
                 let others = self.found.iter().filter(|&&j| j as usize != i);
                 self.seen.extend(others.map(|&index| Image { index, transform: 0 }));
             } else {

@@ -174,21 +174,35 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let particles = &self.water.particles;
         let mut choice =
             StepChoice { time_step: f64::INFINITY, limit: StepLimit::NoWater, position: Vec2::ZERO, max_speed: 0.0 };
-        let mut max_speed_squared = 0.0_f64;
-        let mut limit = |rates: &Rates, h: f64, depth: f64, position: Vec2| {
+        let step_of = |rates: &Rates, h: f64, depth: f64| {
             let wave = rates.reach / (celerity(depth, self.water.gravity) + rates.approach);
             let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
-            let step = self.courant * wave.min(push);
-            if step < choice.time_step {
-                let limit = if push < wave { StepLimit::Acceleration } else { StepLimit::Courant };
-                choice = StepChoice { time_step: step, limit, position, ..choice };
-            }
+            (self.courant * wave.min(push), if push < wave { StepLimit::Acceleration } else { StepLimit::Courant })
         };
-        for (i, rates) in self.water.rates.iter().enumerate() {
-            limit(rates, particles.smoothing_length[i], particles.depth[i], particles.position[i]);
-            max_speed_squared = max_speed_squared.max(particles.velocity[i].norm_squared());
+        let chunks = self.water.rates.par_chunks(CHUNK).enumerate().map(|(chunk, rates)| {
+            let (mut shortest, mut max_speed_squared) = ((f64::INFINITY, StepLimit::NoWater, 0), 0.0_f64);
+            for (i, rates) in (chunk * CHUNK..).zip(rates) {
+                let (step, limit) = step_of(rates, particles.smoothing_length[i], particles.depth[i]);
+                if step < shortest.0 {
+                    shortest = (step, limit, i);
+                }
+                max_speed_squared = max_speed_squared.max(particles.velocity[i].norm_squared());
+            }
+            (shortest, max_speed_squared)
+        });
+        let mut max_speed_squared = 0.0_f64;
+        for ((time_step, limit, i), speed_squared) in chunks.collect::<Vec<_>>() {
+            if time_step < choice.time_step {
+                choice = StepChoice { time_step, limit, position: particles.position[i], ..choice };
+            }
+            max_speed_squared = max_speed_squared.max(speed_squared);
         }
-        self.water.open.signals().for_each(|(rates, h, depth, place)| limit(rates, h, depth, place));
+        for (rates, h, depth, position) in self.water.open.signals() {
+            let (time_step, limit) = step_of(rates, h, depth);
+            if time_step < choice.time_step {
+                choice = StepChoice { time_step, limit, position, ..choice };
+            }
+        }
         choice.max_speed = max_speed_squared.sqrt();
         if self.water.is_fed() {
             // Without water a step as resting particles take it.

@@ -156,11 +156,29 @@ fn drift_from<F: Formulation>(
 
 /// Writes the moved state into the particles; takes out those that left when `removes`, and returns their volume (m³).
 fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
+    let outflow = if removes && moved.par_iter().with_min_len(CHUNK).any(|moved| moved.has_left) {
+        take_out(water, moved)
+    } else {
+        0.0
+    };
+    let particles = &mut water.particles;
+    let places = particles.position.par_iter_mut().zip(&mut particles.velocity);
+    let sizes = particles.depth.par_iter_mut().zip(&mut particles.smoothing_length);
+    let all = places.zip(sizes).zip(&*moved).with_min_len(CHUNK);
+    all.for_each(|(((position, velocity), (depth, smoothing_length)), moved)| {
+        (*position, *velocity, *depth) = (moved.position, moved.velocity, moved.depth);
+        *smoothing_length *= moved.spread;
+    });
+    outflow
+}
+
+/// Takes out the particles that left; returns their volume (m³).
+fn take_out(water: &mut MovingWater, moved: &mut Vec<Moved>) -> f64 {
     let particles = &mut water.particles;
     let mut outflow = 0.0;
     let mut kept = 0;
     for i in 0..moved.len() {
-        if removes && moved[i].has_left {
+        if moved[i].has_left {
             outflow += water.open.receive(&Particle {
                 position: moved[i].position,
                 velocity: moved[i].velocity,
@@ -171,11 +189,8 @@ fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> 
             continue;
         }
         moved[kept] = moved[i];
-        particles.smoothing_length[kept] = particles.smoothing_length[i] * moved[i].spread;
-        particles.position[kept] = moved[i].position;
-        particles.velocity[kept] = moved[i].velocity;
-        particles.depth[kept] = moved[i].depth;
         particles.volume[kept] = particles.volume[i];
+        particles.smoothing_length[kept] = particles.smoothing_length[i];
         kept += 1;
     }
     moved.truncate(kept);

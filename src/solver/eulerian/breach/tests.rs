@@ -2,7 +2,7 @@
 
 use crate::bed::BedParticles;
 use crate::boundary::{Breach, DamCell, GrowthLaw, Opening, PointSource, Series, Trigger};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, WaterInCell};
 use crate::math::Vec2;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, Forcing, OpenEdges};
 
@@ -79,7 +79,8 @@ fn the_lake_rests_until_the_trigger_and_not_after_it() {
         assert!(error <= 1e-12, "ledger {error:e}");
     });
     assert!(solver.choose_step().max_speed > 1.0);
-    let wet_below = solver.water().depth.iter().enumerate().filter(|(cell, d)| cell % COLUMNS > DAM && **d > 0.1);
+    let depths = solver.water().depths();
+    let wet_below = depths.iter().enumerate().filter(|(cell, d)| cell % COLUMNS > DAM && **d > 0.1);
     assert!(wet_below.count() > 50);
 }
 
@@ -92,9 +93,8 @@ fn a_whole_dam_that_goes_at_the_start_leaves_the_bits_of_the_run_without_it() {
     run(&mut without, 30.0, |_| {});
     assert_eq!(with.steps(), without.steps());
     let bits = |solver: &mut EulerianSolver| -> Vec<[u64; 3]> {
-        let water = solver.water();
-        let cell = |i: usize| [water.depth[i], water.discharge_x[i], water.discharge_y[i]].map(f64::to_bits);
-        (0..COLUMNS * ROWS).map(cell).collect()
+        let bits = |cell: WaterInCell| [cell.depth, cell.discharge_x, cell.discharge_y].map(f64::to_bits);
+        solver.water().cells().map(bits).collect()
     };
     assert!(bits(&mut with) == bits(&mut without));
 }
@@ -107,7 +107,7 @@ fn what_passes_the_opening_is_what_the_reservoir_loses() {
     let x = DAM as f64 * SPACING;
     problem.forcing.sections = vec![vec![[Vec2::new(x, ROWS as f64 * SPACING), Vec2::new(x, 0.0)]]];
     let reservoir = |solver: &mut EulerianSolver| -> f64 {
-        let depth = solver.water().depth;
+        let depth = solver.water().depths();
         let cells = (0..COLUMNS * ROWS).filter(|cell| cell % COLUMNS < DAM);
         cells.map(|cell| depth[cell]).sum::<f64>() * SPACING * SPACING
     };
@@ -149,7 +149,7 @@ fn a_level_opens_the_dam_when_it_is_reached() {
         assert!(before < LEVEL + 0.5 && solver.time() < 600.0);
         let step = solver.choose_step().time_step;
         solver.advance(step).unwrap();
-        before = ground(watched) + solver.water().depth[watched];
+        before = ground(watched) + solver.water().at(watched).depth;
     }
     assert!(before >= LEVEL + 0.5 - 1e-9 && solver.time() > 10.0, "{before} m at {} s", solver.time());
     // Without inflow the level is never reached, and the dam stands.

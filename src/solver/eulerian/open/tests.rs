@@ -130,7 +130,7 @@ fn a_hydrograph_is_booked_to_its_integral_on_dry_ground() {
     assert!(beyond > 1500.0, "{beyond} m3 left");
     // What passed a section is what lies behind it or has left.
     let sections = solver.sections().to_vec();
-    let depth = solver.water().depth.to_vec();
+    let depth = solver.water().depths();
     let behind = |x: f64| -> f64 {
         let lattice = Lattice { origin: Vec2::ZERO, columns: 80, rows: 16, spacing: 2.5 };
         (0..depth.len()).filter(|&i| lattice.centre(i).x > x).map(|i| depth[i] * 6.25).sum()
@@ -158,7 +158,7 @@ fn any_number_of_threads_gives_the_same_bits() {
                 let choice = solver.choose_step();
                 solver.advance(choice.time_step).unwrap();
             }
-            let bits: Vec<u64> = solver.water().depth.iter().map(|d| d.to_bits()).collect();
+            let bits: Vec<u64> = solver.water().depths().iter().map(|d| d.to_bits()).collect();
             (bits, solver.ledger().inflow.to_bits(), solver.sections()[0].volume.to_bits())
         })
     };
@@ -186,9 +186,10 @@ fn uniform(slope: f64, length: f64, spacing: f64, end: f64) -> (f64, f64) {
     let ledger = solver.ledger();
     assert!(ledger.relative_error().abs() < 1e-12, "{:e}", ledger.relative_error());
     let water = solver.water();
-    let errors = (0..columns).map(|i| {
-        ((water.depth[i] / depth - 1.0).abs(), (water.discharge_x[i] / water.depth[i] / velocity - 1.0).abs())
-    });
+    let errors = water
+        .cells()
+        .take(columns)
+        .map(|cell| ((cell.depth / depth - 1.0).abs(), (cell.discharge_x / cell.depth / velocity - 1.0).abs()));
     errors.fold((0.0, 0.0), |worst, error| (worst.0.max(error.0), worst.1.max(error.1)))
 }
 
@@ -215,8 +216,7 @@ fn reflected(height: f64, condition: Condition) -> f64 {
     // The whole wave has gone, and what came back is still on its way.
     let slowest = 3.0 * celerity(1.0 + height.min(0.0)) - 2.0 * celerity(1.0);
     run_until(&mut solver, 1.3 * (length - middle) / slowest);
-    let water = solver.water();
-    water.depth.iter().map(|d| (d - 1.0).abs()).fold(0.0, f64::max) / height.abs()
+    solver.water().depths().iter().map(|d| (d - 1.0).abs()).fold(0.0, f64::max) / height.abs()
 }
 
 #[test]
@@ -244,7 +244,7 @@ fn a_tide_at_the_edge_of_a_basin_fills_and_empties_it() {
     for k in 1..=14 {
         let time = 450.0 * f64::from(k);
         run_until(&mut solver, time);
-        worst = solver.water().depth.iter().map(|d| (d - 5.0 - tide(time)).abs()).fold(worst, f64::max);
+        worst = solver.water().depths().iter().map(|d| (d - 5.0 - tide(time)).abs()).fold(worst, f64::max);
     }
     let ledger = solver.ledger();
     println!("tide: greatest error of the level {worst:.1e} m; {ledger:?}");
@@ -265,7 +265,7 @@ fn a_rating_lets_out_what_its_level_says() {
     run_until(&mut solver, 9100.0);
     let ledger = solver.ledger();
     let leaves = (ledger.outflow - before.outflow) / 100.0;
-    let level = solver.water().depth[4 * 30 + 29];
+    let level = solver.water().at(4 * 30 + 29).depth;
     println!("rating: {leaves} m3/s at {level} m, which stands for {}", rating.discharge(level));
     assert!((leaves - 6.0).abs() < 0.03, "{leaves} m3/s");
     assert!((rating.discharge(level) / 6.0 - 1.0).abs() < 0.01, "level {level} m");
@@ -281,9 +281,9 @@ fn a_supercritical_inflow_turns_subcritical_when_the_reach_fills_up() {
     open(&mut problem, true, condition);
     let mut solver = EulerianSolver::new(problem);
     run_until(&mut solver, 10.0);
-    assert!((solver.water().depth[0] - 0.5).abs() < 0.05, "{} m", solver.water().depth[0]);
+    assert!((solver.water().at(0).depth - 0.5).abs() < 0.05, "{} m", solver.water().at(0).depth);
     run_until(&mut solver, 100.0);
-    assert!(solver.water().depth[0] > 1.5, "{} m", solver.water().depth[0]);
+    assert!(solver.water().at(0).depth > 1.5, "{} m", solver.water().at(0).depth);
     let ledger = solver.ledger();
     assert!((ledger.inflow / 600.0 - 1.0).abs() < 1e-12 && ledger.relative_error().abs() < 1e-12);
 }
@@ -300,7 +300,7 @@ fn rain_and_sources_are_booked_and_flow_together() {
     let (wanted, ledger) = (2e-5 * 100.0 * 10_000.0 + 0.5 * 600.0, solver.ledger());
     assert!((ledger.inflow / wanted - 1.0).abs() < 1e-12, "{} of {wanted} m3", ledger.inflow);
     assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow.abs() <= 0.0);
-    assert!(solver.water().depth[10 * 20 + 10] > 0.1, "it gathers in the middle");
+    assert!(solver.water().at(10 * 20 + 10).depth > 0.1, "it gathers in the middle");
 }
 
 /// A hump in the middle of a square of 60 m whose edges have a condition: depths at the end. In a square of 180 m, no wave comes back
@@ -316,7 +316,7 @@ fn hump_in_a_square(height: f64, size: usize, condition: Option<Condition>) -> V
     let mut solver = EulerianSolver::new(problem);
     run_until(&mut solver, 20.0);
     let from = size / 2 - 30;
-    let depth = solver.water().depth.to_vec();
+    let depth = solver.water().depths();
     (0..3600).map(|i| depth[(from + i / 60) * size + from + i % 60]).collect()
 }
 
@@ -359,10 +359,10 @@ fn a_hydrograph_over_a_ragged_edge_is_booked_and_both_directions_are_alike() {
     let supplied = 600.0 * (5.0 + 1e-5 * 25.0 * (24.0 * 24.0 - 36.0));
     assert!((ledger.inflow / supplied - 1.0).abs() < 1e-12, "{} of {supplied} m³", ledger.inflow);
     assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow > 0.1 * supplied, "{ledger:?}");
-    let water = solver.water();
+    let depths = solver.water().depths();
     for row in 0..24 {
         for column in 0..row {
-            let (here, mirrored) = (water.depth[24 * row + column], water.depth[24 * column + row]);
+            let (here, mirrored) = (depths[24 * row + column], depths[24 * column + row]);
             assert!((here - mirrored).abs() < 1e-9, "({column}, {row}): {here} and {mirrored} m");
         }
     }
@@ -390,6 +390,6 @@ fn what_leaves_over_an_edge_inside_the_lattice_has_left() {
         let ledger = solver.ledger();
         assert!(ledger.outflow > 0.1 * ledger.initial, "{ledger:?}");
         assert!(ledger.relative_error().abs() < 1e-12, "{ledger:?}");
-        assert!((0..360).filter(|cell| cell % 40 > 37).all(|cell| solver.water().depth[cell] <= 0.0));
+        assert!((0..360).filter(|cell| cell % 40 > 37).all(|cell| solver.water().at(cell).depth <= 0.0));
     }
 }

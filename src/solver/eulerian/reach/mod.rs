@@ -24,7 +24,6 @@ mod tests;
 
 use super::faces::{self, Half, Numbers, Side};
 use super::gradient::{self, surface_difference};
-use super::primitive::Source;
 use super::state::{State, datum};
 use super::update::{Stage, counted, take};
 use super::walls::Walls;
@@ -113,9 +112,9 @@ impl Reaches {
         })
     }
 
-    /// Levels and velocities of the current state.
-    pub fn evaluate_primitive(&mut self, source: Source) {
-        self.reaches.iter_mut().for_each(|reach| reach.evaluate_primitive(source));
+    /// Levels and velocities before a stage.
+    pub fn evaluate_primitive(&mut self, before: Stage) {
+        self.reaches.iter_mut().for_each(|reach| reach.evaluate_primitive(before));
     }
 
     /// Gradients of the channels, and of the cells that they meet.
@@ -224,7 +223,7 @@ impl Reach {
             spacing: channel.spacing,
             dry_depth: problem.dry_depth,
         };
-        reach.evaluate_primitive(Source::Step);
+        reach.evaluate_primitive(Stage::First);
         reach
     }
 
@@ -232,11 +231,11 @@ impl Reach {
         self.primitive[particle].level - self.ground.lowest(particle) > self.dry_depth
     }
 
-    fn evaluate_primitive(&mut self, source: Source) {
+    fn evaluate_primitive(&mut self, before: Stage) {
         for (i, water) in self.water.iter().enumerate() {
-            let (depth, discharge) = match source {
-                Source::Step => (water.depth, water.discharge),
-                Source::Stage => (water.stage_depth, water.stage_discharge),
+            let (depth, discharge) = match before {
+                Stage::First => (water.depth, water.discharge),
+                Stage::Second => (water.stage_depth, water.stage_discharge),
             };
             let level = self.ground.level(i, depth);
             let deepest = self.ground.strip_depth(i, 0, depth, level);

@@ -109,8 +109,8 @@ fn a_channel_moves_as_a_lattice_of_one_row() {
         run_until(&mut reach, 4.0);
         assert_eq!(row.steps(), reach.steps());
         let (water, samples) = (row.water(), reach.channels());
-        for (i, sample) in samples[0].iter().enumerate() {
-            let apart = (sample.depth - water.depth[i]).abs() + (sample.discharge - water.discharge_x[i]).abs();
+        for (i, (sample, cell)) in samples[0].iter().zip(water.cells()).enumerate() {
+            let apart = (sample.depth - cell.depth).abs() + (sample.discharge - cell.discharge_x).abs();
             // Levels count from another height: rounding alone is between the two.
             assert!(apart < 1e-11, "level {behind}, particle {i}: {apart:e}");
         }
@@ -257,7 +257,7 @@ fn wave_through_a_junction(is_west: bool, hump_at: f64) -> (f64, f64) {
     let end = 60.0 / G.sqrt();
     run_until(&mut whole, end);
     run_until(&mut parts, end);
-    let (wanted, found, reach) = (whole.water().depth.to_vec(), parts.water().depth.to_vec(), parts.channels());
+    let (wanted, found, reach) = (whole.water().depths(), parts.water().depths(), parts.channels());
     let mut worst = 0.0_f64;
     for i in 0..240 {
         // Along the channel and on into the plane.
@@ -365,7 +365,8 @@ fn a_long_wave_has_the_speed_of_its_section_and_passes_into_a_valley_of_that_sec
     let mut solver = EulerianSolver::new(problem);
     // The half that goes to the near end has its crest at 60 m in the valley then.
     run_until(&mut solver, 180.0 / speed);
-    let levels: Vec<f64> = (0..200).map(|x| solver.water().depth[6 * 200 + x] - 1.5).collect();
+    let depths = solver.water().depths();
+    let levels: Vec<f64> = (0..200).map(|x| depths[6 * 200 + x] - 1.5).collect();
     let crest = (0..200).max_by(|a, b| levels[*a].total_cmp(&levels[*b])).unwrap() as f64 + 0.5;
     assert!((crest - 60.0).abs() < 4.0, "{crest}");
     assert!((levels[crest as usize] / (0.5 * HEIGHT) - 1.0).abs() < 0.05, "{}", levels[crest as usize]);
