@@ -128,8 +128,7 @@ impl MovingWater {
     /// In one dimension the point of a wall and its mirror show the same: there walls are mirrors whatever `wall` says.
     pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, methods: MovingMethods) -> Self {
         let lattice = &problem.bed.lattice;
-        let is_open =
-            |place: Vec2| problem.open_edges.is_open(place) || problem.forcing.boundary_at(place).is_some();
+        let is_open = |place: Vec2| problem.open_edges.is_open(place) || problem.forcing.boundary_at(place).is_some();
         let mut edges = match dimension {
             Dimension::One => channel_ends(problem, is_open),
             Dimension::Two => outline(&problem.bed, is_open),

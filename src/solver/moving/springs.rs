@@ -10,7 +10,7 @@
 //! particles the depth around the place rises by what comes, in the shares of a kernel,
 //!
 //! ```text
-//! (M65)  dd_i/dt = Q W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 1.5 Δ)
+//! (M65)  dd_i/dt = Q W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 3 Δ)
 //! ```
 //!
 //! since the depth of moving particles is carried and does not feel another one among them; they make room for it.
@@ -25,6 +25,9 @@ use crate::solver::moving::{Rates, smoothing_factor};
 
 /// Σ A W around a place from which on there is water to interpolate.
 const LEAST_COVER: f64 = 0.3;
+/// The depth rises in so many supports of a particle as wide as a cell. In a lake 1 m deep that a source fills for 6000 s its level was off
+/// by 0.017 m with 1, by 0.012 m with 2 and by 0.036 m with 3.
+const SPREAD: f64 = 2.0;
 /// Particles come out so far (in spacings) from the place, each in another direction, so that no two stand in one place.
 const SCATTER: f64 = 0.25;
 /// The golden angle (radians): directions that never repeat.
@@ -127,7 +130,8 @@ impl Springs {
             self.inflow += came;
             let place = self.springs[k].place;
             let cover = self.look_around(place, particles, &mut around);
-            let depth = around.iter().map(|&(i, w)| w * particles.volume[i]).sum::<f64>() / cover.max(f64::MIN_POSITIVE);
+            let depth =
+                around.iter().map(|&(i, w)| w * particles.volume[i]).sum::<f64>() / cover.max(f64::MIN_POSITIVE);
             for &(i, w) in &around {
                 particles.depth[i] += came * w / cover.max(LEAST_COVER);
             }
@@ -159,7 +163,7 @@ impl Springs {
 
     /// Lists the particles around a place with their weights; returns Σ A W.
     fn look_around(&self, place: Vec2, particles: &FluidParticles, around: &mut Vec<(usize, f64)>) -> f64 {
-        let h = self.width() * std::env::var("HS").map_or(1.0, |v| v.parse().unwrap());
+        let h = SPREAD * self.width();
         let (inverse_h, reach) = (1.0 / h, CubicSpline::SUPPORT * h);
         around.clear();
         for (i, position) in particles.position.iter().enumerate() {

@@ -120,9 +120,9 @@ fn face(problem: &FlowProblem, line: usize, ends: [Vec2; 2], outwards: Vec2, wid
     let (sill, slope) = point.map_or((f64::INFINITY, Vec2::ZERO), |(share, point)| {
         (point.elevation + point.slope.dot(outwards) * (share * lattice.spacing), point.slope)
     });
-    let cell = [0.5, 0.3, 0.1].into_iter().find_map(|share| {
-        lattice.cell_at(inside(share)).filter(|&cell| bed.has_terrain(cell))
-    });
+    let cell = [0.5, 0.3, 0.1]
+        .into_iter()
+        .find_map(|share| lattice.cell_at(inside(share)).filter(|&cell| bed.has_terrain(cell)));
     let roughness = cell.map_or(0.0, |cell| bed.manning[cell]);
     let rest = cell.filter(|&cell| problem.initial_depth[cell] > problem.dry_depth);
     let rest = rest.map(|cell| bed.elevation[cell] + problem.initial_depth[cell]);

@@ -102,7 +102,8 @@ impl Look {
         self.supports.clear();
         self.indices.clear();
         for i in 0..particles.len() {
-            let (place, support) = (particles.position[i], widths * CubicSpline::SUPPORT * particles.smoothing_length[i]);
+            let (place, support) =
+                (particles.position[i], widths * CubicSpline::SUPPORT * particles.smoothing_length[i]);
             let is_near = |[low, high]: &[Vec2; 2]| {
                 place.x > low.x - support
                     && place.x < high.x + support

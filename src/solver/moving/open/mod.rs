@@ -131,7 +131,14 @@ impl OpenBoundaries {
             let end = faces.partition_point(|face| face.line <= number);
             let by_sill = |a: &usize, b: &usize| faces[*a].sill.total_cmp(&faces[*b].sill);
             let lowest = (start..end).min_by(by_sill).unwrap_or(start);
-            Line { condition: boundary.condition.clone(), faces: start..end, lowest, inside: Vec::new(), passing: Vec::new(), waiting: 0.0 }
+            Line {
+                condition: boundary.condition.clone(),
+                faces: start..end,
+                lowest,
+                inside: Vec::new(),
+                passing: Vec::new(),
+                waiting: 0.0,
+            }
         };
         let lines: Vec<Line> = problem.forcing.boundaries.iter().enumerate().map(line).collect();
         let is_plain = |edge: &&Edge| {
@@ -226,11 +233,9 @@ impl OpenBoundaries {
                     line.waiting += std::mem::take(&mut self.owed[index]);
                 }
             } else if self.beyond[index].is_none() {
-                // Nothing goes on here: what is owed has left, and what was brought in advance has come.
+                // Nothing goes on here: what is owed has left, and what was brought in advance has not.
                 self.phase[index] = None;
-                let owed = std::mem::take(&mut self.owed[index]) + crossed;
-                self.outflow += owed.max(0.0);
-                self.inflow += (-owed).max(0.0);
+                self.outflow += std::mem::take(&mut self.owed[index]) + crossed;
             } else if self.leaves(index) {
                 let beyond = self.volume_beyond(index, particles);
                 let phase = *self.phase[index].get_or_insert(self.owed[index] + crossed + beyond);
@@ -394,7 +399,8 @@ impl OpenBoundaries {
         for particle in &self.buffer {
             let index = particle.face as usize;
             if let Some(beyond) = &self.beyond[index] {
-                let inside = 1.0 - self.faces[index].share_beyond(particle.position, self.dimension.edge(particle.area));
+                let inside =
+                    1.0 - self.faces[index].share_beyond(particle.position, self.dimension.edge(particle.area));
                 if inside < 1.0 {
                     self.returning[index] += particle.area * beyond.depth * inside;
                 }
