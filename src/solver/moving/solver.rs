@@ -23,6 +23,8 @@ const COLLAPSED_SHARE: f64 = 1e-5;
 const STEPS_PER_SORT: u64 = 8;
 /// The fastest particle moves so many cells before the water is gridded anew.
 const GRIDDING_SHARE: f64 = 0.25;
+/// The volume changes by this share before the water is gridded anew: a fifth of what the grid may be off.
+const GRIDDED_WITHIN: f64 = 1e-3;
 
 /// Moving particles in a given formulation.
 pub struct MovingSolver<F: Formulation> {
@@ -39,6 +41,8 @@ pub struct MovingSolver<F: Formulation> {
     moved: Vec<Moved>,
     water_order: Vec<u32>,
     gridder: Gridder,
+    /// Volume (m³) that the books had at the latest gridding.
+    gridded: f64,
     /// How far (m) the fastest particle may have come since the latest gridding; no number before the first one.
     gridding_age: Option<f64>,
 }
@@ -69,6 +73,7 @@ impl<F: Formulation> MovingSolver<F> {
             moved: Vec::new(),
             water_order: Vec::new(),
             gridder,
+            gridded: 0.0,
             gridding_age: None,
         };
         solver.formulation.prepare(&mut solver.water);
@@ -99,6 +104,12 @@ impl<F: Formulation> MovingSolver<F> {
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
         self.gridding_age = None;
+    }
+
+    /// Volume (m³) that must be there by the books.
+    fn held(&self) -> f64 {
+        let (came, left) = self.water.passed();
+        self.ledger.initial + came - self.ledger.outflow - left
     }
 
     fn failure(&self, quantity: &'static str, value: f64, local: Vec2) -> NumericalFailure {
@@ -247,11 +258,14 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
     /// The grid of the latest moment at which the fastest particle could have come a quarter of a cell since the grid before:
     /// it depends on the steps alone, not on the times of outputs.
     fn water(&mut self) -> WaterOnLattice<'_> {
-        let is_fresh = self.gridding_age.is_some_and(|age| age < GRIDDING_SHARE * self.water.bed.lattice.spacing);
+        let held = self.held();
+        let is_fresh = self.gridding_age.is_some_and(|age| age < GRIDDING_SHARE * self.water.bed.lattice.spacing)
+            && (held - self.gridded).abs() <= GRIDDED_WITHIN * held.abs();
         if is_fresh {
             return self.gridder.water();
         }
         self.gridding_age = Some(0.0);
+        self.gridded = held;
         self.water.phases.start();
         let fluid = self.water.lend();
         self.gridder.grid(&self.water.bed, &self.water.particles);

@@ -35,7 +35,7 @@ pub const CASES: &[Case] = &[
         spacings: &[8.0, 4.0, 2.0],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| uniform(spacing, motion, 0.001, 6000.0),
+        setup: |spacing, _| uniform(spacing, 0.001, 6000.0),
     },
     Case {
         name: "uniform_supercritical",
@@ -45,7 +45,7 @@ pub const CASES: &[Case] = &[
         spacings: &[8.0, 4.0, 2.0],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| uniform(spacing, motion, 0.02, 600.0),
+        setup: |spacing, _| uniform(spacing, 0.02, 600.0),
     },
     Case {
         name: "hydrograph_long",
@@ -65,7 +65,7 @@ pub const CASES: &[Case] = &[
         spacings: &[1.0, 0.5, 0.25],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| waves(spacing, motion, 0.01),
+        setup: |spacing, _| waves(spacing, 0.01),
     },
     Case {
         name: "high_waves_leave",
@@ -75,7 +75,7 @@ pub const CASES: &[Case] = &[
         spacings: &[1.0, 0.5, 0.25],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| waves(spacing, motion, 0.4),
+        setup: |spacing, _| waves(spacing, 0.4),
     },
     Case {
         name: "tide",
@@ -90,14 +90,12 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// A channel of one row whose ends have conditions; none for moving particles.
+/// A channel of one row whose ends have conditions.
 fn channel(
     (length, spacing): (f64, f64),
-    motion: Motion,
     bed: impl Fn(f64) -> f64,
     [west, east]: [Option<Condition>; 2],
-) -> Result<FlowProblem, String> {
-    let _ = motion;
+) -> FlowProblem {
     let mut problem = flat_strip(length, spacing, bed);
     // Between the last particle of the riverbed and the edge the bed goes on by its slope.
     derive_shape(&mut problem.bed);
@@ -110,7 +108,7 @@ fn channel(
             problem.forcing.boundaries.push(Boundary { segments, condition });
         }
     }
-    Ok(problem)
+    problem
 }
 
 fn ledger_check(end: &Snapshot) -> Check {
@@ -118,7 +116,7 @@ fn ledger_check(end: &Snapshot) -> Check {
     Check { found: format!("ledger off by {error:.1e}"), is_met: error <= LEDGER }
 }
 
-fn uniform(spacing: f64, motion: Motion, slope: f64, end: f64) -> SetupResult {
+fn uniform(spacing: f64, slope: f64, end: f64) -> SetupResult {
     let velocity = normal_velocity(DEPTH, slope, ROUGHNESS);
     // The level at the edge itself, where the bed is at 0.
     let is_fast = velocity > (crate::scenario::GRAVITY * DEPTH).sqrt();
@@ -127,7 +125,7 @@ fn uniform(spacing: f64, motion: Motion, slope: f64, end: f64) -> SetupResult {
         level: is_fast.then(|| Series::constant(DEPTH)),
     };
     let outflow = Condition::NormalDepth { slope };
-    let mut problem = channel((400.0, spacing), motion, |x| -slope * x, [Some(inflow), Some(outflow)])?;
+    let mut problem = channel((400.0, spacing), |x| -slope * x, [Some(inflow), Some(outflow)]);
     problem.bed.manning.fill(ROUGHNESS);
     problem.dry_depth = 1e-3;
     let exact = Box::new(move |_| (DEPTH, Vec2::new(velocity, 0.0)));
@@ -144,14 +142,14 @@ fn uniform(spacing: f64, motion: Motion, slope: f64, end: f64) -> SetupResult {
     Ok(setup)
 }
 
-fn hydrograph(spacing: f64, motion: Motion) -> SetupResult {
+fn hydrograph(spacing: f64, _: Motion) -> SetupResult {
     let points: Vec<(f64, f64)> =
         (0..4000).map(|k| (50.0 * f64::from(k), spacing * if k % 2 == 0 { 0.2 } else { 3.0 })).collect();
     let series = Series::new(&points).ok_or("no series")?;
     let inflow = Condition::Discharge { discharge: series.clone(), level: None };
     let slope = 0.004;
     let outflow = Condition::NormalDepth { slope };
-    let mut problem = channel((200.0, spacing), motion, |x| -slope * x, [Some(inflow), Some(outflow)])?;
+    let mut problem = channel((200.0, spacing), |x| -slope * x, [Some(inflow), Some(outflow)]);
     problem.bed.manning.fill(ROUGHNESS);
     problem.dry_depth = 1e-3;
     let mut setup = Setup::without_answer(problem.clone(), line_seeds(&problem), Dimension::One, Until::Steps(MANY));
@@ -167,7 +165,7 @@ fn hydrograph(spacing: f64, motion: Motion) -> SetupResult {
     Ok(setup)
 }
 
-fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
+fn waves(spacing: f64, height: f64) -> SetupResult {
     let (length, middle, wavelength) = (160.0, 70.0, 20.0);
     // Three crests and two troughs that end smoothly.
     let surface = move |x: f64| {
@@ -176,7 +174,7 @@ fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
         DEPTH + height * envelope * (std::f64::consts::TAU * along).cos()
     };
     // What comes back meets a wall in the west, and cannot leave again before the end.
-    let mut problem = channel((length, spacing), motion, |_| 0.0, [None, Some(Condition::Free)])?;
+    let mut problem = channel((length, spacing), |_| 0.0, [None, Some(Condition::Free)]);
     let lattice = problem.bed.lattice.clone();
     problem.initial_depth = (0..lattice.len()).map(|cell| surface(lattice.centre(cell).x)).collect();
     let celerity = |depth: f64| (crate::scenario::GRAVITY * depth).sqrt();
@@ -197,7 +195,7 @@ fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
 
 /// Small waves in a basin of constant depth, closed at its end: η = a cos(ω t) cos(k (L − x)) / cos(k L), reached from rest at t = 0
 /// by the whole of it: the run starts with its level and its velocity of that moment.
-fn tide(spacing: f64, motion: Motion) -> SetupResult {
+fn tide(spacing: f64, _: Motion) -> SetupResult {
     let (length, depth, height, period) = (20_000.0, 20.0, 0.1, 12.0 * 3600.0);
     let omega = std::f64::consts::TAU / period;
     let k = omega / (crate::scenario::GRAVITY * depth).sqrt();
@@ -205,7 +203,7 @@ fn tide(spacing: f64, motion: Motion) -> SetupResult {
     let points: Vec<(f64, f64)> =
         (0..=2880).map(|step| 30.0 * f64::from(step)).map(|time| (time, height * (omega * time).cos())).collect();
     let stage = Series::new(&points).ok_or("no series")?;
-    let mut problem = channel((length, spacing), motion, |_| -depth, [Some(Condition::Stage(stage)), None])?;
+    let mut problem = channel((length, spacing), |_| -depth, [Some(Condition::Stage(stage)), None]);
     let lattice = problem.bed.lattice.clone();
     let at = |cell: usize| depth + height * shape(lattice.centre(cell).x);
     problem.initial_depth = (0..lattice.len()).map(at).collect();
