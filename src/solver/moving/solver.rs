@@ -57,7 +57,7 @@ impl<F: Formulation> MovingSolver<F> {
         dimension: Dimension,
     ) -> Self {
         let water = MovingWater::new(&problem, seeds, dimension, methods);
-        let stored = seeds.iter().map(|seed| seed.volume).sum();
+        let stored = seeds.iter().fold(0.0, |sum, seed| sum + seed.volume);
         let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let mut solver = MovingSolver {
             water,
