@@ -1,23 +1,23 @@
 //! Open boundaries of moving particles: rows of buffer particles beyond the edge that carry the state there.
 //!
 //! The state beyond a face comes from the water before it (`look`) and what is known there, by the functions that resting particles
-//! use (`physics::open_boundary`, (M40) to (M45)). Buffer particles carry its depth and velocity, and its level with the slope of the
-//! surface inside:
+//! use (`physics::open_boundary`, (M40) to (M45)). Buffer particles carry its depth, and its velocity and level with the gradients
+//! inside:
 //!
 //! ```text
-//! (M62)  d_b = d,   v_b = v,   η_b = z_f + d + ∇η·(x_b − x_f)
+//! (M62)  d_b = d,   v_b = v + ∇v·(x_b − x_f),   η_b = z_f + d + ∇η·(x_b − x_f)
 //! ```
 //!
 //! They stand a support deep beyond the face, complete the kernels of the particles before it, and move with v. One that comes
 //! across the face is water from then on. A face owes what came in less what it gave,
 //!
 //! ```text
-//! (M63)  dB/dt = q w,   V = clamp(B + V_b/2 − d A x/l, V_b/2, 3 V_b/2),   B ← B − V,   V_b = d A
+//! (M63)  dB/dt = q w,   V = clamp(B + V_b/2 − V_b x/l, V_b/2, 3 V_b/2),   B ← B − V,   V_b = d A
 //! ```
 //!
 //! with A the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each
 //! particle takes V_b, and B stays within half a particle. B belongs to the books. A particle that goes out across a face becomes a
-//! buffer particle, and its volume has left.
+//! buffer particle; where water leaves, B is what of the buffer particles stands before the face less what of the water stands beyond.
 
 mod faces;
 mod look;
