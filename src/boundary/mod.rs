@@ -20,4 +20,4 @@ pub use moving_bed::{BedLaw, BedMotion, Patch, Progress, Slide};
 pub use open_edges::OpenEdges;
 pub use outline::outline;
 pub use series::Series;
-pub use wall::{Edge, Path, Walls};
+pub use wall::{Edge, Path, Walls, distance_to_segment};

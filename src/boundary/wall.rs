@@ -52,7 +52,7 @@ impl Edge {
 }
 
 /// Distance (m) of a point from the straight piece between two ends.
-pub(super) fn distance_to_segment(point: Vec2, start: Vec2, end: Vec2) -> f64 {
+pub fn distance_to_segment(point: Vec2, start: Vec2, end: Vec2) -> f64 {
     let along = end - start;
     let share = ((point - start).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     (point - (start + along * share)).norm()

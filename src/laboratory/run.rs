@@ -53,9 +53,10 @@ pub fn run_experiment(
         _ if !scenario.is_file() => {
             Some(format!("{} is not here: run it from the folder of the source", scenario.display()))
         }
-        _ if choice.numerics.motion == Motion::Lagrangian && !experiment.can_move => {
-            Some("moving particles know no boundary with a condition, and no source".to_owned())
-        }
+        _ if choice.numerics.motion == Motion::Lagrangian && !experiment.can_move => Some(
+            "it is for resting particles: what moving ones make of its boundaries, sources or sections has no bar yet"
+                .to_owned(),
+        ),
         _ => None,
     };
     let (None, Some(data)) = (&result.skipped, data) else { return Ok(result) };

@@ -13,6 +13,21 @@ pub struct FluidSeed {
     pub depth: f64,
 }
 
+/// One fluid particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particle {
+    /// Local coordinates (m).
+    pub position: Vec2,
+    /// Velocity (m/s).
+    pub velocity: Vec2,
+    /// Volume (m³).
+    pub volume: f64,
+    /// Depth (m).
+    pub depth: f64,
+    /// Smoothing length h (m).
+    pub smoothing_length: f64,
+}
+
 /// The moving state of all fluid particles. All vectors have the same length.
 #[derive(Clone, Debug, Default)]
 pub struct FluidParticles {
@@ -38,6 +53,24 @@ impl FluidParticles {
             depth: seeds.iter().map(|seed| seed.depth).collect(),
             smoothing_length: vec![0.0; seeds.len()],
         }
+    }
+
+    /// Adds a particle at the end.
+    pub fn push(&mut self, particle: &Particle) {
+        self.position.push(particle.position);
+        self.velocity.push(particle.velocity);
+        self.volume.push(particle.volume);
+        self.depth.push(particle.depth);
+        self.smoothing_length.push(particle.smoothing_length);
+    }
+
+    /// Keeps the first particles only, so many of them.
+    pub fn truncate(&mut self, count: usize) {
+        self.position.truncate(count);
+        self.velocity.truncate(count);
+        self.volume.truncate(count);
+        self.depth.truncate(count);
+        self.smoothing_length.truncate(count);
     }
 
     /// Number of particles.

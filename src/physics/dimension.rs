@@ -30,6 +30,15 @@ impl Dimension {
         }
     }
 
+    /// Area (m²) of a particle with an edge of that length (m).
+    #[inline(always)]
+    pub fn area(self, edge: f64) -> f64 {
+        match self {
+            Dimension::One => edge,
+            Dimension::Two => edge * edge,
+        }
+    }
+
     /// Width of one side of a particle of the given area, A^((dim−1)/dim): 1 per metre of width in one dimension.
     #[inline(always)]
     pub fn side(self, area: f64) -> f64 {

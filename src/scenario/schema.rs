@@ -406,6 +406,17 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
     }
 }
 
+/// Why moving particles do not have something, as the end of a sentence.
+fn why_not(what: &str) -> &'static str {
+    match what {
+        "rain" => "falls on every cell, and dry ground would need particles of its own",
+        "a source along a line" => "gives to cells in proportion, and moving particles take theirs at points",
+        "channels" => "meet the plane at the faces of cells, which these particles do not have",
+        "cross-sections" => "count what passes the faces of cells, which these particles do not have",
+        _ => "would need particles that come and go, and those of this formulation stay the same",
+    }
+}
+
 /// Refuses what moving particles do not have, and a scenario without any water.
 fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     check_alone(node, reader)?;
@@ -427,13 +438,25 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     if meant(numerics, "motion", usual)? == Motion::Eulerian {
         return Some(());
     }
-    let is_open = |entry: &Node| entry.get("type").is_some_and(|kind| kind.value == Value::Text("open".to_owned()));
+    // An entry that says nothing of the water beyond is told so by the reader of boundaries.
+    let has_condition = |entry: &Node| {
+        let is_free = entry.get("type").is_some_and(|kind| kind.value == Value::Text("free".to_owned()));
+        is_free || feeds(entry) || ["normal_depth", "rating"].iter().any(|key| has(entry, key))
+    };
+    // Summed depths know no water beyond an edge, and none that is added.
+    let is_summed = formulation == Formulation::Variational;
     let outputs = node.get("outputs").and_then(|outputs| outputs.get("sections"));
+    let sources = match node.get("sources").map(|list| &list.value) {
+        Some(Value::List(entries)) => entries.as_slice(),
+        _ => &[],
+    };
+    let along_lines = sources.iter().filter(|entry| !is_summed && (has(entry, "line") || has(entry, "lines")));
     let foreign = boundaries
         .iter()
-        .filter(|entry| matches!(entry.value, Value::Section(_)) && !is_open(entry))
+        .filter(|entry| is_summed && matches!(entry.value, Value::Section(_)) && has_condition(entry))
         .map(|entry| (entry, "a boundary with a condition"))
-        .chain(node.get("sources").map(|sources| (sources, "sources")))
+        .chain(node.get("sources").filter(|_| is_summed).map(|sources| (sources, "sources")))
+        .chain(along_lines.map(|entry| (entry, "a source along a line")))
         .chain(node.get("rain").map(|rain| (rain, "rain")))
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.map(|sections| (sections, "cross-sections")));
@@ -457,9 +480,10 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         is_fit = false;
     }
     for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {
-        let message = format!("moving particles know no {}", what.trim_start_matches("a "));
+        let who = if is_summed { "the particles of the variational formulation" } else { "moving particles" };
+        let message = format!("{who} know no {}", what.trim_start_matches("a "));
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", place.key.clone(), message)
-            .with_cause(format!("{what} would need particles that come and go, and those of this motion stay the same"))
+            .with_cause(format!("{what} {}", why_not(what)))
             .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`), or take this out");
         reader.report(place, problem);
         is_fit = false;

@@ -6,6 +6,7 @@ use super::error::Errors;
 use super::judge::{Judgement, judge};
 use super::row::{Row, Status};
 use super::run::{Broken, Cost, Outcome, run};
+use crate::scenario::methods::Formulation;
 
 /// Errors below this (m, m/s) are rounding and have no order.
 const ROUNDING: f64 = 1e-10;
@@ -59,6 +60,10 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
                 return result;
             }
         };
+        if choice.numerics.formulation == Formulation::Variational && !setup.problem.forcing.is_still() {
+            result.skipped = Some("the variational formulation has no open boundaries with a condition".to_owned());
+            return result;
+        }
         result.is_stretched |= setup.courant.is_some_and(|courant| courant > choice.numerics.cfl);
         let (cost, ended) = run(&setup, choice);
         let found = ended.as_ref().ok().filter(|_| setup.is_answer_known).map(|outcome| outcome.errors);

@@ -89,6 +89,15 @@ impl Scene {
         }
     }
 
+    /// Asserts that the check says none of these texts.
+    #[track_caller]
+    fn assert_silent_on(&self, unwanted: &[&str]) {
+        let check = floodsim(self.folder.path(), &["check", "s.yaml"]);
+        for text in unwanted {
+            assert!(!check.stdout.contains(text), "check says `{text}`:\n{}", check.stdout);
+        }
+    }
+
     /// Asserts that the check warns with all these texts, and refuses nothing.
     #[track_caller]
     fn assert_warned(&self, expected: &[&str]) {
@@ -388,20 +397,52 @@ fn rating_curves_and_roughness_are_checked() {
 
 #[test]
 fn moving_particles_refuse_what_they_do_not_know() {
-    let motion = "numerics: {motion: lagrangian}\nsources: [{at: [1100, 2030], discharge: 1 m3/s}]\nrain: {rate: 1 mm/h}\nresolution: 5 m";
-    let scene = Scene::with(&[("resolution: 5 m", motion)]);
+    let more = "sources: [{at: [1100, 2030], discharge: 1 m3/s}, {line: springs.geojson, discharge: 1 m3/s}]\nrain: {rate: 1 mm/h}\nresolution: 5 m";
+    let moving = format!("numerics: {{motion: lagrangian}}\n{more}");
+    let scene = Scene::with(&[("resolution: 5 m", &moving)]);
+    let known = [
+        "moving particles know no rain",
+        "sources[1]",
+        "moving particles know no source along a line",
+        "moving particles know no cross-sections",
+        "motion: eulerian",
+    ];
+    scene.assert_refused(3, &[&["method-combination"], &known[..]].concat());
+    scene.assert_silent_on(&["with a condition", "know no sources"]);
+    let variational = format!("numerics: {{formulation: variational}}\n{more}");
+    let scene = Scene::with(&[("resolution: 5 m", &variational)]);
     scene.assert_refused(
         3,
         &[
-            "method-combination",
             "boundaries[0]",
-            "moving particles know no boundary with a condition",
-            "moving particles know no sources",
-            "moving particles know no rain",
-            "moving particles know no cross-sections",
-            "motion: eulerian",
+            "the particles of the variational formulation know no boundary with a condition",
+            "the particles of the variational formulation know no sources",
         ],
     );
+}
+
+#[test]
+fn a_boundary_without_a_condition_is_told_once() {
+    let motion = "numerics: {motion: lagrangian}\nresolution: 5 m";
+    let scene = Scene::with(&[
+        ("resolution: 5 m", motion),
+        ("{edge: east, normal_depth: {slope: 0.04}}", "{edge: east}"),
+        (", sections: sections.geojson", ""),
+    ]);
+    scene.assert_refused(3, &["boundaries[1]"]);
+    scene.assert_silent_on(&["method-combination"]);
+}
+
+#[test]
+fn a_river_of_moving_particles_comes_in_and_leaves() {
+    let motion = "numerics: {motion: lagrangian}\nsources: [{at: [1100, 2030], discharge: 1 m3/s}]\nresolution: 5 m";
+    let scene = Scene::with(&[("resolution: 5 m", motion), (", sections: sections.geojson", "")]);
+    let (run, out) = scene.run();
+    // 180 m3 to 30 s, 480 to 90 s, 120 to 120 s; the source 120.
+    assert!((volume(&run, "in") / 900.0 - 1.0).abs() < 1e-9, "{}", volume(&run, "in"));
+    assert!(volume(&run, "error_relative").abs() < 1e-12 && volume(&run, "out") > 100.0);
+    assert!(volume(&run, "grid_error_relative").abs() < 1e-4, "{}", volume(&run, "grid_error_relative"));
+    assert!(table(&out.join("tables/mass_balance.csv")).len() > 4);
 }
 
 #[test]

@@ -74,14 +74,14 @@ fn without_data_a_case_is_left_out_in_plain_words() {
 }
 
 #[test]
-fn moving_particles_are_left_out_where_water_comes_by_a_boundary() {
+fn moving_particles_are_left_out_where_they_have_no_bar() {
     let Some(folder) = Some(data()).filter(|folder| folder.join("ea_test4").is_dir()) else {
         println!("skipped, because the data of ea_test4 are not there");
         return;
     };
     let (code, said, rows) = validate("ea_test4", &folder, "motion=lagrangian");
     assert_eq!((code, rows.len()), (0, 0), "{said}");
-    assert!(said.contains("skipped, because moving particles know no boundary"), "{said}");
+    assert!(said.contains("skipped, because it is for resting particles"), "{said}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ mod faces;
 mod gradient;
 mod inputs;
 mod moving_bed;
-mod open;
+pub(super) mod open;
 mod primitive;
 mod reach;
 mod sections;

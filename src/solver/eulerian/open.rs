@@ -52,7 +52,7 @@ pub(super) struct Near {
 
 /// What is known at a face.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Inside {
+pub(in crate::solver) struct Inside {
     /// Depth of the particle (m) and at the face; level at the face less that of the particle.
     depth: f64,
     face: EdgeState,
@@ -70,12 +70,13 @@ pub(super) struct Inside {
     width: f64,
 }
 
-/// What passes a face, outwards, and the signal speed there.
+/// What passes a face, outwards, the signal speed there, and the state beyond; none where the face is as a wall.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Passing {
+pub(in crate::solver) struct Passing {
     pub mass: f64,
     pub momentum: f64,
     pub speed: f64,
+    pub beyond: Option<EdgeState>,
 }
 
 /// One boundary.
@@ -97,7 +98,7 @@ pub(crate) struct OpenBoundaries {
 
 /// Discharge and level of a boundary: the mean of a step, or the largest in it.
 #[derive(Clone, Copy)]
-pub(super) enum Of {
+pub(in crate::solver) enum Of {
     Mean,
     Largest,
 }
@@ -250,7 +251,7 @@ impl Line {
 
 /// What passes faces in a step from one time to another (s), by what is known of the water beyond; levels of a condition count from
 /// `datum` (m) less than those of the faces.
-pub(super) fn pass(
+pub(in crate::solver) fn pass(
     condition: &Condition,
     inside: &[Inside],
     (scale, datum): (&Scale, f64),
@@ -362,8 +363,35 @@ impl Inside {
         Inside { face, rise, sill, invariant: face.invariant(scale.gravity), ..dry }
     }
 
+    /// The water at a face as an interpolation finds it, over a bed at `sill` (m); dry where it finds none.
+    pub(in crate::solver) fn at_face(face: Option<EdgeState>, sill: f64, gravity: f64) -> Self {
+        let water = face.unwrap_or(EdgeState { depth: 0.0, outwards: 0.0 });
+        Inside {
+            depth: water.depth,
+            face: water,
+            rise: 0.0,
+            sill,
+            bed: sill,
+            friction: 0.0,
+            invariant: if face.is_some() { water.invariant(gravity) } else { 0.0 },
+            is_wet: face.is_some(),
+            rest: None,
+            width: 1.0,
+        }
+    }
+
+    /// The water at the face.
+    pub(in crate::solver) fn state(&self) -> EdgeState {
+        self.face
+    }
+
+    /// Width of the face in spacings.
+    pub(in crate::solver) fn width(&self) -> f64 {
+        self.width
+    }
+
     /// The same face with another width (spacings), roughness g n² (m^(1/3)) and level at rest (m).
-    pub(super) fn with(self, width: f64, friction: f64, rest: Option<f64>) -> Self {
+    pub(in crate::solver) fn with(self, width: f64, friction: f64, rest: Option<f64>) -> Self {
         Inside { width, friction, rest, ..self }
     }
 
@@ -377,7 +405,7 @@ impl Inside {
     fn between(&self, beyond: EdgeState, g: f64) -> Passing {
         let face = self.face;
         let (mass, momentum) = through_face(face.depth, face.outwards, beyond.depth, beyond.outwards, g);
-        Passing { mass, momentum, speed: Passing::of(beyond, g).speed }
+        Passing { mass, momentum, ..Passing::of(beyond, g) }
     }
 
     /// The same where nothing may come in.
@@ -393,7 +421,7 @@ impl Inside {
     fn closed(&self, g: f64) -> Passing {
         let face = self.face;
         let momentum = through_face(face.depth, face.outwards, face.depth, -face.outwards, g).1;
-        Passing { mass: 0.0, momentum, speed: 0.0 }
+        Passing { momentum, ..Passing::default() }
     }
 
     /// The state beyond at a level (m), between critical outflow and rest.
@@ -412,6 +440,7 @@ impl Passing {
             mass: depth * outwards,
             momentum: depth * outwards * outwards + 0.5 * g * depth * depth,
             speed: outwards.abs() + (g * depth).sqrt(),
+            beyond: Some(state),
         }
     }
 }

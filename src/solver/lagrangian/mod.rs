@@ -168,6 +168,8 @@ impl Formulation for Balanced {
 
     fn evaluate(&mut self, water: &mut MovingWater) {
         water.phases.end("motion");
+        let fluid = water.admit();
+        water.phases.end("boundaries");
         water.sample_bed();
         water.phases.end("bed");
         water.neighbours.search(
@@ -183,6 +185,7 @@ impl Formulation for Balanced {
         self.find_rates(water);
         water.phases.end("rates");
         water.particles.smoothing_length.copy_from_slice(&self.lengths);
+        water.dismiss(fluid);
     }
 }
 

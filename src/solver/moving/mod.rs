@@ -6,7 +6,9 @@
 mod correction;
 mod kernel;
 mod neighbours;
+mod open;
 mod solver;
+mod springs;
 mod step;
 
 pub use correction::correction;
@@ -15,7 +17,9 @@ pub use kernel::{ChosenKernel, smoothing_factor};
 pub use neighbours::{CHUNK, ChunkNeighbours, Glance, Neighbours};
 pub use solver::MovingSolver;
 
+use open::OpenBoundaries;
 use rayon::prelude::*;
+use springs::Springs;
 
 use crate::bed::{BedParticles, BedPoint};
 use crate::boundary::{Edge, Walls, outline};
@@ -113,32 +117,41 @@ pub struct MovingWater {
     pub bed_points: Vec<BedPoint>,
     /// Where the time of the steps goes.
     pub phases: Phases,
+    /// What comes and goes.
+    open: OpenBoundaries,
+    springs: Springs,
 }
 
 impl MovingWater {
     /// Particles at rest on the bed of a problem.
     ///
     /// In one dimension the point of a wall and its mirror show the same: there walls are mirrors whatever `wall` says.
-    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, wall: WallMethod) -> Self {
+    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, methods: MovingMethods) -> Self {
         let lattice = &problem.bed.lattice;
+        let is_open = |place: Vec2| problem.open_edges.is_open(place) || problem.forcing.boundary_at(place).is_some();
         let mut edges = match dimension {
-            Dimension::One => channel_ends(problem),
-            Dimension::Two => outline(&problem.bed, &problem.open_edges),
+            Dimension::One => channel_ends(problem, is_open),
+            Dimension::Two => outline(&problem.bed, is_open),
         };
+        let support = ChosenKernel::new(methods.kernel, dimension).support();
+        let (open, guides) = OpenBoundaries::new(problem, &edges, dimension, support);
+        edges.extend(guides);
         edges.extend(problem.walls.iter().map(|&[start, end]| Edge { start, end, is_open: false }));
         if dimension == Dimension::One {
             edges.retain(|edge| (edge.end - edge.start).x.abs() < 1e-6 * (edge.end - edge.start).norm());
         }
         let walls = Walls::new(edges, lattice.spacing);
-        let walls = match (wall, dimension) {
+        let walls = match (methods.wall, dimension) {
             (WallMethod::Mirror, _) | (_, Dimension::One) => walls,
             (WallMethod::VirtualParticles, Dimension::Two) => walls.with_virtual_particles(lattice.spacing),
         };
+        // Water that comes in is as wide as a cell.
+        let cell = if problem.forcing.is_still() { 0.0 } else { dimension.area(lattice.spacing) };
         MovingWater {
             dimension,
             gravity: problem.gravity,
             dry_depth: problem.dry_depth,
-            largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(0.0, f64::max),
+            largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(cell, f64::max),
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
             neighbours: Neighbours::default(),
@@ -146,6 +159,63 @@ impl MovingWater {
             bed: problem.bed.clone(),
             phases: Phases::default(),
             bed_points: Vec::new(),
+            open,
+            springs: Springs::new(problem, dimension),
+        }
+    }
+
+    /// Puts the buffer particles of open boundaries behind the water, for the time of an evaluation; returns how many particles
+    /// are water.
+    pub fn admit(&mut self) -> usize {
+        let fluid = self.particles.len();
+        if !self.open.is_empty() {
+            self.open.admit(&mut self.particles, &self.bed);
+        }
+        fluid
+    }
+
+    /// Takes the buffer particles out again, behind the first `fluid` ones.
+    pub fn dismiss(&mut self, fluid: usize) {
+        if !self.open.is_empty() {
+            self.open.dismiss(fluid, &mut self.particles, &mut self.rates);
+        }
+    }
+
+    /// Makes water of the buffer particles that came in, and of what the sources gave in a time (s).
+    pub(super) fn enter(&mut self, time: f64) {
+        self.open.enter(&mut self.particles, &mut self.rates);
+        self.springs.flow(&mut self.particles, &mut self.rates, time);
+    }
+
+    /// Whether water comes and goes.
+    pub(super) fn is_fed(&self) -> bool {
+        !self.open.is_empty() || !self.springs.is_empty()
+    }
+
+    /// Volume (m³) that boundaries and sources owe.
+    pub(super) fn owed(&self) -> f64 {
+        self.open.owed() + self.springs.owed()
+    }
+
+    /// Volumes (m³) that came and left by boundaries and sources.
+    pub(super) fn passed(&self) -> (f64, f64) {
+        (self.open.inflow() + self.springs.inflow(), self.open.outflow())
+    }
+
+    /// Puts what boundaries and sources owe into the water for its gridding; returns how many particles are water.
+    pub(super) fn lend(&mut self) -> usize {
+        let fluid = self.particles.len();
+        if !self.open.is_empty() {
+            self.open.lend(&mut self.particles);
+        }
+        self.springs.lend(&mut self.particles);
+        fluid
+    }
+
+    /// Undoes `lend`.
+    pub(super) fn take_back(&mut self, fluid: usize) {
+        if self.is_fed() {
+            self.open.take_back(fluid, &mut self.particles);
         }
     }
 
@@ -181,6 +251,8 @@ impl MovingWater {
                 *point = self.bed_at(position);
             }
         });
+        let fluid = points.len() - self.open.count();
+        points[fluid..].iter_mut().zip(self.open.bed_points()).for_each(|(point, beyond)| *point = beyond);
         self.bed_points = points;
     }
 
@@ -205,12 +277,12 @@ impl MovingWater {
 }
 
 /// The two ends of a channel of one dimension.
-fn channel_ends(problem: &FlowProblem) -> Vec<Edge> {
+fn channel_ends(problem: &FlowProblem, is_open: impl Fn(Vec2) -> bool) -> Vec<Edge> {
     let size = problem.bed.lattice.size();
     [0.0, size.x]
         .into_iter()
         .map(|x| {
-            let is_open = problem.open_edges.is_open(Vec2::new(x, 0.5 * size.y));
+            let is_open = is_open(Vec2::new(x, 0.5 * size.y));
             Edge { start: Vec2::new(x, -size.y), end: Vec2::new(x, 2.0 * size.y), is_open }
         })
         .collect()

@@ -23,6 +23,8 @@ const COLLAPSED_SHARE: f64 = 1e-5;
 const STEPS_PER_SORT: u64 = 8;
 /// The fastest particle moves so many cells before the water is gridded anew.
 const GRIDDING_SHARE: f64 = 0.25;
+/// The volume changes by this share before the water is gridded anew: a fifth of what the grid may be off.
+const GRIDDED_WITHIN: f64 = 1e-3;
 
 /// Moving particles in a given formulation.
 pub struct MovingSolver<F: Formulation> {
@@ -37,7 +39,10 @@ pub struct MovingSolver<F: Formulation> {
     first_choice: Option<StepChoice>,
     last_choice: Option<StepChoice>,
     moved: Vec<Moved>,
+    water_order: Vec<u32>,
     gridder: Gridder,
+    /// Volume (m³) that the books had at the latest gridding.
+    gridded: f64,
     /// How far (m) the fastest particle may have come since the latest gridding; no number before the first one.
     gridding_age: Option<f64>,
 }
@@ -51,8 +56,8 @@ impl<F: Formulation> MovingSolver<F> {
         methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
-        let water = MovingWater::new(&problem, seeds, dimension, methods.wall);
-        let stored = seeds.iter().map(|seed| seed.volume).sum();
+        let water = MovingWater::new(&problem, seeds, dimension, methods);
+        let stored = seeds.iter().fold(0.0, |sum, seed| sum + seed.volume);
         let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let mut solver = MovingSolver {
             water,
@@ -66,7 +71,9 @@ impl<F: Formulation> MovingSolver<F> {
             first_choice: None,
             last_choice: None,
             moved: Vec::new(),
+            water_order: Vec::new(),
             gridder,
+            gridded: 0.0,
             gridding_age: None,
         };
         solver.formulation.prepare(&mut solver.water);
@@ -97,6 +104,12 @@ impl<F: Formulation> MovingSolver<F> {
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
         self.gridding_age = None;
+    }
+
+    /// Volume (m³) that must be there by the books.
+    fn held(&self) -> f64 {
+        let (came, left) = self.water.passed();
+        self.ledger.initial + came - self.ledger.outflow - left
     }
 
     fn failure(&self, quantity: &'static str, value: f64, local: Vec2) -> NumericalFailure {
@@ -141,6 +154,10 @@ impl<F: Formulation> MovingSolver<F> {
         }
         let (mut vectors, mut numbers, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         let particles = &mut self.water.particles;
+        // Buffer particles stand behind the water.
+        self.water_order.clear();
+        self.water_order.extend(order.iter().copied().filter(|&j| (j as usize) < particles.len()));
+        let order = &self.water_order[..];
         if order.len() != particles.len() {
             return;
         }
@@ -168,15 +185,16 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let particles = &self.water.particles;
         let mut choice =
             StepChoice { time_step: f64::INFINITY, limit: StepLimit::NoWater, position: Vec2::ZERO, max_speed: 0.0 };
+        let step_of = |rates: &Rates, h: f64, depth: f64| {
+            let wave = rates.reach / (celerity(depth, self.water.gravity) + rates.approach);
+            let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
+            (self.courant * wave.min(push), if push < wave { StepLimit::Acceleration } else { StepLimit::Courant })
+        };
         let chunks = self.water.rates.par_chunks(CHUNK).enumerate().map(|(chunk, rates)| {
             let (mut shortest, mut max_speed_squared) = ((f64::INFINITY, StepLimit::NoWater, 0), 0.0_f64);
             for (i, rates) in (chunk * CHUNK..).zip(rates) {
-                let h = particles.smoothing_length[i];
-                let wave = rates.reach / (celerity(particles.depth[i], self.water.gravity) + rates.approach);
-                let push = ACCELERATION_SHARE * (h / rates.acceleration.norm().max(f64::MIN_POSITIVE)).sqrt();
-                let step = self.courant * wave.min(push);
+                let (step, limit) = step_of(rates, particles.smoothing_length[i], particles.depth[i]);
                 if step < shortest.0 {
-                    let limit = if push < wave { StepLimit::Acceleration } else { StepLimit::Courant };
                     shortest = (step, limit, i);
                 }
                 max_speed_squared = max_speed_squared.max(particles.velocity[i].norm_squared());
@@ -190,7 +208,19 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             }
             max_speed_squared = max_speed_squared.max(speed_squared);
         }
+        for (rates, h, depth, position) in self.water.open.signals() {
+            let (time_step, limit) = step_of(rates, h, depth);
+            if time_step < choice.time_step {
+                choice = StepChoice { time_step, limit, position, ..choice };
+            }
+        }
         choice.max_speed = max_speed_squared.sqrt();
+        if self.water.is_fed() {
+            // Without water a step as resting particles take it.
+            let dry = self.water.bed.lattice.spacing / self.water.gravity.sqrt();
+            let step = if choice.limit == StepLimit::NoWater { dry } else { choice.time_step };
+            choice.time_step = self.water.springs.longest_step(self.water.open.longest_step(step));
+        }
         self.first_choice = self.first_choice.or(Some(choice));
         self.last_choice = Some(choice);
         self.water.phases.end("choice of the step");
@@ -216,6 +246,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.time += time_step;
         self.steps += 1;
         self.ledger.outflow += outflow;
+        self.water.enter(time_step);
         let squares = self.water.particles.velocity.par_iter().with_min_len(CHUNK).map(|v| v.norm_squared());
         let fastest = squares.reduce(|| 0.0, f64::max).sqrt();
         self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
@@ -227,19 +258,26 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
     /// The grid of the latest moment at which the fastest particle could have come a quarter of a cell since the grid before:
     /// it depends on the steps alone, not on the times of outputs.
     fn water(&mut self) -> WaterOnLattice<'_> {
-        let is_fresh = self.gridding_age.is_some_and(|age| age < GRIDDING_SHARE * self.water.bed.lattice.spacing);
+        let held = self.held();
+        let is_fresh = self.gridding_age.is_some_and(|age| age < GRIDDING_SHARE * self.water.bed.lattice.spacing)
+            && (held - self.gridded).abs() <= GRIDDED_WITHIN * held.abs();
         if is_fresh {
             return self.gridder.water();
         }
         self.gridding_age = Some(0.0);
+        self.gridded = held;
         self.water.phases.start();
-        let water = self.gridder.grid(&self.water.bed, &self.water.particles);
+        let fluid = self.water.lend();
+        self.gridder.grid(&self.water.bed, &self.water.particles);
+        self.water.take_back(fluid);
         self.water.phases.end("gridding");
-        water
+        self.gridder.water()
     }
 
     fn ledger(&self) -> Ledger {
-        Ledger { stored: self.water.particles.volume.iter().sum(), ..self.ledger }
+        let (came, left) = self.water.passed();
+        let stored = self.water.particles.volume.iter().sum::<f64>() + self.water.owed();
+        Ledger { inflow: came, outflow: self.ledger.outflow + left, stored, ..self.ledger }
     }
 
     fn particles(&self) -> usize {

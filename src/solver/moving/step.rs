@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{CHUNK, Formulation, MovingWater};
 use crate::boundary::Path;
 use crate::math::Vec2;
-use crate::particles::FluidParticles;
+use crate::particles::Particle;
 use crate::physics::friction::manning::after_friction;
 
 /// A particle between two sub-steps.
@@ -52,8 +52,8 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
         let (v, d) = (water.particles.velocity[i], water.particles.depth[i]);
         let half_velocity = v + rates.acceleration * (0.5 * dt);
         Moved {
-            position: water.particles.position[i] + (half_velocity + rates.shift) * dt,
-            velocity: v + rates.acceleration * dt,
+            position: water.particles.position[i] + (slowed(water, i, half_velocity, 0.5 * dt) + rates.shift) * dt,
+            velocity: slowed(water, i, v + rates.acceleration * dt, dt),
             depth: depth_by_fraction(d, rates.depth_rate, dt, water.least_depth(i)),
             kept_velocity: half_velocity,
             kept_depth: depth_by_fraction(d, rates.depth_rate, 0.5 * dt, water.least_depth(i)),
@@ -61,6 +61,7 @@ pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, mo
         }
     });
     let outflow = take_over(water, moved, true);
+    water.open.drift(dt);
     formulation.evaluate(water);
     finish::<F>(water, moved, dt, |rates, moved, least| {
         (
@@ -78,7 +79,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
         let (x, v, d) = (water.particles.position[i], water.particles.velocity[i], water.particles.depth[i]);
         Moved {
             position: x + (v + rates.shift) * dt,
-            velocity: v + rates.acceleration * dt,
+            velocity: slowed(water, i, v + rates.acceleration * dt, dt),
             depth: depth_by_exponential(d, rates.depth_rate / d, dt, water.least_depth(i)),
             kept_position: x,
             kept_velocity: v,
@@ -90,6 +91,7 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
         }
     });
     take_over(water, moved, false);
+    water.open.drift(dt);
     formulation.evaluate(water);
     let first = std::mem::take(moved);
     drift_from::<F>(
@@ -112,6 +114,13 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved:
     finish::<F>(water, moved, dt, |_, moved, _| (moved.velocity, moved.depth));
     formulation.evaluate(water);
     outflow
+}
+
+/// The velocity (m/s) of particle `i` after friction of a time (s) at its present place and depth.
+#[inline]
+fn slowed(water: &MovingWater, i: usize, velocity: Vec2, time: f64) -> Vec2 {
+    let n = water.manning_at(water.particles.position[i]);
+    if n > 0.0 { after_friction(velocity, water.particles.depth[i], n, water.gravity, time) } else { velocity }
 }
 
 fn drift<F: Formulation>(
@@ -148,7 +157,7 @@ fn drift_from<F: Formulation>(
 /// Writes the moved state into the particles; takes out those that left when `removes`, and returns their volume (m³).
 fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
     let outflow = if removes && moved.par_iter().with_min_len(CHUNK).any(|moved| moved.has_left) {
-        take_out(&mut water.particles, moved)
+        take_out(water, moved)
     } else {
         0.0
     };
@@ -164,12 +173,19 @@ fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> 
 }
 
 /// Takes out the particles that left; returns their volume (m³).
-fn take_out(particles: &mut FluidParticles, moved: &mut Vec<Moved>) -> f64 {
+fn take_out(water: &mut MovingWater, moved: &mut Vec<Moved>) -> f64 {
+    let particles = &mut water.particles;
     let mut outflow = 0.0;
     let mut kept = 0;
     for i in 0..moved.len() {
         if moved[i].has_left {
-            outflow += particles.volume[i];
+            outflow += water.open.receive(&Particle {
+                position: moved[i].position,
+                velocity: moved[i].velocity,
+                volume: particles.volume[i],
+                depth: moved[i].depth,
+                smoothing_length: particles.smoothing_length[i] * moved[i].spread,
+            });
             continue;
         }
         moved[kept] = moved[i];
@@ -178,11 +194,7 @@ fn take_out(particles: &mut FluidParticles, moved: &mut Vec<Moved>) -> f64 {
         kept += 1;
     }
     moved.truncate(kept);
-    particles.position.truncate(kept);
-    particles.velocity.truncate(kept);
-    particles.depth.truncate(kept);
-    particles.volume.truncate(kept);
-    particles.smoothing_length.truncate(kept);
+    particles.truncate(kept);
     outflow
 }
 

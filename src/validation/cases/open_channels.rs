@@ -1,5 +1,6 @@
 //! Water that enters and leaves through open boundaries: uniform flow, waves that leave, a tide, a hydrograph on dry ground.
 
+use crate::bed::derive_shape;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
@@ -7,7 +8,7 @@ use crate::solver::{Boundary, Condition, FlowProblem, Series};
 use crate::validation::case::{Bar, Case, Check, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::normal_velocity;
 use crate::validation::run::Snapshot;
-use crate::validation::scene::flat_strip;
+use crate::validation::scene::{flat_strip, line_seeds};
 
 /// Depth of the uniform flow and of the still water before waves (m).
 const DEPTH: f64 = 1.0;
@@ -34,7 +35,7 @@ pub const CASES: &[Case] = &[
         spacings: &[8.0, 4.0, 2.0],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| uniform(spacing, motion, 0.001, 6000.0),
+        setup: |spacing, _| uniform(spacing, 0.001, 6000.0),
     },
     Case {
         name: "uniform_supercritical",
@@ -44,7 +45,7 @@ pub const CASES: &[Case] = &[
         spacings: &[8.0, 4.0, 2.0],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| uniform(spacing, motion, 0.02, 600.0),
+        setup: |spacing, _| uniform(spacing, 0.02, 600.0),
     },
     Case {
         name: "hydrograph_long",
@@ -64,7 +65,7 @@ pub const CASES: &[Case] = &[
         spacings: &[1.0, 0.5, 0.25],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| waves(spacing, motion, 0.01),
+        setup: |spacing, _| waves(spacing, 0.01),
     },
     Case {
         name: "high_waves_leave",
@@ -74,7 +75,7 @@ pub const CASES: &[Case] = &[
         spacings: &[1.0, 0.5, 0.25],
         tested: 2,
         bars: CHECKED,
-        setup: |spacing, motion| waves(spacing, motion, 0.4),
+        setup: |spacing, _| waves(spacing, 0.4),
     },
     Case {
         name: "tide",
@@ -89,17 +90,15 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// A channel of one row whose ends have conditions; none for moving particles.
+/// A channel of one row whose ends have conditions.
 fn channel(
     (length, spacing): (f64, f64),
-    motion: Motion,
     bed: impl Fn(f64) -> f64,
     [west, east]: [Option<Condition>; 2],
-) -> Result<FlowProblem, String> {
-    if motion == Motion::Lagrangian {
-        return Err("moving particles have no open boundaries with a condition".to_owned());
-    }
+) -> FlowProblem {
     let mut problem = flat_strip(length, spacing, bed);
+    // Between the last particle of the riverbed and the edge the bed goes on by its slope.
+    derive_shape(&mut problem.bed);
     let size = problem.bed.lattice.size();
     // The faces along the channel lie half a spacing away.
     problem.forcing.reach = 0.3 * spacing;
@@ -109,7 +108,7 @@ fn channel(
             problem.forcing.boundaries.push(Boundary { segments, condition });
         }
     }
-    Ok(problem)
+    problem
 }
 
 fn ledger_check(end: &Snapshot) -> Check {
@@ -117,7 +116,7 @@ fn ledger_check(end: &Snapshot) -> Check {
     Check { found: format!("ledger off by {error:.1e}"), is_met: error <= LEDGER }
 }
 
-fn uniform(spacing: f64, motion: Motion, slope: f64, end: f64) -> SetupResult {
+fn uniform(spacing: f64, slope: f64, end: f64) -> SetupResult {
     let velocity = normal_velocity(DEPTH, slope, ROUGHNESS);
     // The level at the edge itself, where the bed is at 0.
     let is_fast = velocity > (crate::scenario::GRAVITY * DEPTH).sqrt();
@@ -126,11 +125,11 @@ fn uniform(spacing: f64, motion: Motion, slope: f64, end: f64) -> SetupResult {
         level: is_fast.then(|| Series::constant(DEPTH)),
     };
     let outflow = Condition::NormalDepth { slope };
-    let mut problem = channel((400.0, spacing), motion, |x| -slope * x, [Some(inflow), Some(outflow)])?;
+    let mut problem = channel((400.0, spacing), |x| -slope * x, [Some(inflow), Some(outflow)]);
     problem.bed.manning.fill(ROUGHNESS);
     problem.dry_depth = 1e-3;
     let exact = Box::new(move |_| (DEPTH, Vec2::new(velocity, 0.0)));
-    let mut setup = Setup::new(problem, Vec::new(), Dimension::One, Until::Time(end), exact);
+    let mut setup = Setup::new(problem.clone(), line_seeds(&problem), Dimension::One, Until::Time(end), exact);
     setup.scale_depth = DEPTH;
     setup.scale_speed = velocity;
     setup.checks = Some(Box::new(move |_, end| {
@@ -143,20 +142,22 @@ fn uniform(spacing: f64, motion: Motion, slope: f64, end: f64) -> SetupResult {
     Ok(setup)
 }
 
-fn hydrograph(spacing: f64, motion: Motion) -> SetupResult {
+fn hydrograph(spacing: f64, _: Motion) -> SetupResult {
     let points: Vec<(f64, f64)> =
         (0..4000).map(|k| (50.0 * f64::from(k), spacing * if k % 2 == 0 { 0.2 } else { 3.0 })).collect();
     let series = Series::new(&points).ok_or("no series")?;
     let inflow = Condition::Discharge { discharge: series.clone(), level: None };
     let slope = 0.004;
     let outflow = Condition::NormalDepth { slope };
-    let mut problem = channel((200.0, spacing), motion, |x| -slope * x, [Some(inflow), Some(outflow)])?;
+    let mut problem = channel((200.0, spacing), |x| -slope * x, [Some(inflow), Some(outflow)]);
     problem.bed.manning.fill(ROUGHNESS);
     problem.dry_depth = 1e-3;
-    let mut setup = Setup::without_answer(problem, Vec::new(), Dimension::One, Until::Steps(MANY));
+    let mut setup = Setup::without_answer(problem.clone(), line_seeds(&problem), Dimension::One, Until::Steps(MANY));
     setup.scale_depth = DEPTH;
     setup.checks = Some(Box::new(move |_, end| {
-        let wanted = series.integral(0.0, end.time);
+        // Moving particles carry volumes per metre of width.
+        let width = if end.is_moving { spacing } else { 1.0 };
+        let wanted = series.integral(0.0, end.time) / width;
         let off = (end.ledger.inflow / wanted - 1.0).abs();
         let found = format!("booked inflow off the integral of the hydrograph by {off:.1e} after {:.0} s", end.time);
         vec![Check { found, is_met: off <= LEDGER }, ledger_check(end)]
@@ -164,7 +165,7 @@ fn hydrograph(spacing: f64, motion: Motion) -> SetupResult {
     Ok(setup)
 }
 
-fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
+fn waves(spacing: f64, height: f64) -> SetupResult {
     let (length, middle, wavelength) = (160.0, 70.0, 20.0);
     // Three crests and two troughs that end smoothly.
     let surface = move |x: f64| {
@@ -173,7 +174,7 @@ fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
         DEPTH + height * envelope * (std::f64::consts::TAU * along).cos()
     };
     // What comes back meets a wall in the west, and cannot leave again before the end.
-    let mut problem = channel((length, spacing), motion, |_| 0.0, [None, Some(Condition::Free)])?;
+    let mut problem = channel((length, spacing), |_| 0.0, [None, Some(Condition::Free)]);
     let lattice = problem.bed.lattice.clone();
     problem.initial_depth = (0..lattice.len()).map(|cell| surface(lattice.centre(cell).x)).collect();
     let celerity = |depth: f64| (crate::scenario::GRAVITY * depth).sqrt();
@@ -181,7 +182,7 @@ fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
     let slowest = 3.0 * celerity(DEPTH - 0.8 * height) - 2.0 * celerity(DEPTH);
     let end = 1.1 * (length - middle + 1.5 * wavelength) / slowest;
     let exact = Box::new(|_| (DEPTH, Vec2::ZERO));
-    let mut setup = Setup::new(problem, Vec::new(), Dimension::One, Until::Time(end), exact);
+    let mut setup = Setup::new(problem.clone(), line_seeds(&problem), Dimension::One, Until::Time(end), exact);
     // A simple wave to the east.
     setup.velocity = Some(Box::new(move |place| Vec2::new(2.0 * (celerity(surface(place.x)) - celerity(DEPTH)), 0.0)));
     setup.checks = Some(Box::new(move |_, end| {
@@ -194,7 +195,7 @@ fn waves(spacing: f64, motion: Motion, height: f64) -> SetupResult {
 
 /// Small waves in a basin of constant depth, closed at its end: η = a cos(ω t) cos(k (L − x)) / cos(k L), reached from rest at t = 0
 /// by the whole of it: the run starts with its level and its velocity of that moment.
-fn tide(spacing: f64, motion: Motion) -> SetupResult {
+fn tide(spacing: f64, _: Motion) -> SetupResult {
     let (length, depth, height, period) = (20_000.0, 20.0, 0.1, 12.0 * 3600.0);
     let omega = std::f64::consts::TAU / period;
     let k = omega / (crate::scenario::GRAVITY * depth).sqrt();
@@ -202,11 +203,11 @@ fn tide(spacing: f64, motion: Motion) -> SetupResult {
     let points: Vec<(f64, f64)> =
         (0..=2880).map(|step| 30.0 * f64::from(step)).map(|time| (time, height * (omega * time).cos())).collect();
     let stage = Series::new(&points).ok_or("no series")?;
-    let mut problem = channel((length, spacing), motion, |_| -depth, [Some(Condition::Stage(stage)), None])?;
+    let mut problem = channel((length, spacing), |_| -depth, [Some(Condition::Stage(stage)), None]);
     let lattice = problem.bed.lattice.clone();
     let at = |cell: usize| depth + height * shape(lattice.centre(cell).x);
     problem.initial_depth = (0..lattice.len()).map(at).collect();
     let end = 2.0 * period;
     let exact = Box::new(move |place: Vec2| (depth + height * (omega * end).cos() * shape(place.x), Vec2::ZERO));
-    Ok(Setup::new(problem, Vec::new(), Dimension::One, Until::Time(end), exact))
+    Ok(Setup::new(problem.clone(), line_seeds(&problem), Dimension::One, Until::Time(end), exact))
 }

@@ -1,0 +1,612 @@
+//! Open boundaries of moving particles: rows of buffer particles beyond the edge that carry the state there.
+//!
+//! The state beyond a face comes from the water before it (`look`) and what is known there, by the functions that resting particles
+//! use (`physics::open_boundary`, (M40) to (M45)). Buffer particles carry its depth, and its velocity and level with the gradients
+//! inside:
+//!
+//! ```text
+//! (M62)  d_b = d,   v_b = v + ∇v·(x_b − x_f),   η_b = z_f + d + ∇η·(x_b − x_f)
+//! ```
+//!
+//! They stand a support deep beyond the face, complete the kernels of the particles before it, and move with v. One that comes
+//! across the face is water from then on. A face owes what came in less what it gave,
+//!
+//! ```text
+//! (M63)  dB/dt = q w,   V = clamp(B + V_b/2 − V_b x/l, V_b/2, 3 V_b/2),   B ← B − V,   V_b = d A
+//! ```
+//!
+//! with A the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each
+//! particle takes V_b, and B stays within half a particle. B belongs to the books. A particle that goes out across a face becomes a
+//! buffer particle; where water leaves, B is what of the buffer particles stands before the face less what of the water stands beyond.
+
+mod faces;
+mod look;
+
+use crate::bed::{BedParticles, BedPoint};
+use crate::boundary::{Condition, Edge, distance_to_segment};
+use crate::math::Vec2;
+use crate::particles::{FluidParticles, Particle};
+use crate::physics::dimension::Dimension;
+use crate::physics::open_boundary::EdgeState;
+use crate::solver::FlowProblem;
+use crate::solver::eulerian::Scale;
+use crate::solver::eulerian::open::{Inside, Of, Passing, pass};
+use crate::solver::moving::{Rates, smoothing_factor};
+use faces::{Face, faces_and_guides};
+use look::{Look, Seen};
+
+/// What is beyond a face.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beyond {
+    /// Depth (m).
+    depth: f64,
+    /// Velocity (m/s).
+    velocity: Vec2,
+    /// Level (m) at the face, and its gradient.
+    surface: f64,
+    gradient: Vec2,
+    /// Gradients of the components of the velocity (1/s).
+    along_u: Vec2,
+    along_v: Vec2,
+    /// Velocity outwards (m/s).
+    outwards: f64,
+    /// How deep (m) the rows of buffer particles reach.
+    reach: f64,
+    /// The share of the discharge of its boundary.
+    share: f64,
+}
+
+/// A particle beyond an open boundary.
+#[derive(Clone, Copy, Debug)]
+struct BufferParticle {
+    face: u32,
+    position: Vec2,
+    area: f64,
+    smoothing_length: f64,
+    rates: Rates,
+}
+
+/// One boundary.
+#[derive(Debug)]
+struct Line {
+    condition: Condition,
+    /// Its faces, as a range of all.
+    faces: std::ops::Range<usize>,
+    inside: Vec<Inside>,
+    passing: Vec<Passing>,
+    /// Its lowest face.
+    lowest: usize,
+    /// Volume (m³) that came in while it was too little for any face.
+    waiting: f64,
+}
+
+/// All open boundaries with a condition.
+#[derive(Debug)]
+pub(in crate::solver) struct OpenBoundaries {
+    dimension: Dimension,
+    scale: Scale,
+    /// Distance (m) over edge of a particle at which it acts.
+    support: f64,
+    time: f64,
+    lines: Vec<Line>,
+    faces: Vec<Face>,
+    /// Open edges without a condition (m).
+    plain: Vec<[Vec2; 2]>,
+    seen: Vec<Seen>,
+    beyond: Vec<Option<Beyond>>,
+    /// B of each face (m³).
+    owed: Vec<f64>,
+    /// Volume (m³) of the particles that went out across each face since its state was found.
+    crossed: Vec<f64>,
+    /// B + P of each face (m³) through which water leaves, from the moment on at which it began to; none where it does not.
+    phase: Vec<Option<f64>>,
+    buffer: Vec<BufferParticle>,
+    look: Look,
+    inflow: f64,
+    outflow: f64,
+    farthest: Vec<f64>,
+    crossing: Vec<(u32, f64, u32)>,
+    near: Vec<u32>,
+    /// Volume (m³) of the buffer particles of each face that stands before it.
+    returning: Vec<f64>,
+    lent: Vec<(usize, f64)>,
+}
+
+impl OpenBoundaries {
+    /// The boundaries of a problem whose outline is `edges`, and the walls that guide the water beyond them.
+    ///
+    /// `kernel_support`: radius of the kernel's support in smoothing lengths
+    pub fn new(
+        problem: &FlowProblem,
+        edges: &[Edge],
+        dimension: Dimension,
+        kernel_support: f64,
+    ) -> (OpenBoundaries, Vec<Edge>) {
+        let spacing = problem.bed.lattice.spacing;
+        let support = kernel_support * smoothing_factor(dimension);
+        let (mut faces, guides) = faces_and_guides(problem, edges, dimension, GUIDED * support * spacing);
+        faces.sort_by_key(|face| face.line);
+        let line = |(number, boundary): (usize, &crate::boundary::Boundary)| {
+            let start = faces.partition_point(|face| face.line < number);
+            let end = faces.partition_point(|face| face.line <= number);
+            let by_sill = |a: &usize, b: &usize| faces[*a].sill.total_cmp(&faces[*b].sill);
+            let lowest = (start..end).min_by(by_sill).unwrap_or(start);
+            Line {
+                condition: boundary.condition.clone(),
+                faces: start..end,
+                lowest,
+                inside: Vec::new(),
+                passing: Vec::new(),
+                waiting: 0.0,
+            }
+        };
+        let lines: Vec<Line> = problem.forcing.boundaries.iter().enumerate().map(line).collect();
+        let is_plain = |edge: &&Edge| {
+            let middle = (edge.start + edge.end) * 0.5;
+            edge.is_open && faces.iter().all(|face| face.distance(middle) > 0.1 * spacing)
+        };
+        let scale = Scale { spacing, gravity: problem.gravity, courant: problem.courant, dry_depth: problem.dry_depth };
+        let boundaries = OpenBoundaries {
+            dimension,
+            scale,
+            support,
+            time: 0.0,
+            plain: edges.iter().filter(is_plain).map(|edge| [edge.start, edge.end]).collect(),
+            seen: vec![Seen::default(); faces.len()],
+            beyond: vec![None; faces.len()],
+            owed: vec![0.0; faces.len()],
+            crossed: vec![0.0; faces.len()],
+            phase: vec![None; faces.len()],
+            buffer: Vec::new(),
+            look: Look::new(&faces, lines.len(), dimension),
+            inflow: 0.0,
+            outflow: 0.0,
+            farthest: Vec::new(),
+            crossing: Vec::new(),
+            near: Vec::new(),
+            returning: Vec::new(),
+            lent: Vec::new(),
+            lines,
+            faces,
+        };
+        (boundaries, guides)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+
+    /// Volume (m³) that came in since the start.
+    pub fn inflow(&self) -> f64 {
+        self.inflow
+    }
+
+    /// Volume (m³) that left since the start.
+    pub fn outflow(&self) -> f64 {
+        self.outflow
+    }
+
+    /// Volume (m³) that came in and is no particle yet, less what particles brought in advance.
+    pub fn owed(&self) -> f64 {
+        self.owed.iter().sum::<f64>() + self.lines.iter().map(|line| line.waiting).sum::<f64>()
+    }
+
+    /// Rates, smoothing lengths (m) and depths (m) of the buffer particles at the latest evaluation.
+    pub fn signals(&self) -> impl Iterator<Item = (&Rates, f64, f64, Vec2)> + '_ {
+        self.buffer.iter().filter_map(|particle| {
+            let beyond = self.beyond[particle.face as usize]?;
+            Some((&particle.rates, particle.smoothing_length, beyond.depth, particle.position))
+        })
+    }
+
+    /// Takes a particle that went out across an edge; returns its volume (m³) where there is no boundary with a condition.
+    pub fn receive(&mut self, particle: &Particle) -> f64 {
+        let place = particle.position;
+        let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
+        let distances = self.faces.iter().map(|face| face.distance(place)).enumerate();
+        let plain = self.plain.iter().map(|[start, end]| distance_to_segment(place, *start, *end));
+        let Some((index, _)) = distances.min_by(nearest).filter(|(_, d)| *d < plain.fold(f64::INFINITY, f64::min))
+        else {
+            return particle.volume;
+        };
+        self.buffer.push(BufferParticle {
+            face: index as u32,
+            position: place,
+            area: particle.volume / particle.depth,
+            smoothing_length: particle.smoothing_length,
+            rates: Rates::default(),
+        });
+        self.crossed[index] += particle.volume;
+        0.0
+    }
+
+    /// Books what left since the states were found before.
+    fn book_outflow(&mut self, particles: &FluidParticles) {
+        for index in 0..self.faces.len() {
+            let crossed = std::mem::take(&mut self.crossed[index]);
+            let line = &mut self.lines[self.faces[index].line];
+            if matches!(line.condition, Condition::Discharge { .. }) {
+                // What comes in is known, so that this particle has been too early.
+                self.owed[index] += crossed;
+                if self.beyond[index].is_none() {
+                    line.waiting += std::mem::take(&mut self.owed[index]);
+                }
+            } else if self.beyond[index].is_none() {
+                // Nothing goes on here: what is owed has left, and what was brought in advance has not.
+                self.phase[index] = None;
+                self.outflow += std::mem::take(&mut self.owed[index]) + crossed;
+            } else if self.leaves(index) {
+                let beyond = self.volume_beyond(index, particles);
+                let phase = *self.phase[index].get_or_insert(self.owed[index] + crossed + beyond);
+                self.outflow += self.owed[index] + crossed - (phase - beyond);
+                self.owed[index] = phase - beyond;
+            } else {
+                self.phase[index] = None;
+                self.outflow += crossed;
+            }
+        }
+    }
+
+    /// Whether water leaves through a face.
+    fn leaves(&self, index: usize) -> bool {
+        let is_imposed = matches!(self.lines[self.faces[index].line].condition, Condition::Discharge { .. });
+        !is_imposed && self.beyond[index].is_some_and(|beyond| beyond.outwards > 0.0)
+    }
+
+    /// P: volume (m³) of the particles before a face that stands beyond it, less that of the buffer particles that stands before it.
+    fn volume_beyond(&mut self, index: usize, particles: &FluidParticles) -> f64 {
+        let face = &self.faces[index];
+        self.look.near(face.middle, self.scale.spacing, &mut self.near);
+        let of = |&i: &u32| {
+            let i = i as usize;
+            let edge = self.dimension.edge(particles.volume[i] / particles.depth[i]);
+            let place = particles.position[i];
+            if face.faces(place) { particles.volume[i] * face.share_beyond(place, edge) } else { 0.0 }
+        };
+        self.near.iter().map(of).sum::<f64>() - self.returning[index]
+    }
+
+    /// Moves the buffer particles for a time (s) and books what comes in.
+    pub fn drift(&mut self, dt: f64) {
+        let (from, to) = (self.time, self.time + dt);
+        self.time = to;
+        for line in &mut self.lines {
+            let imposed = match &line.condition {
+                Condition::Discharge { discharge, .. } => {
+                    let volume = discharge.integral(from, to).max(0.0);
+                    Some(if self.dimension == Dimension::One { volume / self.scale.spacing } else { volume })
+                }
+                _ => None,
+            };
+            if let Some(volume) = imposed {
+                self.inflow += volume;
+                line.waiting += volume;
+            }
+            let is_passed_on = self.beyond[line.faces.clone()].iter().flatten().any(|beyond| beyond.share > 0.0);
+            let waits = if is_passed_on { std::mem::take(&mut line.waiting) } else { 0.0 };
+            for index in line.faces.clone() {
+                let Some(beyond) = &self.beyond[index] else { continue };
+                let comes = match imposed {
+                    Some(_) => waits * beyond.share,
+                    None => {
+                        let comes = beyond.depth * (-beyond.outwards).max(0.0) * self.faces[index].width * dt;
+                        self.inflow += comes;
+                        comes
+                    }
+                };
+                self.owed[index] += comes;
+            }
+        }
+        // What a face owed when the water began to leave by it leaves with the first row.
+        for (phase, beyond) in self.phase.iter_mut().zip(&self.beyond) {
+            if let (Some(phase), Some(beyond)) = (phase, beyond) {
+                *phase *= (1.0 - beyond.outwards * dt / self.scale.spacing).max(0.0);
+            }
+        }
+        for particle in &mut self.buffer {
+            if let Some(beyond) = &self.beyond[particle.face as usize] {
+                particle.position += beyond.velocity * dt;
+            }
+        }
+    }
+
+    /// Finds the state beyond each face from the water before it.
+    fn find_states(&mut self, particles: &FluidParticles, bed: &BedParticles) {
+        self.look.look(&self.faces, particles, bed, &mut self.seen);
+        let g = self.scale.gravity;
+        let now = (self.time, self.time);
+        for line in &mut self.lines {
+            let range = line.faces.clone();
+            line.inside.clear();
+            line.inside.extend(range.clone().map(|i| inside(&self.faces[i], &self.seen[i], &self.scale)));
+            pass(&line.condition, &line.inside, (&self.scale, 0.0), (now, Of::Mean), &mut line.passing);
+            let is_imposed = matches!(line.condition, Condition::Discharge { .. });
+            let mut total = 0.0;
+            for ((index, inside), passing) in range.zip(&line.inside).zip(&line.passing) {
+                let (face, seen) = (&self.faces[index], &self.seen[index]);
+                let state = state_beyond(inside, passing, is_imposed, g);
+                let is_there = state.depth > self.scale.dry_depth && (seen.is_water() || state.outwards < 0.0);
+                self.beyond[index] = is_there.then(|| {
+                    let along = face.outwards.perpendicular();
+                    let tangent = if state.outwards > 0.0 { along * seen.velocity.dot(along) } else { Vec2::ZERO };
+                    let area = seen.area.max(self.scale.spacing * face.width);
+                    // Water that comes in faster than waves run knows nothing of that before it.
+                    let is_told = seen.is_water() && -state.outwards < (g * state.depth).sqrt();
+                    let (gradient, along_u, along_v) = if is_told {
+                        (seen.gradient, seen.along_u, seen.along_v)
+                    } else {
+                        (face.slope, Vec2::ZERO, Vec2::ZERO)
+                    };
+                    Beyond {
+                        depth: state.depth,
+                        velocity: face.outwards * state.outwards + tangent,
+                        surface: face.sill + state.depth,
+                        gradient,
+                        along_u,
+                        along_v,
+                        outwards: state.outwards,
+                        reach: self.support * self.dimension.edge(area) + self.scale.spacing,
+                        share: (-passing.mass * inside.width()).max(0.0),
+                    }
+                });
+                total += self.beyond[index].map_or(0.0, |beyond| beyond.share);
+            }
+            for beyond in self.beyond[line.faces.clone()].iter_mut().flatten() {
+                beyond.share = if total > 0.0 { beyond.share / total } else { 0.0 };
+            }
+        }
+    }
+
+    /// Drops the buffer particles that nobody needs and completes the rows.
+    fn renew_rows(&mut self) {
+        let (beyond, faces) = (&self.beyond, &self.faces);
+        self.buffer.retain(|particle| {
+            let face = particle.face as usize;
+            beyond[face].is_some_and(|state| faces[face].beyond(particle.position) < state.reach)
+        });
+        let length = self.scale.spacing;
+        self.farthest.clear();
+        self.farthest.resize(self.faces.len(), f64::NEG_INFINITY);
+        for particle in &self.buffer {
+            let (face, farthest) = (&self.faces[particle.face as usize], &mut self.farthest[particle.face as usize]);
+            *farthest = farthest.max(face.beyond(particle.position));
+        }
+        for (index, face) in self.faces.iter().enumerate() {
+            let (Some(state), farthest) = (&self.beyond[index], self.farthest[index]) else { continue };
+            let is_new = farthest == f64::NEG_INFINITY;
+            if !is_new && state.outwards > 0.0 {
+                continue;
+            }
+            let mut row = if is_new { 0.5 * length } else { farthest + length };
+            let area = face.width * length;
+            while row < state.reach {
+                self.buffer.push(BufferParticle {
+                    face: index as u32,
+                    position: face.middle + face.outwards * row,
+                    area,
+                    smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+                    rates: Rates::default(),
+                });
+                row += length;
+            }
+        }
+    }
+
+    fn find_returning(&mut self) {
+        self.returning.clear();
+        self.returning.resize(self.faces.len(), 0.0);
+        for particle in &self.buffer {
+            let index = particle.face as usize;
+            if let Some(beyond) = &self.beyond[index] {
+                let inside =
+                    1.0 - self.faces[index].share_beyond(particle.position, self.dimension.edge(particle.area));
+                if inside < 1.0 {
+                    self.returning[index] += particle.area * beyond.depth * inside;
+                }
+            }
+        }
+    }
+
+    /// Appends the buffer particles to the water before an evaluation.
+    pub fn admit(&mut self, particles: &mut FluidParticles, bed: &BedParticles) {
+        self.find_states(particles, bed);
+        self.renew_rows();
+        self.find_returning();
+        self.book_outflow(particles);
+        for particle in &self.buffer {
+            if let Some(state) = &self.beyond[particle.face as usize] {
+                let offset = particle.position - self.faces[particle.face as usize].middle;
+                particles.push(&Particle {
+                    position: particle.position,
+                    velocity: state.velocity + Vec2::new(state.along_u.dot(offset), state.along_v.dot(offset)),
+                    volume: particle.area * state.depth,
+                    depth: state.depth,
+                    smoothing_length: particle.smoothing_length,
+                });
+            }
+        }
+    }
+
+    /// Number of buffer particles.
+    pub fn count(&self) -> usize {
+        self.buffer.len()
+    }
+
+    /// The bed under the buffer particles: what their level leaves below their depth.
+    pub fn bed_points(&self) -> impl Iterator<Item = BedPoint> + '_ {
+        self.buffer.iter().filter_map(|particle| {
+            let state = self.beyond[particle.face as usize]?;
+            let face = &self.faces[particle.face as usize];
+            let level = state.surface + state.gradient.dot(particle.position - face.middle);
+            Some(BedPoint { elevation: level - state.depth, slope: face.slope })
+        })
+    }
+
+    /// Takes the buffer particles, those behind the first `fluid`, out of the water again after an evaluation.
+    pub fn dismiss(&mut self, fluid: usize, particles: &mut FluidParticles, rates: &mut Vec<Rates>) {
+        for (k, particle) in self.buffer.iter_mut().enumerate() {
+            particle.smoothing_length = particles.smoothing_length[fluid + k];
+            particle.rates = rates[fluid + k];
+        }
+        particles.truncate(fluid);
+        rates.truncate(fluid);
+    }
+
+    /// Turns the buffer particles that came across their face into water.
+    pub fn enter(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>) {
+        self.crossing.clear();
+        for (k, particle) in self.buffer.iter().enumerate() {
+            let way = -self.faces[particle.face as usize].beyond(particle.position);
+            if way > 0.0 {
+                self.crossing.push((particle.face, way, k as u32));
+            }
+        }
+        if self.crossing.is_empty() {
+            return;
+        }
+        // Those that came first go first.
+        self.crossing.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
+        for &(face, way, k) in &self.crossing {
+            let Some(state) = self.beyond[face as usize] else { continue };
+            let particle = &self.buffer[k as usize];
+            let usual = particle.area * state.depth;
+            let length = particle.area / self.faces[face as usize].width;
+            let owed = &mut self.owed[face as usize];
+            let volume = (*owed + 0.5 * usual - usual * way / length).clamp(0.5 * usual, 1.5 * usual);
+            *owed -= volume;
+            particles.push(&Particle {
+                position: particle.position,
+                velocity: state.velocity,
+                volume,
+                depth: state.depth,
+                smoothing_length: particle.smoothing_length,
+            });
+            rates.push(particle.rates);
+        }
+        let faces = &self.faces;
+        self.buffer.retain(|particle| faces[particle.face as usize].beyond(particle.position) >= 0.0);
+    }
+
+    /// Puts what the faces owe into the water for its gridding: the particle before a face takes it, or one of its own stands there
+    /// where none is near. `take_back` undoes it.
+    pub fn lend(&mut self, particles: &mut FluidParticles) {
+        self.lent.clear();
+        self.look.gather(particles);
+        for index in 0..self.faces.len() {
+            let face = &self.faces[index];
+            if self.leaves(index) {
+                self.lend_before(index, particles);
+                continue;
+            }
+            let mut owed = self.owed[index];
+            let line = &self.lines[face.line];
+            if line.waiting > 0.0 && line.lowest == index {
+                owed += line.waiting;
+            }
+            if owed == 0.0 {
+                continue;
+            }
+            let nearest = self.look.nearest(face.middle, 2.0 * self.scale.spacing, &mut self.near);
+            match nearest {
+                Some(i) => {
+                    self.lent.push((i, particles.volume[i]));
+                    particles.volume[i] = (particles.volume[i] + owed).max(LEAST_LEFT * particles.volume[i]);
+                }
+                None if owed > 0.0 => {
+                    let area = face.width * self.scale.spacing;
+                    particles.push(&Particle {
+                        position: face.middle - face.outwards * (0.25 * self.scale.spacing),
+                        velocity: Vec2::ZERO,
+                        volume: owed,
+                        depth: self.beyond[index].map_or(owed / area, |beyond| beyond.depth),
+                        smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The same for a face through which water leaves: particles give what stands beyond it, buffer particles what stands before it.
+    fn lend_before(&mut self, index: usize, particles: &mut FluidParticles) {
+        let face = &self.faces[index];
+        self.look.near(face.middle, self.scale.spacing, &mut self.near);
+        for &i in &self.near {
+            let i = i as usize;
+            let edge = self.dimension.edge(particles.volume[i] / particles.depth[i]);
+            let share = face.share_beyond(particles.position[i], edge);
+            if share > 0.0 && face.faces(particles.position[i]) {
+                self.lent.push((i, particles.volume[i]));
+                particles.volume[i] *= 1.0 - share;
+            }
+        }
+        if let Some(beyond) = &self.beyond[index]
+            && self.returning[index] > 0.0
+        {
+            let area = face.width * self.scale.spacing;
+            particles.push(&Particle {
+                position: face.middle - face.outwards * (0.25 * self.scale.spacing),
+                velocity: beyond.velocity,
+                volume: self.returning[index],
+                depth: beyond.depth,
+                smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+            });
+        }
+    }
+
+    /// Leaves `fluid` particles with the volumes that they had before `lend`.
+    pub fn take_back(&mut self, fluid: usize, particles: &mut FluidParticles) {
+        particles.truncate(fluid);
+        for &(i, volume) in self.lent.iter().rev() {
+            particles.volume[i] = volume;
+        }
+    }
+
+    /// The longest step (s) in which what comes in at most does not outrun a particle.
+    pub fn longest_step(&mut self, step: f64) -> f64 {
+        let mut longest = step;
+        let of = ((self.time, self.time + step), Of::Largest);
+        for line in &mut self.lines {
+            if !matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_)) {
+                continue;
+            }
+            pass(&line.condition, &line.inside, (&self.scale, 0.0), of, &mut line.passing);
+            for (index, passing) in line.faces.clone().zip(&line.passing) {
+                let Some(state) = passing.beyond.filter(|state| state.outwards < 0.0) else { continue };
+                let now = self.beyond[index].map_or(0.0, |beyond| beyond.outwards);
+                let speed = (self.scale.gravity * state.depth).sqrt() + (state.outwards - now).abs();
+                let reach = smoothing_factor(self.dimension) * self.scale.spacing;
+                longest = longest.min(self.scale.courant * reach / speed.max(f64::MIN_POSITIVE));
+            }
+        }
+        longest
+    }
+}
+
+/// A particle keeps this share of its volume on the grid whatever was brought in advance.
+const LEAST_LEFT: f64 = 0.1;
+/// Guides are so many supports of a particle of one spacing long.
+const GUIDED: f64 = 2.0;
+
+/// What is known at a face.
+fn inside(face: &Face, seen: &Seen, scale: &Scale) -> Inside {
+    let depth = seen.surface - face.sill;
+    let is_wet = seen.is_water() && depth > scale.dry_depth;
+    let state = is_wet.then(|| EdgeState { depth, outwards: seen.velocity.dot(face.outwards) });
+    Inside::at_face(state, face.sill, scale.gravity).with(face.width_in(scale.spacing), face.friction, face.rest)
+}
+
+/// The state that buffer particles carry: that beyond, or that of the water before the face where it leaves faster than waves run and
+/// nothing drowns it; at rest where the face is as a wall.
+fn state_beyond(inside: &Inside, passing: &Passing, is_imposed: bool, g: f64) -> EdgeState {
+    let before = inside.state();
+    let Some(beyond) = passing.beyond else { return EdgeState { outwards: 0.0, ..before } };
+    let is_fast = before.outwards > 0.0 && before.outwards * before.outwards >= g * before.depth;
+    // A bore comes in where less water leaves behind it than before it.
+    let is_drowned = beyond.depth > before.depth && beyond.depth * beyond.outwards < before.depth * before.outwards;
+    if is_fast && !is_imposed && !is_drowned { before } else { beyond }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,344 @@
+//! Boundaries with a condition beside moving particles: rest, the hydrograph in the books, uniform flow, waves that leave, levels and
+//! ratings, and the same bits for any threads.
+
+use crate::bed::{BedParticles, derive_shape};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rating, Series};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::particles::FluidSeed;
+use crate::physics::dimension::Dimension;
+use crate::scenario::methods::{Integrator, Stabilisation};
+use crate::solver::lagrangian::LagrangianSolver;
+use crate::solver::moving::MovingMethods;
+use crate::solver::{FlowProblem, FlowSolver};
+
+const G: f64 = 9.81;
+
+fn problem(size: (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64, level: impl Fn(Vec2) -> f64) -> FlowProblem {
+    let lattice = Lattice { origin: Vec2::ZERO, columns: size.0, rows: size.1, spacing };
+    let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
+    let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
+    let mut bed = BedParticles::from_elevation(lattice, elevation, 0.0);
+    derive_shape(&mut bed);
+    FlowProblem {
+        bed,
+        walls: Vec::new(),
+        open_edges: OpenEdges::default(),
+        forcing: Forcing { reach: 0.3 * spacing, ..Forcing::default() },
+        initial_depth,
+        gravity: G,
+        courant: 0.4,
+        dry_depth: 1e-6,
+    }
+}
+
+/// Opens the western or eastern side of a problem from one share of its length to another.
+fn open_part(problem: &mut FlowProblem, is_west: bool, part: (f64, f64), condition: Condition) {
+    let size = problem.bed.lattice.size();
+    let x = if is_west { 0.0 } else { size.x };
+    let segments = vec![[Vec2::new(x, part.0 * size.y), Vec2::new(x, part.1 * size.y)]];
+    problem.forcing.boundaries.push(Boundary { segments, condition });
+}
+
+fn open(problem: &mut FlowProblem, is_west: bool, condition: Condition) {
+    open_part(problem, is_west, (0.0, 1.0), condition);
+}
+
+/// One particle on each wet cell, as `seeding: lattice` places them.
+fn seeds(problem: &FlowProblem, dimension: Dimension) -> Vec<FluidSeed> {
+    let lattice = &problem.bed.lattice;
+    let seed = |cell: usize| {
+        let depth = problem.initial_depth[cell];
+        FluidSeed { position: lattice.centre(cell), volume: depth * dimension.area(lattice.spacing), depth }
+    };
+    (0..lattice.len()).filter(|&cell| problem.initial_depth[cell] > 1e-3).map(seed).collect()
+}
+
+fn solver(problem: FlowProblem, dimension: Dimension, integrator: Integrator) -> LagrangianSolver {
+    let seeds = seeds(&problem, dimension);
+    let methods = MovingMethods::new(integrator, Stabilisation::TwoShocks);
+    LagrangianSolver::with_methods(problem, &seeds, methods, dimension)
+}
+
+fn run_until(solver: &mut LagrangianSolver, end: f64) -> usize {
+    let mut steps = 0;
+    while solver.time() < end - 1e-9 {
+        let choice = solver.choose_step();
+        solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
+        steps += 1;
+    }
+    steps
+}
+
+fn noise(place: Vec2) -> f64 {
+    ((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545_3).fract() - 0.5
+}
+
+#[test]
+fn a_lake_stays_at_rest_behind_edges_at_its_level() {
+    for level in [2.0, 1234.5] {
+        let conditions = [
+            Condition::Stage(Series::constant(level)),
+            Condition::Discharge { discharge: Series::constant(0.0), level: None },
+            Condition::Free,
+            Condition::Rating(Rating::new(&[(level + 0.5, 0.0), (level + 1.0, 2.0)]).unwrap()),
+        ];
+        for condition in conditions {
+            let bed = |place: Vec2| level - 2.0 + 2.5 * (noise(place) + 0.2);
+            let mut problem = problem((20, 16), 1.0, bed, |_| level);
+            open(&mut problem, true, condition.clone());
+            open_part(&mut problem, false, (0.3, 0.7), condition.clone());
+            let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+            let mut fastest = 0.0_f64;
+            for _ in 0..100 {
+                let choice = solver.choose_step();
+                fastest = fastest.max(choice.max_speed);
+                solver.advance(choice.time_step).unwrap();
+            }
+            assert!(fastest < 1e-12, "level {level}, {condition:?}: {fastest:e} m/s");
+            assert!(solver.ledger().relative_error().abs() < 1e-15, "{:?}", solver.ledger());
+        }
+    }
+}
+
+/// A valley 40 m wide that falls to the east.
+fn valley(place: Vec2) -> f64 {
+    0.02 * (200.0 - place.x) + 0.01 * (place.y - 20.0).powi(2) + 0.1 * noise(place)
+}
+
+fn hydrograph() -> Series {
+    Series::new(&[(10.0, 0.0), (60.0, 30.0), (60.0, 12.0), (140.0, 3.0)]).unwrap()
+}
+
+fn flooded_valley() -> FlowProblem {
+    let mut problem = problem((80, 16), 2.5, valley, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.04);
+    problem.dry_depth = 1e-3;
+    open(&mut problem, true, Condition::Discharge { discharge: hydrograph(), level: None });
+    open(&mut problem, false, Condition::NormalDepth { slope: 0.02 });
+    problem
+}
+
+#[test]
+fn a_hydrograph_is_booked_to_its_integral_on_dry_ground() {
+    let mut solver = solver(flooded_valley(), Dimension::Two, Integrator::Leapfrog);
+    let mut beyond = 0.0;
+    for end in [30.0, 100.0, 200.0, 400.0] {
+        run_until(&mut solver, end);
+        let (ledger, wanted) = (solver.ledger(), hydrograph().integral(0.0, end));
+        let on_grid = solver.water().depths().iter().sum::<f64>() * 6.25;
+        println!(
+            "{end} s: {ledger:?}, off on the grid {:.1e}, {} particles",
+            on_grid / ledger.stored - 1.0,
+            solver.particles()
+        );
+        assert!((ledger.inflow / wanted - 1.0).abs() < 1e-12, "{end} s: {} of {wanted} m3", ledger.inflow);
+        assert!(ledger.relative_error().abs() < 1e-12, "{end} s: {:e}", ledger.relative_error());
+        beyond = ledger.outflow;
+    }
+    assert!(beyond > 1500.0, "{beyond} m3 left");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let state_after = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut solver = solver(flooded_valley(), Dimension::Two, Integrator::Leapfrog);
+            for _ in 0..400 {
+                let choice = solver.choose_step();
+                solver.advance(choice.time_step).unwrap();
+            }
+            assert!(solver.particles() > 100 && solver.ledger().outflow > 0.0);
+            let bits: Vec<u64> = solver.state().particles.depth.iter().map(|d| d.to_bits()).collect();
+            (bits, solver.ledger().inflow.to_bits())
+        })
+    };
+    let one = state_after(1);
+    assert_eq!(one, state_after(2));
+    assert_eq!(one, state_after(5));
+}
+
+/// Uniform flow of depth 1 m in a channel that starts dry: greatest relative errors of depth and velocity after `end` (s).
+fn uniform(slope: f64, size: (usize, usize), spacing: f64, end: f64) -> (f64, f64) {
+    let (n, depth): (f64, f64) = (0.03, 1.0);
+    let velocity = slope.sqrt() / n * depth.powf(2.0 / 3.0);
+    let is_fast = velocity > (G * depth).sqrt();
+    let mut problem = problem(size, spacing, |place| -slope * place.x, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(n);
+    problem.dry_depth = 1e-3;
+    let level = is_fast.then(|| Series::constant(depth));
+    let discharge = Series::constant(depth * velocity * spacing * size.1 as f64);
+    open(&mut problem, true, Condition::Discharge { discharge, level });
+    open(&mut problem, false, Condition::NormalDepth { slope });
+    let dimension = if size.1 == 1 { Dimension::One } else { Dimension::Two };
+    let mut solver = solver(problem, dimension, Integrator::Leapfrog);
+    run_until(&mut solver, end);
+    let ledger = solver.ledger();
+    assert!(ledger.relative_error().abs() < 1e-12, "{:e}", ledger.relative_error());
+    let particles = &solver.state().particles;
+    let errors = particles
+        .depth
+        .iter()
+        .zip(&particles.velocity)
+        .map(|(d, v)| ((d / depth - 1.0).abs(), ((v.x / velocity - 1.0).abs()).max(v.y.abs() / velocity)));
+    errors.fold((0.0, 0.0), |worst, error| (worst.0.max(error.0), worst.1.max(error.1)))
+}
+
+#[test]
+fn uniform_flow_enters_and_leaves_as_manning_has_it() {
+    for (slope, size, end) in
+        [(0.001, (100, 1), 6000.0), (0.02, (100, 1), 600.0), (0.001, (50, 8), 3000.0), (0.02, (50, 8), 400.0)]
+    {
+        let (depth, velocity) = uniform(slope, size, 4.0, end);
+        println!("slope {slope}, {size:?}: depth {depth:.1e}, velocity {velocity:.1e}");
+        assert!(depth < 5e-3 && velocity < 5e-3, "slope {slope}: {depth:e}, {velocity:e}");
+    }
+}
+
+/// A wave of amplitude `height` (m) on still water 1 m deep leaves to the east; the share that comes back.
+fn reflected(height: f64, condition: Condition) -> f64 {
+    let (spacing, length, middle) = (0.25, 100.0, 50.0);
+    let hump = |place: Vec2| 1.0 + height * (-(place.x - middle).powi(2) / 25.0).exp();
+    let mut problem = problem((400, 1), spacing, |_| 0.0, hump);
+    // The water beyond the eastern edge is as it was there at the start: 1 m deep.
+    open(&mut problem, false, condition);
+    open(&mut problem, true, Condition::Free);
+    let celerity = |d: f64| (G * d).sqrt();
+    let mut solver = solver(problem, Dimension::One, Integrator::Leapfrog);
+    let particles = &mut solver.state_mut().particles;
+    for i in 0..particles.len() {
+        particles.velocity[i] = Vec2::new(2.0 * (celerity(hump(particles.position[i])) - celerity(1.0)), 0.0);
+    }
+    solver.restart();
+    // The whole wave has gone, and what came back is still on its way.
+    let slowest = 3.0 * celerity(1.0 + height.min(0.0)) - 2.0 * celerity(1.0);
+    run_until(&mut solver, 1.3 * (length - middle) / slowest);
+    solver.state().particles.depth.iter().map(|d| (d - 1.0).abs()).fold(0.0, f64::max) / height.abs()
+}
+
+#[test]
+fn waves_leave_through_a_free_edge() {
+    for height in [0.01, -0.01, 0.1, 0.5, -0.3] {
+        let share = reflected(height, Condition::Free);
+        println!("wave of {height} m: {:.3} % comes back", 100.0 * share);
+        assert!(share < 0.02, "wave of {height} m: {share}");
+    }
+    // A level that is held sends all of it back: what is measured is no accident.
+    let held = reflected(0.01, Condition::Stage(Series::constant(1.0)));
+    println!("held level: {held}");
+    assert!(held > 0.9, "{held}");
+}
+
+#[test]
+fn a_wave_in_the_plane_leaves_on_all_sides() {
+    let hump = |place: Vec2| 1.0 + 0.05 * (-(place - Vec2::new(20.0, 20.0)).norm_squared() / 16.0).exp();
+    let mut problem = problem((40, 40), 1.0, |_| 0.0, hump);
+    let corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)].map(|(x, y)| Vec2::new(x, y));
+    let segments = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect();
+    problem.forcing.boundaries.push(Boundary { segments, condition: Condition::Free });
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    run_until(&mut solver, 16.0);
+    let left = solver.state().particles.depth.iter().map(|d| (d - 1.0).abs()).fold(0.0, f64::max) / 0.05;
+    let ledger = solver.ledger();
+    println!("hump: {:.2} % is left; {ledger:?}", 100.0 * left);
+    assert!(left < 0.05 && ledger.relative_error().abs() < 1e-12);
+}
+
+#[test]
+fn a_tide_at_the_edge_of_a_basin_fills_and_empties_it() {
+    // A basin much shorter than the tide follows it: Q = A dη/dt.
+    // It starts without a jump of its rate, which would set the basin swinging.
+    let tide = |time: f64| 0.5 * (std::f64::consts::TAU * time / 3600.0).cos() - 0.5;
+    let points: Vec<(f64, f64)> = (0..=360).map(|i| f64::from(i) * 20.0).map(|t| (t, tide(t))).collect();
+    let mut problem = problem((40, 6), 10.0, |_| -5.0, |_| 0.0);
+    open(&mut problem, true, Condition::Stage(Series::new(&points).unwrap()));
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    let (mut worst, mut on_grid) = (0.0_f64, 0.0_f64);
+    for k in 1..=14 {
+        let time = 450.0 * f64::from(k);
+        run_until(&mut solver, time);
+        worst = solver.state().particles.depth.iter().map(|d| (d - 5.0 - tide(time)).abs()).fold(worst, f64::max);
+        let mean = solver.water().depths().iter().sum::<f64>() / 240.0;
+        on_grid = on_grid.max((mean - 5.0 - tide(time)).abs());
+        println!("{time}: {worst:.2e} {on_grid:.2e}; {}", solver.particles());
+    }
+    let ledger = solver.ledger();
+    println!("tide: greatest error of the level {worst:.1e} m; {ledger:?}");
+    assert!(worst < 5e-3, "{worst} m");
+    assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow > 0.0 && ledger.inflow > 0.0);
+}
+
+#[test]
+fn a_rating_lets_out_what_its_level_says() {
+    let rating = Rating::new(&[(0.5, 0.0), (1.0, 2.0), (2.0, 10.0)]).unwrap();
+    let mut problem = problem((30, 8), 5.0, |_| 0.0, |_| 0.5);
+    open(&mut problem, true, Condition::Discharge { discharge: Series::constant(6.0), level: None });
+    open(&mut problem, false, Condition::Rating(rating.clone()));
+    problem.bed.manning.fill(0.03);
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    run_until(&mut solver, 9000.0);
+    let before = solver.ledger();
+    run_until(&mut solver, 9600.0);
+    let ledger = solver.ledger();
+    let leaves = (ledger.outflow - before.outflow) / 600.0;
+    let level = solver.water().at(4 * 30 + 29).depth;
+    println!("rating: {leaves} m3/s at {level} m, which stands for {}", rating.discharge(level));
+    assert!((leaves - 6.0).abs() < 0.03, "{leaves} m3/s");
+    assert!((rating.discharge(level) / 6.0 - 1.0).abs() < 0.01, "level {level} m");
+    assert!(ledger.relative_error().abs() < 1e-12);
+}
+
+/// A basin of 100 m by 100 m, level or a bowl, dry or with water to a level, with a source off its middle; 0.5 m³/s for 600 s.
+fn fed_basin(bed: impl Fn(Vec2) -> f64, level: f64) -> (LagrangianSolver, f64) {
+    let mut problem = problem((20, 20), 5.0, bed, |_| level);
+    problem.bed.manning.fill(0.05);
+    problem.dry_depth = 1e-3;
+    problem.forcing.sources = vec![PointSource { place: Vec2::new(31.0, 41.0), discharge: Series::constant(0.5) }];
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    let mut fastest = 0.0_f64;
+    while solver.time() < 600.0 - 1e-9 {
+        let choice = solver.choose_step();
+        fastest = fastest.max(choice.max_speed);
+        solver.advance(choice.time_step.min(600.0 - solver.time())).unwrap();
+    }
+    let ledger = solver.ledger();
+    assert!((ledger.inflow / 300.0 - 1.0).abs() < 1e-12 && ledger.relative_error().abs() < 1e-12, "{ledger:?}");
+    let on_grid = solver.water().depths().iter().sum::<f64>() * 25.0;
+    assert!((on_grid / ledger.stored - 1.0).abs() < 1e-12, "{on_grid} m3 on the grid of {}", ledger.stored);
+    println!("{} particles, fastest {fastest:.2} m/s", solver.particles());
+    (solver, fastest)
+}
+
+#[test]
+fn a_source_runs_on_dry_ground_and_into_water() {
+    let bowl = |p: Vec2| 0.02 * (p - Vec2::new(50.0, 50.0)).norm();
+    let (mut dry, fastest) = fed_basin(bowl, f64::NEG_INFINITY);
+    let depth = dry.water().depths();
+    println!("bowl: {} m in the middle, at the source {}", depth[10 * 20 + 10], depth[8 * 20 + 6]);
+    assert!(depth[10 * 20 + 10] > 0.1 && fastest < 3.0, "it gathers in the middle");
+    let (lake, fastest) = fed_basin(|_| 0.0, 1.0);
+    let level = 1.0 + 300.0 / 10_000.0;
+    let off = lake.state().particles.depth.iter().map(|d| (d - level).abs()).fold(0.0, f64::max);
+    println!("lake: greatest error of the level {off:.1e} m");
+    assert!(off < 1e-2 && fastest < 0.2, "{off} m, {fastest} m/s");
+}
+
+#[test]
+fn a_supercritical_inflow_turns_subcritical_when_the_reach_fills_up() {
+    // A steep inflow into a closed basin: the bore runs back to the edge and drowns it, and the hydrograph still comes in.
+    let mut problem = problem((60, 1), 2.0, |_| 0.0, |_| f64::NEG_INFINITY);
+    problem.dry_depth = 1e-3;
+    let condition = Condition::Discharge { discharge: Series::constant(2.0 * 3.0), level: Some(Series::constant(0.5)) };
+    open(&mut problem, true, condition);
+    let mut solver = solver(problem, Dimension::One, Integrator::Leapfrog);
+    run_until(&mut solver, 10.0);
+    let first = solver.water().at(0).depth;
+    println!("{first} m");
+    assert!((first - 0.5).abs() < 0.05, "{first} m");
+    run_until(&mut solver, 100.0);
+    println!("{:?}", solver.ledger());
+    assert!(solver.water().at(0).depth > 1.5, "{} m", solver.water().at(0).depth);
+    let ledger = solver.ledger();
+    assert!((ledger.inflow / 300.0 - 1.0).abs() < 1e-12 && ledger.relative_error().abs() < 1e-12);
+}
