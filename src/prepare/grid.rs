@@ -120,70 +120,88 @@ pub(super) fn gap_report(terrain: &Terrain, lattice: &Lattice) -> Option<GapRepo
 /// the lattice follows that edge in steps.
 pub(super) const REACH: f64 = 1.5;
 
-/// Adds a side of the terrain's rectangle to the open edges, wherever terrain comes within a cell of it; the lattice may reach beyond
-/// it by a part of a cell.
+/// Adds a side of the terrain to the open edges: the chain of faces that one sees first from there, as far as it goes from line to line of
+/// cells in steps of one cell at most. It may be oblique, as the edge of a raster that was turned by its reprojection.
 ///
-/// Each piece stops short of the corners of the terrain by a little more than the reach, so that it does not open the faces around
-/// the corner: the banks of a valley that is narrower than the rectangle where it meets the side stay walls.
+/// A chain counts where it comes within a cell of the rectangle around the terrain. It stops short of its ends by a little more than
+/// the reach, so that it does not open the faces around the corner: the banks of a valley that is narrower than the rectangle where it
+/// meets the side stay walls. (Those of a mouth of one or two cells do not.)
 pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed: &[f64]) {
-    let (low, high) = extent(lattice, bed);
+    if side == Side::All {
+        open.whole_outline = true;
+        return;
+    }
     let is_terrain = |column: usize, row: usize| !bed[lattice.index(column, row)].is_nan();
-    let cells = |length: f64| (length / lattice.spacing).round() as usize;
-    let (columns, rows) = (cells(low.x)..cells(high.x), cells(low.y)..cells(high.y));
-    // What lies beside the side: the lines of cells that end there, and the two outermost cells of each.
-    let (west, east) =
-        ([columns.start, columns.start + 1], [columns.end.saturating_sub(1), columns.end.saturating_sub(2)]);
-    let (south, north) = ([rows.start, rows.start + 1], [rows.end.saturating_sub(1), rows.end.saturating_sub(2)]);
-    let by_row = |outer: [usize; 2], row: usize| outer.into_iter().any(|i| columns.contains(&i) && is_terrain(i, row));
-    let by_column =
-        |outer: [usize; 2], column: usize| outer.into_iter().any(|i| rows.contains(&i) && is_terrain(column, i));
-    let runs = match side {
-        Side::North => runs(columns.clone(), |column| by_column(north, column)),
-        Side::South => runs(columns.clone(), |column| by_column(south, column)),
-        Side::East => runs(rows.clone(), |row| by_row(east, row)),
-        Side::West => runs(rows.clone(), |row| by_row(west, row)),
-        Side::All => {
-            open.whole_outline = true;
-            return;
+    let (columns, rows) = (lattice.columns, lattice.rows);
+    // The first terrain of each line of cells as one comes from the side; lines are columns for the north and the south.
+    let first: Vec<Option<usize>> = match side {
+        Side::North => {
+            (0..columns).map(|i| (0..rows).rev().find(|&j| is_terrain(i, j)).map(|j| rows - 1 - j)).collect()
         }
+        Side::South => (0..columns).map(|i| (0..rows).find(|&j| is_terrain(i, j))).collect(),
+        Side::East => {
+            (0..rows).map(|j| (0..columns).rev().find(|&i| is_terrain(i, j)).map(|i| columns - 1 - i)).collect()
+        }
+        Side::West | Side::All => (0..rows).map(|j| (0..columns).find(|&i| is_terrain(i, j))).collect(),
     };
-    // A face around the corner has its midpoint half a cell away from it: 1.45² + 0.5² > 1.5².
-    let short = 1.45 * lattice.spacing;
-    for run in runs {
-        let (from, to) = (run.start as f64 * lattice.spacing, run.end as f64 * lattice.spacing);
-        let middle = 0.5 * (from + to);
-        let (from, to) = ((from + short).min(middle), (to - short).max(middle));
-        open.segments.push(match side {
-            Side::North => [Vec2::new(from, high.y), Vec2::new(to, high.y)],
-            Side::South => [Vec2::new(from, low.y), Vec2::new(to, low.y)],
-            Side::East => [Vec2::new(high.x, from), Vec2::new(high.x, to)],
-            Side::West | Side::All => [Vec2::new(low.x, from), Vec2::new(low.x, to)],
-        });
+    let outermost = first.iter().flatten().min().copied().unwrap_or(0);
+    for chain in chains(&first) {
+        if chain.clone().any(|line| first[line].is_some_and(|depth| depth <= outermost + 1)) {
+            let along: Vec<Vec2> = chain
+                .filter_map(|line| Some((line as f64 + 0.5, first[line]? as f64)))
+                .map(|(line, depth)| {
+                    let local = match side {
+                        Side::North => Vec2::new(line, rows as f64 - depth),
+                        Side::South => Vec2::new(line, depth),
+                        Side::East => Vec2::new(columns as f64 - depth, line),
+                        Side::West | Side::All => Vec2::new(depth, line),
+                    };
+                    local * lattice.spacing
+                })
+                .collect();
+            open.segments.extend(shortened(&along));
+        }
     }
 }
 
-/// The longest runs of a range in which something holds.
-fn runs(range: Range<usize>, holds: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
-    let mut runs: Vec<Range<usize>> = Vec::new();
-    for k in range.filter(|&k| holds(k)) {
-        match runs.last_mut() {
-            Some(run) if run.end == k => run.end += 1,
-            _ => runs.push(k..k + 1),
+/// Runs of lines of cells whose first terrain steps by one cell at most from each to the next.
+fn chains(first: &[Option<usize>]) -> Vec<Range<usize>> {
+    let mut chains: Vec<Range<usize>> = Vec::new();
+    for line in (0..first.len()).filter(|&line| first[line].is_some()) {
+        let follows = |before: &Range<usize>| {
+            before.end == line && first[line - 1].zip(first[line]).is_some_and(|(a, b)| a.abs_diff(b) <= 1)
+        };
+        match chains.last_mut() {
+            Some(chain) if follows(chain) => chain.end += 1,
+            _ => chains.push(line..line + 1),
         }
     }
-    runs
+    chains
 }
 
-/// South-western and north-eastern corner (local coordinates, m) of the cells with terrain; those of the lattice where there are none.
-fn extent(lattice: &Lattice, bed: &[f64]) -> (Vec2, Vec2) {
-    let with_terrain = || (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()).map(|cell| lattice.column_row(cell));
-    let range = |of: fn((usize, usize)) -> usize, count: usize| {
-        let first = with_terrain().map(of).min().unwrap_or(0);
-        let last = with_terrain().map(of).max().map_or(count, |last| last + 1);
-        (first as f64 * lattice.spacing, last as f64 * lattice.spacing)
+/// Pieces through the midpoints of the faces of a chain, from 0.95 of a step behind the first one to as much before the last one; a face
+/// around the corner is farther away than the reach then, (1.45² + 0.5²)^½ > 1.5. Straight runs are one piece.
+fn shortened(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
+    let [first, .., last] = faces else { return faces.iter().map(|&face| [face; 2]).collect() };
+    let [_, inner @ .., _] = faces else { return Vec::new() };
+    let Some((from, to)) = inner.first().zip(inner.last()) else {
+        return vec![[(*first + *last) * 0.5; 2]];
     };
-    let (x, y) = (range(|place| place.0, lattice.columns), range(|place| place.1, lattice.rows));
-    (Vec2::new(x.0, y.0), Vec2::new(x.1, y.1))
+    let mut corners = vec![*from + (*first - *from) * 0.05];
+    corners.extend_from_slice(inner);
+    corners.push(*to + (*last - *to) * 0.05);
+    let mut pieces: Vec<[Vec2; 2]> = Vec::new();
+    for pair in corners.windows(2) {
+        let is_straight = |piece: &[Vec2; 2]| {
+            let (a, b) = (piece[1] - piece[0], pair[1] - pair[0]);
+            (a.x * b.y - a.y * b.x).abs() < 1e-9 * a.norm() * b.norm()
+        };
+        match pieces.last_mut() {
+            Some(piece) if is_straight(piece) => piece[1] = pair[1],
+            _ => pieces.push([pair[0], pair[1]]),
+        }
+    }
+    pieces
 }
 
 /// Number of edge faces (of the lattice or of areas without terrain) that the given lines open.
@@ -294,6 +312,32 @@ mod tests {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
             assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
+        }
+    }
+
+    #[test]
+    fn a_side_that_is_turned_opens_all_along() {
+        // A rectangle of 40 by 24 cells, turned by some degrees about the middle of the lattice.
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 60, rows: 50, spacing: 2.0 };
+        for degrees in [0.0_f64, 3.0, 10.0, 30.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let is_inside = |cell: usize| {
+                let offset = lattice.centre(cell) - Vec2::new(60.0, 50.0);
+                let own = Vec2::new(cos * offset.x + sin * offset.y, cos * offset.y - sin * offset.x);
+                own.x.abs() < 40.0 && own.y.abs() < 24.0
+            };
+            let bed: Vec<f64> = (0..lattice.len()).map(|cell| if is_inside(cell) { 0.0 } else { f64::NAN }).collect();
+            let mut open = OpenEdges::default();
+            open_side(&mut open, Side::South, &lattice, &bed);
+            let opened = |across: f64, along: f64| {
+                // A place on the outline of the turned rectangle, along its southern or its eastern side.
+                let own = Vec2::new(across, along);
+                let place = Vec2::new(cos * own.x - sin * own.y, sin * own.x + cos * own.y) + Vec2::new(60.0, 50.0);
+                open.segments.iter().any(|piece| distance_to_segment(place, *piece) <= REACH * lattice.spacing)
+            };
+            let south = (-36..=36).filter(|&x| opened(f64::from(x), -24.0)).count();
+            let (east, west) = ((-18..=24).filter(|&y| opened(40.0, f64::from(y))).count(), opened(-40.0, 0.0));
+            assert!(south >= 72 && east == 0 && !west, "{degrees}: {south} of 73 in the south, {east} in the east");
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Sources at points and along lines, and rain: depth that is added at the end of each step, and keeps the momentum as it is.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::Scale;
@@ -19,6 +21,8 @@ struct Spring {
 /// All sources and the rain of a problem.
 pub(crate) struct Inputs {
     springs: Vec<Spring>,
+    /// For each cell to which sources give, who they are and their shares.
+    givers: Vec<Vec<(usize, f64)>>,
     rain: Option<Rain>,
     /// Volume (m³) that rained.
     rained: f64,
@@ -48,10 +52,18 @@ impl Inputs {
             spring(Way::LineSource(index), &source.discharge, source.cells.clone())
         };
         let points = problem.forcing.sources.iter().enumerate().map(at_point);
-        let springs = points.chain(problem.forcing.line_sources.iter().enumerate().map(along_line)).collect();
+        let springs: Vec<Spring> =
+            points.chain(problem.forcing.line_sources.iter().enumerate().map(along_line)).collect();
+        let mut givers: BTreeMap<(usize, usize), Vec<(usize, f64)>> = BTreeMap::new();
+        for (number, spring) in springs.iter().enumerate() {
+            for &(cell, share) in &spring.cells {
+                givers.entry(cell).or_default().push((number, share));
+            }
+        }
         let rain = problem.forcing.rain.clone();
         let places = if let Some(Rain::Frames(frames)) = &rain { frames.from.len() } else { 0 };
-        Inputs { springs, is_wetted: rain.is_some(), rain, rained: 0.0, falling: vec![0.0; places] }
+        let givers = givers.into_values().collect();
+        Inputs { springs, givers, is_wetted: rain.is_some(), rain, rained: 0.0, falling: vec![0.0; places] }
     }
 
     /// The cells (row, column) of the sources.
@@ -122,16 +134,17 @@ impl Inputs {
         passages
     }
 
-    /// The longest step (s) from a time on in which no source fills its cell so fast that the water leaves it again within the step.
+    /// The longest step (s) from a time on in which the sources of no cell fill it so fast that the water leaves it again within the
+    /// step.
     pub fn longest_step(&self, scale: &Scale, time: f64, step: f64) -> f64 {
         let area = scale.spacing * scale.spacing;
-        let longest = |spring: &Spring| {
-            let share = spring.cells.iter().map(|(_, share)| *share).fold(0.0, f64::max);
-            let rise = spring.discharge.largest(time, time + step) * share / area;
+        let largest: Vec<f64> = self.springs.iter().map(|spring| spring.discharge.largest(time, time + step)).collect();
+        let longest = |givers: &Vec<(usize, f64)>| {
+            let rise = givers.iter().map(|&(spring, share)| largest[spring] * share).sum::<f64>() / area;
             // A cell that was dry has d = (Q/A) Δt after the step, and its water spreads with 2 √(g d).
             let reach = scale.courant * scale.spacing;
             if rise > 0.0 { (reach * reach / (4.0 * scale.gravity * rise)).cbrt() } else { f64::INFINITY }
         };
-        self.springs.iter().map(longest).fold(step, f64::min)
+        self.givers.iter().map(longest).fold(step, f64::min)
     }
 }

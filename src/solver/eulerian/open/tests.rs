@@ -304,6 +304,27 @@ fn rain_and_sources_are_booked_and_flow_together() {
 }
 
 #[test]
+fn many_sources_in_a_cell_are_one() {
+    let flooded = |count: usize| {
+        let mut problem = problem((21, 21), 5.0, |_| 0.0, |_| f64::NEG_INFINITY);
+        problem.dry_depth = 1e-3;
+        let source = PointSource { place: Vec2::new(52.0, 52.0), discharge: Series::constant(100.0 / count as f64) };
+        problem.forcing.sources = vec![source; count];
+        let mut solver = EulerianSolver::new(problem);
+        let mut highest = 0.0_f64;
+        while solver.time() < 5.0 {
+            let step = solver.choose_step().time_step;
+            solver.advance(step).unwrap();
+            highest = highest.max(solver.water().at(10 * 21 + 10).depth);
+        }
+        (solver.steps(), highest)
+    };
+    let (one, many) = (flooded(1), flooded(64));
+    // A sum of 64 parts in place of their whole: rounding.
+    assert!(one.0 == many.0 && (one.1 - many.1).abs() < 1e-9, "{one:?} and {many:?}");
+}
+
+#[test]
 fn a_line_source_spreads_by_its_shares_and_books_all_of_it() {
     let mut problem = problem((20, 4), 5.0, |_| 0.0, |_| f64::NEG_INFINITY);
     // The middle column, its four cells alike: the same flow to both sides, and none along the line.
