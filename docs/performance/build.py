@@ -245,7 +245,8 @@ def instructions():
 
 def study(name, bar):
     rows, text, end = [], read(name), STUDY[name]["end"]
-    finest = min(STUDY[name]["spacings"])
+    finest = str(min(STUDY[name]["spacings"]))
+    most = {motion: max((row["threads"] for row in text if (row["motion"], row["spacing_mm"]) == (motion, finest)), default="") for motion in MOTIONS}
     for row in text:
         number = lambda key: float(row[key])
         share = number("simulated_s") / end
@@ -257,7 +258,7 @@ def study(name, bar):
         whole = number("cpu_s") + ran * number("compute_s") * (1 / share - 1)
         idle = whole / threads_
         told = f"{idle:.1f} s" if idle < 300 else f"{idle / 60:.0f} min"
-        if spacing == finest and threads_ == 2:
+        if (row["spacing_mm"], row["threads"]) == (finest, most[row["motion"]]):
             told += f" (bar {bar} s: {verdict(idle <= bar) if share > 0.999 or idle > bar else 'open, since extrapolated'})"
         cut = "all" if share > 0.999 else f"{number('simulated_s'):g} s"
         cells = [NAMES[row["motion"]], f"{spacing} mm", row["particles"], row["threads"], row["steps"], cut]
