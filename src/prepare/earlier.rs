@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use super::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
+use super::earlier_structures::other_structures;
 use super::findings::Findings;
 use super::shaped::Changes;
 use crate::bed::{BedParticles, derive_shape};
@@ -103,6 +104,7 @@ pub(super) fn take_over(
             return Vec::new();
         }
     };
+    findings.add_all(&earlier.fields, other_structures(scenario, path));
     findings.add_all(&earlier.fields, other_dry_ground(&state, path, bed));
     let fits = lay(&state, path, (breach, changes), bed, still);
     match fits {

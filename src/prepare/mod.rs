@@ -9,6 +9,7 @@ mod cf_time;
 mod channels;
 mod earlier;
 mod earlier_fields;
+mod earlier_structures;
 mod findings;
 mod forcing;
 mod gaps;
