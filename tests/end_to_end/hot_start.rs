@@ -227,6 +227,26 @@ fn a_levee_on_dry_ground_that_is_left_out_is_told() {
 }
 
 #[test]
+fn a_building_on_dry_ground_that_is_added_or_left_out_is_told() {
+    let scene = Scene::sound();
+    let ring = "[[[500240,5300110],[500260,5300110],[500260,5300120],[500240,5300120],[500240,5300110]]]";
+    scene.feature("house.geojson", "Polygon", ring);
+    let house = "structures={buildings: {polygons: house.geojson}}";
+    let go_on = "initial=[{fields: first/fields.nc}]";
+    scene.run("first", &["time.end=10 s"]);
+    let lost = "on 8 cells that have no terrain here and had some there";
+    scene.assert_check(
+        &[go_on, house],
+        0,
+        &["warning[other-dry-ground] initial", lost, "500242.5, 5300112.5", "remedy"],
+    );
+    // Without its building the earlier run has no frame for its cells.
+    std::fs::remove_dir_all(scene.path("first")).unwrap();
+    scene.run("first", &["time.end=10 s", house]);
+    scene.assert_check(&[go_on], 4, &["error[incomplete-frame] initial", "8 cells with terrain"]);
+}
+
+#[test]
 fn structures_that_the_earlier_run_had_and_this_one_has_not_are_told() {
     let scene = Scene::sound();
     scene.feature("wall.geojson", "LineString", "[[500102.5,5300000],[500102.5,5300125]]");
