@@ -1,5 +1,7 @@
 //! Boundaries with a condition, sources, rain and cross-sections: their files, and where they lie on the terrain.
 
+use std::collections::BTreeMap;
+
 use super::burn::lengths;
 use super::findings::Findings;
 use super::grid::{REACH, open_side};
@@ -49,7 +51,8 @@ pub(super) struct Opened {
 #[derive(Debug)]
 enum Places {
     Points(Vec<Vec2>),
-    Lines(Vec<Vec<Vec2>>),
+    /// Of each feature its number in the file and its parts, which share one discharge.
+    Lines(Vec<(usize, Vec<Vec<Vec2>>)>),
 }
 
 /// A boundary before it is put on the lattice: its lines (map coordinates), where it has any, and its condition.
@@ -80,7 +83,12 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             SourcePlace::Lines(lines) => {
                 let features = places::features(lines, crs, scenario.reproject, findings);
                 let opened = features.is_some();
-                let found: Vec<Vec<Vec2>> = features.unwrap_or_default().iter().flat_map(lines_of).collect();
+                let features = features.unwrap_or_default();
+                let found: Vec<(usize, Vec<Vec<Vec2>>)> = features
+                    .iter()
+                    .map(|feature| (feature.number, lines_of(feature)))
+                    .filter(|(_, parts)| !parts.is_empty())
+                    .collect();
                 if opened && found.is_empty() {
                     let message = format!("{} holds no line", lines.value.path.display());
                     let remedy = "draw lines along which the water comes out of the ground";
@@ -278,12 +286,17 @@ fn sources(
                 }
             }
             Places::Lines(lines) => {
-                for line in lines {
-                    match line_on_lattice(line, scenario, ground) {
+                findings
+                    .add_all(source, discharge.as_ref().and_then(|discharge| several_lines(lines.len(), discharge)));
+                for (number, parts) in lines {
+                    let name = format!("{} feature {number}", source.key);
+                    match line_on_lattice(parts, scenario, ground) {
                         Err(problem) => findings.add(source, problem),
-                        Ok(cells) => forcing.line_sources.extend(
-                            discharge.as_ref().map(|discharge| LineSource { cells, discharge: discharge.clone() }),
-                        ),
+                        Ok(cells) => forcing.line_sources.extend(discharge.as_ref().map(|discharge| LineSource {
+                            name,
+                            cells,
+                            discharge: discharge.clone(),
+                        })),
                     }
                 }
             }
@@ -291,24 +304,49 @@ fn sources(
     }
 }
 
-/// The cells of a line with the share of its length that lies in each; a problem where a part of it lies on no terrain.
-fn line_on_lattice(line: &[Vec2], scenario: &Scenario, ground: &BedParticles) -> Result<Vec<(usize, f64)>, Problem> {
+/// Tells what comes out of the lines of one file together, where it has several.
+fn several_lines(count: usize, discharge: &Series) -> Option<Problem> {
+    let each = discharge.peak();
+    let at_most = if discharge.points().all(|point| point.1.to_bits() == each.to_bits()) { "" } else { "at most " };
+    (count > 1).then(|| {
+        let message = format!("{count} lines of {at_most}{each} m3/s each: {at_most}{} m3/s", count as f64 * each);
+        Problem::warning(ProblemKind::Input, "several-lines", "", message)
+            .with_cause("each line of the file gives the whole `discharge`; the parts of one feature share it")
+            .with_remedy("nothing, if it is meant; otherwise join the lines in one feature, or divide the discharge")
+    })
+}
+
+/// The cells of the lines of a feature with the share of their length that lies in each; a problem where a part of it lies on no
+/// terrain.
+fn line_on_lattice(
+    parts: &[Vec<Vec2>],
+    scenario: &Scenario,
+    ground: &BedParticles,
+) -> Result<Vec<(usize, f64)>, Problem> {
     let lattice = &ground.lattice;
-    let local: Vec<Vec2> = line.iter().map(|place| lattice.to_local(*place)).collect();
-    let (inside, beside) = lengths(&local, lattice);
     let slack = SAME_PLACE * lattice.spacing;
-    let beside: Vec<[Vec2; 2]> = beside.into_iter().filter(|piece| (piece[1] - piece[0]).norm() > slack).collect();
-    let bare = |(cell, length): &(&usize, &f64)| !ground.has_terrain(**cell) && **length > slack;
-    let off: f64 = beside.iter().map(|piece| (piece[1] - piece[0]).norm()).sum::<f64>()
-        + inside.iter().filter(bare).map(|(_, length)| *length).sum::<f64>();
-    let first = inside.iter().find(bare).map(|(cell, _)| lattice.centre(*cell));
-    let outside = beside.first().map(|piece| (piece[0] + piece[1]) * 0.5);
-    if let Some(place) = outside.or(first) {
+    let (mut on_terrain, mut off, mut outside, mut bare) = (BTreeMap::<usize, f64>::new(), 0.0, None, None);
+    for part in parts {
+        let line: Vec<Vec2> = part.iter().map(|place| lattice.to_local(*place)).collect();
+        let (inside, beside) = lengths(&line, lattice);
+        for piece in beside.into_iter().filter(|piece| (piece[1] - piece[0]).norm() > slack) {
+            off += (piece[1] - piece[0]).norm();
+            outside.get_or_insert((piece[0] + piece[1]) * 0.5);
+        }
+        for (cell, length) in inside {
+            if ground.has_terrain(cell) {
+                *on_terrain.entry(cell).or_insert(0.0) += length;
+            } else if length > slack {
+                off += length;
+                bare.get_or_insert(lattice.centre(cell));
+            }
+        }
+    }
+    if let Some(place) = outside.or(bare) {
         let what = format!("{off:.1} m of this line lie");
         return Err(source_outside(&what, outside.is_some(), lattice.to_map(place), scenario));
     }
-    let on_terrain = inside.into_iter().filter(|(cell, _)| ground.has_terrain(*cell)).collect::<Vec<_>>();
-    let total: f64 = on_terrain.iter().map(|(_, length)| length).sum();
+    let total: f64 = on_terrain.values().sum();
     Ok(on_terrain.into_iter().map(|(cell, length)| (cell, length / total)).collect())
 }
 
