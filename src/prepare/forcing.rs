@@ -275,7 +275,11 @@ fn sources(
         match places {
             Places::Points(places) => {
                 for place in places {
-                    let local = lattice.to_local(*place);
+                    let own = lattice.to_local(*place);
+                    let has_terrain =
+                        |place: &Vec2| lattice.cell_at(*place).is_some_and(|cell| ground.has_terrain(cell));
+                    let local =
+                        beside_edges(lattice).map(|shift| own + shift).into_iter().find(has_terrain).unwrap_or(own);
                     let cell = lattice.cell_at(local);
                     if cell.is_none_or(|cell| !ground.has_terrain(cell)) {
                         findings.add(source, source_outside("this source lies", cell.is_none(), *place, scenario));
@@ -309,11 +313,19 @@ fn several_lines(count: usize, discharge: &Series) -> Option<Problem> {
     let each = discharge.peak();
     let at_most = if discharge.points().all(|point| point.1.to_bits() == each.to_bits()) { "" } else { "at most " };
     (count > 1).then(|| {
-        let message = format!("{count} lines of {at_most}{each} m3/s each: {at_most}{} m3/s", count as f64 * each);
+        let sum = (count as f64 * each * 1e9).round() / 1e9;
+        let message = format!("{count} lines of {at_most}{each} m3/s each: {at_most}{sum} m3/s");
         Problem::warning(ProblemKind::Input, "several-lines", "", message)
             .with_cause("each line of the file gives the whole `discharge`; the parts of one feature share it")
             .with_remedy("nothing, if it is meant; otherwise join the lines in one feature, or divide the discharge")
     })
+}
+
+/// The steps by which a place may be taken for one beside it: on an edge between two cells it is in both of them, so that the four
+/// edges of the terrain are alike.
+fn beside_edges(lattice: &Lattice) -> [Vec2; 5] {
+    let step = SAME_PLACE * lattice.spacing;
+    [(0.0, 0.0), (-step, 0.0), (0.0, -step), (step, 0.0), (0.0, step)].map(|(x, y)| Vec2::new(x, y))
 }
 
 /// The cells of the lines of a feature with the share of their length that lies in each; a problem where a part of it lies on no
@@ -326,19 +338,28 @@ fn line_on_lattice(
     let lattice = &ground.lattice;
     let slack = SAME_PLACE * lattice.spacing;
     let (mut on_terrain, mut off, mut outside, mut bare) = (BTreeMap::<usize, f64>::new(), 0.0, None, None);
+    let is_long = |piece: &[Vec2; 2]| (piece[1] - piece[0]).norm() > slack;
     for part in parts {
         let line: Vec<Vec2> = part.iter().map(|place| lattice.to_local(*place)).collect();
-        let (inside, beside) = lengths(&line, lattice);
-        for piece in beside.into_iter().filter(|piece| (piece[1] - piece[0]).norm() > slack) {
-            off += (piece[1] - piece[0]).norm();
-            outside.get_or_insert((piece[0] + piece[1]) * 0.5);
-        }
-        for (cell, length) in inside {
-            if ground.has_terrain(cell) {
+        for piece in line.windows(2) {
+            // By its lengths in the cells, of all places that count as its own the one that is on the most terrain.
+            let tried = beside_edges(lattice).map(|shift| {
+                let (inside, beside) = lengths(&[piece[0] + shift, piece[1] + shift], lattice);
+                let beside: Vec<[Vec2; 2]> = beside.into_iter().filter(is_long).collect();
+                let (ground, missing): (Vec<_>, Vec<_>) =
+                    inside.into_iter().partition(|(cell, _)| ground.has_terrain(*cell));
+                let missing: Vec<(usize, f64)> = missing.into_iter().filter(|(_, length)| *length > slack).collect();
+                let off = beside.iter().map(|piece| (piece[1] - piece[0]).norm()).sum::<f64>()
+                    + missing.iter().map(|(_, length)| length).sum::<f64>();
+                (off, ground, missing, beside)
+            });
+            let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((missed, ground, missing, beside)) = best else { continue };
+            off += missed;
+            outside = outside.or(beside.first().map(|piece| (piece[0] + piece[1]) * 0.5));
+            bare = bare.or(missing.first().map(|(cell, _)| lattice.centre(*cell)));
+            for (cell, length) in ground {
                 *on_terrain.entry(cell).or_insert(0.0) += length;
-            } else if length > slack {
-                off += length;
-                bare.get_or_insert(lattice.centre(cell));
             }
         }
     }

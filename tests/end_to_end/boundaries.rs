@@ -237,6 +237,37 @@ fn a_line_of_springs_gives_its_hydrograph() {
 }
 
 #[test]
+fn sources_on_the_edges_of_the_terrain_lie_on_it() {
+    let places = ["[1000, 2030]", "[1200, 2030]", "[1100, 2000]", "[1100, 2060]", "[1200, 2060]"];
+    let points = places.map(|place| format!("{{at: {place}, discharge: 1 m3/s}}")).join(", ");
+    let sources = format!("sources: [{points}, {{line: toe.geojson, discharge: 1 m3/s}}]\nresolution: 5 m");
+    let scene = Scene::with(&[("resolution: 5 m", &sources)]);
+    let corners = [(1000.0, 2000.0), (1200.0, 2000.0), (1200.0, 2060.0), (1000.0, 2060.0), (1000.0, 2000.0)];
+    for (edge, side) in corners.windows(2).enumerate() {
+        scene.line("toe.geojson", side, "toe");
+        let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+        assert!(check.code == 0 && !check.stdout.contains("source-outside"), "edge {edge}: {}", check.stdout);
+    }
+    scene.line("toe.geojson", &corners, "toe");
+    let (run, out) = scene.run();
+    let rows = table(&out.join("tables/boundaries.csv"));
+    let given: Vec<&[String]> = rows.iter().filter(|row| row[0].contains("source")).map(|row| &row[1..4]).collect();
+    assert_eq!(given.len(), 6);
+    assert!(given.iter().all(|row| row[0] == "120.000" && row[2] == "120.000"), "{given:?}, {run:#}");
+    // Where the data end within the lattice, their edge is one, too.
+    let text = std::fs::read_to_string(scene.path("dem.asc")).unwrap();
+    let cut = |line: &str| line.split(' ').take(30).chain(["-9999"; 10]).collect::<Vec<_>>().join(" ");
+    let rows =
+        text.lines().enumerate().map(|(k, line)| format!("{}\n", if k < 6 { line.to_owned() } else { cut(line) }));
+    scene.write("dem.asc", &rows.collect::<String>());
+    scene.write("s.yaml", &std::fs::read_to_string(scene.path("s.yaml")).unwrap().replace("1200, ", "1150, "));
+    scene.line("toe.geojson", &[(1150.0, 2010.0), (1150.0, 2050.0)], "toe");
+    scene.assert_silent_on(&["source-outside"]);
+    scene.line("toe.geojson", &[(1150.1, 2010.0), (1150.1, 2050.0)], "toe");
+    scene.assert_refused(4, &["source-outside", "40.0 m of this line lie where the terrain has no data"]);
+}
+
+#[test]
 fn the_parts_of_a_feature_share_its_discharge() {
     let scene =
         Scene::with(&[("resolution: 5 m", "sources: [{line: toe.geojson, discharge: 3 m3/s}]\nresolution: 5 m")]);
