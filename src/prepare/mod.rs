@@ -26,6 +26,7 @@ mod raster;
 mod roughness;
 mod series;
 mod shaped;
+mod sources;
 mod start;
 mod water;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::findings::Findings;
-use super::{forcing::lines_of, places, raster, series};
+use super::{places, raster, series, sources::lines_of};
 use crate::bed::BedParticles;
 use crate::boundary::edge_faces;
 use crate::error::{Problem, ProblemKind};
