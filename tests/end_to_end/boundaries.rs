@@ -254,9 +254,13 @@ fn sources_on_the_edges_of_the_terrain_lie_on_it() {
     let given: Vec<&[String]> = rows.iter().filter(|row| row[0].contains("source")).map(|row| &row[1..4]).collect();
     assert_eq!(given.len(), 6);
     assert!(given.iter().all(|row| row[0] == "120.000" && row[2] == "120.000"), "{given:?}, {run:#}");
-    // Where the data end within the lattice, their edge is one, too.
+    // The edge of a hole in the data is one, too.
     let text = std::fs::read_to_string(scene.path("dem.asc")).unwrap();
-    let cut = |line: &str| line.split(' ').take(30).chain(["-9999"; 10]).collect::<Vec<_>>().join(" ");
+    let cut = |line: &str| {
+        let mut values: Vec<&str> = line.split(' ').collect();
+        values[30..39].fill("-9999");
+        values.join(" ")
+    };
     let rows =
         text.lines().enumerate().map(|(k, line)| format!("{}\n", if k < 6 { line.to_owned() } else { cut(line) }));
     scene.write("dem.asc", &rows.collect::<String>());
