@@ -93,6 +93,8 @@ pub struct PointSource {
 /// Water that comes out of the ground along a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LineSource {
+    /// Its name in the tables.
+    pub name: String,
     /// Cells of the lattice that it crosses, each with its share of the discharge; the shares add up to 1.
     pub cells: Vec<(usize, f64)>,
     /// Discharge of all of it (m³/s, not negative).

@@ -37,7 +37,9 @@ pub(super) fn passages(solver: &dyn FlowSolver, scenario: &Scenario, prepared: &
             let place = place.map_or(Vec2::ZERO, |(source, lattice)| lattice.to_map(source.place));
             format!("source at {:.2} {:.2}", place.x, place.y)
         }
-        Way::LineSource(index) => format!("line source {}", index + 1),
+        Way::LineSource(index) => {
+            prepared.forcing.line_sources.get(index).map_or_else(String::new, |source| source.name.clone())
+        }
         Way::Rain => "rain".to_owned(),
         Way::FarEnd(index) => format!("channel {} upstream", channel(index)),
         Way::NearEnd(index) => format!("channel {} downstream", channel(index)),

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use super::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
+use super::earlier_structures::other_structures;
 use super::findings::Findings;
 use super::shaped::Changes;
 use crate::bed::{BedParticles, derive_shape};
@@ -103,6 +104,7 @@ pub(super) fn take_over(
             return Vec::new();
         }
     };
+    findings.add_all(&earlier.fields, other_structures(scenario, path));
     findings.add_all(&earlier.fields, other_dry_ground(&state, path, bed));
     let fits = lay(&state, path, (breach, changes), bed, still);
     match fits {
@@ -225,26 +227,34 @@ fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedPa
     )
 }
 
-/// What the maps beside `fields.nc` say of ground that is dry and had another height in the earlier run; nothing where there are none.
+/// What the maps beside `fields.nc` say of ground that is dry and had another height in the earlier run, or that has terrain in
+/// one of the two alone; nothing where there are none.
 ///
 /// Such a change may be meant (a levee that is built for this half). A breakline that was left out is seen by nothing else.
 fn other_dry_ground(state: &State, path: &Path, bed: &BedParticles) -> Option<Problem> {
     let maps = path.with_file_name("maps.nc");
     let elevation = on_lattice(&netcdf::open(&maps).ok()?, "bed_elevation", (.., ..), &maps, &bed.lattice).ok()?;
     let change = |cell: usize| bed.elevation[cell] - elevation[cell];
-    let is_other = |cell: &usize| state.depth[*cell] <= 0.0 && change(*cell).abs() > OTHER_BED;
-    let other: Vec<usize> = (0..bed.lattice.len()).filter(is_other).collect();
-    let &largest = other.iter().max_by(|a, b| change(**a).abs().total_cmp(&change(**b).abs()))?;
-    let message = format!(
-        "dry ground differs from that of {} on {} cells, by {:+.2} m at most",
-        maps.display(),
-        other.len(),
-        change(largest)
-    );
+    // The depth is not a number where the earlier run had no terrain.
+    let dry = || (0..bed.lattice.len()).filter(|cell| state.depth[*cell].max(0.0) <= 0.0);
+    let other: Vec<usize> = dry().filter(|cell| change(*cell).abs() > OTHER_BED).collect();
+    let largest = other.iter().copied().max_by(|a, b| change(*a).abs().total_cmp(&change(*b).abs()));
+    let lost: Vec<usize> = dry().filter(|cell| bed.elevation[*cell].is_nan() && !elevation[*cell].is_nan()).collect();
+    let gained: Vec<usize> = dry().filter(|cell| !bed.elevation[*cell].is_nan() && elevation[*cell].is_nan()).collect();
+    let height = largest.map(|cell| format!("on {} cells, by {:+.2} m at most", other.len(), change(cell)));
+    let bare = |cells: &[usize], which: &str| (!cells.is_empty()).then(|| format!("on {} cells {which}", cells.len()));
+    let parts = [
+        height,
+        bare(&lost, "that have no terrain here and had some there"),
+        bare(&gained, "that have terrain here and had none there"),
+    ];
+    let place = largest.or(lost.first().copied()).or(gained.first().copied())?;
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    let message = format!("dry ground differs from that of {} {}", maps.display(), parts.join("; "));
     Some(
         Problem::warning(ProblemKind::Input, "other-dry-ground", "", message)
             .with_cause("a breakline, a building or a layer of the terrain is here and was not there, or the other way round, or a dam broke")
             .with_remedy("nothing, if it is meant; otherwise take the terrain and the structures of that run")
-            .with_at(bed.lattice.to_map(bed.lattice.centre(largest))),
+            .with_at(bed.lattice.to_map(bed.lattice.centre(place))),
     )
 }

@@ -1,32 +1,26 @@
-//! Boundaries with a condition, sources, rain and cross-sections: their files, and where they lie on the terrain.
+//! Boundaries with a condition, rain and cross-sections: their files, and where they lie on the terrain.
 
-use super::burn::lengths;
 use super::findings::Findings;
 use super::grid::{REACH, open_side};
 use super::rain::{self, Losses};
 use super::series::{self, Meaning};
-use super::{places, polygons};
+use super::{places, polygons, sources};
 use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, LineSource, OpenEdges, PointSource, Rain, Series, edge_faces};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, edge_faces};
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::Section;
 use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
-use crate::scenario::{
-    BoundaryCondition, BuildingMode, OpenBoundary, RainAmount, Scenario, Side, SourcePlace, Sourced,
-};
+use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, Side, Sourced};
 use crate::terrain::{Layer, Resampling, Terrain};
 
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
 
-/// Share of a cell that a line may reach beyond the terrain: the rounding of its coordinates.
-const SAME_PLACE: f64 = 1e-6;
-
-const COMING: Meaning = Meaning { dimension: &DISCHARGE, is_signed: false };
+pub(super) const COMING: Meaning = Meaning { dimension: &DISCHARGE, is_signed: false };
 const LEVEL: Meaning = Meaning { dimension: &LENGTH, is_signed: true };
 const FALLING: Meaning = Meaning { dimension: &INTENSITY, is_signed: false };
 
@@ -38,18 +32,10 @@ fn input_error(code: &'static str, message: String) -> Problem {
 #[derive(Debug, Default)]
 pub(super) struct Opened {
     boundaries: Vec<OpenedBoundary>,
-    /// Of each source its places and its discharge.
-    sources: Vec<(Places, Option<Series>)>,
+    sources: Vec<sources::Opened>,
     rain: Option<OpenedRain>,
     /// The cross-sections.
     pub sections: Vec<Section>,
-}
-
-/// Where water comes out of the ground (map coordinates).
-#[derive(Debug)]
-enum Places {
-    Points(Vec<Vec2>),
-    Lines(Vec<Vec<Vec2>>),
 }
 
 /// A boundary before it is put on the lattice: its lines (map coordinates), where it has any, and its condition.
@@ -65,7 +51,6 @@ enum OpenedRain {
 
 /// Opens every file of boundaries, sources, rain and sections.
 pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
-    let end = scenario.end_time;
     let boundaries = scenario.boundaries.iter().map(|boundary| {
         let lines = match &boundary.value.place {
             OpenBoundary::Side(_) => None,
@@ -74,34 +59,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
         (lines, condition(&boundary.value.condition, scenario, findings))
     });
     let boundaries = boundaries.collect();
-    let sources = scenario.sources.iter().map(|source| {
-        let places = match &source.value.place {
-            SourcePlace::At(at) => Places::Points(vec![Vec2::new(at.value[0], at.value[1])]),
-            SourcePlace::Lines(lines) => {
-                let features = places::features(lines, crs, scenario.reproject, findings);
-                let opened = features.is_some();
-                let found: Vec<Vec<Vec2>> = features.unwrap_or_default().iter().flat_map(lines_of).collect();
-                if opened && found.is_empty() {
-                    let message = format!("{} holds no line", lines.value.path.display());
-                    let remedy = "draw lines along which the water comes out of the ground";
-                    findings.add(lines, input_error("no-lines", message).with_remedy(remedy));
-                }
-                Places::Lines(found)
-            }
-            SourcePlace::Points(points) => {
-                let features = places::features(points, crs, scenario.reproject, findings).unwrap_or_default();
-                let found: Vec<Vec2> = features.iter().flat_map(|f| f.points.iter().map(|(place, _)| *place)).collect();
-                if found.is_empty() {
-                    let message = format!("{} holds no point", points.value.path.display());
-                    let remedy = "draw points where the water comes out of the ground";
-                    findings.add(points, input_error("no-points", message).with_remedy(remedy));
-                }
-                Places::Points(found)
-            }
-        };
-        (places, series::series(&source.value.discharge, COMING, end, findings))
-    });
-    let sources = sources.collect();
+    let sources = sources::open(scenario, crs, findings);
     let rain = scenario.rain.as_ref().and_then(|rain| open_rain(rain, scenario, crs, findings));
     let sections = scenario
         .outputs
@@ -110,16 +68,6 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
         .and_then(|source| Some((source, places::features(source, crs, scenario.reproject, findings)?)))
         .map_or_else(Vec::new, |(source, features)| sections(source, &features, findings));
     Opened { boundaries, sources, rain, sections }
-}
-
-/// The lines of a feature that have a length.
-pub(super) fn lines_of(feature: &crate::vector::Feature) -> Vec<Vec<Vec2>> {
-    let lines = feature.lines.iter().map(|line| {
-        let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
-        places.dedup();
-        places
-    });
-    lines.filter(|places| places.len() >= 2).collect()
 }
 
 pub(super) fn condition(
@@ -230,7 +178,7 @@ pub(super) fn on_lattice(
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let mut forcing = Forcing { reach: REACH * lattice.spacing, ..Forcing::default() };
     boundaries(opened, scenario, ground, &mut forcing, findings);
-    sources(opened, scenario, ground, &mut forcing, findings);
+    sources::on_lattice(&opened.sources, scenario, ground, &mut forcing, findings);
     forcing.rain = match (opened.rain.take(), &scenario.rain) {
         (Some(OpenedRain::Uniform(rain)), _) => Some(rain),
         (Some(OpenedRain::Raster(raster, losses)), Some(source)) => {
@@ -252,80 +200,6 @@ pub(super) fn on_lattice(
         }
     }
     forcing
-}
-
-/// Puts the sources on the lattice, and refuses what does not lie on the terrain.
-fn sources(
-    opened: &Opened,
-    scenario: &Scenario,
-    ground: &BedParticles,
-    forcing: &mut Forcing,
-    findings: &mut Findings,
-) {
-    let lattice = &ground.lattice;
-    for (source, (places, discharge)) in scenario.sources.iter().zip(&opened.sources) {
-        match places {
-            Places::Points(places) => {
-                for place in places {
-                    let local = lattice.to_local(*place);
-                    let cell = lattice.cell_at(local);
-                    if cell.is_none_or(|cell| !ground.has_terrain(cell)) {
-                        findings.add(source, source_outside("this source lies", cell.is_none(), *place, scenario));
-                    }
-                    if let Some(discharge) = discharge {
-                        forcing.sources.push(PointSource { place: local, discharge: discharge.clone() });
-                    }
-                }
-            }
-            Places::Lines(lines) => {
-                for line in lines {
-                    match line_on_lattice(line, scenario, ground) {
-                        Err(problem) => findings.add(source, problem),
-                        Ok(cells) => forcing.line_sources.extend(
-                            discharge.as_ref().map(|discharge| LineSource { cells, discharge: discharge.clone() }),
-                        ),
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The cells of a line with the share of its length that lies in each; a problem where a part of it lies on no terrain.
-fn line_on_lattice(line: &[Vec2], scenario: &Scenario, ground: &BedParticles) -> Result<Vec<(usize, f64)>, Problem> {
-    let lattice = &ground.lattice;
-    let local: Vec<Vec2> = line.iter().map(|place| lattice.to_local(*place)).collect();
-    let (inside, beside) = lengths(&local, lattice);
-    let slack = SAME_PLACE * lattice.spacing;
-    let beside: Vec<[Vec2; 2]> = beside.into_iter().filter(|piece| (piece[1] - piece[0]).norm() > slack).collect();
-    let bare = |(cell, length): &(&usize, &f64)| !ground.has_terrain(**cell) && **length > slack;
-    let off: f64 = beside.iter().map(|piece| (piece[1] - piece[0]).norm()).sum::<f64>()
-        + inside.iter().filter(bare).map(|(_, length)| *length).sum::<f64>();
-    let first = inside.iter().find(bare).map(|(cell, _)| lattice.centre(*cell));
-    let outside = beside.first().map(|piece| (piece[0] + piece[1]) * 0.5);
-    if let Some(place) = outside.or(first) {
-        let what = format!("{off:.1} m of this line lie");
-        return Err(source_outside(&what, outside.is_some(), lattice.to_map(place), scenario));
-    }
-    let on_terrain = inside.into_iter().filter(|(cell, _)| ground.has_terrain(*cell)).collect::<Vec<_>>();
-    let total: f64 = on_terrain.iter().map(|(_, length)| length).sum();
-    Ok(on_terrain.into_iter().map(|(cell, length)| (cell, length / total)).collect())
-}
-
-/// The problem of a source at a place (map coordinates) beside the terrain, or on a part of it that has none.
-fn source_outside(what: &str, is_outside: bool, place: Vec2, scenario: &Scenario) -> Problem {
-    let is_blocked = scenario.ground.buildings.as_ref().is_some_and(|buildings| buildings.mode == BuildingMode::Block);
-    let where_ = match (is_outside, is_blocked) {
-        (true, _) => "outside the terrain",
-        (false, true) => "where the terrain has no data or a building blocks it",
-        (false, false) => "where the terrain has no data",
-    };
-    let remedy = if scenario.channels.is_empty() {
-        "check its coordinates, their order and their CRS"
-    } else {
-        "check its coordinates, their order and their CRS; water comes into a channel by its `upstream`"
-    };
-    input_error("source-outside", format!("{what} {where_}")).with_remedy(remedy).with_at(place)
 }
 
 fn rain_at_cells(

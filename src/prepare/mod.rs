@@ -9,6 +9,7 @@ mod cf_time;
 mod channels;
 mod earlier;
 mod earlier_fields;
+mod earlier_structures;
 mod findings;
 mod forcing;
 mod gaps;
@@ -25,6 +26,7 @@ mod raster;
 mod roughness;
 mod series;
 mod shaped;
+mod sources;
 mod start;
 mod water;
 

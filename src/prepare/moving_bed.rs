@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::findings::Findings;
-use super::{forcing::lines_of, places, raster, series};
+use super::{places, raster, series, sources::lines_of};
 use crate::bed::BedParticles;
 use crate::boundary::edge_faces;
 use crate::error::{Problem, ProblemKind};
@@ -13,10 +13,17 @@ use crate::math::Vec2;
 use crate::scenario::units::VELOCITY;
 use crate::scenario::{BedMovement, MovingBed, Scenario};
 use crate::solver::{BedLaw, BedMotion, Forcing, Patch, Series, Slide};
-use crate::terrain::{Raster, Resampling};
+use crate::terrain::Raster;
 
 /// Change of the bed (m) that counts as none: what rasters of single precision leave of a difference.
 const NO_CHANGE: f64 = 1e-6;
+/// Change of the bed (m) beyond which it is rather a fill value or another unit: no ground moves so far.
+const DOUBTFUL_CHANGE: f64 = 1000.0;
+/// Share of a volume that the lattice may add or lose.
+const OTHER_VOLUME: f64 = 0.02;
+/// Share of its mean thickness by which a slide may come to rest above where it began: the bed of the particles is smooth, and
+/// under a steep edge it lies as far off.
+const CLIMB: f64 = 0.5;
 
 fn input_error(code: &'static str, message: String) -> Problem {
     Problem::error(ProblemKind::Input, code, "", message)
@@ -41,7 +48,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
 }
 
 fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Option<Opened> {
-    let read = raster::read(&bed.raster, Resampling::Bilinear, scenario, crs, findings);
+    let read = raster::read_heights(&bed.raster, scenario, crs, findings);
     // Every file is opened, so that one check reports all.
     let law = match &bed.law {
         BedMovement::InPlace(None) => Some(OpenedLaw::AtOnce),
@@ -71,6 +78,18 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
     }
     let mut raster = read?;
     raster.values.iter_mut().for_each(|value| *value = if value.is_nan() { 0.0 } else { *value * bed.unit });
+    if let Some(index) = raster.values.iter().position(|value| value.abs() > DOUBTFUL_CHANGE) {
+        let message = format!(
+            "{} moves the bed by {:.1} m, more than any ground does",
+            bed.raster.value.display(),
+            raster.values[index]
+        );
+        let problem = Problem::warning(ProblemKind::Input, "doubtful-change", "", message)
+            .with_cause("a fill value that the file does not declare as nodata, or another `unit`")
+            .with_remedy("declare the fill value with `gdal_edit.py -a_nodata`, or give the `unit` of the raster")
+            .with_at(raster.centre(index % raster.columns, index / raster.columns));
+        findings.add(&bed.raster, problem);
+    }
     let negative = raster.values.iter().position(|value| *value < 0.0);
     if let (Some(index), BedMovement::Slide { .. }) = (negative, &bed.law) {
         let message = format!("{} has a thickness below 0", bed.raster.value.display());
@@ -136,6 +155,7 @@ fn in_place(
             .with_at(at(lattice, first));
         findings.add(&written.raster, problem);
     }
+    findings.add_all(&written.raster, change_volume(raster, &name.to_string(), cells.iter().chain(&bare), lattice));
     let law = match law {
         OpenedLaw::Share(series) => {
             let lasts = series.points().last().map_or(0.0, |point| point.0);
@@ -151,6 +171,49 @@ fn in_place(
         _ => BedLaw::AtOnce,
     };
     Some(BedMotion { begin: written.at.value, cells, law })
+}
+
+/// What the lattice makes of the volumes that a raster raises and lowers, where that is another volume.
+fn change_volume<'a>(
+    raster: &Raster,
+    name: &str,
+    cells: impl Iterator<Item = &'a (usize, f64)>,
+    lattice: &Lattice,
+) -> Option<Problem> {
+    // Coarser cells the lattice knows by several places each.
+    if raster.cell_x.min(raster.cell_y) >= 2.0 * lattice.spacing {
+        return None;
+    }
+    let add = |sums: [f64; 2], volume: f64| [sums[0] + volume.max(0.0), sums[1] - volume.min(0.0)];
+    let on_lattice = cells.map(|(_, change)| change * lattice.cell_area()).fold([0.0; 2], add);
+    let (width, height) = (lattice.columns as f64 * lattice.spacing, lattice.rows as f64 * lattice.spacing);
+    // What lies beside the lattice changes nothing there, and is not missed.
+    let volume = |index: usize| {
+        let centre = lattice.to_local(raster.centre(index % raster.columns, index / raster.columns));
+        let within = |middle: f64, cell: f64, size: f64| {
+            ((middle + 0.5 * cell).min(size) - (middle - 0.5 * cell).max(0.0)).max(0.0)
+        };
+        let area = within(centre.x, raster.cell_x, width) * within(centre.y, raster.cell_y, height);
+        raster.values[index] * area
+    };
+    let changed = (0..raster.values.len()).filter(|&index| raster.values[index].abs() > NO_CHANGE);
+    let wanted = changed.map(volume).fold([0.0; 2], add);
+    let misfit = (on_lattice[0] - wanted[0]).abs() + (on_lattice[1] - wanted[1]).abs();
+    (misfit > OTHER_VOLUME * (wanted[0] + wanted[1])).then(|| {
+        let message = format!(
+            "on the lattice {name} raises {:.4e} m³ and lowers {:.4e} m³; in the file it is {:.4e} m³ and {:.4e} m³",
+            on_lattice[0], on_lattice[1], wanted[0], wanted[1]
+        );
+        let largest =
+            (0..raster.values.len()).max_by(|a, b| raster.values[*a].abs().total_cmp(&raster.values[*b].abs()));
+        let problem = Problem::warning(ProblemKind::Input, "change-volume", "", message)
+            .with_cause("it is finer than the resolution: each cell takes the change at its centre")
+            .with_remedy("take a finer `resolution`, or a raster of the means over its cells");
+        match largest {
+            Some(index) => problem.with_at(raster.centre(index % raster.columns, index / raster.columns)),
+            None => problem,
+        }
+    })
 }
 
 fn changes_nothing(message: &str, raster: &Raster) -> Problem {
@@ -193,6 +256,7 @@ fn slide(
     }
     let all = swept(&slide, distance, lattice);
     let thickness_at = |cell: usize, offset: Vec2| slide.thickness.at(lattice.centre(cell) - offset);
+    check_path(&slide, distance, (&all, &thickness_at), (written, ground), findings);
     // What of the slide lies on terrain, at its beginning and at its end, against all of it.
     let whole = slide.thickness.values.iter().sum::<f64>() * slide.thickness.cell.x * slide.thickness.cell.y;
     for (moment, offset) in [("at its start", Vec2::ZERO), ("where it comes to rest", slide.offset(distance))] {
@@ -206,7 +270,7 @@ fn slide(
             findings.add(line, input_error("slide-outside", message).with_remedy(remedy).with_at(place));
             return None;
         }
-        if lies < 0.98 * whole || lies > 1.02 * whole {
+        if (lies - whole).abs() > OTHER_VOLUME * whole {
             let message =
                 format!("{moment} {lies:.4e} m³ of the slide lie on the lattice, of {whole:.4e} m³ in {name}");
             let problem = Problem::warning(ProblemKind::Input, "slide-volume", "", message)
@@ -219,6 +283,51 @@ fn slide(
     let cells = all.into_iter().filter(|&cell| ground.has_terrain(cell));
     let cells = cells.map(|cell| (cell, thickness_at(cell, Vec2::ZERO))).collect();
     Some(BedMotion { begin: written.at.value, cells, law: BedLaw::Slide(slide) })
+}
+
+/// Warns of a line that does not begin on its slide, and of one up which the slide would run.
+fn check_path(
+    slide: &Slide,
+    distance: f64,
+    (cells, thickness): (&BTreeSet<usize>, &impl Fn(usize, Vec2) -> f64),
+    (written, ground): (&MovingBed, &BedParticles),
+    findings: &mut Findings,
+) {
+    let BedMovement::Slide { path: line, .. } = &written.law else { return };
+    let lattice = &ground.lattice;
+    let Some((&begin, &end)) = slide.path.first().zip(slide.path.last()) else { return };
+    let warning = |code, message: String| Problem::warning(ProblemKind::Input, code, "", message);
+    if slide.thickness.at(begin) <= 0.0 {
+        let problem =
+            warning("path-beside-slide", "the line does not begin on the slide: it has no thickness there".to_owned())
+                .with_cause("the slide goes the way of the line from where the raster has it, wherever the line lies")
+                .with_remedy(
+                    "draw the line from the middle of the slide to where its middle comes to rest, in this order",
+                )
+                .with_at(lattice.to_map(begin));
+        findings.add(line, problem);
+    }
+    // Mean height (m) of the ground that the slide has under it; where it lies at the start the terrain holds the slide, too.
+    let under = |offset: Vec2| {
+        let bearing = cells.iter().filter(|cell| ground.has_terrain(**cell));
+        let of = |&cell: &usize| (thickness(cell, offset), ground.elevation[cell] - thickness(cell, Vec2::ZERO));
+        let (weight, sum) = bearing.map(of).fold((0.0, 0.0), |sums, (t, z)| (sums.0 + t, sums.1 + t * z));
+        (weight > 0.0).then(|| sum / weight)
+    };
+    let filled: Vec<f64> = slide.thickness.values.iter().copied().filter(|t| *t > NO_CHANGE).collect();
+    let mean = filled.iter().sum::<f64>() / filled.len().max(1) as f64;
+    if let Some((from, to)) = under(Vec2::ZERO).zip(under(slide.offset(distance)))
+        && to - from > CLIMB * mean
+    {
+        let message = format!(
+            "the slide runs uphill: the ground under it is at {from:.2} m at its start and at {to:.2} m where it comes to rest"
+        );
+        let problem = warning("slide-uphill", message)
+            .with_cause("the line is drawn backwards, perhaps, or the terrain does not hold the slide where it lies at the start")
+            .with_remedy("draw the line from where the slide breaks off to where it comes to rest")
+            .with_at(lattice.to_map(end));
+        findings.add(line, problem);
+    }
 }
 
 /// The part of a raster that is not 0, in local coordinates; none where there is none.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::Findings;
+use crate::error::Problem;
 use crate::geodata::Crs;
 use crate::scenario::{Scenario, Sourced};
 use crate::terrain::{Raster, RasterFile, RasterRequest, Resampling};
@@ -15,6 +16,31 @@ pub(super) fn read(
     crs: Option<&Crs>,
     findings: &mut Findings,
 ) -> Option<Raster> {
+    let (raster, warnings) = values(file, resampling, scenario, crs, findings)?;
+    findings.add_all(file, warnings);
+    Some(raster)
+}
+
+/// The same for heights in a unit of their own, which are no elevations of a place on Earth.
+pub(super) fn read_heights(
+    file: &Sourced<PathBuf>,
+    scenario: &Scenario,
+    crs: Option<&Crs>,
+    findings: &mut Findings,
+) -> Option<Raster> {
+    let (raster, mut warnings) = values(file, Resampling::Bilinear, scenario, crs, findings)?;
+    warnings.retain(|warning| warning.code != "doubtful-elevation");
+    findings.add_all(file, warnings);
+    Some(raster)
+}
+
+fn values(
+    file: &Sourced<PathBuf>,
+    resampling: Resampling,
+    scenario: &Scenario,
+    crs: Option<&Crs>,
+    findings: &mut Findings,
+) -> Option<(Raster, Vec<Problem>)> {
     let opened = findings.take(file, RasterFile::open(&file.value))?;
     let request = RasterRequest {
         path: &file.value,
@@ -25,7 +51,5 @@ pub(super) fn read(
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
     };
-    let (raster, warnings) = findings.take(file, opened.read(&request, crs?))?;
-    findings.add_all(file, warnings);
-    Some(raster)
+    findings.take(file, opened.read(&request, crs?))
 }

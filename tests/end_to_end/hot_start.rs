@@ -227,6 +227,58 @@ fn a_levee_on_dry_ground_that_is_left_out_is_told() {
 }
 
 #[test]
+fn a_building_on_dry_ground_that_is_added_or_left_out_is_told() {
+    let scene = Scene::sound();
+    let ring = "[[[500240,5300110],[500260,5300110],[500260,5300120],[500240,5300120],[500240,5300110]]]";
+    scene.feature("house.geojson", "Polygon", ring);
+    let house = "structures={buildings: {polygons: house.geojson}}";
+    let go_on = "initial=[{fields: first/fields.nc}]";
+    scene.run("first", &["time.end=10 s"]);
+    let lost = "on 8 cells that have no terrain here and had some there";
+    scene.assert_check(
+        &[go_on, house],
+        0,
+        &["warning[other-dry-ground] initial", lost, "500242.5, 5300112.5", "remedy"],
+    );
+    // Without its building the earlier run has no frame for its cells.
+    std::fs::remove_dir_all(scene.path("first")).unwrap();
+    scene.run("first", &["time.end=10 s", house]);
+    scene.assert_check(&[go_on], 4, &["error[incomplete-frame] initial", "8 cells with terrain"]);
+}
+
+#[test]
+fn structures_that_the_earlier_run_had_and_this_one_has_not_are_told() {
+    let scene = Scene::sound();
+    scene.feature("wall.geojson", "LineString", "[[500102.5,5300000],[500102.5,5300125]]");
+    scene.feature("low.geojson", "LineString", "[[500200,5300117],[500250,5300117]]");
+    let wall = "structures={walls: [{lines: wall.geojson}]}";
+    scene.run("first", &["time.end=10 s", wall]);
+    let go_on = "initial=[{fields: first/fields.nc}]";
+    let told = "warning[other-structures] initial";
+    scene.assert_check(
+        &[go_on],
+        0,
+        &[told, "there and not here: wall wall.geojson", "first/scenario.resolved.yaml", "remedy"],
+    );
+    let both = "structures={walls: [{lines: wall.geojson}, {lines: low.geojson, crest: 130 m}]}";
+    scene.assert_check(&[go_on, both], 0, &[told, "here and not there: wall low.geojson, crest 130 m"]);
+    let silent = |changes: &[&str]| {
+        let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+        let check = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &changes].concat());
+        assert!(check.code == 0 && !check.stdout.contains("other-structures"), "{}", check.stdout);
+    };
+    silent(&[go_on, wall]);
+    // The same name in another folder is the same wall, and another line under the same name is not.
+    std::fs::create_dir(scene.path("gis")).unwrap();
+    std::fs::copy(scene.path("wall.geojson"), scene.path("gis/wall.geojson")).unwrap();
+    silent(&[go_on, "structures={walls: [{lines: gis/wall.geojson}]}"]);
+    scene.feature("wall.geojson", "LineString", "[[500102.5,5300000],[500102.5,5300060]]");
+    scene.assert_check(&[go_on, wall], 0, &[told, "with another content of its file: wall wall.geojson"]);
+    std::fs::remove_file(scene.path("first/scenario.resolved.yaml")).unwrap();
+    silent(&[go_on]);
+}
+
+#[test]
 fn how_the_earlier_run_ended_is_told() {
     let scene = Scene::sound();
     scene.run("first", &["time.end=10 s"]);

@@ -203,3 +203,81 @@ fn a_bed_that_does_not_fit_is_refused_with_its_place() {
     scene.line("axis.geojson", &[(1015.0, 2050.0), (1015.0, 2098.0)]);
     scene.assert_check(0, &["warning[slide-volume]", "where it comes to rest", "1.2000e3 m³"]);
 }
+
+#[test]
+fn a_line_that_does_not_fit_its_slide_is_told() {
+    // From the lake up to the slide: drawn backwards.
+    let scene = Scene::new(&[SLIDE]);
+    scene.line("axis.geojson", &[(1100.0, 2050.0), (1015.0, 2050.0)]);
+    scene.grid("slide.asc", |x, y| if (105.0..125.0).contains(&x) && (40.0..60.0).contains(&y) { 3.0 } else { 0.0 });
+    scene.write("velocity.csv", "time_s,v_m_s\n0,20\n");
+    scene.assert_check(
+        0,
+        &[
+            "warning[path-beside-slide] moving_bed[0].path",
+            "1100.0, 2050.0",
+            "warning[slide-uphill] moving_bed[0].path",
+            "at 87.00 m at its start",
+            "remedy  draw the line from",
+        ],
+    );
+    // On level ground a slide may go either way.
+    let scene = Scene::new(&[SLIDE]);
+    scene.grid("dem.asc", |x, y| if (105.0..125.0).contains(&x) && (40.0..60.0).contains(&y) { 93.0 } else { 90.0 });
+    scene.grid("slide.asc", |x, y| if (105.0..125.0).contains(&x) && (40.0..60.0).contains(&y) { 3.0 } else { 0.0 });
+    scene.line("axis.geojson", &[(1115.0, 2050.0), (1065.0, 2050.0)]);
+    scene.assert_check(0, &["0 errors, 0 warnings"]);
+}
+
+#[test]
+fn a_change_finer_than_the_lattice_is_told_with_its_volumes() {
+    let scene = Scene::new(&[]);
+    let grid = |cell: u32, value: &dyn Fn(f64, f64) -> f64| {
+        let (columns, rows) = (200 / cell, 100 / cell);
+        let header = format!(
+            "ncols {columns}\nnrows {rows}\nxllcorner 1000\nyllcorner 2000\ncellsize {cell}\nNODATA_value -9999\n"
+        );
+        let size = f64::from(cell);
+        let place = |k: u32| size * (f64::from(k) + 0.5);
+        let rows = (0..rows).map(|row| {
+            let cell = |column: u32| value(place(column), 100.0 - place(row)).to_string();
+            (0..columns).map(cell).collect::<Vec<_>>().join(" ")
+        });
+        scene.write("change.asc", &(header + &rows.collect::<Vec<_>>().join("\n") + "\n"));
+    };
+    // A bank 3 m wide, 100 m long and 8 m high, which the cells of 5 m make 5 m wide.
+    grid(1, &|x, _| if (101.0..104.0).contains(&x) { 8.0 } else { 0.0 });
+    scene.assert_check(
+        0,
+        &[
+            "warning[change-volume] moving_bed[0].change",
+            "raises 4.0000e3 m³",
+            "it is 2.4000e3 m³",
+            "finer `resolution`",
+        ],
+    );
+    // Sunk ground does not make up for raised ground.
+    grid(1, &|x, _| {
+        if (101.0..104.0).contains(&x) {
+            8.0
+        } else if (106.0..109.0).contains(&x) {
+            -8.0
+        } else {
+            0.0
+        }
+    });
+    scene.assert_check(0, &["warning[change-volume]", "lowers 4.0000e3 m³"]);
+    // What fills whole cells keeps its volume, up to the edge of the terrain.
+    grid(1, &|x, _| if x > 150.0 { 2.0 } else { 0.0 });
+    let change = floodsim(scene.folder.path(), &["check", "s.yaml"]).stdout;
+    assert!(!change.contains("change-volume"), "{change}");
+}
+
+#[test]
+fn changes_in_millimetres_are_no_doubtful_elevations() {
+    let scene = Scene::new(&[("change: change.asc", "change: change.asc, unit: mm")]);
+    scene.grid("change.asc", |x, _| if (100.0..140.0).contains(&x) { -2000.0 } else { 0.0 });
+    scene.assert_check(0, &["0 errors, 0 warnings"]);
+    scene.grid("change.asc", |x, _| if (100.0..140.0).contains(&x) { 12_000_000.0 } else { 0.0 });
+    scene.assert_check(0, &["warning[doubtful-change] moving_bed[0].change", "12000.0 m", "`unit`"]);
+}

@@ -330,7 +330,7 @@ fn a_line_source_spreads_by_its_shares_and_books_all_of_it() {
     // The middle column, its four cells alike: the same flow to both sides, and none along the line.
     let discharge = Series::new(&[(0.0, 0.0), (20.0, 2.0), (40.0, 1.0)]).unwrap();
     let cells = (0..4).map(|row| (row * 20 + 10, 0.25)).collect();
-    problem.forcing.line_sources = vec![LineSource { cells, discharge: discharge.clone() }];
+    problem.forcing.line_sources = vec![LineSource { name: String::new(), cells, discharge: discharge.clone() }];
     let mut solver = EulerianSolver::new(problem.clone());
     run_until(&mut solver, 30.0);
     let ledger = solver.ledger();

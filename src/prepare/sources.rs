@@ -1,0 +1,214 @@
+//! Water that comes out of the ground: the files of its places and lines, and where they lie on the terrain.
+
+use std::collections::BTreeMap;
+
+use super::burn::lengths;
+use super::findings::Findings;
+use super::forcing::COMING;
+use super::{places, series};
+use crate::bed::BedParticles;
+use crate::boundary::{Forcing, LineSource, PointSource, Series};
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::Crs;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::scenario::{BuildingMode, Scenario, SourcePlace};
+
+/// Share of a cell that a line may reach beyond the terrain: the rounding of its coordinates.
+const SAME_PLACE: f64 = 1e-6;
+
+fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// The places of a source and its discharge.
+pub(super) type Opened = (Places, Option<Series>);
+
+/// Where water comes out of the ground (map coordinates).
+#[derive(Debug)]
+pub(super) enum Places {
+    Points(Vec<Vec2>),
+    /// Of each feature its number in the file and its parts, which share one discharge.
+    Lines(Vec<(usize, Vec<Vec<Vec2>>)>),
+}
+
+/// Opens the files of each.
+pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Opened> {
+    let opened = scenario.sources.iter().map(|source| {
+        let places = match &source.value.place {
+            SourcePlace::At(at) => Places::Points(vec![Vec2::new(at.value[0], at.value[1])]),
+            SourcePlace::Lines(lines) => {
+                let features = places::features(lines, crs, scenario.reproject, findings);
+                let opened = features.is_some();
+                let features = features.unwrap_or_default();
+                let found: Vec<(usize, Vec<Vec<Vec2>>)> = features
+                    .iter()
+                    .map(|feature| (feature.number, lines_of(feature)))
+                    .filter(|(_, parts)| !parts.is_empty())
+                    .collect();
+                if opened && found.is_empty() {
+                    let message = format!("{} holds no line", lines.value.path.display());
+                    let remedy = "draw lines along which the water comes out of the ground";
+                    findings.add(lines, input_error("no-lines", message).with_remedy(remedy));
+                }
+                Places::Lines(found)
+            }
+            SourcePlace::Points(points) => {
+                let features = places::features(points, crs, scenario.reproject, findings).unwrap_or_default();
+                let found: Vec<Vec2> = features.iter().flat_map(|f| f.points.iter().map(|(place, _)| *place)).collect();
+                if found.is_empty() {
+                    let message = format!("{} holds no point", points.value.path.display());
+                    let remedy = "draw points where the water comes out of the ground";
+                    findings.add(points, input_error("no-points", message).with_remedy(remedy));
+                }
+                Places::Points(found)
+            }
+        };
+        (places, series::series(&source.value.discharge, COMING, scenario.end_time, findings))
+    });
+    opened.collect()
+}
+
+/// The lines of a feature that have a length.
+pub(super) fn lines_of(feature: &crate::vector::Feature) -> Vec<Vec<Vec2>> {
+    let lines = feature.lines.iter().map(|line| {
+        let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
+        places.dedup();
+        places
+    });
+    lines.filter(|places| places.len() >= 2).collect()
+}
+
+/// Puts the sources on the lattice, and refuses what does not lie on the terrain.
+pub(super) fn on_lattice(
+    opened: &[Opened],
+    scenario: &Scenario,
+    ground: &BedParticles,
+    forcing: &mut Forcing,
+    findings: &mut Findings,
+) {
+    let lattice = &ground.lattice;
+    for (source, (places, discharge)) in scenario.sources.iter().zip(opened) {
+        match places {
+            Places::Points(places) => {
+                for place in places {
+                    let own = lattice.to_local(*place);
+                    let has_terrain =
+                        |place: &Vec2| lattice.cell_at(*place).is_some_and(|cell| ground.has_terrain(cell));
+                    let local =
+                        beside_edges(lattice).map(|shift| own + shift).into_iter().find(has_terrain).unwrap_or(own);
+                    let cell = lattice.cell_at(local);
+                    if cell.is_none_or(|cell| !ground.has_terrain(cell)) {
+                        findings.add(source, source_outside("this source lies", cell.is_none(), *place, scenario));
+                    }
+                    if let Some(discharge) = discharge {
+                        forcing.sources.push(PointSource { place: local, discharge: discharge.clone() });
+                    }
+                }
+            }
+            Places::Lines(lines) => {
+                findings
+                    .add_all(source, discharge.as_ref().and_then(|discharge| several_lines(lines.len(), discharge)));
+                for (number, parts) in lines {
+                    let name = format!("{} feature {number}", source.key);
+                    match line_on_lattice(parts, scenario, ground) {
+                        Err(problem) => findings.add(source, problem),
+                        Ok(cells) => forcing.line_sources.extend(discharge.as_ref().map(|discharge| LineSource {
+                            name,
+                            cells,
+                            discharge: discharge.clone(),
+                        })),
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Tells what comes out of the lines of one file together, where it has several.
+fn several_lines(count: usize, discharge: &Series) -> Option<Problem> {
+    let each = discharge.peak();
+    let at_most = if discharge.points().all(|point| point.1.to_bits() == each.to_bits()) { "" } else { "at most " };
+    (count > 1).then(|| {
+        let sum = (count as f64 * each * 1e9).round() / 1e9;
+        let message = format!("{count} lines of {at_most}{each} m3/s each: {at_most}{sum} m3/s");
+        Problem::warning(ProblemKind::Input, "several-lines", "", message)
+            .with_cause("each line of the file gives the whole `discharge`; the parts of one feature share it")
+            .with_remedy("nothing, if it is meant; otherwise join the lines in one feature, or divide the discharge")
+    })
+}
+
+/// The steps by which a place may be taken for one beside it: on an edge between two cells it is in both of them, so that the four
+/// edges of the terrain and its corners are alike.
+fn beside_edges(lattice: &Lattice) -> [Vec2; 9] {
+    let step = SAME_PLACE * lattice.spacing;
+    let ways = [(0, 0), (-1, 0), (0, -1), (1, 0), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)];
+    ways.map(|(x, y)| Vec2::new(f64::from(x), f64::from(y)) * step)
+}
+
+/// The cells of the lines of a feature with the share of their length that lies in each; a problem where a part of it lies on no
+/// terrain.
+fn line_on_lattice(
+    parts: &[Vec<Vec2>],
+    scenario: &Scenario,
+    ground: &BedParticles,
+) -> Result<Vec<(usize, f64)>, Problem> {
+    let lattice = &ground.lattice;
+    let slack = SAME_PLACE * lattice.spacing;
+    let (mut on_terrain, mut off, mut outside, mut bare) = (BTreeMap::<usize, f64>::new(), 0.0, None, None);
+    let is_long = |piece: &[Vec2; 2]| (piece[1] - piece[0]).norm() > slack;
+    for part in parts {
+        let line: Vec<Vec2> = part.iter().map(|place| lattice.to_local(*place)).collect();
+        for piece in line.windows(2) {
+            let attempt = |shift: Vec2| {
+                let (inside, beside) = lengths(&[piece[0] + shift, piece[1] + shift], lattice);
+                let beside: Vec<[Vec2; 2]> = beside.into_iter().filter(is_long).collect();
+                let (ground, missing): (Vec<_>, Vec<_>) =
+                    inside.into_iter().partition(|(cell, _)| ground.has_terrain(*cell));
+                let missing: Vec<(usize, f64)> = missing.into_iter().filter(|(_, length)| *length > slack).collect();
+                let off = beside.iter().map(|piece| (piece[1] - piece[0]).norm()).sum::<f64>()
+                    + missing.iter().map(|(_, length)| length).sum::<f64>();
+                (off, ground, missing, beside)
+            };
+            let mut best = attempt(Vec2::ZERO);
+            for shift in beside_edges(lattice) {
+                if best.0 <= 0.0 {
+                    break;
+                }
+                let other = attempt(shift);
+                if other.0 < best.0 {
+                    best = other;
+                }
+            }
+            let (missed, ground, missing, beside) = best;
+            off += missed;
+            outside = outside.or(beside.first().map(|piece| (piece[0] + piece[1]) * 0.5));
+            bare = bare.or(missing.first().map(|(cell, _)| lattice.centre(*cell)));
+            for (cell, length) in ground {
+                *on_terrain.entry(cell).or_insert(0.0) += length;
+            }
+        }
+    }
+    if let Some(place) = outside.or(bare) {
+        let what = format!("{off:.1} m of this line lie");
+        return Err(source_outside(&what, outside.is_some(), lattice.to_map(place), scenario));
+    }
+    let total: f64 = on_terrain.values().sum();
+    Ok(on_terrain.into_iter().map(|(cell, length)| (cell, length / total)).collect())
+}
+
+/// The problem of a source at a place (map coordinates) beside the terrain, or on a part of it that has none.
+fn source_outside(what: &str, is_outside: bool, place: Vec2, scenario: &Scenario) -> Problem {
+    let is_blocked = scenario.ground.buildings.as_ref().is_some_and(|buildings| buildings.mode == BuildingMode::Block);
+    let where_ = match (is_outside, is_blocked) {
+        (true, _) => "outside the terrain",
+        (false, true) => "where the terrain has no data or a building blocks it",
+        (false, false) => "where the terrain has no data",
+    };
+    let remedy = if scenario.channels.is_empty() {
+        "check its coordinates, their order and their CRS"
+    } else {
+        "check its coordinates, their order and their CRS; water comes into a channel by its `upstream`"
+    };
+    input_error("source-outside", format!("{what} {where_}")).with_remedy(remedy).with_at(place)
+}
