@@ -33,6 +33,14 @@ struct Radar {
     west: f64,
     /// Another variable of three dimensions beside the first.
     has_quality: bool,
+    /// Dimensions of the variable.
+    order: [&'static str; 3],
+    /// Unit of the bounds, where they have one of their own, their dimensions, and the name by which the times know them.
+    bounds_units: Option<&'static str>,
+    bounds_shape: &'static [&'static str],
+    bounds_name: &'static str,
+    /// Attribute `scale_factor` of the times.
+    scale_factor: Option<f64>,
 }
 
 impl Radar {
@@ -51,6 +59,11 @@ impl Radar {
             ],
             west: 1000.0,
             has_quality: false,
+            order: ["time", "y", "x"],
+            bounds_units: None,
+            bounds_shape: &["time", "nv"],
+            bounds_name: "time_bounds",
+            scale_factor: None,
         }
     }
 
@@ -64,16 +77,22 @@ impl Radar {
         let mut time = file.add_variable::<f64>("time", &["time"]).unwrap();
         time.put_attribute("units", self.time_units).unwrap();
         time.put_attribute("calendar", self.calendar).unwrap();
+        if let Some(factor) = self.scale_factor {
+            time.put_attribute("scale_factor", factor).unwrap();
+        }
         if self.bounds.is_some() {
-            time.put_attribute("bounds", "time_bounds").unwrap();
-            file.add_variable::<f64>("time_bounds", &["time", "nv"]).unwrap();
+            time.put_attribute("bounds", self.bounds_name).unwrap();
+            let mut bounds = file.add_variable::<f64>("time_bounds", self.bounds_shape).unwrap();
+            if let Some(units) = self.bounds_units {
+                bounds.put_attribute("units", units).unwrap();
+            }
         }
         for (name, direction) in [("x", "projection_x_coordinate"), ("y", "projection_y_coordinate")] {
             let mut axis = file.add_variable::<f64>(name, &[name]).unwrap();
             axis.put_attribute("units", "m").unwrap();
             axis.put_attribute("standard_name", direction).unwrap();
         }
-        let mut rain = file.add_variable::<f64>("rate", &["time", "y", "x"]).unwrap();
+        let mut rain = file.add_variable::<f64>("rate", &self.order).unwrap();
         rain.put_attribute("units", self.units).unwrap();
         rain.put_attribute("_FillValue", -9.0).unwrap();
         if self.has_quality {
@@ -260,6 +279,61 @@ fn a_radar_that_does_not_fit_is_refused_with_its_place() {
     let both = "rain: {raster_series: radar.nc, rate: 3 mm/h}";
     Scene::new(&Radar::sound(), &[("rain: {raster_series: radar.nc, start: \"2026-06-01 06:00:00\"}", both)])
         .assert_check(3, &["exclude each other"]);
+}
+
+#[test]
+fn a_radar_of_another_order_of_axes_is_refused() {
+    let check = |order, expected: &[&str]| {
+        Scene::new(&Radar { order, ..Radar::sound() }, &[]).assert_check(4, expected);
+    };
+    check(["time", "x", "y"], &["error[axes-swapped] rain.raster_series", "time, x, y and not", "ncpdq -a time,y,x"]);
+    check(["y", "x", "time"], &["error[axes-swapped] rain.raster_series", "y, x, time and not", "ncpdq -a time,y,x"]);
+    check(["time", "nv", "x"], &["error[axes-unknown] rain.raster_series", "is y is not known", "axis = \"Y\""]);
+}
+
+#[test]
+fn bounds_of_times_are_taken_at_their_word_or_refused() {
+    let sound = Radar { bounds: Some(vec![0.0, 1.0, 1.0, 2.0, 2.0, 3.0]), ..Radar::sound() };
+    // Seconds from a minute later than the times.
+    let own = Radar {
+        times: vec![0.0, 1.0, 2.5],
+        bounds: Some(vec![-60.0, 0.0, 0.0, 90.0, 90.0, 180.0]),
+        bounds_units: Some("seconds since 2026-06-01 06:00:00"),
+        ..Radar::sound()
+    };
+    assert_volume(Scene::new(&own, &[]).run().0, minute(60.0 * 1.5 + 90.0 * 0.5));
+    let check = |radar: Radar, expected: &[&str]| {
+        Scene::new(&radar, &[]).assert_check(4, &[&["error[bad-bounds] rain.raster_series"], expected].concat());
+    };
+    check(Radar { bounds_name: "time_bnds", ..sound.clone() }, &["`time_bnds`, which it does not have"]);
+    check(Radar { bounds_shape: &["nv", "time"], ..sound.clone() }, &["(nv = 2, time = 3) and not (time, 2)"]);
+    check(Radar { bounds_units: Some("minutes"), ..sound.clone() }, &["say `minutes`", "has a date"]);
+    check(Radar { bounds_units: Some("minutes ago"), ..sound.clone() }, &["`minutes ago` is no unit"]);
+    check(
+        Radar { bounds_units: Some("hours since 2026-06-01 05:59:00"), ..sound.clone() },
+        &["the time 0 s", "outside its bounds, 3540 s to 7140 s"],
+    );
+    let packed = Scene::new(&Radar { scale_factor: Some(60.0), ..Radar::sound() }, &[]);
+    packed.assert_check(4, &["error[packed-times]", "`time` of", "`scale_factor`", "ncpdq -U"]);
+}
+
+#[test]
+fn two_dates_of_the_start_must_agree() {
+    let time = |reference| [("end: 2 min", format!("end: 2 min, reference: \"{reference}\""))];
+    let scene = |reference| {
+        let [(old, new)] = time(reference);
+        Scene::new(&Radar::sound(), &[(old, &new)])
+    };
+    scene("2026-06-01 06:00:00").assert_check(0, &["0 errors"]);
+    scene("2026-06-01 05:59:00").assert_check(
+        4,
+        &[
+            "error[two-starts] rain.raster_series",
+            "`2026-06-01 06:00:00`",
+            "`2026-06-01 05:59:00`",
+            "take one of them out",
+        ],
+    );
 }
 
 #[test]
