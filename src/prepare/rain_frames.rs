@@ -16,6 +16,8 @@ use crate::terrain::{Raster, RasterFile, RasterRequest, Resampling};
 
 /// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
 const DOUBTFUL: f64 = 1.0 / 3600.0;
+/// Share of the greatest depth within which two depths are the same.
+const SAME_DEPTH: f64 = 1e-6;
 /// Share of a cell by which the places of two rasters may differ.
 const SAME_PLACE: f64 = 1e-3;
 
@@ -130,6 +132,68 @@ fn too_large(rasters: usize, cells: usize, memory: f64) -> Option<Problem> {
     })
 }
 
+/// A file of a list, which must not leave open which of its bands is meant.
+fn open_single(path: &Path) -> Result<RasterFile, Problem> {
+    let raster = RasterFile::open(path)?;
+    if raster.bands() == 1 {
+        return Ok(raster);
+    }
+    let message = format!("{} has {} bands, and a list gives one raster for each time", path.display(), raster.bands());
+    Err(input_error("several-bands", message)
+        .with_remedy("write each band that is rain to a file of its own (`gdal_translate -b 1 IN OUT`) and list that"))
+}
+
+/// Of the warnings of each file the first of each kind, with the number of files that have it.
+fn one_of_a_kind(told: Vec<Vec<Problem>>) -> Vec<Problem> {
+    let mut kinds: Vec<(Problem, usize)> = Vec::new();
+    for mut warnings in told {
+        warnings.dedup_by_key(|warning| warning.code);
+        for warning in warnings {
+            match kinds.iter_mut().find(|(first, _)| first.code == warning.code) {
+                Some((_, files)) => *files += 1,
+                None => kinds.push((warning, 1)),
+            }
+        }
+    }
+    let counted = |(mut warning, files): (Problem, usize)| {
+        if files > 1 {
+            warning.message += &format!(" (the first of {files} such rasters of the list)");
+        }
+        warning
+    };
+    kinds.into_iter().map(counted).collect()
+}
+
+/// The problem of depths (m) that look like totals since the beginning: in three rasters or more they fall nowhere, and their mean
+/// rises.
+fn accumulated(depths: &[Vec<f64>], grid: &Grid, name: &str) -> Option<Problem> {
+    let [first, .., last] = depths else { return None };
+    let greatest = depths.iter().flatten().copied().fold(0.0, f64::max);
+    let falls = |pair: &[Vec<f64>]| {
+        pair[0].iter().zip(&pair[1]).any(|(before, now)| now.is_nan() || *now < before - SAME_DEPTH * greatest)
+    };
+    let mean = |depths: &[f64]| {
+        let cells: usize = grid.places.iter().map(|place| place.1).sum();
+        let sum: f64 = depths.iter().zip(&grid.places).map(|(depth, place)| depth * place.1 as f64).sum();
+        sum / cells.max(1) as f64
+    };
+    let (from, to) = (mean(first), mean(last));
+    if depths.len() < 3 || depths.windows(2).any(falls) || to - from <= SAME_DEPTH * greatest {
+        return None;
+    }
+    let message = format!(
+        "the depths of {name} fall nowhere in {} rasters, and their mean over the terrain rises from {:.3} mm to {:.3} mm",
+        depths.len(),
+        from * 1e3,
+        to * 1e3
+    );
+    Some(
+        input_error("accumulated-rain", message)
+            .with_cause("they count from the beginning of the series, it seems, and not for each interval")
+            .with_remedy("take the differences of the rasters first (`cdo deltat IN OUT`); rain that does grow from each interval to the next can be given as intensities (`mm/h`)"),
+    )
+}
+
 /// Reads the rasters that the run needs; none after an error.
 pub(super) fn on_lattice(
     opened: Opened,
@@ -177,12 +241,11 @@ pub(super) fn on_lattice(
         Rasters::Files(paths) => {
             let mut told = Vec::new();
             for path in needed.iter().map(|&k| &paths[k]) {
-                let read = RasterFile::open(path)
+                let read = open_single(path)
                     .and_then(|raster| raster.read_bands(1..2, &request(path), &crs, |_, raster| take(raster, path)));
                 told.push(findings.take(file, read)?);
             }
-            // What is said of the first file holds for all.
-            findings.add_all(file, told.into_iter().next().unwrap_or_default());
+            findings.add_all(file, one_of_a_kind(told));
         }
     }
     let (grid, beside) = grid?;
@@ -190,14 +253,17 @@ pub(super) fn on_lattice(
     findings.add_all(file, beside);
     let of_interval = |k: &usize| intervals[*k];
     let needed: Vec<(f64, f64)> = needed.iter().map(of_interval).collect();
-    for (rates, (from, to)) in values.iter_mut().zip(&needed) {
-        let factor = match unit {
-            RainUnit::Intensity(factor) => factor,
-            RainUnit::Depth(factor) => factor / (to - from),
-        };
-        rates.iter_mut().for_each(|rate| *rate *= factor);
+    let (RainUnit::Intensity(factor) | RainUnit::Depth(factor)) = unit;
+    values.iter_mut().flatten().for_each(|value| *value *= factor);
+    let mut total = None;
+    if let RainUnit::Depth(_) = unit {
+        total = accumulated(&values, &grid, &name);
+        for (rates, (from, to)) in values.iter_mut().zip(&needed) {
+            rates.iter_mut().for_each(|rate| *rate /= to - from);
+        }
     }
-    let is_sound = check_values((&values, &needed), &grid, file, lattice, findings);
+    let is_sound = check_values((&values, &needed), &grid, file, lattice, findings) && total.is_none();
+    findings.add_all(file, total);
     (is_covered && is_sound).then(|| run_off(values, &needed, grid.place, losses))
 }
 

@@ -337,6 +337,48 @@ fn two_dates_of_the_start_must_agree() {
 }
 
 #[test]
+fn depths_since_the_beginning_are_refused() {
+    let radar = |depths: [f64; 4], units| Radar {
+        times: vec![0.0, 1.0, 2.0, 3.0],
+        values: depths.iter().map(|&depth| [[depth, depth, depth, depth, 0.0]; 2]).collect(),
+        units,
+        ..Radar::sound()
+    };
+    let check = |radar: Radar, code, texts: &[&str]| {
+        Scene::new(&radar, &[("end: 2 min", "end: 3 min")]).assert_check(code, texts);
+    };
+    // The run begins with the second raster; rain covers four of five columns.
+    check(
+        radar([1.0, 1.0, 1.5, 2.0], "mm"),
+        4,
+        &["error[accumulated-rain] rain.raster_series", "in 3 rasters", "from 0.800 mm to 1.600 mm", "cdo deltat"],
+    );
+    for sound in [radar([1.0, 1.0, 1.5, 1.25], "mm"), radar([1.0; 4], "mm"), radar([1.0, 1.0, 1.5, 2.0], "mm/h")] {
+        check(sound, 0, &["0 errors"]);
+    }
+}
+
+#[test]
+fn files_of_a_list_have_one_band_and_their_warnings_are_counted() {
+    let list = "raster_series: list.csv, unit: mm/h";
+    let scene = Scene::new(&Radar::sound(), &[("raster_series: radar.nc, start: \"2026-06-01 06:00:00\"", list)]);
+    scene.write("list.csv", "time_min,file\n0,a.asc\n0.5,b.asc\n1,c.asc\n1.5,d.asc\n");
+    for name in ["a", "b", "c", "d"] {
+        scene.grid(&format!("{name}.asc"), &["36 36".to_owned()], 50.0);
+    }
+    for name in ["b", "c", "d"] {
+        let wkt = "LOCAL_CS[\"site\",UNIT[\"metre\",1]]";
+        scene.write(&format!("{name}.prj"), wkt);
+    }
+    scene.assert_check(0, &["warning[crs-set-aside]", "b.asc", "the first of 3 such rasters of the list", "1 warning"]);
+    let bands = "ENVI\nsamples = 2\nlines = 1\nbands = 3\ndata type = 1\ninterleave = bsq\nmap info = {Arbitrary, 1, 1, 1000, 2050, 50, 50}\n";
+    scene.write("c.hdr", bands);
+    scene.write("c.img", "aaaaaa");
+    scene.write("list.csv", "time_min,file\n0,a.asc\n1,c.img\n");
+    scene.assert_check(4, &["error[several-bands] rain.raster_series", "c.img has 3 bands", "gdal_translate -b 1"]);
+}
+
+#[test]
 fn a_gap_in_time_and_impossible_rain_are_warned_of() {
     let gappy = Radar { times: vec![0.0, 1.0, 2.0, 5.0, 6.0], values: vec![[[3.0; 5]; 2]; 5], ..Radar::sound() };
     let scene = Scene::new(&gappy, &[("end: 2 min", "end: 5 min")]);
