@@ -13,7 +13,7 @@ use crate::math::Vec2;
 use crate::scenario::units::VELOCITY;
 use crate::scenario::{BedMovement, MovingBed, Scenario};
 use crate::solver::{BedLaw, BedMotion, Forcing, Patch, Series, Slide};
-use crate::terrain::{Raster, Resampling};
+use crate::terrain::Raster;
 
 /// Change of the bed (m) that counts as none: what rasters of single precision leave of a difference.
 const NO_CHANGE: f64 = 1e-6;
@@ -41,7 +41,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
 }
 
 fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Option<Opened> {
-    let read = raster::read(&bed.raster, Resampling::Bilinear, scenario, crs, findings);
+    let read = raster::read(&bed.raster, scenario, crs, findings);
     // Every file is opened, so that one check reports all.
     let law = match &bed.law {
         BedMovement::InPlace(None) => Some(OpenedLaw::AtOnce),

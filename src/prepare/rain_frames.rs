@@ -11,8 +11,9 @@ use super::rain_series::{Opened, Rasters};
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
+use crate::math::Vec2;
 use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
-use crate::terrain::{Raster, RasterFile, RasterRequest, Resampling};
+use crate::terrain::{Placing, Raster, RasterFile};
 
 /// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
 const DOUBTFUL: f64 = 1.0 / 3600.0;
@@ -28,6 +29,8 @@ fn input_error(code: &'static str, message: String) -> Problem {
 /// The rasters of one grid, as far as cells of the lattice lie in them.
 struct Grid {
     of: Raster,
+    /// The way to them, where they lie in another system.
+    placing: Option<Placing>,
     /// Index in the raster of each place, and cells of the lattice in it.
     places: Vec<(usize, usize)>,
     /// A cell of the lattice in each place.
@@ -38,13 +41,23 @@ struct Grid {
 
 impl Grid {
     /// Finds the places; a problem where the raster does not cover the terrain.
-    fn new(raster: Raster, name: &str, (lattice, bed): (&Lattice, &[f64])) -> (Grid, Option<Problem>) {
+    fn new(
+        (raster, placing): (Raster, Option<Placing>),
+        path: &Path,
+        name: &str,
+        (lattice, bed): (&Lattice, &[f64]),
+    ) -> Result<(Grid, Option<Problem>), Problem> {
         let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
-        let mut grid = Grid { of: raster, places: Vec::new(), example: Vec::new(), place: vec![0; lattice.len()] };
-        let (mut beside, mut terrain) = (Vec::new(), 0);
-        for cell in (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()) {
-            terrain += 1;
-            let Some((column, row)) = grid.of.cell_at(lattice.to_map(lattice.centre(cell))) else {
+        let cells: Vec<usize> = (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()).collect();
+        let mut centres: Vec<Vec2> = cells.iter().map(|&cell| lattice.to_map(lattice.centre(cell))).collect();
+        if let Some(placing) = &placing {
+            placing.apply(&mut centres, path)?;
+        }
+        let place = vec![0; lattice.len()];
+        let mut grid = Grid { of: raster, placing, places: Vec::new(), example: Vec::new(), place };
+        let mut beside = Vec::new();
+        for (&cell, &centre) in cells.iter().zip(&centres) {
+            let Some((column, row)) = grid.of.cell_at(centre) else {
                 beside.push(cell);
                 continue;
             };
@@ -59,19 +72,25 @@ impl Grid {
             grid.place[cell] = number;
         }
         let problem = beside.first().map(|&first| {
-            let share = share_of(beside.len(), terrain, lattice);
+            let share = share_of(beside.len(), cells.len(), lattice);
             input_error("rain-outside", format!("the rasters of {name} do not cover {share}"))
                 .with_remedy("take rasters of the whole terrain, or cut the terrain; check that both have the same CRS")
                 .with_at(lattice.to_map(lattice.centre(first)))
         });
-        (grid, problem)
+        Ok((grid, problem))
     }
 
     /// Whether a raster lies on the same grid.
-    fn is_same(&self, other: &Raster) -> bool {
+    fn is_same(&self, other: &Raster, placing: Option<&Placing>) -> bool {
+        let is_placed_alike = match (&self.placing, placing) {
+            (Some(own), Some(other)) => own.is_same(other, SAME_PLACE),
+            (None, None) => true,
+            _ => false,
+        };
         let own = &self.of;
         let near = |a: f64, b: f64| (a - b).abs() <= SAME_PLACE * own.cell_x.min(own.cell_y);
-        (own.columns, own.rows) == (other.columns, other.rows)
+        is_placed_alike
+            && (own.columns, own.rows) == (other.columns, other.rows)
             && near(own.west, other.west)
             && near(own.north, other.north)
             && near(own.east(), other.east())
@@ -208,9 +227,12 @@ pub(super) fn on_lattice(
         (0..intervals.len()).filter(|&k| intervals[k].1 > 0.0 && intervals[k].0 < losses.until).collect();
     let mut grid: Option<(Grid, Option<Problem>)> = None;
     let mut values: Vec<Vec<f64>> = Vec::with_capacity(needed.len());
-    let mut take = |raster: Raster, path: &Path| {
-        let (grid, _) = grid.get_or_insert_with(|| Grid::new(raster.clone(), &name, (lattice, bed)));
-        if !grid.is_same(&raster) {
+    let mut take = |raster: Raster, placing: Option<&Placing>, path: &Path| {
+        let (grid, _) = match &mut grid {
+            Some(grid) => grid,
+            None => grid.insert(Grid::new((raster.clone(), placing.cloned()), path, &name, (lattice, bed))?),
+        };
+        if !grid.is_same(&raster, placing) {
             let message = format!("{} lies on another grid than the raster before it", path.display());
             return Err(
                 input_error("other-grid", message).with_remedy("bring all rasters to one grid with `gdalwarp -te -tr`")
@@ -222,27 +244,21 @@ pub(super) fn on_lattice(
         values.push(grid.places.iter().map(|&(index, _)| raster.values[index]).collect());
         Ok(())
     };
-    let request = |path| RasterRequest {
-        path,
-        unit: 1.0,
-        offset: 0.0,
-        reproject: scenario.reproject,
-        resampling: Resampling::Nearest,
-        resolution: scenario.resolution.value,
-        memory: scenario.limits.memory,
-    };
+    let request = |path| super::raster::request(path, scenario);
     match rasters {
         Rasters::Bands(raster) => {
             let (path, bands) = (&file.value.path, needed.iter().map(|k| k + 1));
-            let warnings = raster.read_bands(bands, &request(path), &crs, |_, raster| take(raster, path));
+            let warnings =
+                raster.read_bands(bands, &request(path), &crs, |raster, placing| take(raster, placing, path));
             let warnings = findings.take(file, warnings)?;
             findings.add_all(file, warnings);
         }
         Rasters::Files(paths) => {
             let mut told = Vec::new();
             for path in needed.iter().map(|&k| &paths[k]) {
-                let read = open_single(path)
-                    .and_then(|raster| raster.read_bands(1..2, &request(path), &crs, |_, raster| take(raster, path)));
+                let read = open_single(path).and_then(|raster| {
+                    raster.read_bands(1..2, &request(path), &crs, |raster, placing| take(raster, placing, path))
+                });
                 told.push(findings.take(file, read)?);
             }
             findings.add_all(file, one_of_a_kind(told));
