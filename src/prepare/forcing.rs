@@ -15,7 +15,7 @@ use crate::math::Vec2;
 use crate::output::Section;
 use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, Side, Sourced};
-use crate::terrain::{Layer, Resampling, Terrain};
+use crate::terrain::{Layer, Terrain};
 
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
@@ -115,7 +115,7 @@ fn open_rain(
             Some(OpenedRain::Uniform(rain::uniform(&rate, losses)))
         }
         RainAmount::Raster { file, unit } => {
-            let mut raster = super::raster::read(file, Resampling::Bilinear, scenario, crs, findings)?;
+            let mut raster = super::raster::read(file, scenario, crs, findings)?;
             let negative = raster.values.iter().filter(|value| **value < 0.0).count();
             if negative > 0 {
                 let message = format!("{negative} cells of {} have rain below 0", file.value.display());

@@ -11,8 +11,7 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{CrsChoice, LayerMode, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::terrain::{
-    Layer, Overlay, Raster, RasterFile, RasterRequest, Resampling, Survey, SurveyFile, SurveyPoint, Terrain,
-    read_survey,
+    Layer, Overlay, Raster, RasterFile, RasterRequest, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
 };
 
 /// A terrain file that is open, with its place in the scenario.
@@ -213,7 +212,6 @@ fn read_raster(
         unit: *unit,
         offset: *offset,
         reproject: scenario.reproject,
-        resampling: Resampling::Bilinear,
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
     };

@@ -5,6 +5,7 @@
 
 mod breach;
 mod burn;
+mod cf_axes;
 mod cf_time;
 mod channels;
 mod earlier;
@@ -22,6 +23,7 @@ mod polygons;
 mod rain;
 mod rain_frames;
 mod rain_series;
+mod rain_times;
 mod raster;
 mod roughness;
 mod series;

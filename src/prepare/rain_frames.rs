@@ -11,11 +11,14 @@ use super::rain_series::{Opened, Rasters};
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
+use crate::math::Vec2;
 use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
-use crate::terrain::{Raster, RasterFile, RasterRequest, Resampling};
+use crate::terrain::{Placing, Raster, RasterFile};
 
 /// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
 const DOUBTFUL: f64 = 1.0 / 3600.0;
+/// Share of the greatest depth within which two depths are the same.
+const SAME_DEPTH: f64 = 1e-6;
 /// Share of a cell by which the places of two rasters may differ.
 const SAME_PLACE: f64 = 1e-3;
 
@@ -26,6 +29,8 @@ fn input_error(code: &'static str, message: String) -> Problem {
 /// The rasters of one grid, as far as cells of the lattice lie in them.
 struct Grid {
     of: Raster,
+    /// The way to them, where they lie in another system.
+    placing: Option<Placing>,
     /// Index in the raster of each place, and cells of the lattice in it.
     places: Vec<(usize, usize)>,
     /// A cell of the lattice in each place.
@@ -36,13 +41,23 @@ struct Grid {
 
 impl Grid {
     /// Finds the places; a problem where the raster does not cover the terrain.
-    fn new(raster: Raster, name: &str, (lattice, bed): (&Lattice, &[f64])) -> (Grid, Option<Problem>) {
+    fn new(
+        (raster, placing): (Raster, Option<Placing>),
+        path: &Path,
+        name: &str,
+        (lattice, bed): (&Lattice, &[f64]),
+    ) -> Result<(Grid, Option<Problem>), Problem> {
         let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
-        let mut grid = Grid { of: raster, places: Vec::new(), example: Vec::new(), place: vec![0; lattice.len()] };
-        let (mut beside, mut terrain) = (Vec::new(), 0);
-        for cell in (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()) {
-            terrain += 1;
-            let Some((column, row)) = grid.of.cell_at(lattice.to_map(lattice.centre(cell))) else {
+        let cells: Vec<usize> = (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()).collect();
+        let mut centres: Vec<Vec2> = cells.iter().map(|&cell| lattice.to_map(lattice.centre(cell))).collect();
+        if let Some(placing) = &placing {
+            placing.apply(&mut centres, path)?;
+        }
+        let place = vec![0; lattice.len()];
+        let mut grid = Grid { of: raster, placing, places: Vec::new(), example: Vec::new(), place };
+        let mut beside = Vec::new();
+        for (&cell, &centre) in cells.iter().zip(&centres) {
+            let Some((column, row)) = grid.of.cell_at(centre) else {
                 beside.push(cell);
                 continue;
             };
@@ -57,19 +72,25 @@ impl Grid {
             grid.place[cell] = number;
         }
         let problem = beside.first().map(|&first| {
-            let share = share_of(beside.len(), terrain, lattice);
+            let share = share_of(beside.len(), cells.len(), lattice);
             input_error("rain-outside", format!("the rasters of {name} do not cover {share}"))
                 .with_remedy("take rasters of the whole terrain, or cut the terrain; check that both have the same CRS")
                 .with_at(lattice.to_map(lattice.centre(first)))
         });
-        (grid, problem)
+        Ok((grid, problem))
     }
 
     /// Whether a raster lies on the same grid.
-    fn is_same(&self, other: &Raster) -> bool {
+    fn is_same(&self, other: &Raster, placing: Option<&Placing>) -> bool {
+        let is_placed_alike = match (&self.placing, placing) {
+            (Some(own), Some(other)) => own.is_same(other, SAME_PLACE),
+            (None, None) => true,
+            _ => false,
+        };
         let own = &self.of;
         let near = |a: f64, b: f64| (a - b).abs() <= SAME_PLACE * own.cell_x.min(own.cell_y);
-        (own.columns, own.rows) == (other.columns, other.rows)
+        is_placed_alike
+            && (own.columns, own.rows) == (other.columns, other.rows)
             && near(own.west, other.west)
             && near(own.north, other.north)
             && near(own.east(), other.east())
@@ -130,6 +151,68 @@ fn too_large(rasters: usize, cells: usize, memory: f64) -> Option<Problem> {
     })
 }
 
+/// A file of a list, which must not leave open which of its bands is meant.
+fn open_single(path: &Path) -> Result<RasterFile, Problem> {
+    let raster = RasterFile::open(path)?;
+    if raster.bands() == 1 {
+        return Ok(raster);
+    }
+    let message = format!("{} has {} bands, and a list gives one raster for each time", path.display(), raster.bands());
+    Err(input_error("several-bands", message)
+        .with_remedy("write each band that is rain to a file of its own (`gdal_translate -b 1 IN OUT`) and list that"))
+}
+
+/// Of the warnings of each file the first of each kind, with the number of files that have it.
+fn one_of_a_kind(told: Vec<Vec<Problem>>) -> Vec<Problem> {
+    let mut kinds: Vec<(Problem, usize)> = Vec::new();
+    for mut warnings in told {
+        warnings.dedup_by_key(|warning| warning.code);
+        for warning in warnings {
+            match kinds.iter_mut().find(|(first, _)| first.code == warning.code) {
+                Some((_, files)) => *files += 1,
+                None => kinds.push((warning, 1)),
+            }
+        }
+    }
+    let counted = |(mut warning, files): (Problem, usize)| {
+        if files > 1 {
+            warning.message += &format!(" (the first of {files} such rasters of the list)");
+        }
+        warning
+    };
+    kinds.into_iter().map(counted).collect()
+}
+
+/// The problem of depths (m) that look like totals since the beginning: in three rasters or more they fall nowhere, and their mean
+/// rises.
+fn accumulated(depths: &[Vec<f64>], grid: &Grid, name: &str) -> Option<Problem> {
+    let [first, .., last] = depths else { return None };
+    let greatest = depths.iter().flatten().copied().fold(0.0, f64::max);
+    let falls = |pair: &[Vec<f64>]| {
+        pair[0].iter().zip(&pair[1]).any(|(before, now)| now.is_nan() || *now < before - SAME_DEPTH * greatest)
+    };
+    let mean = |depths: &[f64]| {
+        let cells: usize = grid.places.iter().map(|place| place.1).sum();
+        let sum: f64 = depths.iter().zip(&grid.places).map(|(depth, place)| depth * place.1 as f64).sum();
+        sum / cells.max(1) as f64
+    };
+    let (from, to) = (mean(first), mean(last));
+    if depths.len() < 3 || depths.windows(2).any(falls) || to - from <= SAME_DEPTH * greatest {
+        return None;
+    }
+    let message = format!(
+        "the depths of {name} fall nowhere in {} rasters, and their mean over the terrain rises from {:.3} mm to {:.3} mm",
+        depths.len(),
+        from * 1e3,
+        to * 1e3
+    );
+    Some(
+        input_error("accumulated-rain", message)
+            .with_cause("they count from the beginning of the series, it seems, and not for each interval")
+            .with_remedy("take the differences of the rasters first (`cdo deltat IN OUT`); rain that does grow from each interval to the next can be given as intensities (`mm/h`)"),
+    )
+}
+
 /// Reads the rasters that the run needs; none after an error.
 pub(super) fn on_lattice(
     opened: Opened,
@@ -144,9 +227,12 @@ pub(super) fn on_lattice(
         (0..intervals.len()).filter(|&k| intervals[k].1 > 0.0 && intervals[k].0 < losses.until).collect();
     let mut grid: Option<(Grid, Option<Problem>)> = None;
     let mut values: Vec<Vec<f64>> = Vec::with_capacity(needed.len());
-    let mut take = |raster: Raster, path: &Path| {
-        let (grid, _) = grid.get_or_insert_with(|| Grid::new(raster.clone(), &name, (lattice, bed)));
-        if !grid.is_same(&raster) {
+    let mut take = |raster: Raster, placing: Option<&Placing>, path: &Path| {
+        let (grid, _) = match &mut grid {
+            Some(grid) => grid,
+            None => grid.insert(Grid::new((raster.clone(), placing.cloned()), path, &name, (lattice, bed))?),
+        };
+        if !grid.is_same(&raster, placing) {
             let message = format!("{} lies on another grid than the raster before it", path.display());
             return Err(
                 input_error("other-grid", message).with_remedy("bring all rasters to one grid with `gdalwarp -te -tr`")
@@ -158,31 +244,24 @@ pub(super) fn on_lattice(
         values.push(grid.places.iter().map(|&(index, _)| raster.values[index]).collect());
         Ok(())
     };
-    let request = |path| RasterRequest {
-        path,
-        unit: 1.0,
-        offset: 0.0,
-        reproject: scenario.reproject,
-        resampling: Resampling::Nearest,
-        resolution: scenario.resolution.value,
-        memory: scenario.limits.memory,
-    };
+    let request = |path| super::raster::request(path, scenario);
     match rasters {
         Rasters::Bands(raster) => {
             let (path, bands) = (&file.value.path, needed.iter().map(|k| k + 1));
-            let warnings = raster.read_bands(bands, &request(path), &crs, |_, raster| take(raster, path));
+            let warnings =
+                raster.read_bands(bands, &request(path), &crs, |raster, placing| take(raster, placing, path));
             let warnings = findings.take(file, warnings)?;
             findings.add_all(file, warnings);
         }
         Rasters::Files(paths) => {
             let mut told = Vec::new();
             for path in needed.iter().map(|&k| &paths[k]) {
-                let read = RasterFile::open(path)
-                    .and_then(|raster| raster.read_bands(1..2, &request(path), &crs, |_, raster| take(raster, path)));
+                let read = open_single(path).and_then(|raster| {
+                    raster.read_bands(1..2, &request(path), &crs, |raster, placing| take(raster, placing, path))
+                });
                 told.push(findings.take(file, read)?);
             }
-            // What is said of the first file holds for all.
-            findings.add_all(file, told.into_iter().next().unwrap_or_default());
+            findings.add_all(file, one_of_a_kind(told));
         }
     }
     let (grid, beside) = grid?;
@@ -190,14 +269,17 @@ pub(super) fn on_lattice(
     findings.add_all(file, beside);
     let of_interval = |k: &usize| intervals[*k];
     let needed: Vec<(f64, f64)> = needed.iter().map(of_interval).collect();
-    for (rates, (from, to)) in values.iter_mut().zip(&needed) {
-        let factor = match unit {
-            RainUnit::Intensity(factor) => factor,
-            RainUnit::Depth(factor) => factor / (to - from),
-        };
-        rates.iter_mut().for_each(|rate| *rate *= factor);
+    let (RainUnit::Intensity(factor) | RainUnit::Depth(factor)) = unit;
+    values.iter_mut().flatten().for_each(|value| *value *= factor);
+    let mut total = None;
+    if let RainUnit::Depth(_) = unit {
+        total = accumulated(&values, &grid, &name);
+        for (rates, (from, to)) in values.iter_mut().zip(&needed) {
+            rates.iter_mut().for_each(|rate| *rate /= to - from);
+        }
     }
-    let is_sound = check_values((&values, &needed), &grid, file, lattice, findings);
+    let is_sound = check_values((&values, &needed), &grid, file, lattice, findings) && total.is_none();
+    findings.add_all(file, total);
     (is_covered && is_sound).then(|| run_off(values, &needed, grid.place, losses))
 }
 

@@ -2,13 +2,15 @@
 //!
 //! Each raster holds for its interval, constant in time: from its own time to that of the next one (`stamp: begin`), from the one
 //! before to its own (`stamp: end`), or as the bounds of a NetCDF file say. The raster at an end of the series that has no
-//! neighbour there holds as long as the one beside it. Not here: their values and losses ([`super::rain_frames`]).
+//! neighbour there holds as long as the one beside it. Not here: their values and losses ([`super::rain_frames`]), the axes
+//! ([`super::cf_axes`]) and times ([`super::rain_times`]) of a NetCDF file.
 
 use std::path::{Path, PathBuf};
 
-use super::cf_time::{seconds_of, time_unit};
+use super::cf_axes::{check_order, text_of};
 use super::findings::Findings;
 use super::rain::Losses;
+use super::rain_times::{self, Start};
 use super::series::{choose, in_lines, rows_are};
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{Crs, Table, read_text, readable_file};
@@ -19,9 +21,9 @@ use crate::terrain::RasterFile;
 /// A step of time longer than so many of the usual ones is a gap.
 const GAP: f64 = 1.5;
 /// Share of a step by which rounding of the times in a file may miss the end of the rain, or two intervals each other.
-const SAME_TIME: f64 = 1e-6;
+pub(super) const SAME_TIME: f64 = 1e-6;
 
-fn input_error(code: &'static str, message: String) -> Problem {
+pub(super) fn input_error(code: &'static str, message: String) -> Problem {
     Problem::error(ProblemKind::Input, code, "", message)
 }
 
@@ -56,9 +58,9 @@ pub(super) struct Asked<'a> {
 }
 
 /// Times of rasters, and the interval of each where the file has it.
-struct Times {
-    times: Vec<f64>,
-    bounds: Option<Vec<(f64, f64)>>,
+pub(super) struct Times {
+    pub times: Vec<f64>,
+    pub bounds: Option<Vec<(f64, f64)>>,
 }
 
 /// Opens the file and finds the interval of each raster; none after an error.
@@ -72,8 +74,7 @@ pub(super) fn open(
     let path = &asked.file.value.path;
     findings.take(asked.file, readable_file(path))?;
     let (times, rasters, unit) = if is_netcdf(path) {
-        let start = asked.start.or(scenario.reference_time.as_deref());
-        findings.take(asked.file, netcdf_series(asked, start))?
+        findings.take(asked.file, netcdf_series(asked, scenario.reference_time.as_deref()))?
     } else {
         findings.take_all(asked.file, list_series(asked))?
     };
@@ -91,68 +92,24 @@ fn is_netcdf(path: &Path) -> bool {
     read.is_ok() && (start.starts_with(b"CDF") || start == *b"\x89HDF")
 }
 
-fn text_of(variable: &netcdf::Variable, name: &str) -> Option<String> {
-    match variable.attribute_value(name) {
-        Some(Ok(netcdf::AttributeValue::Str(text))) => Some(text),
-        _ => None,
-    }
-}
-
 /// A NetCDF variable of three dimensions, the first of which is the time.
-fn netcdf_series(asked: &Asked, start: Option<&str>) -> Result<(Times, Rasters, RainUnit), Problem> {
+fn netcdf_series(asked: &Asked, reference: Option<&str>) -> Result<(Times, Rasters, RainUnit), Problem> {
     let path = &asked.file.value.path;
-    let name = path.display();
-    let unreadable = |cause: netcdf::Error| {
+    let name = path.display().to_string();
+    let file = netcdf::open(path).map_err(|cause| {
         input_error("not-a-netcdf", format!("{name} cannot be read as NetCDF")).with_cause(cause.to_string())
-    };
-    let file = netcdf::open(path).map_err(unreadable)?;
-    let variable = rain_variable(&file, asked.file.value.layer.as_deref(), &name.to_string())?;
-    let time_name = variable.dimensions()[0].name();
-    let no_time = |cause: String| {
-        input_error("no-time", format!("the times of `{}` in {name} are not known", variable.name()))
-            .with_cause(cause)
-            .with_remedy("give the first dimension a variable of its name, with `units` such as `minutes since 2026-06-01 06:00:00`")
-    };
-    let time = file.variable(&time_name).ok_or_else(|| no_time(format!("there is no variable `{time_name}`")))?;
-    let written = text_of(&time, "units").ok_or_else(|| no_time(format!("`{time_name}` has no `units`")))?;
-    let unit = time_unit(&written).ok_or_else(|| no_time(format!("`{written}` is no unit of time with a date")))?;
-    let calendar = text_of(&time, "calendar").unwrap_or_else(|| "standard".to_owned()).to_lowercase();
-    if !["standard", "gregorian", "proleptic_gregorian"].contains(&calendar.as_str()) {
-        return Err(no_time(format!("the calendar `{calendar}` has other days than the Gregorian one")));
-    }
-    let offset = match (unit.since, start, asked.start) {
-        (None, _, Some(_)) => {
-            let message =
-                format!("the times of {name} have no date (`{written}`): they count from the start of the run");
-            return Err(input_error("start-without-date", message)
-                .with_remedy("take `start` out, or add `since DATE` to the unit"));
-        }
-        (None, ..) => 0.0,
-        (Some(since), Some(start), _) => since - seconds_of(start).unwrap_or(f64::NAN),
-        (Some(_), None, _) => {
-            let message =
-                format!("the times of {name} are dates (`{written}`), and that of the start of the run is not known");
-            return Err(input_error("no-start", message)
-                .with_remedy("add `start: \"2026-06-01 06:00:00\"` to `rain`, or `time.reference` (both in UTC)"));
-        }
-    };
-    let seconds =
-        |numbers: Vec<f64>| numbers.into_iter().map(|number| number * unit.factor + offset).collect::<Vec<f64>>();
-    let times = seconds(time.get_values::<f64, _>(..).map_err(unreadable)?);
-    let bounds = match text_of(&time, "bounds").and_then(|name| file.variable(&name)) {
-        None => None,
-        Some(bounds) => {
-            let ends = seconds(bounds.get_values::<f64, _>(..).map_err(unreadable)?);
-            (ends.len() == 2 * times.len()).then(|| ends.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect())
-        }
-    };
-    let unit = netcdf_unit(asked, &variable, &name.to_string())?;
-    let gdal_name = format!("NETCDF:\"{}\":{}", path.display(), variable.name());
+    })?;
+    let variable = rain_variable(&file, asked.file.value.layer.as_deref(), &name)?;
+    check_order(&file, &variable, &name)?;
+    let times = rain_times::read(&file, &variable, Start { own: asked.start, reference }, &name)?;
+    let unit = netcdf_unit(asked, &variable, &name)?;
+    let gdal_name = format!("NETCDF:\"{name}\":{}", variable.name());
     let raster = RasterFile::open_as(path, Path::new(&gdal_name))?;
-    if raster.bands() != times.len() {
-        return Err(no_time(format!("it has {} rasters and {} times", raster.bands(), times.len())));
+    if raster.bands() != times.times.len() {
+        let cause = format!("it has {} rasters and {} times", raster.bands(), times.times.len());
+        return Err(rain_times::no_time(&variable.name(), &name, cause));
     }
-    Ok((Times { times, bounds }, Rasters::Bands(Box::new(raster)), unit))
+    Ok((times, Rasters::Bands(Box::new(raster)), unit))
 }
 
 /// The variable of that name, or the only one of time, y and x.

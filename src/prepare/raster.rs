@@ -1,22 +1,21 @@
 //! A raster of anything but the ground: read over the run's area in the run's coordinates.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::Findings;
 use crate::error::Problem;
 use crate::geodata::Crs;
 use crate::scenario::{Scenario, Sourced};
-use crate::terrain::{Raster, RasterFile, RasterRequest, Resampling};
+use crate::terrain::{Placing, Raster, RasterFile, RasterRequest};
 
 /// Reads the first band of a file as it stands, warped where the scenario allows it; problems and warnings go to `findings`.
 pub(super) fn read(
     file: &Sourced<PathBuf>,
-    resampling: Resampling,
     scenario: &Scenario,
     crs: Option<&Crs>,
     findings: &mut Findings,
 ) -> Option<Raster> {
-    let (raster, warnings) = values(file, resampling, scenario, crs, findings)?;
+    let (raster, warnings) = values(file, scenario, crs, findings)?;
     findings.add_all(file, warnings);
     Some(raster)
 }
@@ -28,7 +27,7 @@ pub(super) fn read_heights(
     crs: Option<&Crs>,
     findings: &mut Findings,
 ) -> Option<Raster> {
-    let (raster, mut warnings) = values(file, Resampling::Bilinear, scenario, crs, findings)?;
+    let (raster, mut warnings) = values(file, scenario, crs, findings)?;
     warnings.retain(|warning| warning.code != "doubtful-elevation");
     findings.add_all(file, warnings);
     Some(raster)
@@ -36,20 +35,36 @@ pub(super) fn read_heights(
 
 fn values(
     file: &Sourced<PathBuf>,
-    resampling: Resampling,
     scenario: &Scenario,
     crs: Option<&Crs>,
     findings: &mut Findings,
 ) -> Option<(Raster, Vec<Problem>)> {
     let opened = findings.take(file, RasterFile::open(&file.value))?;
-    let request = RasterRequest {
-        path: &file.value,
+    findings.take(file, opened.read(&request(&file.value, scenario), crs?))
+}
+
+/// The same of values that belong to whole cells, with the way to them where the raster has another system.
+pub(super) fn read_in_place(
+    file: &Sourced<PathBuf>,
+    scenario: &Scenario,
+    crs: Option<&Crs>,
+    findings: &mut Findings,
+) -> Option<(Raster, Option<Placing>)> {
+    let opened = findings.take(file, RasterFile::open(&file.value))?;
+    let read = opened.read_in_place(&request(&file.value, scenario), crs?);
+    let (raster, placing, warnings) = findings.take(file, read)?;
+    findings.add_all(file, warnings);
+    Some((raster, placing))
+}
+
+/// Asks for a raster in its own unit.
+pub(super) fn request<'a>(path: &'a Path, scenario: &Scenario) -> RasterRequest<'a> {
+    RasterRequest {
+        path,
         unit: 1.0,
         offset: 0.0,
         reproject: scenario.reproject,
-        resampling,
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
-    };
-    findings.take(file, opened.read(&request, crs?))
+    }
 }

@@ -10,8 +10,9 @@ use super::{places, water};
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::lattice::Lattice;
+use crate::math::Vec2;
 use crate::scenario::{Roughness, Scenario, Sourced, VectorSource};
-use crate::terrain::{Raster, Resampling};
+use crate::terrain::{Placing, Raster};
 
 /// Greatest n (s·m^(−1/3)): beyond it a value is something else.
 const GREATEST: f64 = 0.5;
@@ -29,7 +30,7 @@ fn input_error(code: &'static str, message: String) -> Problem {
 /// What could be opened; map coordinates.
 #[derive(Debug, Default)]
 pub(super) struct Opened {
-    raster: Option<Raster>,
+    raster: Option<(Raster, Option<Placing>)>,
     /// Of each class its n; none where the raster holds n itself.
     table: Option<Vec<(f64, f64)>>,
     /// Areas and their n, later ones on top.
@@ -39,7 +40,7 @@ pub(super) struct Opened {
 /// Opens every file of the roughness.
 pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let roughness = &scenario.roughness;
-    let read = |file| super::raster::read(file, Resampling::Nearest, scenario, crs, findings);
+    let read = |file| super::raster::read_in_place(file, scenario, crs, findings);
     let raster = roughness.raster.as_ref().and_then(read);
     let table = roughness.table.as_ref().and_then(|file| findings.take(file, table(file)));
     let areas = roughness.polygons.as_ref().map_or_else(Vec::new, |file| areas(file, crs, scenario, findings));
@@ -141,10 +142,15 @@ pub(super) fn on_lattice(
     let mut missing = Missing::default();
     let mut outside: Option<(usize, f64)> = None;
     let is_complete = roughness.table.is_some() == opened.table.is_some();
-    if let Some(raster) = opened.raster.as_ref().filter(|_| is_complete) {
+    let found = opened.raster.as_ref().zip(roughness.raster.as_ref()).filter(|_| is_complete);
+    let placed = found.and_then(|((raster, placing), file)| {
+        let mut places: Vec<Vec2> = (0..lattice.len()).map(|cell| lattice.to_map(lattice.centre(cell))).collect();
+        let result = placing.as_ref().map_or(Ok(()), |placing| placing.apply(&mut places, &file.value));
+        findings.take(file, result).map(|()| (raster, places))
+    });
+    if let Some((raster, places)) = placed {
         for (cell, n) in values.iter_mut().enumerate() {
-            let centre = lattice.to_map(lattice.centre(cell));
-            let value = raster.cell_at(centre).map_or(f64::NAN, |(column, row)| raster.value(column, row));
+            let value = raster.cell_at(places[cell]).map_or(f64::NAN, |(column, row)| raster.value(column, row));
             let found = match &opened.table {
                 Some(table) => table.iter().find(|(class, _)| (class - value).abs() < SAME_CLASS).map(|(_, n)| *n),
                 None => (!value.is_nan()).then_some(value),

@@ -7,7 +7,7 @@ mod survey;
 mod survey_read;
 
 pub use raster::Raster;
-pub use read::{PLAUSIBLE_ELEVATION, RasterFile, RasterRequest, Resampling};
+pub use read::{PLAUSIBLE_ELEVATION, Placing, RasterFile, RasterRequest};
 pub use survey::{Survey, SurveyPoint};
 pub use survey_read::{SurveyFile, read_survey};
 

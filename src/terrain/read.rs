@@ -9,21 +9,13 @@ use super::Raster;
 use super::ascii_grid::{Broken, broken_values};
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{
-    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, suggested_utm, warp_to_memory,
+    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, suggested_utm, transform,
+    warp_to_memory,
 };
 use crate::math::Vec2;
 
 /// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
 pub const PLAUSIBLE_ELEVATION: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
-
-/// What a raster holds, and so how it is resampled where it must be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Resampling {
-    /// A quantity that varies from cell to cell: linear between their centres.
-    Bilinear,
-    /// Classes, or a quantity that belongs to whole cells: the nearest cell.
-    Nearest,
-}
 
 /// How a raster file is to be understood.
 #[derive(Clone, Debug)]
@@ -36,12 +28,57 @@ pub struct RasterRequest<'a> {
     pub offset: f64,
     /// Whether another CRS, degrees or a rotated grid are warped to the CRS of the run.
     pub reproject: bool,
-    /// What it holds.
-    pub resampling: Resampling,
     /// Distance of two particles (m): a warped raster gets a cell that fits into it.
     pub resolution: f64,
     /// Memory limit (bytes).
     pub memory: f64,
+}
+
+/// The way from places of the run to the cells of a raster in another system, or rotated, that is read as it stands.
+#[derive(Clone, Debug)]
+pub struct Placing {
+    /// Systems of the run and of the file, where they differ.
+    systems: Option<(SpatialRef, SpatialRef)>,
+    geo_transform: GeoTransform,
+}
+
+impl Placing {
+    /// Turns map coordinates of the run to those of the raster, in which a cell is 1 by 1 and the upper left corner (0, 0).
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn apply(&self, places: &mut [Vec2], path: &Path) -> Result<(), Problem> {
+        if let Some((run, own)) = &self.systems {
+            transform(places, run, own).map_err(|cause| {
+                input_error(
+                    "warp-failed",
+                    format!("the run has places that {} in {} does not know", path.display(), describe(own)),
+                )
+                .with_cause(cause)
+                .with_remedy("check that `crs:` covers this place on Earth")
+            })?;
+        }
+        let [x, a, b, y, d, e] = self.geo_transform;
+        let determinant = a * e - b * d;
+        for place in places {
+            let (east, north) = (place.x - x, place.y - y);
+            *place = Vec2::new((e * east - b * north) / determinant, (d * east - a * north) / determinant);
+        }
+        Ok(())
+    }
+
+    /// Whether both lead to the same place, to within a share of a cell.
+    pub fn is_same(&self, other: &Placing, share: f64) -> bool {
+        let [_, a, b, _, d, e] = self.geo_transform;
+        let near = |k: usize, step: f64| (self.geo_transform[k] - other.geo_transform[k]).abs() <= share * step;
+        let (x, y) = (a.hypot(b), d.hypot(e));
+        let same_system = match (&self.systems, &other.systems) {
+            (Some((_, own)), Some((_, other))) => same_horizontal(own, other),
+            (None, None) => true,
+            _ => false,
+        };
+        same_system && [(0, x), (1, x), (2, x), (3, y), (4, y), (5, y)].into_iter().all(|(k, step)| near(k, step))
+    }
 }
 
 /// A raster file, opened but not yet read.
@@ -144,12 +181,37 @@ impl RasterFile {
         let warp = self.needs_warp(request, run_crs)?;
         let (columns, rows) = self.dataset.raster_size();
         check_memory(request, columns as f64 * rows as f64 * if warp { 2.0 } else { 1.0 })?;
-        let raster = self.band(1, warp, request, run_crs)?;
+        let values = self.values(1, request)?;
+        let raster = if warp {
+            self.warped(&values, request, run_crs)?
+        } else {
+            north_up(&values, columns, rows, &self.geo_transform)
+        };
         self.check_values(&raster, request)?;
         Ok((raster, self.warnings))
     }
 
-    /// Reads some of the bands one by one, whatever their values, and hands each on with its number; returns the warnings.
+    /// Reads values that belong to whole cells, such as classes: they are not resampled, but a [`Placing`] leads to their cells where
+    /// another raster would be warped.
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn read_in_place(
+        mut self,
+        request: &RasterRequest,
+        run_crs: &Crs,
+    ) -> Result<(Raster, Option<Placing>, Vec<Problem>), Problem> {
+        let placing = self.placing(request, run_crs)?;
+        let raster = self.band(1, placing.as_ref(), request)?;
+        self.check_values(&raster, request)?;
+        if placing.is_some() {
+            // A place in the file's own system is none on the map of the run.
+            self.warnings.iter_mut().for_each(|warning| warning.at = None);
+        }
+        Ok((raster, placing, self.warnings))
+    }
+
+    /// Reads some of the bands one by one in the same way, whatever their values, and hands each on; returns the warnings.
     ///
     /// # Errors
     /// The problem, without key and place.
@@ -158,14 +220,12 @@ impl RasterFile {
         bands: impl Iterator<Item = usize>,
         request: &RasterRequest,
         run_crs: &Crs,
-        mut take: impl FnMut(usize, Raster) -> Result<(), Problem>,
+        mut take: impl FnMut(Raster, Option<&Placing>) -> Result<(), Problem>,
     ) -> Result<Vec<Problem>, Problem> {
         self.warnings.retain(|warning| warning.code != "several-bands");
-        let warp = self.needs_warp(request, run_crs)?;
-        let (columns, rows) = self.dataset.raster_size();
-        check_memory(request, columns as f64 * rows as f64 * if warp { 2.0 } else { 1.0 })?;
+        let placing = self.placing(request, run_crs)?;
         for band in bands {
-            take(band, self.band(band, warp, request, run_crs)?)?;
+            take(self.band(band, placing.as_ref(), request)?, placing.as_ref())?;
         }
         Ok(self.warnings)
     }
@@ -175,14 +235,25 @@ impl RasterFile {
         self.dataset.raster_count()
     }
 
-    /// A band in metres, warped where it must be.
-    fn band(&mut self, band: usize, warp: bool, request: &RasterRequest, run_crs: &Crs) -> Result<Raster, Problem> {
-        let (columns, rows) = self.dataset.raster_size();
-        let values = self.values(band, request)?;
-        if warp {
-            return self.warped(&values, request, run_crs);
+    /// The way to the cells, where it is not that of a north-up raster in the system of the run.
+    fn placing(&mut self, request: &RasterRequest, run_crs: &Crs) -> Result<Option<Placing>, Problem> {
+        if !self.needs_warp(request, run_crs)? {
+            return Ok(None);
         }
-        Ok(north_up(&values, columns, rows, &self.geo_transform))
+        let systems = match (run_crs, &self.crs) {
+            (Crs::Projected(run), Some(own)) => Some((run.clone(), own.clone())),
+            _ => None,
+        };
+        Ok(Some(Placing { systems, geo_transform: self.geo_transform }))
+    }
+
+    /// A band as it stands.
+    fn band(&mut self, band: usize, placing: Option<&Placing>, request: &RasterRequest) -> Result<Raster, Problem> {
+        let (columns, rows) = self.dataset.raster_size();
+        check_memory(request, columns as f64 * rows as f64)?;
+        let values = self.values(band, request)?;
+        let own = placing.map_or(self.geo_transform, |_| [0.0, 1.0, 0.0, 0.0, 0.0, -1.0]);
+        Ok(north_up(&values, columns, rows, &own))
     }
 
     /// Whether the raster must be warped; refuses it when it would have to and may not.
@@ -349,11 +420,7 @@ impl RasterFile {
             let mut buffer = gdal::raster::Buffer::new((columns, rows), values.to_vec());
             band.write((0, 0), (columns, rows), &mut buffer).map_err(text)?;
             let cell_text = format!("{cell}");
-            let method = match request.resampling {
-                Resampling::Bilinear => "bilinear",
-                Resampling::Nearest => "near",
-            };
-            let mut arguments = vec!["-r", method, "-dstnodata", "nan", "-tap", "-tr", &cell_text, &cell_text];
+            let mut arguments = vec!["-r", "bilinear", "-dstnodata", "nan", "-tap", "-tr", &cell_text, &cell_text];
             if let Some(target) = &target {
                 arguments.extend(["-t_srs", target]);
             }

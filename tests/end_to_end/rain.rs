@@ -33,6 +33,14 @@ struct Radar {
     west: f64,
     /// Another variable of three dimensions beside the first.
     has_quality: bool,
+    /// Dimensions of the variable.
+    order: [&'static str; 3],
+    /// Unit of the bounds, where they have one of their own, their dimensions, and the name by which the times know them.
+    bounds_units: Option<&'static str>,
+    bounds_shape: &'static [&'static str],
+    bounds_name: &'static str,
+    /// Attribute `scale_factor` of the times.
+    scale_factor: Option<f64>,
 }
 
 impl Radar {
@@ -51,6 +59,11 @@ impl Radar {
             ],
             west: 1000.0,
             has_quality: false,
+            order: ["time", "y", "x"],
+            bounds_units: None,
+            bounds_shape: &["time", "nv"],
+            bounds_name: "time_bounds",
+            scale_factor: None,
         }
     }
 
@@ -64,16 +77,22 @@ impl Radar {
         let mut time = file.add_variable::<f64>("time", &["time"]).unwrap();
         time.put_attribute("units", self.time_units).unwrap();
         time.put_attribute("calendar", self.calendar).unwrap();
+        if let Some(factor) = self.scale_factor {
+            time.put_attribute("scale_factor", factor).unwrap();
+        }
         if self.bounds.is_some() {
-            time.put_attribute("bounds", "time_bounds").unwrap();
-            file.add_variable::<f64>("time_bounds", &["time", "nv"]).unwrap();
+            time.put_attribute("bounds", self.bounds_name).unwrap();
+            let mut bounds = file.add_variable::<f64>("time_bounds", self.bounds_shape).unwrap();
+            if let Some(units) = self.bounds_units {
+                bounds.put_attribute("units", units).unwrap();
+            }
         }
         for (name, direction) in [("x", "projection_x_coordinate"), ("y", "projection_y_coordinate")] {
             let mut axis = file.add_variable::<f64>(name, &[name]).unwrap();
             axis.put_attribute("units", "m").unwrap();
             axis.put_attribute("standard_name", direction).unwrap();
         }
-        let mut rain = file.add_variable::<f64>("rate", &["time", "y", "x"]).unwrap();
+        let mut rain = file.add_variable::<f64>("rate", &self.order).unwrap();
         rain.put_attribute("units", self.units).unwrap();
         rain.put_attribute("_FillValue", -9.0).unwrap();
         if self.has_quality {
@@ -260,6 +279,103 @@ fn a_radar_that_does_not_fit_is_refused_with_its_place() {
     let both = "rain: {raster_series: radar.nc, rate: 3 mm/h}";
     Scene::new(&Radar::sound(), &[("rain: {raster_series: radar.nc, start: \"2026-06-01 06:00:00\"}", both)])
         .assert_check(3, &["exclude each other"]);
+}
+
+#[test]
+fn a_radar_of_another_order_of_axes_is_refused() {
+    let check = |order, expected: &[&str]| {
+        Scene::new(&Radar { order, ..Radar::sound() }, &[]).assert_check(4, expected);
+    };
+    check(["time", "x", "y"], &["error[axes-swapped] rain.raster_series", "time, x, y and not", "ncpdq -a time,y,x"]);
+    check(["y", "x", "time"], &["error[axes-swapped] rain.raster_series", "y, x, time and not", "ncpdq -a time,y,x"]);
+    check(["time", "nv", "x"], &["error[axes-unknown] rain.raster_series", "is y is not known", "axis = \"Y\""]);
+}
+
+#[test]
+fn bounds_of_times_are_taken_at_their_word_or_refused() {
+    let sound = Radar { bounds: Some(vec![0.0, 1.0, 1.0, 2.0, 2.0, 3.0]), ..Radar::sound() };
+    // Seconds from a minute later than the times.
+    let own = Radar {
+        times: vec![0.0, 1.0, 2.5],
+        bounds: Some(vec![-60.0, 0.0, 0.0, 90.0, 90.0, 180.0]),
+        bounds_units: Some("seconds since 2026-06-01 06:00:00"),
+        ..Radar::sound()
+    };
+    assert_volume(Scene::new(&own, &[]).run().0, minute(60.0 * 1.5 + 90.0 * 0.5));
+    let check = |radar: Radar, expected: &[&str]| {
+        Scene::new(&radar, &[]).assert_check(4, &[&["error[bad-bounds] rain.raster_series"], expected].concat());
+    };
+    check(Radar { bounds_name: "time_bnds", ..sound.clone() }, &["`time_bnds`, which it does not have"]);
+    check(Radar { bounds_shape: &["nv", "time"], ..sound.clone() }, &["(nv = 2, time = 3) and not (time, 2)"]);
+    check(Radar { bounds_units: Some("minutes"), ..sound.clone() }, &["say `minutes`", "has a date"]);
+    check(Radar { bounds_units: Some("minutes ago"), ..sound.clone() }, &["`minutes ago` is no unit"]);
+    check(
+        Radar { bounds_units: Some("hours since 2026-06-01 05:59:00"), ..sound.clone() },
+        &["the time 0 s", "outside its bounds, 3540 s to 7140 s"],
+    );
+    let packed = Scene::new(&Radar { scale_factor: Some(60.0), ..Radar::sound() }, &[]);
+    packed.assert_check(4, &["error[packed-times]", "`time` of", "`scale_factor`", "ncpdq -U"]);
+}
+
+#[test]
+fn two_dates_of_the_start_must_agree() {
+    let time = |reference| [("end: 2 min", format!("end: 2 min, reference: \"{reference}\""))];
+    let scene = |reference| {
+        let [(old, new)] = time(reference);
+        Scene::new(&Radar::sound(), &[(old, &new)])
+    };
+    scene("2026-06-01 06:00:00").assert_check(0, &["0 errors"]);
+    scene("2026-06-01 05:59:00").assert_check(
+        4,
+        &[
+            "error[two-starts] rain.raster_series",
+            "`2026-06-01 06:00:00`",
+            "`2026-06-01 05:59:00`",
+            "take one of them out",
+        ],
+    );
+}
+
+#[test]
+fn depths_since_the_beginning_are_refused() {
+    let radar = |depths: [f64; 4], units| Radar {
+        times: vec![0.0, 1.0, 2.0, 3.0],
+        values: depths.iter().map(|&depth| [[depth, depth, depth, depth, 0.0]; 2]).collect(),
+        units,
+        ..Radar::sound()
+    };
+    let check = |radar: Radar, code, texts: &[&str]| {
+        Scene::new(&radar, &[("end: 2 min", "end: 3 min")]).assert_check(code, texts);
+    };
+    // The run begins with the second raster; rain covers four of five columns.
+    check(
+        radar([1.0, 1.0, 1.5, 2.0], "mm"),
+        4,
+        &["error[accumulated-rain] rain.raster_series", "in 3 rasters", "from 0.800 mm to 1.600 mm", "cdo deltat"],
+    );
+    for sound in [radar([1.0, 1.0, 1.5, 1.25], "mm"), radar([1.0; 4], "mm"), radar([1.0, 1.0, 1.5, 2.0], "mm/h")] {
+        check(sound, 0, &["0 errors"]);
+    }
+}
+
+#[test]
+fn files_of_a_list_have_one_band_and_their_warnings_are_counted() {
+    let list = "raster_series: list.csv, unit: mm/h";
+    let scene = Scene::new(&Radar::sound(), &[("raster_series: radar.nc, start: \"2026-06-01 06:00:00\"", list)]);
+    scene.write("list.csv", "time_min,file\n0,a.asc\n0.5,b.asc\n1,c.asc\n1.5,d.asc\n");
+    for name in ["a", "b", "c", "d"] {
+        scene.grid(&format!("{name}.asc"), &["36 36".to_owned()], 50.0);
+    }
+    for name in ["b", "c", "d"] {
+        let wkt = "LOCAL_CS[\"site\",UNIT[\"metre\",1]]";
+        scene.write(&format!("{name}.prj"), wkt);
+    }
+    scene.assert_check(0, &["warning[crs-set-aside]", "b.asc", "the first of 3 such rasters of the list", "1 warning"]);
+    let bands = "ENVI\nsamples = 2\nlines = 1\nbands = 3\ndata type = 1\ninterleave = bsq\nmap info = {Arbitrary, 1, 1, 1000, 2050, 50, 50}\n";
+    scene.write("c.hdr", bands);
+    scene.write("c.img", "aaaaaa");
+    scene.write("list.csv", "time_min,file\n0,a.asc\n1,c.img\n");
+    scene.assert_check(4, &["error[several-bands] rain.raster_series", "c.img has 3 bands", "gdal_translate -b 1"]);
 }
 
 #[test]

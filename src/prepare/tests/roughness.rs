@@ -6,7 +6,7 @@ use super::scene::{Scene, Tiff, sourced, vector};
 use crate::error::{Problem, Severity};
 use crate::math::Vec2;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::Roughness;
+use crate::scenario::{CrsChoice, Rain, RainAmount, RainUnit, Roughness};
 
 /// A sound scene with a raster of classes 1 (west) and 2 (east), and a hole without data of 2 by 3 cells.
 fn classes(table: Option<&str>, default: Option<f64>) -> Scene {
@@ -97,5 +97,48 @@ fn polygons_without_a_roughness_are_refused() {
         scene.polygon_with("areas.geojson", &[(1150.0, 2000.0), (1200.0, 2000.0), (1200.0, 2050.0)], properties);
         scene.scenario.roughness.polygons = Some(vector("roughness.polygons", scene.path("areas.geojson")));
         assert_eq!(only(&prepare(&scene.scenario)).code, code);
+    }
+}
+
+#[test]
+fn the_cell_that_holds_a_place_counts_where_the_raster_has_another_system() {
+    // Cells of some 40 m by 44 m in degrees over a terrain of 5 m; each has a value of its own.
+    const COLUMNS: usize = 12;
+    let (west, north, step_x, step_y) = (8.9975, 45.103, 0.0005, 0.0004);
+    let value = |column: usize, row: usize| 0.01 + 0.001 * (row * COLUMNS + column) as f64;
+    let mut scene = Scene::sound();
+    let ground = Some([499_900.0, 5.0, 0.0, 4_994_150.0, 0.0, -5.0]);
+    Tiff { geo_transform: ground, crs: Some("EPSG:32632"), ..Tiff::default() }
+        .write(&scene.path("dem.tif"), |_, _| 7.0_f32);
+    let degrees = Some([west, step_x, 0.0, north, 0.0, -step_y]);
+    Tiff { size: (COLUMNS, 14), geo_transform: degrees, crs: Some("EPSG:4326"), ..Tiff::default() }
+        .write(&scene.path("cover.tif"), value);
+    scene.write("list.csv", "time_s,file\n0,cover.tif\n10,cover.tif\n");
+    scene.scenario.crs.value = CrsChoice::FromTerrain;
+    scene.scenario.reproject = true;
+    scene.scenario.initial.clear();
+    scene.scenario.outputs.gauges = None;
+    let raster = Some(sourced("roughness.raster", scene.path("cover.tif")));
+    scene.scenario.roughness = Roughness { manning: None, raster, table: None, polygons: None };
+    let amount = RainAmount::Series {
+        file: vector("rain.raster_series", scene.path("list.csv")),
+        unit: Some(("mm/s".to_string(), RainUnit::Intensity(1e-3))),
+        stamp: None,
+        start: None,
+    };
+    scene.scenario.rain = Some(sourced("rain", Rain { amount, duration: None, initial_loss: 0.0, constant_loss: 0.0 }));
+    let prepared = prepare(&scene.scenario);
+    assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
+    let lattice = prepared.lattice.as_ref().unwrap();
+    let mut places: Vec<Vec2> = (0..lattice.len()).map(|cell| lattice.to_map(lattice.centre(cell))).collect();
+    let crs = |code| crate::geodata::spatial_ref(code).unwrap();
+    crate::geodata::transform(&mut places, &crs("EPSG:32632"), &crs("EPSG:4326")).unwrap();
+    let rain = prepared.forcing.rain.as_ref().unwrap();
+    assert_eq!(places.len(), 1200);
+    for (cell, place) in places.iter().enumerate() {
+        let expected = value(((place.x - west) / step_x) as usize, ((north - place.y) / step_y) as usize);
+        let (n, fallen) = (prepared.bed.as_ref().unwrap().manning[cell], rain.depth(cell, 0.0, 1.0) * 1e3);
+        assert!((n - expected).abs() < 1e-12, "n of cell {cell} is {n} and not {expected}");
+        assert!((fallen - expected).abs() < 1e-12, "rain on cell {cell} is {fallen} and not {expected}");
     }
 }

@@ -9,7 +9,7 @@ use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedMethod, Motion};
 use crate::solver::FlowProblem;
-use crate::terrain::{Layer, RasterFile, RasterRequest, Resampling, Terrain};
+use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
 use crate::validation::case::{Bar, Case, Check, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::run::Snapshot;
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
@@ -166,15 +166,8 @@ fn on_terrain(file: &Path, spacing: f64) -> SetupResult {
     if !file.is_file() {
         return Err(format!("there is no {} here", file.display()));
     }
-    let request = RasterRequest {
-        path: file,
-        unit: 1.0,
-        offset: 0.0,
-        reproject: false,
-        resampling: Resampling::Bilinear,
-        resolution: spacing,
-        memory: 1e9,
-    };
+    let request =
+        RasterRequest { path: file, unit: 1.0, offset: 0.0, reproject: false, resolution: spacing, memory: 1e9 };
     let read = RasterFile::open(file).and_then(|opened| opened.read(&request, &Crs::Local));
     let (raster, _) = read.map_err(|problem| problem.message)?;
     let terrain =
