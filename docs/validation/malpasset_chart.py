@@ -101,7 +101,7 @@ def figure(table):
             out += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{colour}" stroke="white"/>', text(x, y + 19, f"{spacing} m", 11, "middle", colour)]
         y = bottom + 66 + 18 * number
         out += [f'<path d="M{left} {y}h34" stroke="{colour}" stroke-width="2" stroke-dasharray="{dash}"/>', text(left + 44, y + 4, name)]
-    out.append(text(left + 320, bottom + 70, "× other codes; dashed: the bars of the project", 12, colour="#666666"))
+    out.append(text(right, bottom + 70, "× other codes; dashed: the bars of the project", 12, "end", "#666666"))
     return "\n".join([*out, "</svg>\n"])
 
 
