@@ -141,6 +141,7 @@ WHY = {
     "stoker": "Resting particles are below the bars of the errors. Half of the error is in the two cells of the bore and scatters with its place between them, and the order with it: from 0.91 to 1.13 at times from 44 to 56 s (moving particles: 0.82 to 1.03). "
     "`stoker_moments` has the mean over these times.",
     "stoker_moments": "Resting particles: 0.999 and 0.998, first order but for a quarter of a per cent, which comes from the first steps, when the rarefaction is no wider than a cell. Moving particles are below first order, where one moment alone may say otherwise.",
+    "high_waves_leave": "Moving particles at the finest spacing: what stands in the channel afterwards is a hair above the bar. It is no reflection at the edge: in a channel whose end no wave reaches as much is left, which the bores send back on their way (docs/decisions/0017).",
     "stoker_strong": "Moving particles of thin water pile up before the deep ones at the contact and change order; no cure is known yet. Resting particles converge.",
     "lake_pockets": POCKETS,
     "lake_pockets_disordered": POCKETS,
