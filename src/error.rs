@@ -135,6 +135,16 @@ impl Problem {
     }
 }
 
+/// What is wrong with an input file.
+pub fn input_error(code: &'static str, message: String) -> Problem {
+    Problem::error(ProblemKind::Input, code, "", message)
+}
+
+/// What is doubtful about an input file.
+pub fn input_warning(code: &'static str, message: String) -> Problem {
+    Problem::warning(ProblemKind::Input, code, "", message)
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let severity = match self.severity {

@@ -10,7 +10,7 @@ use gdal::vector::{FieldValue, Geometry, LayerAccess, OGRwkbGeometryType, geomet
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use geo::{Coord, LineString, Polygon};
 
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform};
 use crate::math::Vec2;
 
@@ -99,10 +99,6 @@ pub struct VectorFile {
     pub crs: Option<SpatialRef>,
     /// Whether the file states no CRS and GDAL took it for degrees, as it does for a GeoJSON.
     presumed_degrees: bool,
-}
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
 }
 
 /// Opens a vector file and reads a layer of it, the first one when no name is given.

@@ -7,7 +7,7 @@ use super::findings::Findings;
 use super::grid::REACH;
 use super::{places, series};
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, segments_cross};
@@ -28,10 +28,6 @@ const GROUND_IN_OPENING: f64 = 0.1;
 const BESIDE_DAM: f64 = 3.0;
 /// An end of a dam whose ground lies further below the crest than this (m) is open.
 const OPEN_END: f64 = 0.05;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// A dam before it is put on the lattice.
 pub(super) struct Opened {

@@ -5,7 +5,7 @@ use super::forcing;
 use super::series;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::ChannelProfile;
@@ -21,10 +21,6 @@ const BEYOND: f64 = 1.0;
 const STRIPS: usize = 16;
 /// A step of the bed from the channel to the terrain of more than this share of the spacing is worth a warning.
 const STEP: f64 = 0.25;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// A cross-section of a table: its distance from the far end (m), and elevation (m) and width (m) of its rows.
 #[derive(Clone, Debug, PartialEq)]

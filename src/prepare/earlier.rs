@@ -11,7 +11,7 @@ use super::earlier_structures::other_structures;
 use super::findings::Findings;
 use super::shaped::Changes;
 use crate::bed::{BedParticles, derive_shape};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::math::Vec2;
 use crate::output::OutputCrs;
 use crate::scenario::Scenario;
@@ -24,10 +24,6 @@ const SINGLE_PRECISION: f64 = 2.5e-7;
 const TOLD_CHANGE: f64 = 1e-3;
 /// A difference between the beds of two runs (m) that makes them runs on different terrain.
 const OTHER_BED: f64 = 0.05;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// What the `run.json` beside the fields of an earlier run says against going on from them; nothing where there is none.
 pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {

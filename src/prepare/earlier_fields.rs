@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, input_error};
 use crate::geodata::{readable_file, same_horizontal, spatial_ref};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -14,10 +14,6 @@ use crate::scenario::EarlierRun;
 const UNWRITTEN: f64 = 9e36;
 /// Share of a cell by which its coordinates may miss those of the file.
 const SAME_PLACE: f64 = 1e-6;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// The state of a run at one of its moments, on the cells of the lattice.
 pub(super) struct State {

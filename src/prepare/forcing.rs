@@ -8,7 +8,7 @@ use super::{places, polygons, sources};
 use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
 use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, edge_faces};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -23,10 +23,6 @@ const SHARED: f64 = 0.5;
 pub(super) const COMING: Meaning = Meaning { dimension: &DISCHARGE, is_signed: false };
 const LEVEL: Meaning = Meaning { dimension: &LENGTH, is_signed: true };
 const FALLING: Meaning = Meaning { dimension: &INTENSITY, is_signed: false };
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// Everything that could be opened; map coordinates.
 #[derive(Debug, Default)]

@@ -131,35 +131,30 @@ pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed
         open.whole_outline = true;
         return;
     }
-    let is_terrain = |column: usize, row: usize| !bed[lattice.index(column, row)].is_nan();
     let (columns, rows) = (lattice.columns, lattice.rows);
-    // The first terrain of each line of cells as one comes from the side; lines are columns for the north and the south.
-    let first: Vec<Option<usize>> = match side {
-        Side::North => {
-            (0..columns).map(|i| (0..rows).rev().find(|&j| is_terrain(i, j)).map(|j| rows - 1 - j)).collect()
-        }
-        Side::South => (0..columns).map(|i| (0..rows).find(|&j| is_terrain(i, j))).collect(),
-        Side::East => {
-            (0..rows).map(|j| (0..columns).rev().find(|&i| is_terrain(i, j)).map(|i| columns - 1 - i)).collect()
-        }
-        Side::West | Side::All => (0..rows).map(|j| (0..columns).find(|&i| is_terrain(i, j))).collect(),
+    // A line of cells goes inwards from the side: columns from the north and the south, rows from the east and the west.
+    let is_column = matches!(side, Side::North | Side::South);
+    let (lines, depths) = if is_column { (columns, rows) } else { (rows, columns) };
+    let cell = |line: usize, depth: usize| match side {
+        Side::North => lattice.index(line, rows - 1 - depth),
+        Side::South => lattice.index(line, depth),
+        Side::East => lattice.index(columns - 1 - depth, line),
+        Side::West | Side::All => lattice.index(depth, line),
     };
+    let outwards = match side {
+        Side::North => Vec2::new(0.0, 1.0),
+        Side::South => Vec2::new(0.0, -1.0),
+        Side::East => Vec2::new(1.0, 0.0),
+        Side::West | Side::All => Vec2::new(-1.0, 0.0),
+    };
+    let first: Vec<Option<usize>> =
+        (0..lines).map(|line| (0..depths).find(|&depth| !bed[cell(line, depth)].is_nan())).collect();
     let outermost = first.iter().flatten().min().copied().unwrap_or(0);
+    let face = |line: usize| Some(lattice.centre(cell(line, first[line]?)) + outwards * (0.5 * lattice.spacing));
     for chain in chains(&first) {
         if chain.clone().any(|line| first[line].is_some_and(|depth| depth <= outermost + 1)) {
-            let along: Vec<Vec2> = chain
-                .filter_map(|line| Some((line as f64 + 0.5, first[line]? as f64)))
-                .map(|(line, depth)| {
-                    let local = match side {
-                        Side::North => Vec2::new(line, rows as f64 - depth),
-                        Side::South => Vec2::new(line, depth),
-                        Side::East => Vec2::new(columns as f64 - depth, line),
-                        Side::West | Side::All => Vec2::new(depth, line),
-                    };
-                    local * lattice.spacing
-                })
-                .collect();
-            open.segments.extend(shortened(&along));
+            let faces: Vec<Vec2> = chain.filter_map(face).collect();
+            open.segments.extend(shortened(&faces));
         }
     }
 }

@@ -13,7 +13,7 @@ use super::polygons::cells_inside;
 use super::shaped::{Change, Changes};
 use super::{places, water};
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -26,14 +26,6 @@ const HEIGHT_NAMES: [&str; 2] = ["height_m", "height"];
 const ROUGHNESS_NAMES: [&str; 3] = ["n", "manning", "manning_n"];
 /// Greatest n (s·m^(−1/3)): beyond it a value is something else.
 const GREATEST_ROUGHNESS: f64 = 0.5;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
-
-fn input_warning(code: &'static str, message: String) -> Problem {
-    Problem::warning(ProblemKind::Input, code, "", message)
-}
 
 /// Moving particles carry water over a ridge that is narrower than so many spacings: their kernels reach over it from both sides.
 /// Behind a levee of 1, 2, 3 and 4 spacings that held a wave of 3 m, up to 0.15 m, 0.02 m, 1 mm and 1 µm were found, behind 5 nothing.

@@ -6,7 +6,7 @@ use super::findings::Findings;
 use super::{places, raster, series, sources::lines_of};
 use crate::bed::BedParticles;
 use crate::boundary::edge_faces;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -24,10 +24,6 @@ const OTHER_VOLUME: f64 = 0.02;
 /// Share of its mean thickness by which a slide may come to rest above where it began: the bed of the particles is smooth, and
 /// under a steep edge it lies as far off.
 const CLIMB: f64 = 0.5;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// The files of a part of the bed that moves, opened; map coordinates.
 pub(super) struct Opened {

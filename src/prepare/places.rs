@@ -5,7 +5,7 @@ use geo::LineString;
 use super::findings::Findings;
 use super::grid::{REACH, faces_opened, open_side};
 use crate::bed::Surface;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -13,10 +13,6 @@ use crate::output::Gauge;
 use crate::scenario::{OpenBoundary, Scenario, Sourced, VectorSource};
 use crate::solver::OpenEdges;
 use crate::vector::{self, Feature};
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// The features of a vector file in the coordinates of the run; as they stand where the CRS of the run is not known.
 pub(super) fn features(

@@ -9,7 +9,7 @@ use super::findings::Findings;
 use super::rain::Losses;
 use super::rain_series::{Opened, Rasters};
 use crate::boundary::{Rain, RainFrames};
-use crate::error::{Problem, ProblemKind, Severity};
+use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
@@ -21,10 +21,6 @@ const DOUBTFUL: f64 = 1.0 / 3600.0;
 const SAME_DEPTH: f64 = 1e-6;
 /// Share of a cell by which the places of two rasters may differ.
 const SAME_PLACE: f64 = 1e-3;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// The rasters of one grid, as far as cells of the lattice lie in them.
 struct Grid {

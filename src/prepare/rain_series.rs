@@ -12,7 +12,7 @@ use super::findings::Findings;
 use super::rain::Losses;
 use super::rain_times::{self, Start};
 use super::series::{choose, in_lines, rows_are};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::scenario::units::{INTENSITY, LENGTH, TIME};
 use crate::scenario::{ColumnUnit, RainUnit, Scenario, Sourced, Stamp, VectorSource};
@@ -22,10 +22,6 @@ use crate::terrain::RasterFile;
 const GAP: f64 = 1.5;
 /// Share of a step by which rounding of the times in a file may miss the end of the rain, or two intervals each other.
 pub(super) const SAME_TIME: f64 = 1e-6;
-
-pub(super) fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// Rasters with their times, their values not yet read.
 #[derive(Debug)]

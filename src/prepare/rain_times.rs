@@ -4,8 +4,8 @@
 
 use super::cf_axes::text_of;
 use super::cf_time::{TimeUnit, seconds_of, time_unit};
-use super::rain_series::{SAME_TIME, Times, input_error};
-use crate::error::Problem;
+use super::rain_series::{SAME_TIME, Times};
+use crate::error::{Problem, input_error};
 
 /// Two dates of the start of the run that differ by less (s) are the same.
 const SAME_START: f64 = 1e-3;

@@ -7,7 +7,7 @@ use geo::MultiPolygon;
 use super::findings::Findings;
 use super::polygons::cells_inside;
 use super::{places, water};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -22,10 +22,6 @@ const NAMES: [&str; 3] = ["n", "manning", "manning_n"];
 const SAME_CLASS: f64 = 1e-6;
 /// So many classes without a value are named.
 const NAMED: usize = 12;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// What could be opened; map coordinates.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 //! Series and rating curves from CSV files: every row checked, each fault with its line.
 
 use crate::boundary::{Rating, Series};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Table, read_text, readable_file};
 use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
 use crate::scenario::{ColumnUnit, TableFile, Timed};
@@ -12,10 +12,6 @@ use super::findings::Findings;
 const GAP: f64 = 10.0;
 /// So many faulty rows are named one by one.
 const NAMED_ROWS: usize = 5;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// What the values of a series may be.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,7 @@ use super::forcing::COMING;
 use super::{places, series};
 use crate::bed::BedParticles;
 use crate::boundary::{Forcing, LineSource, PointSource, Series};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -16,10 +16,6 @@ use crate::scenario::{BuildingMode, Scenario, SourcePlace};
 
 /// Share of a cell that a line may reach beyond the terrain: the rounding of its coordinates.
 const SAME_PLACE: f64 = 1e-6;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// The places of a source and its discharge.
 pub(super) type Opened = (Places, Option<Series>);

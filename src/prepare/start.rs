@@ -12,16 +12,12 @@ use super::polygons::cells_inside;
 use super::shaped::Changes;
 use super::{places, water};
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::math::Vec2;
 use crate::scenario::methods::{Motion, Seeding};
 use crate::scenario::{BoundaryCondition, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// The place of water with a depth; map coordinates.
 #[derive(Debug)]

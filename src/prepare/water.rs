@@ -7,7 +7,7 @@ use super::findings::Findings;
 use super::places::features;
 use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
 use crate::bed::{BedParticles, Surface};
-use crate::error::{Problem, ProblemKind, Severity};
+use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -27,10 +27,6 @@ const TOLERATED_NODATA: f64 = 0.01;
 const NEGLIGIBLE_LEAK: f64 = 0.01;
 /// Number of leaks that are listed.
 const LISTED_LEAKS: usize = 5;
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// The bodies of one entry of the scenario: one for the whole file when the scenario gives the level, else one for each feature.
 pub(super) fn bodies(

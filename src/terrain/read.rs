@@ -7,7 +7,7 @@ use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags, GeoTransform};
 
 use super::Raster;
 use super::ascii_grid::{Broken, broken_values};
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, suggested_utm, transform,
     warp_to_memory,
@@ -89,10 +89,6 @@ pub struct RasterFile {
     crs: Option<SpatialRef>,
     /// Warnings met so far, without key and place.
     pub warnings: Vec<Problem>,
-}
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
 }
 
 /// Joins GDAL's messages to the cause of a problem.

@@ -6,7 +6,7 @@ use std::path::Path;
 use gdal::spatial_ref::SpatialRef;
 
 use super::SurveyPoint;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Table, TextError, read_text, readable_file};
 use crate::math::Vec2;
 use crate::vector;
@@ -23,10 +23,6 @@ pub struct SurveyFile {
 
 /// Names of columns and attributes that hold the elevation.
 const ELEVATION_NAMES: [&str; 6] = ["z", "elevation", "height", "level", "bed", "alt"];
-
-fn input_error(code: &'static str, message: String) -> Problem {
-    Problem::error(ProblemKind::Input, code, "", message)
-}
 
 /// Reads survey points.
 ///
