@@ -41,6 +41,19 @@ fn floodsim(folder: &Path, arguments: &[&str]) -> Answer {
     }
 }
 
+/// Asserts that the check of `s.yaml` ends with this exit code and says all these texts, and that each error has a remedy.
+#[track_caller]
+fn assert_check(folder: &Path, code: i32, expected: &[&str]) {
+    let check = floodsim(folder, &["check", "s.yaml"]);
+    for text in expected {
+        assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
+    }
+    assert_eq!(check.code, code, "{}", check.stdout);
+    for problem in check.stdout.split("error[").skip(1) {
+        assert!(problem.contains("\n  remedy  "), "no way out of: {problem}");
+    }
+}
+
 /// A scenario with texts replaced, each of which must be in it.
 #[track_caller]
 fn changed(scenario: &str, changes: &[(&str, &str)]) -> String {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use crate::{Netcdf, changed, floodsim};
+use crate::{Netcdf, assert_check, changed, floodsim};
 
 /// A lake of 200 m by 100 m and 10 m of depth, whose western shore rises by 1 in 2.
 const SCENARIO: &str = "\
@@ -78,14 +78,7 @@ impl Scene {
     /// Asserts that the check ends with this exit code and says all these texts.
     #[track_caller]
     fn assert_check(&self, code: i32, expected: &[&str]) {
-        let check = floodsim(self.folder.path(), &["check", "s.yaml"]);
-        for text in expected {
-            assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
-        }
-        assert_eq!(check.code, code, "{}", check.stdout);
-        for problem in check.stdout.split("error[").skip(1) {
-            assert!(problem.contains("\n  remedy  "), "no way out of: {problem}");
-        }
+        assert_check(self.folder.path(), code, expected);
     }
 }
 

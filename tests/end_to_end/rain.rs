@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use netcdf::Options;
 use tempfile::TempDir;
 
-use crate::{changed, floodsim, with_netcdf};
+use crate::{assert_check, changed, floodsim, with_netcdf};
 
 /// A closed basin of 100 m by 50 m with a slope of 2 % along it; the radar has cells of 20 m by 25 m, two rows of five.
 const SCENARIO: &str = "\
@@ -158,14 +158,7 @@ impl Scene {
     /// Asserts that the check ends with this exit code and says all these texts.
     #[track_caller]
     fn assert_check(&self, code: i32, expected: &[&str]) {
-        let check = floodsim(self.folder.path(), &["check", "s.yaml"]);
-        for text in expected {
-            assert!(check.stdout.contains(text), "check does not say `{text}`, but\n{}", check.stdout);
-        }
-        assert_eq!(check.code, code, "{}", check.stdout);
-        for problem in check.stdout.split("error[").skip(1) {
-            assert!(problem.contains("\n  remedy  "), "no way out of: {problem}");
-        }
+        assert_check(self.folder.path(), code, expected);
     }
 }
 
