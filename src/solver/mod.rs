@@ -4,6 +4,8 @@ mod eulerian;
 pub mod lagrangian;
 pub mod moving;
 pub mod phases;
+#[cfg(test)]
+mod testing;
 pub mod variational;
 
 pub use crate::boundary::{

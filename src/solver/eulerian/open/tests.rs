@@ -1,28 +1,12 @@
 //! Boundaries with a condition: rest, the hydrograph in the books, uniform flow, waves that leave, and the same bits for any threads.
 
-use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
+use crate::boundary::{Boundary, Condition, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::solver::testing::still_water as problem;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
 const G: f64 = 9.81;
-
-fn problem(size: (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64, level: impl Fn(Vec2) -> f64) -> FlowProblem {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: size.0, rows: size.1, spacing };
-    let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
-    let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
-    FlowProblem {
-        bed: BedParticles::from_elevation(lattice, elevation, 0.0),
-        walls: Vec::new(),
-        open_edges: OpenEdges::default(),
-        forcing: Forcing { reach: 0.3 * spacing, ..Forcing::default() },
-        initial_depth,
-        gravity: G,
-        courant: 0.5,
-        dry_depth: 1e-6,
-    }
-}
 
 /// Opens the western or eastern side of a problem.
 fn open(problem: &mut FlowProblem, is_west: bool, condition: Condition) {

@@ -1,30 +1,12 @@
 //! Channels: the same water as a lattice of one row, rest, volume, uniform flow, and what passes into the plane and back.
 
-use crate::bed::BedParticles;
-use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Forcing, OpenEdges, Resistance, Series, Strip};
-use crate::lattice::Lattice;
+use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Resistance, Series, Strip};
 use crate::math::Vec2;
+use crate::solver::testing::still_water as plane;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, edge_faces};
 
 const G: f64 = 9.81;
 const SMOOTH: Resistance = Resistance { manning: 0.0, smooth_walls: true };
-
-/// A problem with a lattice of so many columns and rows.
-fn plane(size: (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64, level: impl Fn(Vec2) -> f64) -> FlowProblem {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: size.0, rows: size.1, spacing };
-    let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
-    let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
-    FlowProblem {
-        bed: BedParticles::from_elevation(lattice, elevation, 0.0),
-        walls: Vec::new(),
-        open_edges: OpenEdges::default(),
-        forcing: Forcing::default(),
-        initial_depth,
-        gravity: G,
-        courant: 0.5,
-        dry_depth: 1e-6,
-    }
-}
 
 /// A problem without terrain: channels alone.
 fn alone(channel: Channel) -> FlowProblem {

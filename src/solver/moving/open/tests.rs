@@ -1,35 +1,21 @@
 //! Boundaries with a condition beside moving particles: rest, the hydrograph in the books, uniform flow, waves that leave, levels and
 //! ratings, and the same bits for any threads.
 
-use crate::bed::{BedParticles, derive_shape};
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, PointSource, Rating, Series};
-use crate::lattice::Lattice;
+use crate::boundary::{Boundary, Condition, PointSource, Rating, Series};
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{Integrator, Stabilisation};
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::MovingMethods;
+use crate::solver::testing::still_water;
 use crate::solver::{FlowProblem, FlowSolver};
 
 const G: f64 = 9.81;
 
+/// Still water with the Courant number of leapfrog.
 fn problem(size: (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64, level: impl Fn(Vec2) -> f64) -> FlowProblem {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: size.0, rows: size.1, spacing };
-    let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
-    let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
-    let mut bed = BedParticles::from_elevation(lattice, elevation, 0.0);
-    derive_shape(&mut bed);
-    FlowProblem {
-        bed,
-        walls: Vec::new(),
-        open_edges: OpenEdges::default(),
-        forcing: Forcing { reach: 0.3 * spacing, ..Forcing::default() },
-        initial_depth,
-        gravity: G,
-        courant: 0.4,
-        dry_depth: 1e-6,
-    }
+    FlowProblem { courant: 0.4, ..still_water(size, spacing, bed, level) }
 }
 
 /// Opens the western or eastern side of a problem from one share of its length to another.
