@@ -136,13 +136,12 @@ USE = {
 
 POCKETS = "Moving particles (for show): puddles of one or two particles have no neighbours to balance them and slosh without friction."
 WHY = {
-    "ritter": "The tip: the last cells of resting particles are late by half a per cent more than the bar at 10 m, and in place from 5 m on (with `reconstruction: sharp` at 10 m, too); one moving particle stands for as much "
-    "water as the whole tip of the exact front, and its velocities converge a little slower than at first order.",
+    "ritter": "The tip: the last cells of resting particles are late by half a per cent more than the bar at 10 m, and in place from 5 m on (with `reconstruction: sharp` at 10 m, too); moving "
+    "particles: the velocities behind the tip are a fifteenth above their bar at 10 m, since the outermost particle is slow in the first seconds (docs/decisions/0018).",
     "stoker": "Resting particles are below the bars of the errors. Half of the error is in the two cells of the bore and scatters with its place between them, and the order with it: from 0.91 to 1.13 at times from 44 to 56 s (moving particles: 0.82 to 1.03). "
     "`stoker_moments` has the mean over these times.",
     "stoker_moments": "Resting particles: 0.999 and 0.998, first order but for a quarter of a per cent, which comes from the first steps, when the rarefaction is no wider than a cell. Moving particles are below first order, where one moment alone may say otherwise.",
     "high_waves_leave": "Moving particles at the finest spacing: what stands in the channel afterwards is a hair above the bar. It is no reflection at the edge: in a channel whose end no wave reaches as much is left, which the bores send back on their way (docs/decisions/0017).",
-    "stoker_strong": "Moving particles of thin water pile up before the deep ones at the contact and change order; no cure is known yet. Resting particles converge.",
     "lake_pockets": POCKETS,
     "lake_pockets_disordered": POCKETS,
     "lake_valley": POCKETS,

@@ -64,6 +64,19 @@ impl FluidParticles {
         self.smoothing_length.push(particle.smoothing_length);
     }
 
+    /// Keeps those particles only that are marked, in their order.
+    pub fn retain(&mut self, is_kept: &[bool]) {
+        fn retain<T>(values: &mut Vec<T>, is_kept: &[bool]) {
+            let mut kept = is_kept.iter();
+            values.retain(|_| kept.next() == Some(&true));
+        }
+        retain(&mut self.position, is_kept);
+        retain(&mut self.velocity, is_kept);
+        retain(&mut self.volume, is_kept);
+        retain(&mut self.depth, is_kept);
+        retain(&mut self.smoothing_length, is_kept);
+    }
+
     /// Keeps the first particles only, so many of them.
     pub fn truncate(&mut self, count: usize) {
         self.position.truncate(count);

@@ -11,7 +11,6 @@ const FALL_SHORT: &[(&str, &str)] = &[
     ("stoker", "eulerian"),
     ("stoker_moments", "eulerian"),
     ("stoker_moments", "lagrangian"),
-    ("stoker_strong", "lagrangian"),
 ];
 
 /// Nothing breaks down, and the bars are met but for those that are known to be missed.

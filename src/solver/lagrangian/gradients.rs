@@ -79,7 +79,8 @@ impl Balanced {
         let own = me.area * self.kernel.at_zero(me.inverse_h);
         let partition = own + sums.partition.total();
         let mean_depth = (own * me.depth + sums.depth_sum.total()) / partition;
-        (gradients, Local { correction, openness, partition, mean_depth, edge: 0.0, push: Vec2::ZERO })
+        let backing = openness.dot(moment.apply(openness)) / openness.norm_squared().max(f64::MIN_POSITIVE);
+        (gradients, Local { correction, openness, partition, mean_depth, backing, edge: 0.0, push: Vec2::ZERO })
     }
 
     fn next_smoothing_length(&self, me: &State, sums: &Sums) -> f64 {

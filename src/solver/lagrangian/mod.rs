@@ -8,7 +8,7 @@
 //! dd/dt = −d div v,   dv/dt = −g ∇η,   η = d + z_b,   A = V/d
 //! ```
 //!
-//! Deliberately left out: splitting and merging, which made every measured error worse.
+//! Deliberately left out: splitting, and merging in the plane, which made errors worse (decision 0018).
 
 mod free_edge;
 mod gradients;
@@ -70,6 +70,8 @@ struct Local {
     partition: f64,
     /// Σ A W d / Σ A W (m).
     mean_depth: f64,
+    /// n·M n: the first moment across the open side of the outline, half of that inside the water.
+    backing: f64,
     /// χ, 1 at a free edge.
     edge: f64,
     /// Acceleration (m/s²) by the water's own weight at a free edge.

@@ -7,7 +7,7 @@
 //! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_iR = η_i + a_1 − d_iR,  z* = max(z_iR, z_jR)     (Audusse2004, on limited states)
 //! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks or as chosen; p* = 0 where either is dry
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
-//! dd/dt = −d_i {div v + Σ [θ (D3 + D2) + (1 − θ) D1]} + α d' (ΣAW/σ − 1)(1 − χ) max|Δu| / h_i
+//! dd/dt = −d_i {div v + Σ [θ (D3 + D2) + (1 − θ) D1]} + α [d' (ΣAW/σ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ] max|Δu| / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
 //! D2 = (1 − χ) A_j G_ij (e·L_i e)(b_1 − b_2) where the pair leaves each other, u_j > u_i; otherwise 0
 //! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))
@@ -19,6 +19,10 @@
 //!
 //! σ is ΣAW on a square lattice, 1.003 in the plane: with 1 in its place water swelled wherever it was sheared or stretched,
 //! which was most of the error of an oscillating bowl (decision 0011).
+//!
+//! At a free edge half of the neighbourhood is missing, and ΣAW says nothing. There the share of the first moment across the
+//! edge, n·M n, stands for it: one half where the neighbours behind are as far away as the depth says, less where the gap is wider.
+//! Without it the outermost particle of a dry front stayed twice too deep, and the front a tenth behind (decision 0018).
 //!
 //! A crowded particle swells no faster than the depth around it allows. By its own depth it would swell without end in a pond
 //! narrower than its neighbours.
@@ -80,6 +84,8 @@ struct Sums {
     contact_yy: LaneSum,
     /// max |u_j − u_i| (m/s).
     approach: LaneMaximum,
+    /// max (h_i − r) (m).
+    closeness: LaneMaximum,
 }
 
 impl Balanced {
@@ -117,13 +123,16 @@ impl Balanced {
         let inside = 1.0 - local.edge;
         let crowding = local.partition / self.full - 1.0;
         let swelling = if crowding > 0.0 { me.depth.min(local.mean_depth) } else { me.depth };
-        let relaxation = RELAXATION * swelling * crowding * inside * approach * me.inverse_h;
+        let edge_crowding = (2.0 * local.backing - 1.0).min(0.0);
+        let out_of_step = swelling * crowding * inside + me.depth * edge_crowding * local.edge;
+        let relaxation = RELAXATION * out_of_step * approach * me.inverse_h;
         let unsupported = self.unsupported(water, i, contact);
         Rates {
             acceleration: local.push - force / me.depth - unsupported,
             depth_rate: relaxation - me.depth * divergence,
             shift: local.openness * (SHIFT * approach * inside),
             approach,
+            nearest: 1.0 / me.inverse_h - sums.closeness.total(),
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
             // and on steep ground, where d_l exceeds d_i, it is less.
@@ -209,7 +218,7 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
     let mut sums = Sums::default();
     let g = around.gravity;
     let (l, inside) = (local.correction, 1.0 - local.edge);
-    let (c_i, inverse_depth) = ((g * me.depth).sqrt(), 1.0 / me.depth);
+    let (c_i, inverse_depth, h) = ((g * me.depth).sqrt(), 1.0 / me.depth, 1.0 / me.inverse_h);
     for images in images.chunks(BLOCK) {
         pairs.gather_states(me, images, around.states, around.isometries);
         pairs.gather_gradients(mine, images, around.gradients, around.isometries);
@@ -219,11 +228,13 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
             ($($name:ident)+) => { $(let $name = &pairs.$name[..n];)+ };
         }
         columns!(velocity_x velocity_y depth surface surface_x surface_y depth_x depth_y u_x u_y v_x v_y r e_x e_y weight);
-        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach] = &mut pairs.terms;
+        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach, closeness] =
+            &mut pairs.terms;
         let (force_x, force_y) = (&mut force_x[..n], &mut force_y[..n]);
         let (divergence, stiffness) = (&mut divergence[..n], &mut stiffness[..n]);
         let (contact_xx, contact_xy) = (&mut contact_xx[..n], &mut contact_xy[..n]);
         let (contact_yy, approach) = (&mut contact_yy[..n], &mut approach[..n]);
+        let closeness = &mut closeness[..n];
         for k in 0..n {
             let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
             let (x, y) = (r * ex, r * ey);
@@ -281,6 +292,8 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
             contact_xy[k] = contact * ex * ey;
             contact_yy[k] = contact * ey * ey;
             approach[k] = du.abs();
+            // The pairs that fill up have no weight and must not count.
+            closeness[k] = if weight[k] > 0.0 { h - r } else { 0.0 };
         }
         sums.force_x.add(force_x);
         sums.force_y.add(force_y);
@@ -290,6 +303,7 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
         sums.contact_xy.add(contact_xy);
         sums.contact_yy.add(contact_yy);
         sums.approach.add(approach);
+        sums.closeness.add(closeness);
     }
     sums
 }

@@ -5,6 +5,7 @@
 
 mod correction;
 mod kernel;
+mod merge;
 mod neighbours;
 mod open;
 mod solver;
@@ -76,6 +77,8 @@ pub struct Rates {
     pub shift: Vec2,
     /// Greatest speed (m/s) at which a neighbour approaches or leaves.
     pub approach: f64,
+    /// Distance (m) of the nearest neighbour, or the smoothing length where none is nearer.
+    pub nearest: f64,
     /// Length (m) that a signal must not outrun in a step: the smoothing length, or less where the pair faces act harder.
     pub reach: f64,
 }
@@ -103,6 +106,8 @@ pub struct MovingWater {
     pub dry_depth: f64,
     /// Plan area (m²; in one dimension length, m) over which a particle spreads at most.
     pub largest_area: f64,
+    /// Width (m) of the smallest particle at the start, of a cell where water comes in.
+    pub finest: f64,
     /// The particles.
     pub particles: FluidParticles,
     /// Their rates, from the latest evaluation.
@@ -146,12 +151,14 @@ impl MovingWater {
             (WallMethod::VirtualParticles, Dimension::Two) => walls.with_virtual_particles(lattice.spacing),
         };
         // Water that comes in is as wide as a cell.
-        let cell = if problem.forcing.is_still() { 0.0 } else { dimension.area(lattice.spacing) };
+        let cell = (!problem.forcing.is_still()).then(|| dimension.area(lattice.spacing));
+        let areas = || seeds.iter().map(|seed| seed.volume / seed.depth).chain(cell);
         MovingWater {
             dimension,
             gravity: problem.gravity,
             dry_depth: problem.dry_depth,
-            largest_area: LARGEST_SPREAD * seeds.iter().map(|seed| seed.volume / seed.depth).fold(cell, f64::max),
+            largest_area: LARGEST_SPREAD * areas().fold(0.0, f64::max),
+            finest: dimension.edge(areas().fold(f64::INFINITY, f64::min)),
             particles: FluidParticles::from_seeds(seeds),
             rates: Vec::new(),
             neighbours: Neighbours::default(),

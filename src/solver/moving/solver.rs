@@ -243,6 +243,9 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             Integrator::Heun => (heun(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 2),
         };
         self.evaluations += evaluations * self.water.particles.len() as u64;
+        if F::CARRIES_DEPTH && self.water.dimension == Dimension::One {
+            self.water.merge();
+        }
         self.time += time_step;
         self.steps += 1;
         self.ledger.outflow += outflow;

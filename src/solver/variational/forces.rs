@@ -87,7 +87,7 @@ impl Variational {
             BedSlope::Hydrostatic => force - slope * g,
             BedSlope::Steep => on_steep_bed(force, v_i, slope, water.curvature_at(particles.position[i]), g),
         };
-        Rates { acceleration, depth_rate: 0.0, shift: Vec2::ZERO, approach, reach: 1.0 / mine.inverse_h }
+        Rates { acceleration, approach, reach: 1.0 / mine.inverse_h, ..Rates::default() }
     }
 
     /// The states of i and j on both sides of the face between them; `u` are the velocities along e.
