@@ -27,8 +27,8 @@ use crate::math::{Sym2, Vec2};
 use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
-use crate::solver::FlowProblem;
 use crate::solver::phases::Phases;
+use crate::solver::{FlowProblem, Passage, Way};
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
 const LARGEST_SPREAD: f64 = 144.0;
@@ -200,6 +200,13 @@ impl MovingWater {
     /// Volumes (m³) that came and left by boundaries and sources.
     pub(super) fn passed(&self) -> (f64, f64) {
         (self.open.inflow() + self.springs.inflow(), self.open.outflow())
+    }
+
+    /// What came and left by each way; `over_edges` (m³) by open edges without a condition.
+    pub(super) fn passages(&self, over_edges: f64) -> Vec<Passage> {
+        let over_edges = Passage { way: Way::OpenEdges, inflow: 0.0, outflow: over_edges, asked: None };
+        let plain = self.open.has_plain_edges().then_some(over_edges);
+        plain.into_iter().chain(self.open.passages()).chain(self.springs.passages()).collect()
     }
 
     /// Puts what boundaries and sources owe into the water for its gridding; returns how many particles are water.

@@ -13,7 +13,7 @@ use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
 use crate::solver::phases::Phases;
-use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
+use crate::solver::{FlowProblem, FlowSolver, Ledger, Passage, StepChoice, StepLimit};
 
 /// The acceleration may use so much of the smoothing length in a step of Courant number 1.
 const ACCELERATION_SHARE: f64 = 0.8;
@@ -278,6 +278,10 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let (came, left) = self.water.passed();
         let stored = self.water.particles.volume.iter().sum::<f64>() + self.water.owed();
         Ledger { inflow: came, outflow: self.ledger.outflow + left, stored, ..self.ledger }
+    }
+
+    fn passages(&self) -> Vec<Passage> {
+        self.water.passages(self.ledger.outflow)
     }
 
     fn particles(&self) -> usize {
