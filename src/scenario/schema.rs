@@ -412,7 +412,7 @@ fn why_not(what: &str) -> &'static str {
         "rain" => "falls on every cell, and dry ground would need particles of its own",
         "a source along a line" => "gives to cells in proportion, and moving particles take theirs at points",
         "channels" => "meet the plane at the faces of cells, which these particles do not have",
-        "cross-sections" => "count what passes the faces of cells, which these particles do not have",
+        "cross-sections" => "are measured in the balanced formulation alone",
         _ => "would need particles that come and go, and those of this formulation stay the same",
     }
 }
@@ -459,7 +459,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .chain(along_lines.map(|entry| (entry, "a source along a line")))
         .chain(node.get("rain").map(|rain| (rain, "rain")))
         .chain(node.get("channels").map(|channels| (channels, "channels")))
-        .chain(outputs.map(|sections| (sections, "cross-sections")));
+        .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
     let mut is_fit = true;
     for (key, message, otherwise) in [
         (

@@ -7,6 +7,9 @@ mod correction;
 mod kernel;
 mod neighbours;
 mod open;
+#[cfg(test)]
+mod scene;
+mod sections;
 mod solver;
 mod springs;
 mod step;
@@ -19,6 +22,7 @@ pub use solver::MovingSolver;
 
 use open::OpenBoundaries;
 use rayon::prelude::*;
+use sections::Sections;
 use springs::Springs;
 
 use crate::bed::{BedParticles, BedPoint};
@@ -120,6 +124,7 @@ pub struct MovingWater {
     /// What comes and goes.
     open: OpenBoundaries,
     springs: Springs,
+    sections: Sections,
 }
 
 impl MovingWater {
@@ -161,6 +166,7 @@ impl MovingWater {
             bed_points: Vec::new(),
             open,
             springs: Springs::new(problem, dimension),
+            sections: Sections::new(problem, dimension),
         }
     }
 
@@ -183,7 +189,9 @@ impl MovingWater {
 
     /// Makes water of the buffer particles that came in, and of what the sources gave in a time (s).
     pub(super) fn enter(&mut self, time: f64) {
+        let fluid = self.particles.len();
         self.open.enter(&mut self.particles, &mut self.rates);
+        self.sections.close(&self.particles, fluid, time);
         self.springs.flow(&mut self.particles, &mut self.rates, time);
     }
 
