@@ -7,6 +7,7 @@ mod correction;
 mod kernel;
 mod neighbours;
 mod open;
+mod rain;
 #[cfg(test)]
 mod scene;
 mod sections;
@@ -21,6 +22,7 @@ pub use neighbours::{CHUNK, ChunkNeighbours, Glance, Neighbours};
 pub use solver::MovingSolver;
 
 use open::OpenBoundaries;
+use rain::Rainfall;
 use rayon::prelude::*;
 use sections::Sections;
 use springs::Springs;
@@ -125,6 +127,7 @@ pub struct MovingWater {
     open: OpenBoundaries,
     springs: Springs,
     sections: Sections,
+    rainfall: Rainfall,
 }
 
 impl MovingWater {
@@ -167,6 +170,7 @@ impl MovingWater {
             open,
             springs: Springs::new(problem, dimension),
             sections: Sections::new(problem, dimension),
+            rainfall: Rainfall::new(problem, dimension),
         }
     }
 
@@ -187,34 +191,36 @@ impl MovingWater {
         }
     }
 
-    /// Makes water of the buffer particles that came in, and of what the sources gave in a time (s).
+    /// Makes water of the buffer particles that came in, and of what sources and rain gave in a time (s).
     pub(super) fn enter(&mut self, time: f64) {
         let fluid = self.particles.len();
         self.open.enter(&mut self.particles, &mut self.rates);
         self.sections.close(&self.particles, fluid, time);
         self.springs.flow(&mut self.particles, &mut self.rates, time);
+        self.rainfall.fall(&mut self.particles, &mut self.rates, &self.bed, time);
     }
 
     /// Whether water comes and goes.
     pub(super) fn is_fed(&self) -> bool {
-        !self.open.is_empty() || !self.springs.is_empty()
+        !self.open.is_empty() || !self.springs.is_empty() || !self.rainfall.is_none()
     }
 
-    /// Volume (m³) that boundaries and sources owe.
+    /// Volume (m³) that boundaries and sources owe, and that of rain on dry ground.
     pub(super) fn owed(&self) -> f64 {
-        self.open.owed() + self.springs.owed()
+        self.open.owed() + self.springs.owed() + self.rainfall.owed(&self.bed)
     }
 
-    /// Volumes (m³) that came and left by boundaries and sources.
+    /// Volumes (m³) that came and left by boundaries, sources and rain.
     pub(super) fn passed(&self) -> (f64, f64) {
-        (self.open.inflow() + self.springs.inflow(), self.open.outflow())
+        (self.open.inflow() + self.springs.inflow() + self.rainfall.inflow(), self.open.outflow())
     }
 
     /// What came and left by each way; `over_edges` (m³) by open edges without a condition.
     pub(super) fn passages(&self, over_edges: f64) -> Vec<Passage> {
         let over_edges = Passage { way: Way::OpenEdges, inflow: 0.0, outflow: over_edges, asked: None };
         let plain = self.open.has_plain_edges().then_some(over_edges);
-        plain.into_iter().chain(self.open.passages()).chain(self.springs.passages()).collect()
+        let of_rain = self.rainfall.passage(&self.bed);
+        plain.into_iter().chain(self.open.passages()).chain(self.springs.passages()).chain(of_rain).collect()
     }
 
     /// Puts what boundaries and sources owe into the water for its gridding; returns how many particles are water.
@@ -225,6 +231,11 @@ impl MovingWater {
         }
         self.springs.lend(&mut self.particles);
         fluid
+    }
+
+    /// Depth (m) of the rain on each cell that is in no particle; empty where it never rains.
+    pub(super) fn on_dry_ground(&self) -> &[f64] {
+        self.rainfall.gathered()
     }
 
     /// Undoes `lend`.
