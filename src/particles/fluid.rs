@@ -64,6 +64,15 @@ impl FluidParticles {
         self.smoothing_length.push(particle.smoothing_length);
     }
 
+    /// Copies a particle to the place of another one.
+    pub fn copy_within(&mut self, from: usize, to: usize) {
+        self.position[to] = self.position[from];
+        self.velocity[to] = self.velocity[from];
+        self.volume[to] = self.volume[from];
+        self.depth[to] = self.depth[from];
+        self.smoothing_length[to] = self.smoothing_length[from];
+    }
+
     /// Keeps the first particles only, so many of them.
     pub fn truncate(&mut self, count: usize) {
         self.position.truncate(count);

@@ -463,14 +463,9 @@ fn moving_particles_refuse_what_they_do_not_know() {
     let more = "sources: [{at: [1100, 2030], discharge: 1 m3/s}, {line: springs.geojson, discharge: 1 m3/s}]\nrain: {rate: 1 mm/h}\nresolution: 5 m";
     let moving = format!("numerics: {{motion: lagrangian}}\n{more}");
     let scene = Scene::with(&[("resolution: 5 m", &moving)]);
-    let known = [
-        "moving particles know no rain",
-        "sources[1]",
-        "moving particles know no source along a line",
-        "motion: eulerian",
-    ];
+    let known = ["sources[1]", "moving particles know no source along a line", "motion: eulerian"];
     scene.assert_refused(3, &[&["method-combination"], &known[..]].concat());
-    scene.assert_silent_on(&["with a condition", "know no sources", "cross-sections"]);
+    scene.assert_silent_on(&["with a condition", "know no sources", "cross-sections", "know no rain"]);
     let variational = format!("numerics: {{formulation: variational}}\n{more}");
     let scene = Scene::with(&[("resolution: 5 m", &variational)]);
     scene.assert_refused(
@@ -479,6 +474,7 @@ fn moving_particles_refuse_what_they_do_not_know() {
             "boundaries[0]",
             "the particles of the variational formulation know no boundary with a condition",
             "the particles of the variational formulation know no sources",
+            "the particles of the variational formulation know no rain",
             "the particles of the variational formulation know no cross-sections",
         ],
     );
@@ -539,6 +535,32 @@ fn moving_particles_pass_a_section_as_resting_ones_do() {
     assert!((arrival - resting_arrival).abs() < 5.0, "{found:?}");
     assert!((peak / resting_peak - 1.0).abs() < 0.15 && (time_of_peak - resting_time).abs() < 20.0, "{found:?}");
     assert!((passed / resting_passed - 1.0).abs() < 0.03, "{found:?}");
+}
+
+#[test]
+fn rain_on_moving_particles_runs_off_and_is_booked() {
+    let rain = "numerics: {motion: lagrangian}\nrain: {rate: 720 mm/h, duration: 1 min, losses: {initial: 2 mm, constant: 360 mm/h}}\nresolution: 5 m";
+    let scene = Scene::with(&[("resolution: 5 m", rain)]);
+    let (run, out) = scene.run();
+    // 2 mm take 10 s of 0.2 mm/s; 50 s of 0.1 mm/s are left, on 12 000 m2.
+    let rows = table(&out.join("tables/boundaries.csv"));
+    let row = rows.iter().find(|row| row[0] == "rain").unwrap();
+    assert_eq!((row[1].as_str(), row[3].as_str()), ("60.000", "60.000"));
+    assert!(row[4].parse::<f64>().unwrap() < 1e-11, "{row:?}");
+    assert!((volume(&run, "in") / 840.0 - 1.0).abs() < 1e-9, "{} m3", volume(&run, "in"));
+    assert!(
+        volume(&run, "error_relative").abs() < 1e-12 && volume(&run, "grid_error_relative").abs() < 1e-3,
+        "{run:#}"
+    );
+    // All terrain got wet.
+    let wet = Netcdf::read(&out.join("maps.nc")).values("max_depth").iter().filter(|depth| **depth > 1e-3).count();
+    assert_eq!(wet, 480);
+    let again = floodsim(scene.folder.path(), &["run", "s.yaml", "--out", "again", "--quiet", "--threads", "3"]);
+    assert_eq!(again.code, 0, "{}", again.stderr);
+    for name in ["tables/sections.csv", "tables/boundaries.csv", "tables/mass_balance.csv"] {
+        let read = |run: &str| std::fs::read_to_string(scene.path(run).join(name)).unwrap();
+        assert_eq!(read("out"), read("again"), "{name}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! A cell c holds water where a particle stands in it, or where particles whose surface is above its bed cover it,
 //!
 //! ```text
-//! (M67)  S_c = Σ_j A_j W(|x_c − x_j|),   C_c = S_c / Σ_c' Δ² W(|x_c − x_c'|) ≥ 0.3
+//! (M67)  S_c = Σ_j A_j W(|x_c − x_j|),   C_c = S_c / Σ_c' Δ² W(|x_c − x_c'|) ≥ 0.6
 //! ```
 //!
 //! with the kernel of the gridding. The depth r_c that gathered on it goes to these particles in the shares of S_c, and lifts them: by r where
@@ -14,7 +14,8 @@
 //!        Δd_i = Σ_c t_c W_ic r_c / Σ_c W_ic + Σ_c (1 − t_c) W_ic Δ² r_c / S_c,   t_c = clamp((C_c − 0.6)/0.2, 0, 1)
 //! ```
 //!
-//! On any other cell it gathers, and becomes a particle at rest, as wide as the cell, as soon as it is twice as deep as water that does not
+//! A particle of less than a quarter of a cell that others cover (C ≥ 0.8 without it) goes up in its cell: its volume counts as rain there,
+//! and its momentum goes along. On any other cell rain gathers, and becomes a particle at rest, as wide as the cell, as soon as it is twice as deep as water that does not
 //! move: one as deep as that would never leave, since it stops as soon as it spreads.
 
 use rayon::prelude::*;
@@ -28,10 +29,11 @@ use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
 use crate::solver::{FlowProblem, Passage, Way};
 
-/// C from which on a cell without a particle holds water, as around sources.
-const LEAST_COVER: f64 = 0.3;
-/// C up to which particles keep their areas, and from which on they are lifted by what falls: as on the grid.
+/// C from which on a cell without a particle holds water, and up to which particles keep their areas; and C from which on they are lifted by
+/// what falls: as on the grid. A straight front has 0.5.
 const COVERED: (f64, f64) = (0.6, 0.8);
+/// A particle is small that covers less of a cell: the film that came down a slope is a crumb in the lake, and would set the step.
+const SMALL: f64 = 0.25;
 /// A film begins to run at so many times the depth below which water does not move.
 const FILM: f64 = 2.0;
 /// Support of the kernel in smoothing lengths, and at least in cells: that of the grid.
@@ -70,6 +72,9 @@ struct Cover {
     /// r (m), and t.
     gives: f64,
     lifts: f64,
+    /// Depth (m) of the particles that went up in it, and that times their velocity (m²/s).
+    takes: f64,
+    takes_flow: Vec2,
 }
 
 impl Rainfall {
@@ -138,6 +143,7 @@ impl Rainfall {
             return;
         }
         self.find_cover(particles, bed);
+        self.take_up(particles, rates, bed);
         self.share_out(bed);
         self.lift(particles, bed);
         self.make_films(particles, rates, bed);
@@ -225,14 +231,46 @@ impl Rainfall {
         self.cover = cover;
     }
 
+    /// Takes up the particles that have become small among others, one after the other: the cells under them have their water now.
+    fn take_up(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>, bed: &BedParticles) {
+        let cell_area = self.dimension.area(bed.lattice.spacing);
+        let mut cover = std::mem::take(&mut self.cover);
+        let mut kept = 0;
+        for i in 0..particles.len() {
+            let area = particles.volume[i] / particles.depth[i];
+            let cell = bed.lattice.cell_at(particles.position[i]).filter(|_| area < SMALL * cell_area);
+            let own = cell.map_or(0.0, |cell| {
+                let mut own = 0.0;
+                self.for_each_covered(particles, i, bed, |other, weight| {
+                    own += if other == cell { area * weight } else { 0.0 };
+                });
+                own
+            });
+            let taken = cell.filter(|&cell| cover[cell].sum - own >= COVERED.1 * self.whole[cell] && own > 0.0);
+            if let Some(cell) = taken {
+                self.for_each_covered(particles, i, bed, |other, weight| cover[other].sum -= area * weight);
+                let depth = particles.volume[i] / cell_area;
+                cover[cell].takes += depth;
+                cover[cell].takes_flow += particles.velocity[i] * depth;
+            } else {
+                particles.copy_within(i, kept);
+                rates[kept] = rates[i];
+                kept += 1;
+            }
+        }
+        particles.truncate(kept);
+        rates.truncate(kept);
+        self.cover = cover;
+    }
+
     /// Takes what lies on cells that hold water from there.
     fn share_out(&mut self, bed: &BedParticles) {
         let cells = self.cover.par_iter_mut().zip(&mut self.gathered).zip(&self.whole).enumerate();
         cells.with_min_len(CHUNK).for_each(|(cell, ((cover, gathered), whole))| {
             let covered = cover.sum / whole.max(f64::MIN_POSITIVE);
-            if bed.has_terrain(cell) && cover.sum > 0.0 && (cover.is_held || covered >= LEAST_COVER) {
+            if bed.has_terrain(cell) && cover.sum > 0.0 && (cover.is_held || covered >= COVERED.0) {
                 cover.is_wet = true;
-                cover.gives = std::mem::take(gathered);
+                cover.gives = std::mem::take(gathered) + cover.takes;
                 cover.lifts = ((covered - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
             }
         });
@@ -241,27 +279,30 @@ impl Rainfall {
     /// Gives the particles what the cells under them gave.
     fn lift(&self, particles: &mut FluidParticles, bed: &BedParticles) {
         let cell_area = self.dimension.area(bed.lattice.spacing);
-        let given: Vec<(f64, f64)> = (0..particles.len())
+        let given: Vec<(f64, f64, Vec2)> = (0..particles.len())
             .into_par_iter()
             .with_min_len(CHUNK)
             .map(|i| {
-                let (mut volume, mut kept, mut lifted, mut weights) = (0.0, 0.0, 0.0, 0.0);
+                let (mut volume, mut kept, mut lifted, mut weights, mut flow) = (0.0, 0.0, 0.0, 0.0, Vec2::ZERO);
                 self.for_each_covered(particles, i, bed, |cell, weight| {
-                    let Cover { sum, is_wet, gives, lifts, .. } = self.cover[cell];
+                    let Cover { sum, is_wet, gives, lifts, takes_flow, .. } = self.cover[cell];
                     if is_wet {
                         let share = weight * cell_area * gives / sum;
                         volume += share;
+                        flow += takes_flow * (weight * cell_area / sum);
                         kept += (1.0 - lifts) * share;
                         lifted += lifts * weight * gives;
                         weights += weight;
                     }
                 });
                 let lifted = if weights > 0.0 { lifted / weights } else { 0.0 };
-                (volume * (particles.volume[i] / particles.depth[i]), lifted + kept)
+                let area = particles.volume[i] / particles.depth[i];
+                (area * volume, lifted + kept, flow * area)
             })
             .collect();
-        for (i, (volume, depth)) in given.into_iter().enumerate().filter(|(_, (volume, _))| *volume > 0.0) {
-            particles.velocity[i] = particles.velocity[i] * (particles.volume[i] / (particles.volume[i] + volume));
+        for (i, (volume, depth, flow)) in given.into_iter().enumerate().filter(|(_, (volume, ..))| *volume > 0.0) {
+            let all = particles.volume[i] + volume;
+            particles.velocity[i] = (particles.velocity[i] * particles.volume[i] + flow) * (1.0 / all);
             particles.volume[i] += volume;
             particles.depth[i] += depth;
         }
