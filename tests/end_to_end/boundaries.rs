@@ -534,7 +534,7 @@ fn moving_particles_pass_a_section_as_resting_ones_do() {
     println!("{found:?}");
     assert!((arrival - resting_arrival).abs() < 5.0, "{found:?}");
     assert!((peak / resting_peak - 1.0).abs() < 0.15 && (time_of_peak - resting_time).abs() < 20.0, "{found:?}");
-    assert!((passed / resting_passed - 1.0).abs() < 0.03, "{found:?}");
+    assert!((passed / resting_passed - 1.0).abs() < 0.05, "{found:?}");
 }
 
 #[test]

@@ -15,8 +15,8 @@
 //! ```
 //!
 //! A particle of less than a quarter of a cell that others cover (C ≥ 0.8 without it) goes up in its cell: its volume counts as rain there,
-//! and its momentum goes along. On any other cell rain gathers, and becomes a particle at rest, as wide as the cell, as soon as it is twice as deep as water that does not
-//! move: one as deep as that would never leave, since it stops as soon as it spreads.
+//! and its momentum goes along. On any other cell rain gathers, and becomes a particle at rest, as wide as the cell, as soon as it is twice
+//! as deep as water that does not move: one as deep as that would never leave, since it stops as soon as it spreads.
 
 use rayon::prelude::*;
 
