@@ -207,6 +207,8 @@ pub struct Gridder {
     factors: Vec<f64>,
     /// Whether a cell had water after the call before.
     was_wet: Vec<bool>,
+    /// Depth (m) of each cell that is in no particle; empty where there is none.
+    beside: Vec<f64>,
     shares: Vec<Shares>,
     bands: Vec<Band>,
     spans: Vec<Span>,
@@ -232,11 +234,19 @@ impl Gridder {
             balance: vec![Balance::EMPTY; cells],
             factors: vec![1.0; cells],
             was_wet: vec![false; cells],
+            beside: Vec::new(),
             shares: Vec::new(),
             bands: bands.collect(),
             spans: Vec::new(),
             stray_volume: 0.0,
         }
+    }
+
+    /// Takes water at rest that is in no particle, a depth (m) for each cell or none at all, for the calls of `grid` to come.
+    pub fn put_beside(&mut self, depth: &[f64]) {
+        debug_assert!(depth.is_empty() || depth.len() == self.lattice.len());
+        self.beside.clear();
+        self.beside.extend_from_slice(depth);
     }
 
     /// Grids the particles over the bed. The spans hold every cell with water now or after the call before.
@@ -264,7 +274,7 @@ impl Gridder {
     }
 
     fn fill_bands(&mut self, columns: usize, particles: &FluidParticles, sweep: usize) {
-        let shares = &self.shares;
+        let (shares, beside) = (&self.shares, &self.beside);
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
@@ -285,6 +295,7 @@ impl Gridder {
                     band.improve(&mut fields);
                 } else {
                     band.fill_with_discharges(&mut fields, particles, shares);
+                    band.add_beside(&mut fields, beside);
                     band.collect_spans(&fields, was_wet);
                 }
             });
@@ -444,6 +455,15 @@ impl Band {
                 fields.discharge_y[place] += velocity.y * depth;
             }
         });
+    }
+
+    /// Adds the water that is in no particle.
+    fn add_beside(&mut self, fields: &mut Fields, beside: &[f64]) {
+        let Some(depths) = beside.get(fields.cells()) else { return };
+        for (place, depth) in depths.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
+            fields.depth[place] += depth;
+            touch(&mut self.touched[place / fields.columns], place % fields.columns);
+        }
     }
 
     /// Improves the factors of the cells that were filled.

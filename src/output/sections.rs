@@ -1,7 +1,7 @@
 //! Water through cross-sections over time, and what each has seen in the end.
 //!
-//! Volumes are those that the core exchanged between its cells, added up step by step; the discharge is that of a whole step, volume
-//! over time. Neither depends on the interval of the series.
+//! Volumes are those that the core exchanged between its cells, or that its particles carried across, added up step by step; the
+//! discharge is that of a whole step, volume over time. Neither depends on the interval of the series.
 
 use super::frames::{Schedule, share_of_step};
 use crate::math::Vec2;

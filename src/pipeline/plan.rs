@@ -274,7 +274,7 @@ fn draw(
         {
             advice(reach, spread, spacing)
         } else {
-            let why = "water that comes in goes where resting particles follow it evenly, and moving ones know no rain, channel, dam that breaks, or moving bed";
+            let why = "water that comes in goes where resting particles follow it evenly, and moving ones know no channel, dam that breaks, or moving bed";
             (Motion::Eulerian, why.to_owned())
         },
         measured,

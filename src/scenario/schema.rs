@@ -409,10 +409,10 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
 /// Why moving particles do not have something, as the end of a sentence.
 fn why_not(what: &str) -> &'static str {
     match what {
-        "rain" => "falls on every cell, and dry ground would need particles of its own",
+        "rain" => "lifts the water, and the depths of this formulation are sums over particles of fixed volume",
         "a source along a line" => "gives to cells in proportion, and moving particles take theirs at points",
         "channels" => "meet the plane at the faces of cells, which these particles do not have",
-        "cross-sections" => "count what passes the faces of cells, which these particles do not have",
+        "cross-sections" => "are measured in the balanced formulation alone",
         _ => "would need particles that come and go, and those of this formulation stay the same",
     }
 }
@@ -457,9 +457,9 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .map(|entry| (entry, "a boundary with a condition"))
         .chain(node.get("sources").filter(|_| is_summed).map(|sources| (sources, "sources")))
         .chain(along_lines.map(|entry| (entry, "a source along a line")))
-        .chain(node.get("rain").map(|rain| (rain, "rain")))
+        .chain(node.get("rain").filter(|_| is_summed).map(|rain| (rain, "rain")))
         .chain(node.get("channels").map(|channels| (channels, "channels")))
-        .chain(outputs.map(|sections| (sections, "cross-sections")));
+        .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
     let mut is_fit = true;
     for (key, message, otherwise) in [
         (

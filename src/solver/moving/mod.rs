@@ -8,6 +8,10 @@ mod kernel;
 mod merge;
 mod neighbours;
 mod open;
+mod rain;
+#[cfg(test)]
+mod scene;
+mod sections;
 mod solver;
 mod springs;
 mod step;
@@ -19,7 +23,9 @@ pub use neighbours::{CHUNK, ChunkNeighbours, Glance, Neighbours};
 pub use solver::MovingSolver;
 
 use open::OpenBoundaries;
+use rain::Rainfall;
 use rayon::prelude::*;
+use sections::Sections;
 use springs::Springs;
 
 use crate::bed::{BedParticles, BedPoint};
@@ -28,8 +34,8 @@ use crate::math::{Sym2, Vec2};
 use crate::particles::{FluidParticles, FluidSeed};
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
-use crate::solver::FlowProblem;
 use crate::solver::phases::Phases;
+use crate::solver::{FlowProblem, Passage, Way};
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
 const LARGEST_SPREAD: f64 = 144.0;
@@ -125,6 +131,8 @@ pub struct MovingWater {
     /// What comes and goes.
     open: OpenBoundaries,
     springs: Springs,
+    sections: Sections,
+    rainfall: Rainfall,
 }
 
 impl MovingWater {
@@ -168,6 +176,8 @@ impl MovingWater {
             bed_points: Vec::new(),
             open,
             springs: Springs::new(problem, dimension),
+            sections: Sections::new(problem, dimension),
+            rainfall: Rainfall::new(problem, dimension),
         }
     }
 
@@ -188,25 +198,36 @@ impl MovingWater {
         }
     }
 
-    /// Makes water of the buffer particles that came in, and of what the sources gave in a time (s).
+    /// Makes water of the buffer particles that came in, and of what sources and rain gave in a time (s).
     pub(super) fn enter(&mut self, time: f64) {
+        let fluid = self.particles.len();
         self.open.enter(&mut self.particles, &mut self.rates);
+        self.sections.close(&self.particles, fluid, time);
         self.springs.flow(&mut self.particles, &mut self.rates, time);
+        self.rainfall.fall(&mut self.particles, &mut self.rates, &self.bed, time);
     }
 
     /// Whether water comes and goes.
     pub(super) fn is_fed(&self) -> bool {
-        !self.open.is_empty() || !self.springs.is_empty()
+        !self.open.is_empty() || !self.springs.is_empty() || !self.rainfall.is_none()
     }
 
-    /// Volume (m³) that boundaries and sources owe.
+    /// Volume (m³) that boundaries and sources owe, and that of rain on dry ground.
     pub(super) fn owed(&self) -> f64 {
-        self.open.owed() + self.springs.owed()
+        self.open.owed() + self.springs.owed() + self.rainfall.owed(&self.bed)
     }
 
-    /// Volumes (m³) that came and left by boundaries and sources.
+    /// Volumes (m³) that came and left by boundaries, sources and rain.
     pub(super) fn passed(&self) -> (f64, f64) {
-        (self.open.inflow() + self.springs.inflow(), self.open.outflow())
+        (self.open.inflow() + self.springs.inflow() + self.rainfall.inflow(), self.open.outflow())
+    }
+
+    /// What came and left by each way; `over_edges` (m³) by open edges without a condition.
+    pub(super) fn passages(&self, over_edges: f64) -> Vec<Passage> {
+        let over_edges = Passage { way: Way::OpenEdges, inflow: 0.0, outflow: over_edges, asked: None };
+        let plain = self.open.has_plain_edges().then_some(over_edges);
+        let of_rain = self.rainfall.passage(&self.bed);
+        plain.into_iter().chain(self.open.passages()).chain(self.springs.passages()).chain(of_rain).collect()
     }
 
     /// Puts what boundaries and sources owe into the water for its gridding; returns how many particles are water.
@@ -217,6 +238,11 @@ impl MovingWater {
         }
         self.springs.lend(&mut self.particles);
         fluid
+    }
+
+    /// Depth (m) of the rain on each cell that is in no particle; empty where it never rains.
+    pub(super) fn on_dry_ground(&self) -> &[f64] {
+        self.rainfall.gathered()
     }
 
     /// Undoes `lend`.

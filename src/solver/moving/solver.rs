@@ -13,7 +13,7 @@ use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
 use crate::solver::phases::Phases;
-use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
+use crate::solver::{FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit};
 
 /// The acceleration may use so much of the smoothing length in a step of Courant number 1.
 const ACCELERATION_SHARE: f64 = 0.8;
@@ -238,13 +238,16 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             self.sort();
             self.water.phases.end("order");
         }
+        self.water.sections.begin(&self.water.particles);
         let (outflow, evaluations) = match self.integrator {
             Integrator::Leapfrog => (leapfrog(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 1),
             Integrator::Heun => (heun(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 2),
         };
         self.evaluations += evaluations * self.water.particles.len() as u64;
         if F::CARRIES_DEPTH && self.water.dimension == Dimension::One {
+            self.water.sections.pause(&self.water.particles);
             self.water.merge();
+            self.water.sections.go_on(&self.water.particles);
         }
         self.time += time_step;
         self.steps += 1;
@@ -271,6 +274,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.gridded = held;
         self.water.phases.start();
         let fluid = self.water.lend();
+        self.gridder.put_beside(self.water.on_dry_ground());
         self.gridder.grid(&self.water.bed, &self.water.particles);
         self.water.take_back(fluid);
         self.water.phases.end("gridding");
@@ -281,6 +285,14 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let (came, left) = self.water.passed();
         let stored = self.water.particles.volume.iter().sum::<f64>() + self.water.owed();
         Ledger { inflow: came, outflow: self.ledger.outflow + left, stored, ..self.ledger }
+    }
+
+    fn sections(&self) -> &[SectionFlow] {
+        self.water.sections.flows()
+    }
+
+    fn passages(&self) -> Vec<Passage> {
+        self.water.passages(self.ledger.outflow)
     }
 
     fn particles(&self) -> usize {

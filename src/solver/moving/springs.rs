@@ -15,13 +15,13 @@
 //!
 //! since the depth of moving particles is carried and does not feel another one among them; they make room for it.
 
-use crate::boundary::Series;
+use crate::boundary::{PointSource, Series};
 use crate::math::Vec2;
 use crate::particles::{FluidParticles, Particle};
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
-use crate::solver::FlowProblem;
 use crate::solver::moving::{Rates, smoothing_factor};
+use crate::solver::{FlowProblem, Passage, Way};
 
 /// Σ A W around a place from which on there is water to interpolate.
 const LEAST_COVER: f64 = 0.3;
@@ -36,10 +36,14 @@ const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 /// One source.
 #[derive(Clone, Debug)]
 struct Spring {
+    /// Its number in the problem.
+    number: usize,
     place: Vec2,
     discharge: Series,
     /// Volume (m³) that came since the last particle.
     owed: f64,
+    /// Volume (m³) that came since the start.
+    came: f64,
     given: u32,
 }
 
@@ -52,7 +56,6 @@ pub(super) struct Springs {
     spacing: f64,
     gravity: f64,
     time: f64,
-    inflow: f64,
     /// Weights W (m^−dim) of the particles around a source.
     around: Vec<(usize, f64)>,
 }
@@ -60,17 +63,22 @@ pub(super) struct Springs {
 impl Springs {
     pub fn new(problem: &FlowProblem, dimension: Dimension) -> Self {
         let bed = &problem.bed;
-        let springs = problem.forcing.sources.iter().filter(|source| bed.at(source.place).is_some());
+        let sources = problem.forcing.sources.iter().enumerate().filter(|(_, source)| bed.at(source.place).is_some());
+        let spring = |(number, source): (usize, &PointSource)| Spring {
+            number,
+            place: source.place,
+            discharge: source.discharge.clone(),
+            owed: 0.0,
+            came: 0.0,
+            given: 0,
+        };
         Springs {
-            springs: springs
-                .map(|s| Spring { place: s.place, discharge: s.discharge.clone(), owed: 0.0, given: 0 })
-                .collect(),
+            springs: sources.map(spring).collect(),
             dimension,
             kernel: Smoothing::new(dimension),
             spacing: bed.lattice.spacing,
             gravity: problem.gravity,
             time: 0.0,
-            inflow: 0.0,
             around: Vec::new(),
         }
     }
@@ -81,7 +89,17 @@ impl Springs {
 
     /// Volume (m³) that came in since the start.
     pub fn inflow(&self) -> f64 {
-        self.inflow
+        self.springs.iter().map(|spring| spring.came).sum()
+    }
+
+    /// What came by each source; in one dimension per metre of width, as what was asked for.
+    pub fn passages(&self) -> impl Iterator<Item = Passage> + '_ {
+        self.springs.iter().map(|spring| Passage {
+            way: Way::Source(spring.number),
+            inflow: spring.came,
+            outflow: 0.0,
+            asked: Some(self.per_width(spring.discharge.integral(0.0, self.time))),
+        })
     }
 
     /// Volume (m³) that came in and is no particle yet.
@@ -100,10 +118,14 @@ impl Springs {
         (q * q / self.gravity).cbrt()
     }
 
+    /// A volume (m³), in one dimension per metre of width.
+    fn per_width(&self, volume: f64) -> f64 {
+        if self.dimension == Dimension::One { volume / self.spacing } else { volume }
+    }
+
     /// What comes between two times; in one dimension per metre of width.
     fn volume(&self, spring: &Spring, from: f64, to: f64) -> f64 {
-        let volume = spring.discharge.integral(from, to).max(0.0);
-        if self.dimension == Dimension::One { volume / self.spacing } else { volume }
+        self.per_width(spring.discharge.integral(from, to).max(0.0))
     }
 
     /// The longest step (s) in which no source gives more than one particle.
@@ -127,7 +149,7 @@ impl Springs {
             if came <= 0.0 {
                 continue;
             }
-            self.inflow += came;
+            self.springs[k].came += came;
             let place = self.springs[k].place;
             let cover = self.look_around(place, particles, &mut around);
             let depth =

@@ -156,6 +156,9 @@ fn drift_from<F: Formulation>(
 
 /// Writes the moved state into the particles; takes out those that left when `removes`, and returns their volume (m³).
 fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
+    if removes {
+        water.sections.count(&water.particles.volume, |i| moved[i].position);
+    }
     let outflow = if removes && moved.par_iter().with_min_len(CHUNK).any(|moved| moved.has_left) {
         take_out(water, moved)
     } else {

@@ -28,10 +28,10 @@ use crate::math::Vec2;
 use crate::particles::{FluidParticles, Particle};
 use crate::physics::dimension::Dimension;
 use crate::physics::open_boundary::EdgeState;
-use crate::solver::FlowProblem;
 use crate::solver::eulerian::Scale;
 use crate::solver::eulerian::open::{Inside, Of, Passing, pass};
 use crate::solver::moving::{Rates, smoothing_factor};
+use crate::solver::{FlowProblem, Passage, Way};
 use faces::{Face, faces_and_guides};
 use look::{Look, Seen};
 
@@ -78,6 +78,9 @@ struct Line {
     lowest: usize,
     /// Volume (m³) that came in while it was too little for any face.
     waiting: f64,
+    /// Volumes (m³) that came in and left since the start.
+    inflow: f64,
+    outflow: f64,
 }
 
 /// All open boundaries with a condition.
@@ -102,8 +105,6 @@ pub(in crate::solver) struct OpenBoundaries {
     phase: Vec<Option<f64>>,
     buffer: Vec<BufferParticle>,
     look: Look,
-    inflow: f64,
-    outflow: f64,
     farthest: Vec<f64>,
     crossing: Vec<(u32, f64, u32)>,
     near: Vec<u32>,
@@ -138,6 +139,8 @@ impl OpenBoundaries {
                 inside: Vec::new(),
                 passing: Vec::new(),
                 waiting: 0.0,
+                inflow: 0.0,
+                outflow: 0.0,
             }
         };
         let lines: Vec<Line> = problem.forcing.boundaries.iter().enumerate().map(line).collect();
@@ -159,8 +162,6 @@ impl OpenBoundaries {
             phase: vec![None; faces.len()],
             buffer: Vec::new(),
             look: Look::new(&faces, lines.len(), dimension),
-            inflow: 0.0,
-            outflow: 0.0,
             farthest: Vec::new(),
             crossing: Vec::new(),
             near: Vec::new(),
@@ -179,12 +180,28 @@ impl OpenBoundaries {
 
     /// Volume (m³) that came in since the start.
     pub fn inflow(&self) -> f64 {
-        self.inflow
+        self.lines.iter().map(|line| line.inflow).sum()
     }
 
     /// Volume (m³) that left since the start.
     pub fn outflow(&self) -> f64 {
-        self.outflow
+        self.lines.iter().map(|line| line.outflow).sum()
+    }
+
+    /// Whether there are edges without a condition.
+    pub fn has_plain_edges(&self) -> bool {
+        !self.plain.is_empty()
+    }
+
+    /// What came and left by each boundary; in one dimension per metre of width, as what was asked for.
+    pub fn passages(&self) -> impl Iterator<Item = Passage> + '_ {
+        let width = if self.dimension == Dimension::One { self.scale.spacing } else { 1.0 };
+        self.lines.iter().enumerate().map(move |(index, line)| Passage {
+            way: Way::Boundary(index),
+            inflow: line.inflow,
+            outflow: line.outflow,
+            asked: line.condition.asked(self.time).map(|volume| volume / width),
+        })
     }
 
     /// Volume (m³) that came in and is no particle yet, less what particles brought in advance.
@@ -225,7 +242,8 @@ impl OpenBoundaries {
     fn book_outflow(&mut self, particles: &FluidParticles) {
         for index in 0..self.faces.len() {
             let crossed = std::mem::take(&mut self.crossed[index]);
-            let line = &mut self.lines[self.faces[index].line];
+            let number = self.faces[index].line;
+            let line = &mut self.lines[number];
             if matches!(line.condition, Condition::Discharge { .. }) {
                 // What comes in is known, so that this particle has been too early.
                 self.owed[index] += crossed;
@@ -235,15 +253,15 @@ impl OpenBoundaries {
             } else if self.beyond[index].is_none() {
                 // Nothing goes on here: what is owed has left, and what was brought in advance has not.
                 self.phase[index] = None;
-                self.outflow += std::mem::take(&mut self.owed[index]) + crossed;
+                line.outflow += std::mem::take(&mut self.owed[index]) + crossed;
             } else if self.leaves(index) {
                 let beyond = self.volume_beyond(index, particles);
                 let phase = *self.phase[index].get_or_insert(self.owed[index] + crossed + beyond);
-                self.outflow += self.owed[index] + crossed - (phase - beyond);
+                self.lines[number].outflow += self.owed[index] + crossed - (phase - beyond);
                 self.owed[index] = phase - beyond;
             } else {
                 self.phase[index] = None;
-                self.outflow += crossed;
+                self.lines[number].outflow += crossed;
             }
         }
     }
@@ -280,7 +298,7 @@ impl OpenBoundaries {
                 _ => None,
             };
             if let Some(volume) = imposed {
-                self.inflow += volume;
+                line.inflow += volume;
                 line.waiting += volume;
             }
             let is_passed_on = self.beyond[line.faces.clone()].iter().flatten().any(|beyond| beyond.share > 0.0);
@@ -291,7 +309,7 @@ impl OpenBoundaries {
                     Some(_) => waits * beyond.share,
                     None => {
                         let comes = beyond.depth * (-beyond.outwards).max(0.0) * self.faces[index].width * dt;
-                        self.inflow += comes;
+                        line.inflow += comes;
                         comes
                     }
                 };

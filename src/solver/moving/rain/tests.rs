@@ -1,0 +1,148 @@
+//! Rain on moving particles: its volume, the level of a lake, run-off from a slope, dry ground, and the same bits for any threads.
+
+use crate::bed::BedParticles;
+use crate::boundary::{Condition, Rain, Series};
+use crate::math::Vec2;
+use crate::physics::dimension::Dimension;
+use crate::scenario::methods::Integrator;
+use crate::solver::lagrangian::LagrangianSolver;
+use crate::solver::moving::scene::{open, problem, run_until, solver};
+use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, Way};
+
+fn rain(problem: &mut FlowProblem, rate: f64) {
+    problem.forcing.rain = Some(Rain::Uniform(Series::constant(rate)));
+}
+
+fn run(solver: &mut EulerianSolver, end: f64) {
+    while solver.time() < end - 1e-9 {
+        let step = solver.choose_step().time_step.min(end - solver.time());
+        solver.advance(step).unwrap();
+    }
+}
+
+fn volume_on_grid(solver: &mut LagrangianSolver) -> f64 {
+    let water = solver.water();
+    water.depths().iter().sum::<f64>() * water.lattice.cell_area()
+}
+
+#[test]
+fn a_lake_rises_by_what_falls_and_stays_at_rest() {
+    // Over a level bed and over a bed of bumps below the surface; closed walls.
+    let bumps = |p: Vec2| 0.3 * (0.4 * p.x).sin() * (0.3 * p.y).cos();
+    let beds: [&dyn Fn(Vec2) -> f64; 2] = [&|_| 0.0, &bumps];
+    for (k, bed) in beds.into_iter().enumerate() {
+        let mut problem = problem((24, 16), 2.5, bed, |_| 1.0);
+        rain(&mut problem, 1e-4);
+        let bed: BedParticles = problem.bed.clone();
+        let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+        run_until(&mut solver, 300.0);
+        let (ledger, wanted) = (solver.ledger(), 300.0 * 1e-4 * 60.0 * 40.0);
+        assert!((ledger.inflow / wanted - 1.0).abs() < 1e-12, "{ledger:?}");
+        assert!(ledger.relative_error().abs() < 1e-12, "{:e}", ledger.relative_error());
+        let on_grid = volume_on_grid(&mut solver);
+        assert!((on_grid / ledger.stored - 1.0).abs() < 1e-12, "{on_grid} m3 on the grid of {}", ledger.stored);
+        let particles = &solver.state().particles;
+        let level = |i: usize| particles.depth[i] + bed.at(particles.position[i]).unwrap().elevation;
+        let off = (0..particles.len()).map(|i| (level(i) - 1.03).abs()).fold(0.0, f64::max);
+        let fastest = particles.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        println!("bed {k}: level off by {off:.1e} m, fastest {fastest:.1e} m/s, {} particles", particles.len());
+        assert!(off < 1e-9 && fastest < 1e-9, "{off} m, {fastest} m/s");
+    }
+}
+
+/// Rain on a dry plane of 100 m that falls to the east by 2 %, and leaves at its foot.
+fn slope(spacing: f64) -> FlowProblem {
+    let size = ((100.0 / spacing) as usize, (20.0 / spacing) as usize);
+    let mut problem = problem(size, spacing, |p| 10.0 - 0.02 * p.x, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.03);
+    problem.dry_depth = 1e-3;
+    open(&mut problem, false, Condition::NormalDepth { slope: 0.02 });
+    rain(&mut problem, 1e-4);
+    problem
+}
+
+#[test]
+fn rain_runs_off_a_slope_with_its_own_discharge() {
+    let wanted = 1e-4 * 100.0 * 20.0;
+    let mut resting = EulerianSolver::new(slope(2.5));
+    let mut moving = solver(slope(2.5), Dimension::Two, Integrator::Leapfrog);
+    let mut left = (0.0, 0.0);
+    for end in [150.0, 300.0, 600.0, 900.0] {
+        run(&mut resting, end);
+        let steps = run_until(&mut moving, end);
+        let (a, b) = (moving.ledger(), resting.ledger());
+        println!("{end} s: {steps} steps, {} particles, {a:?}, resting {b:?}", moving.particles());
+        assert!(a.relative_error().abs() < 1e-12);
+        let on_grid = volume_on_grid(&mut moving);
+        assert!((on_grid / a.stored - 1.0).abs() < 5e-3, "{on_grid} m3 on the grid of {}", a.stored);
+        if end < 600.0 {
+            left = (a.outflow, b.outflow);
+        } else {
+            assert!((a.stored / b.stored - 1.0).abs() < 0.1, "{} and {} m3 on the slope", a.stored, b.stored);
+        }
+    }
+    let discharges = [(moving.ledger().outflow - left.0) / 600.0, (resting.ledger().outflow - left.1) / 600.0];
+    println!("discharge {discharges:?} of {wanted} m3/s");
+    assert!((discharges[0] / wanted - 1.0).abs() < 0.03, "{discharges:?}");
+    assert!((discharges[0] / discharges[1] - 1.0).abs() < 0.03, "{discharges:?}");
+    let passages = moving.passages();
+    let rain = passages.iter().find(|passage| passage.way == Way::Rain).unwrap();
+    assert!((rain.inflow / rain.asked.unwrap() - 1.0).abs() < 1e-12 && rain.inflow > 179.0, "{rain:?}");
+}
+
+#[test]
+fn rain_on_a_bowl_gathers_in_its_lake() {
+    // A cone of 5 % with a lake in its middle, of which 36 mm fall.
+    let bowl = |p: Vec2| 0.05 * (p - Vec2::new(50.0, 50.0)).norm();
+    let mut problem = problem((40, 40), 2.5, bowl, |_| 1.0);
+    problem.bed.manning.fill(0.03);
+    problem.dry_depth = 1e-3;
+    let rate = Series::new(&[(0.0, 6e-5), (600.0, 6e-5), (600.0, 0.0), (9000.0, 0.0)]).unwrap();
+    problem.forcing.rain = Some(Rain::Uniform(rate));
+    let mut resting = EulerianSolver::new(problem.clone());
+    let mut moving = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    for (end, within) in [(600.0, 0.05), (1500.0, 0.02)] {
+        run(&mut resting, end);
+        let steps = run_until(&mut moving, end);
+        let (ledger, of_resting) = (moving.ledger(), resting.ledger());
+        let middle = |depths: &[f64]| [820, 819, 780, 779].iter().map(|&cell: &usize| depths[cell] / 4.0).sum::<f64>();
+        let (found, wanted) = (middle(&moving.water().depths()), middle(&resting.water().depths()));
+        println!("{end} s: {steps} steps, {} particles, {found} m in the middle, {wanted} m", moving.particles());
+        assert!(ledger.relative_error().abs() < 1e-12 && (ledger.stored / of_resting.stored - 1.0).abs() < 1e-3);
+        assert!((volume_on_grid(&mut moving) / ledger.stored - 1.0).abs() < 1e-12);
+        assert!((found / wanted - 1.0).abs() < within, "{found} of {wanted} m");
+        // Films that ran into the lake are no crumbs there.
+        assert!(moving.particles() < 1200 && steps < 6000, "{} particles, {steps} steps", moving.particles());
+    }
+}
+
+#[test]
+fn drizzle_stays_where_it_falls_until_it_runs() {
+    let mut problem = slope(5.0);
+    rain(&mut problem, 1e-5);
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    run_until(&mut solver, 190.0);
+    assert_eq!(solver.particles(), 0);
+    let depths = solver.water().depths();
+    assert!(depths.iter().all(|depth| (depth - 1.9e-3).abs() < 1e-6), "{depths:?}");
+    assert!((solver.ledger().stored / (1.9e-3 * 2000.0) - 1.0).abs() < 1e-12);
+    run_until(&mut solver, 205.0);
+    assert_eq!(solver.particles(), 80);
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let state_after = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut solver = solver(slope(2.5), Dimension::Two, Integrator::Leapfrog);
+            run_until(&mut solver, 80.0);
+            assert!(solver.particles() > 100);
+            let bits: Vec<u64> = solver.state().particles.volume.iter().map(|volume| volume.to_bits()).collect();
+            (bits, solver.ledger().inflow.to_bits())
+        })
+    };
+    let one = state_after(1);
+    assert_eq!(one, state_after(2));
+    assert_eq!(one, state_after(5));
+}
