@@ -1,5 +1,6 @@
 //! The shallow-water core: from a bed, walls and still water to moving water. Opens no file, prints nothing, knows no YAML.
 
+mod changing_bed;
 mod eulerian;
 pub mod lagrangian;
 pub mod moving;
