@@ -6,3 +6,6 @@ mod ground;
 
 pub(super) use dam::BreakingDam;
 pub(super) use ground::MovingGround;
+
+#[cfg(test)]
+pub(super) mod scenes;

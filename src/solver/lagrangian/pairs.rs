@@ -4,7 +4,9 @@
 //! loops over a block have no branch, and run on as many lanes as the processor has. All sums are taken in the same order
 //! whatever that number is.
 
+use super::ridges::share_in_sight;
 use super::{Gradients, State};
+use crate::bed::BedParticles;
 use crate::boundary::{Image, Isometry};
 use crate::math::{Vec2, larger, smaller};
 use crate::physics::kernel::{Shape, Smoothing};
@@ -89,10 +91,22 @@ impl Pairs {
         self.len
     }
 
-    /// Gathers the states of one block of neighbours, `BLOCK` at most.
-    pub(super) fn gather_states(&mut self, me: &State, images: &[Image], states: &[State], isometries: &[Isometry]) {
+    /// Gathers the states of one block of neighbours, `BLOCK` at most; beside `ridges` with the share of their area that is in sight.
+    pub(super) fn gather_states(
+        &mut self,
+        me: &State,
+        images: &[Image],
+        states: &[State],
+        isometries: &[Isometry],
+        ridges: Option<&BedParticles>,
+    ) {
         for (k, image) in images.iter().take(BLOCK).enumerate() {
             let other = &states[image.index as usize];
+            let in_sight = ridges.map_or(1.0, |bed| share_in_sight(bed, me, other));
+            if in_sight == 0.0 {
+                self.set_nothing(k, me);
+                continue;
+            }
             let (mut position, mut velocity) = (other.position, other.velocity);
             if image.transform != 0 {
                 let isometry = &isometries[image.transform as usize];
@@ -105,17 +119,22 @@ impl Pairs {
             self.velocity_y[k] = velocity.y;
             self.depth[k] = other.depth;
             self.surface[k] = other.surface;
-            self.area[k] = other.area;
+            self.area[k] = other.area * in_sight;
             self.inverse_h[k] = other.inverse_h;
         }
         self.len = images.len().min(BLOCK).next_multiple_of(LANES);
-        // A particle's pair with itself, of no area, adds nothing to any sum.
         for k in images.len().min(BLOCK)..self.len {
-            (self.offset_x[k], self.offset_y[k]) = (0.0, 0.0);
-            (self.velocity_x[k], self.velocity_y[k]) = (me.velocity.x, me.velocity.y);
-            (self.depth[k], self.surface[k]) = (me.depth, me.surface);
-            (self.area[k], self.inverse_h[k]) = (0.0, me.inverse_h);
+            self.set_nothing(k, me);
         }
+    }
+
+    /// A particle's pair with itself, of no area: it adds nothing to any sum.
+    #[inline(always)]
+    fn set_nothing(&mut self, k: usize, me: &State) {
+        (self.offset_x[k], self.offset_y[k]) = (0.0, 0.0);
+        (self.velocity_x[k], self.velocity_y[k]) = (me.velocity.x, me.velocity.y);
+        (self.depth[k], self.surface[k]) = (me.depth, me.surface);
+        (self.area[k], self.inverse_h[k]) = (0.0, me.inverse_h);
     }
 
     /// Gathers the gradients of the same neighbours, turned as the particle sees them.

@@ -3,6 +3,7 @@
 //!
 //! A formulation turns the present state into rates (`Formulation::evaluate`); everything else is here, once.
 
+mod bed_motion;
 mod correction;
 mod kernel;
 mod neighbours;
