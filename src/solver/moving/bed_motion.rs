@@ -2,11 +2,13 @@
 //!
 //! Before a step the bed goes to its end, where the rates are evaluated: kick and drift then see the bed of their own time. What goes all
 //! at once does so between two steps, and the rates are evaluated anew. Particles keep their depth and their velocity, so that their
-//! surface moves with the bed and no volume is made or lost. The dam is a ridge (`bed::Ridges`) as long as it stands above the ground.
+//! surface moves with the bed and no volume is made or lost. The dam is a wall where it stands dry (`dam_walls`), and a ridge
+//! (`bed::Ridges`) as long as it stands above the ground.
 //! Not here: curvatures, which the variational formulation alone has a use for, and which knows no bed that changes.
 
 use rayon::prelude::*;
 
+use super::dam_walls::DamWalls;
 use super::open::look::Look;
 use super::{CHUNK, MovingWater};
 use crate::bed::derive_slopes_around;
@@ -19,6 +21,7 @@ use crate::solver::{BedBooks, FlowProblem};
 #[derive(Debug)]
 pub(super) struct ChangingBed {
     dam: Option<BreakingDam>,
+    walls: Option<DamWalls>,
     /// The water where the level of the dam's trigger is watched.
     watched: Option<Look>,
     ground: Option<MovingGround>,
@@ -34,12 +37,15 @@ impl ChangingBed {
             return None;
         }
         let watched = dam.as_ref().and_then(BreakingDam::watched).map(|place| Look::at(place, dimension));
-        let mut changing = ChangingBed { dam, watched, ground, bed: Vec::new() };
+        let mut changing = ChangingBed { dam, walls: None, watched, ground, bed: Vec::new() };
         if let Some(dam) = &mut changing.dam {
-            water.bed.set_ridges(dam.standing().filter(|(_, stands)| *stands).map(|(cell, _)| cell));
+            let standing = || dam.standing().filter(|(_, stands)| *stands).map(|(cell, _)| cell);
+            water.bed.set_ridges(standing());
+            changing.walls = Some(DamWalls::new(water, standing()));
             dam.watch(0.0, |_| None);
         }
         changing.follow(water, 0.0, 0.0);
+        changing.release(water);
         changing.hand_out();
         Some(changing)
     }
@@ -59,6 +65,7 @@ impl ChangingBed {
             });
         }
         let has_jumped = self.follow(water, time, time);
+        self.release(water);
         self.hand_out();
         has_jumped
     }
@@ -86,6 +93,12 @@ impl ChangingBed {
             has_changed = true;
         }
         has_changed
+    }
+
+    fn release(&mut self, water: &mut MovingWater) {
+        if let (Some(walls), Some(dam)) = (&mut self.walls, &self.dam) {
+            walls.release(water, dam.standing());
+        }
     }
 
     fn hand_out(&mut self) {

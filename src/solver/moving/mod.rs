@@ -5,6 +5,7 @@
 
 mod bed_motion;
 mod correction;
+mod dam_walls;
 mod kernel;
 mod neighbours;
 mod open;
