@@ -26,6 +26,12 @@ impl Ridges {
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
+
+    /// Whether a cell is one of a ridge.
+    #[inline]
+    pub fn contains(&self, cell: usize) -> bool {
+        self.is_ridge.get(cell).copied().unwrap_or(false)
+    }
 }
 
 impl BedParticles {

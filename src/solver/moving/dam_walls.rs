@@ -2,9 +2,9 @@
 //!
 //! Deep water beside a bank as steep as a dam does not keep still by itself: a particle that leaves the bank is pressed against its
 //! neighbours and rises, where it should leave a gap and sink. Images in a wall tell it so. A cell of the dam stops being a wall for
-//! good as soon as water beside it stands above its bed, and is a ridge of the bed from then on (`bed::Ridges`).
+//! good as soon as water that stands above its bed reaches it, and is a ridge of the bed from then on (`bed::Ridges`).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::bed::BedParticles;
 use crate::boundary::Edge;
@@ -27,7 +27,7 @@ impl DamWalls {
         walls
     }
 
-    /// Opens the cells that stand no more, by the bed of now, or beside which water stands higher.
+    /// Opens the cells that stand no more, by the bed of now, and those that water reaches from beside the dam over others.
     pub fn release(&mut self, water: &mut MovingWater, standing: impl Iterator<Item = (usize, bool)>) {
         if self.cells.is_empty() {
             return;
@@ -36,15 +36,19 @@ impl DamWalls {
         for (cell, _) in standing.filter(|(_, stands)| !stands) {
             self.cells.remove(&cell);
         }
-        let (bed, particles) = (&water.bed, &water.particles);
-        for (place, depth) in particles.position.iter().zip(&particles.depth) {
-            if !bed.has_ridge_within(*place, bed.lattice.spacing) {
-                continue;
-            }
-            let surface = water.bed_at(*place).elevation + depth;
-            for cell in beside(bed, *place).filter(|cell| bed.elevation[*cell] < surface) {
-                self.cells.remove(&cell);
-            }
+        let mut reached = reached(water);
+        while let Some((cell, level)) = reached.pop() {
+            self.cells.remove(&cell);
+            let (column, row) = water.bed.lattice.column_row(cell);
+            let columns = water.bed.lattice.columns;
+            let beside = [
+                (column > 0).then(|| cell - 1),
+                (column + 1 < columns).then(|| cell + 1),
+                (row > 0).then(|| cell - columns),
+                Some(cell + columns),
+            ];
+            let lower = |other: &usize| self.cells.contains(other) && water.bed.elevation[*other] < level;
+            reached.extend(beside.into_iter().flatten().filter(lower).map(|other| (other, level)));
         }
         if self.cells.len() < before {
             self.build(water);
@@ -87,6 +91,23 @@ impl DamWalls {
         }
         faces
     }
+}
+
+/// The cells of ridges beside which a particle stands above their bed, each with the level (m) of the highest one.
+fn reached(water: &MovingWater) -> Vec<(usize, f64)> {
+    let (bed, particles) = (&water.bed, &water.particles);
+    let mut reached: BTreeMap<usize, f64> = BTreeMap::new();
+    for (place, depth) in particles.position.iter().zip(&particles.depth) {
+        if !bed.has_ridge_within(*place, bed.lattice.spacing) {
+            continue;
+        }
+        let surface = water.bed_at(*place).elevation + depth;
+        for cell in beside(bed, *place).filter(|cell| bed.ridges.contains(*cell) && bed.elevation[*cell] < surface) {
+            let level = reached.entry(cell).or_insert(surface);
+            *level = level.max(surface);
+        }
+    }
+    reached.into_iter().collect()
 }
 
 /// The cell of a place and those around it.
