@@ -29,8 +29,8 @@ pub struct FlowProblem {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave.
     pub open_edges: OpenEdges,
-    /// What brings water in or takes it out, and the sections that measure it. Particles that move know boundaries and sources alone,
-    /// in the balanced formulation.
+    /// What brings water in or takes it out, and the sections that measure it. Particles that move know boundaries, sources and a
+    /// bed that changes alone, in the balanced formulation.
     pub forcing: Forcing,
     /// Still water at the start: depth (m) at each cell of the lattice.
     pub initial_depth: Vec<f64>,
