@@ -114,10 +114,10 @@ impl<F: Formulation> MovingSolver<F> {
     /// Sets the bed at the end of a step; where it changes all at once, the rates are those above the new one.
     fn end_change_of_bed(&mut self) {
         let (time, water) = (self.time, &mut self.water);
-        if let Some(changing_bed) = &mut self.changing_bed {
-            if changing_bed.end_step(water, time) {
-                self.restart();
-            }
+        if let Some(changing_bed) = &mut self.changing_bed
+            && changing_bed.end_step(water, time)
+        {
+            self.restart();
         }
     }
 
