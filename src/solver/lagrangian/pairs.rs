@@ -102,11 +102,6 @@ impl Pairs {
     ) {
         for (k, image) in images.iter().take(BLOCK).enumerate() {
             let other = &states[image.index as usize];
-            let in_sight = ridges.map_or(1.0, |bed| share_in_sight(bed, me, other));
-            if in_sight == 0.0 {
-                self.set_nothing(k, me);
-                continue;
-            }
             let (mut position, mut velocity) = (other.position, other.velocity);
             if image.transform != 0 {
                 let isometry = &isometries[image.transform as usize];
@@ -119,12 +114,28 @@ impl Pairs {
             self.velocity_y[k] = velocity.y;
             self.depth[k] = other.depth;
             self.surface[k] = other.surface;
-            self.area[k] = other.area * in_sight;
+            self.area[k] = other.area;
             self.inverse_h[k] = other.inverse_h;
         }
         self.len = images.len().min(BLOCK).next_multiple_of(LANES);
         for k in images.len().min(BLOCK)..self.len {
             self.set_nothing(k, me);
+        }
+        if let Some(bed) = ridges {
+            self.hide(me, images, states, bed);
+        }
+    }
+
+    /// Takes from the area of each pair what ridges hide of it; apart, so that the loop above stays as short without them.
+    #[cold]
+    fn hide(&mut self, me: &State, images: &[Image], states: &[State], bed: &BedParticles) {
+        for (k, image) in images.iter().take(BLOCK).enumerate() {
+            let in_sight = share_in_sight(bed, me, &states[image.index as usize]);
+            if in_sight > 0.0 {
+                self.area[k] *= in_sight;
+            } else {
+                self.set_nothing(k, me);
+            }
         }
     }
 
