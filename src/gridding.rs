@@ -21,6 +21,8 @@
 //! f_c ← f_c D_c / d_c       where d_c > D_c, and where the particles cover the cell (S_c near 1)
 //! ```
 //!
+//! Nothing lands beyond a ridge of one cell that the level does not reach, either.
+//!
 //! At a front, where S_c falls to zero, the grid stays as the kernels draw it.
 //!
 //! What a particle has to say about its cells is computed once and kept for all sweeps. Bands of rows are filled side by
@@ -109,7 +111,7 @@ impl Shares {
                     lowest = (elevation, Some(cell as u32));
                 }
                 // Not a number (no terrain) compares as false.
-                if level > elevation {
+                if level > elevation && bed.sill(place, lattice.centre(cell)) < level {
                     let offset = Vec2::new((column as f64 + 0.5) * lattice.spacing - place.x, north);
                     let kernel = measures.kernel.value(offset.norm(), inverse_h);
                     let weight = kernel * (level - elevation);

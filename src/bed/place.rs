@@ -103,6 +103,26 @@ pub fn derive_shape(bed: &mut BedParticles) {
     );
 }
 
+/// Slopes at and beside some cells whose elevation changed; curvatures stay as they are.
+pub fn derive_slopes_around(bed: &mut BedParticles, changed: impl Iterator<Item = usize>) {
+    let reach = HEIGHT_SUPPORT.floor() as usize;
+    let (columns, rows) = (bed.lattice.columns, bed.lattice.rows);
+    let mut cells = Vec::new();
+    for cell in changed {
+        let (column, row) = bed.lattice.column_row(cell);
+        for row in row.saturating_sub(reach)..(row + reach + 1).min(rows) {
+            cells.extend((column.saturating_sub(reach)..(column + reach + 1).min(columns)).map(|c| row * columns + c));
+        }
+    }
+    cells.sort_unstable();
+    cells.dedup();
+    let stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
+    for cell in cells.into_iter().filter(|&cell| !bed.elevation[cell].is_nan()) {
+        let (column, row) = bed.lattice.column_row(cell);
+        bed.slope[cell] = slope_at(&bed.lattice, &bed.elevation, column, row, &stencil);
+    }
+}
+
 /// |W'|/q of the cubic B-spline without its constant, for q = r/h > 0.
 fn gradient_weight(q: f64) -> f64 {
     let outer = (2.0 - q).max(0.0);

@@ -1,5 +1,6 @@
 //! Riverbed particles, one for each cell of the lattice, one `Vec` for each quantity.
 
+use super::ridge::Ridges;
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
 
@@ -18,6 +19,8 @@ pub struct BedParticles {
     pub manning: Vec<f64>,
     /// Cells without terrain whose edge no boundary opens, such as buildings; ascending.
     pub sealed: Vec<usize>,
+    /// Ridges of one cell that hide what is beyond them; see [`BedParticles::sill`].
+    pub ridges: Ridges,
 }
 
 impl BedParticles {
@@ -48,6 +51,7 @@ impl BedParticles {
             curvature: vec![Sym2::default(); cells],
             manning: vec![manning; cells],
             sealed: Vec::new(),
+            ridges: Ridges::default(),
         }
     }
 }

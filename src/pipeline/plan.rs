@@ -268,14 +268,15 @@ fn draw(
             ..disk(MAP_BYTES.end, FRAME_BYTES.end, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: if prepared.forcing.is_still()
-            && prepared.forcing.breach.is_none()
-            && prepared.forcing.moving_bed.is_empty()
-        {
-            advice(reach, spread, spacing)
-        } else {
-            let why = "water that comes in goes where resting particles follow it evenly, and moving ones know no channel, dam that breaks, or moving bed";
+        advice: if !prepared.forcing.is_still() {
+            let why =
+                "water that comes in goes where resting particles follow it evenly, and moving ones know no channel";
             (Motion::Eulerian, why.to_owned())
+        } else if prepared.forcing.breach.is_some() || !prepared.forcing.moving_bed.is_empty() {
+            let why = "how far the water of a bed that changes can run is not known before, and resting particles keep their spacing";
+            (Motion::Eulerian, why.to_owned())
+        } else {
+            advice(reach, spread, spacing)
         },
         measured,
         threads: rayon::current_num_threads(),

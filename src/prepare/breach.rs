@@ -1,6 +1,6 @@
 //! A dam that breaks: its file, its ridge on the lattice, and whether its opening fits it.
 
-use super::burn::{crossed, station_of};
+use super::burn::{crossed, station_of, strip};
 use std::collections::BTreeMap;
 
 use super::findings::Findings;
@@ -12,6 +12,7 @@ use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, segments_cross};
 use crate::physics::breach::{FailureMode, breach_estimates};
+use crate::scenario::methods::Motion;
 use crate::scenario::{
     Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law, Scenario, Sourced,
 };
@@ -78,7 +79,15 @@ pub(super) fn on_lattice(
     let written = &by_formula(written, opened.crest, scenario.numerics.gravity);
     let lattice = &bed.lattice;
     let line: Vec<Vec2> = opened.line.iter().map(|place| lattice.to_local(*place)).collect();
-    let cells: Vec<DamCell> = crossed(&line, lattice)
+    // The bed that moving particles see is lower between two cells that meet at a corner only.
+    let stations: BTreeMap<usize, f64> = match scenario.numerics.motion {
+        Motion::Eulerian => crossed(&line, lattice),
+        Motion::Lagrangian => {
+            let station = |cell: usize| station_of(lattice.centre(cell), &line).0;
+            strip(&line, 0.0, lattice).into_iter().map(|cell| (cell, station(cell))).collect()
+        }
+    };
+    let cells: Vec<DamCell> = stations
         .into_iter()
         .filter(|(cell, _)| bed.has_terrain(*cell))
         .map(|(cell, station)| DamCell { cell, station, ground: bed.elevation[cell] })

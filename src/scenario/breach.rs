@@ -361,7 +361,7 @@ mod tests {
                 "breach.method.volume",
             ),
             ("{crest: 3 m}", "missing-key", "breach.dam"),
-            ("{dam: d.geojson}\nnumerics: {motion: lagrangian}", "method-combination", "breach"),
+            ("{dam: d.geojson}\nnumerics: {formulation: variational}", "method-combination", "breach"),
         ] {
             let found = problem(text);
             assert_eq!((found.code, found.key.as_str()), (code, key), "{text}: {found}");

@@ -182,7 +182,7 @@ mod tests {
                 "moving_bed[0].share",
             ),
             ("[{change: a.tif, at: -3 s}]", "range", "moving_bed[0].at"),
-            ("[{change: a.tif}]\nnumerics: {motion: lagrangian}", "method-combination", "moving_bed"),
+            ("[{change: a.tif}]\nnumerics: {formulation: variational}", "method-combination", "moving_bed"),
         ] {
             let Err(Error::Problems(found)) = load(text) else { panic!("not refused: {text}") };
             let problem = found.into_iter().find(|problem| problem.kind == ProblemKind::Scenario).unwrap();

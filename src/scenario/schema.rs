@@ -461,21 +461,16 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
     let mut is_fit = true;
-    for (key, message, otherwise) in [
-        (
-            "breach",
-            "moving particles know no dam that breaks",
-            "for a dam that is gone at the start, take `breach` out",
-        ),
-        ("moving_bed", "moving particles know no moving bed", "or take this out"),
+    for (key, what, otherwise) in [
+        ("breach", "dam that breaks", "for a dam that is gone at the start, take `breach` out"),
+        ("moving_bed", "moving bed", "or take this out"),
     ] {
-        let Some(changing) = node.get(key).filter(|changing| changing.value != Value::Empty) else { continue };
-        let remedy = format!(
-            "leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`); {otherwise}"
-        );
+        let changing = node.get(key).filter(|changing| is_summed && changing.value != Value::Empty);
+        let Some(changing) = changing else { continue };
+        let message = format!("the particles of the variational formulation know no {what}");
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", changing.key.clone(), message)
-            .with_cause("its bed changes in time, and that of this motion stays the same")
-            .with_remedy(remedy);
+            .with_cause("its bed changes in time, and that of this formulation stays the same")
+            .with_remedy(format!("leave `numerics.formulation` out (or write `formulation: balanced`); {otherwise}"));
         reader.report(changing, problem);
         is_fit = false;
     }

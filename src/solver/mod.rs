@@ -1,5 +1,6 @@
 //! The shallow-water core: from a bed, walls and still water to moving water. Opens no file, prints nothing, knows no YAML.
 
+mod changing_bed;
 mod eulerian;
 pub mod lagrangian;
 pub mod moving;
@@ -30,8 +31,8 @@ pub struct FlowProblem {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave.
     pub open_edges: OpenEdges,
-    /// What brings water in or takes it out, and the sections that measure it. Particles that move know boundaries,
-    /// point sources, rain and sections, in the balanced formulation.
+    /// What brings water in or takes it out, and the sections that measure it. Particles that move know boundaries, point
+    /// sources, rain, sections and a bed that changes, in the balanced formulation.
     pub forcing: Forcing,
     /// Still water at the start: depth (m) at each cell of the lattice.
     pub initial_depth: Vec<f64>,

@@ -4,6 +4,7 @@
 mod bad_inputs;
 mod bad_scenarios;
 mod boundaries;
+mod breaches;
 mod channels;
 mod commands;
 mod dam_breaks;

@@ -179,6 +179,21 @@ fn detail_finer_than_the_lattice_is_smoothed() {
 }
 
 #[test]
+fn slopes_around_a_change_are_those_of_the_whole_bed() {
+    let rough = |p: Vec2| 3.0 * (0.7 * p.x).sin() * (0.9 * p.y).cos();
+    let terrain = Made { formula: rough, points: points(1.0, 0.4), has_terrain: ragged };
+    let mut bed = place_bed(&terrain, &lattice(), BedMethod::Shepard, 0.03);
+    let before = bed.slope.clone();
+    let changed = [14, 15, 27, 60];
+    changed.iter().for_each(|&cell| bed.elevation[cell] += 2.0);
+    derive_slopes_around(&mut bed, changed.into_iter());
+    let around = bed.slope.clone();
+    derive_shape(&mut bed);
+    let bits = |slopes: &[Vec2]| slopes.iter().map(|s| [s.x.to_bits(), s.y.to_bits()]).collect::<Vec<_>>();
+    assert!(bits(&around) == bits(&bed.slope) && bits(&before) != bits(&around));
+}
+
+#[test]
 fn same_bits_for_any_number_of_threads() {
     let rough = |p: Vec2| 3.0 * (0.7 * p.x).sin() * (0.9 * p.y).cos();
     let terrain = Made { formula: rough, points: points(1.0, 0.4), has_terrain: ragged };

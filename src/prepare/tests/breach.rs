@@ -3,6 +3,7 @@
 use super::scene::{Scene, sourced, vector};
 use crate::error::{Problem, Severity};
 use crate::prepare::{Prepared, prepare};
+use crate::scenario::methods::Motion;
 use crate::scenario::{
     Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, Breakline, BreaklineMode, ColumnUnit,
     GrowthLaw, LineLevel, TableFile,
@@ -66,6 +67,23 @@ fn the_dam_stands_on_the_lattice_and_holds_the_lake() {
     let Opening::Trapezoid { middle, .. } = breach.opening else { panic!("no trapezoid") };
     assert!((middle - 34.0).abs() < 1e-9);
     assert!(prepared.inputs.iter().any(|input| input.path.ends_with("dam.geojson")));
+}
+
+#[test]
+fn a_dam_of_moving_particles_has_no_cells_that_meet_at_a_corner_only() {
+    let chain = |motion: Motion| {
+        let mut scene = dam();
+        scene.scenario.numerics.motion = motion;
+        // A line through corners of cells.
+        scene.line("dam.geojson", &[(1050.0, 2050.0), (1090.0, 2090.0)]);
+        scene.scenario.breach.as_mut().unwrap().shape = None;
+        let prepared = prepare(&scene.scenario);
+        let columns = prepared.bed.as_ref().unwrap().lattice.columns;
+        let cells: Vec<usize> = prepared.forcing.breach.unwrap().cells.iter().map(|cell| cell.cell).collect();
+        let beside = |cell: &usize| cells.iter().filter(|other| [1, columns].contains(&other.abs_diff(*cell))).count();
+        cells.iter().map(beside).max().unwrap()
+    };
+    assert_eq!((chain(Motion::Eulerian), chain(Motion::Lagrangian)), (0, 2));
 }
 
 #[test]

@@ -17,6 +17,7 @@
 //! widest gaps of a disordered lake for edges. Ground above the surface, a share 1 − B of the place, will never be covered: the
 //! water at a shore covers half of the place before it, and is at rest.
 
+use super::ridges::share_in_sight;
 use super::{Balanced, Local, State};
 use crate::boundary::Image;
 use crate::math::Vec2;
@@ -78,11 +79,13 @@ impl Balanced {
         let outward = local.openness / openness;
         let ahead = outward * (AHEAD * self.dimension.edge(me.area));
         let mut cover = [1.0, 2.0].map(|times| self.cover_by(me, me.position, me.position + ahead * times));
+        let ridges = self.ridges_near(water, me.position);
         for image in images {
             let other = &self.states[image.index as usize];
             let place = water.walls.isometries()[image.transform as usize].point(other.position);
+            let in_sight = ridges.map_or(1.0, |bed| share_in_sight(bed, me, other));
             for (k, cover) in cover.iter_mut().enumerate() {
-                *cover += self.cover_by(other, place, me.position + ahead * (k + 1) as f64);
+                *cover += in_sight * self.cover_by(other, place, me.position + ahead * (k + 1) as f64);
             }
         }
         let covered = if images.iter().any(|image| image.transform != 0) { COVERED_BESIDE_WALL } else { COVERED };
@@ -153,7 +156,7 @@ impl Balanced {
         let bed_ahead = [0.25, 0.5, 0.75, 1.0]
             .into_iter()
             .map(|share| water.bed_at(me.position + (farther - me.position) * share).elevation)
-            .fold(f64::NEG_INFINITY, f64::max);
+            .fold(water.bed.sill(me.position, farther), f64::max);
         if bed_ahead >= me.surface || water.walls.is_walled(me.position, farther) {
             return 0.0;
         }

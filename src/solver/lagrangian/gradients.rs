@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use super::pairs::{BLOCK, LaneSum, Pairs, measure_and_cover};
 use super::{Balanced, Gradients, Local, State};
+use crate::bed::BedParticles;
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2};
 use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, correction};
@@ -53,6 +54,7 @@ impl Balanced {
                         &self.states,
                         water.walls.isometries(),
                         &self.kernel,
+                        self.ridges_near(water, self.states[i].position),
                     );
                     (gradients[k], locals[k]) = self.finish(&self.states[i], &sums);
                     lengths[k] = self.next_smoothing_length(&self.states[i], &sums);
@@ -119,10 +121,11 @@ fn sum_pairs(
     states: &[State],
     isometries: &[Isometry],
     kernel: &ChosenKernel,
+    ridges: Option<&BedParticles>,
 ) -> Sums {
     let mut sums = Sums::default();
     for images in images.chunks(BLOCK) {
-        pairs.gather_states(me, images, states, isometries);
+        pairs.gather_states(me, images, states, isometries, ridges);
         measure_and_cover(pairs, me.inverse_h, kernel);
         let n = pairs.len();
         let (r, weight) = (&pairs.r[..n], &pairs.weight[..n]);

@@ -14,6 +14,7 @@ mod free_edge;
 mod gradients;
 mod pairs;
 mod rates;
+mod ridges;
 
 use rayon::prelude::*;
 

@@ -4,7 +4,9 @@
 //! loops over a block have no branch, and run on as many lanes as the processor has. All sums are taken in the same order
 //! whatever that number is.
 
+use super::ridges::share_in_sight;
 use super::{Gradients, State};
+use crate::bed::BedParticles;
 use crate::boundary::{Image, Isometry};
 use crate::math::{Vec2, larger, smaller};
 use crate::physics::kernel::{Shape, Smoothing};
@@ -89,8 +91,15 @@ impl Pairs {
         self.len
     }
 
-    /// Gathers the states of one block of neighbours, `BLOCK` at most.
-    pub(super) fn gather_states(&mut self, me: &State, images: &[Image], states: &[State], isometries: &[Isometry]) {
+    /// Gathers the states of one block of neighbours, `BLOCK` at most; beside `ridges` with the share of their area that is in sight.
+    pub(super) fn gather_states(
+        &mut self,
+        me: &State,
+        images: &[Image],
+        states: &[State],
+        isometries: &[Isometry],
+        ridges: Option<&BedParticles>,
+    ) {
         for (k, image) in images.iter().take(BLOCK).enumerate() {
             let other = &states[image.index as usize];
             let (mut position, mut velocity) = (other.position, other.velocity);
@@ -109,13 +118,34 @@ impl Pairs {
             self.inverse_h[k] = other.inverse_h;
         }
         self.len = images.len().min(BLOCK).next_multiple_of(LANES);
-        // A particle's pair with itself, of no area, adds nothing to any sum.
         for k in images.len().min(BLOCK)..self.len {
-            (self.offset_x[k], self.offset_y[k]) = (0.0, 0.0);
-            (self.velocity_x[k], self.velocity_y[k]) = (me.velocity.x, me.velocity.y);
-            (self.depth[k], self.surface[k]) = (me.depth, me.surface);
-            (self.area[k], self.inverse_h[k]) = (0.0, me.inverse_h);
+            self.set_nothing(k, me);
         }
+        if let Some(bed) = ridges {
+            self.hide(me, images, states, bed);
+        }
+    }
+
+    /// Takes from the area of each pair what ridges hide of it; apart, so that the loop above stays as short without them.
+    #[cold]
+    fn hide(&mut self, me: &State, images: &[Image], states: &[State], bed: &BedParticles) {
+        for (k, image) in images.iter().take(BLOCK).enumerate() {
+            let in_sight = share_in_sight(bed, me, &states[image.index as usize]);
+            if in_sight > 0.0 {
+                self.area[k] *= in_sight;
+            } else {
+                self.set_nothing(k, me);
+            }
+        }
+    }
+
+    /// A particle's pair with itself, of no area: it adds nothing to any sum.
+    #[inline(always)]
+    fn set_nothing(&mut self, k: usize, me: &State) {
+        (self.offset_x[k], self.offset_y[k]) = (0.0, 0.0);
+        (self.velocity_x[k], self.velocity_y[k]) = (me.velocity.x, me.velocity.y);
+        (self.depth[k], self.surface[k]) = (me.depth, me.surface);
+        (self.area[k], self.inverse_h[k]) = (0.0, me.inverse_h);
     }
 
     /// Gathers the gradients of the same neighbours, turned as the particle sees them.

@@ -47,6 +47,7 @@ use rayon::prelude::*;
 
 use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, measure};
 use super::{Balanced, Faces, Gradients, Local, State};
+use crate::bed::BedParticles;
 use crate::boundary::{Image, Isometry};
 use crate::math::{Sym2, Vec2, clamp, larger, smaller};
 use crate::physics::celerity;
@@ -114,6 +115,7 @@ impl Balanced {
             faces: self.faces,
             reconstruction: self.reconstruction,
             gravity,
+            ridges: self.ridges_near(water, me.position),
         };
         let sums = sum_faces(pairs, me, mine, local, images, &around);
         let force = Vec2::new(sums.force_x.total(), sums.force_y.total());
@@ -167,6 +169,7 @@ struct Around<'a> {
     faces: Faces,
     reconstruction: Reconstruction,
     gravity: f64,
+    ridges: Option<&'a BedParticles>,
 }
 
 /// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e; 0 without
@@ -220,7 +223,7 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
     let (l, inside) = (local.correction, 1.0 - local.edge);
     let (c_i, inverse_depth, h) = ((g * me.depth).sqrt(), 1.0 / me.depth, 1.0 / me.inverse_h);
     for images in images.chunks(BLOCK) {
-        pairs.gather_states(me, images, around.states, around.isometries);
+        pairs.gather_states(me, images, around.states, around.isometries, around.ridges);
         pairs.gather_gradients(mine, images, around.gradients, around.isometries);
         measure(pairs, me.inverse_h, around.kernel);
         let n = pairs.len();

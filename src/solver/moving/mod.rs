@@ -3,7 +3,9 @@
 //!
 //! A formulation turns the present state into rates (`Formulation::evaluate`); everything else is here, once.
 
+mod bed_motion;
 mod correction;
+mod dam_walls;
 mod kernel;
 mod merge;
 mod neighbours;

@@ -100,6 +100,11 @@ impl Neighbours {
         &glance.seen
     }
 
+    /// The greatest distance (m) at which a particle acts.
+    pub fn largest_support(&self) -> f64 {
+        self.grid.largest_support()
+    }
+
     /// The chunks, in the order of the particles.
     pub fn chunks(&self) -> &[ChunkNeighbours] {
         &self.chunks

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::bed_motion::ChangingBed;
 use super::step::{Moved, heun, leapfrog};
 use super::{CHUNK, Formulation, MovingMethods, MovingWater, Rates};
 use crate::error::NumericalFailure;
@@ -13,7 +14,7 @@ use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
 use crate::solver::phases::Phases;
-use crate::solver::{FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit};
+use crate::solver::{BedBooks, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit};
 
 /// The acceleration may use so much of the smoothing length in a step of Courant number 1.
 const ACCELERATION_SHARE: f64 = 0.8;
@@ -29,6 +30,7 @@ const GRIDDED_WITHIN: f64 = 1e-3;
 /// Moving particles in a given formulation.
 pub struct MovingSolver<F: Formulation> {
     water: MovingWater,
+    changing_bed: Option<ChangingBed>,
     formulation: F,
     integrator: Integrator,
     courant: f64,
@@ -56,11 +58,13 @@ impl<F: Formulation> MovingSolver<F> {
         methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
-        let water = MovingWater::new(&problem, seeds, dimension, methods);
+        let mut water = MovingWater::new(&problem, seeds, dimension, methods);
+        let changing_bed = ChangingBed::new(&problem, &mut water, dimension);
         let stored = seeds.iter().fold(0.0, |sum, seed| sum + seed.volume);
         let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let mut solver = MovingSolver {
             water,
+            changing_bed,
             formulation,
             integrator: methods.integrator,
             courant: problem.courant,
@@ -78,6 +82,7 @@ impl<F: Formulation> MovingSolver<F> {
         };
         solver.formulation.prepare(&mut solver.water);
         solver.evaluations += solver.water.particles.len() as u64;
+        solver.end_change_of_bed();
         solver
     }
 
@@ -104,6 +109,16 @@ impl<F: Formulation> MovingSolver<F> {
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
         self.gridding_age = None;
+    }
+
+    /// Sets the bed at the end of a step; where it changes all at once, the rates are those above the new one.
+    fn end_change_of_bed(&mut self) {
+        let (time, water) = (self.time, &mut self.water);
+        if let Some(changing_bed) = &mut self.changing_bed
+            && changing_bed.end_step(water, time)
+        {
+            self.restart();
+        }
     }
 
     /// Volume (m³) that must be there by the books.
@@ -223,6 +238,11 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         }
         self.first_choice = self.first_choice.or(Some(choice));
         self.last_choice = Some(choice);
+        if let Some(changing_bed) = &self.changing_bed {
+            // Not before the choice is kept: an event may lie as near as it likes.
+            let reach = self.courant * self.water.bed.lattice.spacing;
+            choice.time_step = changing_bed.longest_step(reach, self.time, choice.time_step);
+        }
         self.water.phases.end("choice of the step");
         choice
     }
@@ -237,6 +257,13 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         if self.steps.is_multiple_of(STEPS_PER_SORT) {
             self.sort();
             self.water.phases.end("order");
+        }
+        if let Some(changing_bed) = &mut self.changing_bed
+            && changing_bed.begin_step(&mut self.water, self.time, self.time + time_step)
+        {
+            // The grid is that of another bed.
+            self.gridding_age = None;
+            self.water.phases.end("bed");
         }
         self.water.sections.begin(&self.water.particles);
         let (outflow, evaluations) = match self.integrator {
@@ -253,6 +280,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.steps += 1;
         self.ledger.outflow += outflow;
         self.water.enter(time_step);
+        self.end_change_of_bed();
         let squares = self.water.particles.velocity.par_iter().with_min_len(CHUNK).map(|v| v.norm_squared());
         let fastest = squares.reduce(|| 0.0, f64::max).sqrt();
         self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
@@ -293,6 +321,18 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
 
     fn passages(&self) -> Vec<Passage> {
         self.water.passages(self.ledger.outflow)
+    }
+
+    fn bed_now(&self) -> &[(usize, f64)] {
+        self.changing_bed.as_ref().map_or(&[], ChangingBed::bed)
+    }
+
+    fn breach_began(&self) -> Option<f64> {
+        self.changing_bed.as_ref().and_then(ChangingBed::breach_began)
+    }
+
+    fn bed_books(&self) -> Option<BedBooks> {
+        self.changing_bed.as_ref().and_then(ChangingBed::books)
     }
 
     fn particles(&self) -> usize {

@@ -1,63 +1,12 @@
 //! Dams that break across a rough valley: rest before, the same water as without a dam, volumes in the books.
 
-use crate::bed::BedParticles;
-use crate::boundary::{Breach, DamCell, GrowthLaw, Opening, PointSource, Series, Trigger};
-use crate::lattice::{Lattice, WaterInCell};
+use crate::boundary::{GrowthLaw, Opening, PointSource, Series, Trigger};
+use crate::lattice::WaterInCell;
 use crate::math::Vec2;
-use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, Forcing, OpenEdges};
-
-const COLUMNS: usize = 60;
-const ROWS: usize = 24;
-const SPACING: f64 = 5.0;
-/// Column of the dam.
-const DAM: usize = 20;
-const CREST: f64 = 212.0;
-const LEVEL: f64 = 209.3;
-
-const TRAPEZOID: Opening = Opening::Trapezoid { middle: 60.0, bottom_width: 30.0, side_slope: 1.0, invert: 204.5 };
-
-/// A valley that falls to the east at 0.5 %, with banks and bumps.
-fn ground(cell: usize) -> f64 {
-    let place = lattice().centre(cell);
-    let across = (place.y - 60.0) / 60.0;
-    let bumps = 0.3 * (0.37 * place.x).sin() * (0.53 * place.y).cos();
-    203.0 - 0.005 * place.x + 10.0 * across * across + bumps
-}
-
-fn lattice() -> Lattice {
-    Lattice { origin: Vec2::new(4e5, 5e6), columns: COLUMNS, rows: ROWS, spacing: SPACING }
-}
-
-/// The lake above the dam and the valley below it; without a breach there is no dam.
-fn problem(breach: Option<Breach>) -> FlowProblem {
-    let lattice = lattice();
-    let mut elevation: Vec<f64> = (0..lattice.len()).map(ground).collect();
-    let initial_depth = (0..lattice.len())
-        .map(|cell| if cell % COLUMNS < DAM { (LEVEL - elevation[cell]).max(0.0) } else { 0.0 })
-        .collect();
-    for cell in breach.iter().flat_map(|breach| &breach.cells) {
-        elevation[cell.cell] = elevation[cell.cell].max(CREST);
-    }
-    FlowProblem {
-        bed: BedParticles::from_elevation(lattice, elevation, 0.03),
-        walls: Vec::new(),
-        open_edges: OpenEdges::default(),
-        forcing: Forcing { breach, ..Forcing::default() },
-        initial_depth,
-        gravity: 9.81,
-        courant: 0.5,
-        dry_depth: 1e-3,
-    }
-}
-
-fn breach(trigger: Trigger, opening: Opening, law: GrowthLaw) -> Breach {
-    let cell = |row: usize| DamCell {
-        cell: row * COLUMNS + DAM,
-        station: (row as f64 + 0.5) * SPACING,
-        ground: ground(row * COLUMNS + DAM),
-    };
-    Breach { cells: (0..ROWS).map(cell).collect(), crest: CREST, trigger, opening, law, duration: 40.0 }
-}
+use crate::solver::changing_bed::scenes::valley::{
+    COLUMNS, CREST, DAM, LEVEL, ROWS, SPACING, TRAPEZOID, breach, ground, lattice, problem,
+};
+use crate::solver::{EulerianSolver, FlowSolver};
 
 fn run(solver: &mut EulerianSolver, end: f64, mut at_each_step: impl FnMut(&mut EulerianSolver)) {
     while solver.time() < end {

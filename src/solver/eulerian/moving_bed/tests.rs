@@ -1,33 +1,11 @@
 //! A bed that moves: the surface goes with it, the volume stays, and the wave is that of the linear theory.
 
-use crate::bed::BedParticles;
-use crate::boundary::{
-    BedLaw, BedMotion, Breach, DamCell, Forcing, GrowthLaw, OpenEdges, Opening, Patch, Series, Slide, Trigger,
-};
-use crate::lattice::Lattice;
+use crate::boundary::{BedLaw, BedMotion, Breach, DamCell, GrowthLaw, Opening, Patch, Series, Slide, Trigger};
 use crate::math::Vec2;
+use crate::solver::changing_bed::scenes::basin::{
+    DEPTH, SMALL, above_slide, above_uplift, everywhere, hump, order, problem, slide, uplift,
+};
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
-
-const GRAVITY: f64 = 9.81;
-/// Still water (m).
-const DEPTH: f64 = 10.0;
-
-/// Water of a level of 0 over a bed, `columns` by `rows`.
-fn problem((columns, rows): (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64) -> FlowProblem {
-    let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing };
-    let elevation: Vec<f64> = (0..lattice.len()).map(|cell| bed(lattice.centre(cell))).collect();
-    let initial_depth = elevation.iter().map(|bed| (-bed).max(0.0)).collect();
-    FlowProblem {
-        bed: BedParticles::from_elevation(lattice, elevation, 0.0),
-        walls: Vec::new(),
-        open_edges: OpenEdges::default(),
-        forcing: Forcing::default(),
-        initial_depth,
-        gravity: GRAVITY,
-        courant: 0.5,
-        dry_depth: 1e-6,
-    }
-}
 
 fn run(solver: &mut EulerianSolver, end: f64) {
     while solver.time() < end {
@@ -43,17 +21,6 @@ fn surface(solver: &mut EulerianSolver, problem: &FlowProblem) -> Vec<f64> {
     solver.water().depths().iter().zip(bed).map(|(depth, bed)| bed + depth).collect()
 }
 
-/// A hump about the middle (m), of unit height.
-fn hump(x: f64) -> f64 {
-    (-(x / 60.0).powi(2)).exp()
-}
-
-/// All cells with the change of the bed (m) at their centres.
-fn everywhere(problem: &FlowProblem, change: impl Fn(Vec2) -> f64) -> Vec<(usize, f64)> {
-    let lattice = &problem.bed.lattice;
-    (0..lattice.len()).map(|cell| (cell, change(lattice.centre(cell)))).collect()
-}
-
 /// The mean error of the surface over the height of the hump, at a time (s) after a start by `motion` of the hump on `columns` cells
 /// of a basin of 1600 m.
 fn error(columns: usize, end: f64, motion: impl Fn(&FlowProblem) -> BedMotion, exact: impl Fn(f64) -> f64) -> f64 {
@@ -66,13 +33,6 @@ fn error(columns: usize, end: f64, motion: impl Fn(&FlowProblem) -> BedMotion, e
     let sum: f64 = (0..columns).map(|k| (found[k] / SMALL - exact((k as f64 + 0.5) * spacing - 800.0)).abs()).sum();
     assert!(solver.ledger().relative_error().abs() < 1e-14);
     sum / columns as f64
-}
-
-/// Height (m) of the hump: a hundred-thousandth of the depth, so that the waves are linear.
-const SMALL: f64 = 1e-4;
-
-fn order(errors: &[f64]) -> f64 {
-    (errors[errors.len() - 2] / errors[errors.len() - 1]).log2()
 }
 
 #[test]
@@ -121,47 +81,18 @@ fn nothing_moves_before_the_ground_does() {
 
 #[test]
 fn a_sudden_uplift_parts_into_two_waves() {
-    let celerity = (GRAVITY * DEPTH).sqrt();
     let end = 30.0;
-    // On the hump that stays below, the surface is that of the two waves.
-    let exact = |x: f64| 0.5 * (hump(x - celerity * end) + hump(x + celerity * end));
-    let motion = |problem: &FlowProblem| {
-        let cells = everywhere(problem, |place| SMALL * hump(place.x - 800.0));
-        BedMotion { begin: 0.0, cells, law: BedLaw::AtOnce }
-    };
-    let errors = [200, 400, 800].map(|columns| error(columns, end, motion, exact));
+    let errors = [200, 400, 800].map(|columns| error(columns, end, uplift, |x| above_uplift(x, end)));
     println!("uplift: errors {errors:?}, order {:.2}", order(&errors));
     assert!(errors[2] < 3e-4 && order(&errors) > 1.8, "{errors:?}, order {:.2}", order(&errors));
 }
 
 #[test]
 fn a_slide_makes_the_waves_of_the_linear_theory() {
-    let celerity = (GRAVITY * DEPTH).sqrt();
     let end = 30.0;
     for froude in [0.4, 1.6] {
-        let speed = froude * celerity;
-        // The wave bound to the slide and the two free ones (M58).
-        let bound = froude * froude / (froude * froude - 1.0);
-        let [onward, back] = [0.5 * froude / (1.0 - froude), -0.5 * froude / (1.0 + froude)];
-        let exact = |x: f64| {
-            bound * hump(x + 300.0 - speed * end)
-                + onward * hump(x + 300.0 - celerity * end)
-                + back * hump(x + 300.0 + celerity * end)
-        };
-        let motion = |problem: &FlowProblem| {
-            // The thickness is known at the centres of cells as wide as those of the lattice, but between them.
-            let spacing = problem.bed.lattice.spacing;
-            let columns = problem.bed.lattice.columns;
-            let values =
-                (0..4 * columns).map(|k| SMALL * hump(((k % columns) as f64 + 0.2) * spacing - 500.0)).collect();
-            let first = Vec2::new(0.2 * spacing, -spacing);
-            let thickness = Patch { first, cell: Vec2::new(spacing, 1.5 * spacing), columns, values };
-            let cells = everywhere(problem, |place| thickness.at(place));
-            let path = vec![Vec2::new(500.0, 0.0), Vec2::new(2500.0, 0.0)];
-            let slide = Slide { thickness, path, velocity: Series::constant(speed) };
-            BedMotion { begin: 0.0, cells, law: BedLaw::Slide(slide) }
-        };
-        let errors = [200, 400, 800].map(|columns| error(columns, end, motion, exact));
+        let exact = |x: f64| above_slide(froude, x, end);
+        let errors = [200, 400, 800].map(|columns| error(columns, end, |problem| slide(problem, froude), exact));
         println!("slide, Froude number {froude}: errors {errors:?}, order {:.2}", order(&errors));
         assert!(errors[2] < 1e-3 && order(&errors) > 1.5, "Froude {froude}: {errors:?}, order {:.2}", order(&errors));
     }

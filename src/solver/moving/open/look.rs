@@ -29,7 +29,7 @@ const LEAST_SCATTER: f64 = 0.05;
 
 /// The water before a face.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
+pub(in crate::solver::moving) struct Seen {
     /// Σ A W.
     pub cover: f64,
     /// Level (m) at the face, and its gradient.
@@ -51,7 +51,7 @@ impl Seen {
 
 /// Looks at the faces again and again with the same buffers.
 #[derive(Debug)]
-pub(super) struct Look {
+pub(in crate::solver::moving) struct Look {
     dimension: Dimension,
     kernel: Smoothing<CubicSpline>,
     /// Corners of the boxes around the faces of each boundary (m).
@@ -74,7 +74,7 @@ struct Sample {
 }
 
 impl Look {
-    pub fn new(faces: &[Face], lines: usize, dimension: Dimension) -> Self {
+    pub(super) fn new(faces: &[Face], lines: usize, dimension: Dimension) -> Self {
         let nothing = [Vec2::new(f64::INFINITY, f64::INFINITY), Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY)];
         let mut boxes = vec![nothing; lines];
         for face in faces {
@@ -84,6 +84,15 @@ impl Look {
                 *high = Vec2::new(high.x.max(end.x), high.y.max(end.y));
             }
         }
+        Self::around(boxes, dimension)
+    }
+
+    /// Looks at one place (m).
+    pub fn at(place: Vec2, dimension: Dimension) -> Self {
+        Self::around(vec![[place, place]], dimension)
+    }
+
+    fn around(boxes: Vec<[Vec2; 2]>, dimension: Dimension) -> Self {
         Look {
             dimension,
             kernel: Smoothing::new(dimension),
@@ -141,22 +150,14 @@ impl Look {
     }
 
     /// Fills `seen` with the water before each face.
-    pub fn look(&mut self, faces: &[Face], particles: &FluidParticles, bed: &BedParticles, seen: &mut Vec<Seen>) {
-        self.list(particles, WIDTH);
-        self.samples.clear();
-        for &i in &self.indices {
-            let (i, place) = (i as usize, particles.position[i as usize]);
-            // Beside the terrain no level is known: such a particle counts nothing.
-            let point = bed.at(place);
-            let elevation = point.map_or(0.0, |point| point.elevation);
-            self.samples.push(Sample {
-                position: place,
-                velocity: particles.velocity[i],
-                surface: elevation + particles.depth[i],
-                area: if point.is_some() { particles.volume[i] / particles.depth[i] } else { 0.0 },
-                inverse_h: 1.0 / (WIDTH * particles.smoothing_length[i]),
-            });
-        }
+    pub(super) fn look(
+        &mut self,
+        faces: &[Face],
+        particles: &FluidParticles,
+        bed: &BedParticles,
+        seen: &mut Vec<Seen>,
+    ) {
+        self.sample(particles, bed, |_, _| true);
         seen.resize(faces.len(), Seen::default());
         let this = &*self;
         seen.par_iter_mut().zip(faces).with_min_len(8).for_each_init(Vec::new, |found, (seen, face)| {
@@ -164,6 +165,35 @@ impl Look {
             this.grid.within(face.middle, 0.0, found);
             *seen = this.fit(face.middle, found);
         });
+    }
+
+    /// The water at a place, that beyond ridges above its level left out.
+    pub fn look_at(&mut self, place: Vec2, particles: &FluidParticles, bed: &BedParticles) -> Seen {
+        self.sample(particles, bed, |position, surface| bed.sill(place, position) < surface);
+        let mut found = Vec::new();
+        self.grid.within(place, 0.0, &mut found);
+        found.retain(|&k| self.samples[k as usize].area > 0.0);
+        self.fit(place, &found)
+    }
+
+    /// Fills `samples` with the particles near the boxes; those that do not count, by place and level, have no area.
+    fn sample(&mut self, particles: &FluidParticles, bed: &BedParticles, counts: impl Fn(Vec2, f64) -> bool) {
+        self.list(particles, WIDTH);
+        self.samples.clear();
+        for &i in &self.indices {
+            let (i, place) = (i as usize, particles.position[i as usize]);
+            // Beside the terrain no level is known: such a particle counts nothing.
+            let point = bed.at(place);
+            let surface = point.map_or(0.0, |point| point.elevation) + particles.depth[i];
+            let has_area = point.is_some() && counts(place, surface);
+            self.samples.push(Sample {
+                position: place,
+                velocity: particles.velocity[i],
+                surface,
+                area: if has_area { particles.volume[i] / particles.depth[i] } else { 0.0 },
+                inverse_h: 1.0 / (WIDTH * particles.smoothing_length[i]),
+            });
+        }
     }
 
     fn fit(&self, place: Vec2, found: &[u32]) -> Seen {

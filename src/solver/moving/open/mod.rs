@@ -20,7 +20,7 @@
 //! buffer particle; where water leaves, B is what of the buffer particles stands before the face less what of the water stands beyond.
 
 mod faces;
-mod look;
+pub(super) mod look;
 
 use crate::bed::{BedParticles, BedPoint};
 use crate::boundary::{Condition, Edge, distance_to_segment};

@@ -1,0 +1,87 @@
+//! The dam of a problem: its trigger, and its bed since then (M46).
+
+use crate::boundary::{Breach, Trigger};
+use crate::math::Vec2;
+use crate::solver::FlowProblem;
+
+/// Share of a time by which rounding may miss it.
+const ROUND_OFF: f64 = 1e-12;
+
+/// The dam of a problem and how far it has gone.
+#[derive(Clone, Debug)]
+pub(in crate::solver) struct BreakingDam {
+    breach: Breach,
+    /// The time (s) at which the breach began.
+    opened: Option<f64>,
+    /// The share of the growth that the bed shows.
+    share: f64,
+    /// The bed (m) of the cells of the dam now.
+    bed: Vec<(usize, f64)>,
+}
+
+impl BreakingDam {
+    /// None where no dam breaks.
+    pub fn new(problem: &FlowProblem) -> Option<Self> {
+        let breach = problem.forcing.breach.clone()?;
+        let bed = breach.cells.iter().map(|cell| (cell.cell, breach.bed(cell, 0.0))).collect();
+        Some(BreakingDam { opened: None, share: 0.0, bed, breach })
+    }
+
+    /// Where (m) the level of the water is watched; none where it breaks at a time.
+    pub fn watched(&self) -> Option<Vec2> {
+        match self.breach.trigger {
+            Trigger::At(_) => None,
+            Trigger::Level { place, .. } => Some(place),
+        }
+    }
+
+    /// Whether the breach begins at a time (s) and a level (m) of the water where it is watched, none where it is dry.
+    pub fn watch(&mut self, time: f64, level_at: impl FnOnce(Vec2) -> Option<f64>) {
+        if self.opened.is_none() {
+            self.opened = match self.breach.trigger {
+                Trigger::At(at) => (time >= at * (1.0 - ROUND_OFF)).then_some(at),
+                Trigger::Level { level, place } => {
+                    level_at(place).is_some_and(|surface| surface >= level).then_some(time)
+                }
+            };
+        }
+    }
+
+    /// Sets the bed of a time (s); whether it changed.
+    pub fn follow(&mut self, time: f64) -> bool {
+        let Some(opened) = self.opened else { return false };
+        // A time that rounding leaves a little before the trigger counts as the trigger.
+        let share = self.breach.share((time - opened).max(0.0));
+        if share <= self.share {
+            return false;
+        }
+        self.share = share;
+        for (cell, bed) in self.breach.cells.iter().zip(&mut self.bed) {
+            bed.1 = self.breach.bed(cell, share);
+        }
+        true
+    }
+
+    /// A step (s) from a time on, shortened so that it ends where the breach begins.
+    pub fn step_until_trigger(&self, time: f64, step: f64) -> f64 {
+        match (self.opened, self.breach.trigger) {
+            (None, Trigger::At(at)) if at > time && at < time + step => at - time,
+            _ => step,
+        }
+    }
+
+    /// The cells of the dam and their bed (m) now.
+    pub fn bed(&self) -> &[(usize, f64)] {
+        &self.bed
+    }
+
+    /// The cells of the dam, and whether each stands above the ground now.
+    pub fn standing(&self) -> impl Iterator<Item = (usize, bool)> + '_ {
+        self.breach.cells.iter().zip(&self.bed).map(|(cell, bed)| (cell.cell, bed.1 > cell.ground))
+    }
+
+    /// The time (s) at which the breach began.
+    pub fn opened(&self) -> Option<f64> {
+        self.opened
+    }
+}

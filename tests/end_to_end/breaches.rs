@@ -1,0 +1,103 @@
+//! A dam that breaks, through the whole program, before resting and moving particles.
+
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use crate::{Netcdf, floodsim};
+
+const COLUMNS: usize = 60;
+const ROWS: usize = 25;
+
+const SCENARIO: &str = "\
+floodsim: 1
+crs: EPSG:25832
+terrain: dem.asc
+roughness: {manning: 0.03}
+initial: [{reservoir: lake.geojson, level: 109 m}]
+breach:
+  dam: dam.geojson
+  crest: 110.5 m
+  trigger: {at: 20 s}
+  shape: {bottom_width: 20 m, side_slope: 1.0, invert: 105.5 m}
+  growth: {law: linear, duration: 20 s}
+resolution: 5 m
+time: {end: 80 s}
+outputs: {every: 10 s}
+";
+
+/// A valley that falls to the east by 1 %, with a lake behind a dam in its upper part.
+fn scene() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let cell = |column: usize, row: usize| {
+        let (x, y) = (column as f64 * 5.0, row as f64 * 5.0 - 60.0);
+        format!("{:.4}", 105.0 - 0.01 * x + 0.0035 * y * y + 0.2 * (0.07 * x).sin() * (0.11 * y).cos())
+    };
+    let row = |row: usize| (0..COLUMNS).map(|column| cell(column, row)).collect::<Vec<_>>().join(" ");
+    let header = "ncols 60\nnrows 25\nxllcorner 500000\nyllcorner 5300000\ncellsize 5\nNODATA_value -9999\n";
+    let dem = header.to_owned() + &(0..ROWS).map(row).collect::<Vec<_>>().join("\n") + "\n";
+    let feature = |kind: &str, coordinates: &str| {
+        format!(r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#)
+    };
+    let lake = "[[[500003,5300003],[500101,5300003],[500101,5300122],[500003,5300122],[500003,5300003]]]";
+    for (name, text) in [
+        ("dem.asc", dem),
+        ("lake.geojson", feature("Polygon", lake)),
+        // Askew to the lattice.
+        ("dam.geojson", feature("LineString", "[[500098,5300002],[500112,5300123]]")),
+        ("s.yaml", SCENARIO.to_owned()),
+    ] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+/// Runs the scene with a setting; returns `run.json` and the folder of the run.
+#[track_caller]
+fn run(folder: &TempDir, out: &str, setting: &str) -> (serde_json::Value, PathBuf) {
+    let answer = floodsim(folder.path(), &["run", "s.yaml", "--out", out, "--quiet", "--set", setting]);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let out = folder.path().join(out);
+    let text = std::fs::read_to_string(out.join("run.json")).unwrap();
+    (serde_json::from_str(&text).unwrap(), out)
+}
+
+#[test]
+fn a_dam_breaks_before_resting_and_moving_particles() {
+    let folder = scene();
+    let mut volumes = Vec::new();
+    for motion in ["eulerian", "lagrangian"] {
+        let (run, out) = run(&folder, motion, &format!("numerics.motion={motion}"));
+        let record = &run["breach"];
+        assert!((record["began_s"].as_f64().unwrap() - 20.0).abs() < 1e-12, "{record}");
+        assert!((record["invert_m"].as_f64().unwrap() - 105.5).abs() < 1e-12, "{record}");
+        assert!(run["gates"].as_array().unwrap().iter().all(|gate| gate.as_str().unwrap().starts_with("passed")));
+        let volume = |key: &str| run["volume_m3"][key].as_f64().unwrap();
+        assert!(volume("error_relative").abs() < 1e-12 && (volume("final") / volume("initial") - 1.0).abs() < 1e-12);
+        let fields = Netcdf::read(&out.join("fields.nc"));
+        let (depth, x) = (fields.values("depth"), fields.values("x"));
+        let cells = COLUMNS * ROWS;
+        let below = |frame: usize| {
+            let of = |&cell: &usize| x[cell % COLUMNS] > 500_116.0 && depth[frame * cells + cell].is_finite();
+            25.0 * (0..cells).filter(of).map(|cell| depth[frame * cells + cell]).sum::<f64>()
+        };
+        for frame in 0..=2 {
+            assert!(below(frame).abs() <= 0.0, "{motion}: {} m3 beyond a dam that stands", below(frame));
+        }
+        volumes.push([below(4), below(8), volume("initial")]);
+        let arrival = Netcdf::read(&out.join("maps.nc")).values("arrival_time").to_vec();
+        let first = (0..cells).filter(|cell| x[cell % COLUMNS] > 500_116.0 && arrival[*cell] > 0.0);
+        assert!(first.map(|cell| arrival[cell]).fold(f64::INFINITY, f64::min) > 20.0);
+    }
+    println!("beyond the dam after 40 s, after 80 s, initial (m3): {volumes:?}");
+    let [resting, moving] = volumes[..] else { panic!("two runs") };
+    assert!((moving[2] / resting[2] - 1.0).abs() < 1e-2 && resting[1] > 0.2 * resting[2]);
+    assert!((moving[1] / resting[1] - 1.0).abs() < 0.2, "{volumes:?}");
+}
+
+#[test]
+fn the_variational_formulation_knows_no_dam_that_breaks() {
+    let folder = scene();
+    let check = floodsim(folder.path(), &["check", "s.yaml", "--set", "numerics={formulation: variational}"]);
+    assert!(check.stdout.contains("error[method-combination] breach") && check.code == 3, "{}", check.stdout);
+}
