@@ -8,10 +8,10 @@
 //! d_c = Σ_j V_j s_jc / Δ²,    (d v)_c = Σ_j V_j v_j s_jc / Δ²
 //! ```
 //!
-//! So nothing lands on ground above the surface of the particle, nor where there is no terrain, and a level lake stays level
-//! over a sloping bed. The support of W is 4/3 h, two spacings where h is 1.5 spacings: the sum of such kernels over a
-//! lattice of particles is even within 0.3 %, and has no holes where their distances are up to twice as wide. It is never
-//! less than 1.5 cells, so that particles closer together than cells leave none, either.
+//! So nothing lands on ground above the surface of the particle nor beyond it, as seen straight from the particle, nor where
+//! there is no terrain, and a level lake stays level over a sloping bed. The support of W is 4/3 h, two spacings where h is 1.5
+//! spacings: the sum of such kernels over a lattice of particles is even within 0.3 %, and has no holes where their distances
+//! are up to twice as wide. It is never less than 1.5 cells, so that particles closer together than cells leave none, either.
 //!
 //! Moving particles are never evenly spaced, and where they crowd together or stand apart cells would be too full or too empty
 //! by a tenth or more: maxima would gather that noise. So some sweeps bring the factors f_c, 1 at first, nearer to what gives
@@ -20,8 +20,6 @@
 //! ```text
 //! f_c ← f_c D_c / d_c       where d_c > D_c, and where the particles cover the cell (S_c near 1)
 //! ```
-//!
-//! Nothing lands beyond a ridge of one cell that the level does not reach, either.
 //!
 //! At a front, where S_c falls to zero, the grid stays as the kernels draw it.
 //!
@@ -98,7 +96,7 @@ impl Shares {
         let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
         let mut area = if depth > 0.0 { particles.volume[j] / depth } else { 0.0 };
         let begin = self.cells.len();
-        let (mut sum, mut lowest) = (0.0, (f64::INFINITY, None));
+        let (mut sum, mut lowest, mut is_lake) = (0.0, (f64::INFINITY, None), true);
         let (from, to) = cells_within(place.y, support, lattice.spacing, lattice.rows);
         for row in from..to {
             let north = (row as f64 + 0.5) * lattice.spacing - place.y;
@@ -111,6 +109,7 @@ impl Shares {
                     lowest = (elevation, Some(cell as u32));
                 }
                 // Not a number (no terrain) compares as false.
+                is_lake &= level > elevation;
                 if level > elevation && bed.sill(place, lattice.centre(cell)) < level {
                     let offset = Vec2::new((column as f64 + 0.5) * lattice.spacing - place.x, north);
                     let kernel = measures.kernel.value(offset.norm(), inverse_h);
@@ -121,6 +120,9 @@ impl Shares {
                     self.kernels.push(kernel);
                 }
             }
+        }
+        if !is_lake {
+            sum = self.keep_in_sight(begin, place, level, bed);
         }
         // A film so thin that the reciprocal overflows counts as none: its water goes to the lowest cell.
         if !(1.0 / (sum * measures.cell_area)).is_finite() {
@@ -135,6 +137,38 @@ impl Shares {
             area = 0.0;
         }
         self.areas.push(area);
+    }
+
+    /// Takes out the cells beyond ground above the level (m) of the particle whose entries begin at `begin`; returns Σ of the weights left.
+    fn keep_in_sight(&mut self, begin: usize, place: Vec2, level: f64, bed: &BedParticles) -> f64 {
+        let lattice = &bed.lattice;
+        let (inverse_columns, here) = (1.0 / lattice.columns as f64, place * (1.0 / lattice.spacing));
+        let is_seen = |cell: u32| {
+            let row = ((f64::from(cell) + 0.5) * inverse_columns).floor();
+            let way = Vec2::new(f64::from(cell) - row * lattice.columns as f64 + 0.5, row + 0.5) - here;
+            let cells = way.x.abs().max(way.y.abs()).floor();
+            let stride = way * (1.0 / (cells + 1.0));
+            (1..=cells as u32).all(|step| {
+                let between = here + stride * f64::from(step);
+                let (column, row) = (between.x as usize, between.y as usize);
+                // A particle may stand beside the lattice.
+                let cell = lattice.index(column.min(lattice.columns - 1), row.min(lattice.rows - 1));
+                bed.elevation[cell] < level
+            })
+        };
+        let (mut sum, mut kept) = (0.0, begin);
+        for k in begin..self.cells.len() {
+            if is_seen(self.cells[k]) {
+                (self.cells[kept], self.weights[kept], self.kernels[kept]) =
+                    (self.cells[k], self.weights[k], self.kernels[k]);
+                sum += self.weights[k];
+                kept += 1;
+            }
+        }
+        self.cells.truncate(kept);
+        self.weights.truncate(kept);
+        self.kernels.truncate(kept);
+        sum
     }
 
     /// Finds the scales under the factors of the cells.

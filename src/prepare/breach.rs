@@ -140,6 +140,11 @@ pub(super) fn on_lattice(
         let problem = Problem::warning(ProblemKind::Scenario, "breach-unfinished", "", message);
         findings.add(duration, problem.with_remedy("let the run last longer, if the final opening matters"));
     }
+    if let (Motion::Lagrangian, Some(duration)) = (scenario.numerics.motion, &duration) {
+        let message = "moving particles pass a crest that sinks slowly late, and then too many of them: the flood may begin minutes late";
+        let problem = Problem::warning(ProblemKind::Scenario, "late-breach", "", message);
+        findings.add(duration, problem.with_remedy("leave out `motion: lagrangian`, or compare with a run without it"));
+    }
     let breach = Breach {
         cells,
         crest: opened.crest,

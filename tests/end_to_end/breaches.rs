@@ -96,6 +96,19 @@ fn a_dam_breaks_before_resting_and_moving_particles() {
 }
 
 #[test]
+fn a_growing_breach_of_moving_particles_is_warned_of() {
+    let folder = scene();
+    for (settings, is_warned) in [("numerics.motion=lagrangian", true), ("numerics.motion=eulerian", false)] {
+        let check = floodsim(folder.path(), &["check", "s.yaml", "--set", settings]);
+        assert!(
+            check.code == 0 && check.stdout.contains("warning[late-breach] breach") == is_warned,
+            "{}",
+            check.stdout
+        );
+    }
+}
+
+#[test]
 fn the_variational_formulation_knows_no_dam_that_breaks() {
     let folder = scene();
     let check = floodsim(folder.path(), &["check", "s.yaml", "--set", "numerics={formulation: variational}"]);
