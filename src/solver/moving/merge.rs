@@ -11,8 +11,8 @@
 //! together before few deep ones, and since nothing but a pressure keeps them apart they change order: the front then ran ahead of
 //! itself on fine lattices, and did not converge. Merged, they lose the energy that a bore has to lose.
 //!
-//! In one dimension only. In the plane particles make way for each other, and bores converge without; there merging took water out of
-//! narrow valleys' resolution, where particles crowd because the water does (decision 0018).
+//! In one dimension only. In the plane particles make way for each other, and bores converge without; there merging left too few
+//! particles in narrow valleys, where they crowd because the water does (decision 0018).
 //!
 //! A particle between two equally near ones keeps both, since no order among them is better than its mirror image.
 
