@@ -24,6 +24,6 @@ fn oscillation_returns_after_three_periods() {
     assert_below(coarse, (3.9e-2, 3.5e-2));
     assert_below(fine, (0.95e-2, 6.5e-3));
     assert!(coarse.0 > 2.0 * fine.0, "{coarse:?} to {fine:?}");
-    // Heun's method has the larger error in time.
-    assert_below(errors(0.05, 3.0, "heun"), (3.2e-3, 3.9e-2));
+    // Heun's method has the larger error in time. Its depth was 3.0e-3 before decision 0018.
+    assert_below(errors(0.05, 3.0, "heun"), (3.6e-3, 3.9e-2));
 }
