@@ -8,8 +8,8 @@
 //! d_c = Σ_j V_j s_jc / Δ²,    (d v)_c = Σ_j V_j v_j s_jc / Δ²
 //! ```
 //!
-//! So nothing lands on ground above the surface of the particle nor beyond it, as seen straight from the particle, nor where
-//! there is no terrain, and a level lake stays level over a sloping bed. The support of W is 4/3 h, two spacings where h is 1.5
+//! So nothing lands on ground above the surface of the particle nor beyond it or a wall, as seen straight from the particle, nor
+//! where there is no terrain, and a level lake stays level over a sloping bed. The support of W is 4/3 h, two spacings where h is 1.5
 //! spacings: the sum of such kernels over a lattice of particles is even within 0.3 %, and has no holes where their distances
 //! are up to twice as wide. It is never less than 1.5 cells, so that particles closer together than cells leave none, either.
 //!
@@ -31,6 +31,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::bed::BedParticles;
+use crate::boundary::Walls;
 use crate::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use crate::math::Vec2;
 use crate::particles::FluidParticles;
@@ -76,7 +77,7 @@ impl Shares {
     }
 
     /// Lists the cells of each particle from `first` on.
-    fn fill(&mut self, measures: &Measures, bed: &BedParticles, particles: &FluidParticles, first: usize) {
+    fn fill(&mut self, measures: &Measures, ground: (&BedParticles, &Walls), particles: &FluidParticles, first: usize) {
         self.cells.clear();
         self.weights.clear();
         self.kernels.clear();
@@ -84,12 +85,18 @@ impl Shares {
         self.starts.clear();
         self.starts.push(0);
         for j in first..(first + CHUNK).min(particles.len()) {
-            self.add(measures, bed, particles, j);
+            self.add(measures, ground, particles, j);
             self.starts.push(self.cells.len() as u32);
         }
     }
 
-    fn add(&mut self, measures: &Measures, bed: &BedParticles, particles: &FluidParticles, j: usize) {
+    fn add(
+        &mut self,
+        measures: &Measures,
+        (bed, walls): (&BedParticles, &Walls),
+        particles: &FluidParticles,
+        j: usize,
+    ) {
         let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
         let support = (SUPPORT * particles.smoothing_length[j]).max(SMALLEST_SUPPORT * lattice.spacing);
         let inverse_h = CubicSpline::SUPPORT / support;
@@ -121,8 +128,10 @@ impl Shares {
                 }
             }
         }
-        if !is_lake {
-            sum = self.keep_in_sight(begin, place, level, bed);
+        if !is_lake || !walls.is_clear(place, support) {
+            sum = self.keep_in_sight(begin, place, level, bed, walls);
+            lowest.1 =
+                lattice.cell_at(place).filter(|&cell| bed.has_terrain(cell)).map(|cell| cell as u32).or(lowest.1);
         }
         // A film so thin that the reciprocal overflows counts as none: its water goes to the lowest cell.
         if !(1.0 / (sum * measures.cell_area)).is_finite() {
@@ -139,22 +148,12 @@ impl Shares {
         self.areas.push(area);
     }
 
-    /// Takes out the cells beyond ground above the level (m) of the particle whose entries begin at `begin`; returns Σ of the weights left.
-    fn keep_in_sight(&mut self, begin: usize, place: Vec2, level: f64, bed: &BedParticles) -> f64 {
-        let lattice = &bed.lattice;
-        let (inverse_columns, here) = (1.0 / lattice.columns as f64, place * (1.0 / lattice.spacing));
+    /// Takes out the cells beyond walls, and beyond ground above the level (m) of the particle whose entries begin at `begin`; returns Σ of
+    /// the weights left.
+    fn keep_in_sight(&mut self, begin: usize, place: Vec2, level: f64, bed: &BedParticles, walls: &Walls) -> f64 {
         let is_seen = |cell: u32| {
-            let row = ((f64::from(cell) + 0.5) * inverse_columns).floor();
-            let way = Vec2::new(f64::from(cell) - row * lattice.columns as f64 + 0.5, row + 0.5) - here;
-            let cells = way.x.abs().max(way.y.abs()).floor();
-            let stride = way * (1.0 / (cells + 1.0));
-            (1..=cells as u32).all(|step| {
-                let between = here + stride * f64::from(step);
-                let (column, row) = (between.x as usize, between.y as usize);
-                // A particle may stand beside the lattice.
-                let cell = lattice.index(column.min(lattice.columns - 1), row.min(lattice.rows - 1));
-                bed.elevation[cell] < level
-            })
+            let cell = cell as usize;
+            bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell))
         };
         let (mut sum, mut kept) = (0.0, begin);
         for k in begin..self.cells.len() {
@@ -285,13 +284,13 @@ impl Gridder {
         self.beside.extend_from_slice(depth);
     }
 
-    /// Grids the particles over the bed. The spans hold every cell with water now or after the call before.
-    pub fn grid(&mut self, bed: &BedParticles, particles: &FluidParticles) -> WaterOnLattice<'_> {
+    /// Grids the particles over the bed, between the walls. The spans hold every cell with water now or after the call before.
+    pub fn grid(&mut self, bed: &BedParticles, walls: &Walls, particles: &FluidParticles) -> WaterOnLattice<'_> {
         debug_assert_eq!(bed.lattice, self.lattice);
         let measures = self.measures;
         self.shares.resize_with(particles.len().div_ceil(CHUNK), Shares::default);
         let shares = self.shares.par_iter_mut().enumerate();
-        shares.for_each(|(chunk, shares)| shares.fill(&measures, bed, particles, chunk * CHUNK));
+        shares.for_each(|(chunk, shares)| shares.fill(&measures, (bed, walls), particles, chunk * CHUNK));
         self.sort_into_bands(&bed.lattice, particles);
         for sweep in 0..=SWEEPS {
             let factors = &self.factors;

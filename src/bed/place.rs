@@ -322,5 +322,23 @@ fn solve_cholesky<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]
     Some(right)
 }
 
+impl BedParticles {
+    /// Whether no ground stands above a level (m) on the straight way from a place (local, m) to the centre of a cell, both left out.
+    pub fn is_in_sight(&self, place: Vec2, level: f64, cell: usize) -> bool {
+        let lattice = &self.lattice;
+        let here = place * (1.0 / lattice.spacing);
+        let (column, row) = lattice.column_row(cell);
+        let way = Vec2::new(column as f64 + 0.5, row as f64 + 0.5) - here;
+        let cells = way.x.abs().max(way.y.abs()).floor();
+        let stride = way * (1.0 / (cells + 1.0));
+        (1..=cells as u32).all(|step| {
+            let between = here + stride * f64::from(step);
+            // A particle may stand beside the lattice. Not a number (no terrain) compares as false.
+            let (column, row) = (between.x as usize, between.y as usize);
+            self.elevation[lattice.index(column.min(lattice.columns - 1), row.min(lattice.rows - 1))] < level
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bed::BedParticles;
+use crate::boundary::{Edge, Walls};
 use crate::lattice::WaterInCell;
 
 /// Adds a particle that takes up a square of edge `spacing` (m).
@@ -66,7 +67,7 @@ fn volume_and_momentum_are_conserved_on_rough_ground_with_nodata() {
         Some(1e-6 + 2.0 * (0.05 * p.x).cos().powi(2))
     });
     let mut gridder = gridder(&bed);
-    let grid = gridder.grid(&bed, &particles);
+    let grid = gridder.grid(&bed, &Walls::new(Vec::new(), 1.0), &particles);
     for (index, depth) in grid.depths().into_iter().enumerate() {
         assert!(depth >= 0.0 && (bed.has_terrain(index) || depth == 0.0));
     }
@@ -85,7 +86,7 @@ fn volume_and_momentum_are_conserved_on_rough_ground_with_nodata() {
         }
     }
     assert!(stray > 0.0, "the middle of the hole is out of reach");
-    let grid = gridder.grid(&bed, &inside);
+    let grid = gridder.grid(&bed, &Walls::new(Vec::new(), 1.0), &inside);
     assert_conserved(&inside, &grid, bed.lattice.cell_area());
     assert!(gridder.stray_volume().abs() <= 0.0);
 }
@@ -101,7 +102,7 @@ fn lake_at_rest_over_a_slope_is_level() {
         let depth = |p: Vec2| Some(10.0 - 0.1 * p.x - 0.02 * p.y).filter(|&d| d > 0.0);
         let particles = block(Vec2::ZERO, Vec2::new(200.0, 160.0), spacing, jitter, depth);
         let mut gridder = gridder(&bed);
-        let grid = gridder.grid(&bed, &particles);
+        let grid = gridder.grid(&bed, &Walls::new(Vec::new(), 1.0), &particles);
         assert_conserved(&particles, &grid, bed.lattice.cell_area());
         let (mut squares, mut count, mut high) = (0.0, 0.0, 0.0_f64);
         for index in 0..bed.lattice.len() {
@@ -132,7 +133,7 @@ fn no_water_above_a_hill() {
     let off_hill = |p: Vec2| (hill(p) == 0.0).then_some(3.0);
     let particles = block(Vec2::new(40.0, 30.0), Vec2::new(160.0, 130.0), 4.0, 0.2, off_hill);
     let mut gridder = gridder(&bed);
-    let grid = gridder.grid(&bed, &particles);
+    let grid = gridder.grid(&bed, &Walls::new(Vec::new(), 1.0), &particles);
     // A particle between the foot and the top may stand on the slope that the lattice draws there, up to its own level.
     let on_hill = (0..bed.lattice.len()).filter(|&i| (bed.lattice.centre(i) - Vec2::new(100.0, 80.0)).norm() < 6.0);
     assert!(on_hill.into_iter().all(|index| grid.at(index).depth == 0.0));
@@ -146,7 +147,7 @@ fn uniform_block_has_no_holes() {
             let (low, high) = (Vec2::new(40.0, 30.0), Vec2::new(160.0, 130.0));
             let particles = block(low, high, spacing, jitter, |_| Some(1.0));
             let mut gridder = gridder(&bed);
-            let grid = gridder.grid(&bed, &particles);
+            let grid = gridder.grid(&bed, &Walls::new(Vec::new(), 1.0), &particles);
             assert_conserved(&particles, &grid, bed.lattice.cell_area());
             for index in 0..bed.lattice.len() {
                 let place = bed.lattice.centre(index);
@@ -172,7 +173,7 @@ fn particle_above_its_own_water_gives_all_to_the_lowest_cell() {
     push(&mut particles, Vec2::new(0.4, 80.0), 0.1, 0.0, Vec2::new(2.0, 0.0));
     particles.volume[0] = 1.0;
     let mut gridder = gridder(&bed);
-    let grid = gridder.grid(&bed, &particles);
+    let grid = gridder.grid(&bed, &Walls::new(Vec::new(), 1.0), &particles);
     assert_conserved(&particles, &grid, bed.lattice.cell_area());
     assert_eq!(grid.depths().iter().filter(|&&depth| depth > 0.0).count(), 1);
 }
@@ -189,7 +190,7 @@ fn spans_hold_the_water_of_now_and_of_before() {
     };
     let mut before = vec![0.0; bed.lattice.len()];
     for particles in [at(20.0), at(40.0), at(140.0), FluidParticles::default(), FluidParticles::default()] {
-        let grid = gridder.grid(&bed, &particles);
+        let grid = gridder.grid(&bed, &Walls::new(Vec::new(), 1.0), &particles);
         for (index, depth_before) in before.iter().enumerate() {
             let expected = grid.at(index).depth > 0.0 || *depth_before > 0.0;
             assert_eq!(holds(grid.spans, index), expected);
@@ -209,8 +210,31 @@ fn same_bits_for_any_number_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut gridder = gridder(&bed);
-        pool.install(|| gridder.grid(&bed, &particles).cells().map(|cell| cell.discharge_x).collect::<Vec<f64>>())
+        pool.install(|| {
+            gridder
+                .grid(&bed, &Walls::new(Vec::new(), 1.0), &particles)
+                .cells()
+                .map(|cell| cell.discharge_x)
+                .collect::<Vec<f64>>()
+        })
     };
     assert_eq!(run(1), run(2));
     assert_eq!(run(1), run(7));
+}
+
+#[test]
+fn nothing_lands_beyond_a_wall_or_a_levee() {
+    // A lake west of 100 m, particles wider than cells; a levee of two cells, and a wall without thickness.
+    let levee = |p: Vec2| if (p.x - 101.0).abs() < 2.0 { 9.0 } else { 0.0 };
+    let wall = Edge { start: Vec2::new(100.0, 0.0), end: Vec2::new(100.0, 160.0), is_open: false };
+    let lake = block(Vec2::new(0.0, 0.0), Vec2::new(99.0, 160.0), 6.0, 0.1, |_| Some(1.0));
+    for (bed, edges) in [(bed(levee), vec![]), (bed(|_| 0.0), vec![wall])] {
+        let mut gridder = gridder(&bed);
+        let grid = gridder.grid(&bed, &Walls::new(edges, 2.0), &lake);
+        assert_conserved(&lake, &grid, 4.0);
+        for (index, depth) in grid.depths().into_iter().enumerate() {
+            let x = bed.lattice.centre(index).x;
+            assert!(x < 100.0 || depth <= 0.0, "{depth} m at {x} m");
+        }
+    }
 }

@@ -269,8 +269,7 @@ fn draw(
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
         advice: if !prepared.forcing.is_still() {
-            let why =
-                "water that comes in goes where resting particles follow it evenly, and moving ones know no channel";
+            let why = "water that comes in goes where resting particles follow it evenly";
             (Motion::Eulerian, why.to_owned())
         } else if prepared.forcing.breach.is_some() || !prepared.forcing.moving_bed.is_empty() {
             let why = "how far the water of a bed that changes can run is not known before, and resting particles keep their spacing";

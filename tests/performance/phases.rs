@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput};
+use floodsim::boundary::Walls;
 use floodsim::gridding::Gridder;
 use floodsim::math::Vec2;
 use floodsim::neighbours::CellGrid;
@@ -117,7 +118,7 @@ fn search_and_gridding(criterion: &mut Criterion<ProcessorTime>) {
     let particles = FluidParticles::from_seeds(&scene::seeds(&problem));
     let mut gridder = Gridder::new(&problem.bed.lattice, Dimension::Two);
     group.bench_function("gridding", |bencher| {
-        bencher.iter(|| gridder.grid(&problem.bed, &particles).spans.len());
+        bencher.iter(|| gridder.grid(&problem.bed, &Walls::new(Vec::new(), 1.0), &particles).spans.len());
     });
     group.finish();
 }

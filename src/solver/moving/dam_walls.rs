@@ -93,7 +93,8 @@ impl DamWalls {
     }
 }
 
-/// The cells of ridges beside which a particle stands above their bed, each with the level (m) of the highest one.
+/// The cells of ridges beside which a particle on lower ground stands above their bed, each with the level (m) of the highest one. Rain on
+/// the crest or on the abutments reaches nothing.
 fn reached(water: &MovingWater) -> Vec<(usize, f64)> {
     let (bed, particles) = (&water.bed, &water.particles);
     let mut reached: BTreeMap<usize, f64> = BTreeMap::new();
@@ -101,8 +102,13 @@ fn reached(water: &MovingWater) -> Vec<(usize, f64)> {
         if !bed.has_ridge_within(*place, bed.lattice.spacing) {
             continue;
         }
-        let surface = water.bed_at(*place).elevation + depth;
-        for cell in beside(bed, *place).filter(|cell| bed.ridges.contains(*cell) && bed.elevation[*cell] < surface) {
+        let (ground, here) = (water.bed_at(*place).elevation, bed.lattice.cell_at(*place));
+        let surface = ground + depth;
+        let is_reached = |cell: &usize| {
+            let crest = bed.elevation[*cell];
+            bed.ridges.contains(*cell) && here != Some(*cell) && ground < crest && crest < surface
+        };
+        for cell in beside(bed, *place).filter(is_reached) {
             let level = reached.entry(cell).or_insert(surface);
             *level = level.max(surface);
         }

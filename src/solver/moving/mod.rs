@@ -206,7 +206,7 @@ impl MovingWater {
         self.open.enter(&mut self.particles, &mut self.rates);
         self.sections.close(&self.particles, fluid, time);
         self.springs.flow(&mut self.particles, &mut self.rates, time);
-        self.rainfall.fall(&mut self.particles, &mut self.rates, &self.bed, time);
+        self.rainfall.fall(&mut self.particles, &mut self.rates, (&self.bed, &self.walls), time);
     }
 
     /// Whether water comes and goes.

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 use super::{CHUNK, Rates, smoothing_factor};
 use crate::bed::BedParticles;
-use crate::boundary::Rain;
+use crate::boundary::{Rain, Walls};
 use crate::math::Vec2;
 use crate::particles::{FluidParticles, Particle};
 use crate::physics::dimension::Dimension;
@@ -137,15 +137,22 @@ impl Rainfall {
     }
 
     /// Lets it rain for a time (s).
-    pub fn fall(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>, bed: &BedParticles, dt: f64) {
+    pub fn fall(
+        &mut self,
+        particles: &mut FluidParticles,
+        rates: &mut Vec<Rates>,
+        ground: (&BedParticles, &Walls),
+        dt: f64,
+    ) {
+        let bed = ground.0;
         self.gather(bed, dt);
         if self.is_none() {
             return;
         }
-        self.find_cover(particles, bed);
-        self.take_up(particles, rates, bed);
+        self.find_cover(particles, ground);
+        self.take_up(particles, rates, ground);
         self.share_out(bed);
-        self.lift(particles, bed);
+        self.lift(particles, ground);
         self.make_films(particles, rates, bed);
     }
 
@@ -204,27 +211,28 @@ impl Rainfall {
         &self,
         particles: &FluidParticles,
         i: usize,
-        bed: &BedParticles,
+        (bed, walls): (&BedParticles, &Walls),
         mut act: impl FnMut(usize, f64),
     ) {
         let place = particles.position[i];
         let here = bed.lattice.cell_at(place);
         let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + particles.depth[i]);
         self.for_each_cell(bed, place, particles.smoothing_length[i], |cell, weight| {
-            if here == Some(cell) || level > bed.elevation[cell] {
+            let is_seen = || bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell));
+            if here == Some(cell) || (level > bed.elevation[cell] && is_seen()) {
                 act(cell, weight);
             }
         });
     }
 
     /// Finds S of every cell, particle by particle, so that the threads do not matter.
-    fn find_cover(&mut self, particles: &FluidParticles, bed: &BedParticles) {
+    fn find_cover(&mut self, particles: &FluidParticles, ground: (&BedParticles, &Walls)) {
         let mut cover = std::mem::take(&mut self.cover);
         cover.fill(Cover::default());
         for i in 0..particles.len() {
             let area = particles.volume[i] / particles.depth[i];
-            self.for_each_covered(particles, i, bed, |cell, weight| cover[cell].sum += area * weight);
-            if let Some(cell) = bed.lattice.cell_at(particles.position[i]) {
+            self.for_each_covered(particles, i, ground, |cell, weight| cover[cell].sum += area * weight);
+            if let Some(cell) = ground.0.lattice.cell_at(particles.position[i]) {
                 cover[cell].is_held = true;
             }
         }
@@ -232,7 +240,8 @@ impl Rainfall {
     }
 
     /// Takes up the particles that have become small among others, one after the other: the cells under them have their water now.
-    fn take_up(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>, bed: &BedParticles) {
+    fn take_up(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>, ground: (&BedParticles, &Walls)) {
+        let bed = ground.0;
         let cell_area = self.dimension.area(bed.lattice.spacing);
         let mut cover = std::mem::take(&mut self.cover);
         let mut is_kept = vec![true; particles.len()];
@@ -241,14 +250,14 @@ impl Rainfall {
             let cell = bed.lattice.cell_at(particles.position[i]).filter(|_| area < SMALL * cell_area);
             let own = cell.map_or(0.0, |cell| {
                 let mut own = 0.0;
-                self.for_each_covered(particles, i, bed, |other, weight| {
+                self.for_each_covered(particles, i, ground, |other, weight| {
                     own += if other == cell { area * weight } else { 0.0 };
                 });
                 own
             });
             let taken = cell.filter(|&cell| cover[cell].sum - own >= COVERED.1 * self.whole[cell] && own > 0.0);
             if let Some(cell) = taken {
-                self.for_each_covered(particles, i, bed, |other, weight| cover[other].sum -= area * weight);
+                self.for_each_covered(particles, i, ground, |other, weight| cover[other].sum -= area * weight);
                 let depth = particles.volume[i] / cell_area;
                 cover[cell].takes += depth;
                 cover[cell].takes_flow += particles.velocity[i] * depth;
@@ -266,7 +275,11 @@ impl Rainfall {
         let cells = self.cover.par_iter_mut().zip(&mut self.gathered).zip(&self.whole).enumerate();
         cells.with_min_len(CHUNK).for_each(|(cell, ((cover, gathered), whole))| {
             let covered = cover.sum / whole.max(f64::MIN_POSITIVE);
-            if bed.has_terrain(cell) && cover.sum > 0.0 && (cover.is_held || covered >= COVERED.0) {
+            // What went up in a cell is held by those that cover it, not by the particle that stood there.
+            let is_held = cover.is_held && cover.takes <= 0.0;
+            if !(bed.has_terrain(cell) && cover.sum > 0.0 && (is_held || covered >= COVERED.0)) {
+                *gathered += cover.takes;
+            } else {
                 cover.is_wet = true;
                 cover.gives = std::mem::take(gathered) + cover.takes;
                 cover.lifts = ((covered - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
@@ -275,14 +288,14 @@ impl Rainfall {
     }
 
     /// Gives the particles what the cells under them gave.
-    fn lift(&self, particles: &mut FluidParticles, bed: &BedParticles) {
-        let cell_area = self.dimension.area(bed.lattice.spacing);
+    fn lift(&self, particles: &mut FluidParticles, ground: (&BedParticles, &Walls)) {
+        let cell_area = self.dimension.area(ground.0.lattice.spacing);
         let given: Vec<(f64, f64, Vec2)> = (0..particles.len())
             .into_par_iter()
             .with_min_len(CHUNK)
             .map(|i| {
                 let (mut volume, mut kept, mut lifted, mut weights, mut flow) = (0.0, 0.0, 0.0, 0.0, Vec2::ZERO);
-                self.for_each_covered(particles, i, bed, |cell, weight| {
+                self.for_each_covered(particles, i, ground, |cell, weight| {
                     let Cover { sum, is_wet, gives, lifts, takes_flow, .. } = self.cover[cell];
                     if is_wet {
                         let share = weight * cell_area * gives / sum;

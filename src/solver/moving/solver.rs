@@ -303,7 +303,7 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.water.phases.start();
         let fluid = self.water.lend();
         self.gridder.put_beside(self.water.on_dry_ground());
-        self.gridder.grid(&self.water.bed, &self.water.particles);
+        self.gridder.grid(&self.water.bed, &self.water.walls, &self.water.particles);
         self.water.take_back(fluid);
         self.water.phases.end("gridding");
         self.gridder.water()

@@ -2,7 +2,7 @@
 
 use crate::bed::derive_shape;
 use crate::boundary::{
-    BedLaw, BedMotion, Breach, DamCell, GrowthLaw, Opening, Patch, PointSource, Series, Slide, Trigger,
+    BedLaw, BedMotion, Breach, DamCell, GrowthLaw, Opening, Patch, PointSource, Rain, Series, Slide, Trigger,
 };
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
@@ -108,6 +108,21 @@ fn the_lake_rests_until_the_trigger_and_not_after_it() {
         assert!(solver.choose_step().max_speed > 1.0);
         assert!(wet_beyond(&mut solver, thickness) > 50);
     }
+}
+
+#[test]
+fn rain_on_the_crest_opens_no_wall() {
+    let breach = valley::breach(Trigger::At(120.0), Opening::Whole, GrowthLaw::Instantaneous);
+    let crest = breach.cells[breach.cells.len() / 2].cell;
+    let mut problem = valley(Some(breach));
+    let cells = problem.bed.lattice.len();
+    let rate = (0..cells).map(|cell| if cell == crest { 1e-4 } else { 0.0 }).collect();
+    problem.forcing.rain = Some(Rain::Map { rate, from: vec![0.0; cells], until: 1e6 });
+    let mut solver = solver(problem);
+    let walls = solver.state().walls.edges().len();
+    run(&mut solver, 100.0, |_| {});
+    assert!(solver.ledger().inflow > 0.0 && solver.ledger().relative_error().abs() < 1e-12);
+    assert_eq!(solver.state().walls.edges().len(), walls, "the dam is a wall no more");
 }
 
 #[test]
