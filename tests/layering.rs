@@ -22,7 +22,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("boundary", &["math", "lattice", "bed"]),
     ("bed", &["math", "lattice", "error", "physics::kernel", "scenario::methods", "terrain"]),
     ("seeding", &["math", "lattice", "error", "bed", "particles", "scenario::methods"]),
-    ("gridding", &["math", "lattice", "bed", "particles", "physics"]),
+    ("gridding", &["math", "lattice", "bed", "boundary", "particles", "physics"]),
     ("geodata", &["math", "error", "output"]),
     ("vector", &["math", "error", "geodata"]),
     ("terrain", &["math", "error", "geodata", "vector", "scenario::PointInterpolation"]),
