@@ -43,6 +43,12 @@ pub struct FluidParticles {
     pub smoothing_length: Vec<f64>,
 }
 
+/// Keeps those values only whose particles are marked, in their order.
+pub fn retain_marked<T>(values: &mut Vec<T>, is_kept: &[bool]) {
+    let mut marks = is_kept.iter();
+    values.retain(|_| marks.next() == Some(&true));
+}
+
 impl FluidParticles {
     /// Particles at rest; smoothing lengths are left at 0 for the solver to choose.
     pub fn from_seeds(seeds: &[FluidSeed]) -> Self {
@@ -66,15 +72,11 @@ impl FluidParticles {
 
     /// Keeps those particles only that are marked, in their order.
     pub fn retain(&mut self, is_kept: &[bool]) {
-        fn retain<T>(values: &mut Vec<T>, is_kept: &[bool]) {
-            let mut kept = is_kept.iter();
-            values.retain(|_| kept.next() == Some(&true));
-        }
-        retain(&mut self.position, is_kept);
-        retain(&mut self.velocity, is_kept);
-        retain(&mut self.volume, is_kept);
-        retain(&mut self.depth, is_kept);
-        retain(&mut self.smoothing_length, is_kept);
+        retain_marked(&mut self.position, is_kept);
+        retain_marked(&mut self.velocity, is_kept);
+        retain_marked(&mut self.volume, is_kept);
+        retain_marked(&mut self.depth, is_kept);
+        retain_marked(&mut self.smoothing_length, is_kept);
     }
 
     /// Keeps the first particles only, so many of them.

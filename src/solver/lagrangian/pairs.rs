@@ -18,7 +18,7 @@ pub(super) const BLOCK: usize = 64;
 pub(super) const LANES: usize = 8;
 
 /// Most terms that one loop over the pairs makes at once.
-const TERMS: usize = 9;
+const TERMS: usize = 8;
 
 /// One quantity of all pairs of a block.
 pub(super) type Column = [f64; BLOCK];

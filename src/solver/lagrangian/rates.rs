@@ -85,8 +85,6 @@ struct Sums {
     contact_yy: LaneSum,
     /// max |u_j − u_i| (m/s).
     approach: LaneMaximum,
-    /// max (h_i − r) (m).
-    closeness: LaneMaximum,
 }
 
 impl Balanced {
@@ -134,7 +132,6 @@ impl Balanced {
             depth_rate: relaxation - me.depth * divergence,
             shift: local.openness * (SHIFT * approach * inside),
             approach,
-            nearest: 1.0 / me.inverse_h - sums.closeness.total(),
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
             // and on steep ground, where d_l exceeds d_i, it is less.
@@ -221,7 +218,7 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
     let mut sums = Sums::default();
     let g = around.gravity;
     let (l, inside) = (local.correction, 1.0 - local.edge);
-    let (c_i, inverse_depth, h) = ((g * me.depth).sqrt(), 1.0 / me.depth, 1.0 / me.inverse_h);
+    let (c_i, inverse_depth) = ((g * me.depth).sqrt(), 1.0 / me.depth);
     for images in images.chunks(BLOCK) {
         pairs.gather_states(me, images, around.states, around.isometries, around.ridges);
         pairs.gather_gradients(mine, images, around.gradients, around.isometries);
@@ -231,13 +228,11 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
             ($($name:ident)+) => { $(let $name = &pairs.$name[..n];)+ };
         }
         columns!(velocity_x velocity_y depth surface surface_x surface_y depth_x depth_y u_x u_y v_x v_y r e_x e_y weight);
-        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach, closeness] =
-            &mut pairs.terms;
+        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach] = &mut pairs.terms;
         let (force_x, force_y) = (&mut force_x[..n], &mut force_y[..n]);
         let (divergence, stiffness) = (&mut divergence[..n], &mut stiffness[..n]);
         let (contact_xx, contact_xy) = (&mut contact_xx[..n], &mut contact_xy[..n]);
         let (contact_yy, approach) = (&mut contact_yy[..n], &mut approach[..n]);
-        let closeness = &mut closeness[..n];
         for k in 0..n {
             let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
             let (x, y) = (r * ex, r * ey);
@@ -295,8 +290,6 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
             contact_xy[k] = contact * ex * ey;
             contact_yy[k] = contact * ey * ey;
             approach[k] = du.abs();
-            // The pairs that fill up have no weight and must not count.
-            closeness[k] = if weight[k] > 0.0 { h - r } else { 0.0 };
         }
         sums.force_x.add(force_x);
         sums.force_y.add(force_y);
@@ -306,7 +299,6 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
         sums.contact_xy.add(contact_xy);
         sums.contact_yy.add(contact_yy);
         sums.approach.add(approach);
-        sums.closeness.add(closeness);
     }
     sums
 }

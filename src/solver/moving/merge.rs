@@ -18,6 +18,7 @@
 
 use super::{CHUNK, MovingWater, Rates};
 use crate::math::Vec2;
+use crate::particles::retain_marked;
 
 /// Nearer than so many widths of the smallest particle at the start, two particles are one.
 const NEAREST: f64 = 0.3;
@@ -28,9 +29,6 @@ impl MovingWater {
     /// Merges particles; to be called while the neighbours and rates are those of the particles as they are.
     pub(super) fn merge(&mut self) {
         let reach = NEAREST * self.finest;
-        if !self.rates.iter().any(|rates| rates.nearest < reach) {
-            return;
-        }
         let nearest: Vec<Option<usize>> = (0..self.particles.len()).map(|i| self.nearest_of(i, reach)).collect();
         let mut is_kept = vec![true; nearest.len()];
         for (i, near) in nearest.iter().enumerate() {
@@ -38,17 +36,13 @@ impl MovingWater {
             is_kept[j] = !self.merge_pair(i, j);
         }
         if is_kept.contains(&false) {
-            let mut kept = is_kept.iter();
-            self.rates.retain(|_| kept.next() == Some(&true));
+            retain_marked(&mut self.rates, &is_kept);
             self.particles.retain(&is_kept);
         }
     }
 
     /// The nearest particle, if it is nearer than `reach` (m) and no other one is as near.
     fn nearest_of(&self, i: usize, reach: f64) -> Option<usize> {
-        if self.rates[i].nearest >= reach {
-            return None;
-        }
         let place = self.particles.position[i];
         let (mut nearest, mut second) = ((f64::INFINITY, None), f64::INFINITY);
         for image in self.neighbours.chunks()[i / CHUNK].of(i % CHUNK) {
@@ -93,7 +87,6 @@ impl MovingWater {
             shift: mean(a.shift, b.shift),
             approach: a.approach.max(b.approach),
             reach: a.reach.min(b.reach),
-            nearest: f64::INFINITY,
         };
         true
     }

@@ -85,8 +85,6 @@ pub struct Rates {
     pub shift: Vec2,
     /// Greatest speed (m/s) at which a neighbour approaches or leaves.
     pub approach: f64,
-    /// Distance (m) of the nearest neighbour, or the smoothing length where none is nearer.
-    pub nearest: f64,
     /// Length (m) that a signal must not outrun in a step: the smoothing length, or less where the pair faces act harder.
     pub reach: f64,
 }
