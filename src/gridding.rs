@@ -51,7 +51,7 @@ const SWEEPS: usize = 3;
 /// Bounds of D_c / d_c in one sweep, so that no weight vanishes or runs away.
 const FACTOR_BOUNDS: (f64, f64) = (0.25, 2.0);
 /// Coverage S_c up to which cells are not made fuller, and from which on they are wholly. A straight front has 0.5.
-const COVERED: (f64, f64) = (0.6, 0.8);
+pub(crate) const COVERED: (f64, f64) = (0.6, 0.8);
 
 /// The shares of a chunk of particles: what each one says about the cells of its support, in ascending order of cells. The sweeps
 /// read cells and weights alone, which therefore lie apart.
@@ -98,7 +98,7 @@ impl Shares {
         j: usize,
     ) {
         let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
-        let support = (SUPPORT * particles.smoothing_length[j]).max(SMALLEST_SUPPORT * lattice.spacing);
+        let support = support(particles.smoothing_length[j], lattice.spacing);
         let inverse_h = CubicSpline::SUPPORT / support;
         let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
         let mut area = if depth > 0.0 { particles.volume[j] / depth } else { 0.0 };
@@ -151,13 +151,9 @@ impl Shares {
     /// Takes out the cells beyond walls, and beyond ground above the level (m) of the particle whose entries begin at `begin`; returns Σ of
     /// the weights left.
     fn keep_in_sight(&mut self, begin: usize, place: Vec2, level: f64, bed: &BedParticles, walls: &Walls) -> f64 {
-        let is_seen = |cell: u32| {
-            let cell = cell as usize;
-            bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell))
-        };
         let (mut sum, mut kept) = (0.0, begin);
         for k in begin..self.cells.len() {
-            if is_seen(self.cells[k]) {
+            if is_in_sight((bed, walls), place, level, self.cells[k] as usize) {
                 (self.cells[kept], self.weights[kept], self.kernels[kept]) =
                     (self.cells[k], self.weights[k], self.kernels[k]);
                 sum += self.weights[k];
@@ -545,11 +541,21 @@ fn touch(range: &mut (usize, usize), column: usize) {
 }
 
 /// Cells of a line of `count` cells whose centres lie within `reach` of a place on it: first, and one past the last.
-fn cells_within(place: f64, reach: f64, spacing: f64, count: usize) -> (usize, usize) {
+pub(crate) fn cells_within(place: f64, reach: f64, spacing: f64, count: usize) -> (usize, usize) {
     // A cast to an unsigned integer saturates at zero.
     let first = (((place - reach) / spacing - 0.5).ceil().max(0.0) as usize).min(count);
     let end = (((place + reach) / spacing - 0.5).floor() + 1.0).max(0.0) as usize;
     (first, end.min(count).max(first))
+}
+
+/// Radius (m) of the kernel by which a particle covers cells, from its smoothing length (m).
+pub(crate) fn support(smoothing_length: f64, spacing: f64) -> f64 {
+    (SUPPORT * smoothing_length).max(SMALLEST_SUPPORT * spacing)
+}
+
+/// Whether neither ground above a level (m) nor a wall stands between a place and the centre of a cell.
+pub(crate) fn is_in_sight((bed, walls): (&BedParticles, &Walls), place: Vec2, level: f64, cell: usize) -> bool {
+    bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell))
 }
 
 #[cfg(test)]

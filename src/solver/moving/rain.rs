@@ -6,8 +6,8 @@
 //! (M68)  S_c = Σ_j A_j W(|x_c − x_j|),   C_c = S_c / Σ_c' Δ² W(|x_c − x_c'|) ≥ 0.6
 //! ```
 //!
-//! with the kernel of the gridding. The depth r_c that gathered on it goes to these particles in the shares of S_c, and lifts them: by r where
-//! they cover the ground, so that a lake stays level, and as far as leaves their areas where they do not,
+//! with the kernel and the bounds of the gridding (`COVERED`). The depth r_c that gathered on it goes to these particles in the shares of
+//! S_c, and lifts them: by r where they cover the ground, so that a lake stays level, and as far as leaves their areas where they do not,
 //!
 //! ```text
 //! (M69)  ΔV_i = A_i Σ_c W_ic Δ² r_c / S_c,   v_i ← v_i V_i / (V_i + ΔV_i)
@@ -23,22 +23,17 @@ use rayon::prelude::*;
 use super::{CHUNK, Rates, smoothing_factor};
 use crate::bed::BedParticles;
 use crate::boundary::{Rain, Walls};
+use crate::gridding::{self, COVERED};
 use crate::math::Vec2;
-use crate::particles::{FluidParticles, Particle};
+use crate::particles::{FluidParticles, Particle, retain_marked};
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
 use crate::solver::{FlowProblem, Passage, Way};
 
-/// C from which on a cell without a particle holds water, and up to which particles keep their areas; and C from which on they are lifted by
-/// what falls: as on the grid. A straight front has 0.5.
-const COVERED: (f64, f64) = (0.6, 0.8);
 /// A particle is small that covers less of a cell: the film that came down a slope is a crumb in the lake, and would set the step.
 const SMALL: f64 = 0.25;
 /// A film begins to run at so many times the depth below which water does not move.
 const FILM: f64 = 2.0;
-/// Support of the kernel in smoothing lengths, and at least in cells: that of the grid.
-const SUPPORT: f64 = 4.0 / 3.0;
-const LEAST_SUPPORT: f64 = 1.5;
 
 /// The rain of a problem, and what of it lies on dry ground.
 #[derive(Debug)]
@@ -187,12 +182,11 @@ impl Rainfall {
     /// Calls `act` for each cell with terrain under the kernel of a particle, with the kernel's value (m^−dim).
     fn for_each_cell(&self, bed: &BedParticles, place: Vec2, smoothing_length: f64, mut act: impl FnMut(usize, f64)) {
         let (lattice, spacing) = (&bed.lattice, bed.lattice.spacing);
-        let support = (SUPPORT * smoothing_length).max(LEAST_SUPPORT * spacing);
+        let support = gridding::support(smoothing_length, spacing);
         let inverse_h = CubicSpline::SUPPORT / support;
         let within = |place: f64, count: usize| {
-            let first = ((place - support) / spacing - 0.5).ceil().max(0.0) as usize;
-            let end = (((place + support) / spacing - 0.5).floor() + 1.0).max(0.0) as usize;
-            first.min(count)..end.min(count).max(first.min(count))
+            let (first, end) = gridding::cells_within(place, support, spacing, count);
+            first..end
         };
         for row in within(place.y, lattice.rows) {
             for column in within(place.x, lattice.columns) {
@@ -218,8 +212,9 @@ impl Rainfall {
         let here = bed.lattice.cell_at(place);
         let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + particles.depth[i]);
         self.for_each_cell(bed, place, particles.smoothing_length[i], |cell, weight| {
-            let is_seen = || bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell));
-            if here == Some(cell) || (level > bed.elevation[cell] && is_seen()) {
+            if here == Some(cell)
+                || (level > bed.elevation[cell] && gridding::is_in_sight((bed, walls), place, level, cell))
+            {
                 act(cell, weight);
             }
         });
@@ -265,8 +260,7 @@ impl Rainfall {
             }
         }
         particles.retain(&is_kept);
-        let mut kept = is_kept.iter();
-        rates.retain(|_| kept.next() == Some(&true));
+        retain_marked(rates, &is_kept);
         self.cover = cover;
     }
 
