@@ -1,6 +1,6 @@
 //! Problems for the tests of the cores.
 
-use super::{FlowProblem, Forcing, OpenEdges};
+use super::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
 use crate::bed::{BedParticles, derive_shape};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -27,4 +27,28 @@ pub(super) fn still_water(
         courant: 0.5,
         dry_depth: 1e-6,
     }
+}
+
+/// Opens the western or eastern side of a problem from one share of its length to another.
+pub(super) fn open_part(problem: &mut FlowProblem, is_west: bool, part: (f64, f64), condition: Condition) {
+    let size = problem.bed.lattice.size();
+    let x = if is_west { 0.0 } else { size.x };
+    let segments = vec![[Vec2::new(x, part.0 * size.y), Vec2::new(x, part.1 * size.y)]];
+    problem.forcing.boundaries.push(Boundary { segments, condition });
+}
+
+/// Opens the western or eastern side of a problem.
+pub(super) fn open(problem: &mut FlowProblem, is_west: bool, condition: Condition) {
+    open_part(problem, is_west, (0.0, 1.0), condition);
+}
+
+/// Runs until a time (s); returns the number of steps.
+pub(super) fn run_until(solver: &mut impl FlowSolver, end: f64) -> usize {
+    let mut steps = 0;
+    while solver.time() < end - 1e-9 {
+        let choice = solver.choose_step();
+        solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
+        steps += 1;
+    }
+    steps
 }

@@ -1,12 +1,13 @@
 //! Scenes of beds that change, for the tests of both motions.
 
-use crate::bed::{BedParticles, derive_shape};
+use crate::bed::BedParticles;
 use crate::boundary::{
     BedLaw, BedMotion, Breach, DamCell, Forcing, GrowthLaw, OpenEdges, Opening, Patch, Series, Slide, Trigger,
 };
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
+use crate::solver::testing::still_water;
 
 /// A dam that breaks across a rough valley.
 pub(in crate::solver) mod valley {
@@ -78,26 +79,8 @@ pub(in crate::solver) mod basin {
     pub(in crate::solver) const SMALL: f64 = 1e-4;
 
     /// Water of a level of 0 over a bed, `columns` by `rows`.
-    pub(in crate::solver) fn problem(
-        (columns, rows): (usize, usize),
-        spacing: f64,
-        bed: impl Fn(Vec2) -> f64,
-    ) -> FlowProblem {
-        let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing };
-        let elevation: Vec<f64> = (0..lattice.len()).map(|cell| bed(lattice.centre(cell))).collect();
-        let initial_depth = elevation.iter().map(|bed| (-bed).max(0.0)).collect();
-        let mut bed = BedParticles::from_elevation(lattice, elevation, 0.0);
-        derive_shape(&mut bed);
-        FlowProblem {
-            bed,
-            walls: Vec::new(),
-            open_edges: OpenEdges::default(),
-            forcing: Forcing::default(),
-            initial_depth,
-            gravity: GRAVITY,
-            courant: 0.5,
-            dry_depth: 1e-6,
-        }
+    pub(in crate::solver) fn problem(size: (usize, usize), spacing: f64, bed: impl Fn(Vec2) -> f64) -> FlowProblem {
+        FlowProblem { gravity: GRAVITY, forcing: Forcing::default(), ..still_water(size, spacing, bed, |_| 0.0) }
     }
 
     /// A hump about the middle (m), of unit height.

@@ -3,28 +3,10 @@
 use crate::boundary::{Boundary, Condition, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::solver::testing::still_water as problem;
+use crate::solver::testing::{open, run_until, still_water as problem};
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
 const G: f64 = 9.81;
-
-/// Opens the western or eastern side of a problem.
-fn open(problem: &mut FlowProblem, is_west: bool, condition: Condition) {
-    let size = problem.bed.lattice.size();
-    let x = if is_west { 0.0 } else { size.x };
-    let segments = vec![[Vec2::new(x, 0.0), Vec2::new(x, size.y)]];
-    problem.forcing.boundaries.push(Boundary { segments, condition });
-}
-
-fn run_until(solver: &mut EulerianSolver, end: f64) -> usize {
-    let mut steps = 0;
-    while solver.time() < end - 1e-9 {
-        let choice = solver.choose_step();
-        solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
-        steps += 1;
-    }
-    steps
-}
 
 /// Overflow (m²/s) of a sill 2 m high and `length` (m) long under a held head (m) above its crest.
 fn overflow(length: f64, head: f64) -> f64 {

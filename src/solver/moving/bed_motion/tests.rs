@@ -5,27 +5,21 @@ use crate::boundary::{
     BedLaw, BedMotion, Breach, DamCell, GrowthLaw, Opening, Patch, PointSource, Rain, Series, Slide, Trigger,
 };
 use crate::math::Vec2;
-use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{Integrator, Stabilisation, WallMethod};
 use crate::solver::changing_bed::scenes::{basin, valley};
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::MovingMethods;
+use crate::solver::moving::scene::seeds;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
-/// One particle on each wet cell, as `seeding: lattice` places them.
+/// One particle on each wet cell, and the Courant number of the integrator.
 fn solver_by(problem: FlowProblem, dimension: Dimension, integrator: Integrator) -> LagrangianSolver {
     solver_with(problem, dimension, MovingMethods::new(integrator, Stabilisation::TwoShocks))
 }
 
 fn solver_with(problem: FlowProblem, dimension: Dimension, methods: MovingMethods) -> LagrangianSolver {
-    let lattice = &problem.bed.lattice;
-    let seed = |cell: usize| {
-        let depth = problem.initial_depth[cell];
-        FluidSeed { position: lattice.centre(cell), volume: depth * dimension.area(lattice.spacing), depth }
-    };
-    let seeds: Vec<FluidSeed> =
-        (0..lattice.len()).filter(|&cell| problem.initial_depth[cell] > 1e-3).map(seed).collect();
+    let seeds = seeds(&problem, dimension);
     let courant = LagrangianSolver::default_courant(methods.integrator);
     LagrangianSolver::with_methods(FlowProblem { courant, ..problem }, &seeds, methods, dimension)
 }

@@ -6,7 +6,8 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
 use crate::solver::lagrangian::LagrangianSolver;
-use crate::solver::moving::scene::{G, open, open_part, problem, run_until, solver};
+use crate::solver::moving::scene::{G, problem, solver};
+use crate::solver::testing::{open, open_part, run_until};
 use crate::solver::{FlowProblem, FlowSolver};
 
 fn noise(place: Vec2) -> f64 {

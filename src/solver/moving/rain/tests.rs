@@ -6,7 +6,8 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
 use crate::solver::lagrangian::LagrangianSolver;
-use crate::solver::moving::scene::{open, problem, run_until, solver};
+use crate::solver::moving::scene::{problem, solver};
+use crate::solver::testing::{open, run_until};
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, Way};
 
 fn rain(problem: &mut FlowProblem, rate: f64) {

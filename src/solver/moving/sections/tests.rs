@@ -7,7 +7,8 @@ use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
 use crate::solver::FlowSolver;
 use crate::solver::lagrangian::LagrangianSolver;
-use crate::solver::moving::scene::{open, problem, run_until, solver};
+use crate::solver::moving::scene::{problem, solver};
+use crate::solver::testing::{open, run_until};
 
 fn line(corners: &[(f64, f64)]) -> Line {
     Line::new(&pieces(corners), |_| false)
