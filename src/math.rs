@@ -3,7 +3,8 @@
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// A vector of the plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Vec2 {
     /// Component to the east.
     pub x: f64,

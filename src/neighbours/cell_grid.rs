@@ -4,15 +4,20 @@
 //! A search visits every occupied level; in each, rows of cells are contiguous runs of the sorted arrays.
 //! The order of what is found depends on positions, supports and indices alone, never on threads.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use crate::math::Vec2;
+use crate::math::{Vec2, larger};
 
 /// Levels of cells, each twice as wide as the one below.
 const LEVELS: usize = 12;
 
 /// Particles that a thread takes at least.
 const PARALLEL_PARTICLES: usize = 4096;
+
+/// Candidates that are looked at together.
+const LANES: usize = 8;
 
 /// What particles span: the rectangle of their places (m), and their smallest and largest support (m).
 #[derive(Clone, Copy, Debug)]
@@ -157,10 +162,12 @@ impl CellGrid {
 
     fn place(&mut self, positions: &[Vec2], supports: &[f64]) {
         let particles = positions.len();
-        self.order.resize(particles, 0);
-        self.x.resize(particles, 0.0);
-        self.y.resize(particles, 0.0);
-        self.support_squared.resize(particles, 0.0);
+        // Eight candidates are read at a time, also from the last ones on.
+        let padded = particles + LANES;
+        self.order.resize(padded, 0);
+        self.x.resize(padded, 0.0);
+        self.y.resize(padded, 0.0);
+        self.support_squared.resize(padded, 0.0);
         for j in 0..particles {
             let slot = &mut self.starts[self.keys[j] as usize];
             let k = *slot as usize;
@@ -186,12 +193,17 @@ impl CellGrid {
 
     /// Particle indices in the order of levels and cells: memory order for fast gathering.
     pub fn order(&self) -> &[u32] {
-        &self.order
+        &self.order[..self.keys.len()]
     }
 
-    /// Appends to `found` every particle j with |x_j − position| < max(support, support_j), the particle itself included.
-    pub fn within(&self, position: Vec2, support: f64, found: &mut Vec<u32>) {
-        let support_squared = support * support;
+    /// Appends to `found` every particle j with |x_j − position| < max(support, support_j), except for one of them where that is told.
+    pub fn within(&self, position: Vec2, support: f64, except: Option<u32>, found: &mut Vec<u32>) {
+        self.within_by(collect, position, support, except, found);
+    }
+
+    #[inline(always)]
+    fn within_by(&self, collect: Collect, position: Vec2, support: f64, except: Option<u32>, found: &mut Vec<u32>) {
+        let centre = Centre { position, support_squared: support * support, except: except.unwrap_or(u32::MAX) };
         for level in self.levels.iter().filter(|level| level.is_occupied) {
             let reach = support.max(level.largest_support);
             let local = position - self.origin;
@@ -203,22 +215,118 @@ impl CellGrid {
             }
             // A cast of a negative number to usize gives 0.
             let (left, right) = (left as usize, (right as usize).min(level.columns - 1));
-            for row in (bottom as usize)..=(top as usize).min(level.rows - 1) {
-                let cells = level.first + row * level.columns;
-                let (from, to) = (self.starts[cells + left] as usize, self.starts[cells + right + 1] as usize);
-                // Every candidate is written and the end moves on past those that are near: no branch to mispredict.
-                let mut end = found.len();
-                found.resize(end + (to - from), 0);
-                let candidates = self.x[from..to].iter().zip(&self.y[from..to]);
-                let candidates = candidates.zip(&self.support_squared[from..to]).zip(&self.order[from..to]);
-                for (((x, y), other_squared), &j) in candidates {
-                    let (dx, dy) = (x - position.x, y - position.y);
-                    found[end] = j;
-                    end += usize::from(dx * dx + dy * dy < support_squared.max(*other_squared));
+            let (bottom, top) = (bottom as usize, (top as usize).min(level.rows - 1));
+            let block = Block { columns: left..right + 1, rows: bottom..top + 1 };
+            collect(self, level, &block, &centre, found);
+        }
+    }
+
+    /// The candidates in a row of a level's cells: a run of the sorted arrays.
+    #[inline(always)]
+    fn run(&self, level: &Level, columns: &Range<usize>, row: usize) -> Range<usize> {
+        let cells = level.first + row * level.columns;
+        self.starts[cells + columns.start] as usize..self.starts[cells + columns.end] as usize
+    }
+}
+
+/// Cells of a level.
+struct Block {
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+/// Where a search looks from.
+struct Centre {
+    position: Vec2,
+    support_squared: f64,
+    /// Particle that is not looked for.
+    except: u32,
+}
+
+/// A way of appending the particles of a block of cells, columns and rows, that are near.
+type Collect = fn(&CellGrid, &Level, &Block, &Centre, &mut Vec<u32>);
+
+/// By the best instructions that the processor has.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+popcnt"))]
+fn collect(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, found: &mut Vec<u32>) {
+    multiversion::target::match_target! {
+        "x86_64+avx512f+avx512vl+popcnt" => lanes::collect(grid, level, block, centre, found),
+        _ => collect_one_by_one(grid, level, block, centre, found),
+    }
+}
+
+/// Every candidate is written and the end moves on past those that are near: no branch to mispredict.
+#[inline]
+fn collect_one_by_one(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, found: &mut Vec<u32>) {
+    for row in block.rows.start..block.rows.end {
+        let run = grid.run(level, &block.columns, row);
+        let mut end = found.len();
+        found.resize(end + run.len(), 0);
+        let candidates = grid.x[run.clone()].iter().zip(&grid.y[run.clone()]);
+        let candidates = candidates.zip(&grid.support_squared[run.clone()]).zip(&grid.order[run]);
+        for (((x, y), other_squared), &j) in candidates {
+            let (dx, dy) = (x - centre.position.x, y - centre.position.y);
+            found[end] = j;
+            let is_near = dx * dx + dy * dy < larger(*other_squared, centre.support_squared);
+            end += usize::from(is_near & (j != centre.except));
+        }
+        found.truncate(end);
+    }
+}
+
+/// The same eight candidates at a time, by instructions that pack those lanes that count.
+#[cfg(target_arch = "x86_64")]
+mod lanes {
+    use std::arch::x86_64::{
+        __m256i, __m512d, __mmask8, _CMP_LT_OQ, _mm256_mask_cmpneq_epi32_mask, _mm256_maskz_compress_epi32,
+        _mm256_set1_epi32, _mm512_add_pd, _mm512_mask_cmp_pd_mask, _mm512_max_pd, _mm512_mul_pd, _mm512_set1_pd,
+        _mm512_sub_pd,
+    };
+
+    use super::{Block, CellGrid, Centre, LANES, Level};
+
+    #[target_feature(enable = "avx512f,avx512vl,popcnt")]
+    #[inline]
+    pub(super) fn collect(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, found: &mut Vec<u32>) {
+        let (x, y) = (_mm512_set1_pd(centre.position.x), _mm512_set1_pd(centre.position.y));
+        let support_squared = _mm512_set1_pd(centre.support_squared);
+        let except = _mm256_set1_epi32(centre.except as i32);
+        let (mut packed, mut end) = ([0; 16 * LANES], 0);
+        for row in block.rows.start..block.rows.end {
+            let run = grid.run(level, &block.columns, row);
+            // The arrays are longer than the last run by so many lanes.
+            let padded = run.start..(run.end + LANES - 1);
+            let (other_x, other_y) = (grid.x[padded.clone()].as_chunks().0, grid.y[padded.clone()].as_chunks().0);
+            let (other_squared, order) =
+                (grid.support_squared[padded.clone()].as_chunks().0, grid.order[padded].as_chunks::<LANES>().0);
+            let mut left = run.len();
+            for (((other_x, other_y), other_squared), order) in
+                other_x.iter().zip(other_y).zip(other_squared).zip(order)
+            {
+                let order: __m256i = bytemuck::must_cast(*order);
+                let in_run = (0xff_u32 >> LANES.saturating_sub(left)) as __mmask8;
+                left = left.wrapping_sub(LANES);
+                let (dx, dy) = (_mm512_sub_pd(lanes(other_x), x), _mm512_sub_pd(lanes(other_y), y));
+                let distance_squared = _mm512_add_pd(_mm512_mul_pd(dx, dx), _mm512_mul_pd(dy, dy));
+                let reach_squared = _mm512_max_pd(lanes(other_squared), support_squared);
+                let near = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(in_run, distance_squared, reach_squared);
+                let near = _mm256_mask_cmpneq_epi32_mask(near, order, except);
+                if end > packed.len() - LANES {
+                    found.extend_from_slice(&packed[..end]);
+                    end = 0;
                 }
-                found.truncate(end);
+                let of_lanes: [u32; LANES] = bytemuck::must_cast(_mm256_maskz_compress_epi32(near, order));
+                packed[end..end + LANES].copy_from_slice(&of_lanes);
+                end += near.count_ones() as usize;
             }
         }
+        found.extend_from_slice(&packed[..end]);
+    }
+
+    #[target_feature(enable = "avx512f,avx512vl,popcnt")]
+    #[inline]
+    fn lanes(values: &[f64; LANES]) -> __m512d {
+        bytemuck::must_cast(*values)
     }
 }
 
@@ -240,10 +348,16 @@ mod tests {
         grid.build(positions, supports);
         let mut found = Vec::new();
         for (i, &position) in positions.iter().enumerate() {
-            found.clear();
-            grid.within(position, supports[i], &mut found);
-            found.sort_unstable();
-            assert_eq!(found, within_brute_force(positions, supports, position, supports[i]), "particle {i}");
+            let all = within_brute_force(positions, supports, position, supports[i]);
+            for except in [None, Some(i as u32)] {
+                let expected: Vec<u32> = all.iter().copied().filter(|&j| Some(j) != except).collect();
+                for collect in [collect, collect_one_by_one] {
+                    found.clear();
+                    grid.within_by(collect, position, supports[i], except, &mut found);
+                    found.sort_unstable();
+                    assert_eq!(found, expected, "particle {i}");
+                }
+            }
         }
     }
 

@@ -9,6 +9,7 @@
 use std::f64::consts::PI;
 
 use super::Shape;
+use crate::math::larger;
 use crate::physics::dimension::Dimension;
 
 /// The cubic B-spline, whose smoothing length is that of all kernels.
@@ -32,15 +33,15 @@ impl Shape for CubicSpline {
 
     #[inline(always)]
     fn shape(self, q: f64) -> f64 {
-        let outer = (2.0 - q).max(0.0);
-        let inner = (1.0 - q).max(0.0);
+        let outer = larger(2.0 - q, 0.0);
+        let inner = larger(1.0 - q, 0.0);
         0.25 * outer * outer * outer - inner * inner * inner
     }
 
     #[inline(always)]
     fn slope_shape(self, q: f64) -> f64 {
-        let outer = (2.0 - q).max(0.0);
-        let inner = (1.0 - q).max(0.0);
+        let outer = larger(2.0 - q, 0.0);
+        let inner = larger(1.0 - q, 0.0);
         3.0 * inner * inner - 0.75 * outer * outer
     }
 }

@@ -22,7 +22,7 @@ use super::{Balanced, Local, State};
 use crate::boundary::Image;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::solver::moving::{Glance, MovingWater};
+use crate::solver::moving::{Glance, MovingWater, Seen};
 
 /// Below this share of open outline a particle is inside the water.
 const LEAST_OPENNESS: f64 = 0.25;
@@ -67,7 +67,7 @@ impl Balanced {
         &self,
         water: &MovingWater,
         i: usize,
-        images: &[Image],
+        seen: Seen<'_>,
         glance: &mut Glance,
         local: &mut Local,
     ) {
@@ -80,7 +80,7 @@ impl Balanced {
         let ahead = outward * (AHEAD * self.dimension.edge(me.area));
         let mut cover = [1.0, 2.0].map(|times| self.cover_by(me, me.position, me.position + ahead * times));
         let ridges = self.ridges_near(water, me.position);
-        for image in images {
+        for image in seen.iter() {
             let other = &self.states[image.index as usize];
             let place = water.walls.isometries()[image.transform as usize].point(other.position);
             let in_sight = ridges.map_or(1.0, |bed| share_in_sight(bed, me, other));
@@ -88,7 +88,7 @@ impl Balanced {
                 *cover += in_sight * self.cover_by(other, place, me.position + ahead * (k + 1) as f64);
             }
         }
-        let covered = if images.iter().any(|image| image.transform != 0) { COVERED_BESIDE_WALL } else { COVERED };
+        let covered = if seen.iter().any(|image| image.transform != 0) { COVERED_BESIDE_WALL } else { COVERED };
         let open_share = |cover: f64| ((covered - cover) / TRANSITION).clamp(0.0, 1.0);
         // More water may reach these places than the particle itself sees, never less: most particles are done here.
         local.edge = open_share(cover[0].max(cover[1]));

@@ -20,12 +20,12 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LaneSum, Pairs, measure_and_cover};
+use super::pairs::{BLOCK, LANES, Pairs, gather_states, group_of, measure_and_cover, total};
 use super::{Balanced, Gradients, Local, State};
 use crate::bed::BedParticles;
-use crate::boundary::{Image, Isometry};
+use crate::boundary::Isometry;
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, correction};
+use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, Seen, correction};
 
 impl Balanced {
     /// Fills `gradients`, `locals` and `lengths`.
@@ -43,134 +43,140 @@ impl Balanced {
             .zip(lengths.par_chunks_mut(CHUNK))
             .zip(water.neighbours.chunks())
             .enumerate()
-            .for_each(|(chunk, (((gradients, locals), lengths), near))| {
-                let (mut pairs, mut glance) = (Pairs::new(), Glance::default());
-                for k in 0..gradients.len() {
-                    let i = chunk * CHUNK + k;
-                    let sums = sum_pairs(
-                        &mut pairs,
-                        &self.states[i],
-                        near.of(k),
-                        &self.states,
-                        water.walls.isometries(),
-                        &self.kernel,
-                        self.ridges_near(water, self.states[i].position),
-                    );
-                    (gradients[k], locals[k]) = self.finish(&self.states[i], &sums);
-                    lengths[k] = self.next_smoothing_length(&self.states[i], &sums);
-                    self.find_free_edge(water, i, near.of(k), &mut glance, &mut locals[k]);
-                }
-            });
+            .for_each_init(
+                || (Pairs::new(), [Sums::default(); CHUNK], Glance::default()),
+                |(pairs, sums, glance), (chunk, (((gradients, locals), lengths), near))| {
+                    let first = chunk * CHUNK;
+                    let sums = &mut sums[..gradients.len()];
+                    for (k, sums) in sums.iter_mut().enumerate() {
+                        *sums = sum_pairs(
+                            pairs,
+                            first + k,
+                            near.of(k),
+                            &self.states,
+                            water.walls.isometries(),
+                            &self.kernel,
+                            self.ridges_near(water, self.states[first + k].position),
+                        );
+                    }
+                    // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
+                    for (k, sums) in sums.iter().enumerate() {
+                        (gradients[k], locals[k]) = self.finish(&self.states[first + k], sums);
+                        lengths[k] = self.next_smoothing_length(&self.states[first + k], sums);
+                    }
+                    for (k, local) in locals.iter_mut().enumerate() {
+                        self.find_free_edge(water, first + k, near.of(k), glance, local);
+                    }
+                },
+            );
         self.gradients = gradients;
         self.locals = locals;
         self.lengths = lengths;
     }
 
     fn finish(&self, me: &State, sums: &Sums) -> (Gradients, Local) {
-        let moment = Sym2 { xx: sums.moment_xx.total(), xy: sums.moment_xy.total(), yy: sums.moment_yy.total() };
-        let vector = |x: &LaneSum, y: &LaneSum| Vec2::new(x.total(), y.total());
-        let correction = correction(moment);
+        let correction = correction(sums.moment);
         let gradients = Gradients {
-            surface: correction.apply(vector(&sums.surface_x, &sums.surface_y)),
-            depth: correction.apply(vector(&sums.depth_x, &sums.depth_y)),
-            u: correction.apply(vector(&sums.u_x, &sums.u_y)),
-            v: correction.apply(vector(&sums.v_x, &sums.v_y)),
+            surface: correction.apply(sums.surface),
+            depth: correction.apply(sums.depth),
+            u: correction.apply(sums.u),
+            v: correction.apply(sums.v),
         };
         // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
-        let openness = vector(&sums.closure_x, &sums.closure_y) * (-2.0 * self.dimension.edge(me.area));
+        let openness = sums.closure * (-2.0 * self.dimension.edge(me.area));
         let own = me.area * self.kernel.at_zero(me.inverse_h);
-        let partition = own + sums.partition.total();
-        let mean_depth = (own * me.depth + sums.depth_sum.total()) / partition;
-        let backing = openness.dot(moment.apply(openness)) / openness.norm_squared().max(f64::MIN_POSITIVE);
+        let partition = own + sums.partition;
+        let mean_depth = (own * me.depth + sums.depth_sum) / partition;
+        let backing = openness.dot(sums.moment.apply(openness)) / openness.norm_squared().max(f64::MIN_POSITIVE);
         (gradients, Local { correction, openness, partition, mean_depth, backing, edge: 0.0, push: Vec2::ZERO })
     }
 
     fn next_smoothing_length(&self, me: &State, sums: &Sums) -> f64 {
-        let smoothed = (me.area + sums.weighted_area.total()) / (1.0 + sums.weights.total());
+        let smoothed = (me.area + sums.weighted_area) / (1.0 + sums.weights);
         self.factor * self.dimension.edge(me.area.max(smoothed))
     }
 }
 
 /// The sums over the pairs of one particle.
-#[derive(Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Sums {
-    moment_xx: LaneSum,
-    moment_xy: LaneSum,
-    moment_yy: LaneSum,
-    closure_x: LaneSum,
-    closure_y: LaneSum,
-    partition: LaneSum,
-    depth_sum: LaneSum,
-    surface_x: LaneSum,
-    surface_y: LaneSum,
-    depth_x: LaneSum,
-    depth_y: LaneSum,
-    u_x: LaneSum,
-    u_y: LaneSum,
-    v_x: LaneSum,
-    v_y: LaneSum,
-    weights: LaneSum,
-    weighted_area: LaneSum,
+    /// M.
+    moment: Sym2,
+    /// Σ A_j G_ij e (1/m).
+    closure: Vec2,
+    /// Σ A_j W, without the particle itself.
+    partition: f64,
+    /// Σ A_j W d_j (m), without the particle itself.
+    depth_sum: f64,
+    /// Σ A_j (q_j − q_i) G_ij e for q = η, d and both components of the velocity.
+    surface: Vec2,
+    depth: Vec2,
+    u: Vec2,
+    v: Vec2,
+    /// Σ w, without the particle itself.
+    weights: f64,
+    /// Σ w A_j (m²), without the particle itself.
+    weighted_area: f64,
 }
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn sum_pairs(
     pairs: &mut Pairs,
-    me: &State,
-    images: &[Image],
+    i: usize,
+    seen: Seen<'_>,
     states: &[State],
     isometries: &[Isometry],
     kernel: &ChosenKernel,
     ridges: Option<&BedParticles>,
 ) -> Sums {
-    let mut sums = Sums::default();
-    for images in images.chunks(BLOCK) {
-        pairs.gather_states(me, images, states, isometries, ridges);
+    let (mut sums, me) = (Sums::default(), &states[i]);
+    for block in seen.blocks(BLOCK) {
+        gather_states(pairs, i, block, states, isometries, ridges);
         measure_and_cover(pairs, me.inverse_h, kernel);
-        let n = pairs.len();
-        let (r, weight) = (&pairs.r[..n], &pairs.weight[..n]);
-        let (e_x, e_y) = (&pairs.e_x[..n], &pairs.e_y[..n]);
-        let (area, depth) = (&pairs.area[..n], &pairs.depth[..n]);
-        let [a, b, c, d, ..] = &mut pairs.terms;
-        let (a, b, c, d) = (&mut a[..n], &mut b[..n], &mut c[..n], &mut d[..n]);
-        sums.weights.add(a);
-        sums.partition.add(b);
-        for k in 0..n {
-            c[k] = b[k] * depth[k];
-        }
-        sums.depth_sum.add(c);
-        for k in 0..n {
-            let stretch = weight[k] * r[k];
-            b[k] = a[k] * area[k];
-            a[k] = stretch * e_x[k] * e_x[k];
-            c[k] = stretch * e_x[k] * e_y[k];
-            d[k] = stretch * e_y[k] * e_y[k];
-        }
-        sums.weighted_area.add(b);
-        sums.moment_xx.add(a);
-        sums.moment_xy.add(c);
-        sums.moment_yy.add(d);
-        for k in 0..n {
-            c[k] = weight[k] * e_x[k];
-            d[k] = weight[k] * e_y[k];
-        }
-        sums.closure_x.add(c);
-        sums.closure_y.add(d);
-        let differences = [
-            (&pairs.surface, me.surface, &mut sums.surface_x, &mut sums.surface_y),
-            (&pairs.depth, me.depth, &mut sums.depth_x, &mut sums.depth_y),
-            (&pairs.velocity_x, me.velocity.x, &mut sums.u_x, &mut sums.u_y),
-            (&pairs.velocity_y, me.velocity.y, &mut sums.v_x, &mut sums.v_y),
-        ];
-        for (values, mine, sum_x, sum_y) in differences {
-            let values = &values[..n];
-            for k in 0..n {
-                a[k] = c[k] * (values[k] - mine);
-                b[k] = d[k] * (values[k] - mine);
+        // On the stack, where they stay in registers.
+        let [mut weights, mut weighted_area, mut partition, mut depth_sum] = [[0.0; LANES]; 4];
+        let [mut moment_xx, mut moment_xy, mut moment_yy, mut closure_x] = [[0.0; LANES]; 4];
+        let [mut closure_y, mut surface_x_sum, mut surface_y_sum, mut depth_x_sum] = [[0.0; LANES]; 4];
+        let [mut depth_y_sum, mut u_x_sum, mut u_y_sum, mut v_x_sum] = [[0.0; LANES]; 4];
+        let [mut v_y_sum] = [[0.0; LANES]; 1];
+        for group in 0..pairs.len() / LANES {
+            group_of!(pairs, group: r weight e_x e_y share covered area depth surface velocity_x velocity_y);
+            for k in 0..LANES {
+                let (slope_x, slope_y) = (weight[k] * e_x[k], weight[k] * e_y[k]);
+                let (stretch_x, stretch_y) = (slope_x * r[k], slope_y * r[k]);
+                weights[k] += share[k];
+                weighted_area[k] += share[k] * area[k];
+                partition[k] += covered[k];
+                depth_sum[k] += covered[k] * depth[k];
+                moment_xx[k] += stretch_x * e_x[k];
+                moment_xy[k] += stretch_x * e_y[k];
+                moment_yy[k] += stretch_y * e_y[k];
+                closure_x[k] += slope_x;
+                closure_y[k] += slope_y;
+                let (d_eta, d_d) = (surface[k] - me.surface, depth[k] - me.depth);
+                let (d_u, d_v) = (velocity_x[k] - me.velocity.x, velocity_y[k] - me.velocity.y);
+                surface_x_sum[k] += slope_x * d_eta;
+                surface_y_sum[k] += slope_y * d_eta;
+                depth_x_sum[k] += slope_x * d_d;
+                depth_y_sum[k] += slope_y * d_d;
+                u_x_sum[k] += slope_x * d_u;
+                u_y_sum[k] += slope_y * d_u;
+                v_x_sum[k] += slope_x * d_v;
+                v_y_sum[k] += slope_y * d_v;
             }
-            sum_x.add(a);
-            sum_y.add(b);
         }
+        sums.weights += total(weights);
+        sums.weighted_area += total(weighted_area);
+        sums.partition += total(partition);
+        sums.depth_sum += total(depth_sum);
+        sums.moment.xx += total(moment_xx);
+        sums.moment.xy += total(moment_xy);
+        sums.moment.yy += total(moment_yy);
+        sums.closure += Vec2::new(total(closure_x), total(closure_y));
+        sums.surface += Vec2::new(total(surface_x_sum), total(surface_y_sum));
+        sums.depth += Vec2::new(total(depth_x_sum), total(depth_y_sum));
+        sums.u += Vec2::new(total(u_x_sum), total(u_y_sum));
+        sums.v += Vec2::new(total(v_x_sum), total(v_y_sum));
     }
     sums
 }

@@ -16,6 +16,7 @@ mod pairs;
 mod rates;
 mod ridges;
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::moving::{CHUNK, ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
@@ -39,8 +40,8 @@ fn lattice_partition(kernel: &ChosenKernel, dimension: Dimension) -> f64 {
 }
 
 /// What other particles need to know of one: one cache line.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(64))]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C, align(64))]
 struct State {
     position: Vec2,
     velocity: Vec2,
@@ -51,8 +52,8 @@ struct State {
 }
 
 /// Corrected gradients of one particle: one cache line.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(64))]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C, align(64))]
 struct Gradients {
     surface: Vec2,
     depth: Vec2,

@@ -45,16 +45,18 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LaneMaximum, LaneSum, Pairs, measure};
+use super::pairs::{
+    BLOCK, LANES, Pairs, columns, columns_mut, gather_gradients, gather_states, group_of, measure, total,
+};
 use super::{Balanced, Faces, Gradients, Local, State};
 use crate::bed::BedParticles;
-use crate::boundary::{Image, Isometry};
+use crate::boundary::Isometry;
 use crate::math::{Sym2, Vec2, clamp, larger, smaller};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
 use crate::scenario::methods::Reconstruction;
-use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, correction};
+use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, Seen, correction};
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
@@ -70,21 +72,18 @@ const FREE_FROUDE_SQUARED: f64 = 0.25;
 const DRY_FACE: f64 = 1e-9;
 
 /// The sums over the pair faces of one particle.
-#[derive(Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     /// Σ 2 A_j G_ij (L e) [p* − g d_l²/2 + g d_i a_1] (m³/s²·1/m).
-    force_x: LaneSum,
-    force_y: LaneSum,
+    force: Vec2,
     /// Σ A_j G_ij [θ D3 + (1 − θ) D1] (1/s).
-    divergence: LaneSum,
+    divergence: f64,
     /// Σ A_j G_ij (e·L e) d_l c_l / d_i (1/s): how hard the faces resist a motion of i alone.
-    stiffness: LaneSum,
+    stiffness: f64,
     /// M over the pairs whose waters meet; not so where one stands above the other's surface.
-    contact_xx: LaneSum,
-    contact_xy: LaneSum,
-    contact_yy: LaneSum,
+    contact: Sym2,
     /// max |u_j − u_i| (m/s).
-    approach: LaneMaximum,
+    approach: f64,
 }
 
 impl Balanced {
@@ -93,18 +92,23 @@ impl Balanced {
         let mut rates = std::mem::take(&mut water.rates);
         rates.resize(water.particles.len(), Rates::default());
         let water_ref = &*water;
-        rates.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(|(chunk, (rates, near))| {
-            let mut pairs = Pairs::new();
-            for (k, rates) in rates.iter_mut().enumerate() {
-                *rates = self.rates_of(water_ref, chunk * CHUNK + k, near.of(k), &mut pairs);
-            }
-        });
+        rates.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each_init(
+            || (Pairs::new(), [Sums::default(); CHUNK]),
+            |(pairs, sums), (chunk, (rates, near))| {
+                let sums = &mut sums[..rates.len()];
+                for (k, sums) in sums.iter_mut().enumerate() {
+                    *sums = self.sums_of(water_ref, chunk * CHUNK + k, near.of(k), pairs);
+                }
+                // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
+                for (k, (rates, sums)) in rates.iter_mut().zip(sums).enumerate() {
+                    *rates = self.rates_of(water_ref, chunk * CHUNK + k, sums);
+                }
+            },
+        );
         water.rates = rates;
     }
 
-    fn rates_of(&self, water: &MovingWater, i: usize, images: &[Image], pairs: &mut Pairs) -> Rates {
-        let gravity = water.gravity;
-        let (me, mine, local) = (&self.states[i], &self.gradients[i], &self.locals[i]);
+    fn sums_of(&self, water: &MovingWater, i: usize, seen: Seen<'_>, pairs: &mut Pairs) -> Sums {
         let around = Around {
             states: &self.states,
             gradients: &self.gradients,
@@ -112,23 +116,25 @@ impl Balanced {
             kernel: &self.kernel,
             faces: self.faces,
             reconstruction: self.reconstruction,
-            gravity,
-            ridges: self.ridges_near(water, me.position),
+            gravity: water.gravity,
+            ridges: self.ridges_near(water, self.states[i].position),
         };
-        let sums = sum_faces(pairs, me, mine, local, images, &around);
-        let force = Vec2::new(sums.force_x.total(), sums.force_y.total());
-        let approach = sums.approach.total();
-        let divergence = mine.u.x + mine.v.y + sums.divergence.total();
-        let contact = Sym2 { xx: sums.contact_xx.total(), xy: sums.contact_xy.total(), yy: sums.contact_yy.total() };
+        sum_faces(pairs, i, &self.locals[i], seen, &around)
+    }
+
+    fn rates_of(&self, water: &MovingWater, i: usize, sums: &Sums) -> Rates {
+        let (me, mine, local) = (&self.states[i], &self.gradients[i], &self.locals[i]);
+        let approach = sums.approach;
+        let divergence = mine.u.x + mine.v.y + sums.divergence;
         let inside = 1.0 - local.edge;
         let crowding = local.partition / self.full - 1.0;
         let swelling = if crowding > 0.0 { me.depth.min(local.mean_depth) } else { me.depth };
         let edge_crowding = (2.0 * local.backing - 1.0).min(0.0);
         let out_of_step = swelling * crowding * inside + me.depth * edge_crowding * local.edge;
         let relaxation = RELAXATION * out_of_step * approach * me.inverse_h;
-        let unsupported = self.unsupported(water, i, contact);
+        let unsupported = self.unsupported(water, i, sums.contact);
         Rates {
-            acceleration: local.push - force / me.depth - unsupported,
+            acceleration: local.push - sums.force / me.depth - unsupported,
             depth_rate: relaxation - me.depth * divergence,
             shift: local.openness * (SHIFT * approach * inside),
             approach,
@@ -136,7 +142,7 @@ impl Balanced {
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
             // and on steep ground, where d_l exceeds d_i, it is less.
             reach: (1.0 / me.inverse_h).min(
-                self.dimension.count() * celerity(me.depth, gravity) / sums.stiffness.total().max(f64::MIN_POSITIVE),
+                self.dimension.count() * celerity(me.depth, water.gravity) / sums.stiffness.max(f64::MIN_POSITIVE),
             ),
         }
     }
@@ -188,117 +194,136 @@ fn half_slope(along: f64, difference: f64) -> f64 {
 
 /// Sums over the faces by the chosen Riemann solver, with or without limited slopes.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn sum_faces(
-    pairs: &mut Pairs,
-    me: &State,
-    mine: &Gradients,
-    local: &Local,
-    images: &[Image],
-    around: &Around<'_>,
-) -> Sums {
+fn sum_faces(pairs: &mut Pairs, i: usize, local: &Local, seen: Seen<'_>, around: &Around<'_>) -> Sums {
     match (around.faces, around.reconstruction != Reconstruction::None) {
-        (Faces::TwoShocks, true) => sum_faces_by::<TwoShocks, true>(pairs, me, mine, local, images, around),
-        (Faces::TwoShocks, false) => sum_faces_by::<TwoShocks, false>(pairs, me, mine, local, images, around),
-        (Faces::Hllc, true) => sum_faces_by::<Hllc, true>(pairs, me, mine, local, images, around),
-        (Faces::Hllc, false) => sum_faces_by::<Hllc, false>(pairs, me, mine, local, images, around),
-        (Faces::LaxFriedrichs, true) => sum_faces_by::<LaxFriedrichs, true>(pairs, me, mine, local, images, around),
-        (Faces::LaxFriedrichs, false) => sum_faces_by::<LaxFriedrichs, false>(pairs, me, mine, local, images, around),
+        (Faces::TwoShocks, true) => sum_faces_by::<TwoShocks, true>(pairs, i, local, seen, around),
+        (Faces::TwoShocks, false) => sum_faces_by::<TwoShocks, false>(pairs, i, local, seen, around),
+        (Faces::Hllc, true) => sum_faces_by::<Hllc, true>(pairs, i, local, seen, around),
+        (Faces::Hllc, false) => sum_faces_by::<Hllc, false>(pairs, i, local, seen, around),
+        (Faces::LaxFriedrichs, true) => sum_faces_by::<LaxFriedrichs, true>(pairs, i, local, seen, around),
+        (Faces::LaxFriedrichs, false) => sum_faces_by::<LaxFriedrichs, false>(pairs, i, local, seen, around),
     }
 }
 
 #[inline(always)]
 fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
     pairs: &mut Pairs,
-    me: &State,
-    mine: &Gradients,
+    i: usize,
     local: &Local,
-    images: &[Image],
+    seen: Seen<'_>,
     around: &Around<'_>,
 ) -> Sums {
     let mut sums = Sums::default();
-    let g = around.gravity;
+    let (me, mine, g) = (&around.states[i], &around.gradients[i], around.gravity);
     let (l, inside) = (local.correction, 1.0 - local.edge);
     let (c_i, inverse_depth) = ((g * me.depth).sqrt(), 1.0 / me.depth);
-    for images in images.chunks(BLOCK) {
-        pairs.gather_states(me, images, around.states, around.isometries, around.ridges);
-        pairs.gather_gradients(mine, images, around.gradients, around.isometries);
+    for block in seen.blocks(BLOCK) {
+        gather_states(pairs, i, block, around.states, around.isometries, around.ridges);
+        gather_gradients(pairs, i, block, around.gradients, around.isometries);
         measure(pairs, me.inverse_h, around.kernel);
-        let n = pairs.len();
-        macro_rules! columns {
-            ($($name:ident)+) => { $(let $name = &pairs.$name[..n];)+ };
+        reconstruct::<IS_LIMITED>(pairs, me, mine);
+        solve::<F>(pairs, g);
+        // On the stack, where they stay in registers.
+        let [mut force_x, mut force_y, mut divergence, mut stiffness] = [[0.0; LANES]; 4];
+        let [mut contact_xx, mut contact_xy, mut contact_yy, mut approach] = [[0.0; LANES]; 4];
+        for group in 0..pairs.len() / LANES {
+            group_of!(pairs, group: depth r e_x e_y weight own_depth d_l d_r c_l own_u other_u u_l p_star u_star slope surface_jump velocity_jump);
+            for k in 0..LANES {
+                let (ex, ey, d_l) = (e_x[k], e_y[k], d_l[k]);
+                let (u_i, du, u_mean) = (own_u[k], other_u[k] - own_u[k], 0.5 * (own_u[k] + other_u[k]));
+                let (is_left_wet, is_right_wet) = (d_l > DRY_FACE, d_r[k] > DRY_FACE);
+                let u_wet = u_mean + (u_star[k] - u_mean) * (d_l / own_depth[k]);
+                let u_open = larger(u_i, smaller(u_l[k], u_mean));
+                let u_right = if is_right_wet { u_wet } else { u_open };
+                let u_face = if is_left_wet { u_right } else { u_i };
+                let p_right = if is_right_wet { p_star[k] } else { 0.0 };
+                let p_star = if is_left_wet { p_right } else { 0.0 };
+                let contact = if is_right_wet { weight[k] * r[k] } else { 0.0 };
+                let contact = if is_left_wet { contact } else { 0.0 };
+                let (shallow, deep) = (smaller(me.depth, depth[k]), larger(me.depth, depth[k]));
+                let inverse = 1.0 / (deep * (me.depth + depth[k]));
+                let theta = shallow * (me.depth + depth[k]) * inverse;
+                let c_mean = 0.5 * (c_i + (g * depth[k]).sqrt());
+                let (l_x, l_y) = (l.xx * ex + l.xy * ey, l.xy * ex + l.yy * ey);
+                let e_l_e = l_x * ex + l_y * ey;
+                let by_velocity = 2.0 * e_l_e * (u_face - u_mean);
+                let by_surface = -c_mean * surface_jump[k] * 2.0 * shallow * deep * inverse * inverse_depth;
+                let leaving = if du > 0.0 { inside * e_l_e * velocity_jump[k] } else { 0.0 };
+                let pressure = 2.0 * weight[k] * (p_star - 0.5 * g * d_l * d_l + g * me.depth * slope[k]);
+                force_x[k] += pressure * l_x;
+                force_y[k] += pressure * l_y;
+                divergence[k] += weight[k] * (theta * (by_surface + leaving) + (1.0 - theta) * by_velocity);
+                stiffness[k] += weight[k] * e_l_e * d_l * c_l[k] * inverse_depth;
+                contact_xx[k] += contact * ex * ex;
+                contact_xy[k] += contact * ex * ey;
+                contact_yy[k] += contact * ey * ey;
+                approach[k] = larger(approach[k], du.abs());
+            }
         }
-        columns!(velocity_x velocity_y depth surface surface_x surface_y depth_x depth_y u_x u_y v_x v_y r e_x e_y weight);
-        let [force_x, force_y, divergence, stiffness, contact_xx, contact_xy, contact_yy, approach] = &mut pairs.terms;
-        let (force_x, force_y) = (&mut force_x[..n], &mut force_y[..n]);
-        let (divergence, stiffness) = (&mut divergence[..n], &mut stiffness[..n]);
-        let (contact_xx, contact_xy) = (&mut contact_xx[..n], &mut contact_xy[..n]);
-        let (contact_yy, approach) = (&mut contact_yy[..n], &mut approach[..n]);
-        for k in 0..n {
-            let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
-            let (x, y) = (r * ex, r * ey);
-            let u_i = me.velocity.x * ex + me.velocity.y * ey;
-            let u_j = velocity_x[k] * ex + velocity_y[k] * ey;
-            let (d_eta, d_d, du) = (surface[k] - me.surface, depth[k] - me.depth, u_j - u_i);
-            let (a_1, a_2) = half_slopes::<IS_LIMITED>(
-                mine.surface.x * x + mine.surface.y * y,
-                surface_x[k] * x + surface_y[k] * y,
-                d_eta,
-            );
-            // e·(∇v e): the gradient of u along e.
-            let (b_1, b_2) = half_slopes::<IS_LIMITED>(
-                (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
-                (u_x[k] * x + u_y[k] * y) * ex + (v_x[k] * x + v_y[k] * y) * ey,
-                du,
-            );
-            let (s_1, s_2) =
-                half_slopes::<IS_LIMITED>(mine.depth.x * x + mine.depth.y * y, depth_x[k] * x + depth_y[k] * y, d_d);
-            let d_ir = clamp(me.depth + s_1, 0.0, 2.0 * me.depth);
-            let d_jr = clamp(depth[k] - s_2, 0.0, 2.0 * depth[k]);
-            // Levels relative to η_i, so that a high datum costs no digits.
-            let (eta_l, eta_r) = (a_1, d_eta - a_2);
-            let z_star = larger(eta_l - d_ir, eta_r - d_jr);
-            let d_l = clamp(eta_l - z_star, 0.0, d_ir);
-            let d_r = clamp(eta_r - z_star, 0.0, d_jr);
-            let u_mean = 0.5 * (u_i + u_j);
-            let (c_l, c_r) = ((g * d_l).sqrt(), (g * d_r).sqrt());
-            let (left, right) = (Side { d: d_l, c: c_l, u: u_i + b_1 }, Side { d: d_r, c: c_r, u: u_j - b_2 });
-            let (p_wet, u_star) = F::star(left, right, g);
-            let (is_left_wet, is_right_wet) = (d_l > DRY_FACE, d_r > DRY_FACE);
-            let u_wet = u_mean + (u_star - u_mean) * (d_l / d_ir);
-            let u_open = larger(u_i, smaller(u_i + b_1, u_mean));
-            let u_right = if is_right_wet { u_wet } else { u_open };
-            let u_face = if is_left_wet { u_right } else { u_i };
-            let p_right = if is_right_wet { p_wet } else { 0.0 };
-            let p_star = if is_left_wet { p_right } else { 0.0 };
-            let contact = if is_right_wet { weight[k] * r } else { 0.0 };
-            let contact = if is_left_wet { contact } else { 0.0 };
-            let (shallow, deep) = (smaller(me.depth, depth[k]), larger(me.depth, depth[k]));
-            let inverse = 1.0 / (deep * (me.depth + depth[k]));
-            let theta = shallow * (me.depth + depth[k]) * inverse;
-            let c_mean = 0.5 * (c_i + (g * depth[k]).sqrt());
-            let (l_x, l_y) = (l.xx * ex + l.xy * ey, l.xy * ex + l.yy * ey);
-            let e_l_e = l_x * ex + l_y * ey;
-            let by_velocity = 2.0 * e_l_e * (u_face - u_mean);
-            let by_surface = -c_mean * (d_eta - a_1 - a_2) * 2.0 * shallow * deep * inverse * inverse_depth;
-            let leaving = if du > 0.0 { inside * e_l_e * (b_1 - b_2) } else { 0.0 };
-            let pressure = 2.0 * weight[k] * (p_star - 0.5 * g * d_l * d_l + g * me.depth * a_1);
-            force_x[k] = pressure * l_x;
-            force_y[k] = pressure * l_y;
-            divergence[k] = weight[k] * (theta * (by_surface + leaving) + (1.0 - theta) * by_velocity);
-            stiffness[k] = weight[k] * e_l_e * d_l * c_l * inverse_depth;
-            contact_xx[k] = contact * ex * ex;
-            contact_xy[k] = contact * ex * ey;
-            contact_yy[k] = contact * ey * ey;
-            approach[k] = du.abs();
-        }
-        sums.force_x.add(force_x);
-        sums.force_y.add(force_y);
-        sums.divergence.add(divergence);
-        sums.stiffness.add(stiffness);
-        sums.contact_xx.add(contact_xx);
-        sums.contact_xy.add(contact_xy);
-        sums.contact_yy.add(contact_yy);
-        sums.approach.add(approach);
+        sums.force += Vec2::new(total(force_x), total(force_y));
+        sums.divergence += total(divergence);
+        sums.stiffness += total(stiffness);
+        sums.contact.xx += total(contact_xx);
+        sums.contact.xy += total(contact_xy);
+        sums.contact.yy += total(contact_yy);
+        sums.approach = approach.into_iter().fold(sums.approach, larger);
     }
     sums
+}
+
+// Three loops over the pairs instead of one: the steps of a pair wait for each other, and short loops keep many pairs on their way.
+
+/// The first: the states on both sides of each face from limited slopes.
+#[inline(always)]
+fn reconstruct<const IS_LIMITED: bool>(pairs: &mut Pairs, me: &State, mine: &Gradients) {
+    let n = pairs.len();
+    columns!(pairs, n: velocity_x velocity_y depth surface surface_x surface_y depth_x depth_y u_x u_y v_x v_y r e_x e_y);
+    columns_mut!(pairs, n: own_depth d_l d_r own_u other_u u_l u_r slope surface_jump velocity_jump);
+    for k in 0..n {
+        let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
+        let (x, y) = (r * ex, r * ey);
+        let u_i = me.velocity.x * ex + me.velocity.y * ey;
+        let u_j = velocity_x[k] * ex + velocity_y[k] * ey;
+        let (d_eta, d_d, du) = (surface[k] - me.surface, depth[k] - me.depth, u_j - u_i);
+        let (a_1, a_2) = half_slopes::<IS_LIMITED>(
+            mine.surface.x * x + mine.surface.y * y,
+            surface_x[k] * x + surface_y[k] * y,
+            d_eta,
+        );
+        // e·(∇v e): the gradient of u along e.
+        let (b_1, b_2) = half_slopes::<IS_LIMITED>(
+            (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
+            (u_x[k] * x + u_y[k] * y) * ex + (v_x[k] * x + v_y[k] * y) * ey,
+            du,
+        );
+        let (s_1, s_2) =
+            half_slopes::<IS_LIMITED>(mine.depth.x * x + mine.depth.y * y, depth_x[k] * x + depth_y[k] * y, d_d);
+        let d_ir = clamp(me.depth + s_1, 0.0, 2.0 * me.depth);
+        let d_jr = clamp(depth[k] - s_2, 0.0, 2.0 * depth[k]);
+        // Levels relative to η_i, so that a high datum costs no digits.
+        let (eta_l, eta_r) = (a_1, d_eta - a_2);
+        let z_star = larger(eta_l - d_ir, eta_r - d_jr);
+        own_depth[k] = d_ir;
+        d_l[k] = clamp(eta_l - z_star, 0.0, d_ir);
+        d_r[k] = clamp(eta_r - z_star, 0.0, d_jr);
+        (own_u[k], other_u[k]) = (u_i, u_j);
+        (u_l[k], u_r[k]) = (u_i + b_1, u_j - b_2);
+        slope[k] = a_1;
+        surface_jump[k] = d_eta - a_1 - a_2;
+        velocity_jump[k] = b_1 - b_2;
+    }
+}
+
+/// The second: the Riemann problem of each face.
+#[inline(always)]
+fn solve<F: FaceSolver>(pairs: &mut Pairs, gravity: f64) {
+    let n = pairs.len();
+    columns!(pairs, n: d_l d_r u_l u_r);
+    columns_mut!(pairs, n: c_l p_star u_star);
+    for k in 0..n {
+        let left = Side { d: d_l[k], c: (gravity * d_l[k]).sqrt(), u: u_l[k] };
+        let right = Side { d: d_r[k], c: (gravity * d_r[k]).sqrt(), u: u_r[k] };
+        (p_star[k], u_star[k]) = F::star(left, right, gravity);
+        c_l[k] = left.c;
+    }
 }

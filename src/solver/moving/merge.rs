@@ -45,7 +45,7 @@ impl MovingWater {
     fn nearest_of(&self, i: usize, reach: f64) -> Option<usize> {
         let place = self.particles.position[i];
         let (mut nearest, mut second) = ((f64::INFINITY, None), f64::INFINITY);
-        for image in self.neighbours.chunks()[i / CHUNK].of(i % CHUNK) {
+        for image in self.neighbours.chunks()[i / CHUNK].of(i % CHUNK).iter() {
             let j = image.index as usize;
             // Neither mirror images nor the buffer particles of open boundaries, which stand behind the water.
             if image.transform != 0 || j >= self.particles.len() {

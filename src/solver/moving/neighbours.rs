@@ -9,47 +9,133 @@ use crate::neighbours::CellGrid;
 /// Number of particles in a chunk: the unit of parallel work, fixed so that no result depends on the number of threads.
 pub const CHUNK: usize = 128;
 
+/// What one particle sees: particles, and their images in walls.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// Particles.
+    pub indices: &'a [u32],
+    /// Under which of `Walls::isometries` each of them is seen; empty far from walls, where all are seen as they are.
+    transforms: &'a [u32],
+}
+
+impl<'a> Seen<'a> {
+    /// Particles, under their isometries or, with none of those, as they are.
+    pub fn new(indices: &'a [u32], transforms: &'a [u32]) -> Self {
+        debug_assert!(transforms.is_empty() || transforms.len() == indices.len());
+        Seen { indices, transforms }
+    }
+
+    /// Whether images may be among what is seen.
+    #[inline]
+    pub fn has_images(&self) -> bool {
+        !self.transforms.is_empty()
+    }
+
+    /// Under which of `Walls::isometries` the one at place `k` is seen; 0 is the particle itself.
+    #[inline]
+    pub fn transform(&self, k: usize) -> u32 {
+        self.transforms.get(k).copied().unwrap_or(0)
+    }
+
+    /// All that is seen.
+    pub fn iter(self) -> impl Iterator<Item = Image> + 'a {
+        let transforms = self.transforms.iter().copied().chain(std::iter::repeat(0));
+        self.indices.iter().zip(transforms).map(|(&index, transform)| Image { index, transform })
+    }
+
+    /// The same in blocks of so many at most.
+    pub fn blocks(self, size: usize) -> impl Iterator<Item = Seen<'a>> {
+        let all = self.indices.len();
+        (0..all).step_by(size).map(move |first| {
+            let block = first..(first + size).min(all);
+            Seen::new(&self.indices[block.clone()], self.transforms.get(block).unwrap_or(&[]))
+        })
+    }
+}
+
 /// What the particles of one chunk see.
 #[derive(Clone, Debug, Default)]
 pub struct ChunkNeighbours {
-    starts: Vec<u32>,
-    seen: Vec<Image>,
+    /// Where the indices of each particle begin, and its transforms, if it has any; and the ends of the last ones.
+    starts: Vec<[u32; 2]>,
+    indices: Vec<u32>,
+    transforms: Vec<u32>,
+}
+
+/// Scratch space of a search; one for each thread.
+#[derive(Clone, Debug, Default)]
+struct SearchScratch {
+    /// What a chunk sees, before it is known how much memory that needs.
+    chunk: ChunkNeighbours,
     found: Vec<u32>,
-    scratch: ImageScratch,
+    seen: Vec<Image>,
+    images: ImageScratch,
 }
 
 impl ChunkNeighbours {
     /// What the particle at place `k` of the chunk sees, itself excluded.
     #[inline]
-    pub fn of(&self, k: usize) -> &[Image] {
-        &self.seen[self.starts[k] as usize..self.starts[k + 1] as usize]
+    pub fn of(&self, k: usize) -> Seen<'_> {
+        let ([first, first_transform], [end, end_transform]) = (self.starts[k], self.starts[k + 1]);
+        Seen::new(
+            &self.indices[first as usize..end as usize],
+            &self.transforms[first_transform as usize..end_transform as usize],
+        )
     }
 
-    /// Fills the chunk whose first particle is `first`.
+    fn clear(&mut self) {
+        self.starts.clear();
+        self.indices.clear();
+        self.transforms.clear();
+    }
+
+    /// Takes over another one, with little more memory than that needs.
+    fn copy_from(&mut self, other: &ChunkNeighbours) {
+        fn copy<T: Copy>(values: &mut Vec<T>, others: &[T]) {
+            values.clear();
+            if values.capacity() < others.len() {
+                values.reserve_exact(others.len() + others.len() / 8);
+            }
+            values.extend_from_slice(others);
+        }
+        copy(&mut self.starts, &other.starts);
+        copy(&mut self.indices, &other.indices);
+        copy(&mut self.transforms, &other.transforms);
+    }
+}
+
+impl SearchScratch {
+    /// Fills `chunk` for so many particles from `first` on.
     fn search(
         &mut self,
         grid: &CellGrid,
-        first: usize,
-        count: usize,
+        (first, count): (usize, usize),
         positions: &[Vec2],
         supports: &[f64],
         walls: &Walls,
     ) {
-        self.starts.clear();
-        self.seen.clear();
-        self.starts.push(0);
+        let SearchScratch { chunk, found, seen, images } = self;
+        chunk.clear();
+        chunk.starts.push([0, 0]);
         for i in first..first + count {
-            self.found.clear();
-            grid.within(positions[i], supports[i], &mut self.found);
-            let reach = || self.found.iter().fold(supports[i], |reach, &j| reach.max(supports[j as usize]));
-            if walls.is_clear(positions[i], grid.largest_support()) || walls.is_clear(positions[i], reach()) {
-                let others = self.found.iter().filter(|&&j| j as usize != i);
-                self.seen.extend(others.map(|&index| Image { index, transform: 0 }));
+            let (place, support) = (positions[i], supports[i]);
+            if walls.is_clear(place, grid.largest_support()) {
+                grid.within(place, support, Some(i as u32), &mut chunk.indices);
             } else {
-                let from = Viewpoint { place: positions[i], support: supports[i], particle: Some(i as u32) };
-                walls.see(&from, &self.found, positions, supports, &mut self.scratch, &mut self.seen);
+                found.clear();
+                grid.within(place, support, None, found);
+                let reach = found.iter().fold(support, |reach, &j| reach.max(supports[j as usize]));
+                if walls.is_clear(place, reach) {
+                    chunk.indices.extend(found.iter().filter(|&&j| j as usize != i));
+                } else {
+                    let from = Viewpoint { place, support, particle: Some(i as u32) };
+                    seen.clear();
+                    walls.see(&from, found, positions, supports, images, seen);
+                    chunk.indices.extend(seen.iter().map(|image| image.index));
+                    chunk.transforms.extend(seen.iter().map(|image| image.transform));
+                }
             }
-            self.starts.push(self.seen.len() as u32);
+            chunk.starts.push([chunk.indices.len() as u32, chunk.transforms.len() as u32]);
         }
     }
 }
@@ -78,10 +164,11 @@ impl Neighbours {
         self.grid.build(positions, &self.supports);
         self.chunks.resize_with(positions.len().div_ceil(CHUNK), ChunkNeighbours::default);
         let (grid, supports) = (&self.grid, &self.supports);
-        self.chunks.par_iter_mut().enumerate().for_each(|(chunk, neighbours)| {
+        self.chunks.par_iter_mut().enumerate().for_each_init(SearchScratch::default, |scratch, (chunk, neighbours)| {
             let first = chunk * CHUNK;
             let count = CHUNK.min(positions.len() - first);
-            neighbours.search(grid, first, count, positions, supports, walls);
+            scratch.search(grid, (first, count), positions, supports, walls);
+            neighbours.copy_from(&scratch.chunk);
         });
     }
 
@@ -89,7 +176,7 @@ impl Neighbours {
     pub fn at<'a>(&self, place: Vec2, positions: &[Vec2], walls: &Walls, glance: &'a mut Glance) -> &'a [Image] {
         glance.found.clear();
         glance.seen.clear();
-        self.grid.within(place, 0.0, &mut glance.found);
+        self.grid.within(place, 0.0, None, &mut glance.found);
         let reach = glance.found.iter().fold(0.0_f64, |reach, &j| reach.max(self.supports[j as usize]));
         if walls.is_clear(place, reach) {
             glance.seen.extend(glance.found.iter().map(|&index| Image { index, transform: 0 }));

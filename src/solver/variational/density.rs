@@ -6,11 +6,10 @@
 use rayon::prelude::*;
 
 use super::{Density, SLACK, Variational};
-use crate::boundary::Image;
 use crate::math::{Sym2, Vec2};
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::scenario::methods::Reconstruction;
-use crate::solver::moving::{CHUNK, MovingWater, correction, with_kernel};
+use crate::solver::moving::{CHUNK, MovingWater, Seen, correction, with_kernel};
 
 const MOST_ROUNDS: usize = 30;
 const TOLERANCE: f64 = 1e-10;
@@ -37,7 +36,7 @@ impl Variational {
         self.densities = densities;
     }
 
-    fn density_of<S: Shape>(&self, kernel: &Smoothing<S>, water: &MovingWater, i: usize, images: &[Image]) -> Density {
+    fn density_of<S: Shape>(&self, kernel: &Smoothing<S>, water: &MovingWater, i: usize, images: Seen<'_>) -> Density {
         let particles = &water.particles;
         let volume = particles.volume[i];
         let h_limit = SLACK * particles.smoothing_length[i];
@@ -53,7 +52,7 @@ impl Variational {
             inverse_h = 1.0 / (self.factor * self.dimension.edge(volume / d));
             let mut sum = volume * kernel.value(0.0, inverse_h);
             let mut moment = 0.0;
-            for image in images {
+            for image in images.iter() {
                 let j = image.index as usize;
                 let other = water.walls.isometries()[image.transform as usize].point(particles.position[j]);
                 let r = (other - particles.position[i]).norm();
@@ -81,12 +80,12 @@ impl Variational {
         kernel: &Smoothing<S>,
         water: &MovingWater,
         i: usize,
-        images: &[Image],
+        images: Seen<'_>,
         density: &mut Density,
     ) {
         let particles = &water.particles;
         let (mut moment, mut depth, mut u, mut v) = (Sym2::default(), Vec2::ZERO, Vec2::ZERO, Vec2::ZERO);
-        for image in images {
+        for image in images.iter() {
             let j = image.index as usize;
             let isometry = &water.walls.isometries()[image.transform as usize];
             let offset = isometry.point(particles.position[j]) - particles.position[i];

@@ -12,14 +12,13 @@
 use rayon::prelude::*;
 
 use super::{Density, Variational};
-use crate::boundary::Image;
 use crate::math::{Sym2, Vec2};
 use crate::physics::celerity;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, two_shock};
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::physics::limiter::van_leer;
 use crate::scenario::methods::{BedSlope, Reconstruction, Stabilisation};
-use crate::solver::moving::{CHUNK, MovingWater, Rates, with_kernel};
+use crate::solver::moving::{CHUNK, MovingWater, Rates, Seen, with_kernel};
 
 /// α of the artificial viscosity.
 const VISCOSITY: f64 = 1.0;
@@ -38,12 +37,12 @@ impl Variational {
         water.rates = rates;
     }
 
-    fn rates_of<S: Shape>(&self, kernel: &Smoothing<S>, water: &MovingWater, i: usize, images: &[Image]) -> Rates {
+    fn rates_of<S: Shape>(&self, kernel: &Smoothing<S>, water: &MovingWater, i: usize, images: Seen<'_>) -> Rates {
         let (particles, g, mine) = (&water.particles, water.gravity, &self.densities[i]);
         let v_i = particles.velocity[i];
         let mut force = Vec2::ZERO;
         let mut approach = 0.0_f64;
-        for image in images {
+        for image in images.iter() {
             let j = image.index as usize;
             let isometry = &water.walls.isometries()[image.transform as usize];
             let other = &self.densities[j];
