@@ -41,6 +41,8 @@ use crate::solver::{FlowProblem, Passage, Way};
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
 const LARGEST_SPREAD: f64 = 144.0;
+/// A film begins to run at so many times the depth below which water does not move.
+const FILM: f64 = 2.0;
 
 /// The methods of moving particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,8 +205,9 @@ impl MovingWater {
         let fluid = self.particles.len();
         self.open.enter(&mut self.particles, &mut self.rates);
         self.sections.close(&self.particles, fluid, time);
-        self.springs.flow(&mut self.particles, &mut self.rates, time);
-        self.rainfall.fall(&mut self.particles, &mut self.rates, (&self.bed, &self.walls), time);
+        let ground = (&self.bed, &self.walls);
+        self.springs.flow(&mut self.particles, &mut self.rates, ground, time);
+        self.rainfall.fall(&mut self.particles, &mut self.rates, ground, time);
     }
 
     /// Whether water comes and goes.

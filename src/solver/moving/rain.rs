@@ -20,7 +20,7 @@
 
 use rayon::prelude::*;
 
-use super::{CHUNK, Rates, smoothing_factor};
+use super::{CHUNK, FILM, Rates, smoothing_factor};
 use crate::bed::BedParticles;
 use crate::boundary::{Rain, Walls};
 use crate::gridding::{self, COVERED};
@@ -32,8 +32,6 @@ use crate::solver::{FlowProblem, Passage, Way};
 
 /// A particle is small that covers less of a cell: the film that came down a slope is a crumb in the lake, and would set the step.
 const SMALL: f64 = 0.25;
-/// A film begins to run at so many times the depth below which water does not move.
-const FILM: f64 = 2.0;
 
 /// The rain of a problem, and what of it lies on dry ground.
 #[derive(Debug)]
