@@ -530,13 +530,18 @@ fn fitting_cell(source: f64, resolution: f64) -> f64 {
 /// Values outside of which NetCDF says that there is no data, `valid_range` or `valid_min` and `valid_max`, before scale and offset.
 /// GDAL takes out what lies outside of two bounds, and leaves everything where there is but one.
 fn valid_range(band: &RasterBand) -> (f64, f64) {
+    // A bound of bytes that count from 0 may be written as a signed number.
+    let is_unsigned = matches!(band.band_type(), GdalDataType::UInt8 | GdalDataType::UInt16 | GdalDataType::UInt32);
     let numbers = |key: &str| -> Vec<f64> {
         let text = band.metadata_item(key, "").unwrap_or_default();
-        text.trim_matches(['{', '}']).split(',').filter_map(|word| word.trim().parse().ok()).collect()
+        let words = text.trim_matches(['{', '}']).split(',');
+        words.filter_map(|word| word.trim().parse().ok()).filter(|bound| !(is_unsigned && *bound < 0.0)).collect()
     };
     let (range, min, max) = (numbers("valid_range"), numbers("valid_min"), numbers("valid_max"));
-    let least = range.first().or(min.first()).copied().unwrap_or(f64::NEG_INFINITY);
-    let most = range.get(1).or(max.first()).copied().unwrap_or(f64::INFINITY);
+    let (least, most) = match range[..] {
+        [least, most] => (least, most),
+        _ => (min.first().copied().unwrap_or(f64::NEG_INFINITY), max.first().copied().unwrap_or(f64::INFINITY)),
+    };
     // The text of a bound of single precision has fewer digits than the bound.
     let is_single = band.band_type() == GdalDataType::Float32;
     if is_single { (f64::from(least as f32), f64::from(most as f32)) } else { (least, most) }

@@ -429,9 +429,9 @@ fn a_depth_times_a_time_is_no_rate() {
 
 #[test]
 fn values_that_a_file_calls_invalid_are_no_rain() {
-    // 60 mm/h in the first raster are above the bound.
-    let bounded = Radar { valid_max: Some(50.0), ..Radar::sound() };
+    // 36 mm/h in the second raster, the first that falls in the run, are above the bound.
+    let bounded = Radar { valid_max: Some(30.0), ..Radar::sound() };
     Scene::new(&bounded, &[]).assert_check(4, &["error[rain-gap] rain.raster_series", "1 of", "have no value"]);
-    let loose = Radar { valid_max: Some(60.0), ..Radar::sound() };
+    let loose = Radar { valid_max: Some(36.0), ..Radar::sound() };
     Scene::new(&loose, &[]).assert_check(0, &["0 errors"]);
 }

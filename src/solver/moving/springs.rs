@@ -22,7 +22,6 @@ use rayon::prelude::*;
 
 use crate::bed::BedParticles;
 use crate::boundary::{LineSource, PointSource, Series, Walls};
-use crate::gridding;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::particles::{FluidParticles, Particle};
@@ -355,7 +354,8 @@ impl Springs {
                     continue;
                 }
                 let level = bed.at(place).map_or(own_level, |point| point.elevation + particles.depth[i]);
-                if gridding::is_in_sight(ground, place, level.max(own_level), outlet.cell) {
+                let is_walled = squared > 0.0 && ground.1.is_walled(place, outlet.place);
+                if !is_walled && bed.is_in_sight(place, level.max(own_level), outlet.cell) {
                     around.push((i, self.kernel.value(squared.sqrt(), inverse_h)));
                 }
             }
