@@ -1,6 +1,7 @@
 //! The rim to GDAL that terrain, vectors and writers share: its messages, coordinate reference systems, and the three
 //! functions that the gdal crate does not wrap.
 
+pub mod cf_axes;
 mod crs;
 mod messages;
 mod text;

@@ -1,8 +1,8 @@
 //! A run that goes on where an earlier one was.
 //!
 //! Its state is taken cell by cell from `fields.nc` ([`super::earlier_fields`]), which must have the same lattice: depth, velocity and,
-//! where the bed was another one under the water, the bed, z = η − d. Single precision is what the file has: a depth of d comes back
-//! within 6e-8 d.
+//! under the water, the bed, z = η − d, whether it was another one or is so by single precision alone: that is what the file has, a depth
+//! of d comes back within 6e-8 d, and a lake at rest has one level.
 
 use std::path::Path;
 
@@ -15,6 +15,7 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::math::Vec2;
 use crate::output::OutputCrs;
 use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
 use crate::solver::Breach;
 
@@ -58,6 +59,15 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
             format!("a quality gate of the earlier run failed, says {name}: {}", failed.join("; ")),
             "its water may not be right",
             "look at that run before you go on from it",
+        ));
+    }
+    if run["methods"]["motion"].as_str() == Some(Motion::Lagrangian.name()) {
+        told.push(warning(
+            "drawn-fields",
+            format!("the earlier run had moving particles, says {name}: its fields are drawn from them"),
+            "each particle is spread over the cells around it: over a curved bed and beside walls a still lake is not level in the \
+             file, by some hundredths of its depth, and moves at first",
+            "nothing, if that does not matter; otherwise run it whole, or its first part with resting particles",
         ));
     }
     if !run["moving_bed"].is_null() {
@@ -146,6 +156,8 @@ fn lay(
         }
         if rise.abs() <= SINGLE_PRECISION * (level.abs() + depth) {
             rises.push((cell, 0.0));
+            // The level of a lake is one number in the file: on a bed of that level less the depth it stays at rest.
+            bed.elevation[cell] = level - depth;
             continue;
         }
         if breach.is_some_and(|breach| breach.cells.iter().any(|dam| dam.cell == cell)) {

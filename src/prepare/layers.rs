@@ -172,7 +172,7 @@ fn run_crs(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> O
                 Ok(()) => Some(run_crs_of(crs)),
                 Err(why) => {
                     let (source, remedy) = match file {
-                        Opened::Raster(source, raster) => (source, raster.remedy_for_degrees()),
+                        Opened::Raster(source, raster) => (source, raster.remedy_for_metres()),
                         Opened::Survey(source, _) => {
                             (source, "set `terrain.reproject: true` and `crs:` to a metric system".to_string())
                         }

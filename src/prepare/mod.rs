@@ -5,7 +5,6 @@
 
 mod breach;
 mod burn;
-mod cf_axes;
 mod cf_time;
 mod channels;
 mod earlier;

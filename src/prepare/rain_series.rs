@@ -3,16 +3,16 @@
 //! Each raster holds for its interval, constant in time: from its own time to that of the next one (`stamp: begin`), from the one
 //! before to its own (`stamp: end`), or as the bounds of a NetCDF file say. The raster at an end of the series that has no
 //! neighbour there holds as long as the one beside it. Not here: their values and losses ([`super::rain_frames`]), the axes
-//! ([`super::cf_axes`]) and times ([`super::rain_times`]) of a NetCDF file.
+//! ([`crate::geodata::cf_axes`]) and times ([`super::rain_times`]) of a NetCDF file.
 
 use std::path::{Path, PathBuf};
 
-use super::cf_axes::{check_order, text_of};
 use super::findings::Findings;
 use super::rain::Losses;
 use super::rain_times::{self, Start};
 use super::series::{choose, in_lines, rows_are};
 use crate::error::{Problem, ProblemKind, input_error};
+use crate::geodata::cf_axes::{check_order, is_netcdf, text_of};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::scenario::units::{INTENSITY, LENGTH, TIME};
 use crate::scenario::{ColumnUnit, RainUnit, Scenario, Sourced, Stamp, VectorSource};
@@ -81,13 +81,6 @@ pub(super) fn open(
     Some(Opened { intervals, rasters, unit, losses, crs: crs?.clone() })
 }
 
-/// Whether a file begins as one of the NetCDF formats does.
-fn is_netcdf(path: &Path) -> bool {
-    let mut start = [0; 4];
-    let read = std::fs::File::open(path).and_then(|mut file| std::io::Read::read_exact(&mut file, &mut start));
-    read.is_ok() && (start.starts_with(b"CDF") || start == *b"\x89HDF")
-}
-
 /// A NetCDF variable of three dimensions, the first of which is the time.
 fn netcdf_series(asked: &Asked, reference: Option<&str>) -> Result<(Times, Rasters, RainUnit), Problem> {
     let path = &asked.file.value.path;
@@ -142,10 +135,15 @@ fn netcdf_unit(asked: &Asked, variable: &netcdf::Variable, name: &str) -> Result
         }
         (Some(unit), ..) | (None, Some(unit), _) => Ok(unit),
         (None, None, written) => {
-            let found =
-                written.map_or("no unit".to_owned(), |written| format!("the unit `{written}`, which is not known"));
+            let cause = written.as_deref().and_then(times_time);
+            let found = match (written, &cause) {
+                (None, _) => "no unit".to_owned(),
+                (Some(written), None) => format!("the unit `{written}`, which is not known"),
+                (Some(written), Some(_)) => format!("the unit `{written}`, which is none of rain"),
+            };
             let message = format!("`{}` of {name} has {found}", variable.name());
-            Err(input_error("missing-unit", message).with_remedy(unit_remedy()))
+            let problem = input_error("missing-unit", message).with_remedy(unit_remedy());
+            Err(cause.into_iter().fold(problem, Problem::with_cause))
         }
     }
 }
@@ -168,32 +166,66 @@ fn is_same(a: RainUnit, b: RainUnit) -> bool {
 
 /// The unit of rain in the spellings of UDUNITS; a kilogram of water on a square metre is a millimetre.
 fn unit_of_file(text: &str) -> Option<RainUnit> {
-    let text = text.trim();
-    if let Some(unit) = RainUnit::named(text) {
+    if let Some(unit) = RainUnit::named(text.trim()) {
         return Some(unit);
     }
-    let words: Vec<&str> = text.split([' ', '.', '/']).filter(|word| !word.is_empty()).collect();
-    let (amount, rest) = match words[..] {
-        ["kg", "m-2" | "m^-2" | "m**-2" | "m2" | "m^2", ref rest @ ..] => (1e-3, rest),
-        [length, ref rest @ ..] => (LENGTH.factor_of(length)?, rest),
-        [] => return None,
-    };
-    let per = |word: &str| {
-        let word = word.trim_end_matches("**-1").trim_end_matches("^-1").trim_end_matches("-1");
-        match word {
-            "hr" | "hour" => Some(3600.0),
-            "sec" | "second" => Some(1.0),
-            "minute" => Some(60.0),
-            "day" => Some(86_400.0),
-            "ms" => None,
-            _ => TIME.factor_of(word),
-        }
+    let factors = factors_of(text)?;
+    let (amount, rest) = match &factors[..] {
+        [("kg", 1), ("m", -2), rest @ ..] => (1e-3, rest),
+        [(length, 1), rest @ ..] => (LENGTH.factor_of(length)?, rest),
+        _ => return None,
     };
     match rest {
         [] => Some(RainUnit::Depth(amount)),
-        [time] => per(time).map(|seconds| RainUnit::Intensity(amount / seconds)),
+        [(time, -1)] => seconds_of_unit(time).map(|seconds| RainUnit::Intensity(amount / seconds)),
         _ => None,
     }
+}
+
+/// The factors of a unit with their powers: `mm h-1`, `mm.h^-1`, `mm h**-1`, `mm / h`, `mm*h-1`.
+fn factors_of(text: &str) -> Option<Vec<(&str, i32)>> {
+    let mut factors = Vec::new();
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let (is_divided, begin) = match rest.find(|c: char| c.is_alphanumeric()) {
+            Some(begin) if rest[..begin].chars().all(|c| " ./*".contains(c)) => (rest[..begin].contains('/'), begin),
+            _ => return None,
+        };
+        rest = &rest[begin..];
+        let (name, after) = rest.split_at(rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len()));
+        let power = after.strip_prefix("**").or(after.strip_prefix('^')).unwrap_or(after);
+        let sign = power.len() - power.trim_start_matches(['-', '+']).len();
+        let end = power[sign..].find(|c: char| !c.is_ascii_digit()).map_or(power.len(), |digits| sign + digits);
+        let written = &power[..end];
+        let power_of_name = if end > 0 { written.parse::<i32>().ok()? } else { 1 };
+        // What stands behind the name without a power is the next factor's.
+        rest = if end > 0 { &power[end..] } else { after };
+        factors.push((name, if is_divided { -power_of_name } else { power_of_name }));
+    }
+    Some(factors).filter(|factors| factors.iter().all(|(name, _)| !name.is_empty()))
+}
+
+/// Seconds of a unit of time in the spellings of UDUNITS.
+fn seconds_of_unit(name: &str) -> Option<f64> {
+    match name {
+        "hr" | "hour" => Some(3600.0),
+        "sec" | "second" => Some(1.0),
+        "minute" => Some(60.0),
+        "day" => Some(86_400.0),
+        "ms" => None,
+        _ => TIME.factor_of(name),
+    }
+}
+
+/// What is wrong with a unit that is an amount of rain times a time, where one per time is meant.
+fn times_time(text: &str) -> Option<String> {
+    let factors = factors_of(text)?;
+    let (time, _) = factors.last().filter(|(name, power)| *power == 1 && seconds_of_unit(name).is_some())?;
+    let amount = text.trim().strip_suffix(time)?.trim_end_matches([' ', '.', '*']);
+    unit_of_file(amount).filter(|unit| matches!(unit, RainUnit::Depth(_)))?;
+    Some(format!(
+        "it is `{amount}` times `{time}`, a depth times a time; an intensity is written `{amount} {time}-1` or `{amount}/{time}`"
+    ))
 }
 
 /// A CSV list: a column of times, with their unit at the end of its name, and one of files.
@@ -361,15 +393,50 @@ mod tests {
     #[test]
     fn units_of_files_are_understood_in_many_spellings() {
         let mm_h = RainUnit::Intensity(1e-3 / 3600.0);
-        for text in ["mm/h", "mm h-1", "mm hr-1", "mm/hr", "mm h^-1", "mm h**-1", "mm hour-1", "kg m-2 h-1"] {
+        for text in [
+            "mm/h",
+            "mm h-1",
+            "mm hr-1",
+            "mm/hr",
+            "mm h^-1",
+            "mm h**-1",
+            "mm hour-1",
+            "kg m-2 h-1",
+            "mm / h",
+            "mm.h-1",
+            "mm*h-1",
+            "kg/m2/h",
+            "kg/m^2/hr",
+            "kg m**-2 h**-1",
+        ] {
             assert!(unit_of_file(text).is_some_and(|unit| is_same(unit, mm_h)), "{text}: {:?}", unit_of_file(text));
         }
         assert!(unit_of_file("kg m-2 s-1").is_some_and(|unit| is_same(unit, RainUnit::Intensity(1e-3))));
         for text in ["mm", "kg m-2"] {
             assert!(unit_of_file(text).is_some_and(|unit| is_same(unit, RainUnit::Depth(1e-3))), "{text}");
         }
-        for text in ["dBZ", "", "K", "mm/fortnight", "kg", "mm h-1 m-2"] {
+        for text in [
+            "dBZ",
+            "",
+            "K",
+            "mm/fortnight",
+            "kg",
+            "mm h-1 m-2",
+            "mm/h-1",
+            "kg m2 h-1",
+            "mm h-2",
+            "mm h+1",
+            "mm/5min",
+            "mm -1",
+        ] {
             assert_eq!(unit_of_file(text), None, "{text}");
+        }
+        for text in ["mm day", "mm h", "mm*hour", "mm.s", "kg m-2 s", "m d"] {
+            assert!(unit_of_file(text).is_none() && times_time(text).is_some(), "{text}: {:?}", unit_of_file(text));
+        }
+        assert!(times_time("mm day").unwrap().contains("`mm day-1`"), "{:?}", times_time("mm day"));
+        for text in ["mm", "mm h-1", "K day", "mm/5min", ""] {
+            assert_eq!(times_time(text), None, "{text}");
         }
     }
 

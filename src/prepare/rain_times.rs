@@ -2,10 +2,10 @@
 //!
 //! Not here: the interval of each raster ([`super::rain_series`]), and how dates are written ([`super::cf_time`]).
 
-use super::cf_axes::text_of;
 use super::cf_time::{TimeUnit, seconds_of, time_unit};
 use super::rain_series::{SAME_TIME, Times};
 use crate::error::{Problem, input_error};
+use crate::geodata::cf_axes::text_of;
 
 /// Two dates of the start of the run that differ by less (s) are the same.
 const SAME_START: f64 = 1e-3;

@@ -15,7 +15,7 @@ use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::math::Vec2;
-use crate::scenario::methods::{Motion, Seeding};
+use crate::scenario::methods::{Formulation, Motion, Seeding};
 use crate::scenario::{BoundaryCondition, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
 
@@ -31,8 +31,7 @@ enum Place {
 #[derive(Debug, Default)]
 pub(super) struct Opened(Vec<Option<Place>>);
 
-/// Opens the files of water with a depth, and refuses what moving particles do not have. (Two halves of a flood with 300 of them differed
-/// from the whole by 0.2 m of depth, when they were laid anew on the cells in between; with resting ones by 2e-5 m.)
+/// Opens the files of water with a depth, and refuses what moving particles do not have.
 pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let start = &scenario.start;
     if scenario.numerics.motion == Motion::Lagrangian {
@@ -41,15 +40,25 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
                 .with_cause(cause)
                 .with_remedy(remedy)
         };
-        if let Some(earlier) = &start.earlier {
+        let summed = scenario.numerics.formulation == Formulation::Variational;
+        let equal = scenario.numerics.seeding == Seeding::EqualVolume;
+        for earlier in start.earlier.iter().filter(|_| summed) {
             let problem = refused(
-                "moving particles do not go on where another run was",
-                "its file has the water on the lattice, and particles laid anew on that are not where they were",
-                "leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`)",
+                "the variational formulation does not go on where another run was",
+                "its depths are sums over the particles around, so that those of the file would not come back",
+                "leave `numerics.formulation` out (or write `formulation: balanced`)",
             );
             findings.add(&earlier.fields, problem);
         }
-        for water in start.depths.iter().filter(|_| scenario.numerics.seeding == Seeding::EqualVolume) {
+        for earlier in start.earlier.iter().filter(|_| equal) {
+            let problem = refused(
+                "equal-volume filling does not go on where another run was",
+                "it fills bodies of still water to their level, and the file has a depth and a velocity for each cell",
+                "write `seeding: lattice`",
+            );
+            findings.add(&earlier.fields, problem);
+        }
+        for water in start.depths.iter().filter(|_| equal) {
             let problem = refused(
                 "equal-volume filling knows no water of a depth",
                 "it fills bodies of still water to their level",

@@ -410,7 +410,6 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
 fn why_not(what: &str) -> &'static str {
     match what {
         "rain" => "lifts the water, and the depths of this formulation are sums over particles of fixed volume",
-        "a source along a line" => "gives to cells in proportion, and moving particles take theirs at points",
         "channels" => "meet the plane at the faces of cells, which these particles do not have",
         "cross-sections" => "are measured in the balanced formulation alone",
         _ => "would need particles that come and go, and those of this formulation stay the same",
@@ -446,17 +445,11 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     // Summed depths know no water beyond an edge, and none that is added.
     let is_summed = formulation == Formulation::Variational;
     let outputs = node.get("outputs").and_then(|outputs| outputs.get("sections"));
-    let sources = match node.get("sources").map(|list| &list.value) {
-        Some(Value::List(entries)) => entries.as_slice(),
-        _ => &[],
-    };
-    let along_lines = sources.iter().filter(|entry| !is_summed && (has(entry, "line") || has(entry, "lines")));
     let foreign = boundaries
         .iter()
         .filter(|entry| is_summed && matches!(entry.value, Value::Section(_)) && has_condition(entry))
         .map(|entry| (entry, "a boundary with a condition"))
         .chain(node.get("sources").filter(|_| is_summed).map(|sources| (sources, "sources")))
-        .chain(along_lines.map(|entry| (entry, "a source along a line")))
         .chain(node.get("rain").filter(|_| is_summed).map(|rain| (rain, "rain")))
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));

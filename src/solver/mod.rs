@@ -31,7 +31,7 @@ pub struct FlowProblem {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave.
     pub open_edges: OpenEdges,
-    /// What brings water in or takes it out, and the sections that measure it. Particles that move know boundaries, point
+    /// What brings water in or takes it out, and the sections that measure it. Particles that move know boundaries,
     /// sources, rain, sections and a bed that changes, in the balanced formulation.
     pub forcing: Forcing,
     /// Still water at the start: depth (m) at each cell of the lattice.

@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
+use gdal::raster::{GdalDataType, RasterBand};
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
-use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags, GeoTransform};
+use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags, GeoTransform, Metadata};
 
 use super::Raster;
 use super::ascii_grid::{Broken, broken_values};
 use crate::error::{Problem, ProblemKind, input_error};
+use crate::geodata::cf_axes::check_axes_are_metric;
 use crate::geodata::{
-    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, suggested_utm, transform,
-    warp_to_memory,
+    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
+    transform, warp_to_memory,
 };
 use crate::math::Vec2;
 
@@ -91,6 +93,10 @@ pub struct RasterFile {
     pub warnings: Vec<Problem>,
 }
 
+fn is_netcdf(dataset: &Dataset) -> bool {
+    dataset.driver().short_name() == "netCDF"
+}
+
 /// Joins GDAL's messages to the cause of a problem.
 fn because(problem: Problem, messages: Vec<String>) -> Problem {
     if messages.is_empty() { problem } else { problem.with_cause(messages.join("; ")) }
@@ -127,9 +133,25 @@ impl RasterFile {
             return Err(input_error("not-a-raster", format!("{name} holds no raster band"))
                 .with_remedy("name one of its subdatasets, which `gdalinfo FILE` lists"));
         }
+        let crs = dataset.spatial_ref().ok().filter(|crs| crs.name().is_some()).map(|mut crs| {
+            crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
+            crs
+        });
+        if crs.is_none() && is_netcdf(&dataset) {
+            check_axes_are_metric(path)?;
+        }
         let (geo_transform, _) = capture(|| dataset.geo_transform());
         let geo_transform = geo_transform.map_err(|_| {
-            input_error("no-georeference", format!("{name} has no place on the map (no geotransform)"))
+            let problem = input_error("no-georeference", format!("{name} has no place on the map (no geotransform)"));
+            if is_netcdf(&dataset) {
+                return problem
+                    .with_cause("no axis of it is known as that to the east or to the north, or its places are not evenly spaced")
+                    .with_remedy(
+                        "give both axes their `standard_name`: `ncatted -a standard_name,x,o,c,projection_x_coordinate \
+                         -a standard_name,y,o,c,projection_y_coordinate FILE`",
+                    );
+            }
+            problem
                 .with_cause("a picture without world file, or a raster that is placed by control points only")
                 .with_remedy(
                     "georeference it, for example by `gdal_translate -a_ullr` or, for control points, `gdalwarp`",
@@ -149,10 +171,6 @@ impl RasterFile {
                 format!("{name} has {} bands; the first one is taken as the elevation", dataset.raster_count());
             warnings.push(Problem::warning(ProblemKind::Input, "several-bands", "", message));
         }
-        let crs = dataset.spatial_ref().ok().filter(|crs| crs.name().is_some()).map(|mut crs| {
-            crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
-            crs
-        });
         Ok(RasterFile { dataset, geo_transform, crs, warnings })
     }
 
@@ -264,7 +282,13 @@ impl RasterFile {
                         "geographic-crs",
                         format!("{name} counts in degrees ({}), the run in local metres", describe(crs)),
                     )
-                    .with_remedy(self.remedy_for_degrees()));
+                    .with_remedy(self.remedy_for_metres()));
+                }
+                if let Err(CrsProblem::NotMetres(unit)) = is_metric(crs) {
+                    let message = format!("{name} counts in `{unit}` ({}), the run in local metres", describe(crs));
+                    return Err(input_error("not-metric-crs", message)
+                        .with_cause("`crs: local` sets its reference system aside, and its coordinates would be taken for metres")
+                        .with_remedy(self.remedy_for_metres()));
                 }
                 let message = format!("{name} has the CRS {}, which `crs: local` sets aside", describe(crs));
                 self.warnings.push(
@@ -301,13 +325,22 @@ impl RasterFile {
         Ok(rotated)
     }
 
-    /// What to do about a raster in degrees.
-    pub fn remedy_for_degrees(&self) -> String {
-        let centre = self.centre();
-        format!(
-            "set `terrain.reproject: true` and `crs:` to a metric system, for example `crs: {}` (UTM)",
-            suggested_utm(centre.x, centre.y)
-        )
+    /// What to do about a raster that does not count in metres.
+    pub fn remedy_for_metres(&self) -> String {
+        let for_example = self.centre_in_degrees().map_or(", such as the UTM zone of the place".to_owned(), |place| {
+            format!(", for example `crs: {}` (UTM)", suggested_utm(place.x, place.y))
+        });
+        format!("set `terrain.reproject: true` and `crs:` to a metric system{for_example}")
+    }
+
+    /// Longitude and latitude (degrees) of the centre of the raster, where its system gives a place on Earth.
+    fn centre_in_degrees(&self) -> Option<Vec2> {
+        let own = self.crs.as_ref()?;
+        let mut place = [self.centre()];
+        if !own.is_geographic() {
+            transform(&mut place, own, &spatial_ref("EPSG:4326").ok()?).ok()?;
+        }
+        Some(place[0]).filter(|place| place.x.abs() <= 180.0 && place.y.abs() <= 90.0)
     }
 
     /// Every value of a band in metres, NaN where there is no data.
@@ -315,6 +348,7 @@ impl RasterFile {
         let name = request.path.display();
         let (columns, rows) = self.dataset.raster_size();
         let dataset = &self.dataset;
+        let has_bounds = is_netcdf(dataset);
         let (result, messages) = capture(|| {
             let band = dataset.rasterband(number)?;
             let buffer = band.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None)?;
@@ -329,9 +363,10 @@ impl RasterFile {
                 band.no_data_value(),
                 (band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0)),
                 band.unit(),
+                if has_bounds { valid_range(&band) } else { (f64::NEG_INFINITY, f64::INFINITY) },
             ))
         });
-        let (mut values, mask, no_data, (scale, offset), unit) = result.map_err(|error| {
+        let (mut values, mask, no_data, (scale, offset), unit, (least, most)) = result.map_err(|error| {
             because(input_error("unreadable-raster", format!("{name} opens, but its values cannot be read")), messages)
                 .with_remedy(format!("the file is damaged or cut short ({error}); copy or export it again"))
         })?;
@@ -339,7 +374,8 @@ impl RasterFile {
         let is_no_data = no_data_test(no_data, self.dataset.rasterband(number).ok().map(|b| b.band_type().name()));
         let mut broken: Option<Broken> = None;
         for (i, value) in values.iter_mut().enumerate() {
-            if is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {
+            let is_valid = !(*value < least || *value > most);
+            if !is_valid || is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {
                 *value = f64::NAN;
             } else if value.is_finite() {
                 *value = (*value * scale + offset) * request.unit + request.offset;
@@ -489,6 +525,26 @@ fn fitting_cell(source: f64, resolution: f64) -> f64 {
     } else {
         resolution / (resolution / source).round()
     }
+}
+
+/// Values outside of which NetCDF says that there is no data, `valid_range` or `valid_min` and `valid_max`, before scale and offset.
+/// GDAL takes out what lies outside of two bounds, and leaves everything where there is but one.
+fn valid_range(band: &RasterBand) -> (f64, f64) {
+    // A bound of bytes that count from 0 may be written as a signed number.
+    let is_unsigned = matches!(band.band_type(), GdalDataType::UInt8 | GdalDataType::UInt16 | GdalDataType::UInt32);
+    let numbers = |key: &str| -> Vec<f64> {
+        let text = band.metadata_item(key, "").unwrap_or_default();
+        let words = text.trim_matches(['{', '}']).split(',');
+        words.filter_map(|word| word.trim().parse().ok()).filter(|bound| !(is_unsigned && *bound < 0.0)).collect()
+    };
+    let (range, min, max) = (numbers("valid_range"), numbers("valid_min"), numbers("valid_max"));
+    let (least, most) = match range[..] {
+        [least, most] => (least, most),
+        _ => (min.first().copied().unwrap_or(f64::NEG_INFINITY), max.first().copied().unwrap_or(f64::INFINITY)),
+    };
+    // The text of a bound of single precision has fewer digits than the bound.
+    let is_single = band.band_type() == GdalDataType::Float32;
+    if is_single { (f64::from(least as f32), f64::from(most as f32)) } else { (least, most) }
 }
 
 /// Whether a value is the declared nodata value; a 32-bit raster holds it rounded.

@@ -217,6 +217,16 @@ fn a_line_of_springs_gives_its_hydrograph() {
     assert!(volume(&run, "error_relative").abs() < 1e-9);
     let wet = Netcdf::read(&out.join("maps.nc")).values("max_depth").iter().filter(|depth| **depth > 0.0).count();
     assert!(wet > 200, "{wet} cells");
+    let text = std::fs::read_to_string(scene.path("s.yaml")).unwrap();
+    scene.write("s.yaml", &text.replace("resolution: 5 m", "numerics: {motion: lagrangian}\nresolution: 5 m"));
+    std::fs::remove_dir_all(&out).unwrap();
+    let (run, out) = scene.run();
+    assert!((volume(&run, "in") / 1560.0 - 1.0).abs() < 1e-9, "{} m3", volume(&run, "in"));
+    assert!(volume(&run, "error_relative").abs() < 1e-12 && volume(&run, "out") > 100.0);
+    let rows = table(&out.join("tables/boundaries.csv"));
+    let line = rows.iter().find(|row| row[0] == "sources[0] feature 1").unwrap();
+    assert!(line[3] == "780.000" && line[1] == line[3] && line[4].parse::<f64>().unwrap() < 1e-9, "{line:?}");
+    scene.write("s.yaml", &text);
     scene.line("toe.geojson", &[(1100.0, 2050.0), (1100.0, 2090.0)], "toe");
     scene.assert_refused(4, &["source-outside", "30.0 m of this line lie outside the terrain", "1100.0, 2075.0"]);
     scene.write("toe.geojson", r#"{"type":"FeatureCollection","features":[]}"#);
@@ -462,10 +472,9 @@ fn rating_curves_and_roughness_are_checked() {
 fn moving_particles_refuse_what_they_do_not_know() {
     let more = "sources: [{at: [1100, 2030], discharge: 1 m3/s}, {line: springs.geojson, discharge: 1 m3/s}]\nrain: {rate: 1 mm/h}\nresolution: 5 m";
     let moving = format!("numerics: {{motion: lagrangian}}\n{more}");
-    let scene = Scene::with(&[("resolution: 5 m", &moving)]);
-    let known = ["sources[1]", "moving particles know no source along a line", "motion: eulerian"];
-    scene.assert_refused(3, &[&["method-combination"], &known[..]].concat());
-    scene.assert_silent_on(&["with a condition", "know no sources", "cross-sections", "know no rain"]);
+    let scene = Scene::with(&[("resolution: 5 m", &moving.replace("resolution", "channels: []\nresolution"))]);
+    scene.assert_refused(3, &["method-combination", "moving particles know no channels", "motion: eulerian"]);
+    scene.assert_silent_on(&["with a condition", "know no source", "cross-sections", "know no rain"]);
     let variational = format!("numerics: {{formulation: variational}}\n{more}");
     let scene = Scene::with(&[("resolution: 5 m", &variational)]);
     scene.assert_refused(

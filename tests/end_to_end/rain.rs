@@ -41,6 +41,10 @@ struct Radar {
     bounds_name: &'static str,
     /// Attribute `scale_factor` of the times.
     scale_factor: Option<f64>,
+    /// Units of x and y.
+    axis_units: &'static str,
+    /// Attribute `valid_max` of the values.
+    valid_max: Option<f64>,
 }
 
 impl Radar {
@@ -64,6 +68,8 @@ impl Radar {
             bounds_shape: &["time", "nv"],
             bounds_name: "time_bounds",
             scale_factor: None,
+            axis_units: "m",
+            valid_max: None,
         }
     }
 
@@ -89,12 +95,15 @@ impl Radar {
         }
         for (name, direction) in [("x", "projection_x_coordinate"), ("y", "projection_y_coordinate")] {
             let mut axis = file.add_variable::<f64>(name, &[name]).unwrap();
-            axis.put_attribute("units", "m").unwrap();
+            axis.put_attribute("units", self.axis_units).unwrap();
             axis.put_attribute("standard_name", direction).unwrap();
         }
         let mut rain = file.add_variable::<f64>("rate", &self.order).unwrap();
         rain.put_attribute("units", self.units).unwrap();
         rain.put_attribute("_FillValue", -9.0).unwrap();
+        if let Some(most) = self.valid_max {
+            rain.put_attribute("valid_max", most).unwrap();
+        }
         if self.has_quality {
             file.add_variable::<f64>("quality", &["time", "y", "x"]).unwrap();
         }
@@ -381,4 +390,48 @@ fn a_gap_in_time_and_impossible_rain_are_warned_of() {
     scene.assert_check(0, &["warning[series-gap]", "from 60 s to 240 s"]);
     let heavy = Radar { units: "mm/min", ..Radar::sound() };
     Scene::new(&heavy, &[]).assert_check(0, &["warning[rain-doubtful]", "more than 1000 mm/h", "check the unit"]);
+}
+
+#[test]
+fn axes_that_do_not_count_in_metres_are_refused_with_the_way_to_metres() {
+    let in_km = Radar { axis_units: "km", ..Radar::sound() };
+    let remedy = "remedy  bring it to metres: `ncap2 -s '";
+    Scene::new(&in_km, &[]).assert_check(
+        4,
+        &[
+            "error[not-metric-crs] rain.raster_series",
+            "of radar.nc counts in `km`, and a run needs metres",
+            "no `grid_mapping`",
+            remedy,
+            "x=x*1000;x@units=\"m\"",
+            "y=y*1000",
+        ],
+    );
+    let in_degrees = Radar { axis_units: "degrees", ..Radar::sound() };
+    Scene::new(&in_degrees, &[]).assert_check(
+        4,
+        &[
+            "error[geographic-crs] rain.raster_series",
+            "counts in degrees (`degrees`)",
+            "`grid_mapping`",
+            "grid_mapping_name",
+        ],
+    );
+}
+
+#[test]
+fn a_depth_times_a_time_is_no_rate() {
+    let odd = Radar { units: "mm day", ..Radar::sound() };
+    let expected =
+        ["error[missing-unit] rain.raster_series", "`mm day`, which is none of rain", "`mm day-1`", "add `unit: mm/h`"];
+    Scene::new(&odd, &[]).assert_check(4, &expected);
+}
+
+#[test]
+fn values_that_a_file_calls_invalid_are_no_rain() {
+    // 36 mm/h in the second raster, the first that falls in the run, are above the bound.
+    let bounded = Radar { valid_max: Some(30.0), ..Radar::sound() };
+    Scene::new(&bounded, &[]).assert_check(4, &["error[rain-gap] rain.raster_series", "1 of", "have no value"]);
+    let loose = Radar { valid_max: Some(36.0), ..Radar::sound() };
+    Scene::new(&loose, &[]).assert_check(0, &["0 errors"]);
 }

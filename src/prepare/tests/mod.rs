@@ -5,6 +5,7 @@ mod breach;
 mod channels;
 mod ground;
 mod malpasset;
+mod netcdf;
 mod roughness;
 mod scene;
 mod start;

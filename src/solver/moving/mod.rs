@@ -41,6 +41,8 @@ use crate::solver::{FlowProblem, Passage, Way};
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
 const LARGEST_SPREAD: f64 = 144.0;
+/// A film begins to run at so many times the depth below which water does not move.
+const FILM: f64 = 2.0;
 
 /// The methods of moving particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,6 +135,8 @@ pub struct MovingWater {
     springs: Springs,
     sections: Sections,
     rainfall: Rainfall,
+    /// By how much (m) sources and rain lifted the water anywhere at most since it was gridded.
+    lifted: f64,
 }
 
 impl MovingWater {
@@ -178,6 +182,7 @@ impl MovingWater {
             springs: Springs::new(problem, dimension),
             sections: Sections::new(problem, dimension),
             rainfall: Rainfall::new(problem, dimension),
+            lifted: 0.0,
         }
     }
 
@@ -203,8 +208,9 @@ impl MovingWater {
         let fluid = self.particles.len();
         self.open.enter(&mut self.particles, &mut self.rates);
         self.sections.close(&self.particles, fluid, time);
-        self.springs.flow(&mut self.particles, &mut self.rates, time);
-        self.rainfall.fall(&mut self.particles, &mut self.rates, (&self.bed, &self.walls), time);
+        let ground = (&self.bed, &self.walls);
+        self.lifted += self.springs.flow(&mut self.particles, &mut self.rates, ground, time);
+        self.lifted += self.rainfall.fall(&mut self.particles, &mut self.rates, ground, time);
     }
 
     /// Whether water comes and goes.

@@ -20,7 +20,7 @@
 
 use rayon::prelude::*;
 
-use super::{CHUNK, Rates, smoothing_factor};
+use super::{CHUNK, FILM, Rates, smoothing_factor};
 use crate::bed::BedParticles;
 use crate::boundary::{Rain, Walls};
 use crate::gridding::{self, COVERED};
@@ -32,8 +32,6 @@ use crate::solver::{FlowProblem, Passage, Way};
 
 /// A particle is small that covers less of a cell: the film that came down a slope is a crumb in the lake, and would set the step.
 const SMALL: f64 = 0.25;
-/// A film begins to run at so many times the depth below which water does not move.
-const FILM: f64 = 2.0;
 
 /// The rain of a problem, and what of it lies on dry ground.
 #[derive(Debug)]
@@ -131,31 +129,32 @@ impl Rainfall {
         Some(Passage { way: Way::Rain, inflow: self.came, outflow: 0.0, asked })
     }
 
-    /// Lets it rain for a time (s).
+    /// Lets it rain for a time (s); returns the greatest depth (m) that falls on a cell.
     pub fn fall(
         &mut self,
         particles: &mut FluidParticles,
         rates: &mut Vec<Rates>,
         ground: (&BedParticles, &Walls),
         dt: f64,
-    ) {
+    ) -> f64 {
         let bed = ground.0;
-        self.gather(bed, dt);
+        let most = self.gather(bed, dt);
         if self.is_none() {
-            return;
+            return most;
         }
         self.find_cover(particles, ground);
         self.take_up(particles, rates, ground);
         self.share_out(bed);
         self.lift(particles, ground);
         self.make_films(particles, rates, bed);
+        most
     }
 
-    /// Adds what falls to what lies on the cells.
-    fn gather(&mut self, bed: &BedParticles, dt: f64) {
+    /// Adds what falls to what lies on the cells; returns the greatest depth (m) of it.
+    fn gather(&mut self, bed: &BedParticles, dt: f64) -> f64 {
         let (from, to) = (self.time, self.time + dt);
         self.time = to;
-        let Some(rain) = &self.rain else { return };
+        let Some(rain) = &self.rain else { return 0.0 };
         let everywhere = if let Rain::Uniform(series) = rain { series.integral(from, to) } else { 0.0 };
         if let Rain::Frames(frames) = rain {
             let falling = self.falling.iter_mut().enumerate();
@@ -163,7 +162,7 @@ impl Rainfall {
         }
         let falling = &self.falling;
         let chunks = self.gathered.par_chunks_mut(CHUNK).enumerate().map(|(chunk, gathered)| {
-            let mut fallen = 0.0;
+            let (mut fallen, mut most) = (0.0, 0.0_f64);
             for (cell, gathered) in (chunk * CHUNK..).zip(gathered).filter(|(cell, _)| bed.has_terrain(*cell)) {
                 let depth = match rain {
                     Rain::Uniform(_) => everywhere,
@@ -172,11 +171,13 @@ impl Rainfall {
                 };
                 *gathered += depth;
                 fallen += depth;
+                most = most.max(depth);
             }
-            fallen
+            (fallen, most)
         });
-        let fallen: f64 = chunks.collect::<Vec<f64>>().iter().sum();
-        self.came += fallen * self.dimension.area(bed.lattice.spacing);
+        let chunks: Vec<(f64, f64)> = chunks.collect();
+        self.came += chunks.iter().map(|chunk| chunk.0).sum::<f64>() * self.dimension.area(bed.lattice.spacing);
+        chunks.iter().map(|chunk| chunk.1).fold(0.0, f64::max)
     }
 
     /// Calls `act` for each cell with terrain under the kernel of a particle, with the kernel's value (m^−dim).

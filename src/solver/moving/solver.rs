@@ -26,6 +26,9 @@ const STEPS_PER_SORT: u64 = 8;
 const GRIDDING_SHARE: f64 = 0.25;
 /// The volume changes by this share before the water is gridded anew: a fifth of what the grid may be off.
 const GRIDDED_WITHIN: f64 = 1e-3;
+/// Sources and rain lift the water anywhere by this share of the depth below which it does not move before it is gridded anew: a pond beside
+/// a large calm lake hardly changes the volume.
+const LIFTED_WITHIN: f64 = 0.5;
 
 /// Moving particles in a given formulation.
 pub struct MovingSolver<F: Formulation> {
@@ -289,17 +292,19 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         sound
     }
 
-    /// The grid of the latest moment at which the fastest particle could have come a quarter of a cell since the grid before:
-    /// it depends on the steps alone, not on the times of outputs.
+    /// The grid of the latest moment at which the fastest particle could have come a quarter of a cell since the grid before, or the
+    /// volume or a depth had changed by what came: it depends on the steps alone, not on the times of outputs.
     fn water(&mut self) -> WaterOnLattice<'_> {
         let held = self.held();
         let is_fresh = self.gridding_age.is_some_and(|age| age < GRIDDING_SHARE * self.water.bed.lattice.spacing)
-            && (held - self.gridded).abs() <= GRIDDED_WITHIN * held.abs();
+            && (held - self.gridded).abs() <= GRIDDED_WITHIN * held.abs()
+            && self.water.lifted <= LIFTED_WITHIN * self.water.dry_depth;
         if is_fresh {
             return self.gridder.water();
         }
         self.gridding_age = Some(0.0);
         self.gridded = held;
+        self.water.lifted = 0.0;
         self.water.phases.start();
         let fluid = self.water.lend();
         self.gridder.put_beside(self.water.on_dry_ground());

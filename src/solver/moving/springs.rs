@@ -1,26 +1,33 @@
-//! Point sources among moving particles: water that comes out of the ground at a place.
+//! Sources among moving particles: water that comes out of the ground at a place or along a line.
 //!
-//! A source owes what came since its last particle. It gives one as wide as a cell, at rest, as soon as it owes its volume,
-//!
-//! ```text
-//! (M64)  V = Δ² max(d, d_c),   d_c = (q²/g)^(1/3),   q = Q/(4 Δ)
-//! ```
-//!
-//! with d the depth at the place and d_c that of critical flow out of a cell on all sides: so it runs on dry ground, too. Between two
-//! particles the depth around the place rises by what comes, in the shares of a kernel,
+//! A line has an outlet in each cell that it crosses, with the share s of the discharge that its length there gives; a point has one, with
+//! s = 1. A source owes what came since its last particle. As soon as it owes the volume of one, the outlet to which most is owed gives
+//! it, as wide as a cell and at rest,
 //!
 //! ```text
-//! (M65)  dd_i/dt = Q W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 3 Δ)
+//! (M64)  V = Δ² max(d, d_c, 2 d_dry),   d_c = (q²/g)^(1/3),   q = s Q/(4 Δ)
 //! ```
 //!
-//! since the depth of moving particles is carried and does not feel another one among them; they make room for it.
+//! with d the depth at the outlet, d_c that of critical flow out of a cell on all sides and 2 d_dry that of a film that runs: so it runs on
+//! dry ground, too. Between two particles the depth around each outlet rises by what comes, in the shares of a kernel,
+//!
+//! ```text
+//! (M65)  dd_i/dt = s Q W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 3 Δ)
+//! ```
+//!
+//! since the depth of moving particles is carried and does not feel another one among them; they make room for it. Water behind a wall or
+//! a levee does not rise.
 
-use crate::boundary::{PointSource, Series};
+use rayon::prelude::*;
+
+use crate::bed::BedParticles;
+use crate::boundary::{LineSource, PointSource, Series, Walls};
+use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::particles::{FluidParticles, Particle};
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
-use crate::solver::moving::{Rates, smoothing_factor};
+use crate::solver::moving::{CHUNK, FILM, Rates, smoothing_factor};
 use crate::solver::{FlowProblem, Passage, Way};
 
 /// Σ A W around a place from which on there is water to interpolate.
@@ -32,19 +39,59 @@ const SPREAD: f64 = 2.0;
 const SCATTER: f64 = 0.25;
 /// The golden angle (radians): directions that never repeat.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+/// The golden ratio less 1: parts of a line that come after each other lie far apart.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
+
+/// A place at which water of a source comes out.
+#[derive(Clone, Debug)]
+struct Outlet {
+    place: Vec2,
+    cell: usize,
+    /// Share of the discharge of its source.
+    share: f64,
+    /// Depth (m) of the particle that it would give now.
+    depth: f64,
+    /// Volume (m³) that came here less that of its particles.
+    debt: f64,
+    given: u32,
+}
+
+impl Outlet {
+    fn new(lattice: &Lattice, place: Vec2, share: f64) -> Option<Self> {
+        Some(Outlet { place, cell: lattice.cell_at(place)?, share, depth: 0.0, debt: 0.0, given: 0 })
+    }
+}
 
 /// One source.
 #[derive(Clone, Debug)]
 struct Spring {
-    /// Its number in the problem.
-    number: usize,
-    place: Vec2,
+    way: Way,
     discharge: Series,
+    outlets: Vec<Outlet>,
     /// Volume (m³) that came since the last particle.
     owed: f64,
     /// Volume (m³) that came since the start.
     came: f64,
-    given: u32,
+}
+
+impl Spring {
+    /// The greatest share of an outlet.
+    fn largest_share(&self) -> f64 {
+        self.outlets.iter().map(|outlet| outlet.share).fold(0.0, f64::max)
+    }
+
+    /// The outlet that gives the next particle: the one to which most is owed, the first of several.
+    fn next(&self) -> usize {
+        let debt = |k: &usize| self.outlets[*k].debt;
+        (1..self.outlets.len()).fold(0, |best, k| if debt(&k) > debt(&best) { k } else { best })
+    }
+}
+
+/// A particle near a source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Near {
+    cell: u32,
+    particle: u32,
 }
 
 /// All sources.
@@ -55,32 +102,60 @@ pub(super) struct Springs {
     kernel: Smoothing<CubicSpline>,
     spacing: f64,
     gravity: f64,
+    /// Depth (m) of a film that runs.
+    film: f64,
     time: f64,
+    /// Whether the water in each cell of the lattice may lie within reach of a source; empty without sources.
+    is_near: Vec<bool>,
+    /// The particles in these cells, in the order of the cells.
+    near: Vec<Near>,
     /// Weights W (m^−dim) of the particles around a source.
     around: Vec<(usize, f64)>,
 }
 
 impl Springs {
     pub fn new(problem: &FlowProblem, dimension: Dimension) -> Self {
-        let bed = &problem.bed;
-        let sources = problem.forcing.sources.iter().enumerate().filter(|(_, source)| bed.at(source.place).is_some());
-        let spring = |(number, source): (usize, &PointSource)| Spring {
-            number,
-            place: source.place,
-            discharge: source.discharge.clone(),
+        let (bed, forcing) = (&problem.bed, &problem.forcing);
+        let lattice = &bed.lattice;
+        let spring = |way: Way, discharge: &Series, outlets: Vec<Outlet>| Spring {
+            way,
+            discharge: discharge.clone(),
+            outlets: outlets.into_iter().filter(|outlet| bed.has_terrain(outlet.cell)).collect(),
             owed: 0.0,
             came: 0.0,
-            given: 0,
         };
-        Springs {
-            springs: sources.map(spring).collect(),
+        let at_point = |(number, source): (usize, &PointSource)| {
+            let outlet = Outlet::new(lattice, source.place, 1.0);
+            spring(Way::Source(number), &source.discharge, outlet.into_iter().collect())
+        };
+        let along_line = |(number, source): (usize, &LineSource)| {
+            let outlets = scattered(&source.cells);
+            let outlets = outlets.filter_map(|(cell, share)| Outlet::new(lattice, lattice.centre(cell), share));
+            spring(Way::LineSource(number), &source.discharge, outlets.collect())
+        };
+        let points = forcing.sources.iter().enumerate().map(at_point);
+        let lines = forcing.line_sources.iter().enumerate().map(along_line);
+        let springs: Vec<Spring> = points.chain(lines).filter(|spring| !spring.outlets.is_empty()).collect();
+        let mut springs = Springs {
+            is_near: vec![false; if springs.is_empty() { 0 } else { lattice.len() }],
+            springs,
             dimension,
             kernel: Smoothing::new(dimension),
-            spacing: bed.lattice.spacing,
+            spacing: lattice.spacing,
             gravity: problem.gravity,
+            film: FILM * problem.dry_depth,
             time: 0.0,
+            near: Vec::new(),
             around: Vec::new(),
+        };
+        let mut is_near = std::mem::take(&mut springs.is_near);
+        for outlet in springs.springs.iter().flat_map(|spring| &spring.outlets) {
+            for (from, to) in springs.rows_around(lattice, outlet.place) {
+                is_near[from..to].fill(true);
+            }
         }
+        springs.is_near = is_near;
+        springs
     }
 
     pub fn is_empty(&self) -> bool {
@@ -95,7 +170,7 @@ impl Springs {
     /// What came by each source; in one dimension per metre of width, as what was asked for.
     pub fn passages(&self) -> impl Iterator<Item = Passage> + '_ {
         self.springs.iter().map(|spring| Passage {
-            way: Way::Source(spring.number),
+            way: spring.way,
             inflow: spring.came,
             outflow: 0.0,
             asked: Some(self.per_width(spring.discharge.integral(0.0, self.time))),
@@ -112,10 +187,15 @@ impl Springs {
         smoothing_factor(self.dimension) * self.spacing
     }
 
-    /// d_c (m) of a discharge (m³/s).
-    fn critical_depth(&self, discharge: f64) -> f64 {
+    /// Smoothing length (m) in which the depth rises.
+    fn spread(&self) -> f64 {
+        SPREAD * self.width()
+    }
+
+    /// Least depth (m) of a particle that comes out with a discharge (m³/s): d_c, but never a film that stays where it is.
+    fn least_depth(&self, discharge: f64) -> f64 {
         let q = discharge / (4.0 * self.spacing);
-        (q * q / self.gravity).cbrt()
+        (q * q / self.gravity).cbrt().max(self.film)
     }
 
     /// A volume (m³), in one dimension per metre of width.
@@ -128,70 +208,156 @@ impl Springs {
         self.per_width(spring.discharge.integral(from, to).max(0.0))
     }
 
-    /// The longest step (s) in which no source gives more than one particle.
+    /// The longest step (s) in which no outlet gives more than one particle.
     pub fn longest_step(&self, step: f64) -> f64 {
         let longest = |spring: &Spring| {
-            let most = spring.discharge.largest(self.time, self.time + step);
-            let volume = self.critical_depth(most) * self.spacing * self.spacing;
+            let most = spring.discharge.largest(self.time, self.time + step) * spring.largest_share();
+            let volume = self.least_depth(most) * self.spacing * self.spacing;
             if most > 0.0 { volume / most } else { f64::INFINITY }
         };
         self.springs.iter().map(longest).fold(step, f64::min)
     }
 
-    /// What comes in a time (s).
-    pub fn flow(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>, dt: f64) {
+    /// What comes in a time (s); returns by how much (m) it lifts the water at most.
+    pub fn flow(
+        &mut self,
+        particles: &mut FluidParticles,
+        rates: &mut Vec<Rates>,
+        ground: (&BedParticles, &Walls),
+        dt: f64,
+    ) -> f64 {
         let (from, to) = (self.time, self.time + dt);
         self.time = to;
-        let (h, area) = (self.width(), self.dimension.area(self.spacing));
-        let mut around = std::mem::take(&mut self.around);
-        for k in 0..self.springs.len() {
-            let came = self.volume(&self.springs[k], from, to);
+        let mut highest = 0.0;
+        if self.is_empty() {
+            return highest;
+        }
+        self.find_near(&ground.0.lattice, particles);
+        let mut springs = std::mem::take(&mut self.springs);
+        for spring in &mut springs {
+            let came = self.volume(spring, from, to);
             if came <= 0.0 {
                 continue;
             }
-            self.springs[k].came += came;
-            let place = self.springs[k].place;
-            let cover = self.look_around(place, particles, &mut around);
-            let depth =
-                around.iter().map(|&(i, w)| w * particles.volume[i]).sum::<f64>() / cover.max(f64::MIN_POSITIVE);
-            for &(i, w) in &around {
-                particles.depth[i] += came * w / cover.max(LEAST_COVER);
-            }
-            let critical = self.critical_depth(self.springs[k].discharge.mean(from, to));
-            let depth = if cover >= LEAST_COVER { depth.max(critical) } else { critical };
-            let spring = &mut self.springs[k];
+            let came = came * spring.outlets.iter().map(|outlet| outlet.share).sum::<f64>();
+            spring.came += came;
             spring.owed += came;
-            if spring.owed >= area * depth {
-                let angle = GOLDEN_ANGLE * f64::from(spring.given);
-                let way = match (spring.given, self.dimension) {
-                    (0, _) => Vec2::ZERO,
-                    (_, Dimension::One) => Vec2::new(angle.cos(), 0.0),
-                    (_, Dimension::Two) => Vec2::new(angle.cos(), angle.sin()),
-                };
-                spring.owed -= area * depth;
-                spring.given += 1;
-                particles.push(&Particle {
-                    position: place + way * (SCATTER * self.spacing),
-                    velocity: Vec2::ZERO,
-                    volume: area * depth,
-                    depth,
-                    smoothing_length: h,
-                });
-                rates.push(Rates { reach: h, ..Rates::default() });
+            let mean = spring.discharge.mean(from, to);
+            for outlet in &mut spring.outlets {
+                let lift = self.lift_around(outlet, particles, ground, (came * outlet.share, mean * outlet.share));
+                highest = lift.max(highest);
             }
+            self.give(spring, particles, rates);
         }
-        self.around = around;
+        self.springs = springs;
+        highest
     }
 
-    /// Lists the particles around a place with their weights; returns Σ A W.
-    fn look_around(&self, place: Vec2, particles: &FluidParticles, around: &mut Vec<(usize, f64)>) -> f64 {
-        let h = SPREAD * self.width();
+    /// Lifts the water around an outlet by the volume (m³) that came, and finds the depth of the particle that it would give at a
+    /// discharge (m³/s); returns by how much (m) water at its place rises.
+    fn lift_around(
+        &mut self,
+        outlet: &mut Outlet,
+        particles: &mut FluidParticles,
+        ground: (&BedParticles, &Walls),
+        (came, discharge): (f64, f64),
+    ) -> f64 {
+        let least = self.least_depth(discharge);
+        let mut around = std::mem::take(&mut self.around);
+        let cover = self.look_around(outlet, least, particles, ground, &mut around);
+        let depth = around.iter().map(|&(i, w)| w * particles.volume[i]).sum::<f64>() / cover.max(f64::MIN_POSITIVE);
+        for &(i, w) in &around {
+            particles.depth[i] += came * w / cover.max(LEAST_COVER);
+        }
+        outlet.debt += came;
+        outlet.depth = if cover >= LEAST_COVER { depth.max(least) } else { least };
+        self.around = around;
+        came * self.kernel.value(0.0, 1.0 / self.spread()) / cover.max(LEAST_COVER)
+    }
+
+    /// Makes particles of what a source owes, at most one for each outlet.
+    fn give(&self, spring: &mut Spring, particles: &mut FluidParticles, rates: &mut Vec<Rates>) {
+        let (h, area) = (self.width(), self.dimension.area(self.spacing));
+        for _ in 0..spring.outlets.len() {
+            let next = spring.next();
+            let outlet = &mut spring.outlets[next];
+            let volume = area * outlet.depth;
+            if spring.owed < volume {
+                break;
+            }
+            let angle = GOLDEN_ANGLE * f64::from(outlet.given);
+            let way = match (outlet.given, self.dimension) {
+                (0, _) => Vec2::ZERO,
+                (_, Dimension::One) => Vec2::new(angle.cos(), 0.0),
+                (_, Dimension::Two) => Vec2::new(angle.cos(), angle.sin()),
+            };
+            spring.owed -= volume;
+            outlet.debt -= volume;
+            outlet.given += 1;
+            particles.push(&Particle {
+                position: outlet.place + way * (SCATTER * self.spacing),
+                velocity: Vec2::ZERO,
+                volume,
+                depth: outlet.depth,
+                smoothing_length: h,
+            });
+            rates.push(Rates { reach: h, ..Rates::default() });
+        }
+    }
+
+    /// Finds the particles near sources: one look at each particle, however many the sources are.
+    fn find_near(&mut self, lattice: &Lattice, particles: &FluidParticles) {
+        let (is_near, positions) = (&self.is_near, &particles.position);
+        let near = |(i, place): (usize, &Vec2)| {
+            let cell = lattice.cell_at(*place).filter(|&cell| is_near[cell])?;
+            Some(Near { cell: cell as u32, particle: i as u32 })
+        };
+        self.near.clear();
+        self.near.par_extend(positions.par_iter().enumerate().with_min_len(CHUNK).filter_map(near));
+        self.near.sort_unstable();
+    }
+
+    /// The cells that hold what lies within reach of a place: first and one past the last of each row.
+    fn rows_around(&self, lattice: &Lattice, place: Vec2) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let reach = CubicSpline::SUPPORT * self.spread();
+        let (spacing, columns) = (self.spacing, lattice.columns);
+        let within = |place: f64, count: usize| {
+            let first = ((place - reach) / spacing).max(0.0) as usize;
+            (first.min(count), (((place + reach) / spacing).max(0.0) as usize + 1).min(count))
+        };
+        let ((west, east), (south, north)) = (within(place.x, columns), within(place.y, lattice.rows));
+        (south..north).map(move |row| (row * columns + west, row * columns + east))
+    }
+
+    /// Lists the particles that see an outlet with their weights; returns Σ A W. Nothing sees it across a wall, or across ground above
+    /// both the particle's level and that of water of the least depth (m) at the outlet.
+    fn look_around(
+        &self,
+        outlet: &Outlet,
+        least: f64,
+        particles: &FluidParticles,
+        ground: (&BedParticles, &Walls),
+        around: &mut Vec<(usize, f64)>,
+    ) -> f64 {
+        let bed = ground.0;
+        let h = self.spread();
         let (inverse_h, reach) = (1.0 / h, CubicSpline::SUPPORT * h);
+        let own_level = bed.elevation[outlet.cell] + least;
         around.clear();
-        for (i, position) in particles.position.iter().enumerate() {
-            let squared = (*position - place).norm_squared();
-            if squared < reach * reach {
-                around.push((i, self.kernel.value(squared.sqrt(), inverse_h)));
+        for (from, to) in self.rows_around(&bed.lattice, outlet.place) {
+            let first = self.near.partition_point(|near| (near.cell as usize) < from);
+            for near in self.near[first..].iter().take_while(|near| (near.cell as usize) < to) {
+                let i = near.particle as usize;
+                let place = particles.position[i];
+                let squared = (place - outlet.place).norm_squared();
+                if squared >= reach * reach {
+                    continue;
+                }
+                let level = bed.at(place).map_or(own_level, |point| point.elevation + particles.depth[i]);
+                let is_walled = squared > 0.0 && ground.1.is_walled(place, outlet.place);
+                if !is_walled && bed.is_in_sight(place, level.max(own_level), outlet.cell) {
+                    around.push((i, self.kernel.value(squared.sqrt(), inverse_h)));
+                }
             }
         }
         around.iter().map(|&(i, w)| w * particles.volume[i] / particles.depth[i]).sum()
@@ -201,13 +367,29 @@ impl Springs {
     pub fn lend(&self, particles: &mut FluidParticles) {
         let area = self.dimension.area(self.spacing);
         for spring in self.springs.iter().filter(|spring| spring.owed > 0.0) {
-            particles.push(&Particle {
-                position: spring.place,
-                velocity: Vec2::ZERO,
-                volume: spring.owed,
-                depth: spring.owed / area,
-                smoothing_length: self.width(),
-            });
+            let whole: f64 = spring.outlets.iter().map(|outlet| outlet.share).sum();
+            for outlet in &spring.outlets {
+                let volume = spring.owed * (outlet.share / whole);
+                particles.push(&Particle {
+                    position: outlet.place,
+                    velocity: Vec2::ZERO,
+                    volume,
+                    depth: volume / area,
+                    smoothing_length: self.width(),
+                });
+            }
         }
     }
 }
+
+/// The cells of a line with their shares, in an order in which those that follow each other lie far apart: equal shares give their
+/// particles in this order.
+fn scattered(cells: &[(usize, f64)]) -> impl Iterator<Item = (usize, f64)> + use<> {
+    let mut places: Vec<(f64, (usize, f64))> =
+        cells.iter().enumerate().map(|(k, cell)| ((k as f64 * GOLDEN_RATIO).fract(), *cell)).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    places.into_iter().map(|(_, cell)| cell)
+}
+
+#[cfg(test)]
+mod tests;

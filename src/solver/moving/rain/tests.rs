@@ -173,3 +173,28 @@ fn any_number_of_threads_gives_the_same_bits() {
     assert_eq!(one, state_after(2));
     assert_eq!(one, state_after(5));
 }
+
+#[test]
+fn a_pond_beside_a_large_calm_lake_is_drawn_as_it_rises() {
+    // Nothing moves, and all that falls in ten minutes is a 2500th of the water.
+    let mut problem = problem((40, 8), 2.5, |_| 0.0, |p| if p.x < 75.0 { 10.0 } else { 0.2 });
+    problem.walls = vec![[Vec2::new(75.0, 0.0), Vec2::new(75.0, 20.0)]];
+    problem.dry_depth = 1e-3;
+    rain(&mut problem, 5e-6);
+    let pond = problem.bed.lattice.index(35, 4);
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    let at_start = solver.water().at(pond).depth;
+    let (mut behind, mut drawn, mut before) = (0.0_f64, 0, at_start);
+    while solver.time() < 600.0 {
+        let choice = solver.choose_step();
+        assert!(choice.max_speed < 1e-3, "{} m/s", choice.max_speed);
+        solver.advance(choice.time_step).unwrap();
+        let (now, time) = (solver.water().at(pond).depth, solver.time());
+        behind = behind.max((at_start + 5e-6 * time - now).abs());
+        drawn += usize::from((now - before).abs() > 0.0);
+        before = now;
+    }
+    println!("the pond is {behind:.1e} m behind at most, drawn {drawn} times in {} steps", solver.steps());
+    // Half of the depth below which water does not move, and what a step adds.
+    assert!(behind < 5.5e-4 && drawn > 4 && (drawn as u64) < solver.steps() / 10, "{behind} m, {drawn} times");
+}
