@@ -47,6 +47,8 @@ const MAP_BYTES: Range<f64> = 8.0..24.0;
 const FRAME_BYTES: Range<f64> = 12.0..26.0;
 /// Bytes of a sample of a gauge series.
 const SAMPLE_BYTES: f64 = 60.0;
+/// Bytes of a particle of a channel at a moment in `channels.nc` (four numbers; compressed ones take less).
+const PROFILE_BYTES: f64 = 32.0;
 /// Time (s) to write the maps per cell of the output grid: 2.5e-6 in the demonstration, 5e-6 at Malpasset at 40 m.
 const MAP_SECONDS: Range<f64> = 1.5e-6..6e-6;
 /// Memory (bytes) that a plan takes per cell of the lattice and a run does not: the water of the start, which the core has by then,
@@ -243,14 +245,16 @@ fn draw(
     let steps = steps(scenario, &measured);
     let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, cells);
     let frames = (scenario.end_time / scenario.outputs.every).ceil() + 1.0;
-    let samples = prepared.gauges.len() as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil();
+    let gauges = prepared.gauges.len() + prepared.channels.iter().map(|channel| channel.gauges.len()).sum::<usize>();
+    let samples = gauges as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil();
     let profiles = prepared.needs.channel_particles as f64 * frames;
-    let share = cells as f64 / prepared.lattice.as_ref().map_or(1, |lattice| lattice.len()) as f64;
+    let lattice_cells = prepared.lattice.as_ref().map_or(0, |lattice| lattice.len());
+    let share = cells as f64 / lattice_cells.max(1) as f64;
     let disk = |map: f64, frame: f64, wet: f64| {
-        (map * cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * (samples + profiles)) / 1e6
+        let of_channels = SAMPLE_BYTES * (samples + profiles) + PROFILE_BYTES * profiles;
+        (map * cells as f64 + frame * frames * wet * share + of_channels) / 1e6
     };
     let cells_at_end = if moves { reach.cells() as f64 } else { now * growth };
-    let lattice_cells = prepared.lattice.as_ref().map_or(0, |lattice| lattice.len());
     let written = WRITERS_BYTES * (cells + lattice_cells) as f64 / MIB;
     let neighbours = if moves { NEIGHBOUR_BYTES * most / MIB } else { 0.0 };
     let spread = (reach.cells() as f64 / wet.max(1) as f64).sqrt().min(WIDEST);
@@ -268,7 +272,9 @@ fn draw(
             ..disk(MAP_BYTES.end, FRAME_BYTES.end, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: if !prepared.forcing.is_still() {
+        advice: if !prepared.forcing.channels.is_empty() {
+            (Motion::Eulerian, "channels of one dimension have resting particles alone".to_owned())
+        } else if !prepared.forcing.is_still() {
             let why = "water that comes in goes where resting particles follow it evenly";
             (Motion::Eulerian, why.to_owned())
         } else if prepared.forcing.breach.is_some() || !prepared.forcing.moving_bed.is_empty() {
