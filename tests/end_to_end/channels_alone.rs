@@ -284,7 +284,10 @@ fn channels_nc_holds_the_profiles_of_the_table() {
         assert!(if is_dry { level < -9998.0 } else { (level - number(&row[4])).abs() < 1e-4 }, "{row:?}");
     }
     for (name, words) in [
-        ("depth", vec!["\"m\"", "channel_index distance x y", "time: point", "grid_mapping", "-9999"]),
+        (
+            "depth",
+            vec![r#"("units", "Str(\"m\")")"#, "channel_index distance x y", "time: point", "grid_mapping", "-9999"],
+        ),
         ("water_level", vec!["water_surface_height_above_reference_datum"]),
         ("velocity", vec!["m s-1", "positive towards the near end"]),
         ("discharge", vec!["m3 s-1", "water_volume_transport_in_river_channel"]),
