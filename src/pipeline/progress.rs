@@ -34,12 +34,11 @@ impl Progress {
         self.last = Some(Instant::now());
         let share = time / self.end_time;
         let to_go = if share > 0.0 { self.start.elapsed().as_secs_f64() * (1.0 - share) / share } else { 0.0 };
-        let place = match self.lattice.to_map(choice.position) {
-            _ if self.lattice.is_empty() => String::new(),
-            place => format!(" @ {:.0}, {:.0}", place.x, place.y),
-        };
+        let place = self.lattice.to_map(choice.position);
+        // A run of channels alone has no places on a plane.
+        let at = if self.lattice.is_empty() { String::new() } else { format!(" @ {:.0}, {:.0}", place.x, place.y) };
         let line = format!(
-            "{} / {}  {:5.1} %  {particles} particles  dt {:.3} s ({}, {:.1} m/s{place})  volume error {:.0e}  to go {}",
+            "{} / {}  {:5.1} %  {particles} particles  dt {:.3} s ({}, {:.1} m/s{at})  volume error {:.0e}  to go {}",
             clock_time(time),
             clock_time(self.end_time),
             100.0 * share,
