@@ -376,16 +376,6 @@ fn what_needs_terrain_is_refused_where_it_stands() {
 }
 
 #[test]
-fn the_schema_asks_for_terrain_or_channels() {
-    let schema: serde_json::Value = serde_json::from_str(&floodsim(Path::new("."), &["schema"]).stdout).unwrap();
-    assert_eq!(schema["anyOf"], serde_json::json!([{"required": ["terrain"]}, {"required": ["channels"]}]));
-    let required = schema["required"].as_array().unwrap();
-    assert!(required.contains(&"roughness".into()) && !required.contains(&"terrain".into()), "{required:?}");
-    let channel = &schema["definitions"]["ChannelEntry"]["properties"];
-    assert!(channel["gauges"].is_object() && channel["line"].is_object(), "{channel}");
-}
-
-#[test]
 fn bad_gauges_and_lines_are_refused_where_they_stand() {
     let lines = "gauges: [{id: weir, distance: 803 m}, {id: mouth, distance: 2 km}]";
     for (changes, expected) in [
