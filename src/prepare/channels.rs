@@ -49,9 +49,10 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             findings.add(&channel.id, problem.with_remedy("give each channel its own id"));
         }
         names.push(&channel.id.value);
+        let is_rough = channel.manning.map_or(!scenario.roughness.is_none(), |n| n > 0.0);
         let ends = [&channel.upstream, &channel.downstream].map(|end| match end {
             None => Some(None),
-            Some(condition) => forcing::condition(condition, scenario, findings).map(Some),
+            Some(condition) => forcing::condition(condition, (scenario.end_time, is_rough), findings).map(Some),
         });
         let length = channel.length.value;
         let sections = match &channel.shape {
