@@ -8,7 +8,7 @@
 //! (M45)  q_k = Q w_k / (Δ Σ w)        w = d^(5/3)/n, d the depth, at least that of critical flow of Q at one level
 //! ```
 //!
-//! and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
+//! (over the strips of a section by w = d, which is one velocity), and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
 //! over the step. All other conditions pass the flux of (M16). Boundaries are few: their faces are worked off one after another.
 
 use super::faces::{EAST, NORTH, through_face, turned};
