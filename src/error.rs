@@ -172,10 +172,35 @@ impl fmt::Display for Problem {
     }
 }
 
+/// Where the numerics broke down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FailurePlace {
+    /// On the plane, in map coordinates (m).
+    OnMap(Vec2),
+    /// In a channel of one dimension.
+    InChannel {
+        /// Its number in the list of the scenario, from 1.
+        number: usize,
+        /// Distance from its far end (m).
+        distance: f64,
+    },
+}
+
+impl fmt::Display for FailurePlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FailurePlace::OnMap(place) => write!(f, "at {:.1}, {:.1}", place.x, place.y),
+            FailurePlace::InChannel { number, distance } => {
+                write!(f, "in channel {number}, {distance:.1} m from its far end")
+            }
+        }
+    }
+}
+
 /// A breakdown of the numerics: when, where, which quantity, and what limited the step.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the run broke down at t = {time:.3} s, step {step}: {quantity} is {value:e} at {position_x:.1}, {position_y:.1} (the step was limited by {limiter})"
+    "the run broke down at t = {time:.3} s, step {step}: {quantity} is {value:e} {place} (the step was limited by {limiter})"
 )]
 pub struct NumericalFailure {
     /// Simulated time (s).
@@ -186,10 +211,8 @@ pub struct NumericalFailure {
     pub quantity: &'static str,
     /// Its value.
     pub value: f64,
-    /// Map coordinate to the east (m).
-    pub position_x: f64,
-    /// Map coordinate to the north (m).
-    pub position_y: f64,
+    /// Where.
+    pub place: FailurePlace,
     /// What limited the time step.
     pub limiter: &'static str,
 }

@@ -29,7 +29,9 @@ pub fn write_starter(file: &Path) -> Result<(), Error> {
 /// Prints the JSON Schema of a scenario.
 pub fn schema() -> Result<(), Error> {
     let generator = schemars::generate::SchemaSettings::draft07().into_generator();
-    let schema = generator.into_root_schema_for::<ScenarioFile>();
+    let mut schema = generator.into_root_schema_for::<ScenarioFile>();
+    // What one key asks of another is no part of the declarations of keys.
+    schema.insert("anyOf".to_owned(), serde_json::json!([{"required": ["terrain"]}, {"required": ["channels"]}]));
     print(&format!("{:#}\n", schema.to_value()))
 }
 

@@ -178,7 +178,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Of the whole channel: what the plane does not hold the channels do, if they are not the whole one.
+    /// Of the whole channel: what the plane does not hold the channels do.
     fn new(prepared: &Prepared, bed: &[f64]) -> Axis {
         let mut origins = Vec::new();
         for (index, channel) in prepared.channels.iter().enumerate() {
@@ -188,8 +188,7 @@ impl Axis {
                 origins.push((place, Origin::Channel(index, particle)));
             }
         }
-        let is_whole = prepared.channels.iter().any(|channel| channel.id == "whole");
-        if let Some(lattice) = prepared.lattice.as_ref().filter(|_| !is_whole) {
+        if let Some(lattice) = &prepared.lattice {
             let half = 0.5 * lattice.spacing;
             for (cell, elevation) in bed.iter().enumerate() {
                 let place = lattice.to_map(lattice.centre(cell));

@@ -1,11 +1,15 @@
-//! The water of channels of one dimension over time: profiles at the times of the frames.
+//! The water of channels of one dimension over time: profiles at the times of the frames, and what gauges see.
 
 use serde::Serialize;
 
+use super::channel_gauges::{ChannelGauge, ChannelGaugeRecorder, ChannelGaugeResult, ChannelGaugeSample};
 use super::frames::{Schedule, share_of_step};
+use super::gauges::ArrivalRule;
+use crate::error::Error;
+use crate::math::Vec2;
 
 /// A channel as the run reports it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelProfile {
     /// Name.
     pub id: String,
@@ -15,6 +19,10 @@ pub struct ChannelProfile {
     pub bed: Vec<f64>,
     /// Level of the last row of each section (m); none where the sections have walls without end.
     pub banks: Option<Vec<f64>>,
+    /// Map coordinates of each particle (m); none where the channel has no line on the map.
+    pub places: Option<Vec<Vec2>>,
+    /// Its gauges.
+    pub gauges: Vec<ChannelGauge>,
 }
 
 /// Where the water of a channel stood highest above the last row of its sections: over the banks of the real one.
@@ -69,7 +77,8 @@ pub struct ChannelFrame {
 }
 
 impl ChannelWater {
-    fn between(&self, later: &ChannelWater, share: f64) -> ChannelWater {
+    /// The water `share` of the way to another moment or place.
+    pub(super) fn between(&self, later: &ChannelWater, share: f64) -> ChannelWater {
         let mix = |a: f64, b: f64| a + (b - a) * share;
         ChannelWater {
             depth: mix(self.depth, later.depth),
@@ -80,6 +89,24 @@ impl ChannelWater {
     }
 }
 
+/// What to record of the channels.
+#[derive(Clone, Copy, Debug)]
+pub struct ChannelPlan {
+    /// Interval of the profiles (s).
+    pub every: f64,
+    /// Interval of the gauge series (s).
+    pub gauges_every: f64,
+    /// End of the run (s).
+    pub end_time: f64,
+    /// Depth (m) that counts as arrival at a gauge.
+    pub threshold: f64,
+    /// Rise (m) that counts as arrival where there was water at the start.
+    pub rise_on_wet: f64,
+}
+
+/// Where profiles go: usually [`ChannelsWriter::push`](super::ChannelsWriter::push).
+pub type ProfileSink<'a> = dyn FnMut(&ChannelFrame) -> Result<(), Error> + 'a;
+
 /// Follows the channels of a run.
 #[derive(Debug)]
 pub struct ChannelRecorder<'a> {
@@ -88,18 +115,45 @@ pub struct ChannelRecorder<'a> {
     before: ChannelFrame,
     frames: Vec<ChannelFrame>,
     above_banks: Vec<Option<AboveBanks>>,
+    gauges: ChannelGaugeRecorder,
+}
+
+/// Everything that the channels of a run left behind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChannelRecording {
+    /// The profiles.
+    pub frames: Vec<ChannelFrame>,
+    /// The highest water of the channels that were over their banks.
+    pub above_banks: Vec<AboveBanks>,
+    /// What each gauge saw.
+    pub gauge_results: Vec<ChannelGaugeResult>,
+    /// The gauge series, by time and then by gauge.
+    pub gauge_samples: Vec<ChannelGaugeSample>,
 }
 
 impl<'a> ChannelRecorder<'a> {
-    /// A recorder that takes a profile of each channel at an interval up to the end (s), and the water at the start.
-    pub fn new(profiles: &'a [ChannelProfile], (every, end): (f64, f64), start: Vec<Vec<ChannelWater>>) -> Self {
-        let mut schedule = Schedule::new(every, end);
-        let before = ChannelFrame { time: 0.0, water: start };
-        let frames = schedule.due(0.0).map(|_| before.clone()).into_iter().collect();
-        let above_banks = vec![None; profiles.len()];
-        let mut recorder = ChannelRecorder { profiles, schedule, before, frames, above_banks };
-        recorder.follow_banks();
-        recorder
+    /// A recorder that has seen the water at the start.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn start(
+        profiles: &'a [ChannelProfile],
+        plan: ChannelPlan,
+        start: Vec<Vec<ChannelWater>>,
+        sink: &mut ProfileSink<'_>,
+    ) -> Result<Self, Error> {
+        let rule = ArrivalRule { threshold: plan.threshold, rise_on_wet: plan.rise_on_wet };
+        let mut recorder = ChannelRecorder {
+            profiles,
+            schedule: Schedule::new(plan.every, plan.end_time),
+            before: ChannelFrame { time: 0.0, water: start },
+            frames: Vec::new(),
+            above_banks: vec![None; profiles.len()],
+            gauges: ChannelGaugeRecorder::new(profiles, rule, Schedule::new(plan.gauges_every, plan.end_time)),
+        };
+        let start = recorder.before.water.clone();
+        recorder.step(0.0, start, sink)?;
+        Ok(recorder)
     }
 
     /// Keeps the highest water over the banks of each channel.
@@ -113,23 +167,36 @@ impl<'a> ChannelRecorder<'a> {
         }
     }
 
-    /// Takes the water at the end of a step (s).
-    pub fn step(&mut self, time: f64, water: Vec<Vec<ChannelWater>>) {
+    /// Takes the water at the end of a step (s), and hands out the profiles that fell due.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn step(&mut self, time: f64, water: Vec<Vec<ChannelWater>>, sink: &mut ProfileSink<'_>) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.before, ChannelFrame { time, water });
+        self.gauges.step((before.time, time), (&before.water, &self.before.water));
         while let Some(due) = self.schedule.due(time) {
             let share = share_of_step(due, before.time, time);
             let channel = |(earlier, later): (&Vec<ChannelWater>, &Vec<ChannelWater>)| {
                 earlier.iter().zip(later).map(|(a, b)| a.between(b, share)).collect()
             };
             let water = before.water.iter().zip(&self.before.water).map(channel).collect();
-            self.frames.push(ChannelFrame { time: due, water });
+            let frame = ChannelFrame { time: due, water };
+            sink(&frame)?;
+            self.frames.push(frame);
         }
         self.follow_banks();
+        Ok(())
     }
 
-    /// The profiles, and the highest water of the channels that were over their banks.
-    pub fn finish(self) -> (Vec<ChannelFrame>, Vec<AboveBanks>) {
-        (self.frames, self.above_banks.into_iter().flatten().collect())
+    /// What the channels left behind, up to the last step taken.
+    pub fn finish(self) -> ChannelRecording {
+        let (gauge_results, gauge_samples) = self.gauges.finish();
+        ChannelRecording {
+            frames: self.frames,
+            above_banks: self.above_banks.into_iter().flatten().collect(),
+            gauge_results,
+            gauge_samples,
+        }
     }
 }
 
@@ -137,30 +204,47 @@ impl<'a> ChannelRecorder<'a> {
 mod tests {
     use super::*;
 
+    fn plan(every: f64, end_time: f64) -> ChannelPlan {
+        ChannelPlan { every, gauges_every: every, end_time, threshold: 0.01, rise_on_wet: 0.1 }
+    }
+
     #[test]
     fn profiles_lie_between_the_steps() {
         let water = |depth: f64| vec![vec![ChannelWater { depth, ..ChannelWater::default() }]];
-        let mut recorder = ChannelRecorder::new(&[], (1.0, 2.0), water(4.0));
-        recorder.step(0.5, water(4.0));
-        recorder.step(1.5, water(2.0));
-        recorder.step(2.0, water(1.0));
-        let found: Vec<(f64, f64)> = recorder.finish().0.iter().map(|f| (f.time, f.water[0][0].depth)).collect();
+        let mut handed_out = Vec::new();
+        let mut sink = |frame: &ChannelFrame| {
+            handed_out.push(frame.clone());
+            Ok(())
+        };
+        let mut recorder = ChannelRecorder::start(&[], plan(1.0, 2.0), water(4.0), &mut sink).unwrap();
+        for (time, depth) in [(0.5, 4.0), (1.5, 2.0), (2.0, 1.0)] {
+            recorder.step(time, water(depth), &mut sink).unwrap();
+        }
+        let frames = recorder.finish().frames;
+        let found: Vec<(f64, f64)> = frames.iter().map(|f| (f.time, f.water[0][0].depth)).collect();
         assert_eq!(found, [(0.0, 4.0), (1.0, 3.0), (2.0, 1.0)]);
+        assert_eq!(handed_out, frames);
     }
 
     #[test]
     fn the_highest_water_over_the_banks_is_kept_from_every_step() {
-        let profile =
-            |id: &str, banks| ChannelProfile { id: id.into(), distance: vec![5.0, 15.0], bed: vec![0.0, 0.0], banks };
+        let profile = |id: &str, banks| ChannelProfile {
+            id: id.into(),
+            distance: vec![5.0, 15.0],
+            bed: vec![0.0, 0.0],
+            banks,
+            ..ChannelProfile::default()
+        };
         let profiles =
             [profile("a", Some(vec![2.0, 1.5])), profile("walled", None), profile("low", Some(vec![9.0, 9.0]))];
         let water =
             |levels: [f64; 2]| vec![levels.map(|level| ChannelWater { level, ..ChannelWater::default() }).to_vec(); 3];
-        let mut recorder = ChannelRecorder::new(&profiles, (10.0, 10.0), water([1.0, 1.0]));
+        let mut sink = |_: &ChannelFrame| Ok(());
+        let mut recorder = ChannelRecorder::start(&profiles, plan(10.0, 10.0), water([1.0, 1.0]), &mut sink).unwrap();
         for (time, levels) in [(1.0, [2.25, 1.5]), (2.0, [2.0, 2.0]), (3.0, [2.25, 1.0])] {
-            recorder.step(time, water(levels));
+            recorder.step(time, water(levels), &mut sink).unwrap();
         }
         let expected = AboveBanks { channel: "a".into(), height_m: 0.5, distance_m: 15.0, time_s: 2.0 };
-        assert_eq!(recorder.finish().1, [expected]);
+        assert_eq!(recorder.finish().above_banks, [expected]);
     }
 }

@@ -1,6 +1,6 @@
 //! The run folder: made once, written atomically, never mixed with files of somebody else.
 //!
-//! Every file but the live `fields.partial.nc` appears under its name only when it is whole: it is written under a
+//! Every file but the live `fields.partial.nc` and `channels.partial.nc` appears under its name only when it is whole: it is written under a
 //! temporary name in the same folder, flushed to the disk and renamed. While a run is under way, `run.json` says
 //! `"status": "running"`.
 
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Problem, ProblemKind};
 
 /// Files that a run writes, relative to its folder, and those of a report, which would be out of date beside another run.
-const OWN_FILES: [&str; 22] = [
+const OWN_FILES: [&str; 26] = [
     "run.json",
     "scenario.resolved.yaml",
     "fields.nc",
@@ -23,6 +23,10 @@ const OWN_FILES: [&str; 22] = [
     "tables/mass_balance.csv",
     "tables/boundaries.csv",
     "tables/channels.csv",
+    "tables/channel_gauges.csv",
+    "tables/channel_gauge_series.csv",
+    "channels.nc",
+    "channels.partial.nc",
     "tables/sections.csv",
     "tables/section_series.csv",
     "sections.nc",
@@ -76,9 +80,6 @@ impl RunFolder {
         }
         let probe = folder.temporary("probe");
         fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(unwritable)?;
-        for part in ["cog", "tables"] {
-            fs::create_dir_all(path.join(part)).map_err(unwritable)?;
-        }
         Ok(folder)
     }
 
@@ -131,6 +132,9 @@ impl RunFolder {
     /// Those of `write`, and when the file cannot be flushed or renamed.
     pub(super) fn write_with(&self, name: &str, write: impl FnOnce(&Path) -> Result<(), Error>) -> Result<(), Error> {
         let (temporary, path) = (self.temporary(name), self.file(name));
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).map_err(|cause| output_error(parent, cause))?;
+        }
         let written = write(&temporary).and_then(|()| {
             let flush = || fs::File::open(&temporary)?.sync_all();
             flush().and_then(|()| fs::rename(&temporary, &path)).map_err(|cause| output_error(&path, cause))
@@ -239,6 +243,9 @@ mod tests {
     fn overwriting_deletes_only_what_a_run_writes() {
         let place = tempfile::tempdir().unwrap();
         let first = RunFolder::create(&place.path().join("deep/run"), false).unwrap();
+        for folder in ["cog", "tables"] {
+            fs::create_dir(first.file(folder)).unwrap();
+        }
         for name in ["run.json", "cog/max_depth.tif", "cog/mine.tif", "thesis.txt", "tables/.unfinished.gauges.csv"] {
             fs::write(first.file(name), "x").unwrap();
         }

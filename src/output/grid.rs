@@ -94,7 +94,7 @@ impl OutputGrid {
         let spacing = lattice.spacing;
         let size = lattice.size();
         // A grid of 3 cells of 0.1 m over 0.3 m must not get a fourth by rounding.
-        let cells_over = |length: f64| ((length / cell - 1e-6).ceil() as usize).max(1);
+        let cells_over = |length: f64| ((length / cell - 1e-6).ceil() as usize).max(usize::from(length > 0.0));
         let (columns, rows) = (cells_over(size.x), cells_over(size.y));
         let from_south = |row: usize| size.y - (row as f64 + 1.0) * cell;
         let mut grid = OutputGrid {
@@ -124,7 +124,7 @@ impl OutputGrid {
         self.columns * self.rows
     }
 
-    /// Whether the grid has no cell; it always has one.
+    /// Whether the grid has no cell: that of a run without terrain.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

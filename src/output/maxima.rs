@@ -93,7 +93,8 @@ impl Maxima {
         assert!(!thresholds.is_empty(), "invariant: a resolved scenario has at least one threshold");
         let never = ThresholdRecord { arrival: f64::NAN, latest_crossing: f64::NAN, duration: 0.0 };
         Maxima {
-            columns,
+            // Rows of no cells are none to go through, but rows all the same.
+            columns: columns.max(1),
             thresholds: thresholds.to_vec(),
             rise_on_wet,
             initial_depth: vec![0.0; cells],

@@ -2,13 +2,15 @@
 //!
 //! Order of use: [`RunFolder::create`], [`Recorder::new`], [`FieldsWriter::start`], [`Recorder::start`],
 //! [`Recorder::step`] after every compute step, [`Recorder::finish`], [`FieldsWriter::finish`], then [`write_maps`],
-//! [`write_cogs`], [`write_geopackage`], [`write_tables`] and [`RunManifest::write`].
+//! [`write_cogs`], [`write_geopackage`], [`write_gauges`], [`write_mass_balance`] and [`RunManifest::write`].
 //!
 //! Maps follow the compute steps and never the stored frames; frames are interpolated between compute steps and never
-//! shorten one. The writers know map coordinates and files; they do not know the solver.
+//! shorten one. Channels of one dimension have a recorder and a writer of their own, [`ChannelRecorder`] and [`ChannelsWriter`]; a run
+//! of channels alone has nothing of the rest but its books. The writers know map coordinates and files; they do not know the solver.
 
 use crate::math::Vec2;
 
+mod channel_gauges;
 mod channels;
 mod folder;
 mod frames;
@@ -22,7 +24,8 @@ mod recorder;
 mod sections;
 mod write;
 
-pub use channels::{ChannelFrame, ChannelProfile, ChannelRecorder, ChannelWater};
+pub use channel_gauges::{ChannelGauge, ChannelGaugeResult, ChannelGaugeSample};
+pub use channels::{ChannelFrame, ChannelPlan, ChannelProfile, ChannelRecorder, ChannelRecording, ChannelWater};
 pub use folder::RunFolder;
 pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};
@@ -35,8 +38,8 @@ pub use manifest::{
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{
-    FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_channels, write_cogs,
-    write_geopackage, write_maps, write_passages, write_sections, write_tables,
+    ChannelsWriter, FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_channels,
+    write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_sections,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

@@ -2,6 +2,7 @@
 //!
 //! The only place that knows both the scenario and the stages; each stage gets a small plain struct.
 
+mod channels;
 pub(crate) mod clock;
 pub(crate) mod cores;
 mod plan;
@@ -17,19 +18,20 @@ use std::time::Instant;
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
 use crate::output::{
-    ChannelRecorder, FieldsWriter, Findings, PassageRecord, Provenance, Recorder, RecorderPlan, Recording, RunFolder,
-    RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_channels, write_cogs, write_geopackage,
-    write_maps, write_passages, write_sections, write_tables,
+    ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
+    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_cogs, write_gauges,
+    write_geopackage, write_maps, write_mass_balance, write_passages, write_sections,
 };
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::Scenario;
 use crate::seeding::{SeededVolume, StillWater};
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::version;
+use channels::Channels;
 use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
 use progress::Progress;
-use records::{books, breach_record, first_manifest, gate, in_channels, moving_bed_record, passages};
+use records::{books, breach_record, first_manifest, gate, moving_bed_record, passages};
 pub use summary::RunSummary;
 
 /// What the planner asks of a run beyond the scenario.
@@ -149,16 +151,16 @@ impl Run<'_> {
         let mut recorder = Recorder::new(plan);
         let grid = recorder.grid().clone();
         let provenance = self.provenance();
-        let mut fields = FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance)?;
+        let has_plane = !grid.is_empty();
+        let start_fields = || FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance);
+        let mut fields = has_plane.then(start_fields).transpose()?;
         let mut progress = Progress::new(self.scenario.end_time, &lattice, show);
         let outputs = &self.scenario.outputs;
         let count = self.prepared.sections.len();
         let mut sections = SectionRecorder::new(count, outputs.gauges_every, self.scenario.end_time);
         let profiles = self.prepared.channels.clone();
-        let mut channels = (!profiles.is_empty()).then(|| {
-            let times = (outputs.every, self.scenario.end_time);
-            ChannelRecorder::new(&profiles, times, in_channels(solver.as_ref()))
-        });
+        let named = (&self.prepared.crs, &provenance);
+        let mut channels = Channels::start((self.scenario, &profiles), solver.as_ref(), &self.folder, named)?;
         let recorders = (&mut recorder, &mut sections, &mut channels);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap(COMPUTE);
@@ -169,35 +171,47 @@ impl Run<'_> {
 
         let recording = recorder.finish();
         let (section_results, section_samples) = sections.finish();
-        fields.finish()?;
-        let crs = &self.prepared.crs;
-        let outputs = &self.scenario.outputs;
+        if let Some(fields) = fields {
+            fields.finish()?;
+            self.write_plane(&grid, &provenance, &recording, &section_results)?;
+        }
+        write_sections(&self.folder, &provenance, &self.prepared.sections, &section_results, &section_samples)?;
+        let in_channels = channels.map(|channels| channels.finish(&self.folder)).transpose()?.unwrap_or_default();
+        self.manifest.above_banks = in_channels.above_banks;
+        write_mass_balance(&self.folder, &recording)?;
+        write_passages(&self.folder, &self.manifest.boundaries)?;
+        self.clock.lap("outputs");
+        self.finish(ledger, &recording, (section_results, in_channels.gauge_results), early)
+    }
+
+    /// The maps, and all else that is drawn or read on the plane.
+    fn write_plane(
+        &self,
+        grid: &OutputGrid,
+        provenance: &Provenance,
+        recording: &Recording,
+        sections: &[SectionResult],
+    ) -> Result<(), Error> {
+        let (crs, outputs) = (&self.prepared.crs, &self.scenario.outputs);
         let rise_on_wet = outputs.rise_on_wet;
-        write_maps(&self.folder, &grid, crs, &provenance, &recording.maps, (recording.end_time, rise_on_wet))?;
-        write_cogs(&self.folder, &grid, crs, &provenance, &recording.maps, rise_on_wet)?;
+        write_maps(&self.folder, grid, crs, provenance, &recording.maps, (recording.end_time, rise_on_wet))?;
+        write_cogs(&self.folder, grid, crs, provenance, &recording.maps, rise_on_wet)?;
         let findings = Findings {
             gauges: &self.prepared.gauges,
-            sections: (&self.prepared.sections, &section_results),
+            sections: (&self.prepared.sections, sections),
             isochrones: &outputs.isochrones,
             problems: &self.prepared.problems,
         };
-        write_geopackage(&self.folder, &grid, crs, &recording, &findings)?;
-        write_tables(&self.folder, &self.prepared.gauges, &recording)?;
-        write_sections(&self.folder, &provenance, &self.prepared.sections, &section_results, &section_samples)?;
-        let (frames, above_banks) = channels.map(ChannelRecorder::finish).unwrap_or_default();
-        self.manifest.above_banks = above_banks;
-        write_channels(&self.folder, &profiles, &frames)?;
-        write_passages(&self.folder, &self.manifest.boundaries)?;
-        self.clock.lap("outputs");
-        self.finish(ledger, &recording, &section_results, early)
+        write_geopackage(&self.folder, grid, crs, recording, &findings)?;
+        write_gauges(&self.folder, &self.prepared.gauges, recording)
     }
 
     /// The loop of steps.
     fn compute(
         &mut self,
         solver: &mut dyn FlowSolver,
-        (recorder, sections, channels): (&mut Recorder, &mut SectionRecorder, &mut Option<ChannelRecorder<'_>>),
-        fields: &mut FieldsWriter,
+        (recorder, sections, channels): (&mut Recorder, &mut SectionRecorder, &mut Option<Channels<'_>>),
+        fields: &mut Option<FieldsWriter>,
         progress: &mut Progress,
     ) -> Result<Option<Early>, Error> {
         let signal = watch_signals()?;
@@ -205,7 +219,8 @@ impl Run<'_> {
         self.manifest.particles.initial = solver.particles();
         let books_at_start = books(solver);
         recorder.set_bed(solver.bed_now());
-        recorder.start(&solver.water(), books_at_start, &mut |frame| fields.push(frame))?;
+        let mut push = |frame| fields.as_mut().map_or(Ok(()), |fields| fields.push(frame));
+        recorder.start(&solver.water(), books_at_start, &mut push)?;
         let mut steps = progress::StepStatistics::default();
         let mut early = None;
         let mut recording = 0.0;
@@ -223,11 +238,11 @@ impl Run<'_> {
             recorder.set_bed(solver.bed_now());
             let water = solver.water();
             let before = Instant::now();
-            recorder.step(time, &water, volumes, &mut |frame| fields.push(frame))?;
+            recorder.step(time, &water, volumes, &mut push)?;
             recording += before.elapsed().as_secs_f64();
             sections.step(time, solver.sections().iter().map(|flow| (flow.discharge, flow.volume)));
             if let Some(channels) = channels {
-                channels.step(time, in_channels(solver));
+                channels.step(solver)?;
             }
             progress.show(time, solver.particles(), &choice, volumes.error_relative);
             let received = signal.load(Ordering::Relaxed);
@@ -257,7 +272,7 @@ impl Run<'_> {
         mut self,
         ledger: Ledger,
         recording: &Recording,
-        sections: &[SectionResult],
+        (sections, channel_gauges): (Vec<SectionResult>, Vec<ChannelGaugeResult>),
         early: Option<Early>,
     ) -> Result<RunSummary, Error> {
         let grid_error = recording
@@ -275,10 +290,10 @@ impl Run<'_> {
             error_relative: ledger.relative_error(),
             grid_error_relative: grid_error,
         };
-        manifest.gates = vec![
-            gate("volume ledger", ledger.relative_error().abs(), LEDGER_TOLERANCE),
-            gate("volume on the grid", grid_error, GRID_TOLERANCE),
-        ];
+        manifest.gates = vec![gate("volume ledger", ledger.relative_error().abs(), LEDGER_TOLERANCE)];
+        if !self.scenario.is_channels_alone() {
+            manifest.gates.push(gate("volume on the grid", grid_error, GRID_TOLERANCE));
+        }
         let asked = manifest.boundaries.iter().filter_map(PassageRecord::error_relative);
         manifest.gates.extend(
             asked
@@ -310,7 +325,8 @@ impl Run<'_> {
             seeded: self.seeded,
             moving: self.moving,
             gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
-            sections: self.prepared.sections.into_iter().zip(sections.iter().copied()).collect(),
+            sections: self.prepared.sections.into_iter().zip(sections).collect(),
+            channel_gauges,
         })
     }
 

@@ -47,6 +47,10 @@ const MAP_BYTES: Range<f64> = 8.0..24.0;
 const FRAME_BYTES: Range<f64> = 12.0..26.0;
 /// Bytes of a sample of a gauge series.
 const SAMPLE_BYTES: f64 = 60.0;
+/// Bytes of a particle of a channel at a moment: a row of `channels.csv`, and four numbers of `channels.nc` (compressed ones take less).
+const PROFILE_BYTES: Range<f64> = 50.0..110.0;
+/// Bytes that `channels.nc` takes besides: names and places of few or many stations.
+const CHANNELS_FILE: Range<f64> = 2e4..6e4;
 /// Time (s) to write the maps per cell of the output grid: 2.5e-6 in the demonstration, 5e-6 at Malpasset at 40 m.
 const MAP_SECONDS: Range<f64> = 1.5e-6..6e-6;
 /// Memory (bytes) that a plan takes per cell of the lattice and a run does not: the water of the start, which the core has by then,
@@ -235,24 +239,29 @@ fn draw(
     let moves = is_moving(scenario);
     let wet = reach.cells_at.first().copied().unwrap_or(0);
     let growth = growth(scenario, still, reach, measured.particles.0);
-    let (now, most) = (measured.particles.0 as f64, measured.particles.1 as f64);
+    let (now, peak) = (measured.particles.0 as f64, measured.particles.1 as f64);
     let particles_at_most = match (moves, measured.is_whole) {
-        (true, _) | (_, true) => most..most,
-        (false, false) => most..most.max((reach.cells() + prepared.needs.channel_particles) as f64),
+        (true, _) | (_, true) => peak..peak,
+        (false, false) => peak..peak.max((reach.cells() + prepared.needs.channel_particles) as f64),
     };
     let steps = steps(scenario, &measured);
     let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, cells);
     let frames = (scenario.end_time / scenario.outputs.every).ceil() + 1.0;
-    let samples = prepared.gauges.len() as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil();
+    let gauges = prepared.gauges.len() + prepared.channels.iter().map(|channel| channel.gauges.len()).sum::<usize>();
+    let samples = gauges as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil();
     let profiles = prepared.needs.channel_particles as f64 * frames;
-    let share = cells as f64 / prepared.lattice.as_ref().map_or(1, |lattice| lattice.len()) as f64;
-    let disk = |map: f64, frame: f64, wet: f64| {
-        (map * cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * (samples + profiles)) / 1e6
-    };
-    let cells_at_end = if moves { reach.cells() as f64 } else { now * growth };
     let lattice_cells = prepared.lattice.as_ref().map_or(0, |lattice| lattice.len());
+    let share = cells as f64 / lattice_cells.max(1) as f64;
+    let has_channels = if prepared.channels.is_empty() { 0.0 } else { 1.0 };
+    let disk = |[map, frame, profile, file]: [f64; 4], wet: f64| {
+        let of_channels = profile * profiles + file * has_channels;
+        (map * cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * samples + of_channels) / 1e6
+    };
+    let least = [MAP_BYTES, FRAME_BYTES, PROFILE_BYTES, CHANNELS_FILE].map(|range| range.start);
+    let most = [MAP_BYTES, FRAME_BYTES, PROFILE_BYTES, CHANNELS_FILE].map(|range| range.end);
+    let cells_at_end = if moves { reach.cells() as f64 } else { now * growth };
     let written = WRITERS_BYTES * (cells + lattice_cells) as f64 / MIB;
-    let neighbours = if moves { NEIGHBOUR_BYTES * most / MIB } else { 0.0 };
+    let neighbours = if moves { NEIGHBOUR_BYTES * peak / MIB } else { 0.0 };
     let spread = (reach.cells() as f64 / wet.max(1) as f64).sqrt().min(WIDEST);
     Plan {
         bed_particles: prepared.needs.bed_particles,
@@ -264,11 +273,12 @@ fn draw(
             ..memory_now + WRITERS_MIB + written + neighbours,
         steps,
         run_time,
-        disk_mb: disk(MAP_BYTES.start, FRAME_BYTES.start, wet as f64)
-            ..disk(MAP_BYTES.end, FRAME_BYTES.end, cells_at_end),
+        disk_mb: disk(least, wet as f64)..disk(most, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: if !prepared.forcing.is_still() {
+        advice: if !prepared.forcing.channels.is_empty() {
+            (Motion::Eulerian, "channels of one dimension have resting particles alone".to_owned())
+        } else if !prepared.forcing.is_still() {
             let why = "water that comes in goes where resting particles follow it evenly";
             (Motion::Eulerian, why.to_owned())
         } else if prepared.forcing.breach.is_some() || !prepared.forcing.moving_bed.is_empty() {

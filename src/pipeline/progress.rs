@@ -35,16 +35,16 @@ impl Progress {
         let share = time / self.end_time;
         let to_go = if share > 0.0 { self.start.elapsed().as_secs_f64() * (1.0 - share) / share } else { 0.0 };
         let place = self.lattice.to_map(choice.position);
+        // A run of channels alone has no places on a plane.
+        let at = if self.lattice.is_empty() { String::new() } else { format!(" @ {:.0}, {:.0}", place.x, place.y) };
         let line = format!(
-            "{} / {}  {:5.1} %  {particles} particles  dt {:.3} s ({}, {:.1} m/s @ {:.0}, {:.0})  volume error {:.0e}  to go {}",
+            "{} / {}  {:5.1} %  {particles} particles  dt {:.3} s ({}, {:.1} m/s{at})  volume error {:.0e}  to go {}",
             clock_time(time),
             clock_time(self.end_time),
             100.0 * share,
             choice.time_step,
             choice.limit.name(),
             choice.max_speed,
-            place.x,
-            place.y,
             volume_error.abs(),
             clock_time(to_go),
         );

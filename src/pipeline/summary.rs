@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::progress::clock_time;
-use crate::output::{Gauge, GaugeResult, RunManifest, Section, SectionResult};
+use crate::output::{ChannelGaugeResult, Gauge, GaugeResult, RunManifest, Section, SectionResult};
 use crate::seeding::{FluidSeed, SeededVolume};
 
 /// The moving particles at the start, in short.
@@ -45,6 +45,8 @@ pub struct RunSummary {
     pub gauges: Vec<(Gauge, GaugeResult)>,
     /// The cross-sections and what passed them.
     pub sections: Vec<(Section, SectionResult)>,
+    /// What the gauges in channels saw.
+    pub channel_gauges: Vec<ChannelGaugeResult>,
 }
 
 impl fmt::Display for RunSummary {
@@ -116,15 +118,14 @@ impl fmt::Display for RunSummary {
             )?;
         }
         let volume = &run.volume_m3;
+        let on_grid = match run.bed_particles {
+            0 => String::new(),
+            _ => format!(", on the grid {:.1e}", volume.grid_error_relative),
+        };
         writeln!(
             f,
-            "volume {:.6e} m3 at the start, {:.6e} m3 came in, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}, on the grid {:.1e}",
-            volume.initial,
-            volume.inflow,
-            volume.outflow,
-            volume.last,
-            volume.error_relative,
-            volume.grid_error_relative
+            "volume {:.6e} m3 at the start, {:.6e} m3 came in, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}{on_grid}",
+            volume.initial, volume.inflow, volume.outflow, volume.last, volume.error_relative,
         )?;
         if !self.gauges.is_empty() {
             writeln!(f, "{:<12} {:>10} {:>10} {:>10} {:>10}", "gauge", "arrival s", "max m", "level m", "speed m/s")?;
@@ -160,8 +161,35 @@ impl fmt::Display for RunSummary {
                 result.volume
             )?;
         }
+        write_channel_gauges(f, &self.channel_gauges)?;
         writeln!(f, "results in {}", self.folder.display())
     }
+}
+
+/// The gauges in channels; nothing where there are none.
+fn write_channel_gauges(f: &mut fmt::Formatter<'_>, gauges: &[ChannelGaugeResult]) -> fmt::Result {
+    if !gauges.is_empty() {
+        writeln!(
+            f,
+            "{:<12} {:<12} {:>10} {:>10} {:>10} {:>10} {:>12}",
+            "gauge", "in channel", "arrival s", "max m", "level m", "speed m/s", "peak m3/s"
+        )?;
+    }
+    for seen in gauges {
+        let number = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
+        writeln!(
+            f,
+            "{:<12} {:<12} {:>10} {:>10.2} {:>10} {:>10.2} {:>12.4}",
+            seen.id,
+            seen.channel,
+            number(seen.arrival, 1),
+            seen.max_depth,
+            number(seen.max_level, 2),
+            seen.max_speed,
+            seen.peak_discharge
+        )?;
+    }
+    Ok(())
 }
 
 /// What was done to the bed and to cells so that a body of water is level and holds its volume; nothing where nothing was.

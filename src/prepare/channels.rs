@@ -1,11 +1,13 @@
 //! Channels of one dimension: their tables and conditions, and where they join the terrain.
 
+use super::channel_places::{along, axis, gauges};
 use super::findings::Findings;
 use super::forcing;
 use super::series;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
+use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::ChannelProfile;
@@ -34,10 +36,11 @@ struct Table {
 pub(super) struct Opened {
     sections: Vec<Table>,
     ends: [Option<Condition>; 2],
+    axis: Option<Vec<Vec2>>,
 }
 
-/// Opens every table and series of the channels; none for a channel with a fault.
-pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> Vec<Option<Opened>> {
+/// Opens every table, series and line of the channels; none for a channel with a fault.
+pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Option<Opened>> {
     let mut names: Vec<&str> = Vec::new();
     let opened = scenario.channels.iter().map(|channel| {
         if names.contains(&channel.id.value.as_str()) {
@@ -46,9 +49,10 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> Vec<Option<O
             findings.add(&channel.id, problem.with_remedy("give each channel its own id"));
         }
         names.push(&channel.id.value);
+        let is_rough = channel.manning.map_or(!scenario.roughness.is_none(), |n| n > 0.0);
         let ends = [&channel.upstream, &channel.downstream].map(|end| match end {
             None => Some(None),
-            Some(condition) => forcing::condition(condition, scenario, findings).map(Some),
+            Some(condition) => forcing::condition(condition, (scenario.end_time, is_rough), findings).map(Some),
         });
         let length = channel.length.value;
         let sections = match &channel.shape {
@@ -58,8 +62,9 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> Vec<Option<O
             ]),
             ChannelShape::Sections(file) => sections(file, (length, scenario.resolution.value), findings),
         };
+        let axis = axis(channel, crs, findings);
         let [far, near] = ends;
-        Some(Opened { sections: sections?, ends: [far?, near?] })
+        Some(Opened { sections: sections?, ends: [far?, near?], axis })
     });
     opened.collect()
 }
@@ -210,7 +215,7 @@ pub(super) fn on_lattice(
 ) -> (Vec<Channel>, Vec<ChannelProfile>) {
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let (mut channels, mut profiles) = (Vec::new(), Vec::new());
-    let mut taken: Vec<Vec2> = Vec::new();
+    let (mut taken, mut names): (Vec<Vec2>, Vec<String>) = (Vec::new(), Vec::new());
     let mut particles = 0.0;
     for (described, opened) in scenario.channels.iter().zip(opened) {
         let Some(opened) = opened else { continue };
@@ -239,7 +244,8 @@ pub(super) fn on_lattice(
             findings.add(&described.length, problem.with_remedy(remedy));
             break;
         }
-        let (mut channel, profile) = build(described, &opened, manning, lattice.spacing);
+        let (mut channel, mut profile) = build(described, &opened, manning, lattice.spacing);
+        profile.gauges = gauges(described, &mut names, findings);
         check_water(described, &profile, findings);
         if let Some(joint) = &described.joins {
             let faces = opening(joint.value, ground);
@@ -318,7 +324,9 @@ fn build(described: &Described, opened: &Opened, manning: f64, spacing: f64) -> 
         id: described.id.value.clone(),
         bed: sections.iter().map(|section| section.strips[0].bed).collect(),
         banks: places.iter().map(|place| bank(&rows_at(&opened.sections, *place))).collect(),
+        places: opened.axis.as_ref().map(|line| places.iter().map(|place| along(line, place / length)).collect()),
         distance: places,
+        gauges: Vec::new(),
     };
     let channel = Channel {
         spacing,

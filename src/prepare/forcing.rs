@@ -47,12 +47,13 @@ enum OpenedRain {
 
 /// Opens every file of boundaries, sources, rain and sections.
 pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
+    let is_rough = !scenario.roughness.is_none();
     let boundaries = scenario.boundaries.iter().map(|boundary| {
         let lines = match &boundary.value.place {
             OpenBoundary::Side(_) => None,
             OpenBoundary::Lines(source) => places::pieces(source, crs, scenario, findings),
         };
-        (lines, condition(&boundary.value.condition, scenario, findings))
+        (lines, condition(&boundary.value.condition, (scenario.end_time, is_rough), findings))
     });
     let boundaries = boundaries.collect();
     let sources = sources::open(scenario, crs, findings);
@@ -66,12 +67,12 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     Opened { boundaries, sources, rain, sections }
 }
 
+/// A condition with its series, up to the end of the run (s), and whether there is roughness where it holds.
 pub(super) fn condition(
     condition: &BoundaryCondition,
-    scenario: &Scenario,
+    (end, is_rough): (f64, bool),
     findings: &mut Findings,
 ) -> Option<Condition> {
-    let end = scenario.end_time;
     Some(match condition {
         BoundaryCondition::Free => Condition::Free,
         BoundaryCondition::Stage(level, _) => Condition::Stage(series::series(level, LEVEL, end, findings)?),
@@ -85,10 +86,10 @@ pub(super) fn condition(
             }
         }
         BoundaryCondition::NormalDepth(slope) => {
-            if scenario.roughness.is_none() {
+            if !is_rough {
                 let message = "without roughness there is no uniform flow, and no normal depth";
                 let problem = Problem::error(ProblemKind::Scenario, "no-roughness", "", message);
-                let remedy = "give `roughness.manning` a value above 0, or take `type: free`";
+                let remedy = "give `manning` a value above 0, or take `type: free`";
                 findings.add(slope, problem.with_remedy(remedy));
                 return None;
             }

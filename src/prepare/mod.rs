@@ -6,6 +6,7 @@
 mod breach;
 mod burn;
 mod cf_time;
+mod channel_places;
 mod channels;
 mod earlier;
 mod earlier_fields;
@@ -168,7 +169,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         );
         findings.add(&scenario.resolution, problem.with_remedy("give a positive length, such as `20 m`"));
     }
-    if scenario.layers.is_empty() {
+    if scenario.layers.is_empty() && scenario.channels.is_empty() {
         let problem = Problem::error(ProblemKind::Scenario, "no-terrain", "", "the scenario names no terrain");
         findings.add_at("terrain.layers", None, problem.with_remedy("add `terrain: {layers: [{raster: FILE}]}`"));
     }
@@ -201,7 +202,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let moving = moving_bed::open(scenario, crs.as_ref(), &mut findings);
     let start = start::open(scenario, crs.as_ref(), &mut findings);
     let ground = ground::open(scenario, crs.as_ref(), &mut findings);
-    let reaches = channels::open(scenario, &mut findings);
+    let reaches = channels::open(scenario, crs.as_ref(), &mut findings);
     let mut prepared = Prepared {
         problems: Vec::new(),
         terrain,
@@ -221,7 +222,10 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         gap: None,
         needs: Needs::default(),
     };
-    if spacing.is_finite() && spacing > 0.0 {
+    let is_possible = spacing.is_finite() && spacing > 0.0;
+    if is_possible && scenario.is_channels_alone() {
+        place_channels_alone(scenario, &mut prepared, reaches, &mut findings);
+    } else if is_possible {
         let lines = (walls, open_lines);
         let files = Files {
             forcing: &mut opened,
@@ -302,26 +306,52 @@ fn place_on_lattice(
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain.extent(), &surface, findings);
     }
-    let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
-    let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
-    let moving = scenario.numerics.motion == Motion::Lagrangian;
-    let fluid = if moving { wet_cells } else { 0 };
-    let channels = &prepared.forcing.channels;
-    let channel_particles = channels.iter().map(|channel| channel.sections.len()).sum();
-    let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
-    let channel_strips = channels.iter().map(strips).sum();
-    // A strip takes no more than a cell.
-    let memory = (lattice.len() + channel_strips) as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
-    let counts = [bed_particles, fluid, channel_strips];
-    if let Some(problem) = grid::check_particles(counts, lattice.spacing, &scenario.limits) {
-        findings.add(&scenario.resolution, problem);
-    }
-    prepared.needs = Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory };
+    prepared.needs = needs(scenario, (&bed, &still_water), &prepared.forcing.channels, findings);
     prepared.gap = grid::gap_report(terrain, &lattice);
     prepared.waters = bodies.into_iter().map(|body| body.body).collect();
     prepared.bed = Some(bed);
     prepared.still_water = Some(still_water);
     prepared.lattice = Some(lattice);
+}
+
+/// A plane without any cell, and the channels: what is asked of each cell of the plane is then asked of none.
+fn place_channels_alone(
+    scenario: &Scenario,
+    prepared: &mut Prepared,
+    reaches: Vec<Option<channels::Opened>>,
+    findings: &mut Findings,
+) {
+    let lattice = Lattice { origin: Vec2::ZERO, columns: 0, rows: 0, spacing: scenario.resolution.value };
+    let bed = BedParticles::from_elevation(lattice.clone(), Vec::new(), 0.0);
+    let still_water = StillWater { depth: Vec::new(), body: Vec::new(), volumes: Vec::new() };
+    (prepared.forcing.channels, prepared.channels) = channels::on_lattice(reaches, scenario, &bed, findings);
+    prepared.needs = needs(scenario, (&bed, &still_water), &prepared.forcing.channels, findings);
+    prepared.bed = Some(bed);
+    prepared.still_water = Some(still_water);
+    prepared.lattice = Some(lattice);
+}
+
+/// Particles and memory of a run; refuses more particles than the limit.
+fn needs(
+    scenario: &Scenario,
+    (bed, still_water): (&BedParticles, &StillWater),
+    channels: &[Channel],
+    findings: &mut Findings,
+) -> Needs {
+    let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
+    let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
+    let moving = scenario.numerics.motion == Motion::Lagrangian;
+    let fluid = if moving { wet_cells } else { 0 };
+    let channel_particles = channels.iter().map(|channel| channel.sections.len()).sum();
+    let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
+    let channel_strips = channels.iter().map(strips).sum();
+    // A strip takes no more than a cell.
+    let memory = (bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
+    let counts = [bed_particles, fluid, channel_strips];
+    if let Some(problem) = grid::check_particles(counts, bed.lattice.spacing, &scenario.limits) {
+        findings.add(&scenario.resolution, problem);
+    }
+    Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory }
 }
 
 /// Every input file that can be read, each once, with the side files of a Shapefile.
@@ -441,6 +471,7 @@ fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
         }
         let ends = channel.upstream.iter().chain(&channel.downstream);
         ends.for_each(|condition| condition_files(condition, &mut files));
+        files.extend(channel.line.as_ref().map(|line| &line.value.path));
     }
     match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
         Some(RainAmount::Rate(rate)) => files.extend(series(rate)),

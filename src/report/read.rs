@@ -59,6 +59,9 @@ impl RunFolder {
         if summary["status"] == "running" {
             return Err(unfinished(folder));
         }
+        if summary["bed_particles"] == 0 {
+            return Err(without_maps(folder));
+        }
         let maps = open(&folder.join("maps.nc"))?;
         let fields_path = folder.join("fields.nc");
         let fields = fields_path.exists().then(|| open(&fields_path)).transpose()?;
@@ -158,6 +161,15 @@ fn unfinished(folder: &Path) -> Error {
         Problem::error(ProblemKind::Input, "unfinished-run", "", message)
             .with_cause("it is still under way, or it was killed")
             .with_remedy("wait for its end, or run the scenario again with --overwrite"),
+    ])
+}
+
+fn without_maps(folder: &Path) -> Error {
+    let message = format!("the run in {} has channels alone, and a report shows maps", folder.display());
+    Error::Problems(vec![
+        Problem::error(ProblemKind::Input, "no-maps", "", message)
+            .with_cause("its scenario has no terrain")
+            .with_remedy("draw its profiles from channels.nc or tables/channels.csv"),
     ])
 }
 

@@ -4,10 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::choices::{Choice, Chosen, OpenType};
-use super::fields::{Coordinate, Discharge, Fall, Height, InputFile, Length, Level, Manning, Quantity, Text};
-use super::model::{BoundaryCondition, Side, Sourced};
+use super::fields::{
+    Coordinate, Discharge, Fall, Height, InputFile, Length, Level, Manning, Quantity, Text, VectorFile,
+};
+use super::model::{BoundaryCondition, Side, Sourced, VectorSource};
 use super::read::{NonEmpty, Reader, section};
-use super::resolved_yaml::{condition_as_yaml, name_of, quoted, quoted_path};
+use super::resolved_yaml::{condition_as_yaml, name_of, quoted, quoted_path, quoted_vector};
 use super::schema::NormalDepth;
 use super::timed::Changing;
 use super::tree::{Node, Value};
@@ -33,6 +35,19 @@ pub struct Channel {
     pub upstream: Option<BoundaryCondition>,
     /// What is known beyond its near end where it joins nothing; a wall when absent.
     pub downstream: Option<BoundaryCondition>,
+    /// Its axis on the map, for the places in `channels.nc`.
+    pub line: Option<Sourced<VectorSource>>,
+    /// Its gauges.
+    pub gauges: Vec<ChannelGauge>,
+}
+
+/// A place of a channel at which the water is reported over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelGauge {
+    /// Name.
+    pub id: Sourced<String>,
+    /// Distance from the far end (m).
+    pub distance: Sourced<f64>,
 }
 
 /// The cross-sections of a channel.
@@ -118,6 +133,10 @@ section! {
         upstream: Option<ChannelEndSection>,
         /// What is known beyond the near end of a channel that joins nothing; a wall when absent.
         downstream: Option<ChannelEndSection>,
+        /// File with one line, the axis of the channel on the map from its far to its near end; no place when absent.
+        line: Option<VectorFile>,
+        /// Places at which the water is reported over time.
+        gauges: Option<Vec<ChannelGaugeEntry>>,
     }
 }
 
@@ -142,6 +161,16 @@ fn check_channel(node: &Node, reader: &mut Reader) -> Option<()> {
         is_fit = false;
     }
     is_fit.then_some(())
+}
+
+section! {
+    /// A gauge in a channel.
+    ChannelGaugeEntry, example "{id: bridge, distance: 320 m}" {
+        /// Name, for the tables.
+        id: Text,
+        /// Distance from the far end.
+        distance: Quantity<Height>,
+    }
 }
 
 section! {
@@ -246,6 +275,7 @@ fn channel(entry: ChannelEntry) -> Option<Channel> {
         let Sourced { key, place, .. } = entry.level.map(|l| l.sourced).or(entry.depth.map(|d| d.sourced))?;
         Some(Sourced { value: water, key, place })
     };
+    let gauge = |entry: ChannelGaugeEntry| ChannelGauge { id: entry.id.0, distance: entry.distance.sourced };
     let joint = |section: JoinsSection| {
         let span = section.from.zip(section.to).map(|(a, b)| (a.value().min(b.value()), a.value().max(b.value())));
         let Sourced { value: side, key, place } = section.side.0;
@@ -261,6 +291,8 @@ fn channel(entry: ChannelEntry) -> Option<Channel> {
         joins: entry.joins.map(joint),
         upstream: entry.upstream.and_then(end),
         downstream: entry.downstream.and_then(end),
+        line: entry.line.map(|line| line.0),
+        gauges: entry.gauges.unwrap_or_default().into_iter().map(gauge).collect(),
     })
 }
 
@@ -318,6 +350,15 @@ pub(super) fn write(channels: &[Channel], text: &mut String) -> std::fmt::Result
                 write!(text, ", {name}: {{{}}}", condition_as_yaml(condition))?;
             }
         }
+        if let Some(line) = &channel.line {
+            write!(text, ", line: {}", quoted_vector(line))?;
+        }
+        if !channel.gauges.is_empty() {
+            let entry = |gauge: &ChannelGauge| {
+                format!("{{id: {}, distance: {} m}}", quoted(&gauge.id.value), gauge.distance.value)
+            };
+            write!(text, ", gauges: [{}]", channel.gauges.iter().map(entry).collect::<Vec<_>>().join(", "))?;
+        }
         writeln!(text, "}}")?;
     }
     Ok(())
@@ -353,6 +394,7 @@ mod tests {
              water: [{level: 12 m, from: 0 m, to: 30 m}, {depth: 0 m, from: 30 m}], joins: {side: north, from: 12, to: 4.5}}",
             "{id: c, length: 80 m, width: 4 m, bed: 10 m, upstream: {stage: 11 m}, downstream: {normal_depth: {slope: 0.01}}}",
             "{id: d, length: 80 m, width: 4 m, bed: 10 m, slope: -0.01, downstream: {type: free}}",
+            "{id: e, length: 80 m, width: 4 m, bed: 10 m, line: axes.gpkg:e, gauges: [{id: 'p, 1', distance: 0 m}, {id: p2, distance: 7.5 m}]}",
         ] {
             let first = scenario(text);
             let written = first.to_yaml();
@@ -368,6 +410,11 @@ mod tests {
             );
             let joint = |channel: &Channel| channel.joins.as_ref().map(|joint| joint.value);
             assert_eq!(joint(a), joint(b));
+            let line = |channel: &Channel| channel.line.as_ref().map(|line| line.value.layer.clone());
+            let gauges = |channel: &Channel| {
+                channel.gauges.iter().map(|gauge| (gauge.id.value.clone(), gauge.distance.value)).collect::<Vec<_>>()
+            };
+            assert_eq!((line(a), gauges(a)), (line(b), gauges(b)));
         }
     }
 

@@ -5,6 +5,7 @@
 
 pub mod breach;
 pub mod channel;
+mod channels_alone;
 pub mod choices;
 mod defaults;
 pub mod fields;

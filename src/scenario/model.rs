@@ -464,7 +464,7 @@ pub struct Scenario {
     pub title: String,
     /// Coordinate reference system.
     pub crs: Sourced<CrsChoice>,
-    /// Terrain layers, later ones win.
+    /// Terrain layers, later ones win; none where there are channels alone.
     pub layers: Vec<Sourced<TerrainLayer>>,
     /// Whether terrain in another or a geographic CRS is warped to the CRS of the run.
     pub reproject: bool,
@@ -504,4 +504,11 @@ pub struct Scenario {
     pub numerics: Numerics,
     /// Limits.
     pub limits: Limits,
+}
+
+impl Scenario {
+    /// Whether all of its water is in channels of one dimension, without any terrain.
+    pub fn is_channels_alone(&self) -> bool {
+        self.layers.is_empty() && !self.channels.is_empty()
+    }
 }

@@ -142,7 +142,8 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
     let name = scenario_name(file);
     let end_time = written.time.end.value();
     let resolution = written.resolution.sourced;
-    let (layers, reproject, mut ground) = terrain(written.terrain);
+    let has_terrain = written.terrain.is_some();
+    let (layers, reproject, mut ground) = written.terrain.map(terrain).unwrap_or_default();
     let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));
     let walls = walls.unwrap_or_default();
     ground.breaklines.extend(ground::breaklines(Vec::new(), &walls));
@@ -153,7 +154,10 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         file: file.to_owned(),
         title: written.title.map_or_else(|| name.clone(), |title| title.0.value),
         crs: match written.crs {
-            None => Sourced { value: CrsChoice::FromTerrain, key: "crs".to_owned(), place: None },
+            None => {
+                let value = if has_terrain { CrsChoice::FromTerrain } else { CrsChoice::Local };
+                Sourced { value, key: "crs".to_owned(), place: None }
+            }
             Some(crs) => {
                 let value = match crs.0.value.trim() {
                     "local" => CrsChoice::Local,

@@ -35,28 +35,9 @@ impl Scenario {
             CrsChoice::Local => writeln!(text, "crs: local")?,
             CrsChoice::Named(name) => writeln!(text, "crs: {}", quoted(name))?,
         }
-        writeln!(text, "terrain:\n  layers:")?;
-        for layer in &self.layers {
-            match &layer.value {
-                TerrainLayer::Raster { path, offset, unit, clip, mode } => {
-                    let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == unit.to_bits());
-                    write!(text, "    - {{raster: {}, offset: {offset} m, unit: {unit}", quoted_path(path))?;
-                    if let Some(clip) = clip {
-                        write!(text, ", clip: {}", quoted_vector(clip))?;
-                    }
-                    writeln!(text, ", mode: {}}}", name_of(|candidate: &LayerMode| candidate == mode))?;
-                }
-                TerrainLayer::Points { path, interpolation, max_gap, offset, mode } => {
-                    let interpolation = name_of(|candidate: &PointInterpolation| candidate == interpolation);
-                    let path = quoted_path(path);
-                    writeln!(text, "    - points: {path}\n      interpolation: {interpolation}")?;
-                    let mode = name_of(|candidate: &LayerMode| candidate == mode);
-                    writeln!(text, "      max_gap: {max_gap} m\n      offset: {offset} m\n      mode: {mode}")?;
-                }
-            }
+        if !self.is_channels_alone() {
+            self.write_terrain(text)?;
         }
-        writeln!(text, "  reproject: {}", self.reproject)?;
-        self.write_ground(text)?;
         self.write_roughness(text)?;
         self.write_structures(text)?;
         if !self.initial.is_empty() || self.start != Start::default() {
@@ -86,6 +67,31 @@ impl Scenario {
             }
         }
         self.write_forcing(text)
+    }
+
+    fn write_terrain(&self, text: &mut String) -> std::fmt::Result {
+        writeln!(text, "terrain:\n  layers:")?;
+        for layer in &self.layers {
+            match &layer.value {
+                TerrainLayer::Raster { path, offset, unit, clip, mode } => {
+                    let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == unit.to_bits());
+                    write!(text, "    - {{raster: {}, offset: {offset} m, unit: {unit}", quoted_path(path))?;
+                    if let Some(clip) = clip {
+                        write!(text, ", clip: {}", quoted_vector(clip))?;
+                    }
+                    writeln!(text, ", mode: {}}}", name_of(|candidate: &LayerMode| candidate == mode))?;
+                }
+                TerrainLayer::Points { path, interpolation, max_gap, offset, mode } => {
+                    let interpolation = name_of(|candidate: &PointInterpolation| candidate == interpolation);
+                    let path = quoted_path(path);
+                    writeln!(text, "    - points: {path}\n      interpolation: {interpolation}")?;
+                    let mode = name_of(|candidate: &LayerMode| candidate == mode);
+                    writeln!(text, "      max_gap: {max_gap} m\n      offset: {offset} m\n      mode: {mode}")?;
+                }
+            }
+        }
+        writeln!(text, "  reproject: {}", self.reproject)?;
+        self.write_ground(text)
     }
 
     fn write_start(&self, text: &mut String) -> std::fmt::Result {
@@ -274,7 +280,11 @@ impl Scenario {
             writeln!(text, "  reference: {}", quoted(reference))?;
         }
         let outputs = &self.outputs;
-        writeln!(text, "outputs:\n  folder: {}\n  cell: {} m", quoted_path(&outputs.folder.value), outputs.cell)?;
+        let has_maps = !self.is_channels_alone();
+        writeln!(text, "outputs:\n  folder: {}", quoted_path(&outputs.folder.value))?;
+        if has_maps {
+            writeln!(text, "  cell: {} m", outputs.cell)?;
+        }
         writeln!(text, "  every: {} s\n  gauges_every: {} s", outputs.every, outputs.gauges_every)?;
         if let Some(gauges) = &outputs.gauges {
             writeln!(text, "  gauges: {}", quoted_vector(gauges))?;
@@ -283,20 +293,21 @@ impl Scenario {
             writeln!(text, "  sections: {}", quoted_vector(sections))?;
         }
         writeln!(text, "  arrival:\n    thresholds: [{}]", list(&outputs.thresholds, "m"))?;
-        writeln!(
-            text,
-            "    rise_on_wet: {} m\n  isochrones: [{}]",
-            outputs.rise_on_wet,
-            list(&outputs.isochrones, "s")
-        )?;
+        writeln!(text, "    rise_on_wet: {} m", outputs.rise_on_wet)?;
+        if has_maps {
+            writeln!(text, "  isochrones: [{}]", list(&outputs.isochrones, "s"))?;
+        }
         let numerics = &self.numerics;
         writeln!(text, "numerics:\n  formulation: {}", numerics.formulation.name())?;
         writeln!(text, "  motion: {}\n  stabilisation: {}", numerics.motion.name(), numerics.stabilisation.name())?;
         writeln!(text, "  reconstruction: {}", numerics.reconstruction.name())?;
         writeln!(text, "  seeding: {}", numerics.seeding.name())?;
         writeln!(text, "  kernel: {}\n  integrator: {}", numerics.kernel.name(), numerics.integrator.name())?;
-        writeln!(text, "  bed: {}\n  bed_slope: {}", numerics.bed.name(), numerics.bed_slope.name())?;
-        writeln!(text, "  wall: {}\n  cfl: {}", numerics.wall.name(), numerics.cfl)?;
+        if has_maps {
+            writeln!(text, "  bed: {}", numerics.bed.name())?;
+        }
+        writeln!(text, "  bed_slope: {}\n  wall: {}", numerics.bed_slope.name(), numerics.wall.name())?;
+        writeln!(text, "  cfl: {}", numerics.cfl)?;
         writeln!(text, "  gravity: {} m/s2\n  dry_depth: {} m", numerics.gravity, numerics.dry_depth)?;
         writeln!(text, "limits: {{memory: {} B, particles: {}}}", self.limits.memory, self.limits.particles)
     }

@@ -9,6 +9,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::breach::BreachSection;
 use super::channel::ChannelEntry;
+use super::channels_alone;
 use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
@@ -37,8 +38,8 @@ section! {
         title: Option<Text>,
         /// Coordinate reference system such as EPSG:27572, or `local` for plain metres; that of the terrain when absent.
         crs: Option<Text>,
-        /// Terrain: a raster file, or layers.
-        terrain: Terrain,
+        /// Terrain: a raster file, or layers; not needed where there are channels.
+        terrain: Option<Terrain>,
         /// Roughness of the ground.
         roughness: Roughness,
         /// Structures that hold or divert water.
@@ -416,14 +417,19 @@ fn why_not(what: &str) -> &'static str {
     }
 }
 
-/// Refuses what moving particles do not have, and a scenario without any water.
+/// Whether a section says something under a key.
+pub(super) fn has(section: &Node, key: &str) -> bool {
+    section.get(key).is_some_and(|value| value.value != Value::Empty)
+}
+
+/// Refuses what moving particles or channels alone do not have, and a scenario without any water.
 fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     check_alone(node, reader)?;
+    let is_placed = has(node, "terrain") || channels_alone::check(node, reader).is_some();
     let boundaries = match node.get("boundaries").map(|list| &list.value) {
         Some(Value::List(entries)) => entries.as_slice(),
         _ => &[],
     };
-    let has = |entry: &Node, key: &str| entry.get(key).is_some_and(|value| value.value != Value::Empty);
     let feeds = |entry: &Node| ["discharge", "level", "stage"].iter().any(|key| has(entry, key));
     let is_fed = has(node, "sources") || has(node, "rain") || has(node, "channels") || boundaries.iter().any(feeds);
     if !is_fed && !has(node, "initial") {
@@ -435,7 +441,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     let formulation = meant(numerics, "formulation", Formulation::default())?;
     let usual = if formulation == Formulation::Variational { Motion::Lagrangian } else { Motion::default() };
     if meant(numerics, "motion", usual)? == Motion::Eulerian {
-        return Some(());
+        return is_placed.then_some(());
     }
     // An entry that says nothing of the water beyond is told so by the reader of boundaries.
     let has_condition = |entry: &Node| {
@@ -453,7 +459,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .chain(node.get("rain").filter(|_| is_summed).map(|rain| (rain, "rain")))
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
-    let mut is_fit = true;
+    let mut is_fit = is_placed;
     for (key, what, otherwise) in [
         ("breach", "dam that breaks", "for a dam that is gone at the start, take `breach` out"),
         ("moving_bed", "moving bed", "or take this out"),

@@ -1,5 +1,6 @@
 //! Walls, open edges, the books, and the same bits for any number of threads.
 
+use floodsim::error::FailurePlace;
 use floodsim::lattice::WaterInCell;
 use floodsim::math::Vec2;
 use floodsim::physics::dimension::Dimension;
@@ -142,7 +143,8 @@ fn broken_state_ends_the_run_with_its_place() {
     assert_eq!(failure.limiter, "courant");
     assert!(failure.quantity.contains("position") || failure.quantity.contains("velocity"), "{failure}");
     // Map coordinates: the lattice of the tests begins at 1000, 2000.
-    assert!((failure.position_y - 2000.0 - place.y).abs() < SPACING, "{failure}");
+    let FailurePlace::OnMap(on_map) = failure.place else { panic!("{failure}") };
+    assert!((on_map.y - 2000.0 - place.y).abs() < SPACING, "{failure}");
 }
 
 #[test]

@@ -50,7 +50,9 @@ fn the_schema_is_json_that_knows_the_format() {
     let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(schema["additionalProperties"], false);
     assert_eq!(schema.pointer("/properties/resolution/allOf/0/$ref").unwrap(), "#/definitions/Length");
-    assert!(schema["required"].as_array().unwrap().contains(&"terrain".into()));
+    assert!(schema["required"].as_array().unwrap().contains(&"resolution".into()));
+    let one_of = serde_json::json!([{"required": ["terrain"]}, {"required": ["channels"]}]);
+    assert_eq!(schema["anyOf"], one_of);
 }
 
 #[test]

@@ -14,8 +14,11 @@ const TIME: f64 = 50.0;
 const WEST: f64 = 10.0;
 const EAST: f64 = 5.0;
 
-/// The state at the end of a run, every cell of the grid: x (m), depth (m), velocity along the channel (m/s).
-fn run(scenario: &Path, cell: f64, dry_depth: &str) -> Vec<(f64, f64, f64)> {
+/// The state at the end of a run, at every cell of the grid or particle: x (m), depth (m), velocity along the channel (m/s).
+type State = Vec<(f64, f64, f64)>;
+
+/// The state on the plane.
+fn run(scenario: &Path, cell: f64, dry_depth: &str) -> State {
     let folder = TempDir::new().unwrap();
     let (resolution, outputs) = (format!("resolution={cell} m"), format!("outputs.cell={cell} m"));
     let scenario = scenario.display().to_string();
@@ -52,14 +55,13 @@ fn reach(state: &[(f64, f64, f64)], depth: f64) -> f64 {
     x + (next_x - x) * (d - depth) / (d - next_d)
 }
 
-#[test]
-fn ritter_through_the_whole_program() {
-    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ritter/scenario.yaml");
+/// Holds a run by cell (m) and dry depth to Ritter's solution.
+fn check_ritter(run: impl Fn(f64, &str) -> State) {
     let exact = |x: f64| ritter(WEST, x - DAM, TIME);
     let front = ritter_front(WEST, 0.01, TIME);
     let mut depth_errors = Vec::new();
     for cell in [10.0, 5.0] {
-        let state = run(&scenario, cell, "1 mm");
+        let state = run(cell, "1 mm");
         let (depth, velocity) = errors(&state, exact);
         let reached = reach(&state, 0.01) - DAM;
         println!(
@@ -69,13 +71,48 @@ fn ritter_through_the_whole_program() {
         assert!((reached / front - 1.0).abs() < 0.075, "the front is at {reached} m of {front} m");
         // Measured .0057 and .0032: of the film that the usual dry depth holds back, half a millimetre.
         assert!(depth < 6e-4 * cell + 4e-4, "error {depth:.5} m");
-        let thinner = errors(&run(&scenario, cell, "0.01 mm"), exact).0;
+        let thinner = errors(&run(cell, "0.01 mm"), exact).0;
         depth_errors.push(thinner);
     }
     let order = (depth_errors[0] / depth_errors[1]).log2();
     println!("Ritter: order {order:.2}");
     // What resting particles of second order reach on this channel.
     assert!(depth_errors[0] <= 0.006 && order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
+}
+
+/// Holds a run by cell (m) to Stoker's solution.
+fn check_stoker(run: impl Fn(f64) -> State) {
+    let exact = |x: f64| stoker(WEST, EAST, x - DAM, TIME);
+    // The bore is where the exact depth drops to that in the east.
+    let (mut behind, mut before) = (0.0, 1000.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (behind + before);
+        if exact(DAM + middle).0 > EAST { behind = middle } else { before = middle }
+    }
+    let height = exact(DAM + behind).0;
+    let mut depth_errors = Vec::new();
+    for cell in [10.0, 5.0] {
+        let state = run(cell);
+        let (depth, velocity) = errors(&state, exact);
+        let bore = reach(&state, 0.5 * (height + EAST)) - DAM;
+        println!(
+            "Stoker, {cell} m: mean error of depth {depth:.5} m, of velocity {velocity:.5} m/s; bore after {bore:.1} m, exact {behind:.1} m"
+        );
+        assert!((bore - behind).abs() <= 1.5 * cell, "the bore is at {bore} m instead of {behind} m");
+        if cell > 9.0 {
+            assert!(depth <= 0.0153 && velocity <= 0.0181, "errors {depth:.5} m and {velocity:.5} m/s");
+        }
+        depth_errors.push(depth);
+    }
+    let order = (depth_errors[0] / depth_errors[1]).log2();
+    println!("Stoker: order {order:.2}");
+    assert!(order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
+}
+
+#[test]
+fn ritter_through_the_whole_program() {
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ritter/scenario.yaml");
+    check_ritter(|cell, dry_depth| run(&scenario, cell, dry_depth));
 }
 
 #[test]
@@ -95,29 +132,33 @@ fn stoker_through_the_whole_program() {
         terrain.display()
     );
     std::fs::write(&scenario, text).unwrap();
-    let exact = |x: f64| stoker(WEST, EAST, x - DAM, TIME);
-    // The bore is where the exact depth drops to that in the east.
-    let (mut behind, mut before) = (0.0, 1000.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (behind + before);
-        if exact(DAM + middle).0 > EAST { behind = middle } else { before = middle }
-    }
-    let height = exact(DAM + behind).0;
-    let mut depth_errors = Vec::new();
-    for cell in [10.0, 5.0] {
-        let state = run(&scenario, cell, "1 mm");
-        let (depth, velocity) = errors(&state, exact);
-        let bore = reach(&state, 0.5 * (height + EAST)) - DAM;
-        println!(
-            "Stoker, {cell} m: mean error of depth {depth:.5} m, of velocity {velocity:.5} m/s; bore after {bore:.1} m, exact {behind:.1} m"
-        );
-        assert!((bore - behind).abs() <= 1.5 * cell, "the bore is at {bore} m instead of {behind} m");
-        if cell > 9.0 {
-            assert!(depth <= 0.0153 && velocity <= 0.0181, "errors {depth:.5} m and {velocity:.5} m/s");
-        }
-        depth_errors.push(depth);
-    }
-    let order = (depth_errors[0] / depth_errors[1]).log2();
-    println!("Stoker: order {order:.2}");
-    assert!(order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
+    check_stoker(|cell| run(&scenario, cell, "1 mm"));
+}
+
+/// The state at the end of a run of a channel alone, from its `channels.nc`.
+fn run_channel(east: f64, cell: f64, dry_depth: &str) -> State {
+    let folder = TempDir::new().unwrap();
+    let text = format!(
+        "floodsim: 1\ntitle: A channel alone\nroughness: {{manning: 0}}\nchannels:\n  - id: flume\n    length: 2 km\n    width: 3 m\n    bed: 0 m\n\
+         \x20   water: [{{level: {WEST} m, to: {DAM} m}}, {{depth: {east} m, from: {DAM} m}}]\n\
+         resolution: {cell} m\ntime: {{end: {TIME} s}}\noutputs: {{every: {TIME} s}}\nnumerics: {{dry_depth: {dry_depth}}}\n"
+    );
+    std::fs::write(folder.path().join("s.yaml"), text).unwrap();
+    let answer = floodsim(folder.path(), &["run", "s.yaml", "--out", "out", "--quiet"]);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let channels = Netcdf::read(&folder.path().join("out/channels.nc"));
+    let x = channels.values("distance");
+    assert_eq!((channels.values("time"), x.len()), (&[0.0, TIME][..], (2000.0 / cell) as usize));
+    let (depth, velocity) = (channels.values("depth"), channels.values("velocity"));
+    x.iter().zip(&depth[x.len()..]).zip(&velocity[x.len()..]).map(|((x, d), u)| (*x, *d, *u)).collect()
+}
+
+#[test]
+fn ritter_in_a_channel_alone() {
+    check_ritter(|cell, dry_depth| run_channel(0.0, cell, dry_depth));
+}
+
+#[test]
+fn stoker_in_a_channel_alone() {
+    check_stoker(|cell| run_channel(EAST, cell, "1 mm"));
 }

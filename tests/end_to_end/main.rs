@@ -6,6 +6,7 @@ mod bad_scenarios;
 mod boundaries;
 mod breaches;
 mod channels;
+mod channels_alone;
 mod commands;
 mod dam_breaks;
 mod hot_start;

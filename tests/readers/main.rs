@@ -14,7 +14,8 @@ use floodsim::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use floodsim::math::Vec2;
 use floodsim::output::{
     FieldsWriter, Findings, Gauge, OutputCrs, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest,
-    Section, SectionRecorder, Volumes, write_cogs, write_geopackage, write_maps, write_sections, write_tables,
+    Section, SectionRecorder, Volumes, write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance,
+    write_sections,
 };
 use gdal::spatial_ref::SpatialRef;
 use gdal::vector::LayerAccess;
@@ -136,7 +137,8 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     };
     write_geopackage(&folder, &grid, crs, &recording, &findings).unwrap();
     write_sections(&folder, &provenance, std::slice::from_ref(&section), &results, &samples).unwrap();
-    write_tables(&folder, &plan.gauges, &recording).unwrap();
+    write_gauges(&folder, &plan.gauges, &recording).unwrap();
+    write_mass_balance(&folder, &recording).unwrap();
     (manifest.status, manifest.exit_code) = ("done".into(), Some(0));
     manifest.write(&folder).unwrap();
     folder

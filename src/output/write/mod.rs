@@ -1,5 +1,6 @@
 //! Writers of the files of a run folder.
 
+mod channel_profiles;
 mod channels;
 mod cog;
 mod crs;
@@ -16,13 +17,14 @@ mod variables;
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+pub use channel_profiles::ChannelsWriter;
 pub use channels::write_channels;
 pub use cog::write_cogs;
 pub use fields::FieldsWriter;
 pub use geopackage::{Findings, write_geopackage};
 pub use maps::write_maps;
 pub use sections::write_sections;
-pub use tables::{write_passages, write_tables};
+pub use tables::{write_gauges, write_mass_balance, write_passages};
 pub use variables::{MapVariable, map_variables};
 
 /// What the files say about where they come from.

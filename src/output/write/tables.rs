@@ -6,11 +6,11 @@ use super::super::folder::{RunFolder, write_lines};
 use super::super::recorder::Recording;
 use crate::error::Error;
 
-/// Writes `gauges.csv`, `gauge_series.csv` and `mass_balance.csv` into `tables/`.
+/// Writes `gauges.csv` and `gauge_series.csv` into `tables/`.
 ///
 /// # Errors
 /// When one of them cannot be written.
-pub fn write_tables(folder: &RunFolder, gauges: &[Gauge], recording: &Recording) -> Result<(), Error> {
+pub fn write_gauges(folder: &RunFolder, gauges: &[Gauge], recording: &Recording) -> Result<(), Error> {
     let gauge_rows = gauges.iter().zip(&recording.gauge_results).map(|(gauge, result)| {
         row([
             text(&gauge.id),
@@ -38,8 +38,14 @@ pub fn write_tables(folder: &RunFolder, gauges: &[Gauge], recording: &Recording)
         ])
     });
     let header = "id,time_s,depth_m,level_m,velocity_x_m_s,velocity_y_m_s";
-    write_lines(folder, "tables/gauge_series.csv", header, series_rows)?;
+    write_lines(folder, "tables/gauge_series.csv", header, series_rows)
+}
 
+/// Writes `mass_balance.csv` into `tables/`.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_mass_balance(folder: &RunFolder, recording: &Recording) -> Result<(), Error> {
     let balance_rows = recording.mass_balance.iter().map(|balance| {
         let volumes = &balance.volumes;
         row([

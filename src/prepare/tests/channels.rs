@@ -19,6 +19,8 @@ fn channel() -> Channel {
         joins: Some(sourced("channels[0].joins.side", joint)),
         upstream: None,
         downstream: None,
+        line: None,
+        gauges: Vec::new(),
     }
 }
 

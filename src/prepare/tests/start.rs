@@ -223,6 +223,8 @@ fn water_in_channels_is_not_lost() {
         joins: None,
         upstream: None,
         downstream: None,
+        line: None,
+        gauges: Vec::new(),
     });
     let prepared = prepare(&scene.scenario);
     let problem = prepared.problems.iter().find(|problem| problem.code == "channels-of-earlier-run").unwrap();

@@ -40,7 +40,7 @@ use super::phases::Phases;
 use super::{
     BedBooks, ChannelSample, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit, Way,
 };
-use crate::error::NumericalFailure;
+use crate::error::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::scenario::methods::{Reconstruction, Stabilisation};
@@ -237,15 +237,13 @@ impl EulerianSolver {
         self.phases.end("update");
     }
 
-    fn failure(&self, quantity: &'static str, value: f64, position: Vec2) -> NumericalFailure {
-        let map = self.lattice.to_map(position);
+    fn failure(&self, quantity: &'static str, value: f64, place: FailurePlace) -> NumericalFailure {
         NumericalFailure {
             time: self.time,
             step: self.steps,
             quantity,
             value,
-            position_x: map.x,
-            position_y: map.y,
+            place,
             limiter: StepLimit::Courant.name(),
         }
     }
@@ -346,15 +344,24 @@ impl FlowSolver for EulerianSolver {
         }
         self.hand_out_bed();
         let fastest = self.state.fastest();
-        let position = State::position(fastest.row, fastest.column, self.scale.spacing);
-        let signal_speed = reach::larger_or_nan(fastest.signal_speed, self.reaches.fastest(&self.scale).0);
+        let in_channels = self.reaches.fastest(&self.scale).0;
+        let signal_speed = reach::larger_or_nan(fastest.signal_speed, in_channels);
+        let place = || match self.reaches.place_of(in_channels, &self.scale) {
+            Some((number, distance)) if in_channels > fastest.signal_speed || in_channels.is_nan() => {
+                FailurePlace::InChannel { number, distance }
+            }
+            _ => {
+                let position = State::position(fastest.row, fastest.column, self.scale.spacing);
+                FailurePlace::OnMap(self.lattice.to_map(position))
+            }
+        };
         if !signal_speed.is_finite() {
-            return Err(self.failure("signal speed", signal_speed, position));
+            return Err(self.failure("signal speed", signal_speed, place()));
         }
         if signal_speed > 0.0 {
             let next = self.scale.courant * self.scale.spacing / signal_speed;
             if next < SMALLEST_STEP {
-                return Err(self.failure("time step", next, position));
+                return Err(self.failure("time step", next, place()));
             }
         }
         Ok(())

@@ -8,7 +8,7 @@
 //! (M45)  q_k = Q w_k / (Δ Σ w)        w = d^(5/3)/n, d the depth, at least that of critical flow of Q at one level
 //! ```
 //!
-//! and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
+//! (over the strips of a section by w = d, which is one velocity), and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
 //! over the step. All other conditions pass the flux of (M16). Boundaries are few: their faces are worked off one after another.
 
 use super::faces::{EAST, NORTH, through_face, turned};
@@ -96,6 +96,15 @@ pub(crate) struct OpenBoundaries {
     datum: f64,
 }
 
+/// What the faces of a condition are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(in crate::solver) enum Faces {
+    /// Those of an edge of the plane, each with its own water.
+    OfAnEdge,
+    /// Strips of one section with one level and one velocity, the lowest ones first.
+    OfASection,
+}
+
 /// Discharge and level of a boundary: the mean of a step, or the largest in it.
 #[derive(Clone, Copy)]
 pub(in crate::solver) enum Of {
@@ -140,7 +149,7 @@ impl OpenBoundaries {
         let datum = self.datum;
         for line in &mut self.lines {
             line.look(state, scale, methods);
-            pass(&line.condition, &line.inside, (scale, datum), (step, Of::Mean), &mut line.passing);
+            pass(&line.condition, (Faces::OfAnEdge, &line.inside), (scale, datum), (step, Of::Mean), &mut line.passing);
             for ((face, inside), passing) in line.faces.iter().zip(&line.inside).zip(&line.passing) {
                 let water = &state.primitive[face.cell.0];
                 let (u, v) = (water.velocity_x[face.cell.1], water.velocity_y[face.cell.1]);
@@ -198,7 +207,13 @@ impl OpenBoundaries {
         let mut fastest = (0.0, (0, 0));
         for line in &mut self.lines {
             line.look(state, scale, methods);
-            pass(&line.condition, &line.inside, (scale, datum), (step, Of::Largest), &mut line.passing);
+            pass(
+                &line.condition,
+                (Faces::OfAnEdge, &line.inside),
+                (scale, datum),
+                (step, Of::Largest),
+                &mut line.passing,
+            );
             for (face, passing) in line.faces.iter().zip(&line.passing) {
                 if passing.speed > fastest.0 {
                     fastest = (passing.speed, face.cell);
@@ -253,7 +268,7 @@ impl Line {
 /// `datum` (m) less than those of the faces.
 pub(in crate::solver) fn pass(
     condition: &Condition,
-    inside: &[Inside],
+    (faces, inside): (Faces, &[Inside]),
     (scale, datum): (&Scale, f64),
     ((from, to), of): ((f64, f64), Of),
     passing: &mut Vec<Passing>,
@@ -267,8 +282,13 @@ pub(in crate::solver) fn pass(
     match condition {
         Condition::Discharge { discharge, level } => {
             let total = value(discharge).max(0.0) / scale.spacing;
-            let level = level.as_ref().map(|level| value(level) - datum);
-            let weigh = Weights::new(inside, total, g);
+            let given = level.as_ref().map(|level| value(level) - datum);
+            let weigh = Weights::new((faces, inside), total, given, g);
+            let level = match given {
+                Some(level) => Some(level),
+                None if faces == Faces::OfASection && inside.len() > 1 => weigh.level_beyond(inside, total, g),
+                None => None,
+            };
             passing.extend(inside.iter().map(|inside| {
                 let q = weigh.share(inside) * total;
                 let held = level.map(|level| (level - inside.sill).max(0.0));
@@ -448,13 +468,16 @@ impl Passing {
 /// The shares of a discharge (M45).
 struct Weights {
     critical_level: f64,
+    /// The level (m) of a section into which the water comes faster than waves.
+    held: Option<f64>,
+    faces: Faces,
     counts_roughness: bool,
     sum: f64,
 }
 
 impl Weights {
-    /// Of a discharge `total` (m²/s, over all faces) among these faces.
-    fn new(inside: &[Inside], total: f64, g: f64) -> Self {
+    /// Of a discharge `total` (m²/s, over all faces) among these faces, with the level (m) that counts where it is supercritical.
+    fn new((faces, inside): (Faces, &[Inside]), total: f64, level: Option<f64>, g: f64) -> Self {
         // A strip without width, as at the edge of a V, passes nothing: a bound drawn from it would have no end.
         let wide = || inside.iter().filter(|i| i.width > 0.0);
         let lowest = wide().map(|i| i.bed).fold(f64::INFINITY, f64::min);
@@ -472,15 +495,30 @@ impl Weights {
             }
         }
         let counts_roughness = wide().all(|i| i.friction > 0.0);
-        let mut weights = Weights { critical_level: high, counts_roughness, sum: 0.0 };
+        let held = level.filter(|level| faces == Faces::OfASection && *level < high);
+        let mut weights = Weights { critical_level: high, held, faces, counts_roughness, sum: 0.0 };
         weights.sum = wide().map(|i| i.width * weights.of(i)).sum();
         weights
     }
 
     fn of(&self, inside: &Inside) -> f64 {
-        let depth = inside.depth.max(self.critical_level - inside.bed);
+        let least = match self.held {
+            Some(level) => level - inside.sill,
+            None => self.critical_level - inside.bed,
+        };
+        let depth = inside.depth.max(least);
+        if self.faces == Faces::OfASection {
+            return depth;
+        }
         let conveyance = depth * depth.cbrt() * depth.cbrt();
         if self.counts_roughness { conveyance / inside.friction.sqrt() } else { conveyance }
+    }
+
+    /// The level (m) beyond the lowest strip of a section. Thin water at the rim of the section is faster than its own waves where the
+    /// section as a whole is not; it has no level of its own.
+    fn level_beyond(&self, inside: &[Inside], total: f64, g: f64) -> Option<f64> {
+        let lowest = inside.iter().find(|strip| strip.width > 0.0)?;
+        Some(lowest.sill + inflow(self.share(lowest) * total, None, lowest.invariant, g).depth)
     }
 
     fn share(&self, inside: &Inside) -> f64 {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::bed_motion::ChangingBed;
 use super::step::{Moved, heun, leapfrog};
 use super::{CHUNK, Formulation, MovingMethods, MovingWater, Rates};
-use crate::error::NumericalFailure;
+use crate::error::{FailurePlace, NumericalFailure};
 use crate::gridding::Gridder;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
@@ -137,8 +137,7 @@ impl<F: Formulation> MovingSolver<F> {
             step: self.steps,
             quantity,
             value,
-            position_x: place.x,
-            position_y: place.y,
+            place: FailurePlace::OnMap(place),
             limiter: self.last_choice.map_or("nothing", |choice| choice.limit.name()),
         }
     }

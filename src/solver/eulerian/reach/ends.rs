@@ -1,6 +1,6 @@
 //! The ends of a reach: walls, and open ones beyond which something is known, by the conditions of [`super::super::open`].
 
-use super::super::open::{Inside, Near, Of, Passing, pass};
+use super::super::open::{Faces, Inside, Near, Of, Passing, pass};
 use super::super::walls::mirrored;
 use super::super::{RestingMethods, Scale};
 use super::junction::Junction;
@@ -50,7 +50,13 @@ impl Reach {
             let face = match &mut self.ends[end] {
                 End::Open(open) => {
                     let how = (step, Of::Mean);
-                    pass(&open.condition, &open.inside, (scale, self.datum), how, &mut open.passing);
+                    pass(
+                        &open.condition,
+                        (Faces::OfASection, &open.inside),
+                        (scale, self.datum),
+                        how,
+                        &mut open.passing,
+                    );
                     let mut face = Face::default();
                     let at = if end == 0 { 0 } else { (last + 1) * strips };
                     let widths = &self.ground.face_width[at..at + strips];
@@ -120,7 +126,13 @@ impl Reach {
         for end in [0, 1] {
             self.look(end, scale, methods);
             if let End::Open(open) = &mut self.ends[end] {
-                pass(&open.condition, &open.inside, (scale, self.datum), (step, Of::Largest), &mut open.passing);
+                pass(
+                    &open.condition,
+                    (Faces::OfASection, &open.inside),
+                    (scale, self.datum),
+                    (step, Of::Largest),
+                    &mut open.passing,
+                );
                 fastest = open.passing.iter().map(|passing| passing.speed).fold(fastest, larger_or_nan);
             }
         }

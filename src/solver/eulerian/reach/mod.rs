@@ -164,6 +164,16 @@ impl Reaches {
         all.fold((0.0, 0.0), |(signal, flow), one| (larger_or_nan(signal, one.0), larger_or_nan(flow, one.1)))
     }
 
+    /// The channel (from 1) with a greatest signal speed (m/s), and the distance (m) of its particle from the far end; for a failure.
+    pub fn place_of(&self, signal: f64, scale: &Scale) -> Option<(usize, f64)> {
+        let is_it = |speed: f64| speed.to_bits() == signal.to_bits() || (speed.is_nan() && signal.is_nan());
+        (1..).zip(&self.reaches).find_map(|(number, reach)| {
+            let particle =
+                (0..reach.water.len()).find(|&i| reach.speeds(i, scale).is_some_and(|speeds| is_it(speeds.0)))?;
+            Some((number, (particle as f64 + 0.5) * scale.spacing))
+        })
+    }
+
     /// The greatest signal speed (m/s) of what comes in by the open ends in a step from one time to another (s).
     pub fn fastest_inflow(&mut self, scale: &Scale, methods: RestingMethods, step: (f64, f64)) -> f64 {
         self.reaches.iter_mut().map(|reach| reach.fastest_inflow(scale, methods, step)).fold(0.0, larger_or_nan)
@@ -401,19 +411,21 @@ impl Reach {
     }
 
     fn fastest(&self, scale: &Scale) -> (f64, f64) {
-        let mut fastest = (0.0, 0.0);
-        for (i, water) in self.primitive.iter().enumerate() {
-            let deepest = self.ground.strip_depth(i, 0, water.depth, water.level);
-            if deepest <= scale.dry_depth {
-                continue;
-            }
-            // A face wider than its particle empties it faster.
-            let widening = self.ground.widening[i];
-            let speed = water.velocity.abs();
-            let signal = widening * (speed + (scale.gravity * deepest).sqrt());
-            fastest = (larger_or_nan(fastest.0, signal), larger_or_nan(fastest.1, speed));
+        let all = (0..self.water.len()).filter_map(|i| self.speeds(i, scale));
+        all.fold((0.0, 0.0), |(signal, flow), one| (larger_or_nan(signal, one.0), larger_or_nan(flow, one.1)))
+    }
+
+    /// Signal speed and speed of the water (m/s) of a particle; none where it is dry.
+    fn speeds(&self, particle: usize, scale: &Scale) -> Option<(f64, f64)> {
+        let water = &self.primitive[particle];
+        let deepest = self.ground.strip_depth(particle, 0, water.depth, water.level);
+        if deepest <= scale.dry_depth {
+            return None;
         }
-        fastest
+        // A face wider than its particle empties it faster.
+        let widening = self.ground.widening[particle];
+        let speed = water.velocity.abs();
+        Some((widening * (speed + (scale.gravity * deepest).sqrt()), speed))
     }
 
     fn samples(&self) -> Vec<ChannelSample> {

@@ -1,6 +1,7 @@
 //! Channels: the same water as a lattice of one row, rest, volume, uniform flow, and what passes into the plane and back.
 
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Resistance, Series, Strip};
+use crate::error::FailurePlace;
 use crate::math::Vec2;
 use crate::solver::testing::still_water as plane;
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, edge_faces};
@@ -189,9 +190,11 @@ fn uniform_flow_takes_the_depth_of_its_hydraulic_radius() {
         channel.near = ChannelEnd::Open(Condition::NormalDepth { slope });
         let mut solver = EulerianSolver::new(alone(channel));
         run_until(&mut solver, 3000.0);
-        let middle = solver.channels()[0][50];
-        assert!((middle.depth / depth - 1.0).abs() < 0.005, "{k}: {middle:?}");
-        assert!((middle.discharge / discharge - 1.0).abs() < 0.005, "{k}: {middle:?}, {discharge}");
+        // Where it comes in and where it leaves, too.
+        for sample in &solver.channels()[0] {
+            assert!((sample.depth / depth - 1.0).abs() < 0.005, "{k}: {sample:?}");
+            assert!((sample.discharge / discharge - 1.0).abs() < 0.005, "{k}: {sample:?}, {discharge}");
+        }
         let ledger = solver.ledger();
         assert!((ledger.inflow / (3000.0 * discharge) - 1.0).abs() < 1e-9 && ledger.relative_error().abs() < 1e-12);
     }
@@ -222,6 +225,20 @@ fn all_of_a_discharge_comes_in_through_sections_with_strips_of_no_width() {
         assert!((ledger.inflow / 1200.0 - 1.0).abs() < 1e-9, "{number}: {ledger:?}");
         assert!(ledger.relative_error().abs() < 1e-12, "{number}: {ledger:?}");
     }
+}
+
+#[test]
+fn a_breakdown_is_placed_in_its_channel() {
+    let flat = |level: f64| channel(30, 2.0, (|_| 1.0, |_| 0.0, move |_| level), SMOOTH);
+    let mut problem = alone(flat(1.0));
+    problem.forcing.channels.push(flat(2.0));
+    let mut solver = EulerianSolver::new(problem);
+    let step = solver.choose_step().time_step;
+    solver.reaches.reaches[1].water[17].discharge = f64::NAN;
+    let failure = solver.advance(step).unwrap_err();
+    let FailurePlace::InChannel { number: 2, distance } = failure.place else { panic!("{failure}") };
+    // It has spread to the particles beside it.
+    assert!((distance - 35.0).abs() <= 4.0 && failure.to_string().contains("in channel 2, 3"), "{failure}");
 }
 
 /// A plane of flat ground west of which (or east) a channel of its width comes in, and the same as one plane.

@@ -29,7 +29,7 @@ use crate::particles::{FluidParticles, Particle};
 use crate::physics::dimension::Dimension;
 use crate::physics::open_boundary::EdgeState;
 use crate::solver::eulerian::Scale;
-use crate::solver::eulerian::open::{Inside, Of, Passing, pass};
+use crate::solver::eulerian::open::{Faces, Inside, Of, Passing, pass};
 use crate::solver::moving::{Rates, smoothing_factor};
 use crate::solver::{FlowProblem, Passage, Way};
 use faces::{Face, faces_and_guides};
@@ -338,7 +338,13 @@ impl OpenBoundaries {
             let range = line.faces.clone();
             line.inside.clear();
             line.inside.extend(range.clone().map(|i| inside(&self.faces[i], &self.seen[i], &self.scale)));
-            pass(&line.condition, &line.inside, (&self.scale, 0.0), (now, Of::Mean), &mut line.passing);
+            pass(
+                &line.condition,
+                (Faces::OfAnEdge, &line.inside),
+                (&self.scale, 0.0),
+                (now, Of::Mean),
+                &mut line.passing,
+            );
             let is_imposed = matches!(line.condition, Condition::Discharge { .. });
             let mut total = 0.0;
             for ((index, inside), passing) in range.zip(&line.inside).zip(&line.passing) {
@@ -589,7 +595,7 @@ impl OpenBoundaries {
             if !matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_)) {
                 continue;
             }
-            pass(&line.condition, &line.inside, (&self.scale, 0.0), of, &mut line.passing);
+            pass(&line.condition, (Faces::OfAnEdge, &line.inside), (&self.scale, 0.0), of, &mut line.passing);
             for (index, passing) in line.faces.clone().zip(&line.passing) {
                 let Some(state) = passing.beyond.filter(|state| state.outwards < 0.0) else { continue };
                 let now = self.beyond[index].map_or(0.0, |beyond| beyond.outwards);

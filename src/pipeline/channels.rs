@@ -1,0 +1,56 @@
+//! The channels of a run: followed step by step, and written.
+
+use super::records::in_channels;
+use crate::error::Error;
+use crate::output::{
+    ChannelPlan, ChannelProfile, ChannelRecorder, ChannelRecording, ChannelsWriter, OutputCrs, Provenance, RunFolder,
+    write_channels,
+};
+use crate::scenario::Scenario;
+use crate::solver::FlowSolver;
+
+/// The channels while a run goes on.
+pub(super) struct Channels<'a> {
+    profiles: &'a [ChannelProfile],
+    recorder: ChannelRecorder<'a>,
+    writer: ChannelsWriter,
+}
+
+impl<'a> Channels<'a> {
+    /// Takes the water at the start; none where there are no channels.
+    pub fn start(
+        (scenario, profiles): (&Scenario, &'a [ChannelProfile]),
+        solver: &dyn FlowSolver,
+        folder: &RunFolder,
+        (crs, provenance): (&OutputCrs, &Provenance),
+    ) -> Result<Option<Self>, Error> {
+        if profiles.is_empty() {
+            return Ok(None);
+        }
+        let outputs = &scenario.outputs;
+        let plan = ChannelPlan {
+            every: outputs.every,
+            gauges_every: outputs.gauges_every,
+            end_time: scenario.end_time,
+            threshold: outputs.thresholds[0],
+            rise_on_wet: outputs.rise_on_wet,
+        };
+        let mut writer = ChannelsWriter::start(folder, profiles, crs, provenance)?;
+        let recorder = ChannelRecorder::start(profiles, plan, in_channels(solver), &mut |frame| writer.push(frame))?;
+        Ok(Some(Channels { profiles, recorder, writer }))
+    }
+
+    /// Takes the water after a step.
+    pub fn step(&mut self, solver: &dyn FlowSolver) -> Result<(), Error> {
+        let Channels { recorder, writer, .. } = self;
+        recorder.step(solver.time(), in_channels(solver), &mut |frame| writer.push(frame))
+    }
+
+    /// Writes the tables, closes `channels.nc`, and hands on what was recorded.
+    pub fn finish(self, folder: &RunFolder) -> Result<ChannelRecording, Error> {
+        self.writer.finish()?;
+        let recording = self.recorder.finish();
+        write_channels(folder, self.profiles, &recording)?;
+        Ok(recording)
+    }
+}

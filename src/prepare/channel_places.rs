@@ -1,0 +1,113 @@
+//! Where a channel of one dimension lies on the map, and its gauges.
+
+use super::findings::Findings;
+use super::places::features;
+use crate::error::{Problem, ProblemKind, input_error};
+use crate::geodata::Crs;
+use crate::math::Vec2;
+use crate::output::ChannelGauge;
+use crate::scenario::channel::Channel;
+use crate::scenario::{Sourced, VectorSource};
+
+/// A line whose length differs from that of its channel by more than this share is worth a warning.
+const STRETCH: f64 = 0.05;
+
+/// The axis of a channel from its far to its near end (map coordinates): the line of its file that has the name of the channel, or the
+/// only one. It says where results are shown and nothing of the flow, so that it is brought to the reference system of the run unasked.
+pub(super) fn axis(channel: &Channel, crs: Option<&Crs>, findings: &mut Findings) -> Option<Vec<Vec2>> {
+    let source = channel.line.as_ref()?;
+    let features = features(source, crs, true, findings)?;
+    let is_named = |feature: &&crate::vector::Feature| {
+        let name = feature.attribute("id").or_else(|| feature.attribute("name"));
+        name.is_some_and(|name| name.to_string() == channel.id.value)
+    };
+    let all = || features.iter().flat_map(|feature| &feature.lines);
+    let named: Vec<_> = features.iter().filter(is_named).flat_map(|feature| &feature.lines).collect();
+    let line = match (&named[..], all().count()) {
+        ([line], _) => *line,
+        ([], 1) => all().next()?,
+        _ => {
+            findings.add(source, not_one_line(source, &channel.id.value, named.len(), all().count()));
+            return None;
+        }
+    };
+    let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
+    places.dedup();
+    let (drawn, length) = (length_of(&places), channel.length.value);
+    if (drawn / length - 1.0).abs() > STRETCH {
+        let message = format!("the line of this channel is {drawn:.1} m long, the channel {length} m");
+        let problem = Problem::warning(ProblemKind::Input, "line-length", "", message)
+            .with_cause("the stations are shown along the line in proportion; the flow goes by `length` alone")
+            .with_remedy("correct `length`, or draw the line from the far to the near end of the channel");
+        findings.add(source, places.first().map_or(problem.clone(), |first| problem.with_at(*first)));
+    }
+    (places.len() > 1).then_some(places)
+}
+
+fn not_one_line(source: &Sourced<VectorSource>, id: &str, named: usize, all: usize) -> Problem {
+    let path = source.value.path.display();
+    let message = match (named, all) {
+        (_, 0) => format!("{path} holds no line"),
+        (0, _) => format!("{path} holds {all} lines, none of which has the name `{id}`"),
+        _ => format!("{path} holds {named} lines with the name `{id}`"),
+    };
+    input_error("no-lines", message)
+        .with_remedy("draw one line along the channel, or give each line the `id` of its channel as an attribute")
+}
+
+fn length_of(line: &[Vec2]) -> f64 {
+    line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}
+
+/// The place at a share of the length of a line of two corners or more.
+pub(super) fn along(line: &[Vec2], share: f64) -> Vec2 {
+    let mut left = share.clamp(0.0, 1.0) * length_of(line);
+    for pair in line.windows(2) {
+        let length = (pair[1] - pair[0]).norm();
+        if left <= length {
+            return pair[0] + (pair[1] - pair[0]) * (left / length);
+        }
+        left -= length;
+    }
+    line[line.len() - 1]
+}
+
+/// The gauges of a channel; `names` are those of the channels before, to which they are added.
+pub(super) fn gauges(channel: &Channel, names: &mut Vec<String>, findings: &mut Findings) -> Vec<ChannelGauge> {
+    let length = channel.length.value;
+    for gauge in &channel.gauges {
+        if names.contains(&gauge.id.value) {
+            let message = format!("there is more than one gauge `{}` in channels", gauge.id.value);
+            let problem = Problem::error(ProblemKind::Scenario, "duplicate-gauge", "", message);
+            findings.add(&gauge.id, problem.with_remedy("give each gauge its own id, through all channels"));
+        }
+        names.push(gauge.id.value.clone());
+        if gauge.distance.value > length {
+            let message = format!(
+                "the gauge `{}` lies {} m from the far end of a channel of {length} m",
+                gauge.id.value, gauge.distance.value
+            );
+            let problem = Problem::error(ProblemKind::Scenario, "gauge-outside", "", message);
+            findings.add(&gauge.distance, problem.with_remedy("give a distance from the far end, within `length`"));
+        }
+    }
+    let of_run = |gauge: &crate::scenario::channel::ChannelGauge| ChannelGauge {
+        id: gauge.id.value.clone(),
+        distance: gauge.distance.value,
+    };
+    channel.gauges.iter().map(of_run).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_along_a_line_is_found_by_its_length() {
+        let line = [Vec2::new(1.0, 1.0), Vec2::new(4.0, 1.0), Vec2::new(4.0, 2.0)];
+        for (share, x, y) in [(-1.0, 1.0, 1.0), (0.0, 1.0, 1.0), (0.5, 3.0, 1.0), (0.875, 4.0, 1.5), (2.0, 4.0, 2.0)] {
+            let place = along(&line, share);
+            assert!((place - Vec2::new(x, y)).norm() < 1e-12, "{share}: {place:?}");
+        }
+    }
+}
