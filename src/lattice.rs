@@ -58,9 +58,9 @@ impl Lattice {
     /// The cell that holds a place given in local coordinates, if it lies on the lattice.
     #[inline]
     pub fn cell_at(&self, local: Vec2) -> Option<usize> {
-        let column = (local.x / self.spacing).floor();
-        let row = (local.y / self.spacing).floor();
+        let (column, row) = (local.x / self.spacing, local.y / self.spacing);
         let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
+        // A cast rounds down here.
         inside.then(|| self.index(column as usize, row as usize))
     }
 

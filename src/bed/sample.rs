@@ -1,7 +1,7 @@
 //! The bed between the riverbed particles: bilinear between their elevations, plane where some of them are missing.
 
 use super::BedParticles;
-use crate::math::Vec2;
+use crate::math::{Vec2, floor};
 
 /// The bed at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,10 +20,35 @@ impl BedParticles {
     pub fn at(&self, local: Vec2) -> Option<BedPoint> {
         let lattice = &self.lattice;
         let home = lattice.cell_at(local).filter(|&home| self.has_terrain(home))?;
+        let west = floor(local.x / lattice.spacing - 0.5);
+        let south = floor(local.y / lattice.spacing - 0.5);
+        let inside =
+            west >= 0.0 && south >= 0.0 && west + 1.0 < lattice.columns as f64 && south + 1.0 < lattice.rows as f64;
+        let known = inside.then(|| {
+            let first = lattice.index(west as usize, south as usize);
+            let next = first + lattice.columns;
+            [self.elevation[first], self.elevation[first + 1], self.elevation[next], self.elevation[next + 1]]
+        });
+        let [z_sw, z_se, z_nw, z_ne] = known
+            .filter(|corners| !corners.iter().any(|elevation| elevation.is_nan()))
+            .unwrap_or_else(|| self.corners(home, west, south));
+        let (x, y) = (local.x / lattice.spacing - 0.5 - west, local.y / lattice.spacing - 0.5 - south);
+        let (rise_south, rise_north) = (z_se - z_sw, z_ne - z_nw);
+        let (rise_west, rise_east) = (z_nw - z_sw, z_ne - z_se);
+        Some(BedPoint {
+            elevation: z_sw + x * rise_south + y * rise_west + x * y * (rise_north - rise_south),
+            slope: Vec2::new(rise_south + y * (rise_north - rise_south), rise_west + x * (rise_east - rise_west))
+                / lattice.spacing,
+        })
+    }
+
+    /// Elevations (m) of four riverbed particles, south-west, south-east, north-west and north-east; that of the tangent plane of `home`
+    /// where there is none.
+    #[cold]
+    fn corners(&self, home: usize, west: f64, south: f64) -> [f64; 4] {
+        let lattice = &self.lattice;
         let (home_column, home_row) = lattice.column_row(home);
-        let west = (local.x / lattice.spacing - 0.5).floor();
-        let south = (local.y / lattice.spacing - 0.5).floor();
-        let corner = |east: f64, north: f64| {
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(east, north)| {
             let column = if lattice.columns == 1 { 0.0 } else { west + east };
             let row = if lattice.rows == 1 { 0.0 } else { south + north };
             let on_lattice =
@@ -33,15 +58,6 @@ impl BedParticles {
                 let offset = Vec2::new(column - home_column as f64, row - home_row as f64) * lattice.spacing;
                 self.elevation[home] + self.slope[home].dot(offset)
             })
-        };
-        let (z_sw, z_se, z_nw, z_ne) = (corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0));
-        let (x, y) = (local.x / lattice.spacing - 0.5 - west, local.y / lattice.spacing - 0.5 - south);
-        let (rise_south, rise_north) = (z_se - z_sw, z_ne - z_nw);
-        let (rise_west, rise_east) = (z_nw - z_sw, z_ne - z_se);
-        Some(BedPoint {
-            elevation: z_sw + x * rise_south + y * rise_west + x * y * (rise_north - rise_south),
-            slope: Vec2::new(rise_south + y * (rise_north - rise_south), rise_west + x * (rise_east - rise_west))
-                / lattice.spacing,
         })
     }
 }

@@ -70,6 +70,17 @@ impl FluidParticles {
         self.smoothing_length.push(particle.smoothing_length);
     }
 
+    /// One of them.
+    pub fn at(&self, i: usize) -> Particle {
+        Particle {
+            position: self.position[i],
+            velocity: self.velocity[i],
+            volume: self.volume[i],
+            depth: self.depth[i],
+            smoothing_length: self.smoothing_length[i],
+        }
+    }
+
     /// Keeps those particles only that are marked, in their order.
     pub fn retain(&mut self, is_kept: &[bool]) {
         retain_marked(&mut self.position, is_kept);

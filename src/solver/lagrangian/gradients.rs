@@ -28,20 +28,20 @@ use crate::math::{Sym2, Vec2};
 use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, Seen, correction};
 
 impl Balanced {
-    /// Fills `gradients`, `locals` and `lengths`.
-    pub(super) fn find_gradients(&mut self, water: &MovingWater) {
+    /// Fills `gradients`, `locals` and the smoothing lengths of the next evaluation.
+    pub(super) fn find_gradients(&mut self, water: &mut MovingWater) {
         let particles = water.particles.len();
         let mut gradients = std::mem::take(&mut self.gradients);
         let mut locals = std::mem::take(&mut self.locals);
-        let mut lengths = std::mem::take(&mut self.lengths);
+        let mut lengths = std::mem::take(&mut water.particles.smoothing_length);
+        let around = &*water;
         gradients.resize(particles, Gradients::default());
         locals.resize(particles, Local::default());
-        lengths.resize(particles, 0.0);
         gradients
             .par_chunks_mut(CHUNK)
             .zip(locals.par_chunks_mut(CHUNK))
             .zip(lengths.par_chunks_mut(CHUNK))
-            .zip(water.neighbours.chunks())
+            .zip(around.neighbours.chunks())
             .enumerate()
             .for_each_init(
                 || (Pairs::new(), [Sums::default(); CHUNK], Glance::default()),
@@ -54,9 +54,9 @@ impl Balanced {
                             first + k,
                             near.of(k),
                             &self.states,
-                            water.walls.isometries(),
+                            around.walls.isometries(),
                             &self.kernel,
-                            self.ridges_near(water, self.states[first + k].position),
+                            self.ridges_near(around, self.states[first + k].position),
                         );
                     }
                     // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
@@ -64,14 +64,15 @@ impl Balanced {
                         (gradients[k], locals[k]) = self.finish(&self.states[first + k], sums);
                         lengths[k] = self.next_smoothing_length(&self.states[first + k], sums);
                     }
-                    for (k, local) in locals.iter_mut().enumerate() {
-                        self.find_free_edge(water, first + k, near.of(k), glance, local);
+                    for (k, (local, sums)) in locals.iter_mut().zip(sums).enumerate() {
+                        self.find_free_edge(around, first + k, near.of(k), glance, local);
+                        local.out_of_step = self.out_of_step(&self.states[first + k], sums, local);
                     }
                 },
             );
         self.gradients = gradients;
         self.locals = locals;
-        self.lengths = lengths;
+        water.particles.smoothing_length = lengths;
     }
 
     fn finish(&self, me: &State, sums: &Sums) -> (Gradients, Local) {
@@ -84,11 +85,19 @@ impl Balanced {
         };
         // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
         let openness = sums.closure * (-2.0 * self.dimension.edge(me.area));
+        (gradients, Local { correction, openness, out_of_step: 0.0, edge: 0.0, push: Vec2::ZERO })
+    }
+
+    fn out_of_step(&self, me: &State, sums: &Sums, local: &Local) -> f64 {
         let own = me.area * self.kernel.at_zero(me.inverse_h);
         let partition = own + sums.partition;
         let mean_depth = (own * me.depth + sums.depth_sum) / partition;
+        let crowding = partition / self.full - 1.0;
+        let swelling = if crowding > 0.0 { me.depth.min(mean_depth) } else { me.depth };
+        let openness = local.openness;
         let backing = openness.dot(sums.moment.apply(openness)) / openness.norm_squared().max(f64::MIN_POSITIVE);
-        (gradients, Local { correction, openness, partition, mean_depth, backing, edge: 0.0, push: Vec2::ZERO })
+        let edge_crowding = (2.0 * backing - 1.0).min(0.0);
+        swelling * crowding * (1.0 - local.edge) + me.depth * edge_crowding * local.edge
     }
 
     fn next_smoothing_length(&self, me: &State, sums: &Sums) -> f64 {

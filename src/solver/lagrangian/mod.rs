@@ -68,12 +68,8 @@ struct Local {
     correction: Sym2,
     /// S₀ / A^((dim−1)/dim): open length of the particle's outline, outwards, in units of its own edge.
     openness: Vec2,
-    /// Σ A W.
-    partition: f64,
-    /// Σ A W d / Σ A W (m).
-    mean_depth: f64,
-    /// n·M n: the first moment across the open side of the outline, half of that inside the water.
-    backing: f64,
+    /// d' (ΣAW/σ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ (m): how much deeper the arrangement of the particles says the water is.
+    out_of_step: f64,
     /// χ, 1 at a free edge.
     edge: f64,
     /// Acceleration (m/s²) by the water's own weight at a free edge.
@@ -109,7 +105,6 @@ pub struct Balanced {
     factor: f64,
     /// σ: Σ A W where particles and depths agree.
     full: f64,
-    lengths: Vec<f64>,
     states: Vec<State>,
     gradients: Vec<Gradients>,
     locals: Vec<Local>,
@@ -146,7 +141,6 @@ impl LagrangianSolver {
             faces: Faces::new(methods.stabilisation),
             reconstruction: methods.reconstruction,
             factor: smoothing_factor(dimension),
-            lengths: Vec::new(),
             states: Vec::new(),
             gradients: Vec::new(),
             locals: Vec::new(),
@@ -188,7 +182,6 @@ impl Formulation for Balanced {
         water.phases.end("gradients");
         self.find_rates(water);
         water.phases.end("rates");
-        water.particles.smoothing_length.copy_from_slice(&self.lengths);
         water.dismiss(fluid);
     }
 }

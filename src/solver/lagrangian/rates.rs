@@ -127,11 +127,7 @@ impl Balanced {
         let approach = sums.approach;
         let divergence = mine.u.x + mine.v.y + sums.divergence;
         let inside = 1.0 - local.edge;
-        let crowding = local.partition / self.full - 1.0;
-        let swelling = if crowding > 0.0 { me.depth.min(local.mean_depth) } else { me.depth };
-        let edge_crowding = (2.0 * local.backing - 1.0).min(0.0);
-        let out_of_step = swelling * crowding * inside + me.depth * edge_crowding * local.edge;
-        let relaxation = RELAXATION * out_of_step * approach * me.inverse_h;
+        let relaxation = RELAXATION * local.out_of_step * approach * me.inverse_h;
         let unsupported = self.unsupported(water, i, sums.contact);
         Rates {
             acceleration: local.push - sums.force / me.depth - unsupported,

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::bed_motion::ChangingBed;
-use super::step::{Moved, heun, leapfrog};
+use super::step::{HalfStep, heun, leapfrog};
 use super::{CHUNK, Formulation, MovingMethods, MovingWater, Rates};
 use crate::error::{FailurePlace, NumericalFailure};
 use crate::gridding::Gridder;
@@ -43,7 +43,7 @@ pub struct MovingSolver<F: Formulation> {
     ledger: Ledger,
     first_choice: Option<StepChoice>,
     last_choice: Option<StepChoice>,
-    moved: Vec<Moved>,
+    halves: Vec<HalfStep>,
     water_order: Vec<u32>,
     gridder: Gridder,
     /// Volume (m³) that the books had at the latest gridding.
@@ -77,7 +77,7 @@ impl<F: Formulation> MovingSolver<F> {
             ledger: Ledger { initial: stored, stored, ..Ledger::default() },
             first_choice: None,
             last_choice: None,
-            moved: Vec::new(),
+            halves: Vec::new(),
             water_order: Vec::new(),
             gridder,
             gridded: 0.0,
@@ -269,8 +269,8 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         }
         self.water.sections.begin(&self.water.particles);
         let (outflow, evaluations) = match self.integrator {
-            Integrator::Leapfrog => (leapfrog(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 1),
-            Integrator::Heun => (heun(&mut self.formulation, &mut self.water, &mut self.moved, time_step), 2),
+            Integrator::Leapfrog => (leapfrog(&mut self.formulation, &mut self.water, &mut self.halves, time_step), 1),
+            Integrator::Heun => (heun(&mut self.formulation, &mut self.water, &mut self.halves, time_step), 2),
         };
         self.evaluations += evaluations * self.water.particles.len() as u64;
         if F::CARRIES_DEPTH && self.water.dimension == Dimension::One {

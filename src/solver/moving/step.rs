@@ -9,26 +9,40 @@ use rayon::prelude::*;
 use super::{CHUNK, Formulation, MovingWater};
 use crate::boundary::Path;
 use crate::math::Vec2;
-use crate::particles::Particle;
+use crate::particles::retain_marked;
 use crate::physics::friction::manning::after_friction;
 
-/// A particle between two sub-steps.
+/// What a step with leapfrog keeps of a particle until its end: its state half a step later.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Moved {
+pub struct HalfStep {
+    velocity: Vec2,
+    depth: f64,
+}
+
+/// What a step of Heun's method keeps: state and rates at its beginning.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beginning {
     position: Vec2,
     velocity: Vec2,
     depth: f64,
-    /// State kept for the end of the step.
-    kept_position: Vec2,
-    kept_velocity: Vec2,
-    kept_depth: f64,
-    /// Rates kept for the end of the step.
-    kept_motion: Vec2,
-    kept_acceleration: Vec2,
-    kept_growth: f64,
-    /// New smoothing length over the one before (dimensionless).
-    spread: f64,
-    has_left: bool,
+    motion: Vec2,
+    acceleration: Vec2,
+    growth: f64,
+}
+
+/// State that a sub-step changes.
+#[derive(Clone, Copy, Debug)]
+struct Now {
+    position: Vec2,
+    velocity: Vec2,
+    depth: f64,
+}
+
+/// Where a sub-step begins, what comes of the state, and the state half a step later where that is kept.
+struct Drift {
+    from: Vec2,
+    to: Now,
+    half: HalfStep,
 }
 
 /// Depth (m) after `time_step` (s) at a rate (m/s), never below the least depth unless it was.
@@ -46,187 +60,191 @@ fn depth_by_exponential(depth: f64, relative_rate: f64, time_step: f64, least: f
 }
 
 /// Takes one leapfrog step; returns the volume (m³) that left.
-pub fn leapfrog<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved: &mut Vec<Moved>, dt: f64) -> f64 {
-    drift::<F>(water, moved, |water, i| {
-        let rates = &water.rates[i];
-        let (v, d) = (water.particles.velocity[i], water.particles.depth[i]);
-        let half_velocity = v + rates.acceleration * (0.5 * dt);
-        Moved {
-            position: water.particles.position[i] + (slowed(water, i, half_velocity, 0.5 * dt) + rates.shift) * dt,
-            velocity: slowed(water, i, v + rates.acceleration * dt, dt),
-            depth: depth_by_fraction(d, rates.depth_rate, dt, water.least_depth(i)),
-            kept_velocity: half_velocity,
-            kept_depth: depth_by_fraction(d, rates.depth_rate, 0.5 * dt, water.least_depth(i)),
-            ..Moved::default()
-        }
+pub fn leapfrog<F: Formulation>(
+    formulation: &mut F,
+    water: &mut MovingWater,
+    halves: &mut Vec<HalfStep>,
+    dt: f64,
+) -> f64 {
+    let left = drift::<F>(water, halves, |water, i, now| {
+        let (rates, least) = (&water.rates[i], water.least_depth(i));
+        let half_velocity = now.velocity + rates.acceleration * (0.5 * dt);
+        let friction = Friction::under(water, now);
+        let to = Now {
+            position: now.position + (friction.slow(half_velocity, 0.5 * dt) + rates.shift) * dt,
+            velocity: friction.slow(now.velocity + rates.acceleration * dt, dt),
+            depth: depth_by_fraction(now.depth, rates.depth_rate, dt, least),
+        };
+        let half_depth = depth_by_fraction(now.depth, rates.depth_rate, 0.5 * dt, least);
+        Drift { from: now.position, to, half: HalfStep { velocity: half_velocity, depth: half_depth } }
     });
-    let outflow = take_over(water, moved, true);
+    let outflow = take_out(water, halves, &left);
     water.open.drift(dt);
     formulation.evaluate(water);
-    finish::<F>(water, moved, dt, |rates, moved, least| {
+    let halves = &*halves;
+    finish::<F>(water, dt, |water, i, _| {
+        let (rates, half) = (&water.rates[i], &halves[i]);
         (
-            moved.kept_velocity + rates.acceleration * (0.5 * dt),
-            depth_by_fraction(moved.kept_depth, rates.depth_rate, 0.5 * dt, least),
+            half.velocity + rates.acceleration * (0.5 * dt),
+            depth_by_fraction(half.depth, rates.depth_rate, 0.5 * dt, water.least_depth(i)),
         )
     });
     outflow
 }
 
 /// Takes one step of Heun's method; returns the volume (m³) that left.
-pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, moved: &mut Vec<Moved>, dt: f64) -> f64 {
-    drift::<F>(water, moved, |water, i| {
-        let rates = &water.rates[i];
-        let (x, v, d) = (water.particles.position[i], water.particles.velocity[i], water.particles.depth[i]);
-        Moved {
-            position: x + (v + rates.shift) * dt,
-            velocity: slowed(water, i, v + rates.acceleration * dt, dt),
-            depth: depth_by_exponential(d, rates.depth_rate / d, dt, water.least_depth(i)),
-            kept_position: x,
-            kept_velocity: v,
-            kept_depth: d,
-            kept_motion: v + rates.shift,
-            kept_acceleration: rates.acceleration,
-            kept_growth: rates.depth_rate / d,
-            ..Moved::default()
+pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, halves: &mut Vec<HalfStep>, dt: f64) -> f64 {
+    let (particles, rates) = (&water.particles, &water.rates);
+    let begin = |i: usize| {
+        let (velocity, depth) = (particles.velocity[i], particles.depth[i]);
+        Beginning {
+            position: particles.position[i],
+            velocity,
+            depth,
+            motion: velocity + rates[i].shift,
+            acceleration: rates[i].acceleration,
+            growth: rates[i].depth_rate / depth,
         }
+    };
+    let beginnings: Vec<Beginning> = (0..particles.len()).into_par_iter().with_min_len(CHUNK).map(begin).collect();
+    drift::<F>(water, halves, |water, i, now| {
+        let Beginning { position, velocity, depth, motion, acceleration, growth } = beginnings[i];
+        let to = Now {
+            position: position + motion * dt,
+            velocity: Friction::under(water, now).slow(velocity + acceleration * dt, dt),
+            depth: depth_by_exponential(depth, growth, dt, water.least_depth(i)),
+        };
+        Drift { from: position, to, half: HalfStep::default() }
     });
-    take_over(water, moved, false);
     water.open.drift(dt);
     formulation.evaluate(water);
-    let first = std::mem::take(moved);
-    drift_from::<F>(
-        water,
-        moved,
-        |i| first[i].kept_position,
-        |water, i| {
-            let (rates, kept) = (&water.rates[i], &first[i]);
-            let growth = 0.5 * (kept.kept_growth + rates.depth_rate / water.particles.depth[i]);
-            Moved {
-                position: kept.kept_position
-                    + (kept.kept_motion + water.particles.velocity[i] + rates.shift) * (0.5 * dt),
-                velocity: kept.kept_velocity + (kept.kept_acceleration + rates.acceleration) * (0.5 * dt),
-                depth: depth_by_exponential(kept.kept_depth, growth, dt, water.least_depth(i)),
-                ..Moved::default()
-            }
-        },
-    );
-    let outflow = take_over(water, moved, true);
-    finish::<F>(water, moved, dt, |_, moved, _| (moved.velocity, moved.depth));
+    let left = drift::<F>(water, halves, |water, i, now| {
+        let (rates, first) = (&water.rates[i], &beginnings[i]);
+        let growth = 0.5 * (first.growth + rates.depth_rate / now.depth);
+        let to = Now {
+            position: first.position + (first.motion + now.velocity + rates.shift) * (0.5 * dt),
+            velocity: first.velocity + (first.acceleration + rates.acceleration) * (0.5 * dt),
+            depth: depth_by_exponential(first.depth, growth, dt, water.least_depth(i)),
+        };
+        Drift { from: first.position, to, half: HalfStep::default() }
+    });
+    let outflow = take_out(water, halves, &left);
+    finish::<F>(water, dt, |_, _, now| (now.velocity, now.depth));
     formulation.evaluate(water);
     outflow
 }
 
-/// The velocity (m/s) of particle `i` after friction of a time (s) at its present place and depth.
-#[inline]
-fn slowed(water: &MovingWater, i: usize, velocity: Vec2, time: f64) -> Vec2 {
-    let n = water.manning_at(water.particles.position[i]);
-    if n > 0.0 { after_friction(velocity, water.particles.depth[i], n, water.gravity, time) } else { velocity }
+/// Bed friction at the place and depth of a particle.
+struct Friction {
+    manning: f64,
+    depth: f64,
+    gravity: f64,
 }
 
-fn drift<F: Formulation>(
-    water: &MovingWater,
-    moved: &mut Vec<Moved>,
-    advance: impl Fn(&MovingWater, usize) -> Moved + Sync,
-) {
-    drift_from::<F>(water, moved, |i| water.particles.position[i], advance);
-}
-
-/// Moves every particle along its way from `start(i)`, past the walls; its smoothing length follows its area.
-fn drift_from<F: Formulation>(
-    water: &MovingWater,
-    moved: &mut Vec<Moved>,
-    start: impl Fn(usize) -> Vec2 + Sync,
-    advance: impl Fn(&MovingWater, usize) -> Moved + Sync,
-) {
-    moved.resize(water.particles.len(), Moved::default());
-    moved.par_chunks_mut(CHUNK).enumerate().for_each_init(Vec::new, |near, (chunk, moved)| {
-        for (k, moved) in moved.iter_mut().enumerate() {
-            let i = chunk * CHUNK + k;
-            *moved = advance(water, i);
-            let path: Path = water.walls.travel(start(i), moved.position, near);
-            moved.position = path.position;
-            moved.velocity = path.turned(moved.velocity);
-            moved.kept_velocity = if path.is_held { Vec2::ZERO } else { path.turned(moved.kept_velocity) };
-            moved.has_left = path.has_left;
-            let stretch = water.particles.depth[i] / moved.depth;
-            moved.spread = if F::CARRIES_DEPTH { water.dimension.edge(stretch) } else { 1.0 };
-        }
-    });
-}
-
-/// Writes the moved state into the particles; takes out those that left when `removes`, and returns their volume (m³).
-fn take_over(water: &mut MovingWater, moved: &mut Vec<Moved>, removes: bool) -> f64 {
-    if removes {
-        water.sections.count(&water.particles.volume, |i| moved[i].position);
+impl Friction {
+    #[inline]
+    fn under(water: &MovingWater, now: &Now) -> Self {
+        Friction { manning: water.manning_at(now.position), depth: now.depth, gravity: water.gravity }
     }
-    let outflow = if removes && moved.par_iter().with_min_len(CHUNK).any(|moved| moved.has_left) {
-        take_out(water, moved)
-    } else {
-        0.0
+
+    /// A velocity (m/s) after friction of a time (s).
+    #[inline]
+    fn slow(&self, velocity: Vec2, time: f64) -> Vec2 {
+        if self.manning > 0.0 {
+            after_friction(velocity, self.depth, self.manning, self.gravity, time)
+        } else {
+            velocity
+        }
+    }
+}
+
+/// Moves every particle along its way, past the walls; its smoothing length follows its area. Returns those that left by open edges,
+/// in ascending order.
+fn drift<F: Formulation>(
+    water: &mut MovingWater,
+    halves: &mut Vec<HalfStep>,
+    advance: impl Fn(&MovingWater, usize, &Now) -> Drift + Sync,
+) -> Vec<u32> {
+    let count = water.particles.len();
+    halves.resize(count, HalfStep::default());
+    let mut position = std::mem::take(&mut water.particles.position);
+    let mut velocity = std::mem::take(&mut water.particles.velocity);
+    let mut depth = std::mem::take(&mut water.particles.depth);
+    let mut smoothing_length = std::mem::take(&mut water.particles.smoothing_length);
+    let around = &*water;
+    let places = position.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK));
+    let sizes = depth.par_chunks_mut(CHUNK).zip(smoothing_length.par_chunks_mut(CHUNK));
+    let chunks = places.zip(sizes).zip(halves.par_chunks_mut(CHUNK)).enumerate();
+    let move_chunk = |near: &mut Vec<u32>, (chunk, (((position, velocity), (depth, smoothing_length)), halves))| {
+        let (position, velocity): (&mut [Vec2], &mut [Vec2]) = (position, velocity);
+        let (depth, smoothing_length): (&mut [f64], &mut [f64]) = (depth, smoothing_length);
+        let halves: &mut [HalfStep] = halves;
+        let mut left = Vec::new();
+        for k in 0..position.len() {
+            let i = chunk * CHUNK + k;
+            let now = Now { position: position[k], velocity: velocity[k], depth: depth[k] };
+            let Drift { from, to, half } = advance(around, i, &now);
+            let path: Path = around.walls.travel(from, to.position, near);
+            if path.has_left {
+                left.push(i as u32);
+            }
+            position[k] = path.position;
+            velocity[k] = path.turned(to.velocity);
+            depth[k] = to.depth;
+            let half_velocity = if path.is_held { Vec2::ZERO } else { path.turned(half.velocity) };
+            halves[k] = HalfStep { velocity: half_velocity, ..half };
+            if F::CARRIES_DEPTH {
+                smoothing_length[k] *= around.dimension.edge(now.depth / to.depth);
+            }
+        }
+        left
     };
+    let left: Vec<Vec<u32>> = chunks.map_init(Vec::new, move_chunk).collect();
     let particles = &mut water.particles;
-    let places = particles.position.par_iter_mut().zip(&mut particles.velocity);
-    let sizes = particles.depth.par_iter_mut().zip(&mut particles.smoothing_length);
-    let all = places.zip(sizes).zip(&*moved).with_min_len(CHUNK);
-    all.for_each(|(((position, velocity), (depth, smoothing_length)), moved)| {
-        (*position, *velocity, *depth) = (moved.position, moved.velocity, moved.depth);
-        *smoothing_length *= moved.spread;
-    });
-    outflow
+    (particles.position, particles.velocity) = (position, velocity);
+    (particles.depth, particles.smoothing_length) = (depth, smoothing_length);
+    left.concat()
 }
 
 /// Takes out the particles that left; returns their volume (m³).
-fn take_out(water: &mut MovingWater, moved: &mut Vec<Moved>) -> f64 {
+fn take_out(water: &mut MovingWater, halves: &mut Vec<HalfStep>, left: &[u32]) -> f64 {
     let particles = &mut water.particles;
-    let mut outflow = 0.0;
-    let mut kept = 0;
-    for i in 0..moved.len() {
-        if moved[i].has_left {
-            outflow += water.open.receive(&Particle {
-                position: moved[i].position,
-                velocity: moved[i].velocity,
-                volume: particles.volume[i],
-                depth: moved[i].depth,
-                smoothing_length: particles.smoothing_length[i] * moved[i].spread,
-            });
-            continue;
-        }
-        moved[kept] = moved[i];
-        particles.volume[kept] = particles.volume[i];
-        particles.smoothing_length[kept] = particles.smoothing_length[i];
-        kept += 1;
+    water.sections.count(&particles.volume, |i| particles.position[i]);
+    if left.is_empty() {
+        return 0.0;
     }
-    moved.truncate(kept);
-    particles.truncate(kept);
+    let mut outflow = 0.0;
+    let mut is_kept = vec![true; particles.len()];
+    for i in left.iter().map(|&i| i as usize) {
+        is_kept[i] = false;
+        outflow += water.open.receive(&particles.at(i));
+    }
+    particles.retain(&is_kept);
+    retain_marked(halves, &is_kept);
     outflow
 }
 
 /// Sets velocity and depth at the end of the step, friction and dry particles included.
 fn finish<F: Formulation>(
     water: &mut MovingWater,
-    moved: &[Moved],
     dt: f64,
-    end_of_step: impl Fn(&super::Rates, &Moved, f64) -> (Vec2, f64) + Sync,
+    end_of_step: impl Fn(&MovingWater, usize, &Now) -> (Vec2, f64) + Sync,
 ) {
     let mut velocity = std::mem::take(&mut water.particles.velocity);
     let mut depth = std::mem::take(&mut water.particles.depth);
-    let water_ref = &*water;
+    let around = &*water;
     velocity.par_chunks_mut(CHUNK).zip(depth.par_chunks_mut(CHUNK)).enumerate().for_each(
         |(chunk, (velocity, depth))| {
             for k in 0..velocity.len() {
                 let i = chunk * CHUNK + k;
-                let (v, d) = end_of_step(&water_ref.rates[i], &moved[i], water_ref.least_depth(i));
+                let mut now = Now { position: around.particles.position[i], velocity: velocity[k], depth: depth[k] };
+                let (v, d) = end_of_step(around, i, &now);
                 if F::CARRIES_DEPTH {
-                    depth[k] = d;
+                    now.depth = d;
                 }
-                let n = water_ref.manning_at(water_ref.particles.position[i]);
-                velocity[k] = if depth[k] <= water_ref.dry_depth {
-                    Vec2::ZERO
-                } else if n > 0.0 {
-                    after_friction(v, depth[k], n, water_ref.gravity, dt)
-                } else {
-                    v
-                };
+                depth[k] = now.depth;
+                let is_dry = now.depth <= around.dry_depth;
+                velocity[k] = if is_dry { Vec2::ZERO } else { Friction::under(around, &now).slow(v, dt) };
             }
         },
     );
