@@ -56,7 +56,7 @@ use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
 use crate::scenario::methods::Reconstruction;
-use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, Seen, correction};
+use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, Seen, correction, is_inverted};
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
@@ -153,6 +153,9 @@ impl Balanced {
         }
         let scale = |value: f64| ENOUGH_CONTACT * value;
         let contact = Sym2 { xx: scale(contact.xx), xy: scale(contact.xy), yy: scale(contact.yy) };
+        if is_inverted(contact) {
+            return Vec2::ZERO;
+        }
         let froude_squared = me.velocity.norm_squared() / (water.gravity * me.depth);
         let share = (froude_squared / FREE_FROUDE_SQUARED).min(1.0);
         (slope - correction(contact).apply(contact.apply(slope))) * (water.gravity * share)

@@ -20,6 +20,11 @@ fn inverse_eigenvalue(lambda: f64) -> f64 {
     }
 }
 
+/// Whether the correction of a moment is its inverse.
+pub fn is_inverted(moment: Sym2) -> bool {
+    moment.eigenvalues().0 >= LEAST_EIGENVALUE
+}
+
 /// L = f(M): f applied to the eigenvalues of a symmetric matrix.
 pub fn correction(moment: Sym2) -> Sym2 {
     let (small, large) = moment.eigenvalues();
@@ -43,6 +48,7 @@ mod tests {
         let inverse = correction(moment);
         let back = moment.apply(inverse.apply(Vec2::new(1.0, -2.0)));
         assert!((back - Vec2::new(1.0, -2.0)).norm() < 1e-14);
+        assert!(is_inverted(moment) && !is_inverted(Sym2 { yy: 0.4, ..moment }));
         let lonely = correction(Sym2 { xx: 1e-6, xy: 0.0, yy: 0.0 });
         assert!(lonely.xx < 1.01 && lonely.yy == 1.0);
         assert!((inverse_eigenvalue(0.45) - inverse_eigenvalue(0.45 - 1e-12)).abs() < 1e-10);

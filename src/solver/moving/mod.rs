@@ -18,7 +18,7 @@ mod solver;
 mod springs;
 mod step;
 
-pub use correction::correction;
+pub use correction::{correction, is_inverted};
 pub(super) use kernel::with_kernel;
 pub use kernel::{ChosenKernel, smoothing_factor};
 pub use neighbours::{CHUNK, ChunkNeighbours, Glance, Neighbours, Seen};
@@ -162,6 +162,10 @@ impl MovingWater {
             (WallMethod::Mirror, _) | (_, Dimension::One) => walls,
             (WallMethod::VirtualParticles, Dimension::Two) => walls.with_virtual_particles(lattice.spacing),
         };
+        let mut bed = problem.bed.clone();
+        if methods.bed_slope == BedSlope::Hydrostatic {
+            bed.curvature = Vec::new();
+        }
         // Water that comes in is as wide as a cell.
         let cell = (!problem.forcing.is_still()).then(|| dimension.area(lattice.spacing));
         let areas = || seeds.iter().map(|seed| seed.volume / seed.depth).chain(cell);
@@ -175,7 +179,7 @@ impl MovingWater {
             rates: Vec::new(),
             neighbours: Neighbours::default(),
             walls,
-            bed: problem.bed.clone(),
+            bed,
             phases: Phases::default(),
             bed_points: Vec::new(),
             open,
@@ -304,7 +308,7 @@ impl MovingWater {
         self.dry_depth.max(self.particles.volume[i] / self.largest_area)
     }
 
-    /// Curvature of the bed (1/m) at a place, that of its riverbed particle.
+    /// Curvature of the bed (1/m) at a place, that of its riverbed particle; kept for steep beds only.
     pub fn curvature_at(&self, place: Vec2) -> Sym2 {
         self.bed.lattice.cell_at(place).map_or(Sym2::default(), |cell| self.bed.curvature[cell])
     }

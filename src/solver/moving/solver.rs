@@ -65,12 +65,15 @@ impl<F: Formulation> MovingSolver<F> {
         let changing_bed = ChangingBed::new(&problem, &mut water, dimension);
         let stored = seeds.iter().fold(0.0, |sum, seed| sum + seed.volume);
         let gridder = Gridder::new(&problem.bed.lattice, dimension);
+        let courant = problem.courant;
+        // The first evaluation needs memory.
+        drop(problem);
         let mut solver = MovingSolver {
             water,
             changing_bed,
             formulation,
             integrator: methods.integrator,
-            courant: problem.courant,
+            courant,
             time: 0.0,
             steps: 0,
             evaluations: 0,
