@@ -4,7 +4,7 @@
 
 use super::image::{Corner, Isometry};
 use super::virtual_particles::VirtualParticles;
-use crate::math::Vec2;
+use crate::math::{Vec2, floor};
 
 /// A straight piece of a wall or of an open edge, in local coordinates (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -376,7 +376,7 @@ impl Walls {
     /// Whether a wall crosses the way from `a` to `b`, by the bins along the way: for ways of any length.
     pub fn is_walled(&self, a: Vec2, b: Vec2) -> bool {
         let length = (b - a).norm();
-        if self.is_clear(a, length) {
+        if self.is_clear((a + b) * 0.5, 0.5 * length) {
             return false;
         }
         let along = (b - a) / length;
@@ -385,7 +385,7 @@ impl Walls {
         let mut way = 0.0;
         while way <= length {
             let local = (a + along * way - self.origin) / self.bin;
-            let (column, row) = (local.x.floor(), local.y.floor());
+            let (column, row) = (floor(local.x), floor(local.y));
             let is_inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
             let mut step = self.bin * to_the_rim(local.x - column, along.x).min(to_the_rim(local.y - row, along.y));
             if is_inside {
