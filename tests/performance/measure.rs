@@ -4,7 +4,7 @@
 //! cargo bench --bench measure -- phases [PARTICLES]      processor time of each phase, one thread
 //! cargo bench --bench measure -- sizes                   processor time against particles, one thread
 //! cargo bench --bench measure -- threads [PARTICLES]     wall-clock and processor time on one thread and on two
-//! cargo bench --bench measure -- memory MOTION PARTICLES peak memory of this process after a few steps
+//! cargo bench --bench measure -- memory MOTION PARTICLES [CELLS] peak memory of this process after a few steps, with so many cells for each particle (2)
 //! cargo bench --bench measure -- machine                 bytes a second by a triad, operations a second by chains of products
 //! cargo bench --bench measure -- steps MOTION PARTICLES STEPS  nothing but steps, for `scripts/instructions.sh`
 //! ```
@@ -83,8 +83,8 @@ fn threads(particles: usize) {
     }
 }
 
-fn memory(motion: Motion, particles: usize) {
-    let mut solver = scene::solver(motion, particles);
+fn memory(motion: Motion, particles: usize, cells_for_each: usize) {
+    let mut solver = scene::solver_for(motion, scene::dam_break_in(particles, cells_for_each));
     scene::steps(solver.as_mut(), 3);
     println!("{},{particles},{},{}", motion.name(), solver.water().lattice.len(), peak_bytes());
 }
@@ -159,7 +159,10 @@ fn main() {
         ["sizes"] => scene::on_threads(1, sizes),
         ["threads"] => threads(100_000),
         ["threads", particles] => threads(number(particles)),
-        ["memory", name, particles] => scene::on_threads(1, || memory(motion(name), number(particles))),
+        ["memory", name, particles] => scene::on_threads(1, || memory(motion(name), number(particles), 2)),
+        ["memory", name, particles, cells] => {
+            scene::on_threads(1, || memory(motion(name), number(particles), number(cells)))
+        }
         ["machine"] => machine(),
         ["steps", name, particles, count] => scene::on_threads(1, || {
             let mut solver = scene::solver(motion(name), number(particles));

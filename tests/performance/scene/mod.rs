@@ -41,13 +41,19 @@ impl Motion {
 
 /// A basin twice as long as wide; its western half holds about so many wet cells.
 pub fn dam_break(particles: usize) -> FlowProblem {
+    dam_break_in(particles, 2)
+}
+
+/// The same in a basin of so many cells for each that is wet.
+pub fn dam_break_in(particles: usize, cells_for_each: usize) -> FlowProblem {
     let rows = (particles as f64).sqrt().round() as usize;
-    let columns = 2 * (particles as f64 / rows as f64).round() as usize;
+    let wet_columns = (particles as f64 / rows as f64).round() as usize;
+    let columns = cells_for_each * wet_columns;
     let mut problem =
         problem(columns, rows, SPACING, |place| 0.3 * (place.x / 40.0).sin() * (place.y / 55.0).cos() - 0.5);
     problem.bed.manning.fill(MANNING);
     let lattice = &problem.bed.lattice;
-    let middle = 0.5 * lattice.size().x;
+    let middle = wet_columns as f64 * SPACING;
     problem.initial_depth = (0..lattice.len())
         .map(|cell| if lattice.centre(cell).x < middle { DEPTH - problem.bed.elevation[cell] } else { 0.0 })
         .collect();
@@ -67,7 +73,11 @@ pub fn seeds(problem: &FlowProblem) -> Vec<FluidSeed> {
 
 /// The dam break of so many particles in a motion, by the default methods, with the dam just gone.
 pub fn solver(motion: Motion, particles: usize) -> Box<dyn FlowSolver> {
-    let mut problem = dam_break(particles);
+    solver_for(motion, dam_break(particles))
+}
+
+/// A problem in a motion, by the default methods.
+pub fn solver_for(motion: Motion, mut problem: FlowProblem) -> Box<dyn FlowSolver> {
     match motion {
         Motion::Eulerian => {
             problem.courant = 0.5;
