@@ -98,6 +98,59 @@ pub struct ImageScratch {
     corners: Vec<Corner>,
     places: Vec<Vec2>,
     marks: Marks,
+    pieces: Pieces,
+}
+
+/// The walls near a particle, one column for each quantity.
+#[derive(Clone, Debug, Default)]
+struct Pieces {
+    start_x: Vec<f64>,
+    start_y: Vec<f64>,
+    /// From start to end (m).
+    piece_x: Vec<f64>,
+    piece_y: Vec<f64>,
+    length_squared: Vec<f64>,
+}
+
+impl Pieces {
+    fn fill(&mut self, near: &[u32], edges: &[Edge]) {
+        let columns = [&mut self.start_x, &mut self.start_y, &mut self.piece_x, &mut self.piece_y];
+        columns.into_iter().chain([&mut self.length_squared]).for_each(Vec::clear);
+        for edge in near.iter().map(|&member| &edges[member as usize]) {
+            let piece = edge.end - edge.start;
+            self.start_x.push(edge.start.x);
+            self.start_y.push(edge.start.y);
+            self.piece_x.push(piece.x);
+            self.piece_y.push(piece.y);
+            self.length_squared.push(piece.norm_squared());
+        }
+    }
+}
+
+/// Whether one of the walls stands on the way from a place to another one on wall `a`; see `Edge::crossing`.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn is_blocked_before(pieces: &Pieces, a: usize, from: Vec2, hit: Vec2) -> bool {
+    let n = pieces.start_x.len();
+    let (start_x, start_y) = (&pieces.start_x[..n], &pieces.start_y[..n]);
+    let (piece_x, piece_y) = (&pieces.piece_x[..n], &pieces.piece_y[..n]);
+    let length_squared = &pieces.length_squared[..n];
+    let mut blocked = 0;
+    for k in 0..n {
+        let (from_x, from_y) = (from.x - start_x[k], from.y - start_y[k]);
+        let turn_from = piece_x[k] * from_y - piece_y[k] * from_x;
+        let turn_hit = piece_x[k] * (hit.y - start_y[k]) - piece_y[k] * (hit.x - start_x[k]);
+        let share = turn_from / (turn_from - turn_hit);
+        let along_x = from.x + (hit.x - from.x) * share - start_x[k];
+        let along_y = from.y + (hit.y - from.y) * share - start_y[k];
+        let along = piece_x[k] * along_x + piece_y[k] * along_y;
+        let is_blocked = (turn_from * turn_hit < 0.0)
+            & (along >= 0.0)
+            & (along <= length_squared[k])
+            & (share < 1.0 - 1e-9)
+            & (k != a);
+        blocked |= u64::from(is_blocked);
+    }
+    blocked != 0
 }
 
 /// The particles that were found and what the walls do to them, one column for each quantity.
@@ -245,6 +298,7 @@ impl Walls {
             self.keep_nearest(place, scratch);
         }
         self.list_corners(place, scratch);
+        scratch.pieces.fill(&scratch.near, edges);
         self.mark(place, support, found, positions, supports, scratch);
         for (k, &j) in found.iter().enumerate() {
             let other = positions[j as usize];
@@ -262,7 +316,7 @@ impl Walls {
                 mirrored &= mirrored - 1;
                 let transform = Walls::reflection_in(scratch.near[a]);
                 let image = self.isometries()[transform as usize].point(other);
-                if self.is_in_sight(&scratch.near, a, place, other, image)
+                if self.is_in_sight(&scratch.near, &scratch.pieces, a, place, other, image)
                     && is_new(&mut scratch.places, image, self.margin())
                 {
                     seen.push(Image { index: j, transform });
@@ -344,7 +398,7 @@ impl Walls {
             for corner in self.corners_of(member) {
                 let (first, second) = (&edges[corner.first as usize], &edges[corner.second as usize]);
                 let is_full = scratch.corners.len() == u64::BITS as usize;
-                if !is_full && scratch.near.contains(&corner.second) && reaches(first, second) && reaches(second, first)
+                if !is_full && reaches(first, second) && reaches(second, first) && scratch.near.contains(&corner.second)
                 {
                     scratch.corners.push(*corner);
                 }
@@ -353,15 +407,10 @@ impl Walls {
     }
 
     /// Whether no other wall stands in either leg of the line of sight through wall `a`.
-    fn is_in_sight(&self, near: &[u32], a: usize, place: Vec2, other: Vec2, image: Vec2) -> bool {
-        let edges = self.edges();
-        let Some(share) = edges[near[a] as usize].crossing(place, image, self.margin()) else { return false };
+    fn is_in_sight(&self, near: &[u32], pieces: &Pieces, a: usize, place: Vec2, other: Vec2, image: Vec2) -> bool {
+        let Some(share) = self.edges()[near[a] as usize].crossing(place, image, self.margin()) else { return false };
         let hit = place + (image - place) * share;
-        near.iter().enumerate().filter(|&(b, _)| b != a).all(|(_, &member)| {
-            let blocks =
-                |from: Vec2| edges[member as usize].crossing(from, hit, 0.0).is_some_and(|share| share < 1.0 - 1e-9);
-            !blocks(place) && !blocks(other)
-        })
+        !is_blocked_before(pieces, a, place, hit) && !is_blocked_before(pieces, a, other, hit)
     }
 
     /// Whether the line of sight goes through wall `first` and then through wall `second`.
