@@ -94,6 +94,8 @@ const MOST_WALLS: usize = 24;
 pub struct ImageScratch {
     /// Walls near the particle, the nearest ones first in case there are too many.
     near: Vec<u32>,
+    /// Those that were too many: they hide, but show no image.
+    farther: Vec<u32>,
     by_distance: Vec<(f64, u32)>,
     corners: Vec<Corner>,
     places: Vec<Vec2>,
@@ -203,6 +205,11 @@ impl Marks {
         look_at(columns, &mut self.hidden, &mut self.mirrored, place, mirror);
     }
 
+    /// Marks the particles that a wall hides.
+    fn look_behind(&mut self, place: Vec2, wall: &Mirror) {
+        look_behind((&self.x[..], &self.y[..]), &mut self.hidden, place, wall);
+    }
+
     /// Marks the particles whose images in a corner may be seen through its first wall.
     fn look_into(&mut self, place: Vec2, mirror: &Mirror) {
         let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
@@ -262,6 +269,22 @@ fn look_at(
     }
 }
 
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn look_behind((x, y): (&[f64], &[f64]), hidden: &mut [u64], place: Vec2, wall: &Mirror) {
+    let n = x.len();
+    let (y, hidden) = (&y[..n], &mut hidden[..n]);
+    let Mirror { start, piece, length_squared, stretch, .. } = wall;
+    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
+    let along_place = piece.x * (place.x - start.x) + piece.y * (place.y - start.y);
+    for k in 0..n {
+        let turn = piece.x * (y[k] - start.y) - piece.y * (x[k] - start.x);
+        let (to_x, to_y) = (x[k] - place.x, y[k] - place.y);
+        let along = along_place + (piece.x * to_x + piece.y * to_y) * (own_turn / (own_turn - turn));
+        let is_hit = (own_turn * turn < 0.0) & (along >= -stretch) & (along <= length_squared + stretch);
+        hidden[k] |= u64::from(is_hit);
+    }
+}
+
 /// Two walls that meet, in which a particle may see an image of an image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
@@ -294,6 +317,7 @@ impl Walls {
         self.near(place, support, &mut scratch.near);
         scratch.near.retain(|&member| !edges[member as usize].is_open);
         let has_many = scratch.near.len() > MOST_WALLS;
+        scratch.farther.clear();
         if has_many {
             self.keep_nearest(place, scratch);
         }
@@ -303,7 +327,7 @@ impl Walls {
         for (k, &j) in found.iter().enumerate() {
             let other = positions[j as usize];
             if particle != Some(j) {
-                let is_beyond = has_many || (other - place).norm_squared() > support * support;
+                let is_beyond = (other - place).norm_squared() > support * support;
                 if scratch.marks.hidden[k] != 0 || is_beyond && self.is_walled(place, other) {
                     continue;
                 }
@@ -365,6 +389,9 @@ impl Walls {
         for (bit, &member) in scratch.near.iter().enumerate() {
             scratch.marks.look_at(place, &mirror(bit, member, Walls::reflection_in(member)));
         }
+        for &member in &scratch.farther {
+            scratch.marks.look_behind(place, &mirror(0, member, Walls::reflection_in(member)));
+        }
         for (bit, corner) in scratch.corners.iter().enumerate() {
             scratch.marks.look_into(place, &mirror(bit, corner.first, corner.transform));
         }
@@ -379,8 +406,10 @@ impl Walls {
         scratch.by_distance.clear();
         scratch.by_distance.extend(scratch.near.iter().map(|&member| (distance(member), member)));
         scratch.by_distance.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (nearest, farther) = scratch.by_distance.split_at(MOST_WALLS);
         scratch.near.clear();
-        scratch.near.extend(scratch.by_distance[..MOST_WALLS].iter().map(|&(_, member)| member));
+        scratch.near.extend(nearest.iter().map(|&(_, member)| member));
+        scratch.farther.extend(farther.iter().map(|&(_, member)| member));
     }
 
     /// Lists the corners near a place in which it can see an image of an image.
