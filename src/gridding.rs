@@ -46,9 +46,10 @@ const SMALLEST_SUPPORT: f64 = 1.5;
 const BAND: usize = 16;
 /// Particles whose shares are kept together.
 const CHUNK: usize = 256;
-/// Sweeps that even out the grid after the first filling.
-const SWEEPS: usize = 3;
-/// Bounds of D_c / d_c in one sweep, so that no weight vanishes or runs away.
+/// ω of each sweep that evens out the grid after the first filling. A sweep takes 1 − ω (1 − Ŵ²) of an unevenness that the kernel smooths
+/// by Ŵ: the first ω is for that of single cells, the last ones are for what is wide.
+const RELAXATIONS: [f64; 5] = [1.0, 1.2, 1.7, 2.6, 5.0];
+/// Bounds of the change of a factor in one sweep, so that no weight vanishes or runs away.
 const FACTOR_BOUNDS: (f64, f64) = (0.25, 2.0);
 /// Coverage S_c up to which cells are not made fuller, and from which on they are wholly. A straight front has 0.5.
 pub(crate) const COVERED: (f64, f64) = (0.6, 0.8);
@@ -58,15 +59,15 @@ pub(crate) const COVERED: (f64, f64) = (0.6, 0.8);
 #[derive(Clone, Debug, Default)]
 struct Shares {
     cells: Vec<u32>,
-    /// W max(η − z, 0), to be multiplied with the factor of the cell.
+    /// W √max(η − z, 0), to be multiplied with the factor of the cell.
     weights: Vec<f64>,
-    /// W.
-    kernels: Vec<f64>,
     /// Where the entries of each particle begin, and the end of those of the last one.
     starts: Vec<u32>,
-    /// A of each particle; zero where it gives all of its water to one cell.
+    /// η of each particle (m); zero where its area is.
+    levels: Vec<f64>,
+    /// A / κ of each particle (m²); zero where it gives all of its water to one cell.
     areas: Vec<f64>,
-    /// V_j / (Δ² Σ f_c W max(η − z, 0)) of each particle (m).
+    /// V_j / (Δ² Σ f_c W √max(η − z, 0)) of each particle (m^½).
     scales: Vec<f64>,
 }
 
@@ -80,7 +81,7 @@ impl Shares {
     fn fill(&mut self, measures: &Measures, ground: (&BedParticles, &Walls), particles: &FluidParticles, first: usize) {
         self.cells.clear();
         self.weights.clear();
-        self.kernels.clear();
+        self.levels.clear();
         self.areas.clear();
         self.starts.clear();
         self.starts.push(0);
@@ -100,7 +101,7 @@ impl Shares {
         let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
         let support = support(particles.smoothing_length[j], lattice.spacing);
         let inverse_h = CubicSpline::SUPPORT / support;
-        let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
+        let mut level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
         let mut area = if depth > 0.0 { particles.volume[j] / depth } else { 0.0 };
         let begin = self.cells.len();
         let (mut sum, mut lowest, mut is_lake) = (0.0, (f64::INFINITY, None), true);
@@ -120,16 +121,16 @@ impl Shares {
                 if level > elevation && bed.sill(place, lattice.centre(cell)) < level {
                     let offset = Vec2::new((column as f64 + 0.5) * lattice.spacing - place.x, north);
                     let kernel = measures.kernel.value(offset.norm(), inverse_h);
-                    let weight = kernel * (level - elevation);
+                    let weight = kernel * (level - elevation).sqrt();
                     sum += weight;
                     self.cells.push(cell as u32);
                     self.weights.push(weight);
-                    self.kernels.push(kernel);
                 }
             }
         }
         if !is_lake || !walls.is_clear(place, support) {
             sum = self.keep_in_sight(begin, place, level, bed, walls);
+            area /= self.seen(begin, level, bed) * measures.cell_area;
             lowest.1 =
                 lattice.cell_at(place).filter(|&cell| bed.has_terrain(cell)).map(|cell| cell as u32).or(lowest.1);
         }
@@ -137,14 +138,13 @@ impl Shares {
         if !(1.0 / (sum * measures.cell_area)).is_finite() {
             self.cells.truncate(begin);
             self.weights.truncate(begin);
-            self.kernels.truncate(begin);
             if let Some(cell) = lowest.1 {
                 self.cells.push(cell);
                 self.weights.push(1.0);
-                self.kernels.push(1.0);
             }
-            area = 0.0;
+            (level, area) = (0.0, 0.0);
         }
+        self.levels.push(level);
         self.areas.push(area);
     }
 
@@ -154,16 +154,20 @@ impl Shares {
         let (mut sum, mut kept) = (0.0, begin);
         for k in begin..self.cells.len() {
             if is_in_sight((bed, walls), place, level, self.cells[k] as usize) {
-                (self.cells[kept], self.weights[kept], self.kernels[kept]) =
-                    (self.cells[k], self.weights[k], self.kernels[k]);
+                (self.cells[kept], self.weights[kept]) = (self.cells[k], self.weights[k]);
                 sum += self.weights[k];
                 kept += 1;
             }
         }
         self.cells.truncate(kept);
         self.weights.truncate(kept);
-        self.kernels.truncate(kept);
         sum
+    }
+
+    /// Σ W of the particle whose entries begin at `begin`.
+    fn seen(&self, begin: usize, level: f64, bed: &BedParticles) -> f64 {
+        let entries = self.cells[begin..].iter().zip(&self.weights[begin..]);
+        entries.map(|(&cell, weight)| weight / (level - bed.elevation[cell as usize]).sqrt()).sum()
     }
 
     /// Finds the scales under the factors of the cells.
@@ -190,9 +194,9 @@ struct Measures {
 /// What decides how full a cell may be.
 #[derive(Clone, Copy, Debug)]
 struct Balance {
-    /// Coverage S_c = Σ A W.
+    /// Σ A w (m^½).
     weight: f64,
-    /// Σ A W max(η − z, 0) (m).
+    /// Σ A w (η − z) (m^3/2).
     column: f64,
 }
 
@@ -200,13 +204,15 @@ impl Balance {
     const EMPTY: Balance = Balance { weight: 0.0, column: 0.0 };
 
     /// Brings the factor of a cell nearer to the one that gives it the mean column.
-    fn improve(self, factor: &mut f64, depth: f64) {
+    fn improve(self, factor: &mut f64, depth: f64, relaxation: f64) {
         if depth <= 0.0 || self.weight <= 0.0 {
             return;
         }
-        let change = (self.column / (self.weight * depth)).clamp(FACTOR_BOUNDS.0, FACTOR_BOUNDS.1) - 1.0;
-        let part = ((self.weight - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
-        *factor *= 1.0 + if change < 0.0 { change } else { part * change };
+        let mean = self.column / self.weight;
+        let coverage = self.weight / mean.sqrt();
+        let part = ((coverage - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
+        let change = relaxation * (mean / depth - 1.0);
+        *factor *= (1.0 + if change < 0.0 { change } else { part * change }).clamp(FACTOR_BOUNDS.0, FACTOR_BOUNDS.1);
     }
 }
 
@@ -288,11 +294,11 @@ impl Gridder {
         let shares = self.shares.par_iter_mut().enumerate();
         shares.for_each(|(chunk, shares)| shares.fill(&measures, (bed, walls), particles, chunk * CHUNK));
         self.sort_into_bands(&bed.lattice, particles);
-        for sweep in 0..=SWEEPS {
+        for sweep in 0..=RELAXATIONS.len() {
             let factors = &self.factors;
             let shares = self.shares.par_iter_mut().enumerate();
             shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
-            self.fill_bands(bed.lattice.columns, particles, sweep);
+            self.fill_bands(bed, particles, sweep);
         }
         self.spans.clear();
         self.bands.iter().for_each(|band| self.spans.extend_from_slice(&band.spans));
@@ -304,8 +310,8 @@ impl Gridder {
         WaterOnLattice { rows: &self.water, lattice: &self.lattice, spans: &self.spans }
     }
 
-    fn fill_bands(&mut self, columns: usize, particles: &FluidParticles, sweep: usize) {
-        let (shares, beside) = (&self.shares, &self.beside);
+    fn fill_bands(&mut self, bed: &BedParticles, particles: &FluidParticles, sweep: usize) {
+        let (shares, beside, columns) = (&self.shares, &self.beside, bed.lattice.columns);
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
@@ -319,11 +325,11 @@ impl Gridder {
                 let mut fields = Fields { first_row, columns, depth, discharge_x, discharge_y, balance, factors };
                 band.empty(&mut fields, sweep);
                 if sweep == 0 {
-                    band.cover(&mut fields, shares);
+                    band.cover(&mut fields, shares, &bed.elevation);
                 }
-                if sweep < SWEEPS {
+                if let Some(&relaxation) = RELAXATIONS.get(sweep) {
                     band.fill(&mut fields, shares);
-                    band.improve(&mut fields);
+                    band.improve(&mut fields, relaxation);
                 } else {
                     band.fill_with_discharges(&mut fields, particles, shares);
                     band.add_beside(&mut fields, beside);
@@ -444,17 +450,16 @@ impl Band {
     }
 
     /// Sums coverage and mean columns of the cells, and notes which cells are touched.
-    fn cover(&mut self, fields: &mut Fields, shares: &[Shares]) {
+    fn cover(&mut self, fields: &mut Fields, shares: &[Shares], elevation: &[f64]) {
         let mut touched = std::mem::take(&mut self.touched);
         let cells = fields.cells();
         self.for_each(shares, |j, chunk, entries| {
-            let area = chunk.areas[j % CHUNK];
-            let (weights, kernels) = (&chunk.weights[entries.clone()], &chunk.kernels[entries.clone()]);
-            for ((&cell, weight), kernel) in chunk.cells[entries].iter().zip(weights).zip(kernels) {
+            let (area, level) = (chunk.areas[j % CHUNK], chunk.levels[j % CHUNK]);
+            for (&cell, weight) in chunk.cells[entries.clone()].iter().zip(&chunk.weights[entries]) {
                 let place = cell as usize - cells.start;
                 let balance = &mut fields.balance[place];
-                balance.weight += area * kernel;
-                balance.column += area * weight;
+                balance.weight += area * weight;
+                balance.column += area * weight * (level - elevation[cell as usize]);
                 touch(&mut touched[place / fields.columns], place % fields.columns);
             }
         });
@@ -498,10 +503,10 @@ impl Band {
     }
 
     /// Improves the factors of the cells that were filled.
-    fn improve(&self, fields: &mut Fields) {
+    fn improve(&self, fields: &mut Fields, relaxation: f64) {
         for (i, &(from, to)) in self.touched.iter().enumerate() {
             for place in i * fields.columns + from..i * fields.columns + to {
-                fields.balance[place].improve(&mut fields.factors[place], fields.depth[place]);
+                fields.balance[place].improve(&mut fields.factors[place], fields.depth[place], relaxation);
             }
         }
     }
