@@ -146,6 +146,9 @@ impl Shares {
         let inner = (1.0 - RIM) * support;
         let (south, north) = cells_within(place.y, inner, lattice.spacing, lattice.rows);
         let (west, east) = cells_within(place.x, inner, lattice.spacing, lattice.columns);
+        // A row of four is faster than one of three.
+        let east = east.max((west + LANES).min(lattice.columns));
+        let west = west.min(east.saturating_sub(LANES));
         let start = self.weights.len();
         let mut patch = Patch {
             row: south as u32,
