@@ -24,7 +24,7 @@
 //! f_c ← f_c [1 + ω t_c (D_c / d_c − 1)],   t_c = clamp((S_c − 0.6) / 0.2, 0, 1) where d_c < D_c, else 1
 //! ```
 //!
-//! with κ over the cells that get water from j: 1 but beside walls and at shores, where the mean columns count A_j / κ_j, too. At a front,
+//! with κ over the cells that get water from j and those of ground above its level: 1 but beside walls, where the mean columns count A_j / κ_j, too. At a front,
 //! where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix scaling, which leave Ŵ² of an unevenness
 //! that W smooths by Ŵ; growing ω reach as far in five sweeps as twelve do with ω = 1.
 //!
@@ -161,7 +161,7 @@ impl Shares {
         self.make_room(patch.len());
         let mut sum = self.weigh(measures, bed, &patch, &sight);
         if sum.dry > 0.0 || !walls.is_clear(place, support) || bed.has_ridge_within(place, support) {
-            let seen = self.keep_in_sight(&patch, &sight, (bed, walls), &mut sum);
+            let seen = self.keep_in_sight(measures, &patch, &sight, (bed, walls), &mut sum);
             area /= seen * measures.kernel.at_zero(inverse_h) * measures.cell_area;
         }
         // A film so thin that the reciprocal overflows counts as none: its water goes to the lowest cell.
@@ -244,10 +244,12 @@ impl Shares {
         Summed { weights: total(sums), dry: total(dry) }
     }
 
-    /// Takes out the cells beyond walls and ridges, and beyond ground above the level; returns Σ W/W(0) of those left, and sets their sum.
+    /// Takes out the cells beyond walls and ridges, and beyond ground above the level; returns Σ W/W(0)
+    /// of those left and of dry ground, and sets the sum of the weights.
     #[cold]
     fn keep_in_sight(
         &mut self,
+        measures: &Measures,
         patch: &Patch,
         sight: &Sight,
         (bed, walls): (&BedParticles, &Walls),
@@ -257,11 +259,16 @@ impl Shares {
         let has_ridge = bed.has_ridge_within(sight.place, sight.support);
         for k in 0..patch.len() {
             let weight = &mut self.weights[patch.start as usize + k];
-            if *weight <= 0.0 {
-                continue;
-            }
             let (row, column) = (k / patch.columns as usize, k % patch.columns as usize);
             let cell = bed.lattice.index(patch.column as usize + column, patch.row as usize + row);
+            if *weight <= 0.0 {
+                // A film on a slope, most of whose cells are dry, covers no more than it does on level ground.
+                if bed.elevation[cell] >= sight.level {
+                    let distance = (bed.lattice.centre(cell) - sight.place).norm();
+                    seen += measures.kernel.share(distance, CubicSpline::SUPPORT / sight.support);
+                }
+                continue;
+            }
             let is_over_ridges = !has_ridge || bed.sill(sight.place, bed.lattice.centre(cell)) < sight.level;
             if is_over_ridges && is_in_sight((bed, walls), sight.place, sight.level, cell) {
                 weights += f64::from(*weight);
