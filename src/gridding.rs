@@ -24,9 +24,9 @@
 //! f_c ← f_c [1 + ω t_c (D_c / d_c − 1)],   t_c = clamp((S_c − 0.6) / 0.2, 0, 1) where d_c < D_c, else 1
 //! ```
 //!
-//! with κ over the cells that get water from j and those of ground above its level: 1 but beside walls, where the mean columns count A_j / κ_j, too. At a front,
-//! where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix scaling, which leave Ŵ² of an unevenness
-//! that W smooths by Ŵ; growing ω reach as far in five sweeps as twelve do with ω = 1.
+//! with κ over the cells that get water from j and those of ground above its level: 1 but beside walls, where A_j / κ_j stands for A_j in
+//! the mean columns, too. At a front, where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix
+//! scaling, which leave Ŵ² of an unevenness that W smooths by Ŵ; growing ω reach as far in five sweeps as twelve do with ω = 1.
 //!
 //! What a particle has to say about its cells is computed once and kept for all sweeps, for a rectangle of the lattice: rows of four
 //! cells, the usual ones, are worked on side by side. Bands of rows are filled side by side as well, each by its particles in ascending
