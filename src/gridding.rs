@@ -1,30 +1,36 @@
 //! Gridding: the water of moving particles onto the lattice, with volume and momentum conserved.
 //!
-//! Particle j gives its volume to the cells c under its kernel W, in proportion to the water column that its level leaves
+//! Particle j gives its volume to the cells c under its kernel W, in proportion to the root of the water column that its level leaves
 //! there, and its momentum in the same shares:
 //!
 //! ```text
-//! s_jc = f_c W(|x_c − x_j|) max(η_j − z_c, 0) / Σ_c' (the same),   η_j = z_b(x_j) + d_j
+//! s_jc = f_c w_jc / Σ_c' f_c' w_jc',   w_jc = W(|x_c − x_j|) √max(η_j − z_c, 0),   η_j = z_b(x_j) + d_j
 //! d_c = Σ_j V_j s_jc / Δ²,    (d v)_c = Σ_j V_j v_j s_jc / Δ²
 //! ```
 //!
 //! So nothing lands on ground above the surface of the particle nor beyond it or a wall, as seen straight from the particle, nor
-//! where there is no terrain, and a level lake stays level over a sloping bed. The support of W is 4/3 h, two spacings where h is 1.5
-//! spacings: the sum of such kernels over a lattice of particles is even within 0.3 %, and has no holes where their distances
-//! are up to twice as wide. It is never less than 1.5 cells, so that particles closer together than cells leave none, either.
+//! where there is no terrain. The root draws a lake at rest level over a curved bed: with S the smoothing by W, d_c = √d S(d / S √d) is d
+//! to second order in the width of W. (Shares by the column itself are off by half the second moment of W times ∇²d.) The support of W is
+//! 4/3 h, two spacings where h is 1.5 spacings: the sum of such kernels over a lattice of particles is even within 0.3 %, and has no holes
+//! where their distances are up to twice as wide. It is never less than 1.5 cells, so that particles closer together than cells leave
+//! none, either.
 //!
-//! Moving particles are never evenly spaced, and where they crowd together or stand apart cells would be too full or too empty
-//! by a tenth or more: maxima would gather that noise. So some sweeps bring the factors f_c, 1 at first, nearer to what gives
-//! every cell the mean column over it, D_c = Σ_j A_j W max(η_j − z_c, 0) / S_c with S_c = Σ_j A_j W:
+//! Moving particles are never evenly spaced, and where they crowd together or stand apart, and beside walls, cells would be too full or
+//! too empty by some percent: maxima would gather that noise. So some sweeps bring the factors f_c, 1 at first, nearer to what gives every
+//! cell the mean column over it, D_c, where the particles cover the cell (S_c near 1):
 //!
 //! ```text
-//! f_c ← f_c D_c / d_c       where d_c > D_c, and where the particles cover the cell (S_c near 1)
+//! D_c = Σ_j A_j w_jc (η_j − z_c) / Σ_j A_j w_jc,   S_c = Σ_j A_j w_jc / (κ_j √D_c),   κ_j = Σ_c Δ² W(|x_c − x_j|)
+//! f_c ← f_c [1 + ω t_c (D_c / d_c − 1)],   t_c = clamp((S_c − 0.6) / 0.2, 0, 1) where d_c < D_c, else 1
 //! ```
 //!
-//! At a front, where S_c falls to zero, the grid stays as the kernels draw it.
+//! with κ over the cells that get water from j and those of ground above its level: 1 but beside walls, where A_j / κ_j stands for A_j in
+//! the mean columns, too. At a front, where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix
+//! scaling, which leave Ŵ² of an unevenness that W smooths by Ŵ; growing ω reach as far in five sweeps as twelve do with ω = 1.
 //!
-//! What a particle has to say about its cells is computed once and kept for all sweeps. Bands of rows are filled side by
-//! side, each by its particles in ascending order: the same bits for any number of threads.
+//! What a particle has to say about its cells is computed once and kept for all sweeps, for a rectangle of the lattice: rows of four
+//! cells, the usual ones, are worked on side by side. Bands of rows are filled side by side as well, each by its particles in ascending
+//! order: the same bits for any number of threads.
 
 use std::ops::Range;
 
@@ -33,7 +39,7 @@ use rayon::prelude::*;
 use crate::bed::BedParticles;
 use crate::boundary::Walls;
 use crate::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
-use crate::math::Vec2;
+use crate::math::{Vec2, larger, smaller};
 use crate::particles::FluidParticles;
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
@@ -46,50 +52,84 @@ const SMALLEST_SUPPORT: f64 = 1.5;
 const BAND: usize = 16;
 /// Particles whose shares are kept together.
 const CHUNK: usize = 256;
-/// Sweeps that even out the grid after the first filling.
-const SWEEPS: usize = 3;
-/// Bounds of D_c / d_c in one sweep, so that no weight vanishes or runs away.
+/// ω of each sweep that evens out the grid after the first filling. A sweep leaves 1 − ω (1 − Ŵ²) of an unevenness that the kernel smooths
+/// by Ŵ: the first ω is for that of single cells, the last ones are for what is wide.
+const RELAXATIONS: [f64; 5] = [1.0, 1.2, 1.7, 2.6, 5.0];
+/// Width of the rim of a kernel, as a share of its radius, where it is next to nothing.
+const RIM: f64 = 1e-9;
+/// Bounds of the change of a factor in one sweep, so that no weight vanishes or runs away.
 const FACTOR_BOUNDS: (f64, f64) = (0.25, 2.0);
 /// Coverage S_c up to which cells are not made fuller, and from which on they are wholly. A straight front has 0.5.
 pub(crate) const COVERED: (f64, f64) = (0.6, 0.8);
 
-/// The shares of a chunk of particles: what each one says about the cells of its support, in ascending order of cells. The sweeps
-/// read cells and weights alone, which therefore lie apart.
+/// What a particle says about a cell. Shares are sums of such numbers: they lose no volume by being short.
+type Weight = f32;
+/// Cells of a row that are worked on side by side.
+const LANES: usize = 4;
+
+/// The weights of a row of so many cells as most have, and other numbers of these cells.
+macro_rules! lanes {
+    ($weights:ident => $($numbers:expr),+) => {
+        <&[Weight; LANES]>::try_from($weights).ok().map(|weights| (weights.map(f64::from), $(four(&$numbers)),+))
+    };
+}
+
+/// The cells about a particle: a rectangle of the lattice.
+#[derive(Clone, Copy, Debug, Default)]
+struct Patch {
+    row: u32,
+    column: u32,
+    rows: u32,
+    columns: u32,
+    /// Where its weights begin, row by row.
+    start: u32,
+}
+
+impl Patch {
+    /// Number of cells.
+    fn len(&self) -> usize {
+        self.rows as usize * self.columns as usize
+    }
+
+    /// Its rows, clipped to those of a band.
+    fn rows_within(&self, first: usize, end: usize) -> Range<usize> {
+        let row = self.row as usize;
+        row.max(first)..(row + self.rows as usize).min(end)
+    }
+}
+
+/// The shares of a chunk of particles: what each one says about the cells of its patch. The sweeps read patches and weights alone,
+/// which therefore lie apart.
 #[derive(Clone, Debug, Default)]
 struct Shares {
-    cells: Vec<u32>,
-    /// W max(η − z, 0), to be multiplied with the factor of the cell.
-    weights: Vec<f64>,
-    /// W.
-    kernels: Vec<f64>,
-    /// Where the entries of each particle begin, and the end of those of the last one.
-    starts: Vec<u32>,
-    /// A of each particle; zero where it gives all of its water to one cell.
+    patches: Vec<Patch>,
+    /// w = f(|x_c − x_j|) √max(η − z, 0) with f = W/W(0), to be multiplied with the factor of the cell; 0 where nothing goes.
+    weights: Vec<Weight>,
+    /// η of each particle (m); zero where its area is.
+    levels: Vec<f64>,
+    /// A W(0) / κ of each particle; zero where it gives all of its water to one cell.
     areas: Vec<f64>,
-    /// V_j / (Δ² Σ f_c W max(η − z, 0)) of each particle (m).
+    /// V_j / (Δ² Σ f_c w) of each particle (m^½).
     scales: Vec<f64>,
 }
 
+/// What the weights of a patch come down to.
+struct Summed {
+    weights: f64,
+    /// Cells under the kernel that are not below the level, or without terrain.
+    dry: f64,
+}
+
 impl Shares {
-    /// Entries of the particle at place `k` of the chunk.
-    fn of(&self, k: usize) -> Range<usize> {
-        self.starts[k] as usize..self.starts[k + 1] as usize
+    /// The weights of a particle in a row of the lattice, which is one of its patch.
+    #[inline(always)]
+    fn row(&self, patch: &Patch, row: usize) -> &[Weight] {
+        let columns = patch.columns as usize;
+        let from = patch.start as usize + (row - patch.row as usize) * columns;
+        &self.weights[from..from + columns]
     }
 
-    /// Lists the cells of each particle from `first` on.
-    fn fill(&mut self, measures: &Measures, ground: (&BedParticles, &Walls), particles: &FluidParticles, first: usize) {
-        self.cells.clear();
-        self.weights.clear();
-        self.kernels.clear();
-        self.areas.clear();
-        self.starts.clear();
-        self.starts.push(0);
-        for j in first..(first + CHUNK).min(particles.len()) {
-            self.add(measures, ground, particles, j);
-            self.starts.push(self.cells.len() as u32);
-        }
-    }
-
+    #[inline(always)]
     fn add(
         &mut self,
         measures: &Measures,
@@ -99,83 +139,245 @@ impl Shares {
     ) {
         let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
         let support = support(particles.smoothing_length[j], lattice.spacing);
+        let mut level = level_between(bed, place).map_or(f64::NEG_INFINITY, |elevation| elevation + depth);
         let inverse_h = CubicSpline::SUPPORT / support;
-        let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
-        let mut area = if depth > 0.0 { particles.volume[j] / depth } else { 0.0 };
-        let begin = self.cells.len();
-        let (mut sum, mut lowest, mut is_lake) = (0.0, (f64::INFINITY, None), true);
-        let (from, to) = cells_within(place.y, support, lattice.spacing, lattice.rows);
-        for row in from..to {
-            let north = (row as f64 + 0.5) * lattice.spacing - place.y;
-            let reach = (support * support - north * north).max(0.0).sqrt();
-            let (west, east) = cells_within(place.x, reach, lattice.spacing, lattice.columns);
-            for column in west..east {
-                let cell = lattice.index(column, row);
-                let elevation = bed.elevation[cell];
-                if elevation < lowest.0 {
-                    lowest = (elevation, Some(cell as u32));
-                }
-                // Not a number (no terrain) compares as false.
-                is_lake &= level > elevation;
-                if level > elevation && bed.sill(place, lattice.centre(cell)) < level {
-                    let offset = Vec2::new((column as f64 + 0.5) * lattice.spacing - place.x, north);
-                    let kernel = measures.kernel.value(offset.norm(), inverse_h);
-                    let weight = kernel * (level - elevation);
-                    sum += weight;
-                    self.cells.push(cell as u32);
-                    self.weights.push(weight);
-                    self.kernels.push(kernel);
-                }
-            }
-        }
-        if !is_lake || !walls.is_clear(place, support) {
-            sum = self.keep_in_sight(begin, place, level, bed, walls);
-            lowest.1 =
-                lattice.cell_at(place).filter(|&cell| bed.has_terrain(cell)).map(|cell| cell as u32).or(lowest.1);
+        let mut area = if depth > 0.0 { particles.volume[j] / depth * measures.kernel.at_zero(inverse_h) } else { 0.0 };
+        // The kernel is zero at its rim.
+        let inner = (1.0 - RIM) * support;
+        let (south, north) = cells_within(place.y, inner, lattice.spacing, lattice.rows);
+        let (west, east) = cells_within(place.x, inner, lattice.spacing, lattice.columns);
+        // A row of four is faster than one of three.
+        let east = east.max((west + LANES).min(lattice.columns));
+        let west = west.min(east.saturating_sub(LANES));
+        let start = self.weights.len();
+        let mut patch = Patch {
+            row: south as u32,
+            column: west as u32,
+            rows: (north - south) as u32,
+            columns: (east - west) as u32,
+            start: start as u32,
+        };
+        let sight = Sight { place, level, support };
+        self.make_room(patch.len());
+        let mut sum = self.weigh(measures, bed, &patch, &sight);
+        if sum.dry > 0.0 || !walls.is_clear(place, support) || bed.has_ridge_within(place, support) {
+            let seen = self.keep_in_sight(measures, &patch, &sight, (bed, walls), &mut sum);
+            area /= seen * measures.kernel.at_zero(inverse_h) * measures.cell_area;
         }
         // A film so thin that the reciprocal overflows counts as none: its water goes to the lowest cell.
-        if !(1.0 / (sum * measures.cell_area)).is_finite() {
-            self.cells.truncate(begin);
-            self.weights.truncate(begin);
-            self.kernels.truncate(begin);
-            if let Some(cell) = lowest.1 {
-                self.cells.push(cell);
-                self.weights.push(1.0);
-                self.kernels.push(1.0);
-            }
-            area = 0.0;
+        let mut scale = particles.volume[j] / (measures.cell_area * sum.weights);
+        if !(1.0 / (sum.weights * measures.cell_area)).is_finite() {
+            self.weights.truncate(start);
+            (level, area) = (0.0, 0.0);
+            patch = match home_or_lowest(bed, &patch, &sight) {
+                Some(cell) => {
+                    self.weights.push(1.0);
+                    let (column, row) = lattice.column_row(cell);
+                    Patch { row: row as u32, column: column as u32, rows: 1, columns: 1, ..patch }
+                }
+                None => Patch { rows: 0, columns: 0, ..patch },
+            };
+            scale = particles.volume[j] / measures.cell_area;
         }
+        self.patches.push(patch);
+        self.levels.push(level);
         self.areas.push(area);
+        self.scales.push(scale);
     }
 
-    /// Takes out the cells beyond walls, and beyond ground above the level (m) of the particle whose entries begin at `begin`; returns Σ of
-    /// the weights left.
-    fn keep_in_sight(&mut self, begin: usize, place: Vec2, level: f64, bed: &BedParticles, walls: &Walls) -> f64 {
-        let (mut sum, mut kept) = (0.0, begin);
-        for k in begin..self.cells.len() {
-            if is_in_sight((bed, walls), place, level, self.cells[k] as usize) {
-                (self.cells[kept], self.weights[kept], self.kernels[kept]) =
-                    (self.cells[k], self.weights[k], self.kernels[k]);
-                sum += self.weights[k];
-                kept += 1;
+    /// Makes room for so many weights, with little to spare: there are as many buffers as chunks.
+    fn make_room(&mut self, count: usize) {
+        if self.weights.capacity() - self.weights.len() < count {
+            let done = self.patches.len().max(1);
+            let expected = self.weights.len() / done * CHUNK + CHUNK;
+            self.weights.reserve_exact(count.max(expected.saturating_sub(self.weights.len())));
+        }
+    }
+
+    /// Adds the weights of a patch, wherever walls and ridges are.
+    #[inline(always)]
+    fn weigh(&mut self, measures: &Measures, bed: &BedParticles, patch: &Patch, sight: &Sight) -> Summed {
+        let (lattice, place) = (&bed.lattice, sight.place);
+        let inverse_h = CubicSpline::SUPPORT / sight.support;
+        let mut sums = [0.0; LANES];
+        let mut dry = [0.0; LANES];
+        let columns = patch.columns as usize;
+        self.weights.resize(patch.start as usize + patch.len(), 0.0);
+        let mut out = &mut self.weights[patch.start as usize..];
+        let west = (f64::from(patch.column) + 0.5) * lattice.spacing - place.x;
+        for row in 0..patch.rows as usize {
+            let north = ((patch.row as usize + row) as f64 + 0.5) * lattice.spacing - place.y;
+            let first = (patch.row as usize + row) * lattice.columns + patch.column as usize;
+            for from in (0..columns).step_by(LANES) {
+                let count = (columns - from).min(LANES);
+                // Lanes without a cell are out of reach.
+                let mut elevation = [f64::INFINITY; LANES];
+                let mut east =
+                    [west, west + lattice.spacing, west + 2.0 * lattice.spacing, west + 3.0 * lattice.spacing];
+                east.iter_mut().for_each(|east| *east += from as f64 * lattice.spacing);
+                let ground = &bed.elevation[first + from..][..count];
+                if let Ok(four) = <&[f64; LANES]>::try_from(ground) {
+                    elevation = *four;
+                } else {
+                    elevation[..count].copy_from_slice(ground);
+                    east[count..].fill(f64::INFINITY);
+                }
+                let mut weights = [0.0; LANES];
+                for k in 0..LANES {
+                    let share = measures.kernel.share((east[k] * east[k] + north * north).sqrt(), inverse_h);
+                    let column = larger(sight.level - elevation[k], 0.0);
+                    weights[k] = (share * column.sqrt()) as Weight;
+                    sums[k] += f64::from(weights[k]);
+                    // Not a number (no terrain) compares as false.
+                    dry[k] += if (share > 0.0) & (column <= 0.0) { 1.0 } else { 0.0 };
+                }
+                let (here, next) = out.split_at_mut(count);
+                out = next;
+                if let Ok(four) = <&mut [Weight; LANES]>::try_from(&mut *here) {
+                    *four = weights;
+                } else {
+                    here.copy_from_slice(&weights[..count]);
+                }
             }
         }
-        self.cells.truncate(kept);
-        self.weights.truncate(kept);
-        self.kernels.truncate(kept);
-        sum
+        let total = |lanes: [f64; LANES]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+        Summed { weights: total(sums), dry: total(dry) }
+    }
+
+    /// Takes out the cells beyond walls and ridges, and beyond ground above the level; returns Σ W/W(0)
+    /// of those left and of dry ground, and sets the sum of the weights.
+    #[cold]
+    fn keep_in_sight(
+        &mut self,
+        measures: &Measures,
+        patch: &Patch,
+        sight: &Sight,
+        (bed, walls): (&BedParticles, &Walls),
+        sum: &mut Summed,
+    ) -> f64 {
+        let (mut weights, mut seen) = (0.0, 0.0);
+        let has_ridge = bed.has_ridge_within(sight.place, sight.support);
+        for k in 0..patch.len() {
+            let weight = &mut self.weights[patch.start as usize + k];
+            let (row, column) = (k / patch.columns as usize, k % patch.columns as usize);
+            let cell = bed.lattice.index(patch.column as usize + column, patch.row as usize + row);
+            if *weight <= 0.0 {
+                // A film on a slope, most of whose cells are dry, covers no more than it does on level ground.
+                if bed.elevation[cell] >= sight.level {
+                    let distance = (bed.lattice.centre(cell) - sight.place).norm();
+                    seen += measures.kernel.share(distance, CubicSpline::SUPPORT / sight.support);
+                }
+                continue;
+            }
+            let is_over_ridges = !has_ridge || bed.sill(sight.place, bed.lattice.centre(cell)) < sight.level;
+            if is_over_ridges && is_in_sight((bed, walls), sight.place, sight.level, cell) {
+                weights += f64::from(*weight);
+                seen += f64::from(*weight) / (sight.level - bed.elevation[cell]).sqrt();
+            } else {
+                *weight = 0.0;
+            }
+        }
+        sum.weights = weights;
+        seen
     }
 
     /// Finds the scales under the factors of the cells.
-    fn scale(&mut self, measures: &Measures, particles: &FluidParticles, factors: &[f64], first: usize) {
+    fn scale(
+        &mut self,
+        measures: &Measures,
+        particles: &FluidParticles,
+        (factors, columns): (&[f64], usize),
+        first: usize,
+    ) {
         let mut scales = std::mem::take(&mut self.scales);
-        scales.clear();
-        scales.extend((0..self.starts.len() - 1).map(|k| {
-            let (cells, weights) = (&self.cells[self.of(k)], &self.weights[self.of(k)]);
-            let sum: f64 = cells.iter().zip(weights).map(|(&cell, weight)| factors[cell as usize] * weight).sum();
-            particles.volume[first + k] / (measures.cell_area * sum)
-        }));
+        add_up(self, factors, columns, &mut scales);
+        for (scale, volume) in scales.iter_mut().zip(&particles.volume[first..]) {
+            *scale = volume / (measures.cell_area * *scale);
+        }
         self.scales = scales;
+    }
+}
+
+/// From where a particle sees cells.
+struct Sight {
+    place: Vec2,
+    /// Its level (m).
+    level: f64,
+    /// Radius (m) of its kernel.
+    support: f64,
+}
+
+/// The bed (m) under a place as [`BedParticles::at`] has it, in fewer steps where there is terrain all around.
+fn level_between(bed: &BedParticles, place: Vec2) -> Option<f64> {
+    let lattice = &bed.lattice;
+    let (x, y) = (place.x / lattice.spacing - 0.5, place.y / lattice.spacing - 0.5);
+    if x >= 0.0 && y >= 0.0 && x + 1.0 < lattice.columns as f64 && y + 1.0 < lattice.rows as f64 {
+        let (column, row) = (x as u32, y as u32);
+        let first = lattice.index(column as usize, row as usize);
+        let (z_sw, z_se) = (bed.elevation[first], bed.elevation[first + 1]);
+        let (z_nw, z_ne) = (bed.elevation[first + lattice.columns], bed.elevation[first + lattice.columns + 1]);
+        let (x, y) = (x - f64::from(column), y - f64::from(row));
+        let (rise_south, rise_north, rise_west) = (z_se - z_sw, z_ne - z_nw, z_nw - z_sw);
+        let elevation = z_sw + x * rise_south + y * rise_west + x * y * (rise_north - rise_south);
+        if !elevation.is_nan() {
+            return Some(elevation);
+        }
+    }
+    bed.at(place).map(|point| point.elevation)
+}
+
+/// The cell in which a particle stands, or the lowest one under its kernel; none where there is no terrain.
+#[cold]
+fn home_or_lowest(bed: &BedParticles, patch: &Patch, sight: &Sight) -> Option<usize> {
+    let lattice = &bed.lattice;
+    let (row, column) = (patch.row as usize, patch.column as usize);
+    let rows = row..row + patch.rows as usize;
+    let columns = column..column + patch.columns as usize;
+    let cells = rows.flat_map(|row| columns.clone().map(move |column| lattice.index(column, row)));
+    let under = cells.filter(|&cell| {
+        bed.has_terrain(cell) && (lattice.centre(cell) - sight.place).norm_squared() <= sight.support * sight.support
+    });
+    let lowest = under.min_by(|&a, &b| bed.elevation[a].total_cmp(&bed.elevation[b]));
+    lattice.cell_at(sight.place).filter(|&cell| bed.has_terrain(cell)).or(lowest)
+}
+
+/// Lists the cells of each particle from `first` on, and their scales under factors of 1.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn weigh_chunk(
+    shares: &mut Shares,
+    measures: &Measures,
+    ground: (&BedParticles, &Walls),
+    particles: &FluidParticles,
+    first: usize,
+) {
+    shares.patches.clear();
+    shares.weights.clear();
+    shares.levels.clear();
+    shares.areas.clear();
+    shares.scales.clear();
+    for j in first..(first + CHUNK).min(particles.len()) {
+        shares.add(measures, ground, particles, j);
+    }
+}
+
+/// Σ f_c w of each particle.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn add_up(shares: &Shares, factors: &[f64], columns: usize, sums: &mut [f64]) {
+    for (patch, sum) in shares.patches.iter().zip(sums) {
+        let mut lanes = [0.0; LANES];
+        let mut rest = 0.0;
+        for row in patch.rows_within(0, usize::MAX) {
+            let weights = shares.row(patch, row);
+            let factors = &factors[row * columns + patch.column as usize..][..weights.len()];
+            if let Some((weights, factors)) = lanes!(weights => factors) {
+                for k in 0..LANES {
+                    lanes[k] += factors[k] * weights[k];
+                }
+            } else {
+                rest += weights.iter().zip(factors).map(|(weight, factor)| factor * f64::from(*weight)).sum::<f64>();
+            }
+        }
+        *sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest;
     }
 }
 
@@ -187,26 +389,43 @@ struct Measures {
     cell_area: f64,
 }
 
-/// What decides how full a cell may be.
-#[derive(Clone, Copy, Debug)]
+/// What decides how full each cell may be: sums at first, then what they come down to.
+#[derive(Clone, Debug, Default)]
 struct Balance {
-    /// Coverage S_c = Σ A W.
-    weight: f64,
-    /// Σ A W max(η − z, 0) (m).
-    column: f64,
+    /// Σ A w (m^½); how far the particles cover the cell, from 0 to 1.
+    weight: Vec<f64>,
+    /// Σ A w (η − z) (m^3/2); the mean column D_c (m), not a number where there is none.
+    column: Vec<f64>,
 }
 
-impl Balance {
-    const EMPTY: Balance = Balance { weight: 0.0, column: 0.0 };
+/// Coverage and mean column of a cell from its sums.
+fn balance(weight: &mut f64, column: &mut f64) {
+    let mean = *column / *weight;
+    let coverage = *weight / mean.sqrt();
+    *weight = ((coverage - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
+    *column = mean;
+}
 
-    /// Brings the factor of a cell nearer to the one that gives it the mean column.
-    fn improve(self, factor: &mut f64, depth: f64) {
-        if depth <= 0.0 || self.weight <= 0.0 {
-            return;
-        }
-        let change = (self.column / (self.weight * depth)).clamp(FACTOR_BOUNDS.0, FACTOR_BOUNDS.1) - 1.0;
-        let part = ((self.weight - COVERED.0) / (COVERED.1 - COVERED.0)).clamp(0.0, 1.0);
-        *factor *= 1.0 + if change < 0.0 { change } else { part * change };
+/// The factor of a cell, brought nearer to the one that gives it the mean column.
+#[inline(always)]
+fn improved(factor: f64, depth: f64, (part, mean): (f64, f64), relaxation: f64) -> f64 {
+    let change = relaxation * (mean / depth - 1.0);
+    let change = if change < 0.0 { change } else { part * change };
+    // Not a number (no water, or none that counts) compares as false.
+    if change.abs() < f64::INFINITY {
+        factor * smaller(larger(1.0 + change, FACTOR_BOUNDS.0), FACTOR_BOUNDS.1)
+    } else {
+        factor
+    }
+}
+
+/// Improves the factors of cells that were filled.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn improve(factors: &mut [f64], depth: &[f64], (part, mean): (&[f64], &[f64]), relaxation: f64) {
+    let n = factors.len();
+    let (depth, part, mean) = (&depth[..n], &part[..n], &mean[..n]);
+    for k in 0..n {
+        factors[k] = improved(factors[k], depth[k], (part[k], mean[k]), relaxation);
     }
 }
 
@@ -215,16 +434,9 @@ impl Balance {
 struct Band {
     touched: Vec<(usize, usize)>,
     touched_before: Vec<(usize, usize)>,
-    particles: Vec<InBand>,
+    /// Those that reach into the band, in ascending order.
+    particles: Vec<u32>,
     spans: Vec<Span>,
-}
-
-/// A particle that reaches into a band, and its entries in the cells there.
-#[derive(Clone, Copy, Debug)]
-struct InBand {
-    particle: u32,
-    from: u32,
-    to: u32,
 }
 
 /// Grids moving particles again and again with the same buffers.
@@ -233,7 +445,7 @@ pub struct Gridder {
     measures: Measures,
     lattice: Lattice,
     water: FlatWater,
-    balance: Vec<Balance>,
+    balance: Balance,
     /// f_c.
     factors: Vec<f64>,
     /// Whether a cell had water after the call before.
@@ -262,7 +474,7 @@ impl Gridder {
             measures: Measures { kernel: Smoothing::new(dimension), cell_area },
             lattice: lattice.clone(),
             water: FlatWater::dry(lattice),
-            balance: vec![Balance::EMPTY; cells],
+            balance: Balance { weight: vec![0.0; cells], column: vec![0.0; cells] },
             factors: vec![1.0; cells],
             was_wet: vec![false; cells],
             beside: Vec::new(),
@@ -286,13 +498,15 @@ impl Gridder {
         let measures = self.measures;
         self.shares.resize_with(particles.len().div_ceil(CHUNK), Shares::default);
         let shares = self.shares.par_iter_mut().enumerate();
-        shares.for_each(|(chunk, shares)| shares.fill(&measures, (bed, walls), particles, chunk * CHUNK));
+        shares.for_each(|(chunk, shares)| weigh_chunk(shares, &measures, (bed, walls), particles, chunk * CHUNK));
         self.sort_into_bands(&bed.lattice, particles);
-        for sweep in 0..=SWEEPS {
-            let factors = &self.factors;
-            let shares = self.shares.par_iter_mut().enumerate();
-            shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
-            self.fill_bands(bed.lattice.columns, particles, sweep);
+        for sweep in 0..=RELAXATIONS.len() {
+            if sweep > 0 {
+                let factors = (&self.factors[..], bed.lattice.columns);
+                let shares = self.shares.par_iter_mut().enumerate();
+                shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
+            }
+            self.fill_bands(bed, particles, sweep);
         }
         self.spans.clear();
         self.bands.iter().for_each(|band| self.spans.extend_from_slice(&band.spans));
@@ -304,28 +518,31 @@ impl Gridder {
         WaterOnLattice { rows: &self.water, lattice: &self.lattice, spans: &self.spans }
     }
 
-    fn fill_bands(&mut self, columns: usize, particles: &FluidParticles, sweep: usize) {
-        let (shares, beside) = (&self.shares, &self.beside);
+    fn fill_bands(&mut self, bed: &BedParticles, particles: &FluidParticles, sweep: usize) {
+        let (shares, beside, columns) = (&self.shares, &self.beside, bed.lattice.columns);
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
             .zip(self.water.depth.par_chunks_mut(cells))
             .zip(self.water.discharge_x.par_chunks_mut(cells).zip(self.water.discharge_y.par_chunks_mut(cells)))
-            .zip(self.balance.par_chunks_mut(cells).zip(self.factors.par_chunks_mut(cells)))
-            .zip(self.was_wet.par_chunks_mut(cells))
+            .zip(self.balance.weight.par_chunks_mut(cells).zip(self.balance.column.par_chunks_mut(cells)))
+            .zip(self.factors.par_chunks_mut(cells).zip(self.was_wet.par_chunks_mut(cells)))
             .enumerate()
-            .for_each(|(number, ((((band, depth), (discharge_x, discharge_y)), (balance, factors)), was_wet))| {
-                let first_row = number * BAND;
-                let mut fields = Fields { first_row, columns, depth, discharge_x, discharge_y, balance, factors };
+            .for_each(|(number, (((waters, discharges), (weight, column)), (factors, was_wet)))| {
+                let ((band, depth), (discharge_x, discharge_y)) = (waters, discharges);
+                let rows = number * BAND..number * BAND + depth.len() / columns.max(1);
+                let mut fields = Fields { rows, columns, depth, discharge_x, discharge_y, weight, column, factors };
                 band.empty(&mut fields, sweep);
                 if sweep == 0 {
-                    band.cover(&mut fields, shares);
+                    band.touch_all(&fields, shares);
+                    cover(&band.particles, &mut fields, shares, &bed.elevation);
+                } else if sweep < RELAXATIONS.len() {
+                    fill(&band.particles, &mut fields, shares);
                 }
-                if sweep < SWEEPS {
-                    band.fill(&mut fields, shares);
-                    band.improve(&mut fields);
+                if sweep < RELAXATIONS.len() {
+                    band.improve(&mut fields, sweep);
                 } else {
-                    band.fill_with_discharges(&mut fields, particles, shares);
+                    fill_with_discharges(&band.particles, &mut fields, particles, shares);
                     band.add_beside(&mut fields, beside);
                     band.collect_spans(&fields, was_wet);
                 }
@@ -342,12 +559,13 @@ impl Gridder {
     fn sort_into_bands(&mut self, lattice: &Lattice, particles: &FluidParticles) {
         let (all, columns) = (&self.shares, lattice.columns);
         let reaches = all.par_iter().enumerate().map(|(chunk, shares)| {
-            let mut reach = Reach { first: u32::MAX, last: 0, stray_volume: 0.0 };
-            for k in 0..shares.starts.len() - 1 {
-                match shares.cells[shares.of(k)] {
-                    [] => reach.stray_volume += particles.volume[chunk * CHUNK + k],
-                    [first, .., last] => (reach.first, reach.last) = (reach.first.min(first), reach.last.max(last)),
-                    [only] => (reach.first, reach.last) = (reach.first.min(only), reach.last.max(only)),
+            let mut reach = Reach { first: usize::MAX, end: 0, stray_volume: 0.0 };
+            for (patch, volume) in shares.patches.iter().zip(&particles.volume[chunk * CHUNK..]) {
+                if patch.rows == 0 {
+                    reach.stray_volume += volume;
+                } else {
+                    let rows = patch.rows_within(0, usize::MAX);
+                    (reach.first, reach.end) = (reach.first.min(rows.start), reach.end.max(rows.end));
                 }
             }
             reach
@@ -357,73 +575,177 @@ impl Gridder {
         let band_cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
-            .zip(self.balance.par_chunks_mut(band_cells).zip(self.factors.par_chunks_mut(band_cells)))
+            .zip(self.balance.weight.par_chunks_mut(band_cells).zip(self.balance.column.par_chunks_mut(band_cells)))
+            .zip(self.factors.par_chunks_mut(band_cells))
             .enumerate()
-            .for_each(|(number, (band, (balance, factors)))| {
-                band.take_particles(number * band_cells..number * band_cells + balance.len(), all, &reaches);
+            .for_each(|(number, ((band, (weight, column)), factors))| {
+                band.take_particles(number * BAND..(number + 1) * BAND, all, &reaches);
                 for (i, &(from, to)) in band.touched.iter().enumerate() {
-                    balance[i * columns + from..i * columns + to].fill(Balance::EMPTY);
-                    factors[i * columns + from..i * columns + to].fill(1.0);
+                    let row = i * columns + from..i * columns + to;
+                    weight[row.clone()].fill(0.0);
+                    column[row.clone()].fill(0.0);
+                    factors[row].fill(1.0);
                 }
             });
     }
 }
 
-/// The cells that a chunk of particles reaches, and the volume (m³) that reaches none.
+/// The rows that a chunk of particles reaches, and the volume (m³) that reaches none.
 struct Reach {
-    /// First cell.
-    first: u32,
-    /// Last cell; before the first one where the chunk reaches none.
-    last: u32,
+    /// First row, and one past the last; the other way round where the chunk reaches none.
+    first: usize,
+    end: usize,
     stray_volume: f64,
 }
 
 /// The part of the grids that belongs to one band.
 struct Fields<'a> {
-    first_row: usize,
+    /// Rows of the band.
+    rows: Range<usize>,
     columns: usize,
     depth: &'a mut [f64],
     discharge_x: &'a mut [f64],
     discharge_y: &'a mut [f64],
-    balance: &'a mut [Balance],
+    weight: &'a mut [f64],
+    column: &'a mut [f64],
     factors: &'a mut [f64],
 }
 
 impl Fields<'_> {
     /// The cells of the band.
     fn cells(&self) -> Range<usize> {
-        let first = self.first_row * self.columns;
+        let first = self.rows.start * self.columns;
         first..first + self.depth.len()
     }
 }
 
-impl Band {
-    /// Lists the particles that reach into the cells of the band, in ascending order, with their entries there.
-    fn take_particles(&mut self, cells: Range<usize>, shares: &[Shares], reaches: &[Reach]) {
-        self.particles.clear();
-        let (start, end) = (cells.start as u32, cells.end as u32);
-        let near = reaches.iter().enumerate().filter(|(_, reach)| reach.first < end && reach.last >= start);
-        for (chunk, shares) in near.map(|(chunk, _)| (chunk, &shares[chunk])) {
-            for k in 0..shares.starts.len() - 1 {
-                let entries = shares.of(k);
-                let all = &shares.cells[entries.clone()];
-                let (Some(first), Some(last)) = (all.first(), all.last()) else { continue };
-                if *first >= end || *last < start {
-                    continue;
-                }
-                let is_inside = *first >= start && *last < end;
-                let place = |cell: u32| entries.start + all.partition_point(|&other| other < cell);
-                let (from, to) = if is_inside { (entries.start, entries.end) } else { (place(start), place(end)) };
-                self.particles.push(InBand { particle: (chunk * CHUNK + k) as u32, from: from as u32, to: to as u32 });
+/// Calls `act` for each row of each of the particles in the band: particle, its chunk, its weights in that row, and where they go.
+#[inline(always)]
+fn for_each_row(
+    particles: &[u32],
+    (rows, columns): (Range<usize>, usize),
+    shares: &[Shares],
+    mut act: impl FnMut(usize, &Shares, &[Weight], usize),
+) {
+    for &particle in particles {
+        let j = particle as usize;
+        let chunk = &shares[j / CHUNK];
+        let patch = &chunk.patches[j % CHUNK];
+        for row in patch.rows_within(rows.start, rows.end) {
+            let place = (row - rows.start) * columns + patch.column as usize;
+            act(j, chunk, chunk.row(patch, row), place);
+        }
+    }
+}
+
+/// The numbers of a few cells.
+#[inline(always)]
+fn four(numbers: &[f64]) -> [f64; LANES] {
+    numbers.first_chunk().copied().unwrap_or_default()
+}
+
+/// Fills the band with the water of its particles under factors of 1; sums weights and columns of the cells.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares], elevation: &[f64]) {
+    let elevation = &elevation[fields.cells()];
+    for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |j, chunk, weights, place| {
+        let (scale, area, level) = (chunk.scales[j % CHUNK], chunk.areas[j % CHUNK], chunk.levels[j % CHUNK]);
+        let cells = place..place + weights.len();
+        let (depth, sum) = (&mut fields.depth[cells.clone()], &mut fields.weight[cells.clone()]);
+        let (column, elevation) = (&mut fields.column[cells.clone()], &elevation[cells]);
+        if let Some((weights, mut depths, mut sums, mut columns, elevation)) =
+            lanes!(weights => depth, sum, column, elevation)
+        {
+            for k in 0..LANES {
+                depths[k] += scale * weights[k];
+                sums[k] += area * weights[k];
+                columns[k] += area * weights[k] * larger(level - elevation[k], 0.0);
             }
+            depth.copy_from_slice(&depths);
+            sum.copy_from_slice(&sums);
+            column.copy_from_slice(&columns);
+        } else {
+            for (k, weight) in weights.iter().map(|weight| f64::from(*weight)).enumerate() {
+                depth[k] += scale * weight;
+                sum[k] += area * weight;
+                column[k] += area * weight * larger(level - elevation[k], 0.0);
+            }
+        }
+    });
+}
+
+/// Fills the band with the water of its particles.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn fill(particles: &[u32], fields: &mut Fields, shares: &[Shares]) {
+    for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |j, chunk, weights, place| {
+        let scale = chunk.scales[j % CHUNK];
+        let cells = place..place + weights.len();
+        let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells]);
+        if let Some((weights, mut depths, factors)) = lanes!(weights => depth, factors) {
+            for k in 0..LANES {
+                depths[k] += scale * factors[k] * weights[k];
+            }
+            depth.copy_from_slice(&depths);
+        } else {
+            for (k, weight) in weights.iter().enumerate() {
+                depth[k] += scale * factors[k] * f64::from(*weight);
+            }
+        }
+    });
+}
+
+/// The same with the momentum of its particles.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
+fn fill_with_discharges(particles: &[u32], fields: &mut Fields, fluid: &FluidParticles, shares: &[Shares]) {
+    for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |j, chunk, weights, place| {
+        let (scale, velocity) = (chunk.scales[j % CHUNK], fluid.velocity[j]);
+        let cells = place..place + weights.len();
+        let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells.clone()]);
+        let (discharge_x, discharge_y) = (&mut fields.discharge_x[cells.clone()], &mut fields.discharge_y[cells]);
+        if let Some((weights, mut depths, factors, mut flow_x, mut flow_y)) =
+            lanes!(weights => depth, factors, discharge_x, discharge_y)
+        {
+            for k in 0..LANES {
+                let share = scale * factors[k] * weights[k];
+                depths[k] += share;
+                flow_x[k] += velocity.x * share;
+                flow_y[k] += velocity.y * share;
+            }
+            depth.copy_from_slice(&depths);
+            discharge_x.copy_from_slice(&flow_x);
+            discharge_y.copy_from_slice(&flow_y);
+        } else {
+            for (k, weight) in weights.iter().enumerate() {
+                let share = scale * factors[k] * f64::from(*weight);
+                depth[k] += share;
+                discharge_x[k] += velocity.x * share;
+                discharge_y[k] += velocity.y * share;
+            }
+        }
+    });
+}
+
+impl Band {
+    /// Lists the particles that reach into the rows of the band, in ascending order.
+    fn take_particles(&mut self, rows: Range<usize>, shares: &[Shares], reaches: &[Reach]) {
+        self.particles.clear();
+        let is_near = |reach: &Reach| reach.first < rows.end && reach.end > rows.start;
+        for (chunk, _) in reaches.iter().enumerate().filter(|(_, reach)| is_near(reach)) {
+            let patches = shares[chunk].patches.iter().enumerate();
+            let inside = patches.filter(|(_, patch)| !patch.rows_within(rows.start, rows.end).is_empty());
+            self.particles.extend(inside.map(|(k, _)| (chunk * CHUNK + k) as u32));
         }
     }
 
-    /// Calls `act` for each particle: particle, its chunk, its entries in the cells of the band.
-    fn for_each(&self, shares: &[Shares], mut act: impl FnMut(usize, &Shares, Range<usize>)) {
-        for &InBand { particle, from, to } in &self.particles {
-            let j = particle as usize;
-            act(j, &shares[j / CHUNK], from as usize..to as usize);
+    /// Notes which columns the particles touch.
+    fn touch_all(&mut self, fields: &Fields, shares: &[Shares]) {
+        for &particle in &self.particles {
+            let patch = &shares[particle as usize / CHUNK].patches[particle as usize % CHUNK];
+            let (from, to) = (patch.column as usize, patch.column as usize + patch.columns as usize);
+            for row in patch.rows_within(fields.rows.start, fields.rows.end) {
+                let touched = &mut self.touched[row - fields.rows.start];
+                *touched = if touched.0 == touched.1 { (from, to) } else { (touched.0.min(from), touched.1.max(to)) };
+            }
         }
     }
 
@@ -443,51 +765,6 @@ impl Band {
         }
     }
 
-    /// Sums coverage and mean columns of the cells, and notes which cells are touched.
-    fn cover(&mut self, fields: &mut Fields, shares: &[Shares]) {
-        let mut touched = std::mem::take(&mut self.touched);
-        let cells = fields.cells();
-        self.for_each(shares, |j, chunk, entries| {
-            let area = chunk.areas[j % CHUNK];
-            let (weights, kernels) = (&chunk.weights[entries.clone()], &chunk.kernels[entries.clone()]);
-            for ((&cell, weight), kernel) in chunk.cells[entries].iter().zip(weights).zip(kernels) {
-                let place = cell as usize - cells.start;
-                let balance = &mut fields.balance[place];
-                balance.weight += area * kernel;
-                balance.column += area * weight;
-                touch(&mut touched[place / fields.columns], place % fields.columns);
-            }
-        });
-        self.touched = touched;
-    }
-
-    /// Fills the band with the water of its particles.
-    fn fill(&self, fields: &mut Fields, shares: &[Shares]) {
-        let cells = fields.cells();
-        self.for_each(shares, |j, chunk, entries| {
-            let scale = chunk.scales[j % CHUNK];
-            for (&cell, weight) in chunk.cells[entries.clone()].iter().zip(&chunk.weights[entries]) {
-                let place = cell as usize - cells.start;
-                fields.depth[place] += scale * fields.factors[place] * weight;
-            }
-        });
-    }
-
-    /// The same with the momentum of its particles.
-    fn fill_with_discharges(&self, fields: &mut Fields, particles: &FluidParticles, shares: &[Shares]) {
-        let cells = fields.cells();
-        self.for_each(shares, |j, chunk, entries| {
-            let (scale, velocity) = (chunk.scales[j % CHUNK], particles.velocity[j]);
-            for (&cell, weight) in chunk.cells[entries.clone()].iter().zip(&chunk.weights[entries]) {
-                let place = cell as usize - cells.start;
-                let depth = scale * fields.factors[place] * weight;
-                fields.depth[place] += depth;
-                fields.discharge_x[place] += velocity.x * depth;
-                fields.discharge_y[place] += velocity.y * depth;
-            }
-        });
-    }
-
     /// Adds the water that is in no particle.
     fn add_beside(&mut self, fields: &mut Fields, beside: &[f64]) {
         let Some(depths) = beside.get(fields.cells()) else { return };
@@ -498,11 +775,14 @@ impl Band {
     }
 
     /// Improves the factors of the cells that were filled.
-    fn improve(&self, fields: &mut Fields) {
+    fn improve(&self, fields: &mut Fields, sweep: usize) {
         for (i, &(from, to)) in self.touched.iter().enumerate() {
-            for place in i * fields.columns + from..i * fields.columns + to {
-                fields.balance[place].improve(&mut fields.factors[place], fields.depth[place]);
+            let row = i * fields.columns + from..i * fields.columns + to;
+            let (part, mean) = (&mut fields.weight[row.clone()], &mut fields.column[row.clone()]);
+            if sweep == 0 {
+                part.iter_mut().zip(mean.iter_mut()).for_each(|(part, mean)| balance(part, mean));
             }
+            improve(&mut fields.factors[row.clone()], &fields.depth[row], (part, mean), RELAXATIONS[sweep]);
         }
     }
 
@@ -515,7 +795,7 @@ impl Band {
                 (false, true) => *now,
                 (false, false) => (now.0.min(before.0), now.1.max(before.1)),
             };
-            let row = (fields.first_row + i) as u32;
+            let row = (fields.rows.start + i) as u32;
             let mut is_open = false;
             for column in from..to {
                 let place = i * fields.columns + column;
@@ -542,10 +822,13 @@ fn touch(range: &mut (usize, usize), column: usize) {
 
 /// Cells of a line of `count` cells whose centres lie within `reach` of a place on it: first, and one past the last.
 pub(crate) fn cells_within(place: f64, reach: f64, spacing: f64, count: usize) -> (usize, usize) {
-    // A cast to an unsigned integer saturates at zero.
-    let first = (((place - reach) / spacing - 0.5).ceil().max(0.0) as usize).min(count);
-    let end = (((place + reach) / spacing - 0.5).floor() + 1.0).max(0.0) as usize;
-    (first, end.min(count).max(first))
+    // Casts to unsigned integers saturate at zero; they are faster than rounding where the processor is not known.
+    let low = (place - reach) / spacing - 0.5;
+    let first = low as u32;
+    let first = first as usize + usize::from(f64::from(first) < low);
+    let end = ((place + reach) / spacing + 0.5) as u32 as usize;
+    let end = end.min(count);
+    (first.min(end), end)
 }
 
 /// Radius (m) of the kernel by which a particle covers cells, from its smoothing length (m).
