@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::{rain_series, sha256};
 use crate::error::{Place, Problem, ProblemKind};
+use crate::geodata::cf_axes::split_variable;
 use crate::scenario::channel::ChannelShape;
 use crate::scenario::{
     BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, Sourced, TableFile,
@@ -54,7 +55,8 @@ struct Files {
 
 impl Files {
     fn add<T>(&mut self, source: &Sourced<T>, path: &Path) {
-        self.found.push((path.to_path_buf(), source.key.clone(), source.place.clone()));
+        let (path, _) = split_variable(path);
+        self.found.push((path, source.key.clone(), source.place.clone()));
     }
 
     fn vectors<'a>(&mut self, sources: impl IntoIterator<Item = &'a Sourced<VectorSource>>) {
