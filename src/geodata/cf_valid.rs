@@ -85,6 +85,9 @@ pub fn bounds_of(variable: &netcdf::Variable, is_unsigned: bool) -> Option<Bound
     };
     let mut bounds = Bounds { least: f64::NEG_INFINITY, most: f64::INFINITY, said: String::new() };
     let mut said = Vec::new();
+    // Some programs write a bound of unpacked values as a packed number.
+    let is_packed = |width: Width| packing.is_some() && unpacked(width).is_none();
+    let kind = |width: Width| if is_packed(width) { " as a packed number" } else { "" };
     let mut take = |values: &[f64], width: Width, least: Option<usize>, most: Option<usize>| {
         let packing = unpacked(width);
         // A bound of bytes that count from 0 may be written as a signed number, which bounds nothing then.
@@ -98,13 +101,13 @@ pub fn bounds_of(variable: &netcdf::Variable, is_unsigned: bool) -> Option<Bound
     match numbers(variable, "valid_range") {
         Some((values, width)) if values.len() == 2 => {
             take(&values, width, Some(0), Some(1));
-            said.push(format!("valid_range = {}, {}", values[0], values[1]));
+            said.push(format!("valid_range = {}, {}{}", values[0], values[1], kind(width)));
         }
         _ => {
             for (name, is_least) in [("valid_min", true), ("valid_max", false)] {
                 if let Some((values, width)) = numbers(variable, name).filter(|(values, _)| !values.is_empty()) {
                     take(&values, width, is_least.then_some(0), (!is_least).then_some(0));
-                    said.push(format!("{name} = {}", values[0]));
+                    said.push(format!("{name} = {}{}", values[0], kind(width)));
                 }
             }
         }

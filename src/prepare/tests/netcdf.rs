@@ -288,6 +288,19 @@ fn a_bound_in_a_wider_type_than_packed_values_is_one_of_the_values() {
 }
 
 #[test]
+fn a_bound_in_the_type_of_packed_values_is_one_of_the_packed() {
+    let mut scene = Made { packed: Some(0.01), corners: [20.0, 320.0], ..SOUND }.scene();
+    let mut file = netcdf::append(scene.path("dem.nc")).unwrap();
+    file.variable_mut("elevation").unwrap().put_attribute("valid_max", 31_999_i16).unwrap();
+    file.close().unwrap();
+    scene.scenario.initial.clear();
+    let prepared = prepare(&scene.scenario);
+    assert_eq!(terrain_cells(&prepared), 1199);
+    let told = |problem: &Problem| problem.message.contains("`valid_max = 31999 as a packed number`");
+    assert!(prepared.problems.iter().any(told), "{:#?}", prepared.problems);
+}
+
+#[test]
 fn a_bound_that_leaves_nothing_is_named() {
     let problem = refused(&Made { bounds: vec![("valid_max", vec![-8000.0])], ..SOUND }.scene(), "all-nodata");
     assert!(problem.cause.as_ref().unwrap().contains("`valid_max = -8000`"), "{problem}");
