@@ -451,3 +451,14 @@ fn a_raster_of_rain_must_agree_with_the_unit_of_its_file() {
         scene.assert_check(code, expected);
     }
 }
+
+#[test]
+fn a_constant_raster_of_another_order_of_axes_is_refused() {
+    let series = "raster_series: radar.nc, start: \"2026-06-01 06:00:00\"";
+    let radar = Radar { order: ["time", "x", "y"], ..Radar::sound() };
+    let scene = Scene::new(&radar, &[(series, "raster: radar.nc, unit: mm/h")]);
+    scene.assert_check(4, &["error[axes-swapped] rain.raster (s.yaml:", "ncpdq -a time,y,x"]);
+    let rough = [(series, "rate: 1 mm/h"), ("{manning: 0.03}", "{raster: radar.nc}")];
+    let expected = ["error[axes-swapped] roughness.raster (s.yaml:", "ncpdq -a time,y,x"];
+    Scene::new(&radar, &rough).assert_check(4, &expected);
+}
