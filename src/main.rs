@@ -4,7 +4,7 @@ use floodsim::cli::{self, Stages};
 
 fn main() -> std::process::ExitCode {
     let stages = Stages {
-        prepare: |scenario| floodsim::prepare::prepare(scenario).problems,
+        prepare: floodsim::pipeline::check,
         plan: floodsim::pipeline::plan,
         run: |scenario, options| floodsim::pipeline::run(scenario, options).map(|summary| summary.to_string()),
     };

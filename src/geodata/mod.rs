@@ -2,6 +2,7 @@
 //! functions that the gdal crate does not wrap.
 
 pub mod cf_axes;
+pub mod cf_valid;
 mod crs;
 mod messages;
 mod text;

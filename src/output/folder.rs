@@ -4,9 +4,12 @@
 //! temporary name in the same folder, flushed to the disk and renamed. While a run is under way, `run.json` says
 //! `"status": "running"`.
 
-use std::fs;
-use std::io::Write;
+use std::fs::{self, TryLockError};
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
 
 use crate::error::{Error, Problem, ProblemKind};
 
@@ -43,6 +46,9 @@ const OWN_FILES: [&str; 26] = [
 /// Beginning of the temporary name of a file that is not yet whole.
 const TEMPORARY: &str = ".unfinished.";
 
+/// Name of the file by which a run holds its folder; while the run lives, it is locked.
+const HOLD: &str = ".running";
+
 /// Beginnings of the names of the maps in `cog/`.
 const OWN_MAPS: [&str; 9] = [
     "bed_elevation",
@@ -56,25 +62,102 @@ const OWN_MAPS: [&str; 9] = [
     "hazard_class",
 ];
 
-/// The folder that holds one run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The folder that holds one run, and that no other run may write to while this value or a copy of it lives.
+#[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
+    _hold: Arc<Hold>,
+}
+
+/// The locked file of a run that is under way.
+///
+/// The system lets go of the lock when the process ends, however it ends: what a killed run leaves stands in nobody's way.
+#[derive(Debug)]
+struct Hold {
+    path: PathBuf,
+    _file: fs::File,
+}
+
+impl Drop for Hold {
+    fn drop(&mut self) {
+        // Best effort: without its lock the file holds nobody up.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+impl Hold {
+    /// Takes the folder, or says why not.
+    fn take(folder: &Path) -> Result<Hold, Problem> {
+        /// Another run that looks at the lock has it for a moment.
+        const TRIALS: usize = 20;
+        const PAUSE: Duration = Duration::from_millis(10);
+        let path = folder.join(HOLD);
+        let failed = |cause: std::io::Error| unwritable(folder, &cause.to_string());
+        for _ in 0..TRIALS {
+            let mut options = fs::OpenOptions::new();
+            let mut file = options.read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
+            match file.try_lock() {
+                // The run before may have deleted the file after it was opened here.
+                Ok(()) if !is_same_file(&file, &path) => continue,
+                Ok(()) => {}
+                // Some network drives know no locks.
+                Err(TryLockError::Error(cause)) if cause.kind() == ErrorKind::Unsupported => {}
+                Err(TryLockError::Error(cause)) => return Err(failed(cause)),
+                Err(TryLockError::WouldBlock) => {
+                    std::thread::sleep(PAUSE);
+                    continue;
+                }
+            }
+            file.set_len(0).and_then(|()| write!(file, "{}", std::process::id())).map_err(failed)?;
+            return Ok(Hold { path, _file: file });
+        }
+        Err(in_use(folder))
+    }
+}
+
+/// Whether an open file is the one of that path.
+fn is_same_file(file: &fs::File, path: &Path) -> bool {
+    let identity = |metadata: &fs::Metadata| (metadata.dev(), metadata.ino());
+    matches!((file.metadata(), fs::metadata(path)), (Ok(open), Ok(there)) if identity(&open) == identity(&there))
+}
+
+/// Whether a run that is under way holds the folder.
+fn is_held(folder: &Path) -> bool {
+    let file = fs::File::open(folder.join(HOLD));
+    file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
+fn in_use(folder: &Path) -> Problem {
+    let process = fs::read_to_string(folder.join(HOLD)).ok().filter(|number| !number.is_empty());
+    let process = process.map_or_else(|| "another process".to_owned(), |number| format!("process {number}"));
+    Problem::error(
+        ProblemKind::Output,
+        "output-folder-in-use",
+        "outputs.folder",
+        format!("the output folder {} is in use by a run that is under way", folder.display()),
+    )
+    .with_cause(format!("{process} writes to it, and the files of both would be mixed"))
+    .with_remedy("wait for its end, or choose another folder with --out")
 }
 
 impl RunFolder {
     /// Makes the folder, or takes an empty one; with `overwrite`, also one with an earlier run, whose files are deleted.
     ///
     /// # Errors
-    /// A problem of the kind [`ProblemKind::Output`] when the folder holds files and `overwrite` is not set, or when it
-    /// cannot be written.
+    /// A problem of the kind [`ProblemKind::Output`] when the folder holds files and `overwrite` is not set, when a run
+    /// that is under way has it, or when it cannot be written.
     pub fn create(path: &Path, overwrite: bool) -> Result<RunFolder, Error> {
         if let Some(problem) = RunFolder::inspect(path, overwrite) {
             return Err(Error::Problems(vec![problem]));
         }
-        let folder = RunFolder { path: path.to_path_buf() };
         let unwritable = |cause: std::io::Error| Error::Problems(vec![unwritable(path, &cause.to_string())]);
         fs::create_dir_all(path).map_err(unwritable)?;
+        let hold = Hold::take(path).map_err(|problem| Error::Problems(vec![problem]))?;
+        // Another run may have come and gone since the first look.
+        if let Some(problem) = RunFolder::look(path, overwrite) {
+            return Err(Error::Problems(vec![problem]));
+        }
+        let folder = RunFolder { path: path.to_path_buf(), _hold: Arc::new(hold) };
         if overwrite {
             folder.delete_own_files().map_err(unwritable)?;
         }
@@ -92,7 +175,13 @@ impl RunFolder {
             let parent = path.ancestors().skip(1).find(|parent| parent.exists())?;
             return (!parent.is_dir()).then(|| unwritable(path, &format!("{} is a file", parent.display())));
         }
-        match fs::read_dir(path).map(Iterator::count) {
+        if is_held(path) { Some(in_use(path)) } else { RunFolder::look(path, overwrite) }
+    }
+
+    /// The same of a folder that is there, whoever holds it.
+    fn look(path: &Path, overwrite: bool) -> Option<Problem> {
+        let count = |entries: fs::ReadDir| entries.flatten().filter(|entry| entry.file_name() != HOLD).count();
+        match fs::read_dir(path).map(count) {
             Err(cause) => Some(unwritable(path, &cause.to_string())),
             Ok(entries) if !overwrite && entries > 0 => Some(
                 Problem::error(
@@ -249,7 +338,8 @@ mod tests {
         for name in ["run.json", "cog/max_depth.tif", "cog/mine.tif", "thesis.txt", "tables/.unfinished.gauges.csv"] {
             fs::write(first.file(name), "x").unwrap();
         }
-        let again = RunFolder::create(first.path(), true).unwrap();
+        drop(first);
+        let again = RunFolder::create(&place.path().join("deep/run"), true).unwrap();
         let kept = |name: &str| again.file(name).exists();
         assert!(kept("thesis.txt") && kept("cog/mine.tif"));
         assert!(!kept("run.json") && !kept("cog/max_depth.tif") && !kept("tables/.unfinished.gauges.csv"));
@@ -276,8 +366,50 @@ mod tests {
         });
         assert!(result.is_err());
         assert_eq!(
-            fs::read_dir(place.path()).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_file()).count(),
+            fs::read_dir(place.path()).unwrap().filter(|entry| entry.as_ref().unwrap().file_name() != HOLD).count(),
             0
         );
+    }
+
+    #[test]
+    fn a_folder_is_held_until_its_run_ends_and_a_dead_one_holds_nothing() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("run");
+        let first = RunFolder::create(&path, false).unwrap();
+        let copy = first.clone();
+        drop(first);
+        for overwrite in [false, true] {
+            let (message, exit_code) = refused(RunFolder::create(&path, overwrite));
+            assert_eq!(exit_code, ExitCode::Output);
+            assert!(message.contains("[output-folder-in-use]") && message.contains("process "), "{message}");
+        }
+        drop(copy);
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 0);
+        // What a killed run leaves.
+        fs::write(path.join(HOLD), "1").unwrap();
+        RunFolder::create(&path, false).unwrap();
+    }
+
+    #[test]
+    fn of_several_runs_that_start_at_once_one_gets_the_folder() {
+        for overwrite in [false, true] {
+            let place = tempfile::tempdir().unwrap();
+            let path = place.path().join("run");
+            let start = std::sync::Barrier::new(8);
+            let results: Vec<_> = std::thread::scope(|scope| {
+                let create = || {
+                    start.wait();
+                    RunFolder::create(&path, overwrite)
+                };
+                let threads: Vec<_> = (0..8).map(|_| scope.spawn(create)).collect();
+                threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+            });
+            let (held, others): (Vec<_>, Vec<_>) = results.into_iter().partition(Result::is_ok);
+            assert_eq!(held.len(), 1);
+            for result in others {
+                let (message, _) = refused(result);
+                assert!(message.contains("[output-folder-in-use]"), "{message}");
+            }
+        }
     }
 }

@@ -16,13 +16,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use crate::bed::BedParticles;
-use crate::error::{Error, NumericalFailure, Problem, ProblemKind};
+use crate::error::{Error, NumericalFailure, Problem, ProblemKind, Severity};
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
     Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_cogs, write_gauges,
     write_geopackage, write_maps, write_mass_balance, write_passages, write_sections,
 };
-use crate::prepare::{Prepared, prepare};
+use crate::prepare::{Prepared, in_folder, prepare};
 use crate::scenario::Scenario;
 use crate::seeding::{SeededVolume, StillWater};
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
@@ -60,6 +60,15 @@ const GRID_TOLERANCE: f64 = 5e-3;
 /// The seeding may miss the integral of level minus terrain by this much, relative, before the planner is warned.
 const SEEDING_TOLERANCE: f64 = crate::seeding::VOLUME_TOLERANCE;
 
+/// What is wrong with a scenario, its inputs, and the place of its output folder, errors first.
+pub fn check(scenario: &Scenario) -> Vec<Problem> {
+    let prepared = prepare(scenario);
+    let mut problems = in_folder(&prepared.inputs, &scenario.outputs.folder.value);
+    problems.extend(prepared.problems);
+    problems.sort_by_key(|problem| problem.severity == Severity::Warning);
+    problems
+}
+
 /// Runs a scenario and writes its run folder.
 ///
 /// # Errors
@@ -82,6 +91,7 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.value.clone());
     let mut prepared = prepare(scenario);
     prepared.problems.extend(RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)));
+    prepared.problems.extend(in_folder(&prepared.inputs, &out));
     if prepared.has_errors() {
         return Err(Error::Problems(prepared.problems));
     }

@@ -14,8 +14,8 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::Section;
 use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
-use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, Scenario, Side, Sourced};
-use crate::terrain::{Layer, Terrain};
+use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, RainUnit, Scenario, Side, Sourced};
+use crate::terrain::{Layer, RasterFile, Terrain};
 
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
@@ -112,7 +112,10 @@ fn open_rain(
             Some(OpenedRain::Uniform(rain::uniform(&rate, losses)))
         }
         RainAmount::Raster { file, unit } => {
-            let mut raster = super::raster::read(file, scenario, crs, findings)?;
+            let check = |opened: &RasterFile| {
+                rain_series::check_unit(RainUnit::Intensity(unit.1), &opened.unit(), &file.value.display().to_string())
+            };
+            let mut raster = super::raster::read(file, scenario, crs, &check, findings)?;
             let negative = raster.values.iter().filter(|value| **value < 0.0).count();
             if negative > 0 {
                 let message = format!("{negative} cells of {} have rain below 0", file.value.display());

@@ -207,6 +207,7 @@ fn read_raster(
     let TerrainLayer::Raster { path, offset, unit, clip, .. } = &source.value else {
         return None;
     };
+    findings.take(source, file.check_unit_of_heights(*unit, path))?;
     let request = RasterRequest {
         path,
         unit: *unit,

@@ -16,6 +16,7 @@ mod forcing;
 mod gaps;
 mod grid;
 mod ground;
+mod inputs;
 mod layers;
 mod moving_bed;
 mod places;
@@ -32,7 +33,7 @@ mod sources;
 mod start;
 mod water;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
@@ -41,16 +42,14 @@ use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::{ChannelProfile, Gauge, OutputCrs, Section};
-use crate::scenario::channel::ChannelShape;
 use crate::scenario::methods::Motion;
-use crate::scenario::{
-    BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed,
-};
+use crate::scenario::{OpenBoundary, Scenario};
 use crate::seeding::StillWater;
 use crate::solver::{Channel, Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
+pub use inputs::{InputFile, in_folder};
 use shaped::{Change, Changes};
 use water::SourcedBody;
 
@@ -63,15 +62,6 @@ pub struct StillBody {
     pub level: f64,
     /// The key of the scenario that it comes from, such as `initial[0].reservoir`.
     pub key: String,
-}
-
-/// An input file and the checksum of its bytes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct InputFile {
-    /// The file.
-    pub path: PathBuf,
-    /// SHA-256 in hexadecimal digits.
-    pub sha256: String,
 }
 
 /// How far riverbed particles lie from the survey points that their elevation comes from.
@@ -218,7 +208,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         sections: Vec::new(),
         channels: Vec::new(),
         gauges,
-        inputs: inputs(scenario),
+        inputs: inputs::all(scenario),
         gap: None,
         needs: Needs::default(),
     };
@@ -352,134 +342,6 @@ fn needs(
         findings.add(&scenario.resolution, problem);
     }
     Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory }
-}
-
-/// Every input file that can be read, each once, with the side files of a Shapefile.
-fn inputs(scenario: &Scenario) -> Vec<InputFile> {
-    let layers = scenario.layers.iter().map(|layer| match &layer.value {
-        TerrainLayer::Raster { path, .. } | TerrainLayer::Points { path, .. } => path,
-    });
-    let clips = scenario.layers.iter().filter_map(|layer| match &layer.value {
-        TerrainLayer::Raster { clip, .. } => clip.as_ref().map(|clip| &clip.value.path),
-        TerrainLayer::Points { .. } => None,
-    });
-    let breaklines = scenario.ground.breaklines.iter().map(|line| &line.lines.value.path);
-    let buildings = scenario.ground.buildings.iter().map(|buildings| &buildings.polygons.value.path);
-    let open = scenario.open.iter().filter_map(|boundary| match boundary {
-        OpenBoundary::Lines(source) => Some(&source.value.path),
-        OpenBoundary::Side(_) => None,
-    });
-    let vectors = scenario.initial.iter().map(|water| &water.polygons.value.path);
-    let depths = scenario.start.depths.iter().map(|water| &water.place.value.path);
-    let earlier = scenario.start.earlier.iter().map(|earlier| &earlier.fields.value);
-    let walls = scenario.walls.iter().map(|source| &source.value.path);
-    let dam = scenario.breach.iter().map(|breach| &breach.dam.value.path);
-    let growth = scenario.breach.iter().filter_map(|breach| Some(&breach.share.as_ref()?.file.value));
-    let moving = scenario.moving_bed.iter().flat_map(moving_bed_files);
-    let sections = scenario.outputs.sections.iter().map(|source| &source.value.path);
-    let gauges = scenario.outputs.gauges.iter().map(|source| &source.value.path);
-    let roughness = &scenario.roughness;
-    let rough = roughness.raster.iter().chain(&roughness.table).map(|file| &file.value);
-    let rough = rough.chain(roughness.polygons.iter().map(|file| &file.value.path));
-    let forcing = forcing_files(scenario);
-    let listed = match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
-        Some(RainAmount::Series { file, .. }) => rain_series::listed_files(&file.value.path),
-        _ => Vec::new(),
-    };
-    let mut paths: Vec<PathBuf> = Vec::new();
-    for path in layers
-        .chain(clips)
-        .chain(breaklines)
-        .chain(buildings)
-        .chain(rough)
-        .chain(vectors)
-        .chain(depths)
-        .chain(earlier)
-        .chain(walls)
-        .chain(dam)
-        .chain(growth)
-        .chain(moving)
-        .chain(open)
-        .chain(forcing)
-        .chain(&listed)
-        .chain(sections)
-        .chain(gauges)
-    {
-        let is_shapefile = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("shp"));
-        let side_files = ["dbf", "shx", "prj"].iter().filter(|_| is_shapefile).map(|e| path.with_extension(e));
-        for file in std::iter::once(path.clone()).chain(side_files) {
-            if !paths.contains(&file) {
-                paths.push(file);
-            }
-        }
-    }
-    paths.into_iter().filter_map(|path| Some(InputFile { sha256: sha256(&path)?, path })).collect()
-}
-
-/// The file of a series.
-fn series(timed: &Timed) -> Option<&PathBuf> {
-    match timed {
-        Timed::Series(table) => Some(&table.file.value),
-        Timed::Constant(_) => None,
-    }
-}
-
-/// The files of a bed that moves.
-fn moving_bed_files(bed: &MovingBed) -> Vec<&PathBuf> {
-    let mut files = vec![&bed.raster.value];
-    match &bed.law {
-        BedMovement::InPlace(share) => files.extend(share.iter().map(|share| &share.file.value)),
-        BedMovement::Slide { path, velocity } => {
-            files.push(&path.value.path);
-            files.extend(series(velocity));
-        }
-    }
-    files
-}
-
-/// The files of a condition.
-fn condition_files<'a>(condition: &'a BoundaryCondition, files: &mut Vec<&'a PathBuf>) {
-    match condition {
-        BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
-        BoundaryCondition::Stage(level, _) => files.extend(series(level)),
-        BoundaryCondition::Rating(table) => files.push(&table.file.value),
-        BoundaryCondition::Discharge { discharge, level } => {
-            files.extend(series(discharge));
-            files.extend(level.as_ref().and_then(series));
-        }
-    }
-}
-
-/// The files of boundaries, sources, channels and rain.
-fn forcing_files(scenario: &Scenario) -> Vec<&PathBuf> {
-    let mut files: Vec<&PathBuf> = Vec::new();
-    for boundary in &scenario.boundaries {
-        if let OpenBoundary::Lines(lines) = &boundary.value.place {
-            files.push(&lines.value.path);
-        }
-        condition_files(&boundary.value.condition, &mut files);
-    }
-    for source in &scenario.sources {
-        if let SourcePlace::Points(file) | SourcePlace::Lines(file) = &source.value.place {
-            files.push(&file.value.path);
-        }
-        files.extend(series(&source.value.discharge));
-    }
-    for channel in &scenario.channels {
-        if let ChannelShape::Sections(file) = &channel.shape {
-            files.push(&file.value);
-        }
-        let ends = channel.upstream.iter().chain(&channel.downstream);
-        ends.for_each(|condition| condition_files(condition, &mut files));
-        files.extend(channel.line.as_ref().map(|line| &line.value.path));
-    }
-    match scenario.rain.as_ref().map(|rain| &rain.value.amount) {
-        Some(RainAmount::Rate(rate)) => files.extend(series(rate)),
-        Some(RainAmount::Raster { file, .. }) => files.push(&file.value),
-        Some(RainAmount::Series { file, .. }) => files.push(&file.value.path),
-        None => {}
-    }
-    files
 }
 
 #[cfg(test)]

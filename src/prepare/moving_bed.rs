@@ -44,7 +44,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
 }
 
 fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Option<Opened> {
-    let read = raster::read_heights(&bed.raster, scenario, crs, findings);
+    let read = raster::read_heights(&bed.raster, bed.unit, scenario, crs, findings);
     // Every file is opened, so that one check reports all.
     let law = match &bed.law {
         BedMovement::InPlace(None) => Some(OpenedLaw::AtOnce),

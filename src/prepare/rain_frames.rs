@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::findings::Findings;
 use super::rain::Losses;
-use super::rain_series::{Opened, Rasters};
+use super::rain_series::{Opened, Rasters, check_unit};
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::lattice::Lattice;
@@ -148,8 +148,9 @@ fn too_large(rasters: usize, cells: usize, memory: f64) -> Option<Problem> {
 }
 
 /// A file of a list, which must not leave open which of its bands is meant.
-fn open_single(path: &Path) -> Result<RasterFile, Problem> {
+fn open_single(path: &Path, unit: RainUnit) -> Result<RasterFile, Problem> {
     let raster = RasterFile::open(path)?;
+    check_unit(unit, &raster.unit(), &path.display().to_string())?;
     if raster.bands() == 1 {
         return Ok(raster);
     }
@@ -252,7 +253,7 @@ pub(super) fn on_lattice(
         Rasters::Files(paths) => {
             let mut told = Vec::new();
             for path in needed.iter().map(|&k| &paths[k]) {
-                let read = open_single(path).and_then(|raster| {
+                let read = open_single(path, unit).and_then(|raster| {
                     raster.read_bands(1..2, &request(path), &crs, |raster, placing| take(raster, placing, path))
                 });
                 told.push(findings.take(file, read)?);

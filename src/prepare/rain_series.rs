@@ -12,7 +12,7 @@ use super::rain::Losses;
 use super::rain_times::{self, Start};
 use super::series::{choose, in_lines, rows_are};
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::geodata::cf_axes::{check_order, is_netcdf, text_of};
+use crate::geodata::cf_axes::{check_axes_are_known, check_order, gdal_name, is_netcdf, split_variable, text_of};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::scenario::units::{INTENSITY, LENGTH, TIME};
 use crate::scenario::{ColumnUnit, RainUnit, Scenario, Sourced, Stamp, VectorSource};
@@ -90,10 +90,10 @@ fn netcdf_series(asked: &Asked, reference: Option<&str>) -> Result<(Times, Raste
     })?;
     let variable = rain_variable(&file, asked.file.value.layer.as_deref(), &name)?;
     check_order(&file, &variable, &name)?;
+    check_axes_are_known(&file, &variable, &name)?;
     let times = rain_times::read(&file, &variable, Start { own: asked.start, reference }, &name)?;
     let unit = netcdf_unit(asked, &variable, &name)?;
-    let gdal_name = format!("NETCDF:\"{name}\":{}", variable.name());
-    let raster = RasterFile::open_as(path, Path::new(&gdal_name))?;
+    let raster = RasterFile::open_as(path, &gdal_name(path, &variable.name()))?;
     if raster.bands() != times.times.len() {
         let cause = format!("it has {} rasters and {} times", raster.bands(), times.times.len());
         return Err(rain_times::no_time(&variable.name(), &name, cause));
@@ -128,12 +128,10 @@ fn netcdf_unit(asked: &Asked, variable: &netcdf::Variable, name: &str) -> Result
     let written = text_of(variable, "units");
     let own = written.as_deref().and_then(unit_of_file);
     match (asked.unit, own, written) {
-        (Some(asked), Some(own), Some(written)) if !is_same(asked, own) => {
-            let message = format!("`{}` of {name} says `{written}`, and the scenario another unit", variable.name());
-            let remedy = "take `unit` out of the scenario, or correct that of the file (`ncatted`)";
-            Err(input_error("other-unit", message).with_remedy(remedy))
+        (Some(asked), _, written) => {
+            check_unit(asked, &written.unwrap_or_default(), &format!("`{}` of {name}", variable.name())).map(|()| asked)
         }
-        (Some(unit), ..) | (None, Some(unit), _) => Ok(unit),
+        (None, Some(unit), _) => Ok(unit),
         (None, None, written) => {
             let cause = written.as_deref().and_then(times_time);
             let found = match (written, &cause) {
@@ -145,6 +143,19 @@ fn netcdf_unit(asked: &Asked, variable: &netcdf::Variable, name: &str) -> Result
             let problem = input_error("missing-unit", message).with_remedy(unit_remedy());
             Err(cause.into_iter().fold(problem, Problem::with_cause))
         }
+    }
+}
+
+/// Refuses a file whose own unit, where it is one of rain, is another than that of the scenario.
+pub(super) fn check_unit(asked: RainUnit, written: &str, name: &str) -> Result<(), Problem> {
+    match unit_of_file(written) {
+        Some(own) if !is_same(asked, own) => {
+            let message = format!("{name} says `{written}`, and the scenario another unit");
+            let remedy =
+                "let the scenario say the `unit` of the file, or correct that of the file (`ncatted` for NetCDF)";
+            Err(input_error("other-unit", message).with_remedy(remedy))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -289,7 +300,7 @@ fn list_series(asked: &Asked) -> Result<(Times, Rasters, RainUnit), Vec<Problem>
         |count, lines| format!("{} no time and file in {name}: {lines}", rows_are(count)),
         "write a number with a point as decimal sign, a comma and the path of a raster, which counts from the folder of the list",
     ));
-    let missing = files.iter().filter_map(|file| readable_file(file).err());
+    let missing = files.iter().filter_map(|file| readable_file(&split_variable(file).0).err());
     faults.extend(missing.map(|problem| problem.with_cause(format!("{name} lists it"))));
     match (asked.unit, faults.is_empty()) {
         (Some(unit), true) => Ok((Times { times, bounds: None }, Rasters::Files(files), unit)),

@@ -8,26 +8,32 @@ use crate::geodata::Crs;
 use crate::scenario::{Scenario, Sourced};
 use crate::terrain::{Placing, Raster, RasterFile, RasterRequest};
 
+/// What must hold of a file before its values are read.
+type Check<'a> = &'a dyn Fn(&RasterFile) -> Result<(), Problem>;
+
 /// Reads the first band of a file as it stands, warped where the scenario allows it; problems and warnings go to `findings`.
 pub(super) fn read(
     file: &Sourced<PathBuf>,
     scenario: &Scenario,
     crs: Option<&Crs>,
+    check: Check<'_>,
     findings: &mut Findings,
 ) -> Option<Raster> {
-    let (raster, warnings) = values(file, scenario, crs, findings)?;
+    let (raster, warnings) = values(file, scenario, crs, check, findings)?;
     findings.add_all(file, warnings);
     Some(raster)
 }
 
-/// The same for heights in a unit of their own, which are no elevations of a place on Earth.
+/// The same for heights in a unit of their own (so many metres), which are no elevations of a place on Earth.
 pub(super) fn read_heights(
     file: &Sourced<PathBuf>,
+    unit: f64,
     scenario: &Scenario,
     crs: Option<&Crs>,
     findings: &mut Findings,
 ) -> Option<Raster> {
-    let (raster, mut warnings) = values(file, scenario, crs, findings)?;
+    let check = |opened: &RasterFile| opened.check_unit_of_heights(unit, &file.value);
+    let (raster, mut warnings) = values(file, scenario, crs, &check, findings)?;
     warnings.retain(|warning| warning.code != "doubtful-elevation");
     findings.add_all(file, warnings);
     Some(raster)
@@ -37,9 +43,11 @@ fn values(
     file: &Sourced<PathBuf>,
     scenario: &Scenario,
     crs: Option<&Crs>,
+    check: Check<'_>,
     findings: &mut Findings,
 ) -> Option<(Raster, Vec<Problem>)> {
     let opened = findings.take(file, RasterFile::open(&file.value))?;
+    findings.take(file, check(&opened))?;
     findings.take(file, opened.read(&request(&file.value, scenario), crs?))
 }
 

@@ -346,7 +346,7 @@ fn expand(text: &str, variable: impl Fn(&str) -> Option<String>) -> Result<Strin
 }
 
 /// Splits `file.gpkg:layer` at the last colon that follows a file extension.
-fn split_layer(text: &str) -> (&str, Option<&str>) {
+pub(super) fn split_layer(text: &str) -> (&str, Option<&str>) {
     match text.rsplit_once(':') {
         Some((path, layer)) if !layer.is_empty() && !layer.contains('/') && has_extension(path) => (path, Some(layer)),
         _ => (text, None),

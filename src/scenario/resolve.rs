@@ -8,7 +8,7 @@ use super::defaults::{
     DRY_DEPTH, FRAMES, GRAVITY, MAX_PARTICLES, MEMORY_SHARE, RISE_ON_WET, THRESHOLDS, default_isochrones,
     machine_memory, sensible_interval,
 };
-use super::fields::Text;
+use super::fields::{Text, split_layer};
 use super::ground::{Ground, LayerMode};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, WallMethod,
@@ -127,7 +127,9 @@ fn folder_of(file: &Path) -> PathBuf {
 fn list_missing_files(reader: &mut Reader) {
     for file in std::mem::take(&mut reader.files) {
         // Paths such as `/vsizip/...` exist only for GDAL.
-        if file.value.to_string_lossy().starts_with("/vsi") || file.value.exists() {
+        let name = file.value.to_string_lossy();
+        // What stands behind a colon is a variable of the file.
+        if name.starts_with("/vsi") || file.value.exists() || Path::new(split_layer(&name).0).exists() {
             continue;
         }
         let message = format!("the file `{}` does not exist", file.value.display());

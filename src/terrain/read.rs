@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use gdal::raster::{GdalDataType, RasterBand};
+use gdal::raster::GdalDataType;
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags, GeoTransform, Metadata};
 
 use super::Raster;
 use super::ascii_grid::{Broken, broken_values};
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::geodata::cf_axes::check_axes_are_metric;
+use crate::geodata::cf_axes::{self, gdal_name, metres_of, raster_variables, split_variable};
+use crate::geodata::cf_valid::{Bounds, bounds_of};
 use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
     transform, warp_to_memory,
@@ -18,6 +19,9 @@ use crate::math::Vec2;
 
 /// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
 pub const PLAUSIBLE_ELEVATION: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
+
+/// The code of the warning of values that the file itself calls invalid.
+const BEYOND_BOUNDS: &str = "outside-valid-range";
 
 /// How a raster file is to be understood.
 #[derive(Clone, Debug)]
@@ -89,6 +93,8 @@ pub struct RasterFile {
     dataset: Dataset,
     geo_transform: GeoTransform,
     crs: Option<SpatialRef>,
+    /// What a NetCDF file itself says of its valid values.
+    bounds: Option<Bounds>,
     /// Warnings met so far, without key and place.
     pub warnings: Vec<Problem>,
 }
@@ -97,19 +103,67 @@ fn is_netcdf(dataset: &Dataset) -> bool {
     dataset.driver().short_name() == "netCDF"
 }
 
+/// Refuses a NetCDF file without a variable of that name.
+fn check_variable(path: &Path, variable: &str) -> Result<(), Problem> {
+    if netcdf::open(path).is_ok_and(|file| file.variable(variable).is_none()) {
+        let message = format!("{} has no variable `{variable}`", path.display());
+        return Err(input_error("no-variable", message)
+            .with_cause(format!("it has {}", raster_variables(path).join(", ")))
+            .with_remedy("correct the name behind the colon"));
+    }
+    Ok(())
+}
+
+fn no_band(path: &Path, is_netcdf: bool) -> Problem {
+    let name = path.display();
+    let variables = if is_netcdf { raster_variables(path) } else { Vec::new() };
+    let Some(first) = variables.first() else {
+        return input_error("not-a-raster", format!("{name} holds no raster band")).with_remedy(
+            "write one of its subdatasets, which `gdalinfo FILE` lists, to a file of its own: `gdal_translate SUBDATASET OUT`",
+        );
+    };
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    input_error("no-variable", format!("which variable of {name} is meant is not known"))
+        .with_cause(format!("it has {}", variables.join(", ")))
+        .with_remedy(format!("name one behind a colon, as in `{file}:{first}`"))
+}
+
+/// Refuses a NetCDF variable that would be read transposed or in another unit of length; returns the bounds of its values.
+fn look_at_variable(path: &Path, dataset: &Dataset, crs: Option<&SpatialRef>) -> Result<Option<Bounds>, Problem> {
+    let Ok(band) = dataset.rasterband(1) else { return Ok(None) };
+    let (Some(variable), Ok(file)) = (band.metadata_item("NETCDF_VARNAME", ""), netcdf::open(path)) else {
+        return Ok(None);
+    };
+    let Some(variable) = file.variable(&variable) else { return Ok(None) };
+    let name = path.display().to_string();
+    cf_axes::check_order(&file, &variable, &name)?;
+    cf_axes::check_axis_units(&file, &variable, &name, crs)?;
+    let is_unsigned = matches!(band.band_type(), GdalDataType::UInt8 | GdalDataType::UInt16 | GdalDataType::UInt32);
+    Ok(bounds_of(&variable, is_unsigned))
+}
+
 /// Joins GDAL's messages to the cause of a problem.
 fn because(problem: Problem, messages: Vec<String>) -> Problem {
     if messages.is_empty() { problem } else { problem.with_cause(messages.join("; ")) }
 }
 
 impl RasterFile {
-    /// Opens a raster and looks at everything but its values.
+    /// Opens a raster and looks at everything but its values; `file.nc:variable` names a variable of a NetCDF file.
     ///
     /// # Errors
     /// The problem, without key and place.
     pub fn open(path: &Path) -> Result<RasterFile, Problem> {
-        readable_file(path)?;
-        Self::open_as(path, path)
+        match split_variable(path) {
+            (file, Some(variable)) => {
+                readable_file(&file)?;
+                check_variable(&file, &variable)?;
+                Self::open_as(&file, &gdal_name(&file, &variable))
+            }
+            (_, None) => {
+                readable_file(path)?;
+                Self::open_as(path, path)
+            }
+        }
     }
 
     /// The same of a part of the file that GDAL knows by a name of its own, such as a variable of a NetCDF file.
@@ -120,6 +174,8 @@ impl RasterFile {
         let name = path.display();
         let options = DatasetOptions {
             open_flags: GdalOpenFlags::GDAL_OF_RASTER | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
+            // What a file calls invalid is taken out here, where it can be counted and told.
+            open_options: cf_axes::is_netcdf(path).then_some(&["HONOUR_VALID_RANGE=NO"]),
             ..DatasetOptions::default()
         };
         let (result, messages) = capture(|| Dataset::open_ex(gdal_name, options));
@@ -130,16 +186,13 @@ impl RasterFile {
                 )
         })?;
         if dataset.raster_count() == 0 {
-            return Err(input_error("not-a-raster", format!("{name} holds no raster band"))
-                .with_remedy("name one of its subdatasets, which `gdalinfo FILE` lists"));
+            return Err(no_band(path, is_netcdf(&dataset)));
         }
         let crs = dataset.spatial_ref().ok().filter(|crs| crs.name().is_some()).map(|mut crs| {
             crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
             crs
         });
-        if crs.is_none() && is_netcdf(&dataset) {
-            check_axes_are_metric(path)?;
-        }
+        let bounds = if is_netcdf(&dataset) { look_at_variable(path, &dataset, crs.as_ref())? } else { None };
         let (geo_transform, _) = capture(|| dataset.geo_transform());
         let geo_transform = geo_transform.map_err(|_| {
             let problem = input_error("no-georeference", format!("{name} has no place on the map (no geotransform)"));
@@ -171,7 +224,7 @@ impl RasterFile {
                 format!("{name} has {} bands; the first one is taken as the elevation", dataset.raster_count());
             warnings.push(Problem::warning(ProblemKind::Input, "several-bands", "", message));
         }
-        Ok(RasterFile { dataset, geo_transform, crs, warnings })
+        Ok(RasterFile { dataset, geo_transform, crs, bounds, warnings })
     }
 
     /// The CRS that the file states.
@@ -348,7 +401,6 @@ impl RasterFile {
         let name = request.path.display();
         let (columns, rows) = self.dataset.raster_size();
         let dataset = &self.dataset;
-        let has_bounds = is_netcdf(dataset);
         let (result, messages) = capture(|| {
             let band = dataset.rasterband(number)?;
             let buffer = band.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None)?;
@@ -362,27 +414,29 @@ impl RasterFile {
                 mask.map(|mask| mask.data().to_vec()),
                 band.no_data_value(),
                 (band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0)),
-                band.unit(),
-                if has_bounds { valid_range(&band) } else { (f64::NEG_INFINITY, f64::INFINITY) },
             ))
         });
-        let (mut values, mask, no_data, (scale, offset), unit, (least, most)) = result.map_err(|error| {
+        let (mut values, mask, no_data, (scale, offset)) = result.map_err(|error| {
             because(input_error("unreadable-raster", format!("{name} opens, but its values cannot be read")), messages)
                 .with_remedy(format!("the file is damaged or cut short ({error}); copy or export it again"))
         })?;
-        self.check_unit(&unit, request);
+        let (least, most) = self.bounds.as_ref().map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.least, b.most));
+        let mut beyond = 0;
         let is_no_data = no_data_test(no_data, self.dataset.rasterband(number).ok().map(|b| b.band_type().name()));
         let mut broken: Option<Broken> = None;
         for (i, value) in values.iter_mut().enumerate() {
-            let is_valid = !(*value < least || *value > most);
-            if !is_valid || is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {
+            if is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {
                 *value = f64::NAN;
+            } else if *value < least || *value > most {
+                *value = f64::NAN;
+                beyond += 1;
             } else if value.is_finite() {
                 *value = (*value * scale + offset) * request.unit + request.offset;
             } else {
                 broken.get_or_insert_with(|| Broken { count: 0, index: i, word: value.to_string() }).count += 1;
             }
         }
+        self.tell_of_bounds(beyond, request);
         if self.dataset.driver().short_name() == "AAIGrid"
             && let Ok(words) = broken_values(request.path)
         {
@@ -413,20 +467,48 @@ impl RasterFile {
             .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row))
     }
 
-    /// Warns when the band says feet and the scenario says nothing of it.
-    fn check_unit(&mut self, unit: &str, request: &RasterRequest) {
-        let feet = matches!(
-            unit.to_lowercase().as_str(),
-            "ft" | "foot" | "feet" | "us survey foot" | "us-ft" | "sftus" | "ftus"
-        );
-        if feet && (request.unit - 1.0).abs() < 1e-12 {
-            let message =
-                format!("{} states its elevations in `{unit}`, but they are read as metres", request.path.display());
-            self.warnings.push(
-                Problem::warning(ProblemKind::Input, "unit-of-elevation", "", message)
-                    .with_remedy("give the layer `unit: ft`"),
-            );
+    /// Warns of the first band that has values beyond the bounds that the file gives.
+    fn tell_of_bounds(&mut self, beyond: usize, request: &RasterRequest) {
+        let Some(bounds) = self.bounds.as_ref().filter(|_| beyond > 0) else { return };
+        if self.warnings.iter().any(|warning| warning.code == BEYOND_BOUNDS) {
+            return;
         }
+        let message = format!(
+            "{beyond} cells of {} lie outside what the file calls valid (`{}`) and count as no data",
+            request.path.display(),
+            bounds.said
+        );
+        self.warnings.push(
+            Problem::warning(ProblemKind::Input, BEYOND_BOUNDS, "", message)
+                .with_remedy("where they are data, correct or delete that attribute of the variable (`ncatted`)"),
+        );
+    }
+
+    /// The unit that the file gives for its values; empty where it gives none.
+    pub fn unit(&self) -> String {
+        self.dataset.rasterband(1).map(|band| band.unit()).unwrap_or_default().trim().to_owned()
+    }
+
+    /// Refuses heights whose unit in the file is another than that of the scenario (so many metres).
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn check_unit_of_heights(&self, unit: f64, path: &Path) -> Result<(), Problem> {
+        /// The two feet differ by 2e-6, which no terrain knows.
+        const SAME: f64 = 1e-5;
+        let written = self.unit();
+        let own = metres_of(&written);
+        if written.is_empty() || own.is_some_and(|own| (own / unit - 1.0).abs() < SAME) {
+            return Ok(());
+        }
+        let read_as = if (unit - 1.0).abs() < SAME { "metres".to_owned() } else { format!("units of {unit} m") };
+        let message =
+            format!("{} gives its heights in `{written}`, and they would be read as {read_as}", path.display());
+        let correct = "correct that of the file (`ncatted` for NetCDF, `gdal_edit.py -units` for GeoTIFF)";
+        Err(input_error("unit-of-elevation", message).with_remedy(match own.and_then(key_of_unit) {
+            Some(key) => format!("say `unit: {key}` in the scenario, or {correct}"),
+            None => format!("bring them to metres; where they are in metres, {correct}"),
+        }))
     }
 
     /// Warps read values to a north-up grid in the CRS of the run, with square cells that fit the resolution.
@@ -498,8 +580,14 @@ impl RasterFile {
             }
         }
         if least > greatest {
-            return Err(input_error("all-nodata", format!("{name} holds no data at all: every cell is nodata"))
-                .with_remedy("check the nodata value with `gdalinfo -stats`"));
+            let problem = input_error("all-nodata", format!("{name} holds no data at all: every cell is nodata"));
+            // The attribute that took them out is the place to look at.
+            return Err(match self.warnings.iter().find(|warning| warning.code == BEYOND_BOUNDS) {
+                Some(bounds) => {
+                    problem.with_cause(bounds.message.clone()).with_remedy(bounds.remedy.clone().unwrap_or_default())
+                }
+                None => problem.with_remedy("check the nodata value with `gdalinfo -stats`"),
+            });
         }
         if let Some(index) = doubtful {
             let message = format!(
@@ -527,24 +615,11 @@ fn fitting_cell(source: f64, resolution: f64) -> f64 {
     }
 }
 
-/// Values outside of which NetCDF says that there is no data, `valid_range` or `valid_min` and `valid_max`, before scale and offset.
-/// GDAL takes out what lies outside of two bounds, and leaves everything where there is but one.
-fn valid_range(band: &RasterBand) -> (f64, f64) {
-    // A bound of bytes that count from 0 may be written as a signed number.
-    let is_unsigned = matches!(band.band_type(), GdalDataType::UInt8 | GdalDataType::UInt16 | GdalDataType::UInt32);
-    let numbers = |key: &str| -> Vec<f64> {
-        let text = band.metadata_item(key, "").unwrap_or_default();
-        let words = text.trim_matches(['{', '}']).split(',');
-        words.filter_map(|word| word.trim().parse().ok()).filter(|bound| !(is_unsigned && *bound < 0.0)).collect()
-    };
-    let (range, min, max) = (numbers("valid_range"), numbers("valid_min"), numbers("valid_max"));
-    let (least, most) = match range[..] {
-        [least, most] => (least, most),
-        _ => (min.first().copied().unwrap_or(f64::NEG_INFINITY), max.first().copied().unwrap_or(f64::INFINITY)),
-    };
-    // The text of a bound of single precision has fewer digits than the bound.
-    let is_single = band.band_type() == GdalDataType::Float32;
-    if is_single { (f64::from(least as f32), f64::from(most as f32)) } else { (least, most) }
+/// The key of the scenario for a unit of heights (so many metres); none where it has none.
+fn key_of_unit(metres: f64) -> Option<&'static str> {
+    const KEYS: [(&str, f64); 6] =
+        [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("us_ft", 1200.0 / 3937.0)];
+    KEYS.iter().find(|(_, factor)| (metres / factor - 1.0).abs() < 1e-9).map(|(name, _)| *name)
 }
 
 /// Whether a value is the declared nodata value; a 32-bit raster holds it rounded.

@@ -448,3 +448,29 @@ fn rivers_and_ponds_begin_with_their_depth() {
     let plan = floodsim(scene.folder.path(), &["plan", "s.yaml", "--set", initial, "--set", "time.end=10 s"]);
     assert_eq!(plan.code, 0, "{}", plan.stderr);
 }
+
+#[test]
+fn an_output_folder_that_holds_an_input_is_refused_and_left_alone() {
+    let scene = Scene::sound();
+    scene.run("first", &[]);
+    let fields = std::fs::read(scene.path("first/fields.nc")).unwrap();
+    let water = "initial: [{reservoir: lake.geojson, level: 109 m}]";
+    let next = SCENARIO.replace(water, "initial: [{fields: first/fields.nc}]");
+    std::os::unix::fs::symlink("first", scene.path("link")).unwrap();
+    for folder in ["first", "link", "../first", "."] {
+        let folder =
+            folder.replace("../first", &format!("../{}/first", scene.folder.path().file_name().unwrap().display()));
+        scene.write("s.yaml", &next.replace("outputs: {", &format!("outputs: {{folder: {folder}, ")));
+        for arguments in [&["check", "s.yaml"][..], &["run", "s.yaml", "--overwrite", "--quiet"]] {
+            let answer = floodsim(scene.folder.path(), arguments);
+            let said = answer.stdout + &answer.stderr;
+            assert_eq!(answer.code, 8, "{said}");
+            let located = "error[input-in-output-folder] initial[0].fields (s.yaml:5:20)";
+            assert!(said.contains(located) && said.contains("remedy"), "{said}");
+        }
+        assert!(std::fs::read(scene.path("first/fields.nc")).unwrap() == fields, "the input was changed");
+    }
+    scene.write("s.yaml", &next);
+    let other = floodsim(scene.folder.path(), &["run", "s.yaml", "--out", "second", "--overwrite", "--quiet"]);
+    assert_eq!(other.code, 0, "{}", other.stderr);
+}

@@ -435,3 +435,30 @@ fn values_that_a_file_calls_invalid_are_no_rain() {
     let loose = Radar { valid_max: Some(36.0), ..Radar::sound() };
     Scene::new(&loose, &[]).assert_check(0, &["0 errors"]);
 }
+
+#[test]
+fn a_raster_of_rain_must_agree_with_the_unit_of_its_file() {
+    let series = "raster_series: radar.nc, start: \"2026-06-01 06:00:00\"";
+    // Of a file of several bands the first one is taken.
+    for (units, code) in [("kg m-2 s-1", 4), ("mm", 4), ("mm h-1", 0), ("kg m-2 h-1", 0), ("drops", 0)] {
+        let radar = Radar { units, ..Radar::sound() };
+        let scene = Scene::new(&radar, &[(series, "raster: radar.nc, unit: mm/h")]);
+        let expected: &[&str] = if code == 0 {
+            &["0 errors"]
+        } else {
+            &["error[other-unit] rain.raster (s.yaml:", "and the scenario another unit", "remedy"]
+        };
+        scene.assert_check(code, expected);
+    }
+}
+
+#[test]
+fn a_constant_raster_of_another_order_of_axes_is_refused() {
+    let series = "raster_series: radar.nc, start: \"2026-06-01 06:00:00\"";
+    let radar = Radar { order: ["time", "x", "y"], ..Radar::sound() };
+    let scene = Scene::new(&radar, &[(series, "raster: radar.nc, unit: mm/h")]);
+    scene.assert_check(4, &["error[axes-swapped] rain.raster (s.yaml:", "ncpdq -a time,y,x"]);
+    let rough = [(series, "rate: 1 mm/h"), ("{manning: 0.03}", "{raster: radar.nc}")];
+    let expected = ["error[axes-swapped] roughness.raster (s.yaml:", "ncpdq -a time,y,x"];
+    Scene::new(&radar, &rough).assert_check(4, &expected);
+}

@@ -431,6 +431,11 @@ fn a_terminated_run_closes_its_files_and_says_so() {
 fn a_killed_run_is_not_taken_as_whole_but_its_frames_can_be_read() {
     let folder = TempDir::new().unwrap();
     let mut child = start_long_run(folder.path());
+    // While it lives, nobody else may write there.
+    let mixed = floodsim(folder.path(), &["run", &shipped("ritter"), "--out", "out", "--overwrite"]);
+    assert_eq!(mixed.code, 8, "{}", mixed.stderr);
+    assert!(mixed.stderr.contains("error[output-folder-in-use] --out"), "{}", mixed.stderr);
+    assert!(mixed.stderr.contains(&format!("process {}", child.id())), "{}", mixed.stderr);
     child.kill().unwrap();
     child.wait().unwrap();
     let out = folder.path().join("out");
