@@ -1,4 +1,4 @@
-//! Vectors and symmetric matrices of the plane.
+//! Vectors and symmetric matrices of the plane, and numbers as people read them.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -198,9 +198,24 @@ pub fn clamp(value: f64, low: f64, high: f64) -> f64 {
     smaller(larger(value, low), high)
 }
 
+/// A number to six significant digits, so that a message shows none of its rounding: 0.025 for 0.02499999999999858.
+pub fn readable(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_readable_number_has_six_digits() {
+        for (value, text) in
+            [(0.02499999999999858, "0.025"), (-1234.5678, "-1234.57"), (0.0, "0"), (1e9 / 3.0, "333333000")]
+        {
+            assert_eq!(readable(value).to_string(), text);
+        }
+        assert!(readable(f64::NAN).is_nan() && readable(f64::INFINITY).is_infinite());
+    }
 
     #[test]
     fn crossing_and_missing_segments() {

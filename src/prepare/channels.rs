@@ -3,6 +3,7 @@
 use super::channel_places::{along, axis, gauges};
 use super::findings::Findings;
 use super::forcing;
+use super::levels::{self, Inlet};
 use super::series;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
@@ -13,7 +14,7 @@ use crate::math::Vec2;
 use crate::output::ChannelProfile;
 use crate::scenario::channel::{Channel as Described, ChannelShape, ChannelWalls, ChannelWater, Joint};
 use crate::scenario::units::LENGTH;
-use crate::scenario::{ColumnUnit, Scenario, Side, Sourced};
+use crate::scenario::{BoundaryCondition, ColumnUnit, Scenario, Side, Sourced};
 
 /// A channel of fewer particles is no channel.
 const LEAST_PARTICLES: f64 = 3.0;
@@ -247,6 +248,7 @@ pub(super) fn on_lattice(
         let (mut channel, mut profile) = build(described, &opened, manning, lattice.spacing);
         profile.gauges = gauges(described, &mut names, findings);
         check_water(described, &profile, findings);
+        check_ends(described, &opened, lattice.spacing, scenario, findings);
         if let Some(joint) = &described.joins {
             let faces = opening(joint.value, ground);
             check_joint(joint, &faces, (&channel, &taken), (lattice, bed), findings);
@@ -261,6 +263,35 @@ pub(super) fn on_lattice(
         profiles.push(profile);
     }
     (channels, profiles)
+}
+
+/// Whether the levels at the ends that join nothing fit the bed there.
+fn check_ends(described: &Described, opened: &Opened, spacing: f64, scenario: &Scenario, findings: &mut Findings) {
+    let length = described.length.value;
+    let places = [[0.0, 0.5 * spacing], [length, length - 0.5 * spacing]];
+    let names = ["the far end of this channel", "the near end of this channel"];
+    for (end, condition) in [&described.upstream, &described.downstream].into_iter().enumerate() {
+        // The water of the solver comes in over the bed of its last particle or over that of the end, by which one is higher.
+        let rows = places[end].map(|place| rows_at(&opened.sections, place));
+        let rows = if rows[0][0].0 >= rows[1][0].0 { &rows[0] } else { &rows[1] };
+        let strips = strips(rows);
+        let inlet =
+            Inlet { name: names[end], strips: &strips, gravity: scenario.numerics.gravity, end: scenario.end_time };
+        let found = match (condition, &opened.ends[end]) {
+            (
+                Some(BoundaryCondition::Discharge { level: Some(timed), .. }),
+                Some(Condition::Discharge { discharge, level: Some(levels) }),
+            ) => levels::check_inflow(timed, (discharge, levels), inlet).map(|problem| (timed, problem)),
+            (Some(BoundaryCondition::Stage(timed, _)), Some(Condition::Stage(levels))) => {
+                levels::check_stage(timed, levels, inlet).map(|problem| (timed, problem))
+            }
+            _ => None,
+        };
+        if let Some((timed, problem)) = found {
+            let (key, place) = timed.source();
+            findings.add_at(key, place.cloned(), problem);
+        }
+    }
 }
 
 /// Whether water at the start lies at a distance from the far end (m).

@@ -17,6 +17,7 @@ mod gaps;
 mod grid;
 mod ground;
 mod layers;
+mod levels;
 mod moving_bed;
 mod places;
 mod polygons;

@@ -134,3 +134,56 @@ fn sections_beyond_the_channel_are_warned_of() {
         assert_eq!(found(&prepared, Severity::Warning), expected, "{last}: {:#?}", prepared.problems);
     }
 }
+
+/// A discharge of 5 m³/s at a level (m).
+fn inflow(key: &str, level: f64) -> BoundaryCondition {
+    let constant = |name: &str, value: f64| Timed::Constant(sourced(&format!("{key}.{name}"), value));
+    BoundaryCondition::Discharge { discharge: constant("discharge", 5.0), level: Some(constant("level", level)) }
+}
+
+#[test]
+fn levels_at_the_ends_of_a_channel_are_above_its_bed() {
+    // 5 m³/s on 20 m have a Froude number of 5 at (5/20 / (5·√9.81))^(2/3) = 0.063 m. The far end of the bed is at 20.5 m.
+    let stage = |level: f64| BoundaryCondition::Stage(Timed::Constant(sourced("channels[0].up.stage", level)), "stage");
+    let [refused, fast] = ["level-below-bed", "fast-inflow"];
+    for (condition, errors, warnings) in [
+        (inflow("channels[0].up", 20.57), vec![], vec![]),
+        (inflow("channels[0].up", 20.55), vec![], vec![(fast, "channels[0].up.level")]),
+        (inflow("channels[0].up", 20.5), vec![(refused, "channels[0].up.level")], vec![]),
+        (inflow("channels[0].up", 0.5), vec![(refused, "channels[0].up.level")], vec![]),
+        (stage(20.6), vec![], vec![]),
+        (stage(20.4), vec![(refused, "channels[0].up.stage")], vec![]),
+    ] {
+        let mut scene = Scene::sound();
+        let shape = ChannelShape::Rectangle { width: 20.0, bed: 20.0, slope: 0.005 };
+        scene.scenario.channels = vec![Channel { shape, upstream: Some(condition.clone()), ..channel() }];
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), errors, "{condition:?}");
+        assert_eq!(found(&prepared, Severity::Warning), warnings, "{condition:?}");
+    }
+    // The bed of the last particle, which is higher than that of the end, counts where the bed falls outwards.
+    let shape = ChannelShape::Rectangle { width: 20.0, bed: 20.0, slope: -0.1 };
+    for (level, errors) in [(10.2, vec![(refused, "channels[0].up.level")]), (10.5, vec![])] {
+        let mut scene = Scene::sound();
+        let upstream = Some(inflow("channels[0].up", level));
+        scene.scenario.channels = vec![Channel { shape: shape.clone(), upstream, ..channel() }];
+        assert_eq!(found(&prepare(&scene.scenario), Severity::Error), errors, "{level}");
+    }
+}
+
+#[test]
+fn the_level_beside_the_discharge_of_a_boundary_is_above_its_ground() {
+    for (level, errors, warnings) in [
+        (19.0, vec![("boundary-dry", "boundaries[0]")], vec![]),
+        (20.001, vec![], vec![("fast-inflow", "boundaries[0].level")]),
+        (20.5, vec![], vec![]),
+    ] {
+        let mut scene = Scene::sound();
+        let place = OpenBoundary::Side(Side::West);
+        let boundary = Boundary { place, condition: inflow("boundaries[0]", level) };
+        scene.scenario.boundaries = vec![sourced("boundaries[0]", boundary)];
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), errors, "{level}");
+        assert_eq!(found(&prepared, Severity::Warning), warnings, "{level}");
+    }
+}
