@@ -1,6 +1,6 @@
 //! Channels of one dimension: their tables and conditions, and where they join the terrain.
 
-use super::channel_places::{along, axis, gauges};
+use super::channel_places::{along, axis, check_axis, gauges};
 use super::findings::Findings;
 use super::forcing;
 use super::levels::{self, Inlet};
@@ -252,6 +252,10 @@ pub(super) fn on_lattice(
         if let Some(joint) = &described.joins {
             let faces = opening(joint.value, ground);
             check_joint(joint, &faces, (&channel, &taken), (lattice, bed), findings);
+            if let (Some(line), Some(axis)) = (&described.line, &opened.axis) {
+                let middles: Vec<Vec2> = faces.iter().map(|face| lattice.to_map(face.1)).collect();
+                check_axis((line, axis), &middles, (described.length.value, lattice.spacing), findings);
+            }
             taken.extend(faces.iter().map(|face| face.1));
             if let Some(widths) = channel.face_widths.last_mut() {
                 let factor = faces.len() as f64 * lattice.spacing / widths.iter().sum::<f64>();

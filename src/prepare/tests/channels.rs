@@ -187,3 +187,27 @@ fn the_level_beside_the_discharge_of_a_boundary_is_above_its_ground() {
         assert_eq!(found(&prepared, Severity::Warning), warnings, "{level}");
     }
 }
+
+#[test]
+fn the_line_of_a_channel_ends_where_it_joins() {
+    // The opening is at x = 1000 from y = 2060 to 2080, the channel 100 m long.
+    let key = "channels[0].line";
+    for (line, errors, warnings) in [
+        ([(900.0, 2070.0), (1000.0, 2070.0)], vec![], vec![]),
+        ([(900.0, 2000.0), (1000.0, 2056.0)], vec![], vec![("line-length", key)]),
+        ([(1000.0, 2070.0), (900.0, 2070.0)], vec![("line-reversed", key)], vec![]),
+        ([(880.0, 2070.0), (980.0, 2070.0)], vec![], vec![("line-beside-opening", key)]),
+        ([(-5000.0, 2070.0), (-4900.0, 2070.0)], vec![("line-beside-opening", key)], vec![]),
+        ([(900.0, 2070.0), (900.0, 2070.0)], vec![("line-length", key)], vec![]),
+        ([(0.0, 2070.0), (1e300, 2070.0)], vec![("line-length", key)], vec![]),
+        ([(1e15, 0.0), (1e15, 100.0)], vec![("line-length", key)], vec![]),
+    ] {
+        let mut scene = Scene::sound();
+        scene.line("axis.geojson", &line);
+        let axis = Some(vector(key, scene.path("axis.geojson")));
+        scene.scenario.channels = vec![Channel { line: axis, ..channel() }];
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), errors, "{line:?}");
+        assert_eq!(found(&prepared, Severity::Warning), warnings, "{line:?}");
+    }
+}
