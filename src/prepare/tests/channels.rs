@@ -4,6 +4,7 @@ use super::scene::{Scene, sourced, vector};
 use crate::error::{ProblemKind, Severity};
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::channel::{Channel, ChannelShape, ChannelWalls, ChannelWater, Joint};
+use crate::scenario::methods::Motion;
 use crate::scenario::{Boundary, BoundaryCondition, BuildingMode, Buildings, OpenBoundary, Side, Timed};
 
 /// A channel of 100 m by 20 m on a bed at 20 m, which is the plateau, that joins the western edge.
@@ -210,4 +211,59 @@ fn the_line_of_a_channel_ends_where_it_joins() {
         assert_eq!(found(&prepared, Severity::Error), errors, "{line:?}");
         assert_eq!(found(&prepared, Severity::Warning), warnings, "{line:?}");
     }
+}
+
+/// The scene without its terrain and all that needs it, with one channel of 20 m in particles of 5 cm.
+fn flume() -> Scene {
+    let mut scene = Scene::sound();
+    scene.scenario.layers.clear();
+    scene.scenario.initial.clear();
+    scene.scenario.outputs.gauges = None;
+    scene.scenario.resolution.value = 0.05;
+    scene.scenario.channels = vec![Channel { length: sourced("channels[0].length", 20.0), joins: None, ..channel() }];
+    scene
+}
+
+#[test]
+fn the_limit_of_memory_counts_channels_and_moving_particles() {
+    // 400 particles of one strip, in 400 bytes each.
+    for (memory, expected) in [(160_000.0, vec![]), (159_999.0, vec![("memory-limit", "resolution")])] {
+        let mut scene = flume();
+        scene.scenario.limits.memory = memory;
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), expected);
+        let told = |text: &str| prepared.problems.iter().any(|problem| problem.message.contains(text));
+        assert!(
+            expected.is_empty() || told("about 160.0 kB of memory; the limit is 160.0 kB"),
+            "{:?}",
+            prepared.problems
+        );
+    }
+    // 1200 cells in 400 bytes each, and 100 moving particles in 300.
+    for (memory, is_refused) in [(510_000.0, false), (509_999.0, true)] {
+        let mut scene = Scene::sound();
+        scene.scenario.numerics.motion = Motion::Lagrangian;
+        scene.scenario.limits.memory = memory;
+        assert_eq!(!found(&prepare(&scene.scenario), Severity::Error).is_empty(), is_refused);
+    }
+}
+
+#[test]
+fn water_beyond_a_channel_is_told_in_plain_numbers() {
+    let water = |from: f64, to: f64| {
+        let water = ChannelWater { level: None, depth: Some(1.0), from, to: Some(to) };
+        vec![sourced("channels[0].water[0].depth", water)]
+    };
+    for (to, warnings) in [(20.0, vec![]), (30.0, vec![("water-beyond", "channels[0].water[0].depth")])] {
+        let mut scene = flume();
+        scene.scenario.channels[0].water = water(0.0, to);
+        let prepared = prepare(&scene.scenario);
+        assert_eq!((found(&prepared, Severity::Error), found(&prepared, Severity::Warning)), (vec![], warnings));
+    }
+    let mut scene = flume();
+    scene.scenario.channels[0].water = water(0.0, 0.01);
+    let prepared = prepare(&scene.scenario);
+    assert_eq!(found(&prepared, Severity::Error), [("water-outside", "channels[0].water[0].depth")]);
+    let cause = prepared.problems[0].cause.as_deref().unwrap();
+    assert_eq!(cause, "its particles lie from 0.025 m to 19.975 m");
 }
