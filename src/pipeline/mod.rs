@@ -358,7 +358,7 @@ fn seeding_warnings(scenario: &Scenario, prepared: &Prepared, still: &StillWater
         let message = if keeps_volume {
             let rise = (volume.integral_m3 - volume.seeded_m3) / (volume.cells as f64 * area);
             format!(
-                "the level of {} m is not held: moving particles get the {:.5e} m³ of the integral of level minus terrain, which stand {:.3} m {} it",
+                "the level of {} m is not held: moving particles get the {:.5e} m³ of the integral of level minus terrain, which stand {:.3} m {} it on the mean",
                 readable(water.level),
                 volume.integral_m3,
                 rise.abs(),

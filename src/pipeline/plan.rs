@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 use super::{books, cores, flow_problem, memory_mib, recorder_plan, seeding_warnings, thread_pool};
 use crate::bed::BedParticles;
 use crate::error::{Error, Problem, ProblemKind};
-use crate::math::{Vec2, in_bytes};
+use crate::math::Vec2;
 use crate::output::Recorder;
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::Scenario;
@@ -355,8 +355,8 @@ fn advice(reach: &Reach, spread: f64, spacing: f64) -> (Motion, String) {
 /// The problem of a run that needs more memory than its limit, behind the warnings.
 fn with_memory_problem(plan: Plan, scenario: &Scenario, limit: f64) -> Vec<Problem> {
     let resolution = &scenario.resolution;
-    let [needed, limit] = [plan.memory_mib.start, limit].map(|mib| in_bytes(mib * MIB));
-    let message = format!("the run needs {needed} of memory or more; the limit is {limit}");
+    let message =
+        format!("the run needs {:.0} MiB of memory or more; the limit is {limit:.0} MiB", plan.memory_mib.start);
     let problem = Problem::error(ProblemKind::Limit, "memory-limit", resolution.key.clone(), message)
         .with_remedy("take a coarser resolution, cut the terrain to the valley, or raise `limits.memory`")
         .with_place(resolution.place.clone());

@@ -195,7 +195,20 @@ fn line_on_lattice(
     let is_long = |piece: &[Vec2; 2]| (piece[1] - piece[0]).norm() > slack;
     for part in parts {
         let line: Vec<Vec2> = part.iter().map(|place| lattice.to_local(*place)).collect();
-        for piece in line.windows(2).flat_map(|piece| in_parts([piece[0], piece[1]], lattice)) {
+        let on_its_sides = |piece: &[Vec2; 2]| {
+            let is_ground = |shift: Vec2| {
+                let (inside, beside) = lengths(&piece.map(|place| place + shift), lattice);
+                !beside.iter().any(is_long)
+                    && inside.iter().all(|(cell, length)| *length <= slack || ground.has_terrain(*cell))
+            };
+            across_its_edge(*piece, lattice).is_none_or(|across| is_ground(-across) || is_ground(across))
+        };
+        // In parts only where all of them lie on terrain, so that a problem is told of the whole piece.
+        let pieces = line.windows(2).flat_map(|piece| {
+            let parts = in_parts([piece[0], piece[1]], lattice);
+            if parts.iter().all(on_its_sides) { parts } else { vec![[piece[0], piece[1]]] }
+        });
+        for piece in pieces {
             let attempt = |shift: Vec2| {
                 let (inside, beside) = lengths(&[piece[0] + shift, piece[1] + shift], lattice);
                 let beside: Vec<[Vec2; 2]> = beside.into_iter().filter(is_long).collect();

@@ -480,17 +480,17 @@ fn a_level_below_the_bed_of_an_end_is_refused_where_it_stands() {
     for (end, expected) in [
         (
             "upstream: {discharge: 40 m3/s, level: 50 m}",
-            "error[level-below-bed] channels[0].upstream.level (s.yaml:6:43)",
+            "error[level-below-bed] channels[0].upstream.level (s.yaml:7:43)",
         ),
         (
             "upstream: {discharge: {series: q.csv}, level: {series: z.csv}}",
-            "error[level-below-bed] channels[0].upstream.level.series (s.yaml:6:60)",
+            "error[level-below-bed] channels[0].upstream.level.series (s.yaml:7:60)",
         ),
         (
             "upstream: {discharge: 40 m3/s, level: 100.05 m}",
-            "warning[fast-inflow] channels[0].upstream.level (s.yaml:6:43)",
+            "warning[fast-inflow] channels[0].upstream.level (s.yaml:7:43)",
         ),
-        ("upstream: {stage: 99 m}", "error[level-below-bed] channels[0].upstream.stage (s.yaml:6:23)"),
+        ("upstream: {stage: 99 m}", "error[level-below-bed] channels[0].upstream.stage (s.yaml:7:23)"),
     ] {
         let scene = Scene::of(&changed(SCENARIO, &[(discharge, end)]));
         scene.write("q.csv", "time_h,q_m3_s\n0,40\n3,40\n");

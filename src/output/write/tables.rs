@@ -106,14 +106,14 @@ pub(super) fn number(value: Option<f64>, decimals: usize) -> String {
 /// Decimals of a column that show at least four digits of its largest number: `least` of them, more where that number is small.
 pub(super) fn decimals(least: usize, values: impl Iterator<Item = f64>) -> usize {
     const DIGITS: i32 = 4;
-    /// A number that is 0 to so many decimals is rounding.
-    const MOST: i32 = 12;
+    /// A smaller number, a microlitre of water or less, is rounding.
+    const NOTHING: f64 = 1e-9;
     let largest = values.filter(|value| value.is_finite()).fold(0.0, |largest: f64, value| largest.max(value.abs()));
-    if largest <= 0.0 {
+    if largest < NOTHING {
         return least;
     }
     let leading = largest.log10().floor() as i32;
-    least.max((DIGITS - 1 - leading).clamp(0, MOST) as usize)
+    least.max((DIGITS - 1 - leading).max(0) as usize)
 }
 
 /// A text field, quoted where it must be.
@@ -138,7 +138,8 @@ mod tests {
             (vec![1.0], 3),
             (vec![-0.5], 4),
             (vec![1e-4, 2.5e-5], 7),
-            (vec![1e-300], 12),
+            (vec![2e-9], 12),
+            (vec![3e-13], 3),
         ] {
             assert_eq!(decimals(3, values.iter().copied()), expected, "{values:?}");
         }
