@@ -1,4 +1,4 @@
-//! Vectors and symmetric matrices of the plane.
+//! Vectors and symmetric matrices of the plane, and numbers as people read them.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -198,9 +198,41 @@ pub fn clamp(value: f64, low: f64, high: f64) -> f64 {
     smaller(larger(value, low), high)
 }
 
+/// A number to six significant digits, so that a message shows none of its rounding: 0.025 for 0.02499999999999858.
+pub fn readable(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// An amount of memory (bytes) in a unit that fits, with one decimal: `12 B`, `1.5 MB`, `120000.0 GB`.
+pub fn in_bytes(bytes: f64) -> String {
+    match [("GB", 1e9), ("MB", 1e6), ("kB", 1e3)].into_iter().find(|(_, size)| bytes >= *size) {
+        Some((unit, size)) => format!("{:.1} {unit}", bytes / size),
+        None => format!("{bytes:.0} B"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn memory_is_told_in_a_unit_that_fits() {
+        for (bytes, text) in
+            [(8.0, "8 B"), (1024.0, "1.0 kB"), (33.55e6, "33.5 MB"), (8e9, "8.0 GB"), (1.2e17, "120000000.0 GB")]
+        {
+            assert_eq!(in_bytes(bytes), text);
+        }
+    }
+
+    #[test]
+    fn a_readable_number_has_six_digits() {
+        for (value, text) in
+            [(0.02499999999999858, "0.025"), (-1234.5678, "-1234.57"), (0.0, "0"), (1e9 / 3.0, "333333000")]
+        {
+            assert_eq!(readable(value).to_string(), text);
+        }
+        assert!(readable(f64::NAN).is_nan() && readable(f64::INFINITY).is_infinite());
+    }
 
     #[test]
     fn crossing_and_missing_segments() {

@@ -35,7 +35,7 @@ pub struct SectionSample {
     pub section: usize,
     /// Time (s).
     pub time: f64,
-    /// Discharge (m³/s) of the compute step that holds the time.
+    /// Discharge (m³/s) of the compute step that holds the time; at 0 that of the first one.
     pub discharge: f64,
     /// Volume since the start (m³).
     pub volume: f64,
@@ -56,14 +56,14 @@ pub struct SectionRecorder {
 impl SectionRecorder {
     /// A recorder of so many sections that samples at an interval up to the end (s).
     pub fn new(sections: usize, every: f64, end: f64) -> Self {
-        let mut recorder = SectionRecorder {
+        // The sample at 0 waits for the first step, which holds that time: what flows at the start of a run that goes on from
+        // another one is known by then.
+        SectionRecorder {
             schedule: Schedule::new(every, end),
             time: 0.0,
             results: vec![SectionResult::default(); sections],
             samples: Vec::new(),
-        };
-        recorder.sample(0.0, |_| (0.0, 0.0));
-        recorder
+        }
     }
 
     /// Takes the step that ended at a time (s): of each section its mean discharge (m³/s) and the volume since the start (m³).
@@ -99,7 +99,11 @@ impl SectionRecorder {
     }
 
     /// What each section has seen, and the samples by time and then by section.
-    pub fn finish(self) -> (Vec<SectionResult>, Vec<SectionSample>) {
+    pub fn finish(mut self) -> (Vec<SectionResult>, Vec<SectionSample>) {
+        // A run that ended within its first step; nothing is due otherwise.
+        if self.samples.is_empty() {
+            self.sample(0.0, |_| (0.0, 0.0));
+        }
         (self.results, self.samples)
     }
 }
@@ -107,6 +111,17 @@ impl SectionRecorder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sample_at_0_has_the_discharge_of_the_first_step_and_no_volume() {
+        let mut recorder = SectionRecorder::new(1, 5.0, 10.0);
+        recorder.step(0.5, std::iter::once((170.0, 85.0)));
+        recorder.step(10.0, std::iter::once((180.0, 1795.0)));
+        let found: Vec<(f64, f64, f64)> = recorder.finish().1.iter().map(|s| (s.time, s.discharge, s.volume)).collect();
+        assert_eq!(found, [(0.0, 170.0, 0.0), (5.0, 180.0, 895.0), (10.0, 180.0, 1795.0)]);
+        let unbegun = SectionRecorder::new(2, 5.0, 10.0).finish().1;
+        assert_eq!(unbegun.len(), 2);
+    }
 
     #[test]
     fn volumes_and_peaks_follow_the_steps_and_samples_lie_between() {

@@ -17,13 +17,15 @@ use std::time::Instant;
 
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, Severity};
+use crate::math::readable;
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
     Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_cogs, write_gauges,
     write_geopackage, write_maps, write_mass_balance, write_passages, write_sections,
 };
-use crate::prepare::{Prepared, in_folder, prepare};
+use crate::prepare::{Prepared, StillBody, in_folder, prepare};
 use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
 use crate::seeding::{SeededVolume, StillWater};
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::version;
@@ -99,7 +101,7 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
         return Err(Error::Internal("prepared inputs without errors lack the bed or its water".into()));
     };
     clock.lap("inputs, bed and seeding");
-    prepared.problems.extend(seeding_warnings(&prepared, &still));
+    prepared.problems.extend(seeding_warnings(scenario, &prepared, &still));
     for problem in &prepared.problems {
         eprintln!("{problem}");
     }
@@ -355,22 +357,47 @@ impl Run<'_> {
     }
 }
 
-/// Warnings about bodies whose seeded volume misses the integral of level minus terrain.
-fn seeding_warnings(prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
+/// Warnings about bodies whose cells hold another volume at their level than the integral of level minus terrain: resting particles keep
+/// the level, moving ones the volume.
+fn seeding_warnings(scenario: &Scenario, prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
     let bodies = prepared.waters.iter().zip(&still.volumes);
-    bodies
-        .filter(|(_, volume)| volume.relative_error().abs() > SEEDING_TOLERANCE)
-        .map(|(water, volume)| {
-            let message = format!(
-                "the seeded volume is {:.5e} m³, {:+.2} % off the integral of level minus terrain",
+    let missed = bodies.filter(|(_, volume)| volume.relative_error().abs() > SEEDING_TOLERANCE);
+    let keeps_volume = scenario.numerics.motion == Motion::Lagrangian;
+    let area = scenario.resolution.value * scenario.resolution.value;
+    let warning = |(water, volume): (&StillBody, &SeededVolume)| {
+        let message = if keeps_volume {
+            let rise = (volume.integral_m3 - volume.seeded_m3) / (volume.cells as f64 * area);
+            format!(
+                "the level of {} m is not held: moving particles get the {:.5e} m³ of the integral of level minus terrain, which stand {:.3} m {} it on the mean",
+                readable(water.level),
+                volume.integral_m3,
+                rise.abs(),
+                if rise < 0.0 { "below" } else { "above" }
+            )
+        } else {
+            format!(
+                "the seeded volume is {:.5e} m³, {:+.2} % off the integral of level minus terrain; the level of {} m is held",
                 volume.seeded_m3,
-                100.0 * volume.relative_error()
+                100.0 * volume.relative_error(),
+                readable(water.level)
+            )
+        };
+        let is_narrow = volume.pocket_cells > 0 && volume.seeded_m3 > volume.integral_m3;
+        let (cause, remedy) = if is_narrow {
+            let cause = format!(
+                "the polygon ends within the water: {} cells beside it lie below the level, too, and are filled",
+                volume.pocket_cells
             );
-            Problem::warning(ProblemKind::Scenario, "seeded-volume", water.key.clone(), message)
-                .with_cause("the shore or the rim of this body is finer than the spacing of the particles")
-                .with_remedy("choose a finer `resolution` if this volume matters")
-        })
-        .collect()
+            (cause, "draw the polygon up to the shore or the wall that holds the water")
+        } else {
+            let cause = "the shore or the rim of this body is finer than the spacing of the particles";
+            (cause.to_owned(), "choose a finer `resolution` if this matters")
+        };
+        Problem::warning(ProblemKind::Scenario, "seeded-volume", water.key.clone(), message)
+            .with_cause(cause)
+            .with_remedy(remedy)
+    };
+    missed.map(warning).collect()
 }
 
 pub(crate) fn flow_problem(

@@ -145,7 +145,7 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     let (Some(bed), Some(still)) = (prepared.bed.take(), prepared.still_water.take()) else {
         return Err(Error::Internal("prepared inputs without errors lack the bed or its water".into()));
     };
-    prepared.problems.extend(seeding_warnings(&prepared, &still));
+    prepared.problems.extend(seeding_warnings(scenario, &prepared, &still));
     let levels: Vec<f64> = prepared.waters.iter().map(|water| water.level).collect();
     let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
     let reach = {

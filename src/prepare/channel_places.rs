@@ -4,13 +4,17 @@ use super::findings::Findings;
 use super::places::features;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
-use crate::math::Vec2;
+use crate::math::{Vec2, readable};
 use crate::output::ChannelGauge;
 use crate::scenario::channel::Channel;
 use crate::scenario::{Sourced, VectorSource};
 
 /// A line whose length differs from that of its channel by more than this share is worth a warning.
 const STRETCH: f64 = 0.05;
+/// One that is so many times as long, or the channel as the line, is no axis of it.
+const TIMES: f64 = 10.0;
+/// No coordinate of a map is greater (m).
+const MAP: f64 = 1e9;
 
 /// The axis of a channel from its far to its near end (map coordinates): the line of its file that has the name of the channel, or the
 /// only one. It says where results are shown and nothing of the flow, so that it is brought to the reference system of the run unasked.
@@ -34,6 +38,18 @@ pub(super) fn axis(channel: &Channel, crs: Option<&Crs>, findings: &mut Findings
     let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
     places.dedup();
     let (drawn, length) = (length_of(&places), channel.length.value);
+    let is_on_map = places.iter().all(|place| place.x.abs().max(place.y.abs()) < MAP);
+    if !is_on_map || drawn * TIMES < length || drawn > TIMES * length {
+        let message = if is_on_map {
+            format!("the line of this channel is {} m long, the channel {length} m", readable(drawn))
+        } else {
+            "the line of this channel has coordinates that are on no map".to_owned()
+        };
+        let problem = input_error("line-length", message)
+            .with_remedy("draw the line from the far to the near end of the channel, and check its CRS and `length`");
+        findings.add(source, problem);
+        return None;
+    }
     if (drawn / length - 1.0).abs() > STRETCH {
         let message = format!("the line of this channel is {drawn:.1} m long, the channel {length} m");
         let problem = Problem::warning(ProblemKind::Input, "line-length", "", message)
@@ -57,6 +73,39 @@ fn not_one_line(source: &Sourced<VectorSource>, id: &str, named: usize, all: usi
 
 fn length_of(line: &[Vec2]) -> f64 {
     line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}
+
+/// Refuses an axis (map coordinates) that runs from the opening of its channel away, or lies elsewhere; warns of one that ends beside it.
+/// `faces` are the middles of the faces of the opening (map coordinates), `length` and `spacing` those of the channel (m).
+pub(super) fn check_axis(
+    (source, axis): (&Sourced<VectorSource>, &[Vec2]),
+    faces: &[Vec2],
+    (length, spacing): (f64, f64),
+    findings: &mut Findings,
+) {
+    let (Some(first), Some(last)) = (axis.first(), axis.last()) else { return };
+    let distance = |place: Vec2| faces.iter().map(|face| (*face - place).norm()).fold(f64::INFINITY, f64::min);
+    let [from_far, from_near] = [*first, *last].map(distance);
+    // The bend of the last particles and a map of another scale do not matter.
+    let near = spacing + STRETCH * length;
+    if faces.is_empty() || from_near <= near {
+        return;
+    }
+    let message = format!("the line of this channel ends {from_near:.1} m beside the opening that the channel joins");
+    let problem = if from_far <= near {
+        input_error("line-reversed", format!("{message}, and begins there"))
+            .with_cause("results would be shown at the wrong end")
+            .with_remedy("turn the line round: it goes from the far to the near end of the channel")
+    } else if from_near > length {
+        input_error("line-beside-opening", message)
+            .with_cause("that is more than the length of the channel")
+            .with_remedy("check the CRS and the coordinates of the line, and `joins`")
+    } else {
+        Problem::warning(ProblemKind::Input, "line-beside-opening", "", message)
+            .with_cause("results are shown along the line, wherever the water flows")
+            .with_remedy("let the line end at the opening")
+    };
+    findings.add(source, problem.with_at(*last));
 }
 
 /// The place at a share of the length of a line of two corners or more.

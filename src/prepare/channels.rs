@@ -1,22 +1,25 @@
 //! Channels of one dimension: their tables and conditions, and where they join the terrain.
 
-use super::channel_places::{along, axis, gauges};
+use super::channel_places::{along, axis, check_axis, gauges};
 use super::findings::Findings;
 use super::forcing;
+use super::levels::{self, Inlet};
 use super::series;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Vec2, readable};
 use crate::output::ChannelProfile;
 use crate::scenario::channel::{Channel as Described, ChannelShape, ChannelWalls, ChannelWater, Joint};
 use crate::scenario::units::LENGTH;
-use crate::scenario::{ColumnUnit, Scenario, Side, Sourced};
+use crate::scenario::{BoundaryCondition, ColumnUnit, Scenario, Side, Sourced};
 
 /// A channel of fewer particles is no channel.
 const LEAST_PARTICLES: f64 = 3.0;
+/// Share of a length that is its rounding.
+const SAME: f64 = 1e-9;
 /// Sections that reach beyond their channel by more than so many particles are worth a warning.
 const BEYOND: f64 = 1.0;
 /// Strips between the lowest and the highest row of a table of sections, at least.
@@ -247,9 +250,14 @@ pub(super) fn on_lattice(
         let (mut channel, mut profile) = build(described, &opened, manning, lattice.spacing);
         profile.gauges = gauges(described, &mut names, findings);
         check_water(described, &profile, findings);
+        check_ends(described, &opened, lattice.spacing, scenario, findings);
         if let Some(joint) = &described.joins {
             let faces = opening(joint.value, ground);
             check_joint(joint, &faces, (&channel, &taken), (lattice, bed), findings);
+            if let (Some(line), Some(axis)) = (&described.line, &opened.axis) {
+                let middles: Vec<Vec2> = faces.iter().map(|face| lattice.to_map(face.1)).collect();
+                check_axis((line, axis), &middles, (described.length.value, lattice.spacing), findings);
+            }
             taken.extend(faces.iter().map(|face| face.1));
             if let Some(widths) = channel.face_widths.last_mut() {
                 let factor = faces.len() as f64 * lattice.spacing / widths.iter().sum::<f64>();
@@ -263,12 +271,41 @@ pub(super) fn on_lattice(
     (channels, profiles)
 }
 
+/// Whether the levels at the ends that join nothing fit the bed there.
+fn check_ends(described: &Described, opened: &Opened, spacing: f64, scenario: &Scenario, findings: &mut Findings) {
+    let length = described.length.value;
+    let places = [[0.0, 0.5 * spacing], [length, length - 0.5 * spacing]];
+    let names = ["the far end of this channel", "the near end of this channel"];
+    for (end, condition) in [&described.upstream, &described.downstream].into_iter().enumerate() {
+        // The water of the solver comes in over the bed of its last particle or over that of the end, by which one is higher.
+        let rows = places[end].map(|place| rows_at(&opened.sections, place));
+        let rows = if rows[0][0].0 >= rows[1][0].0 { &rows[0] } else { &rows[1] };
+        let strips = strips(rows);
+        let inlet =
+            Inlet { name: names[end], strips: &strips, gravity: scenario.numerics.gravity, end: scenario.end_time };
+        let found = match (condition, &opened.ends[end]) {
+            (
+                Some(BoundaryCondition::Discharge { level: Some(timed), .. }),
+                Some(Condition::Discharge { discharge, level: Some(levels) }),
+            ) => levels::check_inflow(timed, (discharge, levels), inlet).map(|problem| (timed, problem)),
+            (Some(BoundaryCondition::Stage(timed, _)), Some(Condition::Stage(levels))) => {
+                levels::check_stage(timed, levels, inlet).map(|problem| (timed, problem))
+            }
+            _ => None,
+        };
+        if let Some((timed, problem)) = found {
+            let (key, place) = timed.source();
+            findings.add_at(key, place.cloned(), problem);
+        }
+    }
+}
+
 /// Whether water at the start lies at a distance from the far end (m).
 fn reaches(water: &ChannelWater, place: f64) -> bool {
     place >= water.from && water.to.is_none_or(|to| place <= to)
 }
 
-/// Refuses water at the start that wets no particle, and is not there to dry some.
+/// Refuses water at the start that wets no particle, and is not there to dry some; warns of water beyond the channel.
 fn check_water(described: &Described, profile: &ChannelProfile, findings: &mut Findings) {
     for source in &described.water {
         let water = &source.value;
@@ -276,22 +313,33 @@ fn check_water(described: &Described, profile: &ChannelProfile, findings: &mut F
         let lowest = particles().map(|(_, bed)| *bed).fold(f64::INFINITY, f64::min);
         if particles().next().is_none() {
             let to = water.to.unwrap_or(described.length.value);
-            let message = format!("between {} m and {to} m from its far end the channel has no particle", water.from);
+            let (from, to) = (readable(water.from), readable(to));
+            let message = format!("between {from} m and {to} m from its far end the channel has no particle");
             let problem = input_error("water-outside", message)
                 .with_cause(format!(
                     "its particles lie from {} m to {} m",
-                    profile.distance[0],
-                    profile.distance[profile.distance.len() - 1]
+                    readable(profile.distance[0]),
+                    readable(profile.distance[profile.distance.len() - 1])
                 ))
                 .with_remedy("let `from` and `to` lie within `length`, `to` beyond `from` by the resolution at least");
             findings.add(source, problem);
         } else if let Some(level) = water.level.filter(|level| *level <= lowest) {
-            let message =
-                format!("the level of {level} m is not above the lowest bed of the channel there, {lowest:.2} m");
+            let message = format!(
+                "the level of {level} m is not above the lowest bed of the channel there, {} m",
+                readable(lowest)
+            );
             let problem =
                 input_error("level-below-bed", message).with_cause("the part of the channel would be dry").with_remedy(
                     "correct the level, its unit or its datum, or give a `depth`; `depth: 0 m` leaves a part dry",
                 );
+            findings.add(source, problem);
+        }
+        let length = described.length.value;
+        if let Some(to) = water.to.filter(|to| *to > length * (1.0 + SAME)) {
+            let message = format!("the water reaches to {} m, the channel to {length} m", readable(to));
+            let problem = Problem::warning(ProblemKind::Input, "water-beyond", "", message)
+                .with_cause("what would lie beyond the channel is left out")
+                .with_remedy("correct `to` or `length`, or leave `to` out for all the rest of the channel");
             findings.add(source, problem);
         }
     }

@@ -2,12 +2,13 @@
 
 use super::findings::Findings;
 use super::grid::{REACH, open_side};
+use super::levels::{self, Inlet};
 use super::rain::{self, Losses};
 use super::series::{self, Meaning};
 use super::{places, polygons, sources};
 use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, edge_faces};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -315,6 +316,7 @@ fn boundaries(
         }
         if let Some(condition) = condition {
             check_ground(source, condition, &near, (&edges, lattice, bed), findings);
+            check_inflow(source, condition, (&near, &edges), scenario, (lattice, bed), findings);
             forcing.boundaries.push(Boundary { segments, condition: condition.clone() });
         }
         placed.push((source, near));
@@ -363,5 +365,34 @@ fn check_ground(
                 .with_at(lattice.to_map(at));
             findings.add(source, problem);
         }
+    }
+}
+
+/// Whether the level beside a discharge fits the ground at all times; one that is nowhere above it is refused by [`check_ground`].
+fn check_inflow(
+    source: &Sourced<crate::scenario::Boundary>,
+    condition: &Condition,
+    (near, edges): (&[usize], &[(usize, Vec2)]),
+    scenario: &Scenario,
+    (lattice, bed): (&Lattice, &[f64]),
+    findings: &mut Findings,
+) {
+    let (
+        Condition::Discharge { discharge, level: Some(levels) },
+        BoundaryCondition::Discharge { level: Some(timed), .. },
+    ) = (condition, &source.value.condition)
+    else {
+        return;
+    };
+    let strip = |face: &usize| Strip { width: lattice.spacing, bed: bed[edges[*face].0] };
+    let strips: Vec<Strip> = near.iter().map(strip).collect();
+    if strips.iter().all(|strip| strip.bed >= levels.peak()) {
+        return;
+    }
+    let gravity = scenario.numerics.gravity;
+    let inlet = Inlet { name: "this boundary", strips: &strips, gravity, end: scenario.end_time };
+    if let Some(problem) = levels::check_inflow(timed, (discharge, levels), inlet) {
+        let (key, place) = timed.source();
+        findings.add_at(key, place.cloned(), problem);
     }
 }

@@ -8,7 +8,7 @@ use super::GapReport;
 use super::polygons::distance_to_segment;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Vec2, in_bytes};
 use crate::scenario::{Limits, Side};
 use crate::solver::OpenEdges;
 use crate::terrain::{Layer, Terrain};
@@ -54,9 +54,9 @@ pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Resul
     let memory = cells * BYTES_PER_CELL;
     if !cells.is_finite() || cells >= f64::from(u32::MAX) || memory > limits.memory {
         let message = format!(
-            "{columns:.0} by {rows:.0} cells of {spacing} m need about {:.1} GB of memory; the limit is {:.1} GB",
-            memory / 1e9,
-            limits.memory / 1e9
+            "{columns:.0} by {rows:.0} cells of {spacing} m need about {} of memory; the limit is {}",
+            in_bytes(memory),
+            in_bytes(limits.memory)
         );
         return Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(coarser(
             spacing,
@@ -92,6 +92,22 @@ pub(super) fn check_particles([bed, fluid, in_channels]: [usize; 3], spacing: f6
             spacing,
             particles / limits.particles,
             "limits.particles",
+        ))
+    })
+}
+
+/// The problem of a run that needs more memory (bytes) than its limit.
+pub(super) fn check_memory(memory: f64, spacing: f64, limits: &Limits) -> Option<Problem> {
+    (memory > limits.memory).then(|| {
+        let message = format!(
+            "the particles need about {} of memory; the limit is {}",
+            in_bytes(memory),
+            in_bytes(limits.memory)
+        );
+        Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(coarser(
+            spacing,
+            memory / limits.memory,
+            "limits.memory",
         ))
     })
 }

@@ -18,6 +18,7 @@ mod grid;
 mod ground;
 mod inputs;
 mod layers;
+mod levels;
 mod moving_bed;
 mod places;
 mod polygons;
@@ -321,7 +322,7 @@ fn place_channels_alone(
     prepared.lattice = Some(lattice);
 }
 
-/// Particles and memory of a run; refuses more particles than the limit.
+/// Particles and memory of a run; refuses more of them than their limits.
 fn needs(
     scenario: &Scenario,
     (bed, still_water): (&BedParticles, &StillWater),
@@ -338,7 +339,9 @@ fn needs(
     // A strip takes no more than a cell.
     let memory = (bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
     let counts = [bed_particles, fluid, channel_strips];
-    if let Some(problem) = grid::check_particles(counts, bed.lattice.spacing, &scenario.limits) {
+    let (spacing, limits) = (bed.lattice.spacing, &scenario.limits);
+    let beyond = grid::check_particles(counts, spacing, limits).or_else(|| grid::check_memory(memory, spacing, limits));
+    if let Some(problem) = beyond {
         findings.add(&scenario.resolution, problem);
     }
     Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory }

@@ -11,7 +11,7 @@ use super::rain_series::{Opened, Rasters, check_unit};
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Vec2, in_bytes};
 use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
 use crate::terrain::{Placing, Raster, RasterFile};
 
@@ -138,9 +138,9 @@ impl Faulty {
 fn too_large(rasters: usize, cells: usize, memory: f64) -> Option<Problem> {
     let bytes = (rasters * cells * size_of::<f64>()) as f64;
     (bytes > memory).then(|| {
-        let [needed, limit] = [bytes, memory].map(|bytes| bytes / 1e9);
+        let [needed, limit] = [bytes, memory].map(in_bytes);
         let message = format!(
-            "{rasters} rasters with {cells} cells each on the terrain need {needed:.1} GB of memory, over the limit of {limit:.1} GB"
+            "{rasters} rasters with {cells} cells each on the terrain need {needed} of memory, over the limit of {limit}"
         );
         Problem::error(ProblemKind::Limit, "memory-limit", "", message)
             .with_remedy("coarsen the rasters in space or time, or raise `limits.memory`")

@@ -12,7 +12,8 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::scenario::{BuildingMode, Scenario, SourcePlace};
+use crate::scenario::{BuildingMode, Scenario, SourcePlace, Sourced, VectorSource};
+use crate::vector::Feature;
 
 /// Share of a cell that a line may reach beyond the terrain: the rounding of its coordinates.
 const SAME_PLACE: f64 = 1e-6;
@@ -46,6 +47,9 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
                     let message = format!("{} holds no line", lines.value.path.display());
                     let remedy = "draw lines along which the water comes out of the ground";
                     findings.add(lines, input_error("no-lines", message).with_remedy(remedy));
+                } else if found.len() < features.len() {
+                    let is_without = |feature: &&Feature| !found.iter().any(|(number, _)| *number == feature.number);
+                    findings.add(lines, without_lines(lines, features.iter().filter(is_without)));
                 }
                 Places::Lines(found)
             }
@@ -65,8 +69,17 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     opened.collect()
 }
 
+/// The problem of features beside the lines of a file from which no water would come.
+fn without_lines<'a>(lines: &Sourced<VectorSource>, left_out: impl Iterator<Item = &'a Feature>) -> Problem {
+    let numbers: Vec<String> = left_out.map(|feature| feature.number.to_string()).collect();
+    let (path, numbers) = (lines.value.path.display(), numbers.join(", "));
+    input_error("not-a-line", format!("{path} holds features that are no lines beside its lines: feature {numbers}"))
+        .with_cause("no water would come from points, polygons and lines without length")
+        .with_remedy("take them out of the file, draw them as lines, or name points in a source of its own by `points`")
+}
+
 /// The lines of a feature that have a length.
-pub(super) fn lines_of(feature: &crate::vector::Feature) -> Vec<Vec<Vec2>> {
+pub(super) fn lines_of(feature: &Feature) -> Vec<Vec<Vec2>> {
     let lines = feature.lines.iter().map(|line| {
         let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
         places.dedup();
@@ -142,6 +155,33 @@ fn beside_edges(lattice: &Lattice) -> [Vec2; 9] {
     ways.map(|(x, y)| Vec2::new(f64::from(x), f64::from(y)) * step)
 }
 
+/// The step across the edge between two columns or two rows of cells on which a piece lies; none where it does not.
+fn across_its_edge([start, end]: [Vec2; 2], lattice: &Lattice) -> Option<Vec2> {
+    let is_on_edge = |a: f64, b: f64| {
+        let (a, b) = (a / lattice.spacing, b / lattice.spacing);
+        (a - a.round()).abs() < SAME_PLACE && (b - a.round()).abs() < SAME_PLACE
+    };
+    let step = 2.0 * SAME_PLACE * lattice.spacing;
+    if is_on_edge(start.x, end.x) {
+        Some(Vec2::new(step, 0.0))
+    } else if is_on_edge(start.y, end.y) {
+        Some(Vec2::new(0.0, step))
+    } else {
+        None
+    }
+}
+
+/// A piece as it stands; one that lies on an edge between two cells in parts, one for each two cells.
+fn in_parts([start, end]: [Vec2; 2], lattice: &Lattice) -> Vec<[Vec2; 2]> {
+    let Some(across) = across_its_edge([start, end], lattice) else { return vec![[start, end]] };
+    let (from, to) = if across.x > 0.0 { (start.y, end.y) } else { (start.x, end.x) };
+    let (low, high) = (from.min(to) / lattice.spacing, from.max(to) / lattice.spacing);
+    let corners = (low.floor() as i64 + 1..high.ceil() as i64).map(|corner| corner as f64 * lattice.spacing);
+    let mut cuts: Vec<f64> = corners.map(|corner| (corner - from) / (to - from)).chain([0.0, 1.0]).collect();
+    cuts.sort_by(f64::total_cmp);
+    cuts.windows(2).map(|cut| [cut[0], cut[1]].map(|share| start + (end - start) * share)).collect()
+}
+
 /// The cells of the lines of a feature with the share of their length that lies in each; a problem where a part of it lies on no
 /// terrain.
 fn line_on_lattice(
@@ -155,7 +195,20 @@ fn line_on_lattice(
     let is_long = |piece: &[Vec2; 2]| (piece[1] - piece[0]).norm() > slack;
     for part in parts {
         let line: Vec<Vec2> = part.iter().map(|place| lattice.to_local(*place)).collect();
-        for piece in line.windows(2) {
+        let on_its_sides = |piece: &[Vec2; 2]| {
+            let is_ground = |shift: Vec2| {
+                let (inside, beside) = lengths(&piece.map(|place| place + shift), lattice);
+                !beside.iter().any(is_long)
+                    && inside.iter().all(|(cell, length)| *length <= slack || ground.has_terrain(*cell))
+            };
+            across_its_edge(*piece, lattice).is_none_or(|across| is_ground(-across) || is_ground(across))
+        };
+        // In parts only where all of them lie on terrain, so that a problem is told of the whole piece.
+        let pieces = line.windows(2).flat_map(|piece| {
+            let parts = in_parts([piece[0], piece[1]], lattice);
+            if parts.iter().all(on_its_sides) { parts } else { vec![[piece[0], piece[1]]] }
+        });
+        for piece in pieces {
             let attempt = |shift: Vec2| {
                 let (inside, beside) = lengths(&[piece[0] + shift, piece[1] + shift], lattice);
                 let beside: Vec<[Vec2; 2]> = beside.into_iter().filter(is_long).collect();
@@ -166,6 +219,15 @@ fn line_on_lattice(
                     + missing.iter().map(|(_, length)| length).sum::<f64>();
                 (off, ground, missing, beside)
             };
+            if let Some(across) = across_its_edge(piece, lattice) {
+                let [one, other] = [-across, across].map(attempt);
+                if one.0 <= 0.0 && other.0 <= 0.0 {
+                    for (cell, length) in one.1.into_iter().chain(other.1) {
+                        *on_terrain.entry(cell).or_insert(0.0) += 0.5 * length;
+                    }
+                    continue;
+                }
+            }
             let mut best = attempt(Vec2::ZERO);
             for shift in beside_edges(lattice) {
                 if best.0 <= 0.0 {

@@ -15,7 +15,7 @@ use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
     transform, warp_to_memory,
 };
-use crate::math::Vec2;
+use crate::math::{Vec2, in_bytes};
 
 /// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
 pub const PLAUSIBLE_ELEVATION: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
@@ -640,10 +640,10 @@ fn check_memory(request: &RasterRequest, values: f64) -> Result<(), Problem> {
         return Ok(());
     }
     let message = format!(
-        "{} needs {:.1} GB of memory, over the limit of {:.1} GB",
+        "{} needs {} of memory, over the limit of {}",
         request.path.display(),
-        bytes / 1e9,
-        request.memory / 1e9
+        in_bytes(bytes),
+        in_bytes(request.memory)
     );
     Err(Problem::error(ProblemKind::Limit, "memory-limit", "", message).with_remedy(
         "cut the raster to the valley with `gdalwarp -te`, coarsen it with `-tr`, or raise `limits.memory`",

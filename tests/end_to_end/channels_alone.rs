@@ -443,3 +443,62 @@ fn a_plan_of_channels_alone_holds_the_run() {
         .sum();
     assert!(size as f64 / 1e6 <= bound("disk_mb", 1), "{size}: {plan}");
 }
+
+#[test]
+fn a_run_of_less_than_a_litre_can_be_read_in_its_tables() {
+    let scene = Scene::of(
+        "\
+floodsim: 1
+roughness: {manning: 0.01}
+channels:
+  - id: f
+    length: 1 m
+    width: 1 cm
+    bed: 0 m
+    water: [{depth: 1 cm, to: 0.3 m}]
+    upstream: {discharge: 0.01 l/s}
+    downstream: {type: free}
+    gauges: [{id: p1, distance: 0.5 m}]
+resolution: 1 cm
+time: {end: 2 s}
+",
+    );
+    let (_, out) = scene.run();
+    let balance = table(&out, "mass_balance.csv");
+    // 0.3 m by 1 cm by 1 cm at the start, and 0.01 l/s for 2 s.
+    assert!((number(&balance[1][1]) - 3e-5).abs() < 1e-12, "{:?}", balance[1]);
+    let last = &balance[balance.len() - 1];
+    let [stored, came, left] = [1, 2, 3].map(|column| number(&last[column]));
+    assert!((came - 2e-5).abs() < 1e-8 && (stored - (3e-5 + came - left)).abs() < 2e-8, "{last:?}");
+    let ways = table(&out, "boundaries.csv");
+    assert!(ways[1..].iter().any(|row| (number(&row[1]) - 2e-5).abs() < 1e-8), "{ways:?}");
+}
+
+#[test]
+fn a_level_below_the_bed_of_an_end_is_refused_where_it_stands() {
+    let discharge = "upstream: {discharge: 40 m3/s}";
+    for (end, expected) in [
+        (
+            "upstream: {discharge: 40 m3/s, level: 50 m}",
+            "error[level-below-bed] channels[0].upstream.level (s.yaml:7:43)",
+        ),
+        (
+            "upstream: {discharge: {series: q.csv}, level: {series: z.csv}}",
+            "error[level-below-bed] channels[0].upstream.level.series (s.yaml:7:60)",
+        ),
+        (
+            "upstream: {discharge: 40 m3/s, level: 100.05 m}",
+            "warning[fast-inflow] channels[0].upstream.level (s.yaml:7:43)",
+        ),
+        ("upstream: {stage: 99 m}", "error[level-below-bed] channels[0].upstream.stage (s.yaml:7:23)"),
+    ] {
+        let scene = Scene::of(&changed(SCENARIO, &[(discharge, end)]));
+        scene.write("q.csv", "time_h,q_m3_s\n0,40\n3,40\n");
+        scene.write("z.csv", "time_h,level_m\n0,103\n1,99\n3,103\n");
+        let (code, answer) = scene.check();
+        assert!(
+            code == if expected.starts_with("error") { 4 } else { 0 } && answer.contains(expected),
+            "{end}: {answer}"
+        );
+    }
+}

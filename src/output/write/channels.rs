@@ -3,7 +3,7 @@
 
 use super::super::channels::{ChannelProfile, ChannelRecording};
 use super::super::folder::{RunFolder, write_lines};
-use super::tables::{number, row, text};
+use super::tables::{decimals, number, row, text};
 use crate::error::Error;
 
 /// Writes the tables of the channels; nothing of gauges where there are none.
@@ -15,6 +15,8 @@ pub fn write_channels(
     profiles: &[ChannelProfile],
     recording: &ChannelRecording,
 ) -> Result<(), Error> {
+    let water = recording.frames.iter().flat_map(|frame| frame.water.iter().flatten());
+    let digits = decimals(6, water.map(|water| water.discharge));
     let rows = recording.frames.iter().flat_map(|frame| {
         profiles.iter().zip(&frame.water).flat_map(|(profile, water)| {
             let particles = profile.distance.iter().zip(&profile.bed).zip(water);
@@ -27,7 +29,7 @@ pub fn write_channels(
                     number(Some(water.depth), 5),
                     number(Some(water.level), 5),
                     number(Some(water.velocity), 4),
-                    number(Some(water.discharge), 6),
+                    number(Some(water.discharge), digits),
                 ])
             })
         })
@@ -39,6 +41,7 @@ pub fn write_channels(
 
 fn write_gauges(folder: &RunFolder, recording: &ChannelRecording) -> Result<(), Error> {
     let results = &recording.gauge_results;
+    let digits = decimals(6, results.iter().map(|seen| seen.peak_discharge));
     let rows = results.iter().map(|seen| {
         row([
             text(&seen.id),
@@ -50,7 +53,7 @@ fn write_gauges(folder: &RunFolder, recording: &ChannelRecording) -> Result<(), 
             number(seen.max_level, 5),
             number(seen.time_of_max, 3),
             number(Some(seen.max_speed), 4),
-            number(Some(seen.peak_discharge), 6),
+            number(Some(seen.peak_discharge), digits),
             number(seen.time_of_peak, 3),
         ])
     });
@@ -63,7 +66,7 @@ fn write_gauges(folder: &RunFolder, recording: &ChannelRecording) -> Result<(), 
             number(Some(sample.water.depth), 5),
             number(sample.level(), 5),
             number(Some(sample.water.velocity), 4),
-            number(Some(sample.water.discharge), 6),
+            number(Some(sample.water.discharge), digits),
         ])
     });
     let header = "id,time_s,depth_m,level_m,velocity_m_s,discharge_m3_s";

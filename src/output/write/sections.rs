@@ -6,7 +6,7 @@ use super::super::folder::{RunFolder, output_error, write_lines};
 use super::super::sections::{Section, SectionResult, SectionSample};
 use super::Provenance;
 use super::netcdf_file::put_time_attributes;
-use super::tables::{number, row, text};
+use super::tables::{decimals, number, row, text};
 use crate::error::Error;
 
 /// Writes the tables and the NetCDF file of the cross-sections; nothing where there are none.
@@ -23,14 +23,16 @@ pub fn write_sections(
     if sections.is_empty() {
         return Ok(());
     }
+    let of_discharge = decimals(6, results.iter().map(|result| result.peak_discharge));
+    let of_volume = decimals(3, samples.iter().map(|sample| sample.volume));
     let rows = sections.iter().zip(results).map(|(section, result)| {
         row([
             text(&section.id),
             number(Some(length(section)), 2),
             number(result.arrival, 3),
-            number(Some(result.peak_discharge), 6),
+            number(Some(result.peak_discharge), of_discharge),
             number(result.time_of_peak, 3),
-            number(Some(result.volume), 3),
+            number(Some(result.volume), of_volume),
         ])
     });
     let header = "id,length_m,arrival_s,peak_discharge_m3_s,time_of_peak_s,volume_m3";
@@ -39,8 +41,8 @@ pub fn write_sections(
         row([
             text(&sections[sample.section].id),
             number(Some(sample.time), 3),
-            number(Some(sample.discharge), 6),
-            number(Some(sample.volume), 3),
+            number(Some(sample.discharge), of_discharge),
+            number(Some(sample.volume), of_volume),
         ])
     });
     write_lines(folder, "tables/section_series.csv", "id,time_s,discharge_m3_s,volume_m3", rows)?;

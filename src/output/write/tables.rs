@@ -46,16 +46,18 @@ pub fn write_gauges(folder: &RunFolder, gauges: &[Gauge], recording: &Recording)
 /// # Errors
 /// When it cannot be written.
 pub fn write_mass_balance(folder: &RunFolder, recording: &Recording) -> Result<(), Error> {
+    let digits =
+        decimals(3, recording.mass_balance.iter().map(|balance| balance.volumes.stored + balance.volumes.outflow));
     let balance_rows = recording.mass_balance.iter().map(|balance| {
         let volumes = &balance.volumes;
         row([
             number(Some(balance.time), 3),
-            number(Some(volumes.stored), 3),
-            number(Some(volumes.inflow), 3),
-            number(Some(volumes.outflow), 3),
+            number(Some(volumes.stored), digits),
+            number(Some(volumes.inflow), digits),
+            number(Some(volumes.outflow), digits),
             format!("{:.3e}", volumes.error_relative),
-            number(Some(balance.grid_volume), 3),
-            number(Some(volumes.in_channels), 3),
+            number(Some(balance.grid_volume), digits),
+            number(Some(volumes.in_channels), digits),
         ])
     });
     let header = "time_s,volume_m3,in_m3,out_m3,error_relative,grid_volume_m3,channels_m3";
@@ -70,12 +72,14 @@ pub fn write_passages(folder: &RunFolder, passages: &[PassageRecord]) -> Result<
     if passages.is_empty() {
         return Ok(());
     }
+    let volumes = passages.iter().flat_map(|passage| [Some(passage.in_m3), Some(passage.out_m3), passage.asked_m3]);
+    let digits = decimals(3, volumes.flatten());
     let rows = passages.iter().map(|passage| {
         row([
             text(&passage.name),
-            number(Some(passage.in_m3), 3),
-            number(Some(passage.out_m3), 3),
-            number(passage.asked_m3, 3),
+            number(Some(passage.in_m3), digits),
+            number(Some(passage.out_m3), digits),
+            number(passage.asked_m3, digits),
             passage.error_relative().map_or_else(String::new, |error| format!("{error:.3e}")),
         ])
     });
@@ -99,6 +103,19 @@ pub(super) fn number(value: Option<f64>, decimals: usize) -> String {
     }
 }
 
+/// Decimals of a column that show at least four digits of its largest number: `least` of them, more where that number is small.
+pub(super) fn decimals(least: usize, values: impl Iterator<Item = f64>) -> usize {
+    const DIGITS: i32 = 4;
+    /// A smaller number, a microlitre of water or less, is rounding.
+    const NOTHING: f64 = 1e-9;
+    let largest = values.filter(|value| value.is_finite()).fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    if largest < NOTHING {
+        return least;
+    }
+    let leading = largest.log10().floor() as i32;
+    least.max((DIGITS - 1 - leading).max(0) as usize)
+}
+
 /// A text field, quoted where it must be.
 pub(super) fn text(value: &str) -> String {
     if value.contains([',', '"', '\n', '\r']) {
@@ -111,6 +128,23 @@ pub(super) fn text(value: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn small_numbers_have_more_decimals_and_large_ones_what_they_had() {
+        for (values, expected) in [
+            (vec![], 3),
+            (vec![0.0, f64::NAN], 3),
+            (vec![1e6, 1e-6], 3),
+            (vec![1.0], 3),
+            (vec![-0.5], 4),
+            (vec![1e-4, 2.5e-5], 7),
+            (vec![2e-9], 12),
+            (vec![3e-13], 3),
+        ] {
+            assert_eq!(decimals(3, values.iter().copied()), expected, "{values:?}");
+        }
+        assert_eq!((decimals(6, [0.02].into_iter()), decimals(6, [1e-5].into_iter())), (6, 8));
+    }
 
     #[test]
     fn fields_are_plain() {

@@ -4,6 +4,7 @@ use super::scene::{Scene, sourced, vector};
 use crate::error::{ProblemKind, Severity};
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::channel::{Channel, ChannelShape, ChannelWalls, ChannelWater, Joint};
+use crate::scenario::methods::Motion;
 use crate::scenario::{Boundary, BoundaryCondition, BuildingMode, Buildings, OpenBoundary, Side, Timed};
 
 /// A channel of 100 m by 20 m on a bed at 20 m, which is the plateau, that joins the western edge.
@@ -133,4 +134,136 @@ fn sections_beyond_the_channel_are_warned_of() {
         assert_eq!(found(&prepared, Severity::Error), []);
         assert_eq!(found(&prepared, Severity::Warning), expected, "{last}: {:#?}", prepared.problems);
     }
+}
+
+/// A discharge of 5 m³/s at a level (m).
+fn inflow(key: &str, level: f64) -> BoundaryCondition {
+    let constant = |name: &str, value: f64| Timed::Constant(sourced(&format!("{key}.{name}"), value));
+    BoundaryCondition::Discharge { discharge: constant("discharge", 5.0), level: Some(constant("level", level)) }
+}
+
+#[test]
+fn levels_at_the_ends_of_a_channel_are_above_its_bed() {
+    // 5 m³/s on 20 m have a Froude number of 5 at (5/20 / (5·√9.81))^(2/3) = 0.063 m. The far end of the bed is at 20.5 m.
+    let stage = |level: f64| BoundaryCondition::Stage(Timed::Constant(sourced("channels[0].up.stage", level)), "stage");
+    let [refused, fast] = ["level-below-bed", "fast-inflow"];
+    for (condition, errors, warnings) in [
+        (inflow("channels[0].up", 20.57), vec![], vec![]),
+        (inflow("channels[0].up", 20.55), vec![], vec![(fast, "channels[0].up.level")]),
+        (inflow("channels[0].up", 20.5), vec![(refused, "channels[0].up.level")], vec![]),
+        (inflow("channels[0].up", 0.5), vec![(refused, "channels[0].up.level")], vec![]),
+        (stage(20.6), vec![], vec![]),
+        (stage(20.4), vec![(refused, "channels[0].up.stage")], vec![]),
+    ] {
+        let mut scene = Scene::sound();
+        let shape = ChannelShape::Rectangle { width: 20.0, bed: 20.0, slope: 0.005 };
+        scene.scenario.channels = vec![Channel { shape, upstream: Some(condition.clone()), ..channel() }];
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), errors, "{condition:?}");
+        assert_eq!(found(&prepared, Severity::Warning), warnings, "{condition:?}");
+    }
+    // The bed of the last particle, which is higher than that of the end, counts where the bed falls outwards.
+    let shape = ChannelShape::Rectangle { width: 20.0, bed: 20.0, slope: -0.1 };
+    for (level, errors) in [(10.2, vec![(refused, "channels[0].up.level")]), (10.5, vec![])] {
+        let mut scene = Scene::sound();
+        let upstream = Some(inflow("channels[0].up", level));
+        scene.scenario.channels = vec![Channel { shape: shape.clone(), upstream, ..channel() }];
+        assert_eq!(found(&prepare(&scene.scenario), Severity::Error), errors, "{level}");
+    }
+}
+
+#[test]
+fn the_level_beside_the_discharge_of_a_boundary_is_above_its_ground() {
+    for (level, errors, warnings) in [
+        (19.0, vec![("boundary-dry", "boundaries[0]")], vec![]),
+        (20.001, vec![], vec![("fast-inflow", "boundaries[0].level")]),
+        (20.5, vec![], vec![]),
+    ] {
+        let mut scene = Scene::sound();
+        let place = OpenBoundary::Side(Side::West);
+        let boundary = Boundary { place, condition: inflow("boundaries[0]", level) };
+        scene.scenario.boundaries = vec![sourced("boundaries[0]", boundary)];
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), errors, "{level}");
+        assert_eq!(found(&prepared, Severity::Warning), warnings, "{level}");
+    }
+}
+
+#[test]
+fn the_line_of_a_channel_ends_where_it_joins() {
+    // The opening is at x = 1000 from y = 2060 to 2080, the channel 100 m long.
+    let key = "channels[0].line";
+    for (line, errors, warnings) in [
+        ([(900.0, 2070.0), (1000.0, 2070.0)], vec![], vec![]),
+        ([(900.0, 2000.0), (1000.0, 2056.0)], vec![], vec![("line-length", key)]),
+        ([(1000.0, 2070.0), (900.0, 2070.0)], vec![("line-reversed", key)], vec![]),
+        ([(880.0, 2070.0), (980.0, 2070.0)], vec![], vec![("line-beside-opening", key)]),
+        ([(-5000.0, 2070.0), (-4900.0, 2070.0)], vec![("line-beside-opening", key)], vec![]),
+        ([(900.0, 2070.0), (900.0, 2070.0)], vec![("line-length", key)], vec![]),
+        ([(0.0, 2070.0), (1e300, 2070.0)], vec![("line-length", key)], vec![]),
+        ([(1e15, 0.0), (1e15, 100.0)], vec![("line-length", key)], vec![]),
+    ] {
+        let mut scene = Scene::sound();
+        scene.line("axis.geojson", &line);
+        let axis = Some(vector(key, scene.path("axis.geojson")));
+        scene.scenario.channels = vec![Channel { line: axis, ..channel() }];
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), errors, "{line:?}");
+        assert_eq!(found(&prepared, Severity::Warning), warnings, "{line:?}");
+    }
+}
+
+/// The scene without its terrain and all that needs it, with one channel of 20 m in particles of 5 cm.
+fn flume() -> Scene {
+    let mut scene = Scene::sound();
+    scene.scenario.layers.clear();
+    scene.scenario.initial.clear();
+    scene.scenario.outputs.gauges = None;
+    scene.scenario.resolution.value = 0.05;
+    scene.scenario.channels = vec![Channel { length: sourced("channels[0].length", 20.0), joins: None, ..channel() }];
+    scene
+}
+
+#[test]
+fn the_limit_of_memory_counts_channels_and_moving_particles() {
+    // 400 particles of one strip, in 400 bytes each.
+    for (memory, expected) in [(160_000.0, vec![]), (159_999.0, vec![("memory-limit", "resolution")])] {
+        let mut scene = flume();
+        scene.scenario.limits.memory = memory;
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(found(&prepared, Severity::Error), expected);
+        let told = |text: &str| prepared.problems.iter().any(|problem| problem.message.contains(text));
+        assert!(
+            expected.is_empty() || told("about 160.0 kB of memory; the limit is 160.0 kB"),
+            "{:?}",
+            prepared.problems
+        );
+    }
+    // 1200 cells in 400 bytes each, and 100 moving particles in 300.
+    for (memory, is_refused) in [(510_000.0, false), (509_999.0, true)] {
+        let mut scene = Scene::sound();
+        scene.scenario.numerics.motion = Motion::Lagrangian;
+        scene.scenario.limits.memory = memory;
+        assert_eq!(!found(&prepare(&scene.scenario), Severity::Error).is_empty(), is_refused);
+    }
+}
+
+#[test]
+fn water_beyond_a_channel_is_told_in_plain_numbers() {
+    let water = |from: f64, to: f64| {
+        let water = ChannelWater { level: None, depth: Some(1.0), from, to: Some(to) };
+        vec![sourced("channels[0].water[0].depth", water)]
+    };
+    for (to, warnings) in [(20.0, vec![]), (30.0, vec![("water-beyond", "channels[0].water[0].depth")])] {
+        let mut scene = flume();
+        scene.scenario.channels[0].water = water(0.0, to);
+        let prepared = prepare(&scene.scenario);
+        assert_eq!((found(&prepared, Severity::Error), found(&prepared, Severity::Warning)), (vec![], warnings));
+    }
+    let mut scene = flume();
+    scene.scenario.channels[0].water = water(0.0, 0.01);
+    let prepared = prepare(&scene.scenario);
+    assert_eq!(found(&prepared, Severity::Error), [("water-outside", "channels[0].water[0].depth")]);
+    let cause = prepared.problems[0].cause.as_deref().unwrap();
+    assert_eq!(cause, "its particles lie from 0.025 m to 19.975 m");
 }

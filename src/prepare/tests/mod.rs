@@ -8,5 +8,6 @@ mod malpasset;
 mod netcdf;
 mod roughness;
 mod scene;
+mod sources;
 mod start;
 mod still_water;
