@@ -135,8 +135,6 @@ pub struct MovingWater {
     springs: Springs,
     sections: Sections,
     rainfall: Rainfall,
-    /// By how much (m) sources and rain lifted the water anywhere at most since it was gridded.
-    lifted: f64,
 }
 
 impl MovingWater {
@@ -186,7 +184,6 @@ impl MovingWater {
             springs: Springs::new(problem, dimension),
             sections: Sections::new(problem, dimension),
             rainfall: Rainfall::new(problem, dimension),
-            lifted: 0.0,
         }
     }
 
@@ -213,8 +210,8 @@ impl MovingWater {
         self.open.enter(&mut self.particles, &mut self.rates);
         self.sections.close(&self.particles, fluid, time);
         let ground = (&self.bed, &self.walls);
-        self.lifted += self.springs.flow(&mut self.particles, &mut self.rates, ground, time);
-        self.lifted += self.rainfall.fall(&mut self.particles, &mut self.rates, ground, time);
+        self.springs.flow(&mut self.particles, &mut self.rates, ground, time);
+        self.rainfall.fall(&mut self.particles, &mut self.rates, ground, time);
     }
 
     /// Whether water comes and goes.

@@ -129,32 +129,31 @@ impl Rainfall {
         Some(Passage { way: Way::Rain, inflow: self.came, outflow: 0.0, asked })
     }
 
-    /// Lets it rain for a time (s); returns the greatest depth (m) that falls on a cell.
+    /// Lets it rain for a time (s).
     pub fn fall(
         &mut self,
         particles: &mut FluidParticles,
         rates: &mut Vec<Rates>,
         ground: (&BedParticles, &Walls),
         dt: f64,
-    ) -> f64 {
+    ) {
         let bed = ground.0;
-        let most = self.gather(bed, dt);
+        self.gather(bed, dt);
         if self.is_none() {
-            return most;
+            return;
         }
         self.find_cover(particles, ground);
         self.take_up(particles, rates, ground);
         self.share_out(bed);
         self.lift(particles, ground);
         self.make_films(particles, rates, bed);
-        most
     }
 
-    /// Adds what falls to what lies on the cells; returns the greatest depth (m) of it.
-    fn gather(&mut self, bed: &BedParticles, dt: f64) -> f64 {
+    /// Adds what falls to what lies on the cells.
+    fn gather(&mut self, bed: &BedParticles, dt: f64) {
         let (from, to) = (self.time, self.time + dt);
         self.time = to;
-        let Some(rain) = &self.rain else { return 0.0 };
+        let Some(rain) = &self.rain else { return };
         let everywhere = if let Rain::Uniform(series) = rain { series.integral(from, to) } else { 0.0 };
         if let Rain::Frames(frames) = rain {
             let falling = self.falling.iter_mut().enumerate();
@@ -162,7 +161,7 @@ impl Rainfall {
         }
         let falling = &self.falling;
         let chunks = self.gathered.par_chunks_mut(CHUNK).enumerate().map(|(chunk, gathered)| {
-            let (mut fallen, mut most) = (0.0, 0.0_f64);
+            let mut fallen = 0.0;
             for (cell, gathered) in (chunk * CHUNK..).zip(gathered).filter(|(cell, _)| bed.has_terrain(*cell)) {
                 let depth = match rain {
                     Rain::Uniform(_) => everywhere,
@@ -171,13 +170,11 @@ impl Rainfall {
                 };
                 *gathered += depth;
                 fallen += depth;
-                most = most.max(depth);
             }
-            (fallen, most)
+            fallen
         });
-        let chunks: Vec<(f64, f64)> = chunks.collect();
-        self.came += chunks.iter().map(|chunk| chunk.0).sum::<f64>() * self.dimension.area(bed.lattice.spacing);
-        chunks.iter().map(|chunk| chunk.1).fold(0.0, f64::max)
+        let fallen: f64 = chunks.collect::<Vec<f64>>().iter().sum();
+        self.came += fallen * self.dimension.area(bed.lattice.spacing);
     }
 
     /// Calls `act` for each cell with terrain under the kernel of a particle, with the kernel's value (m^−dim).

@@ -22,13 +22,6 @@ const ACCELERATION_SHARE: f64 = 0.8;
 const COLLAPSED_SHARE: f64 = 1e-5;
 /// Particles are brought into the order of the cells every so many steps.
 const STEPS_PER_SORT: u64 = 8;
-/// The fastest particle moves so many cells before the water is gridded anew.
-const GRIDDING_SHARE: f64 = 0.25;
-/// The volume changes by this share before the water is gridded anew: a fifth of what the grid may be off.
-const GRIDDED_WITHIN: f64 = 1e-3;
-/// Sources and rain lift the water anywhere by this share of the depth below which it does not move before it is gridded anew: a pond beside
-/// a large calm lake hardly changes the volume.
-const LIFTED_WITHIN: f64 = 0.5;
 
 /// Moving particles in a given formulation.
 pub struct MovingSolver<F: Formulation> {
@@ -46,10 +39,8 @@ pub struct MovingSolver<F: Formulation> {
     halves: Vec<HalfStep>,
     water_order: Vec<u32>,
     gridder: Gridder,
-    /// Volume (m³) that the books had at the latest gridding.
-    gridded: f64,
-    /// How far (m) the fastest particle may have come since the latest gridding; no number before the first one.
-    gridding_age: Option<f64>,
+    /// Whether the grid shows the water as it is now.
+    is_gridded: bool,
 }
 
 impl<F: Formulation> MovingSolver<F> {
@@ -83,8 +74,7 @@ impl<F: Formulation> MovingSolver<F> {
             halves: Vec::new(),
             water_order: Vec::new(),
             gridder,
-            gridded: 0.0,
-            gridding_age: None,
+            is_gridded: false,
         };
         solver.formulation.prepare(&mut solver.water);
         solver.evaluations += solver.water.particles.len() as u64;
@@ -114,7 +104,7 @@ impl<F: Formulation> MovingSolver<F> {
     pub fn restart(&mut self) {
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
-        self.gridding_age = None;
+        self.is_gridded = false;
     }
 
     /// Sets the bed at the end of a step; where it changes all at once, the rates are those above the new one.
@@ -125,12 +115,6 @@ impl<F: Formulation> MovingSolver<F> {
         {
             self.restart();
         }
-    }
-
-    /// Volume (m³) that must be there by the books.
-    fn held(&self) -> f64 {
-        let (came, left) = self.water.passed();
-        self.ledger.initial + came - self.ledger.outflow - left
     }
 
     fn failure(&self, quantity: &'static str, value: f64, local: Vec2) -> NumericalFailure {
@@ -266,8 +250,6 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         if let Some(changing_bed) = &mut self.changing_bed
             && changing_bed.begin_step(&mut self.water, self.time, self.time + time_step)
         {
-            // The grid is that of another bed.
-            self.gridding_age = None;
             self.water.phases.end("bed");
         }
         self.water.sections.begin(&self.water.particles);
@@ -286,27 +268,16 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.ledger.outflow += outflow;
         self.water.enter(time_step);
         self.end_change_of_bed();
-        let squares = self.water.particles.velocity.par_iter().with_min_len(CHUNK).map(|v| v.norm_squared());
-        let fastest = squares.reduce(|| 0.0, f64::max).sqrt();
-        self.gridding_age = self.gridding_age.map(|age| age + fastest * time_step);
+        self.is_gridded = false;
         let sound = self.watch();
         self.water.phases.end("motion");
         sound
     }
 
-    /// The grid of the latest moment at which the fastest particle could have come a quarter of a cell since the grid before, or the
-    /// volume or a depth had changed by what came: it depends on the steps alone, not on the times of outputs.
     fn water(&mut self) -> WaterOnLattice<'_> {
-        let held = self.held();
-        let is_fresh = self.gridding_age.is_some_and(|age| age < GRIDDING_SHARE * self.water.bed.lattice.spacing)
-            && (held - self.gridded).abs() <= GRIDDED_WITHIN * held.abs()
-            && self.water.lifted <= LIFTED_WITHIN * self.water.dry_depth;
-        if is_fresh {
+        if std::mem::replace(&mut self.is_gridded, true) {
             return self.gridder.water();
         }
-        self.gridding_age = Some(0.0);
-        self.gridded = held;
-        self.water.lifted = 0.0;
         self.water.phases.start();
         let fluid = self.water.lend();
         self.gridder.put_beside(self.water.on_dry_ground());

@@ -218,19 +218,18 @@ impl Springs {
         self.springs.iter().map(longest).fold(step, f64::min)
     }
 
-    /// What comes in a time (s); returns by how much (m) it lifts the water at most.
+    /// What comes in a time (s).
     pub fn flow(
         &mut self,
         particles: &mut FluidParticles,
         rates: &mut Vec<Rates>,
         ground: (&BedParticles, &Walls),
         dt: f64,
-    ) -> f64 {
+    ) {
         let (from, to) = (self.time, self.time + dt);
         self.time = to;
-        let mut highest = 0.0;
         if self.is_empty() {
-            return highest;
+            return;
         }
         self.find_near(&ground.0.lattice, particles);
         let mut springs = std::mem::take(&mut self.springs);
@@ -244,24 +243,22 @@ impl Springs {
             spring.owed += came;
             let mean = spring.discharge.mean(from, to);
             for outlet in &mut spring.outlets {
-                let lift = self.lift_around(outlet, particles, ground, (came * outlet.share, mean * outlet.share));
-                highest = lift.max(highest);
+                self.lift_around(outlet, particles, ground, (came * outlet.share, mean * outlet.share));
             }
             self.give(spring, particles, rates);
         }
         self.springs = springs;
-        highest
     }
 
     /// Lifts the water around an outlet by the volume (m³) that came, and finds the depth of the particle that it would give at a
-    /// discharge (m³/s); returns by how much (m) water at its place rises.
+    /// discharge (m³/s).
     fn lift_around(
         &mut self,
         outlet: &mut Outlet,
         particles: &mut FluidParticles,
         ground: (&BedParticles, &Walls),
         (came, discharge): (f64, f64),
-    ) -> f64 {
+    ) {
         let least = self.least_depth(discharge);
         let mut around = std::mem::take(&mut self.around);
         let cover = self.look_around(outlet, least, particles, ground, &mut around);
@@ -272,7 +269,6 @@ impl Springs {
         outlet.debt += came;
         outlet.depth = if cover >= LEAST_COVER { depth.max(least) } else { least };
         self.around = around;
-        came * self.kernel.value(0.0, 1.0 / self.spread()) / cover.max(LEAST_COVER)
     }
 
     /// Makes particles of what a source owes, at most one for each outlet.

@@ -184,17 +184,15 @@ fn a_pond_beside_a_large_calm_lake_is_drawn_as_it_rises() {
     let pond = problem.bed.lattice.index(35, 4);
     let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
     let at_start = solver.water().at(pond).depth;
-    let (mut behind, mut drawn, mut before) = (0.0_f64, 0, at_start);
+    let mut behind = 0.0_f64;
     while solver.time() < 600.0 {
         let choice = solver.choose_step();
         assert!(choice.max_speed < 1e-3, "{} m/s", choice.max_speed);
         solver.advance(choice.time_step).unwrap();
         let (now, time) = (solver.water().at(pond).depth, solver.time());
         behind = behind.max((at_start + 5e-6 * time - now).abs());
-        drawn += usize::from((now - before).abs() > 0.0);
-        before = now;
     }
-    println!("the pond is {behind:.1e} m behind at most, drawn {drawn} times in {} steps", solver.steps());
-    // Half of the depth below which water does not move, and what a step adds.
-    assert!(behind < 5.5e-4 && drawn > 4 && (drawn as u64) < solver.steps() / 10, "{behind} m, {drawn} times");
+    println!("the pond is {behind:.1e} m behind at most");
+    // A hundredth of the depth below which water does not move.
+    assert!(behind < 1e-5, "{behind} m");
 }
