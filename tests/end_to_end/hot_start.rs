@@ -154,9 +154,13 @@ fn volume_of(fields: &Netcdf, number: Option<usize>) -> f64 {
 }
 
 /// By how much a uniform stream may be off in depth and velocity (relative) where it goes on from a run of one motion in another, resting
-/// ones first: twice what was found. From resting particles it is as uniform as it was; those that move are drawn up to 15 % too deep
-/// beside walls and edges, which runs through the stream as waves.
-const ALLOWED: [[(f64, f64); 2]; 2] = [[(1.5e-3, 1e-3), (2.5e-3, 1e-3)], [(0.03, 0.06), (0.02, 0.04)]];
+/// ones first: twice what was found. From resting particles it is as uniform as it was; those that move are drawn a little off
+/// beside walls and, up to five cells inside, beside edges, which runs through the stream as waves.
+const ALLOWED: [[(f64, f64); 2]; 2] = [[(1.5e-3, 1e-3), (1.8e-2, 1e-3)], [(0.03, 0.06), (0.02, 0.04)]];
+
+/// Greatest speed (m/s) of a lake at rest that goes on from a run of one motion in another, resting ones first: twice what was found.
+/// Resting particles keep what rests. Moving ones do not keep quite still over this bed, and are drawn a little off.
+const STILL: [[f64; 2]; 2] = [[1e-12, 4e-3], [6e-3, 6e-3]];
 
 const MOTIONS: [&str; 2] = ["numerics.motion=eulerian", "numerics.motion=lagrangian"];
 
@@ -180,8 +184,7 @@ fn a_lake_at_rest_stays_at_rest_over_a_hot_start() {
             let handed_on = volume(&run, "initial") / volume_of(&before, None) - 1.0;
             println!("{first} {second}: {:.1e} m/s, volume {handed_on:.1e}", fastest(&fields));
             assert!(handed_on.abs() < 1e-14 && volume(&run, "error_relative").abs() < 1e-13, "{handed_on:e}");
-            // The level of moving particles is drawn, and up to 0.067 m off over this bed.
-            let allowed = if first == 0 { 1e-12 } else { 0.25 };
+            let allowed = STILL[first][second];
             assert!(fastest(&fields) < allowed, "{first} {second}: {:e} m/s", fastest(&fields));
         }
     }
