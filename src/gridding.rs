@@ -139,7 +139,7 @@ impl Shares {
     ) {
         let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
         let support = support(particles.smoothing_length[j], lattice.spacing);
-        let mut level = level_between(bed, place).map_or(f64::NEG_INFINITY, |elevation| elevation + depth);
+        let mut level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
         let inverse_h = CubicSpline::SUPPORT / support;
         let mut area = if depth > 0.0 { particles.volume[j] / depth * measures.kernel.at_zero(inverse_h) } else { 0.0 };
         // The kernel is zero at its rim.
@@ -256,7 +256,6 @@ impl Shares {
         sum: &mut Summed,
     ) -> f64 {
         let (mut weights, mut seen) = (0.0, 0.0);
-        let has_ridge = bed.has_ridge_within(sight.place, sight.support);
         for k in 0..patch.len() {
             let weight = &mut self.weights[patch.start as usize + k];
             let (row, column) = (k / patch.columns as usize, k % patch.columns as usize);
@@ -269,7 +268,7 @@ impl Shares {
                 }
                 continue;
             }
-            let is_over_ridges = !has_ridge || bed.sill(sight.place, bed.lattice.centre(cell)) < sight.level;
+            let is_over_ridges = bed.sill(sight.place, bed.lattice.centre(cell)) < sight.level;
             if is_over_ridges && is_in_sight((bed, walls), sight.place, sight.level, cell) {
                 weights += f64::from(*weight);
                 seen += f64::from(*weight) / (sight.level - bed.elevation[cell]).sqrt();
@@ -305,25 +304,6 @@ struct Sight {
     level: f64,
     /// Radius (m) of its kernel.
     support: f64,
-}
-
-/// The bed (m) under a place as [`BedParticles::at`] has it, in fewer steps where there is terrain all around.
-fn level_between(bed: &BedParticles, place: Vec2) -> Option<f64> {
-    let lattice = &bed.lattice;
-    let (x, y) = (place.x / lattice.spacing - 0.5, place.y / lattice.spacing - 0.5);
-    if x >= 0.0 && y >= 0.0 && x + 1.0 < lattice.columns as f64 && y + 1.0 < lattice.rows as f64 {
-        let (column, row) = (x as u32, y as u32);
-        let first = lattice.index(column as usize, row as usize);
-        let (z_sw, z_se) = (bed.elevation[first], bed.elevation[first + 1]);
-        let (z_nw, z_ne) = (bed.elevation[first + lattice.columns], bed.elevation[first + lattice.columns + 1]);
-        let (x, y) = (x - f64::from(column), y - f64::from(row));
-        let (rise_south, rise_north, rise_west) = (z_se - z_sw, z_ne - z_nw, z_nw - z_sw);
-        let elevation = z_sw + x * rise_south + y * rise_west + x * y * (rise_north - rise_south);
-        if !elevation.is_nan() {
-            return Some(elevation);
-        }
-    }
-    bed.at(place).map(|point| point.elevation)
 }
 
 /// The cell in which a particle stands, or the lowest one under its kernel; none where there is no terrain.

@@ -181,6 +181,47 @@ struct Mirror {
     reflection: Isometry,
 }
 
+/// A wall as it stands before a place.
+struct WallBefore {
+    place: Vec2,
+    start: Vec2,
+    piece: Vec2,
+    length_squared: f64,
+    stretch: f64,
+    own_turn: f64,
+    /// Where the place lies along the wall (m²).
+    along: f64,
+}
+
+impl WallBefore {
+    #[inline(always)]
+    fn new(place: Vec2, &Mirror { start, piece, length_squared, stretch, .. }: &Mirror) -> Self {
+        let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
+        let along = piece.x * (place.x - start.x) + piece.y * (place.y - start.y);
+        WallBefore { place, start, piece, length_squared, stretch, own_turn, along }
+    }
+
+    /// Positive where (x, y) lies on the side of the place, negative beyond the line of the wall.
+    #[inline(always)]
+    fn side(&self, x: f64, y: f64) -> f64 {
+        self.own_turn * self.turn(x, y)
+    }
+
+    #[inline(always)]
+    fn turn(&self, x: f64, y: f64) -> f64 {
+        self.piece.x * (y - self.start.y) - self.piece.y * (x - self.start.x)
+    }
+
+    /// Whether the straight way to (x, y) goes through the wall; see `Edge::crossing`.
+    #[inline(always)]
+    fn is_on_the_way(&self, x: f64, y: f64) -> bool {
+        let (to_x, to_y) = (x - self.place.x, y - self.place.y);
+        let share = self.own_turn / (self.own_turn - self.turn(x, y));
+        let along = self.along + (self.piece.x * to_x + self.piece.y * to_y) * share;
+        (self.side(x, y) < 0.0) & (along >= -self.stretch) & (along <= self.length_squared + self.stretch)
+    }
+}
+
 impl Marks {
     /// Takes the particles found, without any mark.
     fn fill(&mut self, found: &[u32], positions: &[Vec2], supports: &[f64], support: f64) {
@@ -221,14 +262,13 @@ impl Marks {
 fn look_into((x, y, reach_squared): (&[f64], &[f64], &[f64]), cornered: &mut [u64], place: Vec2, mirror: &Mirror) {
     let n = x.len();
     let (y, reach_squared, cornered) = (&y[..n], &reach_squared[..n], &mut cornered[..n]);
-    let Mirror { bit, start, piece, reflection, .. } = mirror;
-    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
+    let Mirror { bit, reflection, .. } = mirror;
+    let wall = WallBefore::new(place, mirror);
     for k in 0..n {
         let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
         let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
         let (to_x, to_y) = (image_x - place.x, image_y - place.y);
-        let image_turn = piece.x * (image_y - start.y) - piece.y * (image_x - start.x);
-        let is_near = (to_x * to_x + to_y * to_y < reach_squared[k]) & (own_turn * image_turn < 0.0);
+        let is_near = (to_x * to_x + to_y * to_y < reach_squared[k]) & (wall.side(image_x, image_y) < 0.0);
         cornered[k] |= u64::from(is_near) << bit;
     }
 }
@@ -243,28 +283,16 @@ fn look_at(
 ) {
     let n = x.len();
     let (y, reach_squared, hidden, mirrored) = (&y[..n], &reach_squared[..n], &mut hidden[..n], &mut mirrored[..n]);
-    let Mirror { bit, start, piece, length_squared, stretch, reflection } = mirror;
-    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
-    let (from_x, from_y) = (place.x - start.x, place.y - start.y);
-    let along_place = piece.x * from_x + piece.y * from_y;
+    let Mirror { bit, reflection, .. } = mirror;
+    let wall = WallBefore::new(place, mirror);
     for k in 0..n {
-        let turn = piece.x * (y[k] - start.y) - piece.y * (x[k] - start.x);
         let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
         let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
-        let (to_x, to_y) = (x[k] - place.x, y[k] - place.y);
-        let (image_to_x, image_to_y) = (image_x - place.x, image_y - place.y);
-        let image_turn = piece.x * (image_y - start.y) - piece.y * (image_x - start.x);
-        // The way meets the line of the wall at this place along it (m²), for the particle and for its image.
-        let along = along_place + (piece.x * to_x + piece.y * to_y) * (own_turn / (own_turn - turn));
-        let image_along =
-            along_place + (piece.x * image_to_x + piece.y * image_to_y) * (own_turn / (own_turn - image_turn));
-        let is_hit = (own_turn * turn < 0.0) & (along >= -stretch) & (along <= length_squared + stretch);
-        let is_shown = (image_to_x * image_to_x + image_to_y * image_to_y < reach_squared[k])
-            & (own_turn * turn > 0.0)
-            & (own_turn * image_turn < 0.0)
-            & (image_along >= -stretch)
-            & (image_along <= length_squared + stretch);
-        hidden[k] |= u64::from(is_hit);
+        let (to_x, to_y) = (image_x - place.x, image_y - place.y);
+        let is_shown = (to_x * to_x + to_y * to_y < reach_squared[k])
+            & (wall.side(x[k], y[k]) > 0.0)
+            & wall.is_on_the_way(image_x, image_y);
+        hidden[k] |= u64::from(wall.is_on_the_way(x[k], y[k]));
         mirrored[k] |= u64::from(is_shown) << bit;
     }
 }
@@ -273,15 +301,9 @@ fn look_at(
 fn look_behind((x, y): (&[f64], &[f64]), hidden: &mut [u64], place: Vec2, wall: &Mirror) {
     let n = x.len();
     let (y, hidden) = (&y[..n], &mut hidden[..n]);
-    let Mirror { start, piece, length_squared, stretch, .. } = wall;
-    let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
-    let along_place = piece.x * (place.x - start.x) + piece.y * (place.y - start.y);
+    let wall = WallBefore::new(place, wall);
     for k in 0..n {
-        let turn = piece.x * (y[k] - start.y) - piece.y * (x[k] - start.x);
-        let (to_x, to_y) = (x[k] - place.x, y[k] - place.y);
-        let along = along_place + (piece.x * to_x + piece.y * to_y) * (own_turn / (own_turn - turn));
-        let is_hit = (own_turn * turn < 0.0) & (along >= -stretch) & (along <= length_squared + stretch);
-        hidden[k] |= u64::from(is_hit);
+        hidden[k] |= u64::from(wall.is_on_the_way(x[k], y[k]));
     }
 }
 
