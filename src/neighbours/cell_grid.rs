@@ -1,23 +1,41 @@
-//! A cell list by counting sort, in levels: particles of similar support share a level, whose cells are half to one
-//! support wide, so that a few wide particles of thin water do not spoil the search of all others.
+//! A cell list by counting sort, in levels: particles of similar support share a level, whose cells are made for
+//! half to one support, so that a few wide particles of thin water do not spoil the search of all others.
 //!
-//! A search visits every occupied level; in each, rows of cells are contiguous runs of the sorted arrays.
+//! A search visits every occupied level; in each, rows of cells are contiguous runs of the sorted arrays. What it finds in a run is
+//! told as spans: where sixteen candidates begin, and which of them are near.
 //! The order of what is found depends on positions, supports and indices alone, never on threads.
+//!
+//! Places are compared as whole numbers of a small unit, their distances in single precision. What that is not sure of, a sliver
+//! of some 1e-6 of a support at its rim, does not count as near: there kernels are next to nothing.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::math::{Vec2, larger};
+use crate::math::Vec2;
 
 /// Levels of cells, each twice as wide as the one below.
 const LEVELS: usize = 12;
 
-/// Particles that a thread takes at least.
+/// Particles of a block, which a thread takes as a whole.
 const PARALLEL_PARTICLES: usize = 4096;
 
+/// Columns and rows of cells, in units of the width of their level: long low runs hold few candidates that are not near, and each of
+/// them is no longer than what is looked at together.
+const COLUMN: f64 = 0.5;
+const ROW: f64 = 4.0 / 3.0;
+
 /// Candidates that are looked at together.
-const LANES: usize = 8;
+const LANES: usize = 16;
+
+/// Bands of cells that are filled side by side, at most.
+const BANDS: usize = 32;
+
+/// Units in twice what all particles span with their supports: places beside the particles have to be told, too.
+const UNITS: f64 = (1_u32 << 30) as f64;
+
+/// Share of a support that the rounding of its square and of a distance may take.
+const ROUNDING: f64 = 5e-7;
 
 /// What particles span: the rectangle of their places (m), and their smallest and largest support (m).
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +71,10 @@ impl Extent {
 
 #[derive(Clone, Copy, Debug)]
 struct Level {
-    inverse_cell: f64,
+    /// Width of particles that are at home here: half to one support (m).
+    width: f64,
+    per_column: f64,
+    per_row: f64,
     columns: usize,
     rows: usize,
     /// Where the level's cells begin in `starts`.
@@ -62,17 +83,45 @@ struct Level {
     is_occupied: bool,
 }
 
+/// Sixteen candidates side by side in the order of the cells, and which of them are near.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Span {
+    first: u32,
+    /// One bit for each of them.
+    near: u32,
+}
+
+/// How many particles of a block are in each band of cells.
+type Census = [u32; BANDS];
+
 /// Particles sorted by level and cell.
 #[derive(Clone, Debug, Default)]
 pub struct CellGrid {
     origin: Vec2,
+    /// Units in a metre.
+    scale: f64,
     levels: Vec<Level>,
     starts: Vec<u32>,
     keys: Vec<u32>,
+    censuses: Vec<Census>,
     order: Vec<u32>,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    support_squared: Vec<f64>,
+    /// Places from the origin on, in units.
+    x: Vec<i32>,
+    y: Vec<i32>,
+    /// Squares of the supports, in units.
+    reach_squared: Vec<f32>,
+}
+
+/// A band of cells and the places of its particles, to be filled.
+struct Band<'a> {
+    index: usize,
+    /// Number of particles in the cells before it.
+    before: u32,
+    starts: &'a mut [u32],
+    order: &'a mut [u32],
+    x: &'a mut [i32],
+    y: &'a mut [i32],
+    reach_squared: &'a mut [f32],
 }
 
 impl CellGrid {
@@ -83,7 +132,7 @@ impl CellGrid {
     pub fn build(&mut self, positions: &[Vec2], supports: &[f64]) {
         debug_assert_eq!(positions.len(), supports.len());
         self.lay_out_levels(positions, supports);
-        self.count(positions, supports);
+        self.find_cells(positions, supports);
         self.place(positions, supports);
     }
 
@@ -92,24 +141,28 @@ impl CellGrid {
         let extent = extent.fold(Extent::default, |extent, (&p, &s)| extent.around(Extent::of(p, s)));
         let Extent { low, high, smallest, largest } = extent.reduce(Extent::default, Extent::around);
         self.levels.clear();
+        self.starts.clear();
         if positions.is_empty() {
             return;
         }
         self.origin = low;
         let (width, height) = (high.x - low.x, high.y - low.y);
+        self.scale = UNITS / (width.max(height) + largest);
         let allowed_cells = 4.0 * positions.len() as f64;
         // Never more cells than about four per particle, however small the smallest support.
         let mut cell = (0.5 * smallest)
-            .max((width * height / allowed_cells).sqrt())
-            .max(width.max(height) / allowed_cells)
+            .max((width * height / (COLUMN * ROW * allowed_cells)).sqrt())
+            .max(width.max(height) / (COLUMN * allowed_cells))
             .max(1e-3 * largest);
         let mut first = 0;
         for level in 0..LEVELS {
             let is_last = level + 1 == LEVELS || cell >= 0.5 * largest;
-            let columns = (width / cell) as usize + 1;
-            let rows = (height / cell) as usize + 1;
+            let columns = (width / (COLUMN * cell)) as usize + 1;
+            let rows = (height / (ROW * cell)) as usize + 1;
             self.levels.push(Level {
-                inverse_cell: 1.0 / cell,
+                width: cell,
+                per_column: 1.0 / (COLUMN * cell),
+                per_row: 1.0 / (ROW * cell),
                 columns,
                 rows,
                 first,
@@ -122,68 +175,107 @@ impl CellGrid {
             }
             cell *= 2.0;
         }
-        self.starts.clear();
         self.starts.resize(first + 1, 0);
     }
 
-    fn count(&mut self, positions: &[Vec2], supports: &[f64]) {
+    /// The number of a cell, shifted to the right so far, is that of its band.
+    fn band_shift(&self) -> u32 {
+        self.starts.len().div_ceil(BANDS).next_power_of_two().trailing_zeros()
+    }
+
+    fn find_cells(&mut self, positions: &[Vec2], supports: &[f64]) {
+        let shift = self.band_shift();
         let (levels, origin) = (&self.levels, self.origin);
         let last = levels.len().saturating_sub(1);
-        let level_of = |support: f64| {
-            levels[..last].iter().position(|level| 0.5 * support * level.inverse_cell <= 1.0).unwrap_or(last)
-        };
-        let key_of = |(&position, &support): (&Vec2, &f64)| {
-            let level = &levels[level_of(support)];
-            let column = (((position.x - origin.x) * level.inverse_cell) as usize).min(level.columns - 1);
-            let row = (((position.y - origin.y) * level.inverse_cell) as usize).min(level.rows - 1);
-            (level.first + row * level.columns + column) as u32
-        };
-        let all = positions.par_iter().zip(supports).with_min_len(PARALLEL_PARTICLES);
-        all.clone().map(key_of).collect_into_vec(&mut self.keys);
-        let largest = all.fold(
-            || [0.0_f64; LEVELS],
-            |mut largest, (_, &support)| {
-                let level = &mut largest[level_of(support)];
-                *level = level.max(support);
-                largest
-            },
-        );
+        let level_of =
+            |support: f64| levels[..last].iter().position(|level| 0.5 * support <= level.width).unwrap_or(last);
+        self.keys.resize(positions.len(), 0);
+        self.censuses.resize(positions.len().div_ceil(PARALLEL_PARTICLES), [0; BANDS]);
+        let blocks = self.keys.par_chunks_mut(PARALLEL_PARTICLES).zip(&mut self.censuses);
+        let blocks = blocks.zip(positions.par_chunks(PARALLEL_PARTICLES).zip(supports.par_chunks(PARALLEL_PARTICLES)));
+        let largest = blocks.map(|((keys, census), (positions, supports))| {
+            let mut largest = [0.0_f64; LEVELS];
+            *census = [0; BANDS];
+            for ((key, position), &support) in keys.iter_mut().zip(positions).zip(supports) {
+                let index = level_of(support);
+                let level = &levels[index];
+                let column = (((position.x - origin.x) * level.per_column) as usize).min(level.columns - 1);
+                let row = (((position.y - origin.y) * level.per_row) as usize).min(level.rows - 1);
+                *key = (level.first + row * level.columns + column) as u32;
+                census[(*key >> shift) as usize] += 1;
+                largest[index] = largest[index].max(support);
+            }
+            largest
+        });
         let largest = largest.reduce(|| [0.0; LEVELS], |a, b| std::array::from_fn(|level| a[level].max(b[level])));
         for (level, largest) in self.levels.iter_mut().zip(largest) {
             (level.is_occupied, level.largest_support) = (largest > 0.0, largest);
         }
-        for &key in &self.keys {
-            self.starts[key as usize + 1] += 1;
-        }
-        for cell in 1..self.starts.len() {
-            self.starts[cell] += self.starts[cell - 1];
-        }
     }
 
+    /// Lays the particles into their cells. Each band of cells takes its own out of those blocks that have any: few, because particles
+    /// are nearly in the order of the cells.
     fn place(&mut self, positions: &[Vec2], supports: &[f64]) {
-        let particles = positions.len();
-        // Eight candidates are read at a time, also from the last ones on.
-        let padded = particles + LANES;
+        // Sixteen candidates are read at a time, also from the last ones on.
+        let padded = positions.len() + LANES;
         self.order.resize(padded, 0);
-        self.x.resize(padded, 0.0);
-        self.y.resize(padded, 0.0);
-        self.support_squared.resize(padded, 0.0);
-        for j in 0..particles {
-            let slot = &mut self.starts[self.keys[j] as usize];
-            let k = *slot as usize;
-            *slot += 1;
-            self.order[k] = j as u32;
-            self.x[k] = positions[j].x;
-            self.y[k] = positions[j].y;
-            self.support_squared[k] = supports[j] * supports[j];
-        }
-        // Placing moved every start to the end of its cell, which is the start of the next one: shift back.
-        for cell in (1..self.starts.len()).rev() {
-            self.starts[cell] = self.starts[cell - 1];
-        }
-        if let Some(start) = self.starts.first_mut() {
-            *start = 0;
-        }
+        self.x.resize(padded, 0);
+        self.y.resize(padded, 0);
+        self.reach_squared.resize(padded, 0.0);
+        let (shift, origin, scale) = (self.band_shift(), self.origin, self.scale);
+        let (keys, censuses) = (&self.keys, &self.censuses);
+        let (mut starts, mut order) = (&mut self.starts[..], &mut self.order[..]);
+        let (mut x, mut y, mut reach_squared) = (&mut self.x[..], &mut self.y[..], &mut self.reach_squared[..]);
+        let mut before = 0;
+        let bands: [Band<'_>; BANDS] = std::array::from_fn(|index| {
+            let count = censuses.iter().map(|census| census[index]).sum::<u32>();
+            let (cells, particles) = (starts.len().min(1 << shift), count as usize);
+            before += count;
+            Band {
+                index,
+                before: before - count,
+                starts: starts.split_off_mut(..cells).unwrap_or_default(),
+                order: order.split_off_mut(..particles).unwrap_or_default(),
+                x: x.split_off_mut(..particles).unwrap_or_default(),
+                y: y.split_off_mut(..particles).unwrap_or_default(),
+                reach_squared: reach_squared.split_off_mut(..particles).unwrap_or_default(),
+            }
+        });
+        bands.into_par_iter().for_each(|band| {
+            let blocks = || {
+                let of_band = censuses.iter().enumerate().filter(|(_, census)| census[band.index] > 0);
+                let particles = of_band.flat_map(|(block, _)| {
+                    let first = block * PARALLEL_PARTICLES;
+                    first..(first + PARALLEL_PARTICLES).min(keys.len())
+                });
+                particles.filter(|&j| (keys[j] >> shift) as usize == band.index)
+            };
+            let first_cell = (band.index << shift) as u32;
+            band.starts.fill(0);
+            for j in blocks() {
+                band.starts[(keys[j] - first_cell) as usize] += 1;
+            }
+            let mut end = band.before;
+            for start in band.starts.iter_mut() {
+                end += *start;
+                *start = end - *start;
+            }
+            for j in blocks() {
+                let slot = &mut band.starts[(keys[j] - first_cell) as usize];
+                let k = (*slot - band.before) as usize;
+                *slot += 1;
+                let place = (positions[j] - origin) * scale;
+                band.order[k] = j as u32;
+                (band.x[k], band.y[k]) = (place.x as i32, place.y as i32);
+                band.reach_squared[k] = reach_squared_of(supports[j] * scale);
+            }
+            // Placing moved every start to the end of its cell, which is the start of the next one: shift back.
+            let cells = band.starts.len();
+            if cells > 0 {
+                band.starts.copy_within(..cells - 1, 1);
+                band.starts[0] = band.before;
+            }
+        });
     }
 
     /// The largest support (m) of all particles; 0 without any.
@@ -196,20 +288,31 @@ impl CellGrid {
         &self.order[..self.keys.len()]
     }
 
-    /// Appends to `found` every particle j with |x_j − position| < max(support, support_j), except for one of them where that is told.
-    pub fn within(&self, position: Vec2, support: f64, except: Option<u32>, found: &mut Vec<u32>) {
-        self.within_by(collect, position, support, except, found);
+    /// Appends to `found` every particle j with |x_j − position| < max(support, support_j), but for a sliver at the rim.
+    pub fn within(&self, position: Vec2, support: f64, found: &mut Vec<u32>) {
+        let (mut spans, mut list) = (Vec::new(), Vec::new());
+        self.spans_within(position, support, None, &mut spans);
+        found.extend_from_slice(self.list(&spans, &mut list));
+    }
+
+    /// The same as spans, except for one particle where that is told.
+    pub fn spans_within(&self, position: Vec2, support: f64, except: Option<u32>, spans: &mut Vec<Span>) {
+        self.spans_by(collect, position, support, except, spans);
     }
 
     #[inline(always)]
-    fn within_by(&self, collect: Collect, position: Vec2, support: f64, except: Option<u32>, found: &mut Vec<u32>) {
-        let centre = Centre { position, support_squared: support * support, except: except.unwrap_or(u32::MAX) };
+    fn spans_by(&self, collect: Collect, position: Vec2, support: f64, except: Option<u32>, spans: &mut Vec<Span>) {
+        let local = position - self.origin;
+        let centre = Centre {
+            x: (local.x * self.scale) as i32,
+            y: (local.y * self.scale) as i32,
+            reach_squared: reach_squared_of(support * self.scale),
+            except: except.unwrap_or(u32::MAX),
+        };
         for level in self.levels.iter().filter(|level| level.is_occupied) {
             let reach = support.max(level.largest_support);
-            let local = position - self.origin;
-            let cell_of = |coordinate: f64| coordinate * level.inverse_cell;
-            let (left, right) = (cell_of(local.x - reach), cell_of(local.x + reach));
-            let (bottom, top) = (cell_of(local.y - reach), cell_of(local.y + reach));
+            let (left, right) = ((local.x - reach) * level.per_column, (local.x + reach) * level.per_column);
+            let (bottom, top) = ((local.y - reach) * level.per_row, (local.y + reach) * level.per_row);
             if right < 0.0 || top < 0.0 || left >= level.columns as f64 || bottom >= level.rows as f64 {
                 continue;
             }
@@ -217,8 +320,19 @@ impl CellGrid {
             let (left, right) = (left as usize, (right as usize).min(level.columns - 1));
             let (bottom, top) = (bottom as usize, (top as usize).min(level.rows - 1));
             let block = Block { columns: left..right + 1, rows: bottom..top + 1 };
-            collect(self, level, &block, &centre, found);
+            collect(self, level, &block, &centre, spans);
         }
+    }
+
+    /// The particles of spans, in a buffer that is overwritten and grows where it is too short.
+    #[inline]
+    pub fn list<'a>(&self, spans: &[Span], buffer: &'a mut Vec<u32>) -> &'a mut [u32] {
+        let most = LANES * spans.len();
+        if buffer.len() < most {
+            buffer.resize(most, 0);
+        }
+        let count = list(&self.order, spans, buffer);
+        &mut buffer[..count]
     }
 
     /// The candidates in a row of a level's cells: a run of the sorted arrays.
@@ -229,6 +343,12 @@ impl CellGrid {
     }
 }
 
+/// The square of a support in units, less what rounding may add to a distance.
+fn reach_squared_of(units: f64) -> f32 {
+    let sure = (units * (1.0 - ROUNDING) - 2.0).max(0.0);
+    (sure * sure) as f32
+}
+
 /// Cells of a level.
 struct Block {
     columns: Range<usize>,
@@ -237,96 +357,140 @@ struct Block {
 
 /// Where a search looks from.
 struct Centre {
-    position: Vec2,
-    support_squared: f64,
+    x: i32,
+    y: i32,
+    reach_squared: f32,
     /// Particle that is not looked for.
     except: u32,
 }
 
-/// A way of appending the particles of a block of cells, columns and rows, that are near.
-type Collect = fn(&CellGrid, &Level, &Block, &Centre, &mut Vec<u32>);
+/// A way of appending the spans of a block of cells, columns and rows, in which any particle is near.
+type Collect = fn(&CellGrid, &Level, &Block, &Centre, &mut Vec<Span>);
 
 /// By the best instructions that the processor has.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl+popcnt"))]
-fn collect(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, found: &mut Vec<u32>) {
+#[multiversion::multiversion(targets("x86_64+avx512f"))]
+fn collect(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, spans: &mut Vec<Span>) {
     multiversion::target::match_target! {
-        "x86_64+avx512f+avx512vl+popcnt" => lanes::collect(grid, level, block, centre, found),
-        _ => collect_one_by_one(grid, level, block, centre, found),
+        "x86_64+avx512f" => lanes::collect(grid, level, block, centre, spans),
+        _ => collect_one_by_one(grid, level, block, centre, spans),
     }
 }
 
-/// Every candidate is written and the end moves on past those that are near: no branch to mispredict.
 #[inline]
-fn collect_one_by_one(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, found: &mut Vec<u32>) {
+fn collect_one_by_one(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, spans: &mut Vec<Span>) {
     for row in block.rows.start..block.rows.end {
         let run = grid.run(level, &block.columns, row);
-        let mut end = found.len();
-        found.resize(end + run.len(), 0);
-        let candidates = grid.x[run.clone()].iter().zip(&grid.y[run.clone()]);
-        let candidates = candidates.zip(&grid.support_squared[run.clone()]).zip(&grid.order[run]);
-        for (((x, y), other_squared), &j) in candidates {
-            let (dx, dy) = (x - centre.position.x, y - centre.position.y);
-            found[end] = j;
-            let is_near = dx * dx + dy * dy < larger(*other_squared, centre.support_squared);
-            end += usize::from(is_near & (j != centre.except));
+        for first in run.clone().step_by(LANES) {
+            let mut near = 0;
+            for k in first..(first + LANES).min(run.end) {
+                let dx = grid.x[k].wrapping_sub(centre.x) as f32;
+                let dy = grid.y[k].wrapping_sub(centre.y) as f32;
+                let reach_squared = grid.reach_squared[k].max(centre.reach_squared);
+                let is_near = (dx * dx + dy * dy < reach_squared) & (grid.order[k] != centre.except);
+                near |= u32::from(is_near) << (k - first);
+            }
+            if near != 0 {
+                spans.push(Span { first: first as u32, near });
+            }
         }
-        found.truncate(end);
     }
 }
 
-/// The same eight candidates at a time, by instructions that pack those lanes that count.
+/// Writes the particles of spans; returns how many there are. By the best instructions that the processor has.
+#[multiversion::multiversion(targets("x86_64+avx512f+popcnt"))]
+fn list(order: &[u32], spans: &[Span], found: &mut [u32]) -> usize {
+    multiversion::target::match_target! {
+        "x86_64+avx512f+popcnt" => lanes::list(order, spans, found),
+        _ => list_one_by_one(order, spans, found),
+    }
+}
+
+#[inline]
+fn list_one_by_one(order: &[u32], spans: &[Span], found: &mut [u32]) -> usize {
+    let mut count = 0;
+    for span in spans {
+        let mut near = span.near;
+        while near != 0 {
+            found[count] = order[span.first as usize + near.trailing_zeros() as usize];
+            count += 1;
+            near &= near - 1;
+        }
+    }
+    count
+}
+
+/// The same sixteen candidates at a time, by instructions that compare into masks and pack the lanes of a mask.
 #[cfg(target_arch = "x86_64")]
 mod lanes {
     use std::arch::x86_64::{
-        __m256i, __m512d, __mmask8, _CMP_LT_OQ, _mm256_mask_cmpneq_epi32_mask, _mm256_maskz_compress_epi32,
-        _mm256_set1_epi32, _mm512_add_pd, _mm512_mask_cmp_pd_mask, _mm512_max_pd, _mm512_mul_pd, _mm512_set1_pd,
-        _mm512_sub_pd,
+        _CMP_LT_OQ, _mm512_add_ps, _mm512_cvtepi32_ps, _mm512_mask_cmp_ps_mask, _mm512_mask_cmpneq_epi32_mask,
+        _mm512_maskz_compress_epi32, _mm512_max_ps, _mm512_mul_ps, _mm512_set1_epi32, _mm512_set1_ps, _mm512_sub_epi32,
     };
 
-    use super::{Block, CellGrid, Centre, LANES, Level};
+    use super::{Block, CellGrid, Centre, LANES, Level, Span};
 
-    #[target_feature(enable = "avx512f,avx512vl,popcnt")]
+    /// Spans that are kept aside before they are appended.
+    const ASIDE: usize = 16;
+
+    #[target_feature(enable = "avx512f")]
     #[inline]
-    pub(super) fn collect(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, found: &mut Vec<u32>) {
-        let (x, y) = (_mm512_set1_pd(centre.position.x), _mm512_set1_pd(centre.position.y));
-        let support_squared = _mm512_set1_pd(centre.support_squared);
-        let except = _mm256_set1_epi32(centre.except as i32);
-        let (mut packed, mut end) = ([0; 16 * LANES], 0);
+    pub(super) fn collect(grid: &CellGrid, level: &Level, block: &Block, centre: &Centre, spans: &mut Vec<Span>) {
+        let (x, y) = (_mm512_set1_epi32(centre.x), _mm512_set1_epi32(centre.y));
+        let reach_squared = _mm512_set1_ps(centre.reach_squared);
+        let except = _mm512_set1_epi32(centre.except as i32);
+        let (mut aside, mut end) = ([Span::default(); ASIDE], 0);
+        // Of one length, of which the compiler knows.
+        let padded = grid.order.len();
+        let (all_x, all_y, order) = (&grid.x[..padded], &grid.y[..padded], &grid.order[..padded]);
+        let all_squared = &grid.reach_squared[..padded];
         for row in block.rows.start..block.rows.end {
             let run = grid.run(level, &block.columns, row);
+            let mut first = run.start;
             // The arrays are longer than the last run by so many lanes.
-            let padded = run.start..(run.end + LANES - 1);
-            let (other_x, other_y) = (grid.x[padded.clone()].as_chunks().0, grid.y[padded.clone()].as_chunks().0);
-            let (other_squared, order) =
-                (grid.support_squared[padded.clone()].as_chunks().0, grid.order[padded].as_chunks::<LANES>().0);
-            let mut left = run.len();
-            for (((other_x, other_y), other_squared), order) in
-                other_x.iter().zip(other_y).zip(other_squared).zip(order)
-            {
-                let order: __m256i = bytemuck::must_cast(*order);
-                let in_run = (0xff_u32 >> LANES.saturating_sub(left)) as __mmask8;
-                left = left.wrapping_sub(LANES);
-                let (dx, dy) = (_mm512_sub_pd(lanes(other_x), x), _mm512_sub_pd(lanes(other_y), y));
-                let distance_squared = _mm512_add_pd(_mm512_mul_pd(dx, dx), _mm512_mul_pd(dy, dy));
-                let reach_squared = _mm512_max_pd(lanes(other_squared), support_squared);
-                let near = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(in_run, distance_squared, reach_squared);
-                let near = _mm256_mask_cmpneq_epi32_mask(near, order, except);
-                if end > packed.len() - LANES {
-                    found.extend_from_slice(&packed[..end]);
+            while first < run.end && first + LANES <= padded {
+                let lanes = first..first + LANES;
+                let (Some(other_x), Some(other_y), Some(others_squared), Some(order)) = (
+                    all_x[lanes.clone()].first_chunk::<LANES>(),
+                    all_y[lanes.clone()].first_chunk::<LANES>(),
+                    all_squared[lanes.clone()].first_chunk::<LANES>(),
+                    order[lanes].first_chunk::<LANES>(),
+                ) else {
+                    break;
+                };
+                let in_run = (0xffff_u32 >> LANES.saturating_sub(run.end - first)) as u16;
+                let dx = _mm512_cvtepi32_ps(_mm512_sub_epi32(bytemuck::must_cast(*other_x), x));
+                let dy = _mm512_cvtepi32_ps(_mm512_sub_epi32(bytemuck::must_cast(*other_y), y));
+                let distance_squared = _mm512_add_ps(_mm512_mul_ps(dx, dx), _mm512_mul_ps(dy, dy));
+                let reach_squared = _mm512_max_ps(bytemuck::must_cast(*others_squared), reach_squared);
+                let near = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(in_run, distance_squared, reach_squared);
+                let near = _mm512_mask_cmpneq_epi32_mask(near, bytemuck::must_cast(*order), except);
+                aside[end] = Span { first: first as u32, near: u32::from(near) };
+                end += usize::from(near != 0);
+                if end == ASIDE {
+                    spans.extend_from_slice(&aside);
                     end = 0;
                 }
-                let of_lanes: [u32; LANES] = bytemuck::must_cast(_mm256_maskz_compress_epi32(near, order));
-                packed[end..end + LANES].copy_from_slice(&of_lanes);
-                end += near.count_ones() as usize;
+                first += LANES;
             }
         }
-        found.extend_from_slice(&packed[..end]);
+        spans.extend_from_slice(&aside[..end]);
     }
 
-    #[target_feature(enable = "avx512f,avx512vl,popcnt")]
+    #[target_feature(enable = "avx512f,popcnt")]
     #[inline]
-    fn lanes(values: &[f64; LANES]) -> __m512d {
-        bytemuck::must_cast(*values)
+    pub(super) fn list(order: &[u32], spans: &[Span], found: &mut [u32]) -> usize {
+        let mut count = 0;
+        for span in spans {
+            let (Some(candidates), Some(found)) =
+                (order[span.first as usize..].first_chunk::<LANES>(), found[count..].first_chunk_mut::<LANES>())
+            else {
+                break;
+            };
+            *found =
+                bytemuck::must_cast(_mm512_maskz_compress_epi32(span.near as u16, bytemuck::must_cast(*candidates)));
+            count += span.near.count_ones() as usize;
+        }
+        count
     }
 }
 
@@ -343,19 +507,29 @@ mod tests {
         }
     }
 
+    type List = fn(&[u32], &[Span], &mut [u32]) -> usize;
+
     fn check(positions: &[Vec2], supports: &[f64]) {
         let mut grid = CellGrid::default();
         grid.build(positions, supports);
-        let mut found = Vec::new();
+        let (mut spans, mut found) = (Vec::new(), Vec::new());
         for (i, &position) in positions.iter().enumerate() {
             let all = within_brute_force(positions, supports, position, supports[i]);
             for except in [None, Some(i as u32)] {
                 let expected: Vec<u32> = all.iter().copied().filter(|&j| Some(j) != except).collect();
-                for collect in [collect, collect_one_by_one] {
-                    found.clear();
-                    grid.within_by(collect, position, supports[i], except, &mut found);
+                for (collect, list) in [(collect as Collect, list as List), (collect_one_by_one, list_one_by_one)] {
+                    spans.clear();
+                    grid.spans_by(collect, position, supports[i], except, &mut spans);
+                    found.resize(LANES * spans.len(), 0);
+                    let count = list(&grid.order, &spans, &mut found);
+                    found.truncate(count);
                     found.sort_unstable();
-                    assert_eq!(found, expected, "particle {i}");
+                    assert!(found.iter().all(|j| expected.contains(j)), "particle {i}");
+                    for j in expected.iter().filter(|j| !found.contains(j)) {
+                        let reach = supports[i].max(supports[*j as usize]);
+                        let rim = reach * (1.0 - 2.0 * ROUNDING) - 4.0 / grid.scale;
+                        assert!((positions[*j as usize] - position).norm() > rim, "{i} and {j}");
+                    }
                 }
             }
         }
@@ -394,6 +568,6 @@ mod tests {
         grid.build(&positions, &supports);
         assert!(grid.starts.len() < 60_000, "about four cells a particle and level");
         let narrow = &grid.levels[0];
-        assert!(1.0 / narrow.inverse_cell <= 3.0 && narrow.largest_support <= 3.0);
+        assert!(narrow.width <= 3.0 && narrow.largest_support <= 3.0);
     }
 }

@@ -108,7 +108,7 @@ fn search_and_gridding(criterion: &mut Criterion<ProcessorTime>) {
     group.bench_function("cell_grid_within", |bencher| {
         let seen = |place: &Vec2| {
             found.clear();
-            grid.within(*place, 2.8, None, &mut found);
+            grid.within(*place, 2.8, &mut found);
             found.len()
         };
         let mut seen = seen;

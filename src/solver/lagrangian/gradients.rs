@@ -20,7 +20,7 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, LANES, Pairs, gather_states, group_of, measure_and_cover, total};
+use super::pairs::{BLOCK, Group, LANES, Pairs, gather_states, measure_and_cover, total};
 use super::{Balanced, Gradients, Local, State};
 use crate::bed::BedParticles;
 use crate::boundary::Isometry;
@@ -41,18 +41,17 @@ impl Balanced {
             .par_chunks_mut(CHUNK)
             .zip(locals.par_chunks_mut(CHUNK))
             .zip(lengths.par_chunks_mut(CHUNK))
-            .zip(around.neighbours.chunks())
             .enumerate()
             .for_each_init(
-                || (Pairs::new(), [Sums::default(); CHUNK], Glance::default()),
-                |(pairs, sums, glance), (chunk, (((gradients, locals), lengths), near))| {
+                || (Pairs::new(), [Sums::default(); CHUNK], Glance::default(), Vec::new()),
+                |(pairs, sums, glance, list), (chunk, ((gradients, locals), lengths))| {
                     let first = chunk * CHUNK;
                     let sums = &mut sums[..gradients.len()];
                     for (k, sums) in sums.iter_mut().enumerate() {
                         *sums = sum_pairs(
                             pairs,
                             first + k,
-                            near.of(k),
+                            around.neighbours.of(first + k, list),
                             &self.states,
                             around.walls.isometries(),
                             &self.kernel,
@@ -65,7 +64,7 @@ impl Balanced {
                         lengths[k] = self.next_smoothing_length(&self.states[first + k], sums);
                     }
                     for (k, (local, sums)) in locals.iter_mut().zip(sums).enumerate() {
-                        self.find_free_edge(around, first + k, near.of(k), glance, local);
+                        self.find_free_edge(around, first + k, around.neighbours.of(first + k, list), glance, local);
                         local.out_of_step = self.out_of_step(&self.states[first + k], sums, local);
                     }
                 },
@@ -140,30 +139,29 @@ fn sum_pairs(
 ) -> Sums {
     let (mut sums, me) = (Sums::default(), &states[i]);
     for block in seen.blocks(BLOCK) {
-        gather_states(pairs, i, block, states, isometries, ridges);
-        measure_and_cover(pairs, me.inverse_h, kernel);
+        gather_states(pairs, me, block, states, isometries, ridges);
+        measure_and_cover(pairs, me, kernel);
         // On the stack, where they stay in registers.
         let [mut weights, mut weighted_area, mut partition, mut depth_sum] = [[0.0; LANES]; 4];
         let [mut moment_xx, mut moment_xy, mut moment_yy, mut closure_x] = [[0.0; LANES]; 4];
         let [mut closure_y, mut surface_x_sum, mut surface_y_sum, mut depth_x_sum] = [[0.0; LANES]; 4];
         let [mut depth_y_sum, mut u_x_sum, mut u_y_sum, mut v_x_sum] = [[0.0; LANES]; 4];
         let [mut v_y_sum] = [[0.0; LANES]; 1];
-        for group in 0..pairs.len() / LANES {
-            group_of!(pairs, group: r weight e_x e_y share covered area depth surface velocity_x velocity_y);
+        for Group { state, r, e_x, e_y, weight, share, covered, .. } in pairs.groups() {
             for k in 0..LANES {
                 let (slope_x, slope_y) = (weight[k] * e_x[k], weight[k] * e_y[k]);
                 let (stretch_x, stretch_y) = (slope_x * r[k], slope_y * r[k]);
                 weights[k] += share[k];
-                weighted_area[k] += share[k] * area[k];
+                weighted_area[k] += share[k] * state.area[k];
                 partition[k] += covered[k];
-                depth_sum[k] += covered[k] * depth[k];
+                depth_sum[k] += covered[k] * state.depth[k];
                 moment_xx[k] += stretch_x * e_x[k];
                 moment_xy[k] += stretch_x * e_y[k];
                 moment_yy[k] += stretch_y * e_y[k];
                 closure_x[k] += slope_x;
                 closure_y[k] += slope_y;
-                let (d_eta, d_d) = (surface[k] - me.surface, depth[k] - me.depth);
-                let (d_u, d_v) = (velocity_x[k] - me.velocity.x, velocity_y[k] - me.velocity.y);
+                let (d_eta, d_d) = (state.surface[k] - me.surface, state.depth[k] - me.depth);
+                let (d_u, d_v) = (state.velocity_x[k] - me.velocity.x, state.velocity_y[k] - me.velocity.y);
                 surface_x_sum[k] += slope_x * d_eta;
                 surface_y_sum[k] += slope_y * d_eta;
                 depth_x_sum[k] += slope_x * d_d;

@@ -1,10 +1,10 @@
-//! The pairs of one particle side by side: what the loops over neighbours read and write, one column for each quantity.
+//! The pairs of one particle in groups of eight: what the loops over neighbours read and write, one column for each quantity.
 //!
 //! Neighbours are gathered in blocks, so that nothing is allocated and everything stays in the first level of the cache; the
 //! loops over a block have no branch, and run on as many lanes as the processor has. All sums are taken in the same order
 //! whatever that number is: eight of them side by side, one for each lane of a group, and these together at the end of the block.
 
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 
 use super::ridges::share_in_sight;
 use super::{Gradients, State};
@@ -14,178 +14,147 @@ use crate::math::{Vec2, larger, smaller};
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::solver::moving::{ChosenKernel, Seen, with_kernel};
 
-/// Most pairs in a block.
-pub(super) const BLOCK: usize = 64;
-/// Blocks are filled up to a multiple of this number with pairs that weigh nothing.
+/// Pairs that are worked on side by side.
 pub(super) const LANES: usize = 8;
+/// Most groups of pairs in a block.
+const GROUPS: usize = 8;
+/// Most pairs in a block.
+pub(super) const BLOCK: usize = GROUPS * LANES;
 
-/// One quantity of all pairs of a block.
-pub(super) type Column = [f64; BLOCK];
+/// One quantity of a group of pairs.
+pub(super) type Lanes = [f64; LANES];
 
-/// Columns of the pairs in work, to be read.
-macro_rules! columns {
-    ($pairs:ident, $n:ident: $($name:ident)+) => { $(let $name = &$pairs.$name[..$n];)+ };
+/// Some pairs of a particle, quantity by quantity: the neighbours as it sees them, those behind a wall reflected.
+///
+/// What fills up the last group are pairs of the particle with itself that have no area: they add nothing to any sum.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Group {
+    pub state: StateLanes,
+    pub gradients: GradientLanes,
+    /// Distance r (m).
+    pub r: Lanes,
+    /// e, the unit vector from i to j; zero where both coincide.
+    pub e_x: Lanes,
+    pub e_y: Lanes,
+    /// A_j G_ij (1/m).
+    pub weight: Lanes,
+    /// d_iR (m).
+    pub own_depth: Lanes,
+    /// Depths (m) at the face, above its sill.
+    pub d_l: Lanes,
+    pub d_r: Lanes,
+    /// √(g d_l) (m/s).
+    pub c_l: Lanes,
+    /// Velocities (m/s) along e: of both particles, and of both sides of the face.
+    pub own_u: Lanes,
+    pub other_u: Lanes,
+    pub u_l: Lanes,
+    pub u_r: Lanes,
+    pub p_star: Lanes,
+    pub u_star: Lanes,
+    /// a_1 (m).
+    pub slope: Lanes,
+    /// Δη − a_1 − a_2 (m).
+    pub surface_jump: Lanes,
+    /// b_1 − b_2 (m/s).
+    pub velocity_jump: Lanes,
+    /// w, the weight of the area.
+    pub share: Lanes,
+    /// A_j W(r, h_i).
+    pub covered: Lanes,
 }
 
-/// Columns of one group of pairs.
-macro_rules! group_of {
-    ($pairs:ident, $group:ident: $($name:ident)+) => { $(let $name = &$pairs.$name.as_chunks::<LANES>().0[$group];)+ };
+/// `State` of the neighbours of a group.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct StateLanes {
+    pub x: Lanes,
+    pub y: Lanes,
+    pub velocity_x: Lanes,
+    pub velocity_y: Lanes,
+    pub depth: Lanes,
+    pub surface: Lanes,
+    pub area: Lanes,
+    pub inverse_h: Lanes,
 }
 
-/// Columns of the pairs in work, to be written.
-macro_rules! columns_mut {
-    ($pairs:ident, $n:ident: $($name:ident)+) => { $(let $name = &mut $pairs.$name[..$n];)+ };
+/// `Gradients` of the neighbours of a group.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GradientLanes {
+    pub surface_x: Lanes,
+    pub surface_y: Lanes,
+    pub depth_x: Lanes,
+    pub depth_y: Lanes,
+    pub u_x: Lanes,
+    pub u_y: Lanes,
+    pub v_x: Lanes,
+    pub v_y: Lanes,
 }
-pub(super) use {columns, columns_mut, group_of};
 
-/// The neighbours of a particle as it sees them: those behind a wall reflected.
+/// The pairs of one particle in work: a block of its neighbours.
 #[derive(Clone, Debug)]
 pub(super) struct Pairs {
-    /// Number of pairs with those that fill up.
-    len: usize,
-    /// x_j − x_i (m).
-    pub offset_x: Column,
-    pub offset_y: Column,
-    pub velocity_x: Column,
-    pub velocity_y: Column,
-    pub depth: Column,
-    pub surface: Column,
-    pub area: Column,
-    pub inverse_h: Column,
-    pub surface_x: Column,
-    pub surface_y: Column,
-    pub depth_x: Column,
-    pub depth_y: Column,
-    pub u_x: Column,
-    pub u_y: Column,
-    pub v_x: Column,
-    pub v_y: Column,
-    /// Distance r (m).
-    pub r: Column,
-    /// e, the unit vector from i to j; zero where both coincide.
-    pub e_x: Column,
-    pub e_y: Column,
-    /// A_j G_ij (1/m).
-    pub weight: Column,
-    /// d_iR (m).
-    pub own_depth: Column,
-    /// Depths (m) at the face, above its sill.
-    pub d_l: Column,
-    pub d_r: Column,
-    /// √(g d_l) (m/s).
-    pub c_l: Column,
-    /// Velocities (m/s) along e: of both particles, and of both sides of the face.
-    pub own_u: Column,
-    pub other_u: Column,
-    pub u_l: Column,
-    pub u_r: Column,
-    pub p_star: Column,
-    pub u_star: Column,
-    /// a_1 (m).
-    pub slope: Column,
-    /// Δη − a_1 − a_2 (m).
-    pub surface_jump: Column,
-    /// b_1 − b_2 (m/s).
-    pub velocity_jump: Column,
-    /// w, the weight of the area.
-    pub share: Column,
-    /// A_j W(r, h_i).
-    pub covered: Column,
+    groups: [Group; GROUPS],
+    /// Groups in work.
+    count: usize,
 }
 
 impl Pairs {
     pub(super) fn new() -> Self {
-        let zero = [0.0; BLOCK];
-        Pairs {
-            len: 0,
-            offset_x: zero,
-            offset_y: zero,
-            velocity_x: zero,
-            velocity_y: zero,
-            depth: zero,
-            surface: zero,
-            area: zero,
-            inverse_h: zero,
-            surface_x: zero,
-            surface_y: zero,
-            depth_x: zero,
-            depth_y: zero,
-            u_x: zero,
-            u_y: zero,
-            v_x: zero,
-            v_y: zero,
-            r: zero,
-            e_x: zero,
-            e_y: zero,
-            weight: zero,
-            own_depth: zero,
-            d_l: zero,
-            d_r: zero,
-            c_l: zero,
-            own_u: zero,
-            other_u: zero,
-            u_l: zero,
-            u_r: zero,
-            p_star: zero,
-            u_star: zero,
-            slope: zero,
-            surface_jump: zero,
-            velocity_jump: zero,
-            share: zero,
-            covered: zero,
-        }
+        Pairs { groups: [Group::default(); GROUPS], count: 0 }
     }
 
-    /// Number of pairs in work, a multiple of the lanes.
+    /// The groups in work.
     #[inline(always)]
-    pub(super) fn len(&self) -> usize {
-        self.len
+    pub(super) fn groups(&self) -> &[Group] {
+        &self.groups[..self.count]
+    }
+
+    /// The groups in work, to be filled.
+    #[inline(always)]
+    pub(super) fn groups_mut(&mut self) -> &mut [Group] {
+        &mut self.groups[..self.count]
     }
 
     /// Takes from the area of each pair what ridges hide of it; apart, so that the loop above stays as short without them.
     #[cold]
     fn hide(&mut self, me: &State, block: Seen<'_>, states: &[State], bed: &BedParticles) {
-        for (k, &index) in block.indices.iter().enumerate() {
-            let in_sight = share_in_sight(bed, me, &states[index as usize]);
-            if in_sight > 0.0 {
-                self.area[k] *= in_sight;
-            } else {
-                self.set_nothing(k, me);
+        for (k, image) in block.iter().enumerate() {
+            let (state, lane) = (&mut self.groups[k / LANES].state, k % LANES);
+            let in_sight = share_in_sight(bed, me, &states[image.index as usize]);
+            state.area[lane] *= in_sight;
+            if in_sight <= 0.0 {
+                (state.x[lane], state.y[lane]) = (me.position.x, me.position.y);
+                (state.velocity_x[lane], state.velocity_y[lane]) = (me.velocity.x, me.velocity.y);
+                (state.depth[lane], state.surface[lane]) = (me.depth, me.surface);
+                state.inverse_h[lane] = me.inverse_h;
             }
         }
     }
 
-    /// A particle's pair with itself, of no area: it adds nothing to any sum.
-    fn set_nothing(&mut self, k: usize, me: &State) {
-        (self.offset_x[k], self.offset_y[k]) = (0.0, 0.0);
-        (self.velocity_x[k], self.velocity_y[k]) = (me.velocity.x, me.velocity.y);
-        (self.depth[k], self.surface[k]) = (me.depth, me.surface);
-        (self.area[k], self.inverse_h[k]) = (0.0, me.inverse_h);
-    }
-
-    /// Distances, directions and weights from offsets, areas and smoothing lengths. `COVERS`: also the weight w of each
+    /// Distances, directions and weights from places, areas and smoothing lengths. `COVERS`: also the weight w of each
     /// pair's area, and A_j W(r, h_i).
     #[inline(always)]
-    fn measure_with<S: Shape, const COVERS: bool>(&mut self, inverse_h: f64, kernel: &Smoothing<S>) {
-        let n = self.len;
-        let (x, y) = (&self.offset_x[..n], &self.offset_y[..n]);
-        let (area, other_inverse_h) = (&self.area[..n], &self.inverse_h[..n]);
-        let (r, weight) = (&mut self.r[..n], &mut self.weight[..n]);
-        let (e_x, e_y) = (&mut self.e_x[..n], &mut self.e_y[..n]);
-        let (share, covered) = (&mut self.share[..n], &mut self.covered[..n]);
-        for k in 0..n {
-            let distance = (x[k] * x[k] + y[k] * y[k]).sqrt();
-            let inverse = 1.0 / larger(distance, f64::MIN_POSITIVE);
-            let slopes = kernel.slope(distance, inverse_h) + kernel.slope(distance, other_inverse_h[k]);
-            r[k] = distance;
-            e_x[k] = x[k] * inverse;
-            e_y[k] = y[k] * inverse;
-            weight[k] = -0.5 * area[k] * slopes;
-            if COVERS {
-                // The pairs that fill up have no area and must not count.
-                let is_real = if area[k] > 0.0 { 1.0 } else { 0.0 };
-                share[k] = is_real * kernel.share(distance, smaller(inverse_h, other_inverse_h[k]));
-                covered[k] = area[k] * kernel.value(distance, inverse_h);
+    fn measure_with<S: Shape, const COVERS: bool>(&mut self, me: &State, kernel: &Smoothing<S>) {
+        let Vec2 { x: own_x, y: own_y } = me.position;
+        for Group { state, r, e_x, e_y, weight, share, covered, .. } in self.groups_mut() {
+            for k in 0..LANES {
+                let (x, y) = (state.x[k] - own_x, state.y[k] - own_y);
+                let (area, other_inverse_h) = (state.area[k], state.inverse_h[k]);
+                let distance = (x * x + y * y).sqrt();
+                let inverse = 1.0 / larger(distance, f64::MIN_POSITIVE);
+                let slopes = kernel.slope(distance, me.inverse_h) + kernel.slope(distance, other_inverse_h);
+                r[k] = distance;
+                e_x[k] = x * inverse;
+                e_y[k] = y * inverse;
+                weight[k] = -0.5 * area * slopes;
+                if COVERS {
+                    // The pairs that fill up have no area and must not count.
+                    let is_real = if area > 0.0 { 1.0 } else { 0.0 };
+                    share[k] = is_real * kernel.share(distance, smaller(me.inverse_h, other_inverse_h));
+                    covered[k] = area * kernel.value(distance, me.inverse_h);
+                }
             }
         }
     }
@@ -217,19 +186,14 @@ impl Line for Gradients {
     }
 }
 
-/// The columns of a group of neighbours, filled up with particle `i` itself.
+/// The columns of a group of neighbours.
 macro_rules! columns_of_group {
-    ($block:expr, $group:expr, $i:expr, $all:expr, $isometries:expr) => {{
-        let (block, first, all) = ($block, $group * LANES, $all);
-        let rest = &block.indices[first..];
-        let indices = match rest.first_chunk::<LANES>() {
-            Some(indices) => *indices,
-            None => std::array::from_fn(|k| rest.get(k).copied().unwrap_or($i)),
-        };
-        let turned;
+    ($indices:expr, $all:expr, $turned:expr) => {{
+        let (indices, all) = ($indices, $all);
         let mut lines: [&_; LANES] = std::array::from_fn(|k| &all[indices[k] as usize]);
-        if block.has_images() {
-            turned = turned_group(block, first, lines, $isometries);
+        let turned;
+        if let Some((block, first, isometries)) = $turned {
+            turned = turned_group(block, first, lines, isometries);
             lines = turned.each_ref();
         }
         multiversion::target::match_target! {
@@ -252,28 +216,24 @@ fn turned_group<T: Line>(block: Seen<'_>, first: usize, lines: [&T; LANES], isom
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 pub(super) fn gather_states(
     pairs: &mut Pairs,
-    i: usize,
+    me: &State,
     block: Seen<'_>,
     states: &[State],
     isometries: &[Isometry],
     ridges: Option<&BedParticles>,
 ) {
-    pairs.len = block.indices.len().next_multiple_of(LANES);
-    let me = &states[i];
-    for group in 0..pairs.len / LANES {
-        let [x, y, columns @ ..] = columns_of_group!(block, group, i as u32, states, isometries);
-        set(&mut pairs.offset_x, group, x.map(|x| x - me.position.x));
-        set(&mut pairs.offset_y, group, y.map(|y| y - me.position.y));
-        let [velocity_x, velocity_y, depth, surface, area, inverse_h] = columns;
-        set(&mut pairs.velocity_x, group, velocity_x);
-        set(&mut pairs.velocity_y, group, velocity_y);
-        set(&mut pairs.depth, group, depth);
-        set(&mut pairs.surface, group, surface);
-        set(&mut pairs.area, group, area);
-        set(&mut pairs.inverse_h, group, inverse_h);
+    let indices = block.groups();
+    pairs.count = indices.len();
+    for (number, (group, indices)) in pairs.groups.iter_mut().zip(indices).enumerate() {
+        let turned = block.has_images().then_some((block, number * LANES, isometries));
+        group.state = bytemuck::must_cast(columns_of_group!(indices, states, turned));
     }
-    // What fills up a group has no area: it adds nothing to any sum.
-    pairs.area[block.indices.len()..pairs.len].fill(0.0);
+    if let Some(last) = pairs.groups_mut().last_mut() {
+        let real = block.in_last_group() as u64;
+        for lane in 0..LANES {
+            last.state.area[lane] = if (lane as u64) < real { last.state.area[lane] } else { 0.0 };
+        }
+    }
     if let Some(bed) = ridges {
         pairs.hide(me, block, states, bed);
     }
@@ -281,30 +241,11 @@ pub(super) fn gather_states(
 
 /// Gathers the gradients of the same neighbours, turned as the particle sees them.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-pub(super) fn gather_gradients(
-    pairs: &mut Pairs,
-    i: usize,
-    block: Seen<'_>,
-    gradients: &[Gradients],
-    isometries: &[Isometry],
-) {
-    for group in 0..pairs.len / LANES {
-        let [surface_x, surface_y, depth_x, depth_y, u_x, u_y, v_x, v_y] =
-            columns_of_group!(block, group, i as u32, gradients, isometries);
-        set(&mut pairs.surface_x, group, surface_x);
-        set(&mut pairs.surface_y, group, surface_y);
-        set(&mut pairs.depth_x, group, depth_x);
-        set(&mut pairs.depth_y, group, depth_y);
-        set(&mut pairs.u_x, group, u_x);
-        set(&mut pairs.u_y, group, u_y);
-        set(&mut pairs.v_x, group, v_x);
-        set(&mut pairs.v_y, group, v_y);
+pub(super) fn gather_gradients(pairs: &mut Pairs, block: Seen<'_>, gradients: &[Gradients], isometries: &[Isometry]) {
+    for (number, (group, indices)) in pairs.groups.iter_mut().zip(block.groups()).enumerate() {
+        let turned = block.has_images().then_some((block, number * LANES, isometries));
+        group.gradients = bytemuck::must_cast(columns_of_group!(indices, gradients, turned));
     }
-}
-
-#[inline(always)]
-fn set(column: &mut Column, group: usize, values: [f64; LANES]) {
-    column.as_chunks_mut().0[group] = values;
 }
 
 /// Rows become columns.
@@ -359,14 +300,14 @@ fn transposed_by_lanes<T: Line>(rows: [&T; LANES]) -> [[f64; LANES]; LANES] {
 
 /// Distances, directions and weights of all pairs, by the chosen kernel.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-pub(super) fn measure(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
-    with_kernel!(kernel, kernel => pairs.measure_with::<_, false>(inverse_h, kernel));
+pub(super) fn measure(pairs: &mut Pairs, me: &State, kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.measure_with::<_, false>(me, kernel));
 }
 
 /// The same, and the weight w of each pair's area, and A_j W(r, h_i).
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-pub(super) fn measure_and_cover(pairs: &mut Pairs, inverse_h: f64, kernel: &ChosenKernel) {
-    with_kernel!(kernel, kernel => pairs.measure_with::<_, true>(inverse_h, kernel));
+pub(super) fn measure_and_cover(pairs: &mut Pairs, me: &State, kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.measure_with::<_, true>(me, kernel));
 }
 
 /// The sum over the lanes.
@@ -397,31 +338,32 @@ mod tests {
         let indices: Vec<u32> = (0..13).map(|k| (k * 7) % 40).collect();
         let mirror = Isometry { image_of_x: Vec2::new(-1.0, 0.0), shift: Vec2::new(5.0, 0.0), ..Isometry::IDENTITY };
         for transforms in [vec![], vec![0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 0]] {
-            let mut pairs = Pairs::new();
-            let seen = Seen::new(&indices, &transforms);
-            gather_states(&mut pairs, 3, seen, &states, &[Isometry::IDENTITY, mirror], None);
-            assert_eq!(pairs.len(), 16);
+            let (mut pairs, me) = (Pairs::new(), &states[3]);
+            let mut padded = indices.clone();
+            let seen = Seen::filled_up(&mut padded, 13, &transforms, 3);
+            gather_states(&mut pairs, me, seen, &states, &[Isometry::IDENTITY, mirror], None);
+            assert_eq!(pairs.groups().len(), 2);
             for (k, &j) in indices.iter().enumerate() {
                 let mut other = states[j as usize];
                 if seen.transform(k) == 1 {
                     other.position.x = 5.0 - other.position.x;
                     other.velocity.x = -other.velocity.x;
                 }
-                let offset = other.position - states[3].position;
+                let (gathered, lane) = (&pairs.groups()[k / LANES].state, k % LANES);
                 let gathered = [
-                    (pairs.offset_x[k], offset.x),
-                    (pairs.offset_y[k], offset.y),
-                    (pairs.velocity_x[k], other.velocity.x),
-                    (pairs.velocity_y[k], other.velocity.y),
-                    (pairs.depth[k], other.depth),
-                    (pairs.surface[k], other.surface),
-                    (pairs.area[k], other.area),
-                    (pairs.inverse_h[k], other.inverse_h),
+                    (gathered.x[lane], other.position.x),
+                    (gathered.y[lane], other.position.y),
+                    (gathered.velocity_x[lane], other.velocity.x),
+                    (gathered.velocity_y[lane], other.velocity.y),
+                    (gathered.depth[lane], other.depth),
+                    (gathered.surface[lane], other.surface),
+                    (gathered.area[lane], other.area),
+                    (gathered.inverse_h[lane], other.inverse_h),
                 ];
                 let (found, expected): (Vec<f64>, Vec<f64>) = gathered.into_iter().unzip();
                 assert_eq!(found, expected, "{k}");
             }
-            assert_eq!(pairs.area[13..16], [0.0; 3], "what fills up does not count");
+            assert_eq!(pairs.groups()[1].state.area[5..], [0.0; 3], "what fills up does not count");
         }
     }
 

@@ -45,9 +45,7 @@
 
 use rayon::prelude::*;
 
-use super::pairs::{
-    BLOCK, LANES, Pairs, columns, columns_mut, gather_gradients, gather_states, group_of, measure, total,
-};
+use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, measure, total};
 use super::{Balanced, Faces, Gradients, Local, State};
 use crate::bed::BedParticles;
 use crate::boundary::Isometry;
@@ -92,12 +90,13 @@ impl Balanced {
         let mut rates = std::mem::take(&mut water.rates);
         rates.resize(water.particles.len(), Rates::default());
         let water_ref = &*water;
-        rates.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each_init(
-            || (Pairs::new(), [Sums::default(); CHUNK]),
-            |(pairs, sums), (chunk, (rates, near))| {
+        rates.par_chunks_mut(CHUNK).enumerate().for_each_init(
+            || (Pairs::new(), [Sums::default(); CHUNK], Vec::new()),
+            |(pairs, sums, list), (chunk, rates)| {
                 let sums = &mut sums[..rates.len()];
                 for (k, sums) in sums.iter_mut().enumerate() {
-                    *sums = self.sums_of(water_ref, chunk * CHUNK + k, near.of(k), pairs);
+                    let i = chunk * CHUNK + k;
+                    *sums = self.sums_of(water_ref, i, water_ref.neighbours.of(i, list), pairs);
                 }
                 // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
                 for (k, (rates, sums)) in rates.iter_mut().zip(sums).enumerate() {
@@ -217,16 +216,18 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
     let (l, inside) = (local.correction, 1.0 - local.edge);
     let (c_i, inverse_depth) = ((g * me.depth).sqrt(), 1.0 / me.depth);
     for block in seen.blocks(BLOCK) {
-        gather_states(pairs, i, block, around.states, around.isometries, around.ridges);
-        gather_gradients(pairs, i, block, around.gradients, around.isometries);
-        measure(pairs, me.inverse_h, around.kernel);
+        gather_states(pairs, me, block, around.states, around.isometries, around.ridges);
+        gather_gradients(pairs, block, around.gradients, around.isometries);
+        measure(pairs, me, around.kernel);
         reconstruct::<IS_LIMITED>(pairs, me, mine);
         solve::<F>(pairs, g);
         // On the stack, where they stay in registers.
         let [mut force_x, mut force_y, mut divergence, mut stiffness] = [[0.0; LANES]; 4];
         let [mut contact_xx, mut contact_xy, mut contact_yy, mut approach] = [[0.0; LANES]; 4];
-        for group in 0..pairs.len() / LANES {
-            group_of!(pairs, group: depth r e_x e_y weight own_depth d_l d_r c_l own_u other_u u_l p_star u_star slope surface_jump velocity_jump);
+        for group in pairs.groups() {
+            let Group { state, r, e_x, e_y, weight, own_depth, d_l, d_r, c_l, .. } = group;
+            let Group { own_u, other_u, u_l, p_star, u_star, slope, surface_jump, velocity_jump, .. } = group;
+            let depth = &state.depth;
             for k in 0..LANES {
                 let (ex, ey, d_l) = (e_x[k], e_y[k], d_l[k]);
                 let (u_i, du, u_mean) = (own_u[k], other_u[k] - own_u[k], 0.5 * (own_u[k] + other_u[k]));
@@ -256,7 +257,8 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
                 contact_xx[k] += contact * ex * ex;
                 contact_xy[k] += contact * ex * ey;
                 contact_yy[k] += contact * ey * ey;
-                approach[k] = larger(approach[k], du.abs());
+                // Beyond the support nobody approaches.
+                approach[k] = larger(approach[k], if weight[k] > 0.0 { du.abs() } else { 0.0 });
             }
         }
         sums.force += Vec2::new(total(force_x), total(force_y));
@@ -275,54 +277,58 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
 /// The first: the states on both sides of each face from limited slopes.
 #[inline(always)]
 fn reconstruct<const IS_LIMITED: bool>(pairs: &mut Pairs, me: &State, mine: &Gradients) {
-    let n = pairs.len();
-    columns!(pairs, n: velocity_x velocity_y depth surface surface_x surface_y depth_x depth_y u_x u_y v_x v_y r e_x e_y);
-    columns_mut!(pairs, n: own_depth d_l d_r own_u other_u u_l u_r slope surface_jump velocity_jump);
-    for k in 0..n {
-        let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
-        let (x, y) = (r * ex, r * ey);
-        let u_i = me.velocity.x * ex + me.velocity.y * ey;
-        let u_j = velocity_x[k] * ex + velocity_y[k] * ey;
-        let (d_eta, d_d, du) = (surface[k] - me.surface, depth[k] - me.depth, u_j - u_i);
-        let (a_1, a_2) = half_slopes::<IS_LIMITED>(
-            mine.surface.x * x + mine.surface.y * y,
-            surface_x[k] * x + surface_y[k] * y,
-            d_eta,
-        );
-        // e·(∇v e): the gradient of u along e.
-        let (b_1, b_2) = half_slopes::<IS_LIMITED>(
-            (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
-            (u_x[k] * x + u_y[k] * y) * ex + (v_x[k] * x + v_y[k] * y) * ey,
-            du,
-        );
-        let (s_1, s_2) =
-            half_slopes::<IS_LIMITED>(mine.depth.x * x + mine.depth.y * y, depth_x[k] * x + depth_y[k] * y, d_d);
-        let d_ir = clamp(me.depth + s_1, 0.0, 2.0 * me.depth);
-        let d_jr = clamp(depth[k] - s_2, 0.0, 2.0 * depth[k]);
-        // Levels relative to η_i, so that a high datum costs no digits.
-        let (eta_l, eta_r) = (a_1, d_eta - a_2);
-        let z_star = larger(eta_l - d_ir, eta_r - d_jr);
-        own_depth[k] = d_ir;
-        d_l[k] = clamp(eta_l - z_star, 0.0, d_ir);
-        d_r[k] = clamp(eta_r - z_star, 0.0, d_jr);
-        (own_u[k], other_u[k]) = (u_i, u_j);
-        (u_l[k], u_r[k]) = (u_i + b_1, u_j - b_2);
-        slope[k] = a_1;
-        surface_jump[k] = d_eta - a_1 - a_2;
-        velocity_jump[k] = b_1 - b_2;
+    for group in pairs.groups_mut() {
+        let Group { state, gradients: theirs, r, e_x, e_y, .. } = group;
+        let Group { own_depth, d_l, d_r, own_u, other_u, u_l, u_r, .. } = group;
+        let Group { slope, surface_jump, velocity_jump, .. } = group;
+        for k in 0..LANES {
+            let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
+            let (x, y) = (r * ex, r * ey);
+            let u_i = me.velocity.x * ex + me.velocity.y * ey;
+            let u_j = state.velocity_x[k] * ex + state.velocity_y[k] * ey;
+            let (d_eta, d_d, du) = (state.surface[k] - me.surface, state.depth[k] - me.depth, u_j - u_i);
+            let (a_1, a_2) = half_slopes::<IS_LIMITED>(
+                mine.surface.x * x + mine.surface.y * y,
+                theirs.surface_x[k] * x + theirs.surface_y[k] * y,
+                d_eta,
+            );
+            // e·(∇v e): the gradient of u along e.
+            let (b_1, b_2) = half_slopes::<IS_LIMITED>(
+                (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
+                (theirs.u_x[k] * x + theirs.u_y[k] * y) * ex + (theirs.v_x[k] * x + theirs.v_y[k] * y) * ey,
+                du,
+            );
+            let (s_1, s_2) = half_slopes::<IS_LIMITED>(
+                mine.depth.x * x + mine.depth.y * y,
+                theirs.depth_x[k] * x + theirs.depth_y[k] * y,
+                d_d,
+            );
+            let d_ir = clamp(me.depth + s_1, 0.0, 2.0 * me.depth);
+            let d_jr = clamp(state.depth[k] - s_2, 0.0, 2.0 * state.depth[k]);
+            // Levels relative to η_i, so that a high datum costs no digits.
+            let (eta_l, eta_r) = (a_1, d_eta - a_2);
+            let z_star = larger(eta_l - d_ir, eta_r - d_jr);
+            own_depth[k] = d_ir;
+            d_l[k] = clamp(eta_l - z_star, 0.0, d_ir);
+            d_r[k] = clamp(eta_r - z_star, 0.0, d_jr);
+            (own_u[k], other_u[k]) = (u_i, u_j);
+            (u_l[k], u_r[k]) = (u_i + b_1, u_j - b_2);
+            slope[k] = a_1;
+            surface_jump[k] = d_eta - a_1 - a_2;
+            velocity_jump[k] = b_1 - b_2;
+        }
     }
 }
 
 /// The second: the Riemann problem of each face.
 #[inline(always)]
 fn solve<F: FaceSolver>(pairs: &mut Pairs, gravity: f64) {
-    let n = pairs.len();
-    columns!(pairs, n: d_l d_r u_l u_r);
-    columns_mut!(pairs, n: c_l p_star u_star);
-    for k in 0..n {
-        let left = Side { d: d_l[k], c: (gravity * d_l[k]).sqrt(), u: u_l[k] };
-        let right = Side { d: d_r[k], c: (gravity * d_r[k]).sqrt(), u: u_r[k] };
-        (p_star[k], u_star[k]) = F::star(left, right, gravity);
-        c_l[k] = left.c;
+    for Group { d_l, d_r, u_l, u_r, c_l, p_star, u_star, .. } in pairs.groups_mut() {
+        for k in 0..LANES {
+            let left = Side { d: d_l[k], c: (gravity * d_l[k]).sqrt(), u: u_l[k] };
+            let right = Side { d: d_r[k], c: (gravity * d_r[k]).sqrt(), u: u_r[k] };
+            (p_star[k], u_star[k]) = F::star(left, right, gravity);
+            c_l[k] = left.c;
+        }
     }
 }

@@ -16,7 +16,7 @@
 //!
 //! A particle between two equally near ones keeps both, since no order among them is better than its mirror image.
 
-use super::{CHUNK, MovingWater, Rates};
+use super::{MovingWater, Rates};
 use crate::math::Vec2;
 use crate::particles::retain_marked;
 
@@ -44,8 +44,9 @@ impl MovingWater {
     /// The nearest particle, if it is nearer than `reach` (m) and no other one is as near.
     fn nearest_of(&self, i: usize, reach: f64) -> Option<usize> {
         let place = self.particles.position[i];
+        let mut list = Vec::new();
         let (mut nearest, mut second) = ((f64::INFINITY, None), f64::INFINITY);
-        for image in self.neighbours.chunks()[i / CHUNK].of(i % CHUNK).iter() {
+        for image in self.neighbours.of(i, &mut list).iter() {
             let j = image.index as usize;
             // Neither mirror images nor the buffer particles of open boundaries, which stand behind the water.
             if image.transform != 0 || j >= self.particles.len() {

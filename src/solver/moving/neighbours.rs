@@ -4,25 +4,36 @@ use rayon::prelude::*;
 
 use crate::boundary::{Image, ImageScratch, Viewpoint, Walls};
 use crate::math::Vec2;
-use crate::neighbours::CellGrid;
+use crate::neighbours::{CellGrid, Span};
 
 /// Number of particles in a chunk: the unit of parallel work, fixed so that no result depends on the number of threads.
 pub const CHUNK: usize = 128;
 
+/// Neighbours that are worked on side by side.
+const LANES: usize = 8;
+
 /// What one particle sees: particles, and their images in walls.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
-    /// Particles.
-    pub indices: &'a [u32],
+    /// Particles, filled up to whole groups with the one that sees them.
+    indices: &'a [u32],
+    count: usize,
     /// Under which of `Walls::isometries` each of them is seen; empty far from walls, where all are seen as they are.
     transforms: &'a [u32],
 }
 
 impl<'a> Seen<'a> {
-    /// Particles, under their isometries or, with none of those, as they are.
-    pub fn new(indices: &'a [u32], transforms: &'a [u32]) -> Self {
-        debug_assert!(transforms.is_empty() || transforms.len() == indices.len());
-        Seen { indices, transforms }
+    /// The first `count` particles of a list, under their isometries or, with none of those, as they are; what follows in the list
+    /// is overwritten with the particle `i` that sees them.
+    #[inline]
+    pub fn filled_up(list: &'a mut Vec<u32>, count: usize, transforms: &'a [u32], i: u32) -> Self {
+        debug_assert!(transforms.is_empty() || transforms.len() == count);
+        let whole = count.next_multiple_of(LANES);
+        if list.len() < whole {
+            list.resize(whole, i);
+        }
+        list[count..whole].fill(i);
+        Seen { indices: &list[..whole], count, transforms }
     }
 
     /// Whether images may be among what is seen.
@@ -40,24 +51,42 @@ impl<'a> Seen<'a> {
     /// All that is seen.
     pub fn iter(self) -> impl Iterator<Item = Image> + 'a {
         let transforms = self.transforms.iter().copied().chain(std::iter::repeat(0));
-        self.indices.iter().zip(transforms).map(|(&index, transform)| Image { index, transform })
+        self.indices[..self.count].iter().zip(transforms).map(|(&index, transform)| Image { index, transform })
     }
 
-    /// The same in blocks of so many at most.
+    /// The particles in whole groups, the last one filled up.
+    #[inline]
+    pub fn groups(&self) -> &'a [[u32; LANES]] {
+        self.indices.as_chunks().0
+    }
+
+    /// How many particles are in the last group, without what fills it up.
+    #[inline]
+    pub fn in_last_group(&self) -> usize {
+        LANES - (self.indices.len() - self.count)
+    }
+
+    /// The same in blocks of so many at most, a multiple of a group.
+    #[inline]
     pub fn blocks(self, size: usize) -> impl Iterator<Item = Seen<'a>> {
-        let all = self.indices.len();
-        (0..all).step_by(size).map(move |first| {
-            let block = first..(first + size).min(all);
-            Seen::new(&self.indices[block.clone()], self.transforms.get(block).unwrap_or(&[]))
+        (0..self.indices.len()).step_by(size).map(move |first| {
+            let block = first..(first + size).min(self.indices.len());
+            let count = block.len().min(self.count - first);
+            Seen {
+                indices: &self.indices[block.clone()],
+                count,
+                transforms: self.transforms.get(first..first + count).unwrap_or(&[]),
+            }
         })
     }
 }
 
 /// What the particles of one chunk see.
 #[derive(Clone, Debug, Default)]
-pub struct ChunkNeighbours {
-    /// Where the indices of each particle begin, and its transforms, if it has any; and the ends of the last ones.
+struct ChunkNeighbours {
+    /// Where the spans of each particle begin, and, beside a wall, what it sees in their place; and the ends of the last ones.
     starts: Vec<[u32; 2]>,
+    spans: Vec<Span>,
     indices: Vec<u32>,
     transforms: Vec<u32>,
 }
@@ -65,42 +94,31 @@ pub struct ChunkNeighbours {
 /// Scratch space of a search; one for each thread.
 #[derive(Clone, Debug, Default)]
 struct SearchScratch {
-    /// What a chunk sees, before it is known how much memory that needs.
-    chunk: ChunkNeighbours,
+    spans: Vec<Span>,
     found: Vec<u32>,
     seen: Vec<Image>,
     images: ImageScratch,
 }
 
 impl ChunkNeighbours {
-    /// What the particle at place `k` of the chunk sees, itself excluded.
-    #[inline]
-    pub fn of(&self, k: usize) -> Seen<'_> {
-        let ([first, first_transform], [end, end_transform]) = (self.starts[k], self.starts[k + 1]);
-        Seen::new(
-            &self.indices[first as usize..end as usize],
-            &self.transforms[first_transform as usize..end_transform as usize],
-        )
-    }
-
     fn clear(&mut self) {
         self.starts.clear();
+        self.spans.clear();
         self.indices.clear();
         self.transforms.clear();
     }
 
-    /// Takes over another one, with little more memory than that needs.
-    fn copy_from(&mut self, other: &ChunkNeighbours) {
-        fn copy<T: Copy>(values: &mut Vec<T>, others: &[T]) {
-            values.clear();
-            if values.capacity() < others.len() {
-                values.reserve_exact(others.len() + others.len() / 8);
-            }
-            values.extend_from_slice(others);
+    /// Makes room for the next of `count` particles, with little to spare: there are many chunks.
+    fn make_room(&mut self, done: usize, count: usize) {
+        const ENOUGH: usize = 32;
+        let here = self.spans.len();
+        if self.spans.capacity() - here < ENOUGH {
+            self.spans.reserve_exact((here * count / done.max(1)).saturating_sub(here).max(2 * ENOUGH));
         }
-        copy(&mut self.starts, &other.starts);
-        copy(&mut self.indices, &other.indices);
-        copy(&mut self.transforms, &other.transforms);
+    }
+
+    fn end(&mut self) {
+        self.starts.push([self.spans.len() as u32, self.indices.len() as u32]);
     }
 }
 
@@ -108,34 +126,40 @@ impl SearchScratch {
     /// Fills `chunk` for so many particles from `first` on.
     fn search(
         &mut self,
+        chunk: &mut ChunkNeighbours,
         grid: &CellGrid,
         (first, count): (usize, usize),
         positions: &[Vec2],
         supports: &[f64],
         walls: &Walls,
     ) {
-        let SearchScratch { chunk, found, seen, images } = self;
+        let SearchScratch { spans, found, seen, images } = self;
+        let largest_support = grid.largest_support();
         chunk.clear();
-        chunk.starts.push([0, 0]);
+        chunk.starts.reserve_exact(count + 1);
+        chunk.end();
         for i in first..first + count {
             let (place, support) = (positions[i], supports[i]);
-            if walls.is_clear(place, grid.largest_support()) {
-                grid.within(place, support, Some(i as u32), &mut chunk.indices);
-            } else {
-                found.clear();
-                grid.within(place, support, None, found);
-                let reach = found.iter().fold(support, |reach, &j| reach.max(supports[j as usize]));
-                if walls.is_clear(place, reach) {
-                    chunk.indices.extend(found.iter().filter(|&&j| j as usize != i));
-                } else {
-                    let from = Viewpoint { place, support, particle: Some(i as u32) };
-                    seen.clear();
-                    walls.see(&from, found, positions, supports, images, seen);
-                    chunk.indices.extend(seen.iter().map(|image| image.index));
-                    chunk.transforms.extend(seen.iter().map(|image| image.transform));
-                }
+            chunk.make_room(i - first, count);
+            if walls.is_clear(place, largest_support) {
+                grid.spans_within(place, support, Some(i as u32), &mut chunk.spans);
+                chunk.end();
+                continue;
             }
-            chunk.starts.push([chunk.indices.len() as u32, chunk.transforms.len() as u32]);
+            spans.clear();
+            grid.spans_within(place, support, None, spans);
+            let found = &*grid.list(spans, found);
+            let reach = found.iter().fold(support, |reach, &j| reach.max(supports[j as usize]));
+            if walls.is_clear(place, reach) {
+                grid.spans_within(place, support, Some(i as u32), &mut chunk.spans);
+            } else {
+                let from = Viewpoint { place, support, particle: Some(i as u32) };
+                seen.clear();
+                walls.see(&from, found, positions, supports, images, seen);
+                chunk.indices.extend(seen.iter().map(|image| image.index));
+                chunk.transforms.extend(seen.iter().map(|image| image.transform));
+            }
+            chunk.end();
         }
     }
 }
@@ -167,16 +191,30 @@ impl Neighbours {
         self.chunks.par_iter_mut().enumerate().for_each_init(SearchScratch::default, |scratch, (chunk, neighbours)| {
             let first = chunk * CHUNK;
             let count = CHUNK.min(positions.len() - first);
-            scratch.search(grid, (first, count), positions, supports, walls);
-            neighbours.copy_from(&scratch.chunk);
+            scratch.search(neighbours, grid, (first, count), positions, supports, walls);
         });
+    }
+
+    /// What a particle sees, itself excluded; `list` is overwritten.
+    #[inline]
+    pub fn of<'a>(&'a self, i: usize, list: &'a mut Vec<u32>) -> Seen<'a> {
+        let (chunk, k) = (&self.chunks[i / CHUNK], i % CHUNK);
+        let ([first_span, first], [end_of_spans, end]) = (chunk.starts[k], chunk.starts[k + 1]);
+        if first < end {
+            let images = first as usize..end as usize;
+            list.clear();
+            list.extend_from_slice(&chunk.indices[images.clone()]);
+            return Seen::filled_up(list, images.len(), &chunk.transforms[images], i as u32);
+        }
+        let count = self.grid.list(&chunk.spans[first_span as usize..end_of_spans as usize], list).len();
+        Seen::filled_up(list, count, &[], i as u32)
     }
 
     /// The particles and images that act at a place where no particle stands: those that reach it by their own support.
     pub fn at<'a>(&self, place: Vec2, positions: &[Vec2], walls: &Walls, glance: &'a mut Glance) -> &'a [Image] {
         glance.found.clear();
         glance.seen.clear();
-        self.grid.within(place, 0.0, None, &mut glance.found);
+        self.grid.within(place, 0.0, &mut glance.found);
         let reach = glance.found.iter().fold(0.0_f64, |reach, &j| reach.max(self.supports[j as usize]));
         if walls.is_clear(place, reach) {
             glance.seen.extend(glance.found.iter().map(|&index| Image { index, transform: 0 }));
@@ -190,11 +228,6 @@ impl Neighbours {
     /// The greatest distance (m) at which a particle acts.
     pub fn largest_support(&self) -> f64 {
         self.grid.largest_support()
-    }
-
-    /// The chunks, in the order of the particles.
-    pub fn chunks(&self) -> &[ChunkNeighbours] {
-        &self.chunks
     }
 
     /// Particle indices in the order of the cells of the latest search.

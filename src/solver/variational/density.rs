@@ -21,14 +21,14 @@ impl Variational {
     pub(super) fn sum_depths(&mut self, water: &mut MovingWater) {
         let mut densities = std::mem::take(&mut self.densities);
         densities.resize(water.particles.len(), Density::default());
-        densities.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(
-            |(chunk, (densities, near))| {
-                for (k, density) in densities.iter_mut().enumerate() {
-                    let i = chunk * CHUNK + k;
-                    *density = with_kernel!(&self.kernel, kernel => self.density_of(kernel, water, i, near.of(k)));
-                }
-            },
-        );
+        let around = &*water;
+        densities.par_chunks_mut(CHUNK).enumerate().for_each_init(Vec::new, |list, (chunk, densities)| {
+            for (k, density) in densities.iter_mut().enumerate() {
+                let i = chunk * CHUNK + k;
+                let seen = around.neighbours.of(i, list);
+                *density = with_kernel!(&self.kernel, kernel => self.density_of(kernel, around, i, seen));
+            }
+        });
         for (i, density) in densities.iter().enumerate() {
             water.particles.depth[i] = density.depth;
             water.particles.smoothing_length[i] = 1.0 / density.inverse_h;

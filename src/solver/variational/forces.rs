@@ -28,10 +28,11 @@ impl Variational {
     pub(super) fn find_rates(&mut self, water: &mut MovingWater) {
         let mut rates = std::mem::take(&mut water.rates);
         rates.resize(water.particles.len(), Rates::default());
-        rates.par_chunks_mut(CHUNK).zip(water.neighbours.chunks()).enumerate().for_each(|(chunk, (rates, near))| {
+        rates.par_chunks_mut(CHUNK).enumerate().for_each_init(Vec::new, |list, (chunk, rates)| {
             for (k, rates) in rates.iter_mut().enumerate() {
                 let i = chunk * CHUNK + k;
-                *rates = with_kernel!(&self.kernel, kernel => self.rates_of(kernel, water, i, near.of(k)));
+                let seen = water.neighbours.of(i, list);
+                *rates = with_kernel!(&self.kernel, kernel => self.rates_of(kernel, water, i, seen));
             }
         });
         water.rates = rates;

@@ -131,14 +131,14 @@ impl Look {
     /// Fills `found` with the particles near a place of those that were listed last, by their index.
     pub fn near(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) {
         found.clear();
-        self.grid.within(place, reach, None, found);
+        self.grid.within(place, reach, found);
         found.iter_mut().for_each(|k| *k = self.indices[*k as usize]);
     }
 
     /// The particle nearest to a place, up to a distance (m), of those that `gather` listed.
     pub fn nearest(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) -> Option<usize> {
         found.clear();
-        self.grid.within(place, reach, None, found);
+        self.grid.within(place, reach, found);
         let distance = |&k: &u32| ((self.positions[k as usize] - place).norm_squared(), self.indices[k as usize]);
         let near = found.iter().map(distance).filter(|(squared, _)| *squared < reach * reach);
         near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, index)| index as usize)
@@ -162,7 +162,7 @@ impl Look {
         let this = &*self;
         seen.par_iter_mut().zip(faces).with_min_len(8).for_each_init(Vec::new, |found, (seen, face)| {
             found.clear();
-            this.grid.within(face.middle, 0.0, None, found);
+            this.grid.within(face.middle, 0.0, found);
             *seen = this.fit(face.middle, found);
         });
     }
@@ -171,7 +171,7 @@ impl Look {
     pub fn look_at(&mut self, place: Vec2, particles: &FluidParticles, bed: &BedParticles) -> Seen {
         self.sample(particles, bed, |position, surface| bed.sill(place, position) < surface);
         let mut found = Vec::new();
-        self.grid.within(place, 0.0, None, &mut found);
+        self.grid.within(place, 0.0, &mut found);
         found.retain(|&k| self.samples[k as usize].area > 0.0);
         self.fit(place, &found)
     }

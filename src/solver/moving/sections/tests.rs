@@ -141,7 +141,7 @@ fn what_passed_lies_behind_or_has_left() {
         assert!((found - wanted).abs() < largest, "{found} of {wanted} m3");
     }
     let (mut steps, mut sums) = (0.0, [(0.0, 0.0); 3]);
-    while solver.time() < 600.0 {
+    while solver.time() < 1200.0 {
         let step = solver.choose_step().time_step;
         solver.advance(step).unwrap();
         steps += 1.0;
