@@ -34,13 +34,14 @@
 
 use std::ops::Range;
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use crate::bed::BedParticles;
 use crate::boundary::Walls;
 use crate::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use crate::math::{Vec2, larger, smaller};
-use crate::particles::FluidParticles;
+use crate::particles::{FluidParticles, Line};
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
 
@@ -75,7 +76,8 @@ macro_rules! lanes {
 }
 
 /// The cells about a particle: a rectangle of the lattice.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
 struct Patch {
     row: u32,
     column: u32,
@@ -83,6 +85,21 @@ struct Patch {
     columns: u32,
     /// Where its weights begin, row by row.
     start: u32,
+    spare: u32,
+}
+
+/// What a particle says about the cells of its patch, beside their weights: one cache line.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Share {
+    patch: Patch,
+    /// η (m); zero where the area is.
+    level: f64,
+    /// A W(0) / κ; zero where the particle gives all of its water to one cell.
+    area: f64,
+    /// V / (Δ² Σ f_c w) (m^½).
+    scale: f64,
+    spare: [f64; 2],
 }
 
 impl Patch {
@@ -98,19 +115,17 @@ impl Patch {
     }
 }
 
-/// The shares of a chunk of particles: what each one says about the cells of its patch. The sweeps read patches and weights alone,
-/// which therefore lie apart.
-#[derive(Clone, Debug, Default)]
-struct Shares {
-    patches: Vec<Patch>,
-    /// w = f(|x_c − x_j|) √max(η − z, 0) with f = W/W(0), to be multiplied with the factor of the cell; 0 where nothing goes.
-    weights: Vec<Weight>,
-    /// η of each particle (m); zero where its area is.
-    levels: Vec<f64>,
-    /// A W(0) / κ of each particle; zero where it gives all of its water to one cell.
-    areas: Vec<f64>,
-    /// V_j / (Δ² Σ f_c w) of each particle (m^½).
-    scales: Vec<f64>,
+/// The shares of a chunk of particles.
+#[derive(Debug)]
+struct Shares<'a> {
+    of: &'a mut [Share],
+    /// w = f(|x_c − x_j|) √max(η − z, 0) with f = W/W(0), to be multiplied with the factor of the cell; 0 where nothing goes. Those of the
+    /// patches for which there is room.
+    weights: &'a mut [Weight],
+    /// Those of all other patches.
+    overflow: &'a mut Vec<Weight>,
+    /// Number of weights in use of those there is room for.
+    used: usize,
 }
 
 /// What the weights of a patch come down to.
@@ -120,13 +135,43 @@ struct Summed {
     dry: f64,
 }
 
-impl Shares {
+impl Shares<'_> {
     /// The weights of a particle in a row of the lattice, which is one of its patch.
     #[inline(always)]
     fn row(&self, patch: &Patch, row: usize) -> &[Weight] {
         let columns = patch.columns as usize;
         let from = patch.start as usize + (row - patch.row as usize) * columns;
-        &self.weights[from..from + columns]
+        match from.checked_sub(self.weights.len()) {
+            None => &self.weights[from..from + columns],
+            Some(from) => &self.overflow[from..from + columns],
+        }
+    }
+
+    /// The weights of a patch.
+    #[inline(always)]
+    fn of_patch(&mut self, patch: &Patch) -> &mut [Weight] {
+        let from = patch.start as usize;
+        match from.checked_sub(self.weights.len()) {
+            None => &mut self.weights[from..from + patch.len()],
+            Some(from) => &mut self.overflow[from..from + patch.len()],
+        }
+    }
+
+    /// Finds a place for so many weights; returns where they begin.
+    fn make_room(&mut self, count: usize) -> u32 {
+        let start = if self.used + count <= self.weights.len() {
+            self.used += count;
+            self.used - count
+        } else {
+            let here = self.overflow.len();
+            if self.overflow.capacity() - here < count {
+                // Little to spare: there are as many buffers as chunks.
+                self.overflow.reserve_exact(count.max(here / 8));
+            }
+            self.overflow.resize(here + count, 0.0);
+            self.weights.len() + here
+        };
+        start as u32
     }
 
     #[inline(always)]
@@ -136,7 +181,7 @@ impl Shares {
         (bed, walls): (&BedParticles, &Walls),
         particles: &FluidParticles,
         j: usize,
-    ) {
+    ) -> Share {
         let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
         let support = support(particles.smoothing_length[j], lattice.spacing);
         let mut level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
@@ -149,16 +194,16 @@ impl Shares {
         // A row of four is faster than one of three.
         let east = east.max((west + LANES).min(lattice.columns));
         let west = west.min(east.saturating_sub(LANES));
-        let start = self.weights.len();
         let mut patch = Patch {
             row: south as u32,
             column: west as u32,
             rows: (north - south) as u32,
             columns: (east - west) as u32,
-            start: start as u32,
+            start: 0,
+            spare: 0,
         };
         let sight = Sight { place, level, support };
-        self.make_room(patch.len());
+        patch.start = self.make_room(patch.len());
         let mut sum = self.weigh(measures, bed, &patch, &sight);
         if sum.dry > 0.0 || !walls.is_clear(place, support) || bed.has_ridge_within(place, support) {
             let seen = self.keep_in_sight(measures, &patch, &sight, (bed, walls), &mut sum);
@@ -167,31 +212,19 @@ impl Shares {
         // A film so thin that the reciprocal overflows counts as none: its water goes to the lowest cell.
         let mut scale = particles.volume[j] / (measures.cell_area * sum.weights);
         if !(1.0 / (sum.weights * measures.cell_area)).is_finite() {
-            self.weights.truncate(start);
             (level, area) = (0.0, 0.0);
             patch = match home_or_lowest(bed, &patch, &sight) {
                 Some(cell) => {
-                    self.weights.push(1.0);
                     let (column, row) = lattice.column_row(cell);
-                    Patch { row: row as u32, column: column as u32, rows: 1, columns: 1, ..patch }
+                    let start = self.make_room(1);
+                    Patch { row: row as u32, column: column as u32, rows: 1, columns: 1, start, ..patch }
                 }
                 None => Patch { rows: 0, columns: 0, ..patch },
             };
+            self.of_patch(&patch).fill(1.0);
             scale = particles.volume[j] / measures.cell_area;
         }
-        self.patches.push(patch);
-        self.levels.push(level);
-        self.areas.push(area);
-        self.scales.push(scale);
-    }
-
-    /// Makes room for so many weights, with little to spare: there are as many buffers as chunks.
-    fn make_room(&mut self, count: usize) {
-        if self.weights.capacity() - self.weights.len() < count {
-            let done = self.patches.len().max(1);
-            let expected = self.weights.len() / done * CHUNK + CHUNK;
-            self.weights.reserve_exact(count.max(expected.saturating_sub(self.weights.len())));
-        }
+        Share { patch, level, area, scale, ..Share::default() }
     }
 
     /// Adds the weights of a patch, wherever walls and ridges are.
@@ -202,8 +235,7 @@ impl Shares {
         let mut sums = [0.0; LANES];
         let mut dry = [0.0; LANES];
         let columns = patch.columns as usize;
-        self.weights.resize(patch.start as usize + patch.len(), 0.0);
-        let mut out = &mut self.weights[patch.start as usize..];
+        let mut out = self.of_patch(patch);
         let west = (f64::from(patch.column) + 0.5) * lattice.spacing - place.x;
         for row in 0..patch.rows as usize {
             let north = ((patch.row as usize + row) as f64 + 0.5) * lattice.spacing - place.y;
@@ -256,8 +288,7 @@ impl Shares {
         sum: &mut Summed,
     ) -> f64 {
         let (mut weights, mut seen) = (0.0, 0.0);
-        for k in 0..patch.len() {
-            let weight = &mut self.weights[patch.start as usize + k];
+        for (k, weight) in self.of_patch(patch).iter_mut().enumerate() {
             let (row, column) = (k / patch.columns as usize, k % patch.columns as usize);
             let cell = bed.lattice.index(patch.column as usize + column, patch.row as usize + row);
             if *weight <= 0.0 {
@@ -288,12 +319,12 @@ impl Shares {
         (factors, columns): (&[f64], usize),
         first: usize,
     ) {
-        let mut scales = std::mem::take(&mut self.scales);
-        add_up(self, factors, columns, &mut scales);
-        for (scale, volume) in scales.iter_mut().zip(&particles.volume[first..]) {
-            *scale = volume / (measures.cell_area * *scale);
+        let mut sums = [0.0; CHUNK];
+        let sums = &mut sums[..self.of.len()];
+        add_up(self, factors, columns, sums);
+        for ((share, sum), volume) in self.of.iter_mut().zip(sums).zip(&particles.volume[first..]) {
+            share.scale = volume / (measures.cell_area * *sum);
         }
-        self.scales = scales;
     }
 }
 
@@ -324,26 +355,22 @@ fn home_or_lowest(bed: &BedParticles, patch: &Patch, sight: &Sight) -> Option<us
 /// Lists the cells of each particle from `first` on, and their scales under factors of 1.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn weigh_chunk(
-    shares: &mut Shares,
+    shares: &mut Shares<'_>,
     measures: &Measures,
     ground: (&BedParticles, &Walls),
     particles: &FluidParticles,
     first: usize,
 ) {
-    shares.patches.clear();
-    shares.weights.clear();
-    shares.levels.clear();
-    shares.areas.clear();
-    shares.scales.clear();
-    for j in first..(first + CHUNK).min(particles.len()) {
-        shares.add(measures, ground, particles, j);
+    shares.overflow.clear();
+    for k in 0..shares.of.len() {
+        shares.of[k] = shares.add(measures, ground, particles, first + k);
     }
 }
 
 /// Σ f_c w of each particle.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn add_up(shares: &Shares, factors: &[f64], columns: usize, sums: &mut [f64]) {
-    for (patch, sum) in shares.patches.iter().zip(sums) {
+fn add_up(shares: &Shares<'_>, factors: &[f64], columns: usize, sums: &mut [f64]) {
+    for (Share { patch, .. }, sum) in shares.of.iter().zip(sums) {
         let mut lanes = [0.0; LANES];
         let mut rest = 0.0;
         for row in patch.rows_within(0, usize::MAX) {
@@ -432,7 +459,10 @@ pub struct Gridder {
     was_wet: Vec<bool>,
     /// Depth (m) of each cell that is in no particle; empty where there is none.
     beside: Vec<f64>,
-    shares: Vec<Shares>,
+    /// Of each chunk the weights for which there was no room.
+    overflows: Vec<Vec<Weight>>,
+    /// Room of its own, where it is given none.
+    own: [Vec<Line>; 2],
     bands: Vec<Band>,
     spans: Vec<Span>,
     stray_volume: f64,
@@ -458,7 +488,8 @@ impl Gridder {
             factors: vec![1.0; cells],
             was_wet: vec![false; cells],
             beside: Vec::new(),
-            shares: Vec::new(),
+            overflows: Vec::new(),
+            own: Default::default(),
             bands: bands.collect(),
             spans: Vec::new(),
             stray_volume: 0.0,
@@ -474,20 +505,46 @@ impl Gridder {
 
     /// Grids the particles over the bed, between the walls. The spans hold every cell with water now or after the call before.
     pub fn grid(&mut self, bed: &BedParticles, walls: &Walls, particles: &FluidParticles) -> WaterOnLattice<'_> {
+        let mut own = std::mem::take(&mut self.own);
+        own.iter_mut().for_each(|lines| lines.resize(particles.len(), Line::default()));
+        self.grid_within(bed, walls, particles, own.each_mut().map(|lines| &mut lines[..]));
+        self.own = own;
+        self.water()
+    }
+
+    /// The same, in memory that is lent: twice a line for each particle, whatever is in it.
+    pub fn grid_within(
+        &mut self,
+        bed: &BedParticles,
+        walls: &Walls,
+        particles: &FluidParticles,
+        [shares, weights]: [&mut [Line]; 2],
+    ) -> WaterOnLattice<'_> {
         debug_assert_eq!(bed.lattice, self.lattice);
+        debug_assert!(shares.len() == particles.len() && weights.len() == particles.len());
         let measures = self.measures;
-        self.shares.resize_with(particles.len().div_ceil(CHUNK), Shares::default);
-        let shares = self.shares.par_iter_mut().enumerate();
-        shares.for_each(|(chunk, shares)| weigh_chunk(shares, &measures, (bed, walls), particles, chunk * CHUNK));
-        self.sort_into_bands(&bed.lattice, particles);
+        let mut overflows = std::mem::take(&mut self.overflows);
+        overflows.resize_with(particles.len().div_ceil(CHUNK), Vec::new);
+        let of: &mut [Share] = bytemuck::cast_slice_mut(shares);
+        let chunks = of.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).zip(&mut overflows);
+        let mut shares: Vec<Shares<'_>> = chunks
+            .enumerate()
+            .map(|(chunk, ((of, weights), overflow))| {
+                let mut shares = Shares { of, weights: bytemuck::cast_slice_mut(weights), overflow, used: 0 };
+                weigh_chunk(&mut shares, &measures, (bed, walls), particles, chunk * CHUNK);
+                shares
+            })
+            .collect();
+        self.sort_into_bands(&shares, &bed.lattice, particles);
         for sweep in 0..=RELAXATIONS.len() {
             if sweep > 0 {
                 let factors = (&self.factors[..], bed.lattice.columns);
-                let shares = self.shares.par_iter_mut().enumerate();
+                let shares = shares.par_iter_mut().enumerate();
                 shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
             }
-            self.fill_bands(bed, particles, sweep);
+            self.fill_bands(&shares, bed, particles, sweep);
         }
+        self.overflows = overflows;
         self.spans.clear();
         self.bands.iter().for_each(|band| self.spans.extend_from_slice(&band.spans));
         self.water()
@@ -498,8 +555,8 @@ impl Gridder {
         WaterOnLattice { rows: &self.water, lattice: &self.lattice, spans: &self.spans }
     }
 
-    fn fill_bands(&mut self, bed: &BedParticles, particles: &FluidParticles, sweep: usize) {
-        let (shares, beside, columns) = (&self.shares, &self.beside, bed.lattice.columns);
+    fn fill_bands(&mut self, shares: &[Shares<'_>], bed: &BedParticles, particles: &FluidParticles, sweep: usize) {
+        let (beside, columns) = (&self.beside, bed.lattice.columns);
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
@@ -536,11 +593,11 @@ impl Gridder {
 
     /// Lists, for each band, the particles that reach into it, in ascending order; sums the stray volume; forgets the factors
     /// of the call before.
-    fn sort_into_bands(&mut self, lattice: &Lattice, particles: &FluidParticles) {
-        let (all, columns) = (&self.shares, lattice.columns);
+    fn sort_into_bands(&mut self, all: &[Shares<'_>], lattice: &Lattice, particles: &FluidParticles) {
+        let columns = lattice.columns;
         let reaches = all.par_iter().enumerate().map(|(chunk, shares)| {
             let mut reach = Reach { first: usize::MAX, end: 0, stray_volume: 0.0 };
-            for (patch, volume) in shares.patches.iter().zip(&particles.volume[chunk * CHUNK..]) {
+            for (Share { patch, .. }, volume) in shares.of.iter().zip(&particles.volume[chunk * CHUNK..]) {
                 if patch.rows == 0 {
                     reach.stray_volume += volume;
                 } else {
@@ -599,21 +656,21 @@ impl Fields<'_> {
     }
 }
 
-/// Calls `act` for each row of each of the particles in the band: particle, its chunk, its weights in that row, and where they go.
+/// Calls `act` for each row of each of the particles in the band: particle, its share, its weights in that row, and where they go.
 #[inline(always)]
 fn for_each_row(
     particles: &[u32],
     (rows, columns): (Range<usize>, usize),
-    shares: &[Shares],
-    mut act: impl FnMut(usize, &Shares, &[Weight], usize),
+    shares: &[Shares<'_>],
+    mut act: impl FnMut(usize, &Share, &[Weight], usize),
 ) {
     for &particle in particles {
         let j = particle as usize;
         let chunk = &shares[j / CHUNK];
-        let patch = &chunk.patches[j % CHUNK];
-        for row in patch.rows_within(rows.start, rows.end) {
-            let place = (row - rows.start) * columns + patch.column as usize;
-            act(j, chunk, chunk.row(patch, row), place);
+        let share = &chunk.of[j % CHUNK];
+        for row in share.patch.rows_within(rows.start, rows.end) {
+            let place = (row - rows.start) * columns + share.patch.column as usize;
+            act(j, share, chunk.row(&share.patch, row), place);
         }
     }
 }
@@ -626,10 +683,10 @@ fn four(numbers: &[f64]) -> [f64; LANES] {
 
 /// Fills the band with the water of its particles under factors of 1; sums weights and columns of the cells.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares], elevation: &[f64]) {
+fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>], elevation: &[f64]) {
     let elevation = &elevation[fields.cells()];
-    for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |j, chunk, weights, place| {
-        let (scale, area, level) = (chunk.scales[j % CHUNK], chunk.areas[j % CHUNK], chunk.levels[j % CHUNK]);
+    for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |_, share, weights, place| {
+        let Share { scale, area, level, .. } = *share;
         let cells = place..place + weights.len();
         let (depth, sum) = (&mut fields.depth[cells.clone()], &mut fields.weight[cells.clone()]);
         let (column, elevation) = (&mut fields.column[cells.clone()], &elevation[cells]);
@@ -656,71 +713,80 @@ fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares], elevation: &
 
 /// Fills the band with the water of its particles.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn fill(particles: &[u32], fields: &mut Fields, shares: &[Shares]) {
-    for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |j, chunk, weights, place| {
-        let scale = chunk.scales[j % CHUNK];
-        let cells = place..place + weights.len();
-        let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells]);
-        if let Some((weights, mut depths, factors)) = lanes!(weights => depth, factors) {
-            for k in 0..LANES {
-                depths[k] += scale * factors[k] * weights[k];
+fn fill(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>]) {
+    for_each_row(
+        particles,
+        (fields.rows.clone(), fields.columns),
+        shares,
+        |_, &Share { scale, .. }, weights, place| {
+            let cells = place..place + weights.len();
+            let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells]);
+            if let Some((weights, mut depths, factors)) = lanes!(weights => depth, factors) {
+                for k in 0..LANES {
+                    depths[k] += scale * factors[k] * weights[k];
+                }
+                depth.copy_from_slice(&depths);
+            } else {
+                for (k, weight) in weights.iter().enumerate() {
+                    depth[k] += scale * factors[k] * f64::from(*weight);
+                }
             }
-            depth.copy_from_slice(&depths);
-        } else {
-            for (k, weight) in weights.iter().enumerate() {
-                depth[k] += scale * factors[k] * f64::from(*weight);
-            }
-        }
-    });
+        },
+    );
 }
 
 /// The same with the momentum of its particles.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn fill_with_discharges(particles: &[u32], fields: &mut Fields, fluid: &FluidParticles, shares: &[Shares]) {
-    for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |j, chunk, weights, place| {
-        let (scale, velocity) = (chunk.scales[j % CHUNK], fluid.velocity[j]);
-        let cells = place..place + weights.len();
-        let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells.clone()]);
-        let (discharge_x, discharge_y) = (&mut fields.discharge_x[cells.clone()], &mut fields.discharge_y[cells]);
-        if let Some((weights, mut depths, factors, mut flow_x, mut flow_y)) =
-            lanes!(weights => depth, factors, discharge_x, discharge_y)
-        {
-            for k in 0..LANES {
-                let share = scale * factors[k] * weights[k];
-                depths[k] += share;
-                flow_x[k] += velocity.x * share;
-                flow_y[k] += velocity.y * share;
+fn fill_with_discharges(particles: &[u32], fields: &mut Fields, fluid: &FluidParticles, shares: &[Shares<'_>]) {
+    for_each_row(
+        particles,
+        (fields.rows.clone(), fields.columns),
+        shares,
+        |j, &Share { scale, .. }, weights, place| {
+            let velocity = fluid.velocity[j];
+            let cells = place..place + weights.len();
+            let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells.clone()]);
+            let (discharge_x, discharge_y) = (&mut fields.discharge_x[cells.clone()], &mut fields.discharge_y[cells]);
+            if let Some((weights, mut depths, factors, mut flow_x, mut flow_y)) =
+                lanes!(weights => depth, factors, discharge_x, discharge_y)
+            {
+                for k in 0..LANES {
+                    let share = scale * factors[k] * weights[k];
+                    depths[k] += share;
+                    flow_x[k] += velocity.x * share;
+                    flow_y[k] += velocity.y * share;
+                }
+                depth.copy_from_slice(&depths);
+                discharge_x.copy_from_slice(&flow_x);
+                discharge_y.copy_from_slice(&flow_y);
+            } else {
+                for (k, weight) in weights.iter().enumerate() {
+                    let share = scale * factors[k] * f64::from(*weight);
+                    depth[k] += share;
+                    discharge_x[k] += velocity.x * share;
+                    discharge_y[k] += velocity.y * share;
+                }
             }
-            depth.copy_from_slice(&depths);
-            discharge_x.copy_from_slice(&flow_x);
-            discharge_y.copy_from_slice(&flow_y);
-        } else {
-            for (k, weight) in weights.iter().enumerate() {
-                let share = scale * factors[k] * f64::from(*weight);
-                depth[k] += share;
-                discharge_x[k] += velocity.x * share;
-                discharge_y[k] += velocity.y * share;
-            }
-        }
-    });
+        },
+    );
 }
 
 impl Band {
     /// Lists the particles that reach into the rows of the band, in ascending order.
-    fn take_particles(&mut self, rows: Range<usize>, shares: &[Shares], reaches: &[Reach]) {
+    fn take_particles(&mut self, rows: Range<usize>, shares: &[Shares<'_>], reaches: &[Reach]) {
         self.particles.clear();
         let is_near = |reach: &Reach| reach.first < rows.end && reach.end > rows.start;
         for (chunk, _) in reaches.iter().enumerate().filter(|(_, reach)| is_near(reach)) {
-            let patches = shares[chunk].patches.iter().enumerate();
-            let inside = patches.filter(|(_, patch)| !patch.rows_within(rows.start, rows.end).is_empty());
+            let of_chunk = shares[chunk].of.iter().enumerate();
+            let inside = of_chunk.filter(|(_, share)| !share.patch.rows_within(rows.start, rows.end).is_empty());
             self.particles.extend(inside.map(|(k, _)| (chunk * CHUNK + k) as u32));
         }
     }
 
     /// Notes which columns the particles touch.
-    fn touch_all(&mut self, fields: &Fields, shares: &[Shares]) {
+    fn touch_all(&mut self, fields: &Fields, shares: &[Shares<'_>]) {
         for &particle in &self.particles {
-            let patch = &shares[particle as usize / CHUNK].patches[particle as usize % CHUNK];
+            let patch = &shares[particle as usize / CHUNK].of[particle as usize % CHUNK].patch;
             let (from, to) = (patch.column as usize, patch.column as usize + patch.columns as usize);
             for row in patch.rows_within(fields.rows.start, fields.rows.end) {
                 let touched = &mut self.touched[row - fields.rows.start];

@@ -2,6 +2,12 @@
 
 use crate::math::Vec2;
 
+/// Eight numbers of a particle, one cache line, whose meaning is that of whoever works with them at the moment: parts of a step lend
+/// each other memory that none needs while the other is at work.
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+pub struct Line([f64; 8]);
+
 /// A fluid particle as seeding makes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FluidSeed {

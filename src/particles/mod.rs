@@ -2,4 +2,4 @@
 
 mod fluid;
 
-pub use fluid::{FluidParticles, FluidSeed, Particle, retain_marked};
+pub use fluid::{FluidParticles, FluidSeed, Line, Particle, retain_marked};

@@ -4,7 +4,7 @@
 //! cargo bench --bench measure -- phases [PARTICLES]      processor time of each phase, one thread
 //! cargo bench --bench measure -- sizes                   processor time against particles, one thread
 //! cargo bench --bench measure -- threads [PARTICLES]     wall-clock and processor time on one thread and on two
-//! cargo bench --bench measure -- memory MOTION PARTICLES [CELLS] peak memory of this process after a few steps, with so many cells for each particle (2)
+//! cargo bench --bench measure -- memory MOTION PARTICLES [CELLS] peak memory of this process after some steps, with so many cells for each particle (2)
 //! cargo bench --bench measure -- machine                 bytes a second by a triad, operations a second by chains of products
 //! cargo bench --bench measure -- steps MOTION PARTICLES STEPS  nothing but steps, for `scripts/instructions.sh`
 //! ```
@@ -85,7 +85,8 @@ fn threads(particles: usize) {
 
 fn memory(motion: Motion, particles: usize, cells_for_each: usize) {
     let mut solver = scene::solver_for(motion, scene::dam_break_in(particles, cells_for_each));
-    scene::steps(solver.as_mut(), 3);
+    // Some more than there are between two sortings of moving particles.
+    scene::steps(solver.as_mut(), FIRST_STEPS);
     println!("{},{particles},{},{}", motion.name(), solver.water().lattice.len(), peak_bytes());
 }
 

@@ -18,11 +18,11 @@
 //! water at a shore covers half of the place before it, and is at rest.
 
 use super::ridges::share_in_sight;
-use super::{Balanced, Local, State};
+use super::{Balanced, Standing, State};
 use crate::boundary::Image;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::solver::moving::{Glance, MovingWater, Seen};
+use crate::solver::moving::{Glance, MovingWater};
 
 /// Below this share of open outline a particle is inside the water.
 const LEAST_OPENNESS: f64 = 0.25;
@@ -62,21 +62,22 @@ const HEXAGON: [Vec2; 19] = [
 ];
 
 impl Balanced {
-    /// Sets χ and the push of particle `i`.
+    /// Sets χ and the push of particle `i`; `list` is overwritten.
     pub(super) fn find_free_edge(
         &self,
         water: &MovingWater,
         i: usize,
-        seen: Seen<'_>,
+        list: &mut Vec<u32>,
         glance: &mut Glance,
-        local: &mut Local,
+        standing: &mut Standing,
     ) {
-        let openness = local.openness.norm();
+        let openness = standing.openness.norm();
         if openness < LEAST_OPENNESS {
             return;
         }
+        let seen = water.neighbours.of(i, list);
         let me = &self.states[i];
-        let outward = local.openness / openness;
+        let outward = standing.openness / openness;
         let ahead = outward * (AHEAD * self.dimension.edge(me.area));
         let mut cover = [1.0, 2.0].map(|times| self.cover_by(me, me.position, me.position + ahead * times));
         let ridges = self.ridges_near(water, me.position);
@@ -91,8 +92,8 @@ impl Balanced {
         let covered = if seen.iter().any(|image| image.transform != 0) { COVERED_BESIDE_WALL } else { COVERED };
         let open_share = |cover: f64| ((covered - cover) / TRANSITION).clamp(0.0, 1.0);
         // More water may reach these places than the particle itself sees, never less: most particles are done here.
-        local.edge = open_share(cover[0].max(cover[1]));
-        if local.edge == 0.0 {
+        standing.edge = open_share(cover[0].max(cover[1]));
+        if standing.edge == 0.0 {
             return;
         }
         let push = self.push(water, i, me.position + ahead * 2.0);
@@ -103,10 +104,10 @@ impl Balanced {
         for (cover, &place) in cover.iter_mut().zip(&places) {
             *cover = cover.max(self.cover_at(water, place, glance));
         }
-        local.edge = open_share(cover[0].max(cover[1]));
-        if local.edge > 0.0 {
+        standing.edge = open_share(cover[0].max(cover[1]));
+        if standing.edge > 0.0 {
             let wet = places.map(|place| self.share_below(water, me, place));
-            local.push = outward * (push * open_share((cover[0] / wet[0]).max(cover[1] / wet[1])));
+            standing.push = outward * (push * open_share((cover[0] / wet[0]).max(cover[1] / wet[1])));
         }
     }
 
@@ -160,8 +161,7 @@ impl Balanced {
         if bed_ahead >= me.surface || water.walls.is_walled(me.position, farther) {
             return 0.0;
         }
-        let bed_here = water.bed_points[i].elevation;
-        let depth = (me.surface - bed_ahead.max(bed_here)).clamp(0.0, me.depth);
+        let depth = (me.surface - bed_ahead).clamp(0.0, me.depth);
         0.5 * water.gravity * depth * depth * self.dimension.side(me.area) / water.particles.volume[i]
     }
 }

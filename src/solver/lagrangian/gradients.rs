@@ -21,11 +21,11 @@
 use rayon::prelude::*;
 
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_states, measure_and_cover, total};
-use super::{Balanced, Gradients, Local, State};
+use super::{Balanced, Gradients, Local, Standing, State};
 use crate::bed::BedParticles;
 use crate::boundary::Isometry;
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, Seen, correction};
+use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, Rates, Seen, correction};
 
 impl Balanced {
     /// Fills `gradients`, `locals` and the smoothing lengths of the next evaluation.
@@ -34,17 +34,20 @@ impl Balanced {
         let mut gradients = std::mem::take(&mut self.gradients);
         let mut locals = std::mem::take(&mut self.locals);
         let mut lengths = std::mem::take(&mut water.particles.smoothing_length);
+        let mut rates = std::mem::take(&mut water.rates);
         let around = &*water;
         gradients.resize(particles, Gradients::default());
         locals.resize(particles, Local::default());
+        rates.resize(particles, Rates::default());
         gradients
             .par_chunks_mut(CHUNK)
             .zip(locals.par_chunks_mut(CHUNK))
             .zip(lengths.par_chunks_mut(CHUNK))
+            .zip(rates.par_chunks_mut(CHUNK))
             .enumerate()
             .for_each_init(
                 || (Pairs::new(), [Sums::default(); CHUNK], Glance::default(), Vec::new()),
-                |(pairs, sums, glance, list), (chunk, ((gradients, locals), lengths))| {
+                |(pairs, sums, glance, list), (chunk, (((gradients, locals), lengths), rates))| {
                     let first = chunk * CHUNK;
                     let sums = &mut sums[..gradients.len()];
                     for (k, sums) in sums.iter_mut().enumerate() {
@@ -60,48 +63,64 @@ impl Balanced {
                     }
                     // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
                     for (k, sums) in sums.iter().enumerate() {
-                        (gradients[k], locals[k]) = self.finish(&self.states[first + k], sums);
-                        lengths[k] = self.next_smoothing_length(&self.states[first + k], sums);
+                        let me = &self.states[first + k];
+                        (gradients[k], locals[k].correction) = finish(sums);
+                        lengths[k] = self.next_smoothing_length(me, sums);
+                        // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
+                        rates[k].shift = sums.closure * (-2.0 * self.dimension.edge(me.area));
                     }
-                    for (k, (local, sums)) in locals.iter_mut().zip(sums).enumerate() {
-                        self.find_free_edge(around, first + k, around.neighbours.of(first + k, list), glance, local);
-                        local.out_of_step = self.out_of_step(&self.states[first + k], sums, local);
+                    for (k, sums) in sums.iter().enumerate() {
+                        let mut standing = Standing { openness: rates[k].shift, ..Standing::default() };
+                        self.find_free_edge(around, first + k, list, glance, &mut standing);
+                        standing.out_of_step = self.out_of_step(&self.states[first + k], sums, &standing);
+                        locals[k].edge = standing.edge;
+                        rates[k] = begun(&standing);
                     }
                 },
             );
         self.gradients = gradients;
         self.locals = locals;
         water.particles.smoothing_length = lengths;
+        water.rates = rates;
     }
 
-    fn finish(&self, me: &State, sums: &Sums) -> (Gradients, Local) {
-        let correction = correction(sums.moment);
-        let gradients = Gradients {
-            surface: correction.apply(sums.surface),
-            depth: correction.apply(sums.depth),
-            u: correction.apply(sums.u),
-            v: correction.apply(sums.v),
-        };
-        // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
-        let openness = sums.closure * (-2.0 * self.dimension.edge(me.area));
-        (gradients, Local { correction, openness, out_of_step: 0.0, edge: 0.0, push: Vec2::ZERO })
-    }
-
-    fn out_of_step(&self, me: &State, sums: &Sums, local: &Local) -> f64 {
+    fn out_of_step(&self, me: &State, sums: &Sums, standing: &Standing) -> f64 {
         let own = me.area * self.kernel.at_zero(me.inverse_h);
         let partition = own + sums.partition;
         let mean_depth = (own * me.depth + sums.depth_sum) / partition;
         let crowding = partition / self.full - 1.0;
         let swelling = if crowding > 0.0 { me.depth.min(mean_depth) } else { me.depth };
-        let openness = local.openness;
+        let openness = standing.openness;
         let backing = openness.dot(sums.moment.apply(openness)) / openness.norm_squared().max(f64::MIN_POSITIVE);
         let edge_crowding = (2.0 * backing - 1.0).min(0.0);
-        swelling * crowding * (1.0 - local.edge) + me.depth * edge_crowding * local.edge
+        swelling * crowding * (1.0 - standing.edge) + me.depth * edge_crowding * standing.edge
     }
 
     fn next_smoothing_length(&self, me: &State, sums: &Sums) -> f64 {
         let smoothed = (me.area + sums.weighted_area) / (1.0 + sums.weights);
         self.factor * self.dimension.edge(me.area.max(smoothed))
+    }
+}
+
+/// The gradients, and L.
+fn finish(sums: &Sums) -> (Gradients, Sym2) {
+    let correction = correction(sums.moment);
+    let gradients = Gradients {
+        surface: correction.apply(sums.surface),
+        depth: correction.apply(sums.depth),
+        u: correction.apply(sums.u),
+        v: correction.apply(sums.v),
+    };
+    (gradients, correction)
+}
+
+/// What the rates are begun with, each in the place of the rate that comes of it.
+fn begun(standing: &Standing) -> Rates {
+    Rates {
+        acceleration: standing.push,
+        depth_rate: standing.out_of_step,
+        shift: standing.openness,
+        ..Rates::default()
     }
 }
 

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::moving::{CHUNK, ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
 use crate::math::{Sym2, Vec2};
-use crate::particles::FluidSeed;
+use crate::particles::{FluidSeed, Line};
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
@@ -61,11 +61,18 @@ struct Gradients {
     v: Vec2,
 }
 
-/// What only the particle itself needs.
+/// What only the particle itself needs for its faces.
 #[derive(Clone, Copy, Debug, Default)]
 struct Local {
     /// L, the inverse of the first moment of the pair faces.
     correction: Sym2,
+    /// χ, 1 at a free edge.
+    edge: f64,
+}
+
+/// What the neighbourhood of a particle says of where it stands.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standing {
     /// S₀ / A^((dim−1)/dim): open length of the particle's outline, outwards, in units of its own edge.
     openness: Vec2,
     /// d' (ΣAW/σ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ (m): how much deeper the arrangement of the particles says the water is.
@@ -168,7 +175,8 @@ impl Formulation for Balanced {
         water.phases.end("motion");
         let fluid = water.admit();
         water.phases.end("boundaries");
-        water.sample_bed();
+        self.states.resize(water.particles.len(), State::default());
+        water.sample_bed(&mut self.states, |state, bed| state.surface = bed.elevation);
         water.phases.end("bed");
         water.neighbours.search(
             &water.particles.position,
@@ -184,13 +192,18 @@ impl Formulation for Balanced {
         water.phases.end("rates");
         water.dismiss(fluid);
     }
+
+    fn spare_memory(&mut self, particles: usize) -> Option<[&mut [Line]; 2]> {
+        self.states.resize(particles, State::default());
+        self.gradients.resize(particles, Gradients::default());
+        Some([bytemuck::cast_slice_mut(&mut self.states), bytemuck::cast_slice_mut(&mut self.gradients)])
+    }
 }
 
 impl Balanced {
-    /// Copies what neighbours need side by side.
+    /// Copies what neighbours need side by side, to the bed under each particle.
     fn pack(&mut self, water: &MovingWater) {
         let particles = &water.particles;
-        self.states.resize(particles.len(), State::default());
         self.states.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, states)| {
             for (k, state) in states.iter_mut().enumerate() {
                 let i = chunk * CHUNK + k;
@@ -198,7 +211,7 @@ impl Balanced {
                     position: particles.position[i],
                     velocity: particles.velocity[i],
                     depth: particles.depth[i],
-                    surface: particles.depth[i] + water.bed_points[i].elevation,
+                    surface: particles.depth[i] + state.surface,
                     area: particles.volume[i] / particles.depth[i],
                     inverse_h: 1.0 / particles.smoothing_length[i],
                 };

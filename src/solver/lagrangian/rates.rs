@@ -100,7 +100,7 @@ impl Balanced {
                 }
                 // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
                 for (k, (rates, sums)) in rates.iter_mut().zip(sums).enumerate() {
-                    *rates = self.rates_of(water_ref, chunk * CHUNK + k, sums);
+                    *rates = self.rates_of(water_ref, chunk * CHUNK + k, sums, rates);
                 }
             },
         );
@@ -121,17 +121,17 @@ impl Balanced {
         sum_faces(pairs, i, &self.locals[i], seen, &around)
     }
 
-    fn rates_of(&self, water: &MovingWater, i: usize, sums: &Sums) -> Rates {
+    fn rates_of(&self, water: &MovingWater, i: usize, sums: &Sums, begun: &Rates) -> Rates {
         let (me, mine, local) = (&self.states[i], &self.gradients[i], &self.locals[i]);
         let approach = sums.approach;
         let divergence = mine.u.x + mine.v.y + sums.divergence;
         let inside = 1.0 - local.edge;
-        let relaxation = RELAXATION * local.out_of_step * approach * me.inverse_h;
-        let unsupported = self.unsupported(water, i, sums.contact);
+        let relaxation = RELAXATION * begun.depth_rate * approach * me.inverse_h;
+        let unsupported = self.unsupported(water, me, sums.contact);
         Rates {
-            acceleration: local.push - sums.force / me.depth - unsupported,
+            acceleration: begun.acceleration - sums.force / me.depth - unsupported,
             depth_rate: relaxation - me.depth * divergence,
-            shift: local.openness * (SHIFT * approach * inside),
+            shift: begun.shift * (SHIFT * approach * inside),
             approach,
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
@@ -145,15 +145,15 @@ impl Balanced {
 
 impl Balanced {
     /// The part of g ∇z_b (m/s²) that no neighbour in contact tells a particle of; see the head of this file.
-    fn unsupported(&self, water: &MovingWater, i: usize, contact: Sym2) -> Vec2 {
-        let (me, mut slope) = (&self.states[i], water.bed_points[i].slope);
-        if self.dimension == Dimension::One {
-            slope.y = 0.0;
-        }
+    fn unsupported(&self, water: &MovingWater, me: &State, contact: Sym2) -> Vec2 {
         let scale = |value: f64| ENOUGH_CONTACT * value;
         let contact = Sym2 { xx: scale(contact.xx), xy: scale(contact.xy), yy: scale(contact.yy) };
         if is_inverted(contact) {
             return Vec2::ZERO;
+        }
+        let mut slope = water.bed_at(me.position).slope;
+        if self.dimension == Dimension::One {
+            slope.y = 0.0;
         }
         let froude_squared = me.velocity.norm_squared() / (water.gravity * me.depth);
         let share = (froude_squared / FREE_FROUDE_SQUARED).min(1.0);

@@ -70,7 +70,7 @@ impl MovingWater {
         let volume = volume_i + volume_j;
         let mean = |a: Vec2, b: Vec2| (a * volume_i + b * volume_j) / volume;
         let (area_i, area_j) = (volume_i / p.depth[i], volume_j / p.depth[j]);
-        let level = |i: usize| p.depth[i] + self.bed_points[i].elevation;
+        let level = |i: usize| p.depth[i] + self.bed_at(p.position[i]).elevation;
         let position = mean(p.position[i], p.position[j]);
         let depth = (area_i * level(i) + area_j * level(j)) / (area_i + area_j) - self.bed_at(position).elevation;
         if depth < p.depth[i].min(p.depth[j]) {

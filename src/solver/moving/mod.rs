@@ -24,6 +24,7 @@ pub use kernel::{ChosenKernel, smoothing_factor};
 pub use neighbours::{CHUNK, Glance, Neighbours, Seen};
 pub use solver::MovingSolver;
 
+use bytemuck::{Pod, Zeroable};
 use open::OpenBoundaries;
 use rain::Rainfall;
 use rayon::prelude::*;
@@ -33,7 +34,7 @@ use springs::Springs;
 use crate::bed::{BedParticles, BedPoint};
 use crate::boundary::{Edge, Walls, outline};
 use crate::math::{Sym2, Vec2};
-use crate::particles::{FluidParticles, FluidSeed};
+use crate::particles::{FluidParticles, FluidSeed, Line};
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
 use crate::solver::phases::Phases;
@@ -77,7 +78,8 @@ impl MovingMethods {
 }
 
 /// The rates of one particle.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Rates {
     /// dv/dt (m/s²) without friction.
     pub acceleration: Vec2,
@@ -101,6 +103,11 @@ pub trait Formulation: Send {
 
     /// Fills `water.rates`, and `smoothing_length` (and `depth` where it is summed) of the particles, for their present state.
     fn evaluate(&mut self, water: &mut MovingWater);
+
+    /// Memory that is free until the next evaluation, if any: twice a line for each of so many particles.
+    fn spare_memory(&mut self, _particles: usize) -> Option<[&mut [Line]; 2]> {
+        None
+    }
 }
 
 /// Moving particles and their surroundings.
@@ -126,8 +133,6 @@ pub struct MovingWater {
     pub bed: BedParticles,
     /// Walls and open edges.
     pub walls: Walls,
-    /// Bed elevation (m) and slope under each particle, from the latest call of `sample_bed`.
-    pub bed_points: Vec<BedPoint>,
     /// Where the time of the steps goes.
     pub phases: Phases,
     /// What comes and goes.
@@ -179,7 +184,6 @@ impl MovingWater {
             walls,
             bed,
             phases: Phases::default(),
-            bed_points: Vec::new(),
             open,
             springs: Springs::new(problem, dimension),
             sections: Sections::new(problem, dimension),
@@ -282,18 +286,16 @@ impl MovingWater {
         nearest.1
     }
 
-    /// Samples the bed under every particle.
-    pub fn sample_bed(&mut self) {
-        let mut points = std::mem::take(&mut self.bed_points);
-        points.resize(self.particles.len(), BedPoint { elevation: 0.0, slope: Vec2::ZERO });
-        points.par_chunks_mut(CHUNK).zip(self.particles.position.par_chunks(CHUNK)).for_each(|(points, positions)| {
-            for (point, &position) in points.iter_mut().zip(positions) {
-                *point = self.bed_at(position);
+    /// Passes the bed under every particle to `take`, chunk by chunk; that under buffer particles, which stand behind the water, is what
+    /// their boundary says.
+    pub fn sample_bed<T: Send>(&self, values: &mut [T], take: impl Fn(&mut T, BedPoint) + Sync) {
+        let (water, buffer) = values.split_at_mut(self.particles.len() - self.open.count());
+        water.par_chunks_mut(CHUNK).zip(self.particles.position.par_chunks(CHUNK)).for_each(|(values, positions)| {
+            for (value, &position) in values.iter_mut().zip(positions) {
+                take(value, self.bed_at(position));
             }
         });
-        let fluid = points.len() - self.open.count();
-        points[fluid..].iter_mut().zip(self.open.bed_points()).for_each(|(point, beyond)| *point = beyond);
-        self.bed_points = points;
+        buffer.iter_mut().zip(self.open.bed_points()).for_each(|(value, beyond)| take(value, beyond));
     }
 
     /// Depth (m) below which particle `i` does not thin: the dry depth, or its volume over the largest area.

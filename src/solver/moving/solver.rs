@@ -149,28 +149,46 @@ impl<F: Formulation> MovingSolver<F> {
         first.map_or(Ok(()), |(quantity, value, x)| Err(self.failure(quantity, value, x)))
     }
 
+    /// Brings particles and rates into the order of the cells. Buffer particles are not among them.
     fn sort(&mut self) {
-        let order = self.water.neighbours.order();
-        fn sorted<T: Copy>(values: &mut [T], order: &[u32], scratch: &mut Vec<T>) {
-            scratch.clear();
-            scratch.extend(order.iter().map(|&j| values[j as usize]));
-            values.copy_from_slice(scratch);
-        }
-        let (mut vectors, mut numbers, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         let particles = &mut self.water.particles;
-        // Buffer particles stand behind the water.
+        let count = particles.len();
+        let cells = self.water.neighbours.order();
         self.water_order.clear();
-        self.water_order.extend(order.iter().copied().filter(|&j| (j as usize) < particles.len()));
-        let order = &self.water_order[..];
-        if order.len() != particles.len() {
+        self.water_order.extend(cells.iter().copied().filter(|&j| (j as usize) < count));
+        if self.water_order.len() != count {
             return;
         }
-        sorted(&mut particles.position, order, &mut vectors);
-        sorted(&mut particles.velocity, order, &mut vectors);
-        sorted(&mut particles.volume, order, &mut numbers);
-        sorted(&mut particles.depth, order, &mut numbers);
-        sorted(&mut particles.smoothing_length, order, &mut numbers);
-        sorted(&mut self.water.rates, order, &mut rates);
+        // The half step of before is over.
+        self.halves.resize(count, HalfStep::default());
+        let (order, scratch) = (&self.water_order[..], bytemuck::cast_slice_mut(&mut self.halves));
+        let arrays: [(&mut [f64], usize); 6] = [
+            (bytemuck::cast_slice_mut(&mut particles.position), 2),
+            (bytemuck::cast_slice_mut(&mut particles.velocity), 2),
+            (&mut particles.volume, 1),
+            (&mut particles.depth, 1),
+            (&mut particles.smoothing_length, 1),
+            (bytemuck::cast_slice_mut(&mut self.water.rates), size_of::<Rates>() / size_of::<f64>()),
+        ];
+        for (numbers, of_each) in arrays {
+            sort_numbers(numbers, of_each, order, scratch);
+        }
+    }
+}
+
+/// Numbers that a particle has room for in the memory by which it is sorted.
+const SORTED_AT_ONCE: usize = size_of::<HalfStep>() / size_of::<f64>();
+
+/// Brings the numbers of particles, so many of each, into an order.
+fn sort_numbers(numbers: &mut [f64], of_each: usize, order: &[u32], scratch: &mut [f64]) {
+    for from in (0..of_each).step_by(SORTED_AT_ONCE) {
+        let part = from..of_each.min(from + SORTED_AT_ONCE);
+        for (sorted, &j) in scratch.chunks_exact_mut(part.len()).zip(order) {
+            sorted.copy_from_slice(&numbers[j as usize * of_each..][part.clone()]);
+        }
+        for (sorted, numbers) in scratch.chunks_exact(part.len()).zip(numbers.chunks_exact_mut(of_each)) {
+            numbers[part.clone()].copy_from_slice(sorted);
+        }
     }
 }
 
@@ -281,7 +299,11 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.water.phases.start();
         let fluid = self.water.lend();
         self.gridder.put_beside(self.water.on_dry_ground());
-        self.gridder.grid(&self.water.bed, &self.water.walls, &self.water.particles);
+        let MovingWater { bed, walls, particles, .. } = &self.water;
+        match self.formulation.spare_memory(particles.len()) {
+            Some(spare) => self.gridder.grid_within(bed, walls, particles, spare),
+            None => self.gridder.grid(bed, walls, particles),
+        };
         self.water.take_back(fluid);
         self.water.phases.end("gridding");
         self.gridder.water()

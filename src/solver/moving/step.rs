@@ -4,6 +4,7 @@
 //! d (1 + Δt r), with which the error at bores doubles. Leapfrog takes d (1 + Δt r) for growth and d / (1 − Δt r) for loss,
 //! which halves the error of long oscillations against exp. Friction acts implicitly at the end of the step. Walls reflect ways and velocities; who crosses an open edge is taken out.
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::{CHUNK, Formulation, MovingWater};
@@ -13,7 +14,8 @@ use crate::particles::retain_marked;
 use crate::physics::friction::manning::after_friction;
 
 /// What a step with leapfrog keeps of a particle until its end: its state half a step later.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct HalfStep {
     velocity: Vec2,
     depth: f64,

@@ -82,7 +82,7 @@ impl Variational {
             force += e * (particles.volume[j] * pair);
             approach = approach.max((u_j - u_i).abs());
         }
-        let slope = water.bed_points[i].slope;
+        let slope = self.slopes[i];
         let acceleration = match self.bed_slope {
             BedSlope::Hydrostatic => force - slope * g,
             BedSlope::Steep => on_steep_bed(force, v_i, slope, water.curvature_at(particles.position[i]), g),

@@ -44,6 +44,8 @@ pub struct Variational {
     reconstruction: Reconstruction,
     bed_slope: BedSlope,
     densities: Vec<Density>,
+    /// Slope of the bed under each particle.
+    slopes: Vec<Vec2>,
 }
 
 /// Moving particles in the variational formulation.
@@ -76,6 +78,7 @@ impl VariationalSolver {
             reconstruction: methods.reconstruction,
             bed_slope: methods.bed_slope,
             densities: Vec::new(),
+            slopes: Vec::new(),
         };
         Self::with_formulation(problem, seeds, variational, methods, dimension)
     }
@@ -98,7 +101,8 @@ impl Formulation for Variational {
 
     fn evaluate(&mut self, water: &mut MovingWater) {
         water.phases.end("motion");
-        water.sample_bed();
+        self.slopes.resize(water.particles.len(), Vec2::ZERO);
+        water.sample_bed(&mut self.slopes, |slope, bed| *slope = bed.slope);
         water.phases.end("bed");
         let reach = SLACK * self.kernel.support();
         water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, reach, &water.walls);
