@@ -86,7 +86,7 @@ fn front(levels: &Series) -> (f64, f64) {
     };
     let mut crossings = levels.windows(2).filter_map(|pair| crossing(&pair[0], &pair[1]));
     let first = crossings.next().unwrap_or(f64::NAN);
-    (first, crossings.last().unwrap_or(first))
+    (first, crossings.next_back().unwrap_or(first))
 }
 
 #[cfg(test)]

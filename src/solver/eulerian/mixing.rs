@@ -149,10 +149,10 @@ mod tests {
                 .map(|pair| (pair[1] - pair[0]) / dy)
                 .map(|shear| eddy_viscosity(1.0, 0.0, shear.abs()) * shear)
                 .collect();
-            for k in 0..u.len() {
+            for (k, here) in u.iter_mut().enumerate() {
                 let north = stress.get(k).copied().unwrap_or(0.0);
                 let south = k.checked_sub(1).map_or(0.0, |k| stress[k]);
-                u[k] += dt / dy * (north - south);
+                *here += dt / dy * (north - south);
             }
         }
         move |y: f64| {
