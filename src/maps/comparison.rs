@@ -17,7 +17,7 @@ pub enum PanelAxis {
     /// Time (s), from 0.
     #[default]
     Time,
-    /// Places along a line (m), from the first to the last one.
+    /// Places along a line (m), from the first to the last one; the titles of the panels have the units of their values.
     Place,
 }
 
@@ -43,7 +43,7 @@ const SIZE: (f64, f64) = (400.0, 170.0);
 const GAP: (f64, f64) = (80.0, 62.0);
 const CORNER: (f64, f64) = (70.0, 74.0);
 
-/// The panels as an SVG document; `unit_label` stands at the upright axes, such as `depth (m)`.
+/// The panels as an SVG document; `unit_label` stands at the upright axes of panels over time, such as `depth (m)`.
 pub fn comparison(title: &str, unit_label: &str, panels: &[GaugePanel]) -> String {
     let mut drawing = Drawing::default();
     drawing.text(CORNER.0, 30.0, Style::PLAIN.size(16.0).bold(), title);
@@ -107,7 +107,10 @@ fn draw(
     drawing.rectangle((left, top), (width, height), "none", "#333");
     drawing.text(left, top - 8.0, Style::PLAIN.bold(), &panel.title);
     drawing.text(left + width / 2.0, top + height + 29.0, label.anchor("middle"), unit);
-    drawing.turned_text(left - 48.0, top + height / 2.0, -90.0, label.anchor("middle"), unit_label);
+    // Panels over places each have a quantity and a unit of their own in their title.
+    if panel.axis == PanelAxis::Time {
+        drawing.turned_text(left - 48.0, top + height / 2.0, -90.0, label.anchor("middle"), unit_label);
+    }
     let path = |points: &[(f64, f64)]| {
         let sound = points.iter().filter(|point| point.1.is_finite());
         sound.map(|(time, value)| format!("{:.1},{:.1}", x(*time), y(*value))).collect::<Vec<_>>().join(" ")
@@ -151,7 +154,13 @@ mod tests {
         let line = GaugeLine { name: "1 m".to_string(), points: vec![(120.0, 0.0), (280.0, 4.0)] };
         let drawn = comparison("Levels", "level (m)", &[panel("2 s", PanelAxis::Place, Vec::new(), vec![line])]);
         assert!(drawn.contains(r#"points="70.0,244.0 470.0,74.0""#), "{drawn}");
-        assert!(drawn.contains("place (m)") && drawn.contains(">200<") && !drawn.contains("time"), "{drawn}");
+        assert!(
+            drawn.contains("place (m)")
+                && drawn.contains(">200<")
+                && !drawn.contains("time")
+                && !drawn.contains("level (m)"),
+            "{drawn}"
+        );
     }
 
     #[test]
