@@ -126,7 +126,7 @@ fn lines(rows: &[&Row], error: ErrorOf<Row>) -> Vec<ChartLine> {
 
 /// Families without a column stand at the beginning of the note, as `cfl 0.8`.
 fn other_methods(row: &Row) -> Option<String> {
-    let known = ["cfl ", "dry_depth ", "wall ", "reconstruction ", "preset "];
+    let known = ["cfl ", "dry_depth ", "wall ", "reconstruction ", "turbulence ", "preset "];
     let parts: Vec<&str> =
         row.note.split("; ").take_while(|part| known.iter().any(|key| part.starts_with(key))).collect();
     (!parts.is_empty()).then(|| parts.join(", "))

@@ -1,8 +1,7 @@
 //! The experiments and floods, what each is held to, and what its measurements are.
 
-use super::gauges::{Run, Series, arrival, mean, root_mean_square, value_at};
-use super::{Experiment, Finding, rajar};
-use crate::maps::{GaugeLine, GaugePanel};
+use super::gauges::{Run, Series, arrival, listed, mean, mean_of, panel, root_mean_square, value_at};
+use super::{Experiment, Finding, obstacle, rajar, wet_bed};
 use crate::validation::Suite;
 
 /// Every experiment, in the order of tables.
@@ -25,7 +24,7 @@ const EXPERIMENTS: &[Experiment] = &[
         resolutions: [0.10, 0.05],
         can_move: true,
         bar: "mean RMSE of the depth <= 0.020 m",
-        judge: |run| obstacle(run, 1.0),
+        judge: |run| obstacle::judge(run, 1.0),
     },
     Experiment {
         name: "parma_partial_dam_break",
@@ -80,7 +79,29 @@ const EXPERIMENTS: &[Experiment] = &[
         resolutions: [2.0, 1.0],
         can_move: true,
         bar: "mean RMSE of the depth <= 0.40 m",
-        judge: |run| obstacle(run, 20.0),
+        judge: |run| obstacle::judge(run, obstacle::SCALE),
+    },
+    Experiment {
+        name: "ea_test6b_scaled",
+        scenario: "laboratory/ea_test6b_scaled.yaml",
+        suite: Suite::Laboratory,
+        about: "The isolated obstacle twenty times as large, as rough as the flume by the law of Froude: against the scaled measurements, and against the run of the flume itself.",
+        data: "isolated_obstacle",
+        resolutions: [2.0, 1.0],
+        can_move: false,
+        bar: "mean RMSE of the depth <= 0.40 m; depths those of the flume times 20 within 0.04 m on average",
+        judge: obstacle::judge_scaled,
+    },
+    Experiment {
+        name: "radial_dam_break",
+        scenario: "laboratory/radial_dam_break.yaml",
+        suite: Suite::Laboratory,
+        about: "A round column of water collapses over a wet bed; levels, speeds and fluxes along its axis against a computation on a grid eight times as fine.",
+        data: "radial_dam_break",
+        resolutions: [2.0, 1.0],
+        can_move: true,
+        bar: "levels within 3 %, speeds and fluxes within 10 % of the reference on average",
+        judge: wet_bed::judge,
     },
     Experiment {
         name: "monai_valley",
@@ -138,46 +159,6 @@ const EXPERIMENTS: &[Experiment] = &[
         judge: malpasset,
     },
 ];
-
-/// A panel with what was measured and what this run makes of it.
-fn panel(run: &Run, title: &str, measured: Series, computed: Series) -> GaugePanel {
-    let name = run.resolution();
-    GaugePanel { title: title.to_owned(), measured, computed: vec![GaugeLine { name, points: computed }] }
-}
-
-/// Joins notes.
-fn listed(items: &[String]) -> String {
-    items.join(", ")
-}
-
-/// The isolated obstacle, larger by `scale` after Froude: levels times the scale, times times its root.
-fn obstacle(run: &Run, scale: f64) -> Result<Finding, String> {
-    let window = (0.0, 30.0 * scale.sqrt());
-    let (mut errors, mut notes, mut arrivals, mut panels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for gauge in ["G1", "G2", "G3", "G4", "G5", "G6"] {
-        let measured = run.measured("observed_depth.csv", "time_s", &format!("{gauge}_depth_m"))?;
-        let measured: Series = measured.into_iter().map(|(t, d)| (t * scale.sqrt(), d * scale)).collect();
-        let computed = run.series(gauge, "depth_m")?;
-        let error = root_mean_square(&computed, &measured, window).ok_or("no measurements")?;
-        notes.push(format!("{gauge} {error:.3}"));
-        errors.push(error);
-        if let (Some(found), Some(seen)) = (arrival(&computed, 0.005 * scale), arrival(&measured, 0.005 * scale))
-            && gauge != "G6"
-        {
-            arrivals.push(format!("{gauge} {found:.2} ({seen:.2})"));
-        }
-        let computed = computed.into_iter().filter(|(time, _)| *time <= window.1).collect();
-        panels.push(panel(run, gauge, measured, computed));
-    }
-    let error = errors.iter().sum::<f64>() / errors.len() as f64;
-    Ok(Finding {
-        norm: "rmse_gauges",
-        error: Some(error),
-        is_met: Some(error <= 0.020 * scale),
-        note: format!("RMSE in m: {}; arrival in s (measured): {}", listed(&notes), listed(&arrivals)),
-        panels,
-    })
-}
 
 fn parma(run: &Run) -> Result<Finding, String> {
     /// Place of the wall (m), depth behind it (m) and gravity (m/s²).
@@ -366,8 +347,4 @@ fn malpasset(run: &Run) -> Result<Finding, String> {
         listed(&notes)
     );
     Ok(Finding { norm: "mean_abs_gauges", error: Some(high), is_met: Some(is_met), note, panels })
-}
-
-fn mean_of(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::geodata::{Table, read_text};
+use crate::maps::{GaugeLine, GaugePanel, PanelAxis};
 
 /// Time (s) and a value, times ascending.
 pub type Series = Vec<(f64, f64)>;
@@ -52,6 +53,17 @@ impl Run {
         let (id, value) = (column_of(&table, "id")?, column_of(&table, column)?);
         let row = table.rows.iter().find(|(_, fields)| fields[id] == gauge);
         row.map(|(_, fields)| fields[value].parse().ok()).ok_or_else(|| format!("the run has no gauge `{gauge}`"))
+    }
+
+    /// The gauges of `tables/gauges.csv`, each with its x (m).
+    ///
+    /// # Errors
+    /// A message where the file lacks them.
+    pub fn places(&self) -> Result<Vec<(String, f64)>, String> {
+        let table = table(&self.folder.join("tables/gauges.csv"))?;
+        let (id, x) = (column_of(&table, "id")?, column_of(&table, "x")?);
+        let place = |fields: &Vec<String>| Some((fields.get(id)?.clone(), fields.get(x)?.parse().ok()?));
+        Ok(table.rows.iter().filter_map(|(_, fields)| place(fields)).collect())
     }
 
     /// A measured series: two columns of a file of the data.
@@ -118,6 +130,22 @@ pub fn mean(series: &Series, (from, to): (f64, f64)) -> f64 {
 pub fn arrival(series: &Series, rise: f64) -> Option<f64> {
     let start = series.first()?.1;
     series.iter().find(|(_, value)| value - start > rise).map(|point| point.0)
+}
+
+/// A panel with what was measured and what a run makes of it.
+pub fn panel(run: &Run, title: &str, measured: Series, computed: Series) -> GaugePanel {
+    let computed = vec![GaugeLine { name: run.resolution(), points: computed }];
+    GaugePanel { title: title.to_owned(), axis: PanelAxis::Time, measured, computed }
+}
+
+/// Joins notes.
+pub fn listed(items: &[String]) -> String {
+    items.join(", ")
+}
+
+/// The mean of numbers.
+pub fn mean_of(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 #[cfg(test)]

@@ -9,8 +9,10 @@
 
 mod experiments;
 mod gauges;
+mod obstacle;
 mod rajar;
 mod run;
+mod wet_bed;
 
 pub use experiments::{all, named};
 pub use gauges::{Series, root_mean_square};

@@ -9,7 +9,7 @@ use super::Finding;
 use super::gauges::Run;
 use super::run::SCENARIOS;
 use crate::error::Error;
-use crate::maps::{GaugeLine, GaugePanel};
+use crate::maps::{GaugeLine, GaugePanel, PanelAxis};
 use crate::pipeline::clock::processor_seconds;
 use crate::pipeline::{cores, flow_problem, thread_pool};
 use crate::prepare::{Prepared, prepare};
@@ -86,7 +86,7 @@ pub(super) fn compare(run: &Run, flume: &Flume) -> Result<Finding, String> {
             };
             let computed = vec![line("2-D", &plane), line("coupled", &coupled), line("1-D", &channel)];
             let title = format!("{station} m, {:.1} cm over {:.1} cm", 100.0 * depths.0, 100.0 * depths.1);
-            panels.push(GaugePanel { title, measured: Vec::new(), computed });
+            panels.push(GaugePanel { title, axis: PanelAxis::Time, measured: Vec::new(), computed });
         }
     }
     Ok(Finding {

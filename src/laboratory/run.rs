@@ -67,6 +67,7 @@ pub fn run_experiment(
     let folder = std::env::temp_dir().join(format!("floodsim-{}-{}", experiment.name, std::process::id()));
     for (k, &spacing) in experiment.resolutions[..number].iter().enumerate() {
         let overrides: Vec<String> = std::iter::once(format!("resolution={spacing} m"))
+            .chain(rests_alone(choice))
             .chain(choice.given.iter().map(|(family, member)| format!("numerics.{family}={member}")))
             .collect();
         let options = RunOptions {
@@ -85,6 +86,11 @@ pub fn run_experiment(
     // What cannot be removed stays in the folder of the system for such files.
     let _ = std::fs::remove_dir_all(&folder);
     Ok(result)
+}
+
+/// What a scenario may ask for and moving particles do not have.
+fn rests_alone(choice: &Choice) -> Option<String> {
+    (choice.numerics.motion == Motion::Lagrangian).then(|| "numerics.turbulence=none".to_owned())
 }
 
 /// A run among those of its experiment.
@@ -130,7 +136,7 @@ impl Place<'_> {
     fn fill(&self, row: &mut Row, finding: Finding, result: &mut ExperimentResult) {
         row.norm = finding.norm.to_owned();
         row.error_depth = finding.error;
-        row.note = finding.note;
+        row.note = self.choice.without_column().chain([finding.note]).collect::<Vec<_>>().join("; ");
         row.status = match finding.is_met {
             Some(true) => Status::Pass,
             Some(false) => Status::FallShort,

@@ -7,8 +7,18 @@ use super::svg::{Drawing, Style, number, round_step, text_width};
 pub struct GaugeLine {
     /// Name in the legend.
     pub name: String,
-    /// Time (s) and value, times ascending.
+    /// Time (s) or place (m) and value, ascending.
     pub points: Vec<(f64, f64)>,
+}
+
+/// What stands at the level axis of the panels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PanelAxis {
+    /// Time (s), from 0.
+    #[default]
+    Time,
+    /// Places along a line (m), from the first to the last one; the titles of the panels have the units of their values.
+    Place,
 }
 
 /// What was measured at a gauge, and what runs made of it.
@@ -16,7 +26,9 @@ pub struct GaugeLine {
 pub struct GaugePanel {
     /// The gauge.
     pub title: String,
-    /// Time (s) and value; a few points are marks, many a line; there may be none.
+    /// What the values are drawn over; that of the first panel is that of all.
+    pub axis: PanelAxis,
+    /// Time (s) or place (m) and value; a few points are marks, many a line; there may be none.
     pub measured: Vec<(f64, f64)>,
     /// Runs.
     pub computed: Vec<GaugeLine>,
@@ -31,15 +43,19 @@ const SIZE: (f64, f64) = (400.0, 170.0);
 const GAP: (f64, f64) = (80.0, 62.0);
 const CORNER: (f64, f64) = (70.0, 74.0);
 
-/// The panels as an SVG document; `unit_label` stands at the upright axes, such as `depth (m)`.
+/// The panels as an SVG document; `unit_label` stands at the upright axes of panels over time, such as `depth (m)`.
 pub fn comparison(title: &str, unit_label: &str, panels: &[GaugePanel]) -> String {
     let mut drawing = Drawing::default();
     drawing.text(CORNER.0, 30.0, Style::PLAIN.size(16.0).bold(), title);
     let last = panels.iter().flat_map(points).map(|point| point.0).fold(0.0, f64::max);
+    let first = match panels.first().map_or(PanelAxis::Time, |panel| panel.axis) {
+        PanelAxis::Time => 0.0,
+        PanelAxis::Place => panels.iter().flat_map(points).map(|point| point.0).fold(last, f64::min),
+    };
     for (k, panel) in panels.iter().enumerate() {
         let (column, row) = ((k % COLUMNS) as f64, (k / COLUMNS) as f64);
         let corner = (CORNER.0 + column * (SIZE.0 + GAP.0), CORNER.1 + row * (SIZE.1 + GAP.1));
-        draw(&mut drawing, panel, corner, last, unit_label);
+        draw(&mut drawing, panel, corner, (first, last), unit_label);
     }
     let rows = panels.len().div_ceil(COLUMNS) as f64;
     let (right, bottom) = (CORNER.0 + 2.0 * SIZE.0 + GAP.0, CORNER.1 + rows * (SIZE.1 + GAP.1));
@@ -51,7 +67,13 @@ fn points(panel: &GaugePanel) -> impl Iterator<Item = &(f64, f64)> {
     panel.measured.iter().chain(panel.computed.iter().flat_map(|line| &line.points)).filter(|point| point.1.is_finite())
 }
 
-fn draw(drawing: &mut Drawing, panel: &GaugePanel, (left, top): (f64, f64), last: f64, unit_label: &str) {
+fn draw(
+    drawing: &mut Drawing,
+    panel: &GaugePanel,
+    (left, top): (f64, f64),
+    (first, last): (f64, f64),
+    unit_label: &str,
+) {
     let (width, height) = SIZE;
     let least = points(panel).map(|point| point.1).fold(f64::INFINITY, f64::min);
     let greatest = points(panel).map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
@@ -60,13 +82,14 @@ fn draw(drawing: &mut Drawing, panel: &GaugePanel, (left, top): (f64, f64), last
     let (low, high) = ((least / value_step).floor() * value_step, (greatest / value_step).ceil() * value_step);
     let high = if high > low { high } else { low + value_step };
     // Times in hours for floods, in seconds for the laboratory.
-    let (unit, per_unit) = match last {
-        last if last >= 7200.0 => ("h", 3600.0),
-        last if last >= 600.0 => ("min", 60.0),
-        _ => ("s", 1.0),
+    let (unit, per_unit) = match (panel.axis, last) {
+        (PanelAxis::Place, _) => ("place (m)", 1.0),
+        (PanelAxis::Time, last) if last >= 7200.0 => ("time (h)", 3600.0),
+        (PanelAxis::Time, last) if last >= 600.0 => ("time (min)", 60.0),
+        (PanelAxis::Time, _) => ("time (s)", 1.0),
     };
-    let time_step = round_step((last / per_unit / 6.0).max(1e-6));
-    let x = |time: f64| left + time / last.max(1e-9) * width;
+    let time_step = round_step(((last - first) / per_unit / 6.0).max(1e-6));
+    let x = |time: f64| left + (time - first) / (last - first).max(1e-9) * width;
     let y = |value: f64| top + height - (value - low) / (high - low) * height;
     let label = Style::PLAIN.size(10.0);
     for k in 0..=((high - low) / value_step).round() as usize {
@@ -74,16 +97,20 @@ fn draw(drawing: &mut Drawing, panel: &GaugePanel, (left, top): (f64, f64), last
         drawing.line((left, y(value)), (left + width, y(value)), "#ddd", 0.8);
         drawing.text(left - 6.0, y(value) + 3.5, label.anchor("end"), &number(value, value_step));
     }
-    for k in 0..=(last / per_unit / time_step + 1e-9).floor() as usize {
-        let time = k as f64 * time_step;
+    let marks = (last / per_unit / time_step + 1e-9).floor() - (first / per_unit / time_step - 1e-9).ceil();
+    for k in 0..=marks.max(0.0) as usize {
+        let time = ((first / per_unit / time_step - 1e-9).ceil() + k as f64) * time_step;
         let place = x(time * per_unit);
         drawing.line((place, top), (place, top + height), "#eee", 0.8);
         drawing.text(place, top + height + 14.0, label.anchor("middle"), &number(time, time_step));
     }
     drawing.rectangle((left, top), (width, height), "none", "#333");
     drawing.text(left, top - 8.0, Style::PLAIN.bold(), &panel.title);
-    drawing.text(left + width / 2.0, top + height + 29.0, label.anchor("middle"), &format!("time ({unit})"));
-    drawing.turned_text(left - 48.0, top + height / 2.0, -90.0, label.anchor("middle"), unit_label);
+    drawing.text(left + width / 2.0, top + height + 29.0, label.anchor("middle"), unit);
+    // Panels over places each have a quantity and a unit of their own in their title.
+    if panel.axis == PanelAxis::Time {
+        drawing.turned_text(left - 48.0, top + height / 2.0, -90.0, label.anchor("middle"), unit_label);
+    }
     let path = |points: &[(f64, f64)]| {
         let sound = points.iter().filter(|point| point.1.is_finite());
         sound.map(|(time, value)| format!("{:.1},{:.1}", x(*time), y(*value))).collect::<Vec<_>>().join(" ")
@@ -118,13 +145,31 @@ fn legend(drawing: &mut Drawing, panels: &[GaugePanel], (mut x, y): (f64, f64)) 
 mod tests {
     use super::*;
 
+    fn panel(title: &str, axis: PanelAxis, measured: Vec<(f64, f64)>, computed: Vec<GaugeLine>) -> GaugePanel {
+        GaugePanel { title: title.to_string(), axis, measured, computed }
+    }
+
+    #[test]
+    fn places_begin_where_the_line_begins() {
+        let line = GaugeLine { name: "1 m".to_string(), points: vec![(120.0, 0.0), (280.0, 4.0)] };
+        let drawn = comparison("Levels", "level (m)", &[panel("2 s", PanelAxis::Place, Vec::new(), vec![line])]);
+        assert!(drawn.contains(r#"points="70.0,244.0 470.0,74.0""#), "{drawn}");
+        assert!(
+            drawn.contains("place (m)")
+                && drawn.contains(">200<")
+                && !drawn.contains("time")
+                && !drawn.contains("level (m)"),
+            "{drawn}"
+        );
+    }
+
     #[test]
     fn lines_run_through_their_panels() {
         let line = GaugeLine { name: "5 cm".to_string(), points: vec![(0.0, 0.0), (30.0, 0.4)] };
         let many = (0..20).map(|k| (f64::from(k), 0.2)).collect();
         let panels = [
-            GaugePanel { title: "G1 & G2".to_string(), measured: vec![(15.0, 0.2)], computed: vec![line.clone()] },
-            GaugePanel { title: "G3".to_string(), measured: many, computed: vec![line] },
+            panel("G1 & G2", PanelAxis::Time, vec![(15.0, 0.2)], vec![line.clone()]),
+            panel("G3", PanelAxis::Time, many, vec![line]),
         ];
         let drawn = comparison("Depths", "depth (m)", &panels);
         assert!(drawn.contains(r#"points="70.0,244.0 470.0,74.0""#), "{drawn}");

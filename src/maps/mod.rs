@@ -14,7 +14,7 @@ mod svg;
 
 pub use chart::{ChartLine, ChartPeers, ChartPoint, speed_against_accuracy};
 pub use colour::{Classes, Colour, clock};
-pub use comparison::{GaugeLine, GaugePanel, comparison};
+pub use comparison::{GaugeLine, GaugePanel, PanelAxis, comparison};
 pub use hillshade::hillshade;
 pub use hydrograph::{Series, hydrograph};
 pub use sheet::{Mark, Panel, Sheet, map_sheet};

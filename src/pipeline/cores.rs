@@ -62,6 +62,7 @@ impl Core {
                 problem,
                 numerics.stabilisation,
                 numerics.reconstruction,
+                numerics.turbulence,
             ))),
             (Formulation::Balanced, Motion::Lagrangian) => {
                 Core::Moving(Box::new(LagrangianSolver::with_methods(problem, &seeds(), methods, dimension)))

@@ -117,6 +117,7 @@ pub(super) fn first_manifest(
         ("integrator", numerics.integrator.name()),
         ("bed", numerics.bed.name()),
         ("bed_slope", numerics.bed_slope.name()),
+        ("turbulence", numerics.turbulence.name()),
     ];
     let input = |file: &crate::prepare::InputFile| InputFile {
         path: file.path.display().to_string(),

@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
-    WallMethod,
+    Turbulence, WallMethod,
 };
 use super::model::{BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced, Stamp};
 use super::read::{FromNode, Reader, nearest};
@@ -83,6 +83,7 @@ method_choices! {
     Integrator: "an integrator",
     BedMethod: "a method for the bed",
     BedSlope: "an effect of the bed's slope",
+    Turbulence: "a model of turbulence",
     WallMethod: "a kind of wall",
 }
 

@@ -129,6 +129,15 @@ family! {
 }
 
 family! {
+    /// What turbulence does to the flow in the plane.
+    Turbulence {
+        #[default]
+        None = "none": "nothing: the shallow-water equations alone",
+        MixingLength = "mixing_length": "an eddy viscosity of bed friction and of a mixing length of half the depth: where jets, wakes and jumps are many depths wide; for resting particles alone",
+    }
+}
+
+family! {
     /// What stands for a wall beside moving particles.
     WallMethod {
         #[default]

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use super::channel::Channel;
 use super::ground::{Ground, LayerMode};
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, WallMethod,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, Turbulence,
+    WallMethod,
 };
 use super::moving_bed::MovingBed;
 use super::start::Start;
@@ -436,6 +437,8 @@ pub struct Numerics {
     pub bed: BedMethod,
     /// Effect of the bed's slope.
     pub bed_slope: BedSlope,
+    /// Turbulence in the plane.
+    pub turbulence: Turbulence,
     /// Walls beside moving particles.
     pub wall: WallMethod,
     /// Courant number.

@@ -11,7 +11,7 @@ use super::defaults::{
 use super::fields::{Text, split_layer};
 use super::ground::{Ground, LayerMode};
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, WallMethod,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, Turbulence, WallMethod,
 };
 use super::model::{
     Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation,
@@ -411,6 +411,7 @@ fn methods_of(section: Option<&NumericsSection>) -> Numerics {
         kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
         integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
         bed_slope: section.and_then(|s| s.bed_slope.as_ref()).map_or(BedSlope::default(), |chosen| chosen.0.value),
+        turbulence: section.and_then(|s| s.turbulence.as_ref()).map_or(Turbulence::default(), |chosen| chosen.0.value),
         wall: section.and_then(|s| s.wall.as_ref()).map_or(WallMethod::default(), |chosen| chosen.0.value),
         bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),
         cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
@@ -609,6 +610,17 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         assert_eq!(of("numerics={formulation: variational, wall: virtual_particles}"), WallMethod::VirtualParticles);
         let found = problems(&format!("{TEN_LINES}numerics: {{wall: virtual_particles}}\n"));
         assert_eq!((found[0].code, found[0].key.as_str()), ("method-combination", "numerics.wall"));
+    }
+
+    #[test]
+    fn turbulence_is_a_choice_of_resting_particles() {
+        let of = |text: &str| loaded(TEN_LINES, &[text]).unwrap().scenario.numerics.turbulence;
+        assert_eq!(of("numerics.motion=eulerian"), Turbulence::None);
+        assert_eq!(of("numerics.turbulence=mixing_length"), Turbulence::MixingLength);
+        for moving in ["motion: lagrangian", "formulation: variational"] {
+            let found = problems(&format!("{TEN_LINES}numerics: {{{moving}, turbulence: mixing_length}}\n"));
+            assert_eq!((found[0].code, found[0].key.as_str()), ("method-combination", "numerics.turbulence"));
+        }
     }
 
     #[test]

@@ -306,6 +306,9 @@ impl Scenario {
         if has_maps {
             writeln!(text, "  bed: {}", numerics.bed.name())?;
         }
+        if has_maps {
+            writeln!(text, "  turbulence: {}", numerics.turbulence.name())?;
+        }
         writeln!(text, "  bed_slope: {}\n  wall: {}", numerics.bed_slope.name(), numerics.wall.name())?;
         writeln!(text, "  cfl: {}", numerics.cfl)?;
         writeln!(text, "  gravity: {} m/s2\n  dry_depth: {} m", numerics.gravity, numerics.dry_depth)?;

@@ -18,7 +18,7 @@ use super::fields::{
 use super::ground::{BreaklineEntry, BuildingsSection, GapsChoice, LayerMode, Wall};
 use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
-    WallMethod,
+    Turbulence, WallMethod,
 };
 use super::model::{PointInterpolation, RainUnit, Side, Stamp};
 use super::moving_bed::MovingBedEntry;
@@ -562,6 +562,8 @@ section! {
         bed: Option<Chosen<BedMethod>>,
         /// Effect of the bed's slope on the variational formulation; hydrostatic when absent.
         bed_slope: Option<Chosen<BedSlope>>,
+        /// Mixing by turbulence in the plane; none when absent.
+        turbulence: Option<Chosen<Turbulence>>,
         /// What stands for a wall beside moving particles; mirror when absent.
         wall: Option<Chosen<WallMethod>>,
         /// Courant number; 0.5 for resting, 0.4 for moving particles when absent.
@@ -639,6 +641,14 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
                 "moving particles have no sharp reconstruction",
                 "their faces have no sharper limiter",
                 "write `reconstruction: limited`, or take `motion: eulerian`",
+            );
+        }
+        if meant(node, "turbulence", Turbulence::None).is_some_and(|turbulence| turbulence != Turbulence::None) {
+            refuse(
+                "turbulence",
+                "moving particles have no model of turbulence",
+                "no stress acts between their pairs but that of the Riemann problem",
+                "write `turbulence: none`, or take `motion: eulerian`",
             );
         }
         return is_fit.then_some(());

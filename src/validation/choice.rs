@@ -51,6 +51,13 @@ pub struct Choice {
 }
 
 impl Choice {
+    /// The entries whose family has no column in a row, each as `cfl 0.8`.
+    pub fn without_column(&self) -> impl Iterator<Item = String> + '_ {
+        let columns = ["formulation", "motion", "kernel", "stabilisation", "integrator"];
+        let given = self.given.iter().filter(move |(family, _)| !columns.contains(&family.as_str()));
+        given.map(|(family, member)| format!("{family} {member}"))
+    }
+
     /// The methods of `numerics:` with the given entries.
     ///
     /// # Errors

@@ -194,10 +194,7 @@ impl Placed<'_> {
     }
 
     fn note(&self, ended: &Result<Outcome, Broken>) -> String {
-        // Families that have a column of their own need no mention.
-        let columns = ["formulation", "motion", "kernel", "stabilisation", "integrator"];
-        let given = self.choice.given.iter().filter(|(family, _)| !columns.contains(&family.as_str()));
-        let mut parts: Vec<String> = given.map(|(family, member)| format!("{family} {member}")).collect();
+        let mut parts: Vec<String> = self.choice.without_column().collect();
         match ended {
             Err(broken) => parts.push(broken.to_string()),
             Ok(outcome) => parts.extend(

@@ -63,6 +63,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             seeding: Seeding::default(),
             kernel: Kernel::default(),
             bed_slope: BedSlope::default(),
+            turbulence: crate::scenario::methods::Turbulence::default(),
             wall: crate::scenario::methods::WallMethod::default(),
             integrator: Integrator::default(),
             bed: BedMethod::default(),

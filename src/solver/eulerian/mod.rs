@@ -12,7 +12,7 @@
 //! The particles rest on a square lattice and the support of the kernel is a little less than √2 spacings, so that each has
 //! four neighbours and 2 s_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
 //! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
-//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] → [`update`]; only wet
+//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`]) → [`update`]; only wet
 //! particles and a rim of two cells are in work ([`spans`]). Cells without terrain and cells beyond a wall are treated in
 //! [`walls`].
 //!
@@ -23,6 +23,7 @@ mod breach;
 mod faces;
 mod gradient;
 mod inputs;
+mod mixing;
 mod moving_bed;
 pub(super) mod open;
 mod primitive;
@@ -43,7 +44,7 @@ use super::{
 use crate::error::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
-use crate::scenario::methods::{Reconstruction, Stabilisation};
+use crate::scenario::methods::{Reconstruction, Stabilisation, Turbulence};
 use breach::Breaking;
 use inputs::Inputs;
 use moving_bed::MovingBed;
@@ -103,22 +104,28 @@ pub(crate) enum RestingFlux {
 pub(crate) struct RestingMethods {
     pub flux: RestingFlux,
     pub reconstruction: Reconstruction,
+    pub turbulence: Turbulence,
 }
 
 /// Below this step (s) the run has collapsed: a million steps would not reach one second.
 const SMALLEST_STEP: f64 = 1e-6;
 
 impl EulerianSolver {
-    /// Sets the still water of `problem` on its riverbed; HLLC with limited reconstruction.
+    /// Sets the still water of `problem` on its riverbed; HLLC with limited reconstruction, no turbulence.
     pub fn new(problem: FlowProblem) -> Self {
-        Self::with_methods(problem, Stabilisation::Hllc, Reconstruction::Limited)
+        Self::with_methods(problem, Stabilisation::Hllc, Reconstruction::Limited, Turbulence::None)
     }
 
     /// The same by other methods.
     ///
     /// # Panics
     /// With a stabilisation that resting particles do not have; a scenario that asks for it is refused.
-    pub fn with_methods(problem: FlowProblem, stabilisation: Stabilisation, reconstruction: Reconstruction) -> Self {
+    pub fn with_methods(
+        problem: FlowProblem,
+        stabilisation: Stabilisation,
+        reconstruction: Reconstruction,
+        turbulence: Turbulence,
+    ) -> Self {
         let flux = match stabilisation {
             Stabilisation::Hllc => RestingFlux::Hllc,
             Stabilisation::LaxFriedrichs => RestingFlux::LaxFriedrichs,
@@ -150,7 +157,7 @@ impl EulerianSolver {
         let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
         let mut solver = EulerianSolver {
             scale,
-            methods: RestingMethods { flux, reconstruction },
+            methods: RestingMethods { flux, reconstruction, turbulence },
             state,
             active,
             walls,
@@ -210,13 +217,17 @@ impl EulerianSolver {
     /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
     fn stage(&mut self, stage: Stage, time_step: f64) {
         let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
-        if self.methods.reconstruction != Reconstruction::None {
+        let is_mixed = self.methods.turbulence != Turbulence::None;
+        if is_mixed || self.methods.reconstruction != Reconstruction::None {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
             self.reaches.evaluate_gradients(state, scale);
         }
         self.phases.end("gradients");
         faces::evaluate(state, active, scale, self.methods);
+        if is_mixed {
+            mixing::add(state, active, scale, time_step);
+        }
         self.walls.apply(state, scale);
         let step = (self.time, self.time + time_step);
         self.open.apply(state, scale, self.methods, step);
