@@ -7,11 +7,12 @@
 //! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_iR = η_i + a_1 − d_iR,  z* = max(z_iR, z_jR)     (Audusse2004, on limited states)
 //! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks or as chosen; p* = 0 where either is dry
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
-//! dd/dt = −d_i {div v + Σ [θ (D3 + D2) + (1 − θ) D1]} + α [d' (ΣAW/σ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ] max|Δu| / h_i
+//! dd/dt = −d_i {div v + Σ [θ (D3 + D2) + (1 − θ) D1]} + α [d' (ΣAW/σ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ] s_i / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
 //! D2 = (1 − χ) A_j G_ij (e·L_i e)(b_1 − b_2) where the pair leaves each other, u_j > u_i; otherwise 0
 //! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))
 //! θ = min(d_i, d_j) / max(d_i, d_j);   d' = d_i where ΣAW < 1, otherwise min(d_i, ΣAWd / ΣAW)
+//! s_i = greatest of Δu where the pair leaves each other, of (u_i + b_1) − (u_j − b_2) where it approaches, and 0
 //! ```
 //!
 //! D2 is the part of D1 that limited slopes of the velocity give, which D3 lacks: with it the errors of a rarefaction fall by
@@ -23,6 +24,10 @@
 //! At a free edge half of the neighbourhood is missing, and ΣAW says nothing. There the share of the first moment across the
 //! edge, n·M n, stands for it: one half where the neighbours behind are as far away as the depth says, less where the gap is wider.
 //! Without it the outermost particle of a dry front stayed twice too deep, and the front a tenth behind (decision 0018).
+//!
+//! Depths follow the arrangement as fast as the water is drawn out, but where it is pressed together only as fast as limited slopes leave
+//! a jump: within a bore ΣAW is off by the stencil, and with all of Δu the water behind a bore was a little too shallow and too
+//! fast at every spacing (decision 0022).
 //!
 //! A crowded particle swells no faster than the depth around it allows. By its own depth it would swell without end in a pond
 //! narrower than its neighbours.
@@ -41,7 +46,8 @@
 //! lonely particle may be a puddle.
 //!
 //! The bracket vanishes for a level surface on any bed and is exact for a plane one. Positions move with v plus a shift out
-//! of the crowd, 0.3 max|Δu| (1 − χ) S₀ / A^((dim−1)/dim), which vanishes at rest.
+//! of the crowd, 0.3 max(−Δu, 0) (1 − χ) S₀ / A^((dim−1)/dim), which vanishes at rest and where no neighbour approaches: water that is
+//! drawn out crowds nowhere, and shifted particles carried their velocities to the wrong places there (decision 0022).
 
 use rayon::prelude::*;
 
@@ -60,7 +66,7 @@ use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, Seen, corre
 const RELAXATION: f64 = 0.5;
 /// Slopes may be so many times as steep as the flatter of both sides: 1 is minmod, 2 the steepest that makes no extremum.
 const STEEPEST: f64 = 1.6;
-/// Share of the greatest approach speed with which particles leave a crowd.
+/// Share of the greatest speed of approach with which particles leave a crowd.
 const SHIFT: f64 = 0.3;
 /// The moment of contacts counts so many times: half of what an inverse needs suffices to know the surface.
 const ENOUGH_CONTACT: f64 = 2.0;
@@ -80,8 +86,10 @@ struct Sums {
     stiffness: f64,
     /// M over the pairs whose waters meet; not so where one stands above the other's surface.
     contact: Sym2,
-    /// max |u_j − u_i| (m/s).
-    approach: f64,
+    /// Greatest speed at which a neighbour approaches (m/s), 0 or more.
+    closing: f64,
+    /// s_i: greatest speed at which a neighbour leaves, or jump left at the face where it approaches (m/s), 0 or more.
+    stir: f64,
 }
 
 impl Balanced {
@@ -123,15 +131,15 @@ impl Balanced {
 
     fn rates_of(&self, water: &MovingWater, i: usize, sums: &Sums, begun: &Rates) -> Rates {
         let (me, mine, local) = (&self.states[i], &self.gradients[i], &self.locals[i]);
-        let approach = sums.approach;
+        let approach = sums.closing.max(sums.stir);
         let divergence = mine.u.x + mine.v.y + sums.divergence;
         let inside = 1.0 - local.edge;
-        let relaxation = RELAXATION * begun.depth_rate * approach * me.inverse_h;
+        let relaxation = RELAXATION * begun.depth_rate * sums.stir * me.inverse_h;
         let unsupported = self.unsupported(water, me, sums.contact);
         Rates {
             acceleration: begun.acceleration - sums.force / me.depth - unsupported,
             depth_rate: relaxation - me.depth * divergence,
-            shift: begun.shift * (SHIFT * approach * inside),
+            shift: begun.shift * (SHIFT * sums.closing * inside),
             approach,
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
@@ -223,10 +231,10 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
         solve::<F>(pairs, g);
         // On the stack, where they stay in registers.
         let [mut force_x, mut force_y, mut divergence, mut stiffness] = [[0.0; LANES]; 4];
-        let [mut contact_xx, mut contact_xy, mut contact_yy, mut approach] = [[0.0; LANES]; 4];
+        let [mut contact_xx, mut contact_xy, mut contact_yy, mut closing, mut stir] = [[0.0; LANES]; 5];
         for group in pairs.groups() {
             let Group { state, r, e_x, e_y, weight, own_depth, d_l, d_r, c_l, .. } = group;
-            let Group { own_u, other_u, u_l, p_star, u_star, slope, surface_jump, velocity_jump, .. } = group;
+            let Group { own_u, other_u, u_l, u_r, p_star, u_star, slope, surface_jump, velocity_jump, .. } = group;
             let depth = &state.depth;
             for k in 0..LANES {
                 let (ex, ey, d_l) = (e_x[k], e_y[k], d_l[k]);
@@ -257,8 +265,8 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
                 contact_xx[k] += contact * ex * ex;
                 contact_xy[k] += contact * ex * ey;
                 contact_yy[k] += contact * ey * ey;
-                // Beyond the support nobody approaches.
-                approach[k] = larger(approach[k], if weight[k] > 0.0 { du.abs() } else { 0.0 });
+                closing[k] = larger(closing[k], -du);
+                stir[k] = larger(stir[k], if du > 0.0 { du } else { u_l[k] - u_r[k] });
             }
         }
         sums.force += Vec2::new(total(force_x), total(force_y));
@@ -267,7 +275,8 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
         sums.contact.xx += total(contact_xx);
         sums.contact.xy += total(contact_xy);
         sums.contact.yy += total(contact_yy);
-        sums.approach = approach.into_iter().fold(sums.approach, larger);
+        sums.closing = closing.into_iter().fold(sums.closing, larger);
+        sums.stir = stir.into_iter().fold(sums.stir, larger);
     }
     sums
 }

@@ -1,8 +1,9 @@
 //! One time step of moving particles: leapfrog (kick, drift, kick) or Heun.
 //!
-//! Depth stays positive. Heun's method multiplies it by exp(Δt r), r its relative rate, which is of second order, unlike
-//! d (1 + Δt r), with which the error at bores doubles. Leapfrog takes d (1 + Δt r) for growth and d / (1 − Δt r) for loss,
-//! which halves the error of long oscillations against exp. Friction acts implicitly at the end of the step. Walls reflect ways and velocities; who crosses an open edge is taken out.
+//! Depth stays positive. With r its relative rate, at the depth for which that was found, Heun's method multiplies it by exp(r Δt);
+//! leapfrog by 1 + x + x²/2 where it grows and divides it by that where it falls, x = |r| Δt. Both are of second order, unlike
+//! d (1 + r Δt), with which the error at bores doubles; with leapfrog's longer steps exp would leave nothing of a film that runs off a
+//! steep bank. Friction acts implicitly at the end of the step. Walls reflect ways and velocities; who crosses an open edge is taken out.
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
@@ -47,15 +48,16 @@ struct Drift {
     half: HalfStep,
 }
 
-/// Depth (m) after `time_step` (s) at a rate (m/s), never below the least depth unless it was.
+/// Depth (m) after `time_step` (s) at a relative rate (1/s), never below the least depth unless it was; by fractions.
 #[inline]
-fn depth_by_fraction(depth: f64, rate: f64, time_step: f64, least: f64) -> f64 {
-    let growth = rate / depth * time_step;
-    let after = if growth >= 0.0 { depth * (1.0 + growth) } else { depth / (1.0 - growth) };
+fn depth_by_fraction(depth: f64, relative_rate: f64, time_step: f64, least: f64) -> f64 {
+    let x = (relative_rate * time_step).abs();
+    let factor = 1.0 + x + 0.5 * x * x;
+    let after = if relative_rate >= 0.0 { depth * factor } else { depth / factor };
     after.max(least.min(depth))
 }
 
-/// The same at a relative rate (1/s), by the exponential.
+/// The same by the exponential.
 #[inline]
 fn depth_by_exponential(depth: f64, relative_rate: f64, time_step: f64, least: f64) -> f64 {
     (depth * (relative_rate * time_step).exp()).max(least.min(depth))
@@ -70,25 +72,28 @@ pub fn leapfrog<F: Formulation>(
 ) -> f64 {
     let left = drift::<F>(water, halves, |water, i, now| {
         let (rates, least) = (&water.rates[i], water.least_depth(i));
+        let growth = rates.depth_rate / now.depth;
         let half_velocity = now.velocity + rates.acceleration * (0.5 * dt);
         let friction = Friction::under(water, now);
         let to = Now {
             position: now.position + (friction.slow(half_velocity, 0.5 * dt) + rates.shift) * dt,
             velocity: friction.slow(now.velocity + rates.acceleration * dt, dt),
-            depth: depth_by_fraction(now.depth, rates.depth_rate, dt, least),
+            depth: depth_by_fraction(now.depth, growth, dt, least),
         };
-        let half_depth = depth_by_fraction(now.depth, rates.depth_rate, 0.5 * dt, least);
+        let half_depth = depth_by_fraction(now.depth, growth, 0.5 * dt, least);
         Drift { from: now.position, to, half: HalfStep { velocity: half_velocity, depth: half_depth } }
     });
     let outflow = take_out(water, halves, &left);
     water.open.drift(dt);
     formulation.evaluate(water);
     let halves = &*halves;
-    finish::<F>(water, dt, |water, i, _| {
+    finish::<F>(water, dt, |water, i, now| {
         let (rates, half) = (&water.rates[i], &halves[i]);
+        // The rate belongs to the depth at which it was found, not to that of the half step.
+        let growth = rates.depth_rate / now.depth;
         (
             half.velocity + rates.acceleration * (0.5 * dt),
-            depth_by_fraction(half.depth, rates.depth_rate, 0.5 * dt, water.least_depth(i)),
+            depth_by_fraction(half.depth, growth, 0.5 * dt, water.least_depth(i)),
         )
     });
     outflow
