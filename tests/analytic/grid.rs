@@ -50,14 +50,14 @@ fn ritter_errors(jitter: f64) -> (f64, f64) {
 
 #[test]
 fn dam_break_on_dry_ground() {
-    assert_below(ritter_errors(0.0), (0.0108, 0.2005));
-    assert_below(ritter_errors(0.2), (0.0050, 0.0860));
+    assert_below(ritter_errors(0.0), (0.0112, 0.2005));
+    assert_below(ritter_errors(0.2), (0.0052, 0.0929));
 }
 
 #[test]
 fn circular_dam_break() {
     let setup = circular(0.1, Motion::Lagrangian, Accuracy::Second);
-    assert_below(errors(setup.problem, setup.seeds, 1.4, |place| (setup.exact)(place).0), (0.00605, 0.1302));
+    assert_below(errors(setup.problem, setup.seeds, 1.4, |place| (setup.exact)(place).0), (0.00605, 0.1869));
     let setup = spreading(0.05, Motion::Lagrangian);
     assert_below(errors(setup.problem, setup.seeds, 1.0, |place| (setup.exact)(place).0), (6.3e-4, 0.0107));
 }

@@ -58,6 +58,8 @@ pub(super) struct Group {
     pub surface_jump: Lanes,
     /// b_1 − b_2 (m/s).
     pub velocity_jump: Lanes,
+    /// What the pair says of s_i (m/s): the speed at which it leaves each other, or the jump left between both sides of the face.
+    pub stir: Lanes,
     /// w, the weight of the area.
     pub share: Lanes,
     /// A_j W(r, h_i).
@@ -314,6 +316,12 @@ pub(super) fn measure_and_cover(pairs: &mut Pairs, me: &State, kernel: &ChosenKe
 #[inline(always)]
 pub(super) fn total([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
     ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
+
+/// The greatest number of all lanes.
+#[inline(always)]
+pub(super) fn greatest([a, b, c, d, e, f, g, h]: Lanes) -> f64 {
+    larger(larger(larger(a, b), larger(c, d)), larger(larger(e, f), larger(g, h)))
 }
 
 #[cfg(test)]

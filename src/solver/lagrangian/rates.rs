@@ -46,12 +46,13 @@
 //! lonely particle may be a puddle.
 //!
 //! The bracket vanishes for a level surface on any bed and is exact for a plane one. Positions move with v plus a shift out
-//! of the crowd, 0.3 max(−Δu, 0) (1 − χ) S₀ / A^((dim−1)/dim), which vanishes at rest and where no neighbour approaches: water that is
-//! drawn out crowds nowhere, and shifted particles carried their velocities to the wrong places there (decision 0022).
+//! of the crowd, 0.3 max(−Δu, |Δu| min(s, 1)) (1 − χ) S₀ / A^((dim−1)/dim) with s = |S₀| / A^((dim−1)/dim), which vanishes at rest. Where
+//! nobody approaches, only an open outline tells of a crowd to leave: water that is evenly drawn out has none, and shifted particles
+//! carried their velocities to the wrong places there (decision 0022).
 
 use rayon::prelude::*;
 
-use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, measure, total};
+use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, greatest, measure, total};
 use super::{Balanced, Faces, Gradients, Local, State};
 use crate::bed::BedParticles;
 use crate::boundary::Isometry;
@@ -66,7 +67,7 @@ use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, Seen, corre
 const RELAXATION: f64 = 0.5;
 /// Slopes may be so many times as steep as the flatter of both sides: 1 is minmod, 2 the steepest that makes no extremum.
 const STEEPEST: f64 = 1.6;
-/// Share of the greatest speed of approach with which particles leave a crowd.
+/// Share of the speed of their neighbours with which particles leave a crowd.
 const SHIFT: f64 = 0.3;
 /// The moment of contacts counts so many times: half of what an inverse needs suffices to know the surface.
 const ENOUGH_CONTACT: f64 = 2.0;
@@ -134,12 +135,13 @@ impl Balanced {
         let approach = sums.closing.max(sums.stir);
         let divergence = mine.u.x + mine.v.y + sums.divergence;
         let inside = 1.0 - local.edge;
+        let shift = sums.closing.max(approach * begun.shift.norm().min(1.0));
         let relaxation = RELAXATION * begun.depth_rate * sums.stir * me.inverse_h;
         let unsupported = self.unsupported(water, me, sums.contact);
         Rates {
             acceleration: begun.acceleration - sums.force / me.depth - unsupported,
             depth_rate: relaxation - me.depth * divergence,
-            shift: begun.shift * (SHIFT * sums.closing * inside),
+            shift: begun.shift * (SHIFT * shift * inside),
             approach,
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,
@@ -234,7 +236,7 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
         let [mut contact_xx, mut contact_xy, mut contact_yy, mut closing, mut stir] = [[0.0; LANES]; 5];
         for group in pairs.groups() {
             let Group { state, r, e_x, e_y, weight, own_depth, d_l, d_r, c_l, .. } = group;
-            let Group { own_u, other_u, u_l, u_r, p_star, u_star, slope, surface_jump, velocity_jump, .. } = group;
+            let Group { own_u, other_u, u_l, p_star, u_star, slope, surface_jump, velocity_jump, .. } = group;
             let depth = &state.depth;
             for k in 0..LANES {
                 let (ex, ey, d_l) = (e_x[k], e_y[k], d_l[k]);
@@ -266,7 +268,7 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
                 contact_xy[k] += contact * ex * ey;
                 contact_yy[k] += contact * ey * ey;
                 closing[k] = larger(closing[k], -du);
-                stir[k] = larger(stir[k], if du > 0.0 { du } else { u_l[k] - u_r[k] });
+                stir[k] = larger(stir[k], group.stir[k]);
             }
         }
         sums.force += Vec2::new(total(force_x), total(force_y));
@@ -275,8 +277,8 @@ fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
         sums.contact.xx += total(contact_xx);
         sums.contact.xy += total(contact_xy);
         sums.contact.yy += total(contact_yy);
-        sums.closing = closing.into_iter().fold(sums.closing, larger);
-        sums.stir = stir.into_iter().fold(sums.stir, larger);
+        sums.closing = larger(sums.closing, greatest(closing));
+        sums.stir = larger(sums.stir, greatest(stir));
     }
     sums
 }
@@ -289,7 +291,7 @@ fn reconstruct<const IS_LIMITED: bool>(pairs: &mut Pairs, me: &State, mine: &Gra
     for group in pairs.groups_mut() {
         let Group { state, gradients: theirs, r, e_x, e_y, .. } = group;
         let Group { own_depth, d_l, d_r, own_u, other_u, u_l, u_r, .. } = group;
-        let Group { slope, surface_jump, velocity_jump, .. } = group;
+        let Group { slope, surface_jump, velocity_jump, stir, .. } = group;
         for k in 0..LANES {
             let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
             let (x, y) = (r * ex, r * ey);
@@ -325,6 +327,7 @@ fn reconstruct<const IS_LIMITED: bool>(pairs: &mut Pairs, me: &State, mine: &Gra
             slope[k] = a_1;
             surface_jump[k] = d_eta - a_1 - a_2;
             velocity_jump[k] = b_1 - b_2;
+            stir[k] = if du > 0.0 { du } else { b_1 + b_2 - du };
         }
     }
 }

@@ -21,12 +21,27 @@ fn inverse_eigenvalue(lambda: f64) -> f64 {
 }
 
 /// Whether the correction of a moment is its inverse.
+#[inline]
 pub fn is_inverted(moment: Sym2) -> bool {
-    moment.eigenvalues().0 >= LEAST_EIGENVALUE
+    // Without a root: what is left of the matrix has no negative eigenvalue.
+    let (xx, yy) = (moment.xx - LEAST_EIGENVALUE, moment.yy - LEAST_EIGENVALUE);
+    xx + yy >= 0.0 && xx * yy >= moment.xy * moment.xy
 }
 
 /// L = f(M): f applied to the eigenvalues of a symmetric matrix.
+#[inline]
 pub fn correction(moment: Sym2) -> Sym2 {
+    if is_inverted(moment) {
+        let per_determinant = 1.0 / moment.determinant();
+        let Sym2 { xx, xy, yy } = moment;
+        return Sym2 { xx: yy * per_determinant, xy: -xy * per_determinant, yy: xx * per_determinant };
+    }
+    bounded(moment)
+}
+
+/// L where an eigenvalue is too small to be inverted.
+#[cold]
+fn bounded(moment: Sym2) -> Sym2 {
     let (small, large) = moment.eigenvalues();
     let (f_small, f_large) = (inverse_eigenvalue(small), inverse_eigenvalue(large));
     let spread = large - small;
