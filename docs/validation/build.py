@@ -143,10 +143,10 @@ USE = {
 
 POCKETS = "Moving particles (for show): puddles of one or two particles have no neighbours to balance them and slosh without friction."
 WHY = {
-    "ritter": "Moving particles: the velocities behind the tip are a fifteenth above their bar at 10 m, since the outermost particle is slow in the first seconds (docs/decisions/0018).",
-    "stoker": "Resting particles are below the bars of the errors. Half of the error is in the two cells of the bore and scatters with its place between them, and the order with it: from 0.91 to 1.13 at times from 44 to 56 s (moving particles: 0.82 to 1.03). "
+    "ritter": "Moving particles: the order of the velocity is 0.97 over both halvings; its errors are below the bar at 10 m, and smaller at every spacing than before docs/decisions/0022, when the order was above 1.",
+    "stoker": "Resting particles are below the bars of the errors. Half of the error is in the two cells of the bore and scatters with its place between them, and the order with it: from 0.91 to 1.13 at times from 44 to 56 s. "
     "`stoker_moments` has the mean over these times.",
-    "stoker_moments": "Resting particles: 0.999 and 0.998, first order but for a quarter of a per cent, which comes from the first steps, when the rarefaction is no wider than a cell. Moving particles are below first order, where one moment alone may say otherwise.",
+    "stoker_moments": "Resting particles: 0.999 and 0.998, first order but for a quarter of a per cent, which comes from the first steps, when the rarefaction is no wider than a cell. Moving particles: 0.992 and 0.992 (docs/decisions/0022); the foot of the rarefaction is of order 0.97 to 0.99.",
     "high_waves_leave": "Moving particles at the finest spacing: what stands in the channel afterwards is a hair above the bar. It is no reflection at the edge: in a channel whose end no wave reaches as much is left, which the bores send back on their way (docs/decisions/0017).",
     "lake_pockets": POCKETS,
     "lake_pockets_disordered": POCKETS,
@@ -154,7 +154,7 @@ WHY = {
     "lake_terrain": POCKETS,
     "thacker_planar": "Resting particles: the shore crosses the lattice, and cells that fall dry or wet take energy out of the oscillation (see the note); the error falls with the "
     "spacing, at order 1.9. The bar is met by moving particles, which carry the shore with them.",
-    "thacker_axisymmetric": "Moving particles meet the bar with Heun's method (see the table of methods and docs/decisions/0011); with leapfrog, the default, the first order of its depths in time is left. "
+    "thacker_axisymmetric": "Moving particles lose energy at a/10, where the shore is some particles wide; finer ones meet the bars (docs/decisions/0022). "
     "Resting particles: as for thacker_planar.",
     "bump_subcritical": "Moving particles: accurate enough, but the last halving of the spacing gains less than the first; why is not known yet.",
 }
