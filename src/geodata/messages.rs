@@ -24,10 +24,19 @@ pub fn capture<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
         });
     });
     let outer = MESSAGES.take();
-    let result = work();
+    let result = {
+        let _alone = alone();
+        work()
+    };
     let mut messages = MESSAGES.replace(outer);
     messages.dedup();
     (result, messages)
+}
+
+/// Holds the lock of the NetCDF library, which bears one thread at a time: GDAL reads through the same library, without knowing of
+/// the others. A thread may take it again while it has it.
+pub fn alone() -> impl Drop {
+    netcdf_sys::libnetcdf_lock.lock()
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ mod unwrapped;
 pub use crs::{
     Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, suggested_utm, transform,
 };
-pub use messages::capture;
+pub use messages::{alone, capture};
 pub use text::{Table, TextError, read_text};
 pub use unwrapped::{horizontal_part, warp_to_memory};
 

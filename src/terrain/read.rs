@@ -12,7 +12,7 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, metres_of, raster_variables, split_variable};
 use crate::geodata::cf_valid::{Bounds, bounds_of};
 use crate::geodata::{
-    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
+    Crs, CrsProblem, alone, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
     transform, warp_to_memory,
 };
 use crate::math::{Vec2, in_bytes};
@@ -90,13 +90,35 @@ impl Placing {
 /// A raster file, opened but not yet read.
 #[derive(Debug)]
 pub struct RasterFile {
-    dataset: Dataset,
+    dataset: Closing,
     geo_transform: GeoTransform,
     crs: Option<SpatialRef>,
     /// What a NetCDF file itself says of its valid values.
     bounds: Option<Bounds>,
     /// Warnings met so far, without key and place.
     pub warnings: Vec<Problem>,
+}
+
+/// A dataset that is closed while nobody else is in the NetCDF library.
+#[derive(Debug)]
+struct Closing(Option<Dataset>);
+
+impl std::ops::Deref for Closing {
+    type Target = Dataset;
+
+    fn deref(&self) -> &Dataset {
+        match &self.0 {
+            Some(dataset) => dataset,
+            None => unreachable!("it is taken out when it is dropped"),
+        }
+    }
+}
+
+impl Drop for Closing {
+    fn drop(&mut self) {
+        let _alone = alone();
+        drop(self.0.take());
+    }
 }
 
 fn is_netcdf(dataset: &Dataset) -> bool {
@@ -179,7 +201,7 @@ impl RasterFile {
             ..DatasetOptions::default()
         };
         let (result, messages) = capture(|| Dataset::open_ex(gdal_name, options));
-        let dataset = result.map_err(|_| {
+        let dataset = result.map(|dataset| Closing(Some(dataset))).map_err(|_| {
             because(input_error("not-a-raster", format!("{name} is not a raster that GDAL can read")), messages)
                 .with_remedy(
                     "name a GeoTIFF, an ESRI ASCII grid or another raster; `gdalinfo FILE` shows whether GDAL reads it",
@@ -400,7 +422,7 @@ impl RasterFile {
     fn values(&mut self, number: usize, request: &RasterRequest) -> Result<Vec<f64>, Problem> {
         let name = request.path.display();
         let (columns, rows) = self.dataset.raster_size();
-        let dataset = &self.dataset;
+        let dataset: &Dataset = &self.dataset;
         let (result, messages) = capture(|| {
             let band = dataset.rasterband(number)?;
             let buffer = band.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None)?;
