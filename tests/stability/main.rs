@@ -36,7 +36,6 @@ const KNOWN: &[(&str, &str, Status)] = &[
     ("standing_jump_unequal", "lagrangian", Fails),
     ("waterfall", "lagrangian", Fails),
     ("gap", "lagrangian", Degrades),
-    ("steep_film", "lagrangian", Degrades),
     ("cfl_10", "lagrangian", Degrades),
     ("cfl_12", "lagrangian", Degrades),
     ("cfl_14", "lagrangian", Degrades),
