@@ -91,6 +91,13 @@ pub struct Span {
     near: u32,
 }
 
+/// What a search finds; scratch space.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    spans: Vec<Span>,
+    list: Vec<u32>,
+}
+
 /// How many particles of a block are in each band of cells.
 type Census = [u32; BANDS];
 
@@ -288,26 +295,26 @@ impl CellGrid {
         &self.order[..self.keys.len()]
     }
 
-    /// Appends to `found` every particle j with |x_j − position| < max(support, support_j), but for a sliver at the rim.
-    pub fn within(&self, position: Vec2, support: f64, found: &mut Vec<u32>) {
-        let (mut spans, mut list) = (Vec::new(), Vec::new());
-        self.spans_within(position, support, None, &mut spans);
-        found.extend_from_slice(self.list(&spans, &mut list));
+    /// Every particle j with |x_j − position| < max(support, support_j), but for a sliver at the rim.
+    pub fn within<'a>(&self, position: Vec2, support: f64, found: &'a mut Found) -> &'a mut [u32] {
+        found.spans.clear();
+        self.spans_by(collect, position, support, u32::MAX, &mut found.spans);
+        self.list(&found.spans, &mut found.list)
     }
 
-    /// The same as spans, except for one particle where that is told.
-    pub fn spans_within(&self, position: Vec2, support: f64, except: Option<u32>, spans: &mut Vec<Span>) {
+    /// Appends the same to `spans`, without particle `except`.
+    pub fn spans_within(&self, position: Vec2, support: f64, except: u32, spans: &mut Vec<Span>) {
         self.spans_by(collect, position, support, except, spans);
     }
 
     #[inline(always)]
-    fn spans_by(&self, collect: Collect, position: Vec2, support: f64, except: Option<u32>, spans: &mut Vec<Span>) {
+    fn spans_by(&self, collect: Collect, position: Vec2, support: f64, except: u32, spans: &mut Vec<Span>) {
         let local = position - self.origin;
         let centre = Centre {
             x: (local.x * self.scale) as i32,
             y: (local.y * self.scale) as i32,
             reach_squared: reach_squared_of(support * self.scale),
-            except: except.unwrap_or(u32::MAX),
+            except,
         };
         for level in self.levels.iter().filter(|level| level.is_occupied) {
             let reach = support.max(level.largest_support);
@@ -360,7 +367,7 @@ struct Centre {
     x: i32,
     y: i32,
     reach_squared: f32,
-    /// Particle that is not looked for.
+    /// Particle that is not looked for; none has the greatest number.
     except: u32,
 }
 
@@ -519,7 +526,7 @@ mod tests {
                 let expected: Vec<u32> = all.iter().copied().filter(|&j| Some(j) != except).collect();
                 for (collect, list) in [(collect as Collect, list as List), (collect_one_by_one, list_one_by_one)] {
                     spans.clear();
-                    grid.spans_by(collect, position, supports[i], except, &mut spans);
+                    grid.spans_by(collect, position, supports[i], except.unwrap_or(u32::MAX), &mut spans);
                     found.resize(LANES * spans.len(), 0);
                     let count = list(&grid.order, &spans, &mut found);
                     found.truncate(count);

@@ -4,4 +4,4 @@ mod brute_force;
 mod cell_grid;
 
 pub use brute_force::within_brute_force;
-pub use cell_grid::{CellGrid, Span};
+pub use cell_grid::{CellGrid, Found, Span};

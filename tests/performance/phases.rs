@@ -15,7 +15,7 @@ use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput};
 use floodsim::boundary::Walls;
 use floodsim::gridding::Gridder;
 use floodsim::math::Vec2;
-use floodsim::neighbours::CellGrid;
+use floodsim::neighbours::{CellGrid, Found};
 use floodsim::particles::FluidParticles;
 use floodsim::physics::dimension::Dimension;
 use floodsim::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
@@ -104,14 +104,9 @@ fn search_and_gridding(criterion: &mut Criterion<ProcessorTime>) {
     let supports = vec![2.8; positions.len()];
     let mut grid = CellGrid::default();
     group.bench_function("cell_grid_build", |bencher| bencher.iter(|| grid.build(&positions, &supports)));
-    let mut found = Vec::new();
+    let mut found = Found::default();
     group.bench_function("cell_grid_within", |bencher| {
-        let seen = |place: &Vec2| {
-            found.clear();
-            grid.within(*place, 2.8, &mut found);
-            found.len()
-        };
-        let mut seen = seen;
+        let mut seen = |place: &Vec2| grid.within(*place, 2.8, &mut found).len();
         bencher.iter(|| positions.iter().map(&mut seen).sum::<usize>());
     });
     let problem = scene::dam_break(PARTICLES);

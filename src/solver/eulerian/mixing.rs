@@ -97,20 +97,11 @@ mod tests {
     use crate::math::Vec2;
     use crate::physics::turbulence::eddy_viscosity;
     use crate::scenario::methods::{Reconstruction, Stabilisation, Turbulence};
-    use crate::solver::eulerian::EulerianSolver;
-    use crate::solver::{FlowProblem, FlowSolver, Forcing, OpenEdges};
+    use crate::solver::eulerian::{EulerianSolver, tests};
+    use crate::solver::{FlowProblem, FlowSolver};
 
     fn problem(grid: &Lattice, initial_depth: Vec<f64>) -> FlowProblem {
-        FlowProblem {
-            bed: BedParticles::from_elevation(grid.clone(), vec![0.0; grid.len()], 0.0),
-            walls: Vec::new(),
-            open_edges: OpenEdges::default(),
-            forcing: Forcing::default(),
-            initial_depth,
-            gravity: 9.81,
-            courant: 0.5,
-            dry_depth: 1e-6,
-        }
+        tests::problem(grid.clone(), vec![0.0; grid.len()], initial_depth)
     }
 
     fn solver(grid: &Lattice, initial_depth: Vec<f64>, turbulence: Turbulence) -> EulerianSolver {

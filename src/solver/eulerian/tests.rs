@@ -10,7 +10,7 @@ fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
     Lattice { origin: Vec2::ZERO, columns, rows, spacing }
 }
 
-fn problem(lattice: Lattice, elevation: Vec<f64>, initial_depth: Vec<f64>) -> FlowProblem {
+pub(super) fn problem(lattice: Lattice, elevation: Vec<f64>, initial_depth: Vec<f64>) -> FlowProblem {
     FlowProblem {
         bed: BedParticles::from_elevation(lattice, elevation, 0.0),
         walls: Vec::new(),

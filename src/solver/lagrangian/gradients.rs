@@ -66,13 +66,14 @@ impl Balanced {
                         let me = &self.states[first + k];
                         (gradients[k], locals[k].correction) = finish(sums);
                         lengths[k] = self.next_smoothing_length(me, sums);
-                        // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
-                        rates[k].shift = sums.closure * (-2.0 * self.dimension.edge(me.area));
                     }
                     for (k, sums) in sums.iter().enumerate() {
-                        let mut standing = Standing { openness: rates[k].shift, ..Standing::default() };
+                        let me = &self.states[first + k];
+                        // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
+                        let openness = sums.closure * (-2.0 * self.dimension.edge(me.area));
+                        let mut standing = Standing { openness, ..Standing::default() };
                         self.find_free_edge(around, first + k, list, glance, &mut standing);
-                        standing.out_of_step = self.out_of_step(&self.states[first + k], sums, &standing);
+                        standing.out_of_step = self.out_of_step(me, sums, &standing);
                         locals[k].edge = standing.edge;
                         rates[k] = begun(&standing);
                     }

@@ -12,10 +12,9 @@ use crate::bed::BedParticles;
 use crate::boundary::Isometry;
 use crate::math::{Vec2, larger, smaller};
 use crate::physics::kernel::{Shape, Smoothing};
+pub(super) use crate::solver::moving::LANES;
 use crate::solver::moving::{ChosenKernel, Seen, with_kernel};
 
-/// Pairs that are worked on side by side.
-pub(super) const LANES: usize = 8;
 /// Most groups of pairs in a block.
 const GROUPS: usize = 8;
 /// Most pairs in a block.
@@ -314,7 +313,7 @@ pub(super) fn measure_and_cover(pairs: &mut Pairs, me: &State, kernel: &ChosenKe
 
 /// The sum over the lanes.
 #[inline(always)]
-pub(super) fn total([a, b, c, d, e, f, g, h]: [f64; LANES]) -> f64 {
+pub(super) fn total([a, b, c, d, e, f, g, h]: Lanes) -> f64 {
     ((a + b) + (c + d)) + ((e + f) + (g + h))
 }
 

@@ -29,7 +29,9 @@ impl MovingWater {
     /// Merges particles; to be called while the neighbours and rates are those of the particles as they are.
     pub(super) fn merge(&mut self) {
         let reach = NEAREST * self.finest;
-        let nearest: Vec<Option<usize>> = (0..self.particles.len()).map(|i| self.nearest_of(i, reach)).collect();
+        let mut list = Vec::new();
+        let nearest: Vec<Option<usize>> =
+            (0..self.particles.len()).map(|i| self.nearest_of(i, reach, &mut list)).collect();
         let mut is_kept = vec![true; nearest.len()];
         for (i, near) in nearest.iter().enumerate() {
             let Some(j) = near.filter(|&j| i < j && nearest[j] == Some(i)) else { continue };
@@ -41,12 +43,11 @@ impl MovingWater {
         }
     }
 
-    /// The nearest particle, if it is nearer than `reach` (m) and no other one is as near.
-    fn nearest_of(&self, i: usize, reach: f64) -> Option<usize> {
+    /// The nearest particle, if it is nearer than `reach` (m) and no other one is as near; `list` is overwritten.
+    fn nearest_of(&self, i: usize, reach: f64, list: &mut Vec<u32>) -> Option<usize> {
         let place = self.particles.position[i];
-        let mut list = Vec::new();
         let (mut nearest, mut second) = ((f64::INFINITY, None), f64::INFINITY);
-        for image in self.neighbours.of(i, &mut list).iter() {
+        for image in self.neighbours.of(i, list).iter() {
             let j = image.index as usize;
             // Neither mirror images nor the buffer particles of open boundaries, which stand behind the water.
             if image.transform != 0 || j >= self.particles.len() {

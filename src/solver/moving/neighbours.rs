@@ -4,13 +4,13 @@ use rayon::prelude::*;
 
 use crate::boundary::{Image, ImageScratch, Viewpoint, Walls};
 use crate::math::Vec2;
-use crate::neighbours::{CellGrid, Span};
+use crate::neighbours::{CellGrid, Found, Span};
 
 /// Number of particles in a chunk: the unit of parallel work, fixed so that no result depends on the number of threads.
 pub const CHUNK: usize = 128;
 
 /// Neighbours that are worked on side by side.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// What one particle sees: particles, and their images in walls.
 #[derive(Clone, Copy, Debug)]
@@ -94,8 +94,7 @@ struct ChunkNeighbours {
 /// Scratch space of a search; one for each thread.
 #[derive(Clone, Debug, Default)]
 struct SearchScratch {
-    spans: Vec<Span>,
-    found: Vec<u32>,
+    found: Found,
     seen: Vec<Image>,
     images: ImageScratch,
 }
@@ -133,7 +132,7 @@ impl SearchScratch {
         supports: &[f64],
         walls: &Walls,
     ) {
-        let SearchScratch { spans, found, seen, images } = self;
+        let SearchScratch { found, seen, images } = self;
         let largest_support = grid.largest_support();
         chunk.clear();
         chunk.starts.reserve_exact(count + 1);
@@ -142,16 +141,14 @@ impl SearchScratch {
             let (place, support) = (positions[i], supports[i]);
             chunk.make_room(i - first, count);
             if walls.is_clear(place, largest_support) {
-                grid.spans_within(place, support, Some(i as u32), &mut chunk.spans);
+                grid.spans_within(place, support, i as u32, &mut chunk.spans);
                 chunk.end();
                 continue;
             }
-            spans.clear();
-            grid.spans_within(place, support, None, spans);
-            let found = &*grid.list(spans, found);
+            let found = &*grid.within(place, support, found);
             let reach = found.iter().fold(support, |reach, &j| reach.max(supports[j as usize]));
             if walls.is_clear(place, reach) {
-                grid.spans_within(place, support, Some(i as u32), &mut chunk.spans);
+                grid.spans_within(place, support, i as u32, &mut chunk.spans);
             } else {
                 let from = Viewpoint { place, support, particle: Some(i as u32) };
                 seen.clear();
@@ -167,7 +164,7 @@ impl SearchScratch {
 /// What reaches a bare place; scratch space.
 #[derive(Clone, Debug, Default)]
 pub struct Glance {
-    found: Vec<u32>,
+    found: Found,
     seen: Vec<Image>,
     scratch: ImageScratch,
 }
@@ -212,15 +209,14 @@ impl Neighbours {
 
     /// The particles and images that act at a place where no particle stands: those that reach it by their own support.
     pub fn at<'a>(&self, place: Vec2, positions: &[Vec2], walls: &Walls, glance: &'a mut Glance) -> &'a [Image] {
-        glance.found.clear();
         glance.seen.clear();
-        self.grid.within(place, 0.0, &mut glance.found);
-        let reach = glance.found.iter().fold(0.0_f64, |reach, &j| reach.max(self.supports[j as usize]));
+        let found = &*self.grid.within(place, 0.0, &mut glance.found);
+        let reach = found.iter().fold(0.0_f64, |reach, &j| reach.max(self.supports[j as usize]));
         if walls.is_clear(place, reach) {
-            glance.seen.extend(glance.found.iter().map(|&index| Image { index, transform: 0 }));
+            glance.seen.extend(found.iter().map(|&index| Image { index, transform: 0 }));
         } else {
             let from = Viewpoint { place, support: reach, particle: None };
-            walls.see(&from, &glance.found, positions, &self.supports, &mut glance.scratch, &mut glance.seen);
+            walls.see(&from, found, positions, &self.supports, &mut glance.scratch, &mut glance.seen);
         }
         &glance.seen
     }

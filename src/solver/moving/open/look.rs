@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::faces::Face;
 use crate::bed::BedParticles;
 use crate::math::{Sym2, Vec2};
-use crate::neighbours::CellGrid;
+use crate::neighbours::{CellGrid, Found};
 use crate::particles::FluidParticles;
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{CubicSpline, Shape, Smoothing};
@@ -128,17 +128,16 @@ impl Look {
         self.grid.build(&self.positions, &self.supports);
     }
 
-    /// Fills `found` with the particles near a place of those that were listed last, by their index.
-    pub fn near(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) {
-        found.clear();
-        self.grid.within(place, reach, found);
-        found.iter_mut().for_each(|k| *k = self.indices[*k as usize]);
+    /// The particles near a place of those that were listed last, by their index.
+    pub fn near<'a>(&self, place: Vec2, reach: f64, found: &'a mut Found) -> &'a [u32] {
+        let near = self.grid.within(place, reach, found);
+        near.iter_mut().for_each(|k| *k = self.indices[*k as usize]);
+        near
     }
 
     /// The particle nearest to a place, up to a distance (m), of those that `gather` listed.
-    pub fn nearest(&self, place: Vec2, reach: f64, found: &mut Vec<u32>) -> Option<usize> {
-        found.clear();
-        self.grid.within(place, reach, found);
+    pub fn nearest(&self, place: Vec2, reach: f64, found: &mut Found) -> Option<usize> {
+        let found = self.grid.within(place, reach, found);
         let distance = |&k: &u32| ((self.positions[k as usize] - place).norm_squared(), self.indices[k as usize]);
         let near = found.iter().map(distance).filter(|(squared, _)| *squared < reach * reach);
         near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, index)| index as usize)
@@ -160,20 +159,18 @@ impl Look {
         self.sample(particles, bed, |_, _| true);
         seen.resize(faces.len(), Seen::default());
         let this = &*self;
-        seen.par_iter_mut().zip(faces).with_min_len(8).for_each_init(Vec::new, |found, (seen, face)| {
-            found.clear();
-            this.grid.within(face.middle, 0.0, found);
-            *seen = this.fit(face.middle, found);
+        seen.par_iter_mut().zip(faces).with_min_len(8).for_each_init(Found::default, |found, (seen, face)| {
+            *seen = this.fit(face.middle, this.grid.within(face.middle, 0.0, found));
         });
     }
 
     /// The water at a place, that beyond ridges above its level left out.
     pub fn look_at(&mut self, place: Vec2, particles: &FluidParticles, bed: &BedParticles) -> Seen {
         self.sample(particles, bed, |position, surface| bed.sill(place, position) < surface);
-        let mut found = Vec::new();
-        self.grid.within(place, 0.0, &mut found);
-        found.retain(|&k| self.samples[k as usize].area > 0.0);
-        self.fit(place, &found)
+        let mut found = Found::default();
+        let found = self.grid.within(place, 0.0, &mut found).iter().copied();
+        let counted: Vec<u32> = found.filter(|&k| self.samples[k as usize].area > 0.0).collect();
+        self.fit(place, &counted)
     }
 
     /// Fills `samples` with the particles near the boxes; those that do not count, by place and level, have no area.

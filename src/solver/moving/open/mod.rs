@@ -25,6 +25,7 @@ pub(super) mod look;
 use crate::bed::{BedParticles, BedPoint};
 use crate::boundary::{Condition, Edge, distance_to_segment};
 use crate::math::Vec2;
+use crate::neighbours::Found;
 use crate::particles::{FluidParticles, Particle};
 use crate::physics::dimension::Dimension;
 use crate::physics::open_boundary::EdgeState;
@@ -107,7 +108,7 @@ pub(in crate::solver) struct OpenBoundaries {
     look: Look,
     farthest: Vec<f64>,
     crossing: Vec<(u32, f64, u32)>,
-    near: Vec<u32>,
+    near: Found,
     /// Volume (m³) of the buffer particles of each face that stands before it.
     returning: Vec<f64>,
     lent: Vec<(usize, f64)>,
@@ -164,7 +165,7 @@ impl OpenBoundaries {
             look: Look::new(&faces, lines.len(), dimension),
             farthest: Vec::new(),
             crossing: Vec::new(),
-            near: Vec::new(),
+            near: Found::default(),
             returning: Vec::new(),
             lent: Vec::new(),
             lines,
@@ -275,14 +276,14 @@ impl OpenBoundaries {
     /// P: volume (m³) of the particles before a face that stands beyond it, less that of the buffer particles that stands before it.
     fn volume_beyond(&mut self, index: usize, particles: &FluidParticles) -> f64 {
         let face = &self.faces[index];
-        self.look.near(face.middle, self.scale.spacing, &mut self.near);
+        let near = self.look.near(face.middle, self.scale.spacing, &mut self.near);
         let of = |&i: &u32| {
             let i = i as usize;
             let edge = self.dimension.edge(particles.volume[i] / particles.depth[i]);
             let place = particles.position[i];
             if face.faces(place) { particles.volume[i] * face.share_beyond(place, edge) } else { 0.0 }
         };
-        self.near.iter().map(of).sum::<f64>() - self.returning[index]
+        near.iter().map(of).sum::<f64>() - self.returning[index]
     }
 
     /// Moves the buffer particles for a time (s) and books what comes in.
@@ -555,8 +556,7 @@ impl OpenBoundaries {
     /// The same for a face through which water leaves: particles give what stands beyond it, buffer particles what stands before it.
     fn lend_before(&mut self, index: usize, particles: &mut FluidParticles) {
         let face = &self.faces[index];
-        self.look.near(face.middle, self.scale.spacing, &mut self.near);
-        for &i in &self.near {
+        for &i in self.look.near(face.middle, self.scale.spacing, &mut self.near) {
             let i = i as usize;
             let edge = self.dimension.edge(particles.volume[i] / particles.depth[i]);
             let share = face.share_beyond(particles.position[i], edge);
