@@ -288,6 +288,7 @@ impl Shares<'_> {
         sum: &mut Summed,
     ) -> f64 {
         let (mut weights, mut seen) = (0.0, 0.0);
+        let walls = (!walls.is_clear(sight.place, sight.support)).then_some(walls);
         for (k, weight) in self.of_patch(patch).iter_mut().enumerate() {
             let (row, column) = (k / patch.columns as usize, k % patch.columns as usize);
             let cell = bed.lattice.index(patch.column as usize + column, patch.row as usize + row);
@@ -882,9 +883,9 @@ pub(crate) fn support(smoothing_length: f64, spacing: f64) -> f64 {
     (SUPPORT * smoothing_length).max(SMALLEST_SUPPORT * spacing)
 }
 
-/// Whether neither ground above a level (m) nor a wall stands between a place and the centre of a cell.
-pub(crate) fn is_in_sight((bed, walls): (&BedParticles, &Walls), place: Vec2, level: f64, cell: usize) -> bool {
-    bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell))
+/// Whether neither ground above a level (m) nor a wall, where there are any, stands between a place and the centre of a cell.
+pub(crate) fn is_in_sight((bed, walls): (&BedParticles, Option<&Walls>), place: Vec2, level: f64, cell: usize) -> bool {
+    bed.is_in_sight(place, level, cell) && walls.is_none_or(|walls| !walls.is_walled(place, bed.lattice.centre(cell)))
 }
 
 #[cfg(test)]

@@ -329,9 +329,9 @@ impl BedParticles {
         let here = place * (1.0 / lattice.spacing);
         let (column, row) = lattice.column_row(cell);
         let way = Vec2::new(column as f64 + 0.5, row as f64 + 0.5) - here;
-        let cells = way.x.abs().max(way.y.abs()).floor();
-        let stride = way * (1.0 / (cells + 1.0));
-        (1..=cells as u32).all(|step| {
+        let cells = way.x.abs().max(way.y.abs()) as u32;
+        let stride = way * (1.0 / (f64::from(cells) + 1.0));
+        (1..=cells).all(|step| {
             let between = here + stride * f64::from(step);
             // A particle may stand beside the lattice. Not a number (no terrain) compares as false.
             let (column, row) = (between.x as usize, between.y as usize);

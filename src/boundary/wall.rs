@@ -67,15 +67,11 @@ fn gap_between(a: &Edge, b: &Edge) -> f64 {
     ends.into_iter().map(|(end, edge)| distance_to_segment(end, edge.start, edge.end)).fold(f64::INFINITY, f64::min)
 }
 
-/// Way, in widths of a bin, from a place at `share` of the bin to its rim along a direction.
-fn to_the_rim(share: f64, along: f64) -> f64 {
-    if along > 0.0 {
-        (1.0 - share) / along
-    } else if along < 0.0 {
-        -share / along
-    } else {
-        f64::INFINITY
-    }
+/// Way, in widths of a bin, from a place at `share` of the bin to its rim along a direction, told by its reciprocal: infinite or not
+/// a number where it never comes there.
+#[inline]
+fn to_the_rim(share: f64, reciprocal: f64) -> f64 {
+    if reciprocal > 0.0 { (1.0 - share) * reciprocal } else { -share * reciprocal }
 }
 
 /// Where a particle's way ends.
@@ -379,22 +375,23 @@ impl Walls {
         if self.is_clear((a + b) * 0.5, 0.5 * length) {
             return false;
         }
-        let along = (b - a) / length;
-        // A bin holds every edge that comes near its rim, so that a step past it misses nothing.
-        let past_the_rim = 0.1 * RIM * self.bin;
+        // All in widths of a bin. A bin holds every edge that comes near its rim, so that a step past it misses nothing.
+        let (start, along, length) = ((a - self.origin) / self.bin, (b - a) / length, length / self.bin);
+        let reciprocal = Vec2::new(1.0 / along.x, 1.0 / along.y);
+        let past_the_rim = 0.1 * RIM;
         let mut way = 0.0;
         while way <= length {
-            let local = (a + along * way - self.origin) / self.bin;
+            let local = start + along * way;
             let (column, row) = (floor(local.x), floor(local.y));
             let is_inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
-            let mut step = self.bin * to_the_rim(local.x - column, along.x).min(to_the_rim(local.y - row, along.y));
+            let mut step = to_the_rim(local.x - column, reciprocal.x).min(to_the_rim(local.y - row, reciprocal.y));
             if is_inside {
                 let bin = row as usize * self.columns + column as usize;
                 let members = &self.members[self.starts[bin] as usize..self.starts[bin + 1] as usize];
                 if self.is_blocked(members, a, b) {
                     return true;
                 }
-                step = step.max(self.bin * (f64::from(self.clearance[bin]) - 1.0));
+                step = step.max(f64::from(self.clearance[bin]) - 1.0);
             }
             way += step + past_the_rim;
         }
