@@ -372,7 +372,7 @@ impl Walls {
     /// Whether a wall crosses the way from `a` to `b`, by the bins along the way: for ways of any length.
     pub fn is_walled(&self, a: Vec2, b: Vec2) -> bool {
         let length = (b - a).norm();
-        if self.is_clear((a + b) * 0.5, 0.5 * length) {
+        if length == 0.0 || self.is_clear((a + b) * 0.5, 0.5 * length) {
             return false;
         }
         // All in widths of a bin. A bin holds every edge that comes near its rim, so that a step past it misses nothing.
@@ -507,6 +507,8 @@ mod tests {
             *(if is_walled { &mut closed } else { &mut open }) += 1;
         }
         assert!(open > 200 && closed > 200);
+        let beside = Vec2::new(3.0, 2.1);
+        assert!(!walls.is_walled(beside, beside), "a way of no length meets no wall");
     }
 
     #[test]
