@@ -12,7 +12,7 @@ use super::shaped::{Change, Changes};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
-use crate::scenario::{Gaps, Scenario, Sourced, TerrainLayer};
+use crate::scenario::{Gaps, Scenario, Sourced};
 
 /// Holes that are listed with their place.
 const LISTED: usize = 5;
@@ -73,11 +73,7 @@ pub(super) fn treat(
 
 /// Tells of cells without data between two parts of the terrain, where a layer is cut: they would stand as a wall in the flood.
 pub(super) fn check_seams(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
-    let clip = scenario.layers.iter().find_map(|layer| match &layer.value {
-        TerrainLayer::Raster { clip, .. } => clip.as_ref(),
-        TerrainLayer::Points { .. } => None,
-    });
-    let Some(clip) = clip else { return };
+    let Some(clip) = scenario.layers.iter().find_map(|layer| layer.value.clip()) else { return };
     let lattice = &bed.lattice;
     let is_terrain = |column: isize, row: isize| {
         let inside = (0..lattice.columns as isize).contains(&column) && (0..lattice.rows as isize).contains(&row);
@@ -97,7 +93,7 @@ pub(super) fn check_seams(scenario: &Scenario, bed: &BedParticles, findings: &mu
     };
     let message = format!("{} cells between parts of the terrain have no data, and are walls", seam.len());
     let problem = kind(ProblemKind::Input, "seam-without-data", "", message)
-        .with_cause("a layer that is cut ends half a cell before the outline of its polygon")
+        .with_cause("a layer that is cut ends at the outline of its polygon, a raster half a cell before it")
         .with_remedy(
             "let the layers overlap: draw the polygon of `clip` two cells of the layer wider, or put a layer below",
         )

@@ -105,11 +105,7 @@ impl Files {
             let (TerrainLayer::Raster { path, .. } | TerrainLayer::Points { path, .. }) = &layer.value;
             self.add(layer, path);
         }
-        for layer in &scenario.layers {
-            if let TerrainLayer::Raster { clip, .. } = &layer.value {
-                self.vectors(clip);
-            }
-        }
+        self.vectors(scenario.layers.iter().filter_map(|layer| layer.value.clip()));
         self.vectors(scenario.ground.breaklines.iter().map(|line| &line.lines));
         self.vectors(scenario.ground.buildings.iter().map(|buildings| &buildings.polygons));
         self.plain(scenario.roughness.raster.iter().chain(&scenario.roughness.table));

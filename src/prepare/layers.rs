@@ -92,7 +92,8 @@ fn apart(layer: &Layer, below: &[Option<Layer>]) -> Option<Problem> {
         }
         Layer::Survey(survey) => {
             let step = (survey.points().len() / PLACES).max(1);
-            survey.points().iter().step_by(step).map(|point| (point.position, point.elevation)).collect()
+            let places = survey.points().iter().step_by(step).map(|point| point.position);
+            places.filter_map(|place| Some((place, survey.elevation(place)?))).collect()
         }
     };
     let under = |place: Vec2| below.iter().rev().flatten().find_map(|layer| layer.elevation(place));
@@ -259,17 +260,7 @@ fn cut(
         kept[index] = raster.values[index];
     }
     if kept.iter().all(|value| value.is_nan()) {
-        let message = format!("the polygons of {} hold no data of this layer", clip.value.path.display());
-        let problem = Problem::error(ProblemKind::Input, "clip-outside-layer", "", message)
-            .with_cause(format!(
-                "the layer reaches from {:.0}, {:.0} to {:.0}, {:.0}",
-                raster.west,
-                raster.south(),
-                raster.east(),
-                raster.north
-            ))
-            .with_remedy("check that the file and the layer have the same CRS, or take `clip` out");
-        findings.add(clip, problem);
+        findings.add(clip, clip_outside(clip, (origin, Vec2::new(raster.east(), raster.north))));
         return None;
     }
     raster.values = kept;
@@ -283,7 +274,7 @@ fn read_points(
     run: &Crs,
     findings: &mut Findings,
 ) -> Option<Survey> {
-    let TerrainLayer::Points { path, interpolation, max_gap, offset, .. } = &source.value else {
+    let TerrainLayer::Points { path, interpolation, max_gap, offset, clip, .. } = &source.value else {
         return None;
     };
     findings.add_all(source, file.warnings);
@@ -319,7 +310,23 @@ fn read_points(
         )
         .with_cause(cause)
     });
-    findings.take(source, survey)
+    let survey = findings.take(source, survey)?;
+    let Some(clip) = clip else { return Some(survey) };
+    let area = water::area(clip, Some(run), scenario, findings)?;
+    let extent = survey.extent();
+    let clipped = survey.within_area(&area);
+    if clipped.is_none() {
+        findings.add(clip, clip_outside(clip, extent));
+    }
+    clipped
+}
+
+/// The polygons of `clip` and a layer, told by its south-western and north-eastern corner, have nothing in common.
+fn clip_outside(clip: &Sourced<VectorSource>, (low, high): (Vec2, Vec2)) -> Problem {
+    let message = format!("the polygons of {} hold no data of this layer", clip.value.path.display());
+    Problem::error(ProblemKind::Input, "clip-outside-layer", "", message)
+        .with_cause(format!("the layer reaches from {:.0}, {:.0} to {:.0}, {:.0}", low.x, low.y, high.x, high.y))
+        .with_remedy("check that the file and the layer have the same CRS, or take `clip` out")
 }
 
 fn moved(points: &[SurveyPoint], from: &SpatialRef, to: &SpatialRef) -> Result<Vec<SurveyPoint>, String> {

@@ -407,7 +407,7 @@ mod tests {
             (line("z: 3 m, mode: lift"), "unknown-name", "terrain.breaklines[0].mode"),
             (layer("{raster: b.tif, offset: 0.12}"), "missing-unit", "terrain.layers[1].offset"),
             (layer("{raster: b.tif, mode: lowest}"), "unknown-name", "terrain.layers[1].mode"),
-            (layer("{points: b.txt, max_gap: 3 m, clip: c.gpkg}"), "conflict", "terrain.layers[1].clip"),
+            (layer("{points: b.txt, max_gap: 3 m, unit: ft}"), "conflict", "terrain.layers[1].unit"),
             (gaps("fill"), "unknown-name", "terrain.gaps"),
             (gaps("{fill: idw}"), "missing-key", "terrain.gaps.max_cells"),
             (gaps("{fill: spline, max_cells: 3}"), "unknown-name", "terrain.gaps.fill"),

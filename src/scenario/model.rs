@@ -61,9 +61,19 @@ pub enum TerrainLayer {
         max_gap: f64,
         /// Added to every elevation (m).
         offset: f64,
+        /// Polygons inside of which the layer counts; everywhere when absent.
+        clip: Option<Sourced<VectorSource>>,
         /// How it meets the layers under it.
         mode: LayerMode,
     },
+}
+
+impl TerrainLayer {
+    /// The polygons inside of which the layer counts, if not everywhere.
+    pub fn clip(&self) -> Option<&Sourced<VectorSource>> {
+        let (TerrainLayer::Raster { clip, .. } | TerrainLayer::Points { clip, .. }) = self;
+        clip.as_ref()
+    }
 }
 
 /// Interpolation between survey points.

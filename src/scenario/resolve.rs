@@ -231,16 +231,16 @@ fn roughness(section: RoughnessSection) -> Roughness {
 fn layer(entry: LayerEntry) -> Option<Sourced<TerrainLayer>> {
     let offset = entry.offset.map_or(0.0, |offset| offset.value());
     let mode = entry.mode.map_or(LayerMode::default(), |mode| mode.0.value);
+    let clip = entry.clip.map(|clip| clip.0);
     if let Some(raster) = entry.raster {
         let Sourced { value: path, key, place } = raster.0;
         let unit = entry.unit.map_or(ElevationUnit(1.0), |unit| unit.0.value).0;
-        let clip = entry.clip.map(|clip| clip.0);
         return Some(Sourced { value: TerrainLayer::Raster { path, offset, unit, clip, mode }, key, place });
     }
     let Sourced { value: path, key, place } = entry.points?.0;
     let interpolation = entry.interpolation.map_or(PointInterpolation::InverseDistance, |chosen| chosen.0.value);
     let max_gap = entry.max_gap?.value();
-    Some(Sourced { value: TerrainLayer::Points { path, interpolation, max_gap, offset, mode }, key, place })
+    Some(Sourced { value: TerrainLayer::Points { path, interpolation, max_gap, offset, clip, mode }, key, place })
 }
 
 fn initial_water(entry: InitialEntry) -> Option<InitialWater> {

@@ -81,12 +81,15 @@ impl Scenario {
                     }
                     writeln!(text, ", mode: {}}}", name_of(|candidate: &LayerMode| candidate == mode))?;
                 }
-                TerrainLayer::Points { path, interpolation, max_gap, offset, mode } => {
+                TerrainLayer::Points { path, interpolation, max_gap, offset, clip, mode } => {
                     let interpolation = name_of(|candidate: &PointInterpolation| candidate == interpolation);
                     let path = quoted_path(path);
                     writeln!(text, "    - points: {path}\n      interpolation: {interpolation}")?;
                     let mode = name_of(|candidate: &LayerMode| candidate == mode);
                     writeln!(text, "      max_gap: {max_gap} m\n      offset: {offset} m\n      mode: {mode}")?;
+                    if let Some(clip) = clip {
+                        writeln!(text, "      clip: {}", quoted_vector(clip))?;
+                    }
                 }
             }
         }
@@ -426,9 +429,9 @@ mod tests {
         plain.outputs.folder.place = None;
         for layer in &mut plain.layers {
             layer.place = None;
-            if let super::TerrainLayer::Raster { clip: Some(clip), .. } = &mut layer.value {
-                clip.place = None;
-            }
+            let (super::TerrainLayer::Raster { clip, .. } | super::TerrainLayer::Points { clip, .. }) =
+                &mut layer.value;
+            clip.iter_mut().for_each(|clip| clip.place = None);
         }
         plain.ground.gaps.iter_mut().for_each(|gaps| gaps.place = None);
         plain.ground.buildings.iter_mut().for_each(|buildings| buildings.polygons.place = None);

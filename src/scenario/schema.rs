@@ -134,7 +134,7 @@ section! {
         interpolation: Option<Chosen<PointInterpolation>>,
         /// Distance to the nearest point beyond which there is no terrain; needed with points.
         max_gap: Option<Quantity<Length>>,
-        /// File of polygons inside of which a raster counts; everywhere when absent.
+        /// File of polygons inside of which the layer counts; everywhere when absent.
         clip: Option<VectorFile>,
         /// How it meets the layers under it: replace, min or max; replace when absent.
         mode: Option<Chosen<LayerMode>>,
@@ -143,7 +143,7 @@ section! {
 
 fn check_layer(node: &Node, reader: &mut Reader) -> Option<()> {
     let kind = reader.exactly_one(node, &["raster", "points"])?;
-    let foreign: &[&str] = if kind == "raster" { &["interpolation", "max_gap"] } else { &["unit", "clip"] };
+    let foreign: &[&str] = if kind == "raster" { &["interpolation", "max_gap"] } else { &["unit"] };
     let mut is_fit = true;
     for name in foreign {
         if let Some(value) = node.get(name) {

@@ -156,9 +156,8 @@ impl Terrain {
             }
             Layer::Survey(survey) => {
                 for point in survey.within(centre, radius) {
-                    let SurveyPoint { position, elevation } = survey.points()[point];
-                    let other = self.top(position).filter(|(top, _)| *top != index);
-                    samples.push((position, other.map_or(elevation, |(_, elevation)| elevation)));
+                    let place = survey.points()[point].position;
+                    samples.extend(self.elevation(place).map(|elevation| (place, elevation)));
                 }
             }
         }

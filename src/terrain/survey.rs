@@ -12,6 +12,8 @@
 
 use std::num::NonZeroUsize;
 
+use geo::indexed::IntervalTreeMultiPolygon;
+use geo::{BoundingRect, Contains, MultiPolygon};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use spade::{DelaunayTriangulation, FloatTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
 
@@ -56,6 +58,9 @@ pub struct Survey {
     delaunay: Option<Delaunay>,
     max_gap: f64,
     spacing: f64,
+    extent: (Vec2, Vec2),
+    /// Outside of it there is no terrain (map coordinates).
+    area: Option<IntervalTreeMultiPolygon<f64>>,
 }
 
 impl std::fmt::Debug for Survey {
@@ -76,7 +81,9 @@ impl Survey {
             return Err(format!("{} points make no surface", points.len()));
         }
         let least = |of: fn(&SurveyPoint) -> f64| points.iter().map(of).fold(f64::INFINITY, f64::min);
+        let most = |of: fn(&SurveyPoint) -> f64| points.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
         let origin = Vec2::new(least(|p| p.position.x), least(|p| p.position.y));
+        let extent = (origin, Vec2::new(most(|p| p.position.x), most(|p| p.position.y)));
         let local = |p: &SurveyPoint| p.position - origin;
         let coordinates: Vec<[f64; 2]> = points.iter().map(|p| [local(p).x, local(p).y]).collect();
         let tree = ImmutableKdTree::new_from_slice(&coordinates)
@@ -96,7 +103,7 @@ impl Survey {
                 Some(delaunay)
             }
         };
-        let mut survey = Survey { points, origin, tree, delaunay, max_gap, spacing: 0.0 };
+        let mut survey = Survey { points, origin, tree, delaunay, max_gap, spacing: 0.0, extent, area: None };
         survey.spacing = survey.typical_spacing();
         Ok(survey)
     }
@@ -153,8 +160,29 @@ impl Survey {
         (found.distance, found.item as usize)
     }
 
-    /// Elevation (m); none beyond the greatest gap, and for natural neighbours none outside the convex hull.
+    /// The same survey where it lies inside an area (map coordinates), whose rim has no terrain; none where the area lies beside it.
+    ///
+    /// Points outside go on shaping the surface inside.
+    pub fn within_area(mut self, area: &MultiPolygon<f64>) -> Option<Survey> {
+        let bounds = area.bounding_rect()?;
+        let (low, high) = self.extent;
+        let low = Vec2::new(low.x.max(bounds.min().x), low.y.max(bounds.min().y));
+        let high = Vec2::new(high.x.min(bounds.max().x), high.y.min(bounds.max().y));
+        self.extent = (low, high);
+        self.area = Some(IntervalTreeMultiPolygon::new(area));
+        (low.x < high.x && low.y < high.y).then_some(self)
+    }
+
+    /// Whether a place lies inside the area to which the survey is cut.
+    fn covers(&self, map: Vec2) -> bool {
+        self.area.as_ref().is_none_or(|area| area.contains(&geo::Point::new(map.x, map.y)))
+    }
+
+    /// Elevation (m); none beyond the greatest gap or outside the area to which the survey is cut, and for natural neighbours none outside the convex hull.
     pub fn elevation(&self, map: Vec2) -> Option<f64> {
+        if !self.covers(map) {
+            return None;
+        }
         let (squared, index) = self.nearest_one(map);
         if squared > self.max_gap * self.max_gap {
             return None;
@@ -188,13 +216,9 @@ impl Survey {
         indices
     }
 
-    /// The rectangle around the points (map coordinates).
+    /// The rectangle around the points, or the part of it to which the survey is cut (map coordinates).
     pub fn extent(&self) -> (Vec2, Vec2) {
-        let mut max = self.origin;
-        for point in &self.points {
-            max = Vec2::new(max.x.max(point.position.x), max.y.max(point.position.y));
-        }
-        (self.origin, max)
+        self.extent
     }
 }
 

@@ -464,6 +464,7 @@ fn survey_points_are_terrain_with_their_gaps_reported() {
             interpolation,
             max_gap: 10.0,
             offset: 100.0,
+            clip: None,
             mode: LayerMode::default(),
         };
         scene.scenario.layers = vec![sourced("terrain.layers[0].points", layer)];

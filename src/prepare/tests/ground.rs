@@ -9,7 +9,8 @@ use crate::math::Vec2;
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::methods::Motion;
 use crate::scenario::{
-    Breakline, BreaklineMode, BuildingMode, Buildings, Gaps, LayerMode, LineLevel, OpenBoundary, Side, TerrainLayer,
+    Breakline, BreaklineMode, BuildingMode, Buildings, Gaps, LayerMode, LineLevel, OpenBoundary, PointInterpolation,
+    Side, TerrainLayer,
 };
 use crate::solver::edge_faces;
 
@@ -75,6 +76,38 @@ fn a_clipped_layer_counts_inside_its_polygons_and_its_offset_is_added() {
         (found.len(), found[0].code, found[0].key.as_str()),
         (1, "clip-outside-layer", "terrain.layers[1].clip")
     );
+}
+
+#[test]
+fn a_clipped_survey_counts_inside_its_polygons() {
+    for interpolation in [PointInterpolation::InverseDistance, PointInterpolation::NaturalNeighbour] {
+        let mut scene = Scene::sound();
+        scene.scenario.initial.clear();
+        // The last three columns and rows 2 to 4 from the south, as in the test of a clipped raster.
+        scene.polygon("clip.geojson", &[(1186.0, 2010.0), (1300.0, 2010.0), (1300.0, 2025.0), (1186.0, 2025.0)]);
+        let points = (0..1200).map(|i| centre_of(i % 40, i / 40));
+        let lines: Vec<String> = points.map(|p| format!("{} {} {}", p.x, p.y, basin_elevation(p) + 2.5)).collect();
+        scene.write("survey.txt", &lines.join("\n"));
+        let layer = TerrainLayer::Points {
+            path: scene.path("survey.txt"),
+            interpolation,
+            max_gap: 10.0,
+            offset: 0.5,
+            clip: Some(vector("terrain.layers[1].clip", scene.path("clip.geojson"))),
+            mode: LayerMode::Replace,
+        };
+        scene.scenario.layers.push(sourced("terrain.layers[1].points", layer));
+        let prepared = prepare(&scene.scenario);
+        assert_eq!(errors(&prepared), Vec::<&Problem>::new());
+        let inside: Vec<(usize, f64)> = (2..5).flat_map(|row| (37..40).map(move |c| (row * 40 + c, 23.0))).collect();
+        assert_eq!(changed(&prepared), inside, "{interpolation:?}");
+        assert!(prepared.inputs.iter().any(|input| input.path.ends_with("clip.geojson")));
+
+        scene.polygon("clip.geojson", &[(5000.0, 2010.0), (5100.0, 2010.0), (5100.0, 2025.0)]);
+        let prepared = prepare(&scene.scenario);
+        let found: Vec<_> = errors(&prepared).iter().map(|problem| (problem.code, problem.key.as_str())).collect();
+        assert_eq!(found, [("clip-outside-layer", "terrain.layers[1].clip")]);
+    }
 }
 
 #[test]

@@ -118,6 +118,7 @@ fn the_original_survey_makes_the_same_valley_as_the_raster() {
             interpolation,
             max_gap: 300.0,
             offset: 0.0,
+            clip: None,
             mode: crate::scenario::LayerMode::default(),
         };
         scenario.layers = vec![sourced("terrain.layers[0].points", layer)];
