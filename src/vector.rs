@@ -50,6 +50,12 @@ pub struct Feature {
 }
 
 impl Feature {
+    /// The names of its attributes that hold something, for messages.
+    pub fn attribute_names(&self) -> String {
+        let names: Vec<&str> = self.attributes.iter().map(|(name, _)| name.as_str()).collect();
+        if names.is_empty() { "none that holds a value".to_owned() } else { names.join(", ") }
+    }
+
     /// An attribute by its name, whatever its case, or by the first ten letters that a Shapefile leaves of it.
     pub fn attribute(&self, name: &str) -> Option<&Value> {
         let short: String = name.chars().take(10).collect();

@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::scenario::methods::Preset;
+use crate::scenario::units::{Dimension, LENGTH, VOLUME};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -181,15 +182,21 @@ pub enum ModeArgument {
 /// The dam of which `breach` tells.
 #[derive(Args, Debug)]
 pub struct BreachArguments {
-    /// Water above the bottom of the breach (m³), such as 1e7
-    #[arg(long, value_name = "M3")]
+    /// Water above the bottom of the breach: m³, or with a unit such as "10 Mm3"
+    #[arg(long, value_name = "VOLUME", value_parser = |text: &str| amount(text, &VOLUME), allow_hyphen_values = true)]
     pub volume: f64,
-    /// Height of the breach (m), from its bottom to the crest
-    #[arg(long, value_name = "M")]
+    /// Height of the breach, from its bottom to the crest: m, or with a unit such as "30 m"
+    #[arg(long, value_name = "HEIGHT", value_parser = |text: &str| amount(text, &LENGTH), allow_hyphen_values = true)]
     pub height: f64,
     /// How the dam fails
     #[arg(long, value_enum, default_value = "overtopping")]
     pub mode: ModeArgument,
+}
+
+/// A number in SI units, or a quantity with its unit.
+fn amount(text: &str, dimension: &Dimension) -> Result<f64, String> {
+    let plain = text.parse::<f64>().ok();
+    plain.map_or_else(|| dimension.parse(text).map_err(|error| format!("{}; {}", error.message, error.remedy)), Ok)
 }
 
 /// The arguments of a validation.

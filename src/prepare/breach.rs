@@ -10,11 +10,12 @@ use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::{Vec2, segments_cross};
+use crate::math::{Vec2, readable, segments_cross};
 use crate::physics::breach::{FailureMode, breach_estimates};
 use crate::scenario::methods::Motion;
 use crate::scenario::{
-    Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law, Scenario, Sourced,
+    BoundaryCondition, Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law,
+    Scenario, Sourced,
 };
 use crate::seeding::StillWater;
 use crate::solver::{Breach, DamCell, GrowthLaw, Opening, Trigger};
@@ -27,6 +28,8 @@ const FINE_OPENING: f64 = 5.0;
 const GROUND_IN_OPENING: f64 = 0.1;
 /// How far (in cells) beside the dam the water must find its way.
 const BESIDE_DAM: f64 = 3.0;
+/// Water higher than the crest by this (m) runs over it.
+const OVER_CREST: f64 = 1e-3;
 /// An end of a dam whose ground lies further below the crest than this (m) is open.
 const OPEN_END: f64 = 0.05;
 
@@ -134,8 +137,8 @@ pub(super) fn on_lattice(
     {
         let message = format!(
             "the breach still grows when the run ends at {} s: it ends at {} s",
-            scenario.end_time,
-            at.value + duration.value
+            readable(scenario.end_time),
+            readable(at.value + duration.value)
         );
         let problem = Problem::warning(ProblemKind::Scenario, "breach-unfinished", "", message);
         findings.add(duration, problem.with_remedy("let the run last longer, if the final opening matters"));
@@ -460,7 +463,7 @@ fn check_water(
     }
 }
 
-/// Refuses a level that no water of the run can reach, and an opening above all water.
+/// Refuses a level that no water of the run can reach, and an opening above all water; warns of water above the crest.
 pub(super) fn check_level(
     scenario: &Scenario,
     breach: &Breach,
@@ -468,7 +471,10 @@ pub(super) fn check_level(
     water: &StillWater,
     findings: &mut Findings,
 ) {
-    let is_fed = !scenario.boundaries.is_empty()
+    let brings_water = |condition: &BoundaryCondition| {
+        matches!(condition, BoundaryCondition::Discharge { .. } | BoundaryCondition::Stage(..))
+    };
+    let is_fed = scenario.boundaries.iter().any(|boundary| brings_water(&boundary.value.condition))
         || !scenario.sources.is_empty()
         || scenario.rain.is_some()
         || !scenario.channels.is_empty();
@@ -480,6 +486,28 @@ pub(super) fn check_level(
         |invert: f64| wet().map(|cell| area * (level_of(cell) - bed.elevation[cell].max(invert)).max(0.0)).sum::<f64>();
     if let Some(written) = &scenario.breach {
         check_water(written, breach, (highest, is_fed), above, findings);
+        let lattice = &bed.lattice;
+        let beside = |cell: &DamCell| {
+            let centre = lattice.centre(cell.cell);
+            let places = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+            places.map(|(x, y)| lattice.cell_at(centre + Vec2::new(x, y) * lattice.spacing))
+        };
+        let raised = breach.cells.iter().filter(|cell| cell.ground < breach.crest);
+        let wet = raised.flat_map(beside).flatten().filter(|&cell| water.depth[cell] > 0.0);
+        if let Some(cell) = wet.max_by(|a, b| level_of(*a).total_cmp(&level_of(*b)))
+            && level_of(cell) > breach.crest + OVER_CREST
+        {
+            let message = format!(
+                "the water stands at {:.2} m beside the dam, above its crest of {} m",
+                level_of(cell),
+                breach.crest
+            );
+            let problem = Problem::warning(ProblemKind::Scenario, "water-above-crest", "", message)
+                .with_cause("it runs over the dam from the start on, whether the dam breaks or not")
+                .with_remedy("correct the level of the lake or the crest, their units or their datum")
+                .with_at(lattice.to_map(lattice.centre(cell)));
+            findings.add(&written.dam, problem);
+        }
     }
     let (Some(written), Trigger::Level { level, place }) = (&scenario.breach, breach.trigger) else { return };
     let BreachTrigger::Level { level: source, .. } = &written.trigger else { return };

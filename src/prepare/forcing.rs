@@ -21,9 +21,9 @@ use crate::terrain::{Layer, RasterFile, Terrain};
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
 
-pub(super) const COMING: Meaning = Meaning { dimension: &DISCHARGE, is_signed: false };
-const LEVEL: Meaning = Meaning { dimension: &LENGTH, is_signed: true };
-const FALLING: Meaning = Meaning { dimension: &INTENSITY, is_signed: false };
+pub(super) const COMING: Meaning = Meaning { dimension: &DISCHARGE, is_level: false };
+const LEVEL: Meaning = Meaning { dimension: &LENGTH, is_level: true };
+const FALLING: Meaning = Meaning { dimension: &INTENSITY, is_level: false };
 
 /// Everything that could be opened; map coordinates.
 #[derive(Debug, Default)]
@@ -233,12 +233,26 @@ fn check_section(
     findings: &mut Findings,
 ) {
     let is_on_terrain = |place: Vec2| lattice.cell_at(lattice.to_local(place)).is_some_and(|cell| !bed[cell].is_nan());
-    let touches = section.line.windows(2).any(|pair| {
+    // Half a cell each, told by their middles.
+    let pieces = section.line.windows(2).flat_map(|pair| {
         let along = pair[1] - pair[0];
-        let pieces = (2.0 * along.norm() / lattice.spacing).ceil().max(1.0) as usize;
-        (0..=pieces).any(|k| is_on_terrain(pair[0] + along * (k as f64 / pieces as f64)))
+        let count = (2.0 * along.norm() / lattice.spacing).ceil().max(1.0);
+        let middle = move |k: usize| pair[0] + along * ((k as f64 + 0.5) / count);
+        (0..count as usize).map(move |k| (middle(k), along.norm() / count))
     });
-    if !touches {
+    let (on, off): (Vec<_>, Vec<_>) = pieces.partition(|(place, _)| is_on_terrain(*place));
+    let length_off = off.iter().map(|(_, length)| length).sum::<f64>();
+    if let (Some((place, _)), false) = (off.first(), on.is_empty())
+        && length_off > 2.0 * lattice.spacing
+    {
+        let message = format!("{length_off:.0} m of the section `{}` lie on no terrain", section.id);
+        let problem = Problem::warning(ProblemKind::Input, "section-outside", "", message)
+            .with_cause("nothing is measured there")
+            .with_remedy("right where the terrain ends on dry ground; elsewhere check the line and its CRS")
+            .with_at(*place);
+        findings.add(source, problem);
+    }
+    if on.is_empty() {
         let problem = input_error("section-outside", format!("the section `{}` lies on no terrain", section.id))
             .with_remedy("check that the file and the terrain have the same CRS")
             .with_at(section.line[0]);

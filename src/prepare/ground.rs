@@ -144,8 +144,7 @@ fn lines(breakline: &Breakline, crs: Option<&Crs>, scenario: &Scenario, findings
 fn no_level(breakline: &Breakline, first: &Feature, missing: usize, count: usize) -> Problem {
     let name = breakline.lines.value.path.display();
     let message = format!("{missing} of {count} lines of {name} have no level, the first is feature {}", first.number);
-    let names: Vec<&str> = first.attributes.iter().map(|(name, _)| name.as_str()).collect();
-    let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let names = first.attribute_names();
     let (constant, field) = if is_wall(breakline) { ("crest", "crest_field") } else { ("z", "z_field") };
     match &breakline.level {
         LineLevel::Vertices => input_error("no-level", message)
@@ -291,8 +290,7 @@ fn footprints(
 /// The problem of footprints without a height or a roughness.
 fn no_value(buildings: &Buildings, first: &Feature, missing: usize, count: usize) -> Problem {
     let name = buildings.polygons.value.path.display();
-    let names: Vec<&str> = first.attributes.iter().map(|(name, _)| name.as_str()).collect();
-    let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let names = first.attribute_names();
     let (what, wanted, remedy) = match &buildings.mode {
         BuildingMode::Roughness(_) => {
             ("roughness", ROUGHNESS_NAMES.join(", "), "add `n: 0.3`, or give each polygon an attribute `n`")

@@ -285,7 +285,9 @@ fn place_on_lattice(
         changes.note(cell.cell, Change::Raise(breach.crest));
     }
     let surface = changes.on(terrain, &lattice);
-    let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, findings);
+    // Without a dam that was refused the water runs out, which nobody need be told.
+    let is_dam_complete = scenario.breach.is_some() == breach.is_some();
+    let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, is_dam_complete, findings);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
     prepared.initial_velocity =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);

@@ -301,7 +301,8 @@ fn list_series(asked: &Asked) -> Result<(Times, Rasters, RainUnit), Vec<Problem>
         "write a number with a point as decimal sign, a comma and the path of a raster, which counts from the folder of the list",
     ));
     let missing = files.iter().filter_map(|file| readable_file(&split_variable(file).0).err());
-    faults.extend(missing.map(|problem| problem.with_cause(format!("{name} lists it"))));
+    let here = "the paths of a list count from its own folder; check the spelling";
+    faults.extend(missing.map(|problem| problem.with_cause(format!("{name} lists it")).with_remedy(here)));
     match (asked.unit, faults.is_empty()) {
         (Some(unit), true) => Ok((Times { times, bounds: None }, Rasters::Files(files), unit)),
         _ => Err(faults),

@@ -161,11 +161,18 @@ pub(super) fn on_lattice(
             }
         }
     }
+    let mut is_beside = !opened.areas.is_empty();
     for (area, n) in &opened.areas {
         for cell in cells_inside(area, lattice) {
             values[cell] = *n;
             missing.take(cell);
+            is_beside = false;
         }
+    }
+    if let Some(file) = roughness.polygons.as_ref().filter(|_| is_beside) {
+        let message = format!("no cell of the terrain lies in the polygons of {}", file.value.path.display());
+        let problem = input_error("outside-terrain", message);
+        findings.add(file, problem.with_remedy("check that the file and the terrain have the same CRS"));
     }
     if let Some(file) = &roughness.raster {
         let name = file.value.display();

@@ -3,8 +3,10 @@
 use crate::boundary::{Rating, Series};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Table, read_text, readable_file};
+use crate::math::readable;
 use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
 use crate::scenario::{ColumnUnit, TableFile, Timed};
+use crate::terrain::PLAUSIBLE_ELEVATION;
 
 use super::findings::Findings;
 
@@ -18,8 +20,8 @@ const NAMED_ROWS: usize = 5;
 pub(super) struct Meaning {
     /// Their dimension.
     pub dimension: &'static Dimension,
-    /// Whether they may be negative.
-    pub is_signed: bool,
+    /// Whether they are levels, which may be negative; other quantities may not.
+    pub is_level: bool,
 }
 
 /// A row of a table: its line in the file and its numbers in SI units.
@@ -38,12 +40,21 @@ pub(super) fn series(timed: &Timed, meaning: Meaning, end: f64, findings: &mut F
     let name = table.file.value.display();
     let mut faults = Vec::new();
     rises(&rows, &name.to_string(), "time", &mut faults);
-    if !meaning.is_signed {
+    if !meaning.is_level {
         faults.extend(in_lines(
             rows.iter().filter(|row| row.numbers[1] < 0.0).map(|row| (row.line, format!("{}", row.numbers[1]))),
             "negative-value",
-            |count, lines| format!("{} below 0 in {name}: {lines}", rows_are(count)),
+            |count, lines| format!("{} a value below 0 in {name}: {lines}", rows_are(count)),
             "give what comes in as a positive number; water that leaves needs a boundary of its own",
+        ));
+    }
+    if meaning.is_level {
+        let is_odd = |row: &&Row| !PLAUSIBLE_ELEVATION.contains(&row.numbers[1]);
+        faults.extend(in_lines(
+            rows.iter().filter(is_odd).map(|row| (row.line, format!("{}", row.numbers[1]))),
+            "implausible-level",
+            |count, lines| format!("{} a level that is none on Earth, in {name}: {lines}", rows_are(count)),
+            "leave out the rows of a code for missing values, or correct the unit or the datum",
         ));
     }
     if faults.is_empty() {
@@ -184,8 +195,10 @@ fn coverage(rows: &[Row], name: &str, end: f64) -> Vec<Problem> {
         for pair in rows.windows(2).filter(|pair| pair[1].numbers[0] - pair[0].numbers[0] > GAP * usual) {
             let [from, to] = [pair[0].numbers[0], pair[1].numbers[0]];
             let message = format!(
-                "{name} has a gap from {from} s (line {}) to {to} s (line {}), where a step of {usual} s is usual",
-                pair[0].line, pair[1].line
+                "{name} has a gap from {from} s (line {}) to {to} s (line {}), where a step of {} s is usual",
+                pair[0].line,
+                pair[1].line,
+                readable(usual)
             );
             let problem = Problem::warning(ProblemKind::Input, "series-gap", "", message);
             found.push(
@@ -246,7 +259,7 @@ pub(super) fn rows_of<const COLUMNS: usize>(
         let numbers: Vec<f64> = found.iter().filter_map(|column| number(fields, *column)).collect();
         match <[f64; COLUMNS]>::try_from(numbers) {
             Ok(numbers) => rows.push(Row { line: *line, numbers }),
-            Err(_) => faulty.push((*line, fields.join(","))),
+            Err(_) => faulty.push((*line, fields.join(" | "))),
         }
     }
     faults.extend(in_lines(
@@ -280,14 +293,24 @@ pub(super) fn choose(
             })?
         }
     };
-    if let Some((_, factor)) = &column.unit {
-        return Ok((index, *factor));
+    if let Some((unit, factor)) = &column.unit {
+        return match unit_in_name(&header[index], dimension) {
+            Some(own) if (own / factor - 1.0).abs() > 1e-9 => {
+                let message =
+                    format!("the column `{}` of {name} names another unit than the scenario, `{unit}`", header[index]);
+                let problem = input_error("contradicting-units", message);
+                Err(Box::new(
+                    problem.with_remedy("take the unit out of the scenario, or correct the name of the column"),
+                ))
+            }
+            _ => Ok((index, *factor)),
+        };
     }
     let bare = dimension.is_bare_allowed.then_some(1.0);
     unit_in_name(&header[index], dimension).or(bare).map(|factor| (index, factor)).ok_or_else(|| {
         let message = format!("the column `{}` of {name} has no unit of {}", header[index], dimension.name);
         let remedy = format!(
-            "name the unit in the scenario (`unit`, `time_unit` ...), or end the column's name with it, as in `{}_{}`; the units are {}",
+            "end the column's name with its unit, as in `{}_{}`, or name it in the scenario where there is a key for it (`unit`, `time_unit`; of a rating curve `level_unit`, `discharge_unit`); the units are {}",
             header[index].split(['_', ' ', '[', '(']).next().unwrap_or_default(),
             dimension.units[0].0.replace('/', "_"),
             dimension.unit_list()

@@ -88,7 +88,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             let message =
                 "this boundary takes the water before it at the start as that of a sea or lake at rest beyond";
             let problem = Problem::warning(ProblemKind::Scenario, "free-after-earlier-run", "", message)
-                .with_cause("the start is the last moment of the earlier run, whose own start may have been dry here")
+                .with_cause("the start is a moment of the earlier run, whose own start may have been dry here")
                 .with_remedy("give a `stage`, or `normal_depth` for water that only leaves");
             findings.add(boundary, problem);
         }
@@ -120,10 +120,9 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
         }
     }
     if let (Some(first), RiverWidth::Field(field)) = (without.first(), width) {
-        let names: Vec<&str> = first.attributes.iter().map(|(name, _)| name.as_str()).collect();
         let message = format!("{} lines of {name} have no width, the first is feature {}", without.len(), first.number);
         let problem = input_error("no-width", message)
-            .with_cause(format!("looked for a length above 0 in {field}; the attributes are: {}", names.join(", ")))
+            .with_cause(format!("looked for a length above 0 in {field}; its attributes: {}", first.attribute_names()))
             .with_remedy("name another attribute with `width_field`, fill it in, or write `width: 12 m`");
         findings.add(source, problem);
         return None;

@@ -82,14 +82,17 @@ fn level_of(water: &InitialWater, feature: &Feature) -> Option<f64> {
 }
 
 fn no_level(water: &InitialWater, feature: &Feature) -> Problem {
-    let names: Vec<&str> = feature.attributes.iter().map(|(name, _)| name.as_str()).collect();
     let message = format!(
         "neither the scenario nor feature {} of {} gives a level",
         feature.number,
         water.polygons.value.path.display()
     );
     input_error("no-level", message)
-        .with_cause(format!("looked for {}; the attributes are: {}", level_names(water).join(", "), names.join(", ")))
+        .with_cause(format!(
+            "looked for {}; its attributes: {}",
+            level_names(water).join(", "),
+            feature.attribute_names()
+        ))
         .with_remedy("add `level: 100 m` to the entry, or name the attribute with `level_field`")
 }
 
@@ -196,6 +199,7 @@ pub(super) fn fill(
     bed: &mut BedParticles,
     surface: &impl Surface,
     walls: &[[Vec2; 2]],
+    is_complete: bool,
     findings: &mut Findings,
 ) -> StillWater {
     let plain = |body: &StillBody| seeding::StillBody { polygon: body.polygon.clone(), level: body.level };
@@ -203,7 +207,7 @@ pub(super) fn fill(
     let water = fill_still_water(&plain, bed, surface, walls);
     for (body, volume) in bodies.iter().zip(&water.volumes) {
         let leaks: Vec<&Leak> = volume.leaks.iter().filter(|leak| leak.depth > NEGLIGIBLE_LEAK).collect();
-        if let Some(deepest) = leaks.first() {
+        if let Some(deepest) = leaks.first().filter(|_| is_complete) {
             findings.add(body.source, leak_warning(&body.body, deepest, &leaks, bed.lattice.spacing));
         }
     }
@@ -358,7 +362,8 @@ fn leak_warning(body: &StillBody, deepest: &Leak, leaks: &[&Leak], spacing: f64)
     let more = leaks.len().saturating_sub(LISTED_LEAKS);
     let more = if more > 0 { format!("; and {more} more") } else { String::new() };
     let width = leaks.iter().map(|leak| leak.cells).sum::<usize>() as f64 * spacing;
-    let message = format!("at {} m the water runs out over about {width:.0} m of the polygon's rim", body.level);
+    let width = if width < spacing { "less than a cell".to_owned() } else { format!("about {width:.0} m") };
+    let message = format!("at {} m the water runs out over {width} of the polygon's rim", body.level);
     Problem::warning(ProblemKind::Input, "leaking-rim", "", message)
         .with_cause(format!("lowest places of the rim: {}{more}", places.join("; ")))
         .with_remedy(

@@ -362,7 +362,7 @@ fn faults_of_a_hydrograph_are_told_by_line() {
     scene.write("q.csv", "t,q\n0,0\n0.5,a lot\n1,\n3,4\n");
     scene.assert_refused(
         4,
-        &["not-a-number", "2 rows have no two numbers in", "line 3 (`0.5,a lot`), line 4 (`1,`)", "s.yaml:6:"],
+        &["not-a-number", "2 rows have no two numbers in", "line 3 (`0.5 | a lot`), line 4 (`1 | `)", "s.yaml:6:"],
     );
     scene.write("q.csv", "t,q\n0,0\n1,5\n0.5,3\n3,-4\n");
     scene.assert_refused(4, &["not-rising", "line 4", "negative-value", "line 5 (`-4`)"]);
@@ -386,12 +386,25 @@ fn faults_of_a_hydrograph_are_told_by_line() {
     scene.assert_refused(4, &["missing-file", "q.csv"]);
     scene.write("q.csv", "t,q\n0,0\n0.1,1\n0.2,1\n0.3,2\n0.4,2\n2,3\n");
     scene.assert_warned(&["series-gap", "from 24 s (line 6) to 120 s (line 7)", "a step of 6 s is usual"]);
+    // Decimal commas between semicolons.
+    scene.write("q.csv", "t;q\n0;0\n3;4,5\n");
+    scene.assert_refused(4, &["not-a-number", "line 3 (`3 | 4,5`)"]);
+}
+
+#[test]
+fn a_code_for_a_missing_level_is_refused() {
+    let scene = Scene::with(&[("normal_depth: {slope: 0.04}", "stage: {series: stage.csv}")]);
+    scene.write("stage.csv", "time_min,level_m\n0,3\n1,-9999\n2,3.1\n");
+    scene.assert_refused(4, &["implausible-level", "one row has a level that is none on Earth", "line 3 (`-9999`)"]);
 }
 
 #[test]
 fn units_are_asked_for_and_checked() {
     let scene = Scene::with(&[("unit: m3/s, time_unit: min", "time_unit: min")]);
     scene.assert_refused(4, &["missing-unit", "the column `q`", "`q_m3_s`", "l/s"]);
+    let scene = Scene::sound();
+    scene.write("q.csv", "t_h,q\n0,0\n3,4\n");
+    scene.assert_refused(4, &["contradicting-units", "the column `t_h`", "another unit than the scenario, `min`"]);
     let scene = Scene::with(&[("unit: m3/s, time_unit: min", "unit: kg/s, time_unit: m3/s")]);
     scene.assert_refused(3, &["`kg/s` is no unit of a discharge", "`m3/s` is no unit of a time", "s.yaml:6:"]);
     let scene = Scene::with(&[("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "discharge: 30")]);
@@ -454,6 +467,9 @@ fn places_that_do_not_fit_are_told_with_their_coordinates() {
     let scene = Scene::sound();
     scene.line("inflow.geojson", &[(1000.0, 2052.0), (1000.0, 2060.0)], "in");
     scene.assert_warned(&["lower-ground-beside", "may miss the river bed"]);
+    let scene = Scene::sound();
+    scene.line("sections.geojson", &[(1100.0, 2030.0), (1100.0, 2160.0)], "long");
+    scene.assert_warned(&["section-outside", "100 m of the section `long` lie on no terrain"]);
 }
 
 #[test]

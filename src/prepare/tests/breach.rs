@@ -5,8 +5,8 @@ use crate::error::{Problem, Severity};
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::methods::Motion;
 use crate::scenario::{
-    Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger, Breakline, BreaklineMode, ColumnUnit,
-    GrowthLaw, LineLevel, TableFile,
+    Boundary, BoundaryCondition, Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger,
+    Breakline, BreaklineMode, ColumnUnit, GrowthLaw, LineLevel, OpenBoundary, Side, TableFile, Timed,
 };
 use crate::solver::Opening;
 
@@ -202,6 +202,39 @@ fn what_stands_in_the_way_of_the_water_is_told() {
         });
     });
     assert_eq!((volume.severity, volume.key.as_str()), (Severity::Warning, "breach.method.volume"));
+}
+
+/// Opens the eastern edge, below the dam.
+fn open_below(scene: &mut Scene, condition: BoundaryCondition) {
+    let place = OpenBoundary::Side(Side::East);
+    scene.scenario.boundaries = vec![sourced("boundaries[0]", Boundary { place, condition })];
+}
+
+#[test]
+fn an_edge_where_water_only_leaves_brings_none_to_the_dam() {
+    let slope = || BoundaryCondition::NormalDepth(sourced("boundaries[0].normal_depth.slope", 0.01));
+    told("opening-above-water", |scene| {
+        open_below(scene, slope());
+        scene.scenario.breach.as_mut().unwrap().shape.as_mut().unwrap().invert.value = 9.0;
+    });
+    told("level-never-reached", |scene| {
+        open_below(scene, BoundaryCondition::Free);
+        scene.scenario.breach.as_mut().unwrap().trigger = at_level(8.1, [1060.0, 2070.0]);
+    });
+    let mut fed = dam();
+    open_below(&mut fed, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));
+    fed.scenario.breach.as_mut().unwrap().trigger = at_level(8.1, [1060.0, 2070.0]);
+    let problems = prepare(&fed.scenario).problems;
+    assert!(problems.iter().all(|problem| problem.code != "level-never-reached"), "{problems:#?}");
+}
+
+#[test]
+fn water_above_the_crest_is_told_and_a_refused_dam_leaks_without_a_word() {
+    let over = told("water-above-crest", |scene| scene.scenario.initial[0].level.as_mut().unwrap().value = CREST + 0.5);
+    assert_eq!((over.severity, over.key.as_str()), (Severity::Warning, "breach.dam"));
+    assert!(over.at.is_some() && over.message.contains("above its crest"), "{over}");
+    let refused = prepared(|_, breach| width(breach, 61.0));
+    assert_eq!(refused.problems.iter().map(|problem| problem.code).collect::<Vec<_>>(), ["breach-wider-than-dam"]);
 }
 
 #[test]

@@ -101,6 +101,16 @@ fn polygons_without_a_roughness_are_refused() {
 }
 
 #[test]
+fn polygons_beside_the_terrain_are_refused() {
+    let mut scene = Scene::sound();
+    scene.polygon_with("areas.geojson", &[(9150.0, 2000.0), (9200.0, 2000.0), (9200.0, 2050.0)], r#"{"n": 0.2}"#);
+    scene.scenario.roughness.polygons = Some(vector("roughness.polygons", scene.path("areas.geojson")));
+    let prepared = prepare(&scene.scenario);
+    let problem = only(&prepared);
+    assert_eq!((problem.code, problem.key.as_str()), ("outside-terrain", "roughness.polygons"));
+}
+
+#[test]
 fn the_cell_that_holds_a_place_counts_where_the_raster_has_another_system() {
     // Cells of some 40 m by 44 m in degrees over a terrain of 5 m; each has a value of its own.
     const COLUMNS: usize = 12;
