@@ -11,6 +11,7 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable, segments_cross};
+use crate::output::Section;
 use crate::physics::breach::{FailureMode, breach_estimates};
 use crate::scenario::methods::Motion;
 use crate::scenario::{
@@ -165,6 +166,39 @@ pub(super) fn on_lattice(
         bed.elevation[cell.cell] = breach.bed(cell, 0.0);
     }
     Some(breach)
+}
+
+/// Name of the cross-section along the dam; an underscore more for each one of that name that the scenario has.
+const SECTION: &str = "breach";
+
+/// The cross-section along the dam, through which the flood passes: drawn so that what leaves the higher water counts as positive.
+pub(super) fn section(
+    opened: &Opened,
+    breach: &Breach,
+    others: &[Section],
+    bed: &BedParticles,
+    water: &StillWater,
+) -> Section {
+    let lattice = &bed.lattice;
+    let mut line = opened.line.clone();
+    let local: Vec<Vec2> = line.iter().map(|place| lattice.to_local(*place)).collect();
+    let [start, end] = [local.first(), local.last()].map(|place| place.copied().unwrap_or_default());
+    let left = (end - start).perpendicular() * (1.0 / (end - start).norm().max(f64::MIN_POSITIVE));
+    let depth_beside = |cell: &DamCell, side: f64| {
+        let place = lattice.centre(cell.cell) + left * (side * BESIDE_DAM * lattice.spacing);
+        lattice.cell_at(place).map_or(0.0, |cell| water.depth[cell])
+    };
+    let rise_to_the_left: f64 =
+        breach.cells.iter().map(|cell| depth_beside(cell, 1.0) - depth_beside(cell, -1.0)).sum();
+    // Water is counted towards the left of the line.
+    if rise_to_the_left > 0.0 {
+        line.reverse();
+    }
+    let mut id = SECTION.to_owned();
+    while others.iter().any(|other| other.id == id) {
+        id.push('_');
+    }
+    Section { id, line }
 }
 
 /// The first and the last cell along the dam.

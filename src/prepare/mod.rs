@@ -229,7 +229,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         };
         place_on_lattice(scenario, &mut prepared, lines, files, bodies, &mut findings);
     }
-    prepared.sections = opened.sections;
+    prepared.sections.splice(0..0, opened.sections);
     prepared.problems = findings.into_problems();
     prepared
 }
@@ -293,6 +293,12 @@ fn place_on_lattice(
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
     if let Some(breach) = &breach {
         breach::check_level(scenario, breach, &bed, &still_water, findings);
+    }
+    if let (Some(dam), Some(breach)) = (dam, &breach) {
+        let section = breach::section(dam, breach, &opened.sections, &bed, &still_water);
+        let local: Vec<Vec2> = section.line.iter().map(|place| lattice.to_local(*place)).collect();
+        prepared.forcing.sections.push(local.windows(2).map(|pair| [pair[0], pair[1]]).collect());
+        prepared.sections.push(section);
     }
     prepared.forcing.breach = breach;
     prepared.forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (&bed, &prepared.forcing), findings);

@@ -163,7 +163,7 @@ fn the_scenarios_run_write_every_file_and_are_reported() {
         assert!(answer.stdout.contains("results in out"), "{}", answer.stdout);
         let out = folder.path().join("out");
         assert_whole(&out);
-        assert_eq!(out.join("sections.nc").exists(), name == "river_flood");
+        assert_eq!(out.join("sections.nc").exists(), ["river_flood", "breach"].contains(&name));
         let record = &manifest(&out)["breach"];
         assert_eq!(record["began_s"].as_f64(), (name == "breach").then_some(120.0), "{record}");
         let report = floodsim(folder.path(), &["report", "out"]);
