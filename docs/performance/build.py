@@ -40,11 +40,13 @@ WU = {15: (4374, 1253, 312, 126), 10: (9801, 6932, 1130, 260), 5: (38801, 123239
 WU_OBSTACLE = {10: 12423, 5: 51858, 2: 323145}
 # Simulated seconds: those of the case, and how far moving particles go where the rest would take too long.
 STUDY = {
-    "parma": {"end": 2.0, "spacings": (15, 10, 5), "cut": {}},
+    "parma": {"end": 2.0, "spacings": (15, 10, 5), "cut": {}, "alone": ()},
     "obstacle": {
         "end": 6.0,
         "spacings": (10, 5, 2),
-        "cut": {("lagrangian", 5): 0.3, ("lagrangian", 2): 0.02},
+        "cut": {("lagrangian", 2): 1.08},
+        # Spacings at which one thread is timed, not two as well.
+        "alone": (2,),
     },
 }
 PHASE_COLUMNS = ("neighbours", "gradients", "rates", "faces", "update", "velocities", "motion", "gridding", "recording")
@@ -105,7 +107,7 @@ def run_study(name):
         for motion in MOTIONS:
             for spacing in study["spacings"]:
                 end = study["cut"].get((motion, spacing), study["end"])
-                for threads in (1, 2):
+                for threads in (1,) if spacing in study["alone"] else (1, 2):
                     words = [f"resolution={spacing} mm", f"outputs.cell={spacing} mm", f"time.end={end} s", f"numerics.motion={motion}"]
                     record = run(HERE / f"{name}.yaml", pathlib.Path(folder) / f"{motion}{spacing}{threads}", words, threads)
                     row = {"motion": motion, "spacing_mm": spacing, "threads": threads, "particles": record["particles"]["initial"], "bed_particles": record["bed_particles"]}

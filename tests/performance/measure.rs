@@ -24,8 +24,8 @@ const REPEATS: usize = 5;
 const FIRST_STEPS: usize = 10;
 /// Evaluations that a measurement of phases and sizes takes at least, so that the small sizes are no shorter than the large ones.
 const EVALUATIONS: usize = 1_000_000;
-/// Sizes of the chart of cost against particles.
-const SIZES: [usize; 5] = [10_000, 31_623, 100_000, 316_228, 1_000_000];
+/// Sizes of the chart of cost against particles; the last one takes 6 GB.
+const SIZES: [usize; 6] = [10_000, 31_623, 100_000, 316_228, 1_000_000, 10_000_000];
 
 /// The best of several measurements of so many steps, by processor time.
 fn best(motion: Motion, particles: usize, steps: usize) -> Cost {
