@@ -118,9 +118,52 @@ fn table(path: &Path) -> Vec<Vec<String>> {
     text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
+/// Asserts that `sections.nc` holds the numbers of both tables, and where `bridge` and `bank` lie.
+#[track_caller]
+fn assert_sections_nc(file: &Netcdf, sections: &[Vec<String>], series: &[Vec<String>]) {
+    assert_eq!((file.dimensions["section"], file.dimensions["time"]), (2, (series.len() - 1) / 2));
+    for (column, name) in [(2, "discharge"), (3, "volume")] {
+        for (row, value) in series[1..].iter().zip(file.values(name)) {
+            // As many decimals as the table has.
+            assert!((row[column].parse::<f64>().unwrap() - value).abs() < 5.1e-4, "{name} of {row:?}: {value}");
+        }
+    }
+    let columns = [(1, "length"), (2, "arrival_time"), (3, "peak_discharge"), (4, "time_of_peak"), (5, "total_volume")];
+    for (column, name) in columns {
+        assert_eq!(file.values(name).len(), 2);
+        for (row, value) in sections[1..].iter().zip(file.values(name)) {
+            // An empty field is the fill value.
+            let decimals = row[column].split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            let wanted = if row[column].is_empty() { -9999.0 } else { row[column].parse().unwrap() };
+            assert!((wanted - value).abs() <= 0.51 * 0.1_f64.powi(decimals as i32), "{name} of {row:?}: {value}");
+        }
+        let about = &file.variables[name].0;
+        for wanted in ["_FillValue", "units", "long_name", "section_id x y"] {
+            assert!(about.contains(wanted), "{name} lacks {wanted}: {about}");
+        }
+        assert!(!about.contains("grid_mapping"), "{about}");
+    }
+    let places = ["left_x", "left_y", "x", "y", "right_x", "right_y"].map(|name| file.values(name));
+    // The middle of the second line is a metre beyond its bend.
+    let wanted =
+        [[1100.0, 1100.0], [2060.0, 2060.0], [1101.0, 1099.0], [2030.0, 2054.0], [1102.0, 1092.0], [2000.0, 2054.0]];
+    for (found, wanted) in places.iter().zip(wanted) {
+        assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}, not {wanted:?}");
+    }
+}
+
 #[test]
 fn a_hydrograph_comes_in_passes_its_section_and_leaves() {
     let scene = Scene::sound();
+    // The bank lies a metre above the channel and stays dry.
+    let line = |id: &str, line: &str| {
+        format!(
+            r#"{{"type":"Feature","properties":{{"id":"{id}"}},"geometry":{{"type":"LineString","coordinates":{line}}}}}"#
+        )
+    };
+    let lines = [line("bridge", "[[1100,2060],[1102,2000]]"), line("bank", "[[1100,2060],[1100,2054],[1092,2054]]")];
+    let lines = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, lines.join(","));
+    scene.write("sections.geojson", &lines);
     let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
     assert!(check.stdout.contains("0 errors, 0 warnings"), "{}", check.stdout);
     let (run, out) = scene.run();
@@ -139,14 +182,10 @@ fn a_hydrograph_comes_in_passes_its_section_and_leaves() {
     assert!(number(5) > volume(&run, "out") && number(5) < wanted, "{} m3 passed", number(5));
     let series = table(&out.join("tables/section_series.csv"));
     assert_eq!(series[0].join(","), "id,time_s,discharge_m3_s,volume_m3");
-    let last = series.last().unwrap();
+    let last = series.iter().rfind(|row| row[0] == "bridge").unwrap();
     assert_eq!((last[1].as_str(), last[3].as_str()), ("120.000", sections[1][5].as_str()));
-    let file = Netcdf::read(&out.join("sections.nc"));
-    assert_eq!((file.dimensions["section"], file.dimensions["time"]), (1, series.len() - 1));
-    let discharge = file.values("discharge");
-    for (row, value) in series[1..].iter().zip(discharge) {
-        assert!((row[2].parse::<f64>().unwrap() - value).abs() < 1e-6, "{row:?}: {value}");
-    }
+    assert_eq!(sections[2].join(","), "bank,14.00,,0.000000,,0.000");
+    assert_sections_nc(&Netcdf::read(&out.join("sections.nc")), &sections, &series);
     let layers = gdal::Dataset::open(out.join("results.gpkg")).unwrap();
     let mut layer = layers.layer_by_name("sections").unwrap();
     let feature = gdal::vector::LayerAccess::features(&mut layer).next().unwrap();
