@@ -413,6 +413,7 @@ fn faults_of_a_hydrograph_are_told_by_line() {
             "begins 30 s after",
             "series-ends-early",
             "ends at 90 s (line 4), before the run does at 120 s",
+            "`after_end: hold`",
         ],
     );
     scene.write("q.csv", "0,0\n3,4\n");
@@ -425,6 +426,35 @@ fn faults_of_a_hydrograph_are_told_by_line() {
     scene.assert_refused(4, &["missing-file", "q.csv"]);
     scene.write("q.csv", "t,q\n0,0\n0.1,1\n0.2,1\n0.3,2\n0.4,2\n2,3\n");
     scene.assert_warned(&["series-gap", "from 24 s (line 6) to 120 s (line 7)", "a step of 6 s is usual"]);
+}
+
+#[test]
+fn the_last_value_of_a_series_holds_on_where_the_scenario_says_so() {
+    let held = ("time_unit: min}", "time_unit: min, after_end: hold}");
+    let spring = (
+        "resolution: 5 m",
+        "sources: [{at: [1100, 2030], discharge: {series: s.csv, after_end: hold}}]\nresolution: 5 m",
+    );
+    let scene = Scene::with(&[held, spring]);
+    scene.write("q.csv", "t,q\n0,0\n0.5,12\n1.5,4\n");
+    scene.write("s.csv", "time_s,q_l_s\n0,100\n60,300\n");
+    scene.assert_warned(&[
+        "0 errors, 2 warnings",
+        "series-held",
+        "ends at 90 s (line 4), before the run does at 120 s; its last value holds on for 30 s",
+        "ends at 60 s (line 3), before the run does at 120 s; its last value holds on for 60 s",
+    ]);
+    let (run, out) = scene.run();
+    // 30 s of a triangle to 12, 60 s down to 4, 30 s of 4 m3/s; from the spring 60 s of 0.2 and 60 s of 0.3 m3/s.
+    let wanted = 180.0 + 480.0 + 120.0 + 12.0 + 18.0;
+    assert!((volume(&run, "in") / wanted - 1.0).abs() < 1e-9, "{} m3", volume(&run, "in"));
+    let resolved = std::fs::read_to_string(out.join("scenario.resolved.yaml")).unwrap();
+    assert_eq!(resolved.matches("after_end: hold").count(), 2, "{resolved}");
+    // What comes before the first row, and what no rows are known of, is said nothing of by this key.
+    scene.write("q.csv", "t,q\n0.5,12\n1.5,4\n");
+    scene.assert_refused(4, &["series-starts-late", "series-held"]);
+    let scene = Scene::with(&[("time_unit: min}", "time_unit: min, after_end: cycle}")]);
+    scene.assert_refused(3, &["`cycle` is not a way on after the end of a series", "use one of hold", "s.yaml:6:"]);
 }
 
 #[test]
