@@ -187,7 +187,8 @@ impl Run<'_> {
             fields.finish()?;
             self.write_plane(&grid, &provenance, &recording, &section_results)?;
         }
-        write_sections(&self.folder, &provenance, &self.prepared.sections, &section_results, &section_samples)?;
+        let (crs, sections) = (&self.prepared.crs, &self.prepared.sections);
+        write_sections(&self.folder, crs, &provenance, sections, &section_results, &section_samples)?;
         let in_channels = channels.map(|channels| channels.finish(&self.folder)).transpose()?.unwrap_or_default();
         self.manifest.above_banks = in_channels.above_banks;
         write_mass_balance(&self.folder, &recording)?;

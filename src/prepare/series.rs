@@ -5,7 +5,7 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Table, read_text, readable_file};
 use crate::math::readable;
 use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
-use crate::scenario::{ColumnUnit, TableFile, Timed};
+use crate::scenario::{AfterEnd, ColumnUnit, TableFile, Timed};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 
 use super::findings::Findings;
@@ -58,7 +58,7 @@ pub(super) fn series(timed: &Timed, meaning: Meaning, end: f64, findings: &mut F
         ));
     }
     if faults.is_empty() {
-        faults.extend(coverage(&rows, &name.to_string(), end));
+        faults.extend(coverage(&rows, &name.to_string(), (end, table.after_end)));
     }
     let is_sound = faults.iter().all(|fault| fault.severity == crate::error::Severity::Warning);
     findings.add_all(&table.file, faults);
@@ -174,8 +174,8 @@ fn rises(rows: &[Row], name: &str, what: &str, faults: &mut Vec<Problem>) {
     ));
 }
 
-/// Whether rows that rise hold from the start of the run to its end, and have no gap.
-fn coverage(rows: &[Row], name: &str, end: f64) -> Vec<Problem> {
+/// Whether rows that rise hold from the start of the run to its end, or are held on until then, and have no gap.
+fn coverage(rows: &[Row], name: &str, (end, after_end): (f64, Option<AfterEnd>)) -> Vec<Problem> {
     let mut found = Vec::new();
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return found };
     if first.numbers[0] > 0.0 {
@@ -184,10 +184,18 @@ fn coverage(rows: &[Row], name: &str, end: f64) -> Vec<Problem> {
         found.push(input_error("series-starts-late", message).with_remedy(remedy));
     }
     if last.numbers[0] < end {
-        let message =
-            format!("{name} ends at {} s (line {}), before the run does at {end} s", last.numbers[0], last.line);
-        let remedy = "add rows up to the end, shorten `time.end`, or correct the unit of the times";
-        found.push(input_error("series-ends-early", message).with_remedy(remedy));
+        let ends = format!("{name} ends at {} s (line {}), before the run does at {end} s", last.numbers[0], last.line);
+        found.push(match after_end {
+            None => input_error("series-ends-early", ends).with_remedy(
+                "add rows up to the end, shorten `time.end`, correct the unit of the times, or write `after_end: hold` beside `series` where the last value holds on",
+            ),
+            Some(AfterEnd::Hold) => {
+                let held = readable(end - last.numbers[0]);
+                let message = format!("{ends}; its last value holds on for {held} s");
+                let remedy = "add rows where it is known how it went on";
+                Problem::warning(ProblemKind::Input, "series-held", "", message).with_remedy(remedy)
+            }
+        });
     }
     let mut steps: Vec<f64> = rows.windows(2).map(|pair| pair[1].numbers[0] - pair[0].numbers[0]).collect();
     steps.sort_by(f64::total_cmp);

@@ -330,6 +330,11 @@ mod tests {
                 "breach.growth.share.unit",
             ),
             (
+                "{dam: d.geojson, growth: {law: series, share: {series: g.csv, after_end: hold}}}",
+                "conflict",
+                "breach.growth.share.after_end",
+            ),
+            (
                 "{dam: d.geojson, growth: {law: series, duration: 3 s, share: {series: g.csv}}}",
                 "conflict",
                 "breach.growth.duration",

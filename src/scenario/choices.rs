@@ -8,7 +8,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
 };
-use super::model::{BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced, Stamp};
+use super::model::{AfterEnd, BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced, Stamp};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
 
@@ -106,6 +106,14 @@ impl Choice for Stamp {
 
     fn choices() -> Vec<(&'static str, Self)> {
         vec![("begin", Stamp::Begin), ("end", Stamp::End)]
+    }
+}
+
+impl Choice for AfterEnd {
+    const WHAT: &'static str = "a way on after the end of a series";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        vec![("hold", AfterEnd::Hold)]
     }
 }
 

@@ -167,6 +167,15 @@ pub struct TableFile {
     pub file: Sourced<PathBuf>,
     /// The columns, the one that rises first.
     pub columns: [ColumnUnit; 2],
+    /// What holds after the last row of a series; it must reach the end of the run when absent.
+    pub after_end: Option<AfterEnd>,
+}
+
+/// How a series goes on after its last row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AfterEnd {
+    /// With its last value.
+    Hold,
 }
 
 /// A column and its unit, as far as the scenario says them.

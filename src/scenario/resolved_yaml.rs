@@ -8,7 +8,7 @@ use std::path::Path;
 use super::choices::{Choice, ElevationUnit};
 use super::ground::{Breakline, BreaklineMode, BuildingMode, Gaps, LayerMode, LineLevel};
 use super::model::{
-    BoundaryCondition, BreachFormula, BreachMode, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary,
+    AfterEnd, BoundaryCondition, BreachFormula, BreachMode, BreachTrigger, CrsChoice, GrowthLaw, OpenBoundary,
     PointInterpolation, RainAmount, Roughness, Scenario, Side, SourcePlace, Sourced, Stamp, TableFile, TerrainLayer,
     Timed, VectorSource,
 };
@@ -360,7 +360,11 @@ pub(super) fn timed(timed: &Timed, unit: &str) -> String {
 
 pub(super) fn series_as_yaml(table: &TableFile) -> String {
     let names = [["time", "time_unit"], ["column", "unit"]];
-    format!("{{series: {}{}}}", quoted_path(&table.file.value), columns(table, names))
+    let after_end = match table.after_end {
+        None => "",
+        Some(AfterEnd::Hold) => ", after_end: hold",
+    };
+    format!("{{series: {}{}{after_end}}}", quoted_path(&table.file.value), columns(table, names))
 }
 
 /// The columns of a table and their units, as far as they are given, by the keys of both.
@@ -594,7 +598,7 @@ boundaries:
   - {side: all, type: open}
   - {edge: west, discharge: 250 l/s}
   - {lines: in.gpkg:upper, discharge: {series: q.csv, column: "Q, peak", unit: ft3/s, time: t, time_unit: h}, level: 12.3 m}
-  - {lines: tide.geojson, stage: {series: tide.csv}}
+  - {lines: tide.geojson, stage: {series: tide.csv, after_end: hold}}
   - {side: north, level: 3 m}
   - {side: south, normal_depth: {slope: 2 %}}
   - {side: east, rating: {table: w.csv, level: h, level_unit: cm, discharge_unit: m3/s}}

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
+use super::choices::Chosen;
 use super::fields::{InputFile, Kind, Quantity, Text};
-use super::model::{ColumnUnit, TableFile, Timed};
+use super::model::{AfterEnd, ColumnUnit, TableFile, Timed};
 use super::read::{FromNode, Reader, section};
 use super::tree::{Node, Value};
 use super::units::{self, Dimension};
@@ -24,6 +25,8 @@ section! {
         time: Option<Text>,
         /// Unit of the times; when absent, that at the end of the column's name, as in `time_h` or `t [min]`.
         time_unit: Option<Text>,
+        /// `hold` where the last value holds on after the last row; the series must reach the end of the run when absent.
+        after_end: Option<Chosen<AfterEnd>>,
     }
 }
 
@@ -66,7 +69,8 @@ impl<K: Kind> FromNode for Changing<K> {
         let section = SeriesSection::from_node(node, reader)?;
         let time = column(section.time, section.time_unit, &units::TIME, reader);
         let values = column(section.column, section.unit, K::DIMENSION, reader);
-        let table = TableFile { file: section.series.0, columns: [time?, values?] };
+        let after_end = section.after_end.map(|chosen| chosen.0.value);
+        let table = TableFile { file: section.series.0, columns: [time?, values?], after_end };
         Some(Changing { timed: Timed::Series(table), kind })
     }
 }
@@ -96,7 +100,11 @@ impl FromNode for ShareSeries {
         let section = SeriesSection::from_node(node, reader)?;
         let time = column(section.time, section.time_unit, &units::TIME, reader);
         let share = column(section.column, section.unit, &units::SHARE, reader);
-        Some(ShareSeries(TableFile { file: section.series.0, columns: [time?, share?] }))
+        if let Some(after_end) = node.get("after_end").filter(|_| section.after_end.is_some()) {
+            reader.error(after_end, "conflict", "a share ends at 1 and stays there", "take `after_end` out");
+            return None;
+        }
+        Some(ShareSeries(TableFile { file: section.series.0, columns: [time?, share?], after_end: None }))
     }
 }
 
@@ -146,7 +154,7 @@ impl FromNode for RatingFile {
         let section = RatingSection::from_node(node, reader)?;
         let level = column(section.level, section.level_unit, &units::LENGTH, reader);
         let discharge = column(section.discharge, section.discharge_unit, &units::DISCHARGE, reader);
-        Some(RatingFile(TableFile { file: section.table.0, columns: [level?, discharge?] }))
+        Some(RatingFile(TableFile { file: section.table.0, columns: [level?, discharge?], after_end: None }))
     }
 }
 

@@ -118,9 +118,52 @@ fn table(path: &Path) -> Vec<Vec<String>> {
     text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
+/// Asserts that `sections.nc` holds the numbers of both tables, and where `bridge` and `bank` lie.
+#[track_caller]
+fn assert_sections_nc(file: &Netcdf, sections: &[Vec<String>], series: &[Vec<String>]) {
+    assert_eq!((file.dimensions["section"], file.dimensions["time"]), (2, (series.len() - 1) / 2));
+    for (column, name) in [(2, "discharge"), (3, "volume")] {
+        for (row, value) in series[1..].iter().zip(file.values(name)) {
+            // As many decimals as the table has.
+            assert!((row[column].parse::<f64>().unwrap() - value).abs() < 5.1e-4, "{name} of {row:?}: {value}");
+        }
+    }
+    let columns = [(1, "length"), (2, "arrival_time"), (3, "peak_discharge"), (4, "time_of_peak"), (5, "total_volume")];
+    for (column, name) in columns {
+        assert_eq!(file.values(name).len(), 2);
+        for (row, value) in sections[1..].iter().zip(file.values(name)) {
+            // An empty field is the fill value.
+            let decimals = row[column].split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            let wanted = if row[column].is_empty() { -9999.0 } else { row[column].parse().unwrap() };
+            assert!((wanted - value).abs() <= 0.51 * 0.1_f64.powi(decimals as i32), "{name} of {row:?}: {value}");
+        }
+        let about = &file.variables[name].0;
+        for wanted in ["_FillValue", "units", "long_name", "section_id x y"] {
+            assert!(about.contains(wanted), "{name} lacks {wanted}: {about}");
+        }
+        assert!(!about.contains("grid_mapping"), "{about}");
+    }
+    let places = ["left_x", "left_y", "x", "y", "right_x", "right_y"].map(|name| file.values(name));
+    // The middle of the second line is a metre beyond its bend.
+    let wanted =
+        [[1100.0, 1100.0], [2060.0, 2060.0], [1101.0, 1099.0], [2030.0, 2054.0], [1102.0, 1092.0], [2000.0, 2054.0]];
+    for (found, wanted) in places.iter().zip(wanted) {
+        assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}, not {wanted:?}");
+    }
+}
+
 #[test]
 fn a_hydrograph_comes_in_passes_its_section_and_leaves() {
     let scene = Scene::sound();
+    // The bank lies a metre above the channel and stays dry.
+    let line = |id: &str, line: &str| {
+        format!(
+            r#"{{"type":"Feature","properties":{{"id":"{id}"}},"geometry":{{"type":"LineString","coordinates":{line}}}}}"#
+        )
+    };
+    let lines = [line("bridge", "[[1100,2060],[1102,2000]]"), line("bank", "[[1100,2060],[1100,2054],[1092,2054]]")];
+    let lines = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, lines.join(","));
+    scene.write("sections.geojson", &lines);
     let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
     assert!(check.stdout.contains("0 errors, 0 warnings"), "{}", check.stdout);
     let (run, out) = scene.run();
@@ -139,14 +182,10 @@ fn a_hydrograph_comes_in_passes_its_section_and_leaves() {
     assert!(number(5) > volume(&run, "out") && number(5) < wanted, "{} m3 passed", number(5));
     let series = table(&out.join("tables/section_series.csv"));
     assert_eq!(series[0].join(","), "id,time_s,discharge_m3_s,volume_m3");
-    let last = series.last().unwrap();
+    let last = series.iter().rfind(|row| row[0] == "bridge").unwrap();
     assert_eq!((last[1].as_str(), last[3].as_str()), ("120.000", sections[1][5].as_str()));
-    let file = Netcdf::read(&out.join("sections.nc"));
-    assert_eq!((file.dimensions["section"], file.dimensions["time"]), (1, series.len() - 1));
-    let discharge = file.values("discharge");
-    for (row, value) in series[1..].iter().zip(discharge) {
-        assert!((row[2].parse::<f64>().unwrap() - value).abs() < 1e-6, "{row:?}: {value}");
-    }
+    assert_eq!(sections[2].join(","), "bank,14.00,,0.000000,,0.000");
+    assert_sections_nc(&Netcdf::read(&out.join("sections.nc")), &sections, &series);
     let layers = gdal::Dataset::open(out.join("results.gpkg")).unwrap();
     let mut layer = layers.layer_by_name("sections").unwrap();
     let feature = gdal::vector::LayerAccess::features(&mut layer).next().unwrap();
@@ -374,6 +413,7 @@ fn faults_of_a_hydrograph_are_told_by_line() {
             "begins 30 s after",
             "series-ends-early",
             "ends at 90 s (line 4), before the run does at 120 s",
+            "`after_end: hold`",
         ],
     );
     scene.write("q.csv", "0,0\n3,4\n");
@@ -396,6 +436,35 @@ fn a_code_for_a_missing_level_is_refused() {
     let scene = Scene::with(&[("normal_depth: {slope: 0.04}", "stage: {series: stage.csv}")]);
     scene.write("stage.csv", "time_min,level_m\n0,3\n1,-9999\n2,3.1\n");
     scene.assert_refused(4, &["implausible-level", "one row has a level that is none on Earth", "line 3 (`-9999`)"]);
+}
+
+#[test]
+fn the_last_value_of_a_series_holds_on_where_the_scenario_says_so() {
+    let held = ("time_unit: min}", "time_unit: min, after_end: hold}");
+    let spring = (
+        "resolution: 5 m",
+        "sources: [{at: [1100, 2030], discharge: {series: s.csv, after_end: hold}}]\nresolution: 5 m",
+    );
+    let scene = Scene::with(&[held, spring]);
+    scene.write("q.csv", "t,q\n0,0\n0.5,12\n1.5,4\n");
+    scene.write("s.csv", "time_s,q_l_s\n0,100\n60,300\n");
+    scene.assert_warned(&[
+        "0 errors, 2 warnings",
+        "series-held",
+        "ends at 90 s (line 4), before the run does at 120 s; its last value holds on for 30 s",
+        "ends at 60 s (line 3), before the run does at 120 s; its last value holds on for 60 s",
+    ]);
+    let (run, out) = scene.run();
+    // 30 s of a triangle to 12, 60 s down to 4, 30 s of 4 m3/s; from the spring 60 s of 0.2 and 60 s of 0.3 m3/s.
+    let wanted = 180.0 + 480.0 + 120.0 + 12.0 + 18.0;
+    assert!((volume(&run, "in") / wanted - 1.0).abs() < 1e-9, "{} m3", volume(&run, "in"));
+    let resolved = std::fs::read_to_string(out.join("scenario.resolved.yaml")).unwrap();
+    assert_eq!(resolved.matches("after_end: hold").count(), 2, "{resolved}");
+    // What comes before the first row, and what no rows are known of, is said nothing of by this key.
+    scene.write("q.csv", "t,q\n0.5,12\n1.5,4\n");
+    scene.assert_refused(4, &["series-starts-late", "series-held"]);
+    let scene = Scene::with(&[("time_unit: min}", "time_unit: min, after_end: cycle}")]);
+    scene.assert_refused(3, &["`cycle` is not a way on after the end of a series", "use one of hold", "s.yaml:6:"]);
 }
 
 #[test]

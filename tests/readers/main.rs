@@ -136,7 +136,7 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
         problems: &[finding],
     };
     write_geopackage(&folder, &grid, crs, &recording, &findings).unwrap();
-    write_sections(&folder, &provenance, std::slice::from_ref(&section), &results, &samples).unwrap();
+    write_sections(&folder, crs, &provenance, std::slice::from_ref(&section), &results, &samples).unwrap();
     write_gauges(&folder, &plan.gauges, &recording).unwrap();
     write_mass_balance(&folder, &recording).unwrap();
     (manifest.status, manifest.exit_code) = ("done".into(), Some(0));

@@ -84,8 +84,8 @@ def check_values(maps, fields):
     expect(((fields.depth.values == 0.0).any()), "fields.nc: no dry ground in depth")
 
 
-def check_cf(path, epsg=None):
-    """No complaint of the CF checker, not even at its lowest priority."""
+def check_cf(path, epsg=None, accepted=()):
+    """No complaint of the CF checker but the accepted ones, not even at its lowest priority."""
     with tempfile.TemporaryDirectory() as place:
         report = pathlib.Path(place) / "report.json"
         options = {"verbose": 0, "criteria": "strict", "output_filename": str(report), "output_format": "json"}
@@ -97,7 +97,23 @@ def check_cf(path, epsg=None):
                     score, full = finding["value"]
                     # CF has no name for the projection of the Dutch grid: the WKT alone carries it, and the checker minds.
                     is_known = epsg == 28992 and set(finding["msgs"]) == {NO_CF_PROJECTION}
+                    is_known |= finding["name"] in accepted
                     expect(score == full or is_known, f"{path.name}: CF: {finding['name']}: {finding['msgs']}")
+
+
+def check_sections(path, epsg):
+    data = xarray.open_dataset(path, decode_coords="all", decode_timedelta=False)
+    expect(data.rio.crs is None if epsg is None else data.rio.crs.to_epsg() == epsg, f"{path.name}: crs {data.rio.crs}")
+    expect({"x", "y", "section_id"} <= set(data.coords), f"{path.name}: coordinates {set(data.coords)}")
+    names = [variable.attrs.get("long_name") for name, variable in data.variables.items() if name != "crs"]
+    expect(None not in names and len(names) == len(set(names)), f"{path.name}: long names {names}")
+    # Two and a half cubic metres a second for ten minutes, through a straight line.
+    wanted = {"arrival_time": 0.0, "peak_discharge": 2.5, "time_of_peak": 600.0, "total_volume": 1500.0, "length": 7400.0**0.5}
+    for name, value in wanted.items():
+        expect(numpy.allclose(data[name].values, [value]), f"{path.name}: {name} is {data[name].values}")
+    for axis, way in [("x", 50.0), ("y", 70.0)]:
+        left, middle, right = (data[name].values[0] for name in [f"left_{axis}", axis, f"right_{axis}"])
+        expect(numpy.allclose([middle - left, right - left], [way / 2, way]), f"{path.name}: {axis} {left} {middle} {right}")
 
 
 def check_styles(folder):
@@ -160,6 +176,9 @@ def main():
         check_values(maps, fields)
         check_cf(folder / "maps.nc", epsg)
         check_cf(folder / "fields.nc", epsg)
+        # Time comes first, as in fields.nc and channels.nc; CF recommends that stations do, and demands nothing.
+        check_cf(folder / "sections.nc", epsg, accepted=["§2.4 Dimensions"])
+        check_sections(folder / "sections.nc", epsg)
         check_cogs(folder, epsg, west, north, cell)
         check_styles(folder)
         check_qgis(folder, epsg)

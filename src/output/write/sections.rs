@@ -1,13 +1,108 @@
-//! The cross-sections: `sections.csv` and `section_series.csv` in `tables/`, and `sections.nc` with `discharge(time, section)`.
+//! The cross-sections: `sections.csv` and `section_series.csv` in `tables/`, and `sections.nc` with both: `discharge(time, section)`, and
+//! arrival, peak, volume and place of each section.
 
-use netcdf::Options;
+use netcdf::{FileMut, Options, VariableMut};
 
+use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error, write_lines};
+use super::super::grid::FILL;
 use super::super::sections::{Section, SectionResult, SectionSample};
 use super::Provenance;
+use super::crs::WritableCrs;
 use super::netcdf_file::put_time_attributes;
 use super::tables::{decimals, number, row, text};
 use crate::error::Error;
+use crate::math::Vec2;
+
+const TOWARDS_THE_LEFT: &str = "positive where the water crosses the line towards its left side";
+const DISCHARGE: &str = "water_volume_transport_in_river_channel";
+/// The auxiliary coordinates of a section.
+const COORDINATES: &str = "section_id x y";
+
+/// What readers must know of a variable; empty where there is nothing to say.
+struct Described {
+    name: &'static str,
+    standard_name: &'static str,
+    long_name: &'static str,
+    units: &'static str,
+    comment: &'static str,
+}
+
+type OfSample = fn(&SectionSample) -> f64;
+type OfSection = fn(&Section, &SectionResult) -> Option<f64>;
+
+/// What the file has at every section and moment.
+const SERIES: [(Described, OfSample); 2] = [
+    (
+        Described {
+            name: "discharge",
+            standard_name: DISCHARGE,
+            long_name: "discharge through the cross-section, mean of the compute step",
+            units: "m3 s-1",
+            comment: TOWARDS_THE_LEFT,
+        },
+        |sample| sample.discharge,
+    ),
+    (
+        Described {
+            name: "volume",
+            standard_name: "",
+            long_name: "volume through the cross-section since the start",
+            units: "m3",
+            comment: TOWARDS_THE_LEFT,
+        },
+        |sample| sample.volume,
+    ),
+];
+
+/// What it has of every section, as the columns of `sections.csv`, and its ends; none where it never had it.
+const RESULTS: [(Described, OfSection); 9] = [
+    (length_of("length", "length of the cross-section"), |section, _| Some(length(section))),
+    (length_of("left_x", "x coordinate of the end on the left bank"), |section, _| Some(ends(section)[0].x)),
+    (length_of("left_y", "y coordinate of the end on the left bank"), |section, _| Some(ends(section)[0].y)),
+    (length_of("right_x", "x coordinate of the end on the right bank"), |section, _| Some(ends(section)[1].x)),
+    (length_of("right_y", "y coordinate of the end on the right bank"), |section, _| Some(ends(section)[1].y)),
+    (
+        Described {
+            name: "arrival_time",
+            standard_name: "",
+            long_name: "first time at which water passed the cross-section",
+            units: "s",
+            comment: "seconds since the start; no value where none did",
+        },
+        |_, result| result.arrival,
+    ),
+    (
+        Described {
+            name: "peak_discharge",
+            standard_name: DISCHARGE,
+            long_name: "discharge through the cross-section that was greatest in size",
+            units: "m3 s-1",
+            comment: TOWARDS_THE_LEFT,
+        },
+        |_, result| Some(result.peak_discharge),
+    ),
+    (
+        Described {
+            name: "time_of_peak",
+            standard_name: "",
+            long_name: "time of the discharge that was greatest in size",
+            units: "s",
+            comment: "seconds since the start; no value where no water passed",
+        },
+        |_, result| result.time_of_peak,
+    ),
+    (
+        Described {
+            name: "total_volume",
+            standard_name: "",
+            long_name: "volume through the cross-section from the start to the end of the run",
+            units: "m3",
+            comment: TOWARDS_THE_LEFT,
+        },
+        |_, result| Some(result.volume),
+    ),
+];
 
 /// Writes the tables and the NetCDF file of the cross-sections; nothing where there are none.
 ///
@@ -15,6 +110,7 @@ use crate::error::Error;
 /// When one of them cannot be written.
 pub fn write_sections(
     folder: &RunFolder,
+    crs: &OutputCrs,
     provenance: &Provenance,
     sections: &[Section],
     results: &[SectionResult],
@@ -47,20 +143,44 @@ pub fn write_sections(
     });
     write_lines(folder, "tables/section_series.csv", "id,time_s,discharge_m3_s,volume_m3", rows)?;
     folder.write_with("sections.nc", |path| {
-        let write = || write_netcdf(path, provenance, sections, samples);
+        let crs = WritableCrs::new(crs, path)?;
+        let write = || write_netcdf(path, (crs.as_ref(), provenance), (sections, results), samples);
         write().map_err(|cause| output_error(path, cause))
     })
+}
+
+const fn length_of(name: &'static str, long_name: &'static str) -> Described {
+    Described { name, standard_name: "", long_name, units: "m", comment: "" }
 }
 
 fn length(section: &Section) -> f64 {
     section.line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }
 
+/// The ends of a section on the left and on the right bank.
+fn ends(section: &Section) -> [Vec2; 2] {
+    let nowhere = Vec2::new(f64::NAN, f64::NAN);
+    [section.line.first(), section.line.last()].map(|end| end.copied().unwrap_or(nowhere))
+}
+
+/// The place on a section at half of its length.
+fn middle(section: &Section) -> Vec2 {
+    let mut left = 0.5 * length(section);
+    for pair in section.line.windows(2) {
+        let way = pair[1] - pair[0];
+        if left <= way.norm() && way.norm() > 0.0 {
+            return pair[0] + way * (left / way.norm());
+        }
+        left -= way.norm();
+    }
+    ends(section)[1]
+}
+
 /// One time series for each section, as CF describes them (discrete sampling geometries).
 fn write_netcdf(
     path: &std::path::Path,
-    provenance: &Provenance,
-    sections: &[Section],
+    (crs, provenance): (Option<&WritableCrs>, &Provenance),
+    (sections, results): (&[Section], &[SectionResult]),
     samples: &[SectionSample],
 ) -> netcdf::Result<()> {
     let mut file = netcdf::create_with(path, Options::NETCDF4)?;
@@ -76,34 +196,77 @@ fn write_netcdf(
     let times: Vec<f64> = samples.iter().step_by(count).map(|sample| sample.time).collect();
     let missing = |name: &str| netcdf::Error::NotFound(name.to_string());
     file.variable_mut("time").ok_or_else(|| missing("time"))?.put_values(&times, ..)?;
+    write_places(&mut file, crs, sections)?;
+    for (described, value) in &SERIES {
+        let values: Vec<f64> = samples.iter().map(value).collect();
+        let mut variable = file.add_variable::<f64>(described.name, &["time", "section"])?;
+        described.put(&mut variable, crs)?;
+        variable.put_values(&values, (.., ..))?;
+    }
+    for (described, value) in &RESULTS {
+        let mut variable = file.add_variable::<f64>(described.name, &["section"])?;
+        variable.put_attribute("_FillValue", f64::from(FILL))?;
+        described.put(&mut variable, crs)?;
+        let number = |(section, result)| value(section, result).unwrap_or(f64::from(FILL));
+        let values: Vec<f64> = sections.iter().zip(results).map(number).collect();
+        variable.put_values(&values, ..)?;
+    }
+    file.close()
+}
+
+/// Names and middles of the sections, and the system of their coordinates.
+fn write_places(file: &mut FileMut, crs: Option<&WritableCrs>, sections: &[Section]) -> netcdf::Result<()> {
     let mut names = file.add_string_variable("section_id", &["section"])?;
     names.put_attribute("long_name", "name of the cross-section")?;
     names.put_attribute("cf_role", "timeseries_id")?;
     for (index, section) in sections.iter().enumerate() {
         names.put_string(&section.id, index)?;
     }
-    type Value = fn(&SectionSample) -> f64;
-    let variables: [(&str, &str, &str, &str, Value); 2] = [
-        (
-            "discharge",
-            "discharge through the cross-section, mean of the compute step",
-            "m3 s-1",
-            "water_volume_transport_in_river_channel",
-            |sample| sample.discharge,
-        ),
-        ("volume", "volume through the cross-section since the start", "m3", "", |sample| sample.volume),
-    ];
-    for (name, long_name, units, standard_name, value) in variables {
-        let values: Vec<f64> = samples.iter().map(value).collect();
-        let mut variable = file.add_variable::<f64>(name, &["time", "section"])?;
-        variable.put_attribute("long_name", long_name)?;
-        variable.put_attribute("units", units)?;
-        if !standard_name.is_empty() {
-            variable.put_attribute("standard_name", standard_name)?;
-        }
-        variable.put_attribute("coordinates", "section_id")?;
-        variable.put_attribute("comment", "positive where the water crosses the line towards its left side")?;
-        variable.put_values(&values, (.., ..))?;
+    let (x, y): (Vec<f64>, Vec<f64>) = sections.iter().map(middle).map(|place| (place.x, place.y)).unzip();
+    for (name, values) in [("x", x), ("y", y)] {
+        let mut variable = file.add_variable::<f64>(name, &["section"])?;
+        variable.put_attribute("standard_name", format!("projection_{name}_coordinate"))?;
+        variable.put_attribute("long_name", format!("{name} coordinate of the middle of the cross-section"))?;
+        variable.put_attribute("units", "m")?;
+        variable.put_values(&values, ..)?;
     }
-    file.close()
+    if let Some(crs) = crs {
+        let mut variable = file.add_variable::<i32>("crs", &[])?;
+        for (name, value) in &crs.attributes {
+            variable.put_attribute(name, value.clone())?;
+        }
+        variable.put_value(0_i32, ())?;
+    }
+    Ok(())
+}
+
+impl Described {
+    /// Puts the attributes that are not empty.
+    fn put(&self, variable: &mut VariableMut<'_>, crs: Option<&WritableCrs>) -> netcdf::Result<()> {
+        let attributes = [
+            ("standard_name", self.standard_name),
+            ("long_name", self.long_name),
+            ("units", self.units),
+            ("comment", self.comment),
+            ("coordinates", COORDINATES),
+            ("grid_mapping", if crs.is_some() { "crs" } else { "" }),
+        ];
+        for (key, value) in attributes.into_iter().filter(|(_, value)| !value.is_empty()) {
+            variable.put_attribute(key, value)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_a_bent_line_lies_on_it_at_half_its_length() {
+        let line = [(0.0, 0.0), (0.0, 0.0), (2.0, 0.0), (2.0, 8.0)].map(|(x, y)| Vec2::new(x, y)).to_vec();
+        let section = Section { id: String::new(), line };
+        assert!((middle(&section) - Vec2::new(2.0, 3.0)).norm() < 1e-12, "{:?}", middle(&section));
+        assert_eq!(ends(&section), [Vec2::new(0.0, 0.0), Vec2::new(2.0, 8.0)]);
+    }
 }

@@ -259,7 +259,7 @@ fn growing(text: &str) -> Prepared {
         let column = || ColumnUnit { name: None, unit: None };
         let file = sourced("breach.growth.share", scene.path("growth.csv"));
         (breach.law, breach.duration) = (GrowthLaw::Series, None);
-        breach.share = Some(TableFile { file, columns: [column(), column()] });
+        breach.share = Some(TableFile { file, columns: [column(), column()], after_end: None });
     })
 }
 
