@@ -258,8 +258,7 @@ fn water_that_swings_in_a_mouth_is_on_the_grid_what_it_is_in_the_books() {
         println!("{level} m, cells of {spacing} m: {worst:.1e} off on the grid; {ledger:?}");
         assert!(ledger.inflow > 900.0 && ledger.outflow > 100.0, "it swings: {ledger:?}");
         assert!(ledger.relative_error().abs() < 1e-12);
-        // The weights of the gridding are single numbers.
-        assert!(worst < 1e-6, "{level} m: {worst:e}");
+        assert!(worst < 1e-12, "{level} m: {worst:e}");
     }
 }
 
