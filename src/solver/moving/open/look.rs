@@ -135,15 +135,18 @@ impl Look {
         near
     }
 
-    /// The particle nearest to a place, up to a distance (m), of those that `gather` listed.
-    pub fn nearest(&self, place: Vec2, reach: f64, found: &mut Found) -> Option<usize> {
-        let found = self.grid.within(place, reach, found);
-        let distance = |&k: &u32| ((self.positions[k as usize] - place).norm_squared(), self.indices[k as usize]);
-        let near = found.iter().map(distance).filter(|(squared, _)| *squared < reach * reach);
-        near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, index)| index as usize)
+    /// The particles up to a distance (m) from a place, the nearest first, of those that `gather` listed.
+    pub fn nearest_first<'a>(&self, place: Vec2, reach: f64, found: &'a mut Found) -> &'a [u32] {
+        let near = self.grid.within(place, reach, found);
+        let squared = |k: u32| (self.positions[k as usize] - place).norm_squared();
+        let index = |k: u32| self.indices[k as usize];
+        near.sort_unstable_by(|&a, &b| squared(a).total_cmp(&squared(b)).then(index(a).cmp(&index(b))));
+        let count = near.partition_point(|&k| squared(k) < reach * reach);
+        near.iter_mut().for_each(|k| *k = index(*k));
+        &near[..count]
     }
 
-    /// Lists the particles near the boundaries for `nearest`.
+    /// Lists the particles near the boundaries for `nearest_first`.
     pub fn gather(&mut self, particles: &FluidParticles) {
         self.list(particles, 1.0);
     }

@@ -18,6 +18,7 @@
 //! with A the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each
 //! particle takes V_b, and B stays within half a particle. B belongs to the books. A particle that goes out across a face becomes a
 //! buffer particle; where water leaves, B is what of the buffer particles stands before the face less what of the water stands beyond.
+//! Where the water turns B goes on from there, and a particle that goes out where water comes in is added to it.
 
 mod faces;
 pub(super) mod look;
@@ -255,14 +256,18 @@ impl OpenBoundaries {
                 // Nothing goes on here: what is owed has left, and what was brought in advance has not.
                 self.phase[index] = None;
                 line.outflow += std::mem::take(&mut self.owed[index]) + crossed;
-            } else if self.leaves(index) {
+            } else if self.leaves(index) || self.phase[index].is_some() {
                 let beyond = self.volume_beyond(index, particles);
                 let phase = *self.phase[index].get_or_insert(self.owed[index] + crossed + beyond);
                 self.lines[number].outflow += self.owed[index] + crossed - (phase - beyond);
                 self.owed[index] = phase - beyond;
+                if !self.leaves(index) {
+                    // The water turns with particles astride of the face: B begins from where they stand.
+                    self.phase[index] = None;
+                }
             } else {
-                self.phase[index] = None;
-                self.lines[number].outflow += crossed;
+                // Water comes in or stands: this particle has not left, it comes back.
+                self.owed[index] += crossed;
             }
         }
     }
@@ -513,61 +518,73 @@ impl OpenBoundaries {
         self.buffer.retain(|particle| faces[particle.face as usize].beyond(particle.position) >= 0.0);
     }
 
-    /// Puts what the faces owe into the water for its gridding: the particle before a face takes it, or one of its own stands there
+    /// Puts what the faces owe into the water for its gridding: the particles before a face take it, or one of its own stands there
     /// where none is near. `take_back` undoes it.
     pub fn lend(&mut self, particles: &mut FluidParticles) {
         self.lent.clear();
         self.look.gather(particles);
         for index in 0..self.faces.len() {
-            let face = &self.faces[index];
-            if self.leaves(index) {
-                self.lend_before(index, particles);
-                continue;
-            }
             let mut owed = self.owed[index];
-            let line = &self.lines[face.line];
+            if self.leaves(index) {
+                owed -= self.lend_before(index, particles);
+            }
+            let line = &self.lines[self.faces[index].line];
             if line.waiting > 0.0 && line.lowest == index {
                 owed += line.waiting;
             }
-            if owed == 0.0 {
-                continue;
-            }
-            let nearest = self.look.nearest(face.middle, 2.0 * self.scale.spacing, &mut self.near);
-            match nearest {
-                Some(i) => {
-                    self.lent.push((i, particles.volume[i]));
-                    particles.volume[i] = (particles.volume[i] + owed).max(LEAST_LEFT * particles.volume[i]);
-                }
-                None if owed > 0.0 => {
-                    let area = face.width * self.scale.spacing;
-                    particles.push(&Particle {
-                        position: face.middle - face.outwards * (0.25 * self.scale.spacing),
-                        velocity: Vec2::ZERO,
-                        volume: owed,
-                        depth: self.beyond[index].map_or(owed / area, |beyond| beyond.depth),
-                        smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
-                    });
-                }
-                _ => {}
+            if owed != 0.0 {
+                self.lend_nearest(index, owed, particles);
             }
         }
     }
 
-    /// The same for a face through which water leaves: particles give what stands beyond it, buffer particles what stands before it.
-    fn lend_before(&mut self, index: usize, particles: &mut FluidParticles) {
+    /// Gives a volume (m³) to the particle nearest to a face, or takes it from those nearest, as far as they have it.
+    fn lend_nearest(&mut self, index: usize, owed: f64, particles: &mut FluidParticles) {
         let face = &self.faces[index];
+        let nearest = self.look.nearest_first(face.middle, 2.0 * self.scale.spacing, &mut self.near);
+        let mut rest = owed;
+        for i in nearest.iter().map(|&i| i as usize) {
+            let before = particles.volume[i];
+            let after = (before + rest).max(LEAST_LEFT * before);
+            self.lent.push((i, before));
+            particles.volume[i] = after;
+            rest += before - after;
+            // Rounding leaves next to nothing of it where a particle had enough.
+            if after > LEAST_LEFT * before {
+                break;
+            }
+        }
+        if nearest.is_empty() && owed > 0.0 {
+            let area = face.width * self.scale.spacing;
+            particles.push(&Particle {
+                position: face.middle - face.outwards * (0.25 * self.scale.spacing),
+                velocity: Vec2::ZERO,
+                volume: owed,
+                depth: self.beyond[index].map_or(owed / area, |beyond| beyond.depth),
+                smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+            });
+        }
+    }
+
+    /// For a face through which water leaves particles give what stands beyond it, buffer particles what stands before it; returns
+    /// the volume (m³) that came so.
+    fn lend_before(&mut self, index: usize, particles: &mut FluidParticles) -> f64 {
+        let face = &self.faces[index];
+        let mut lent = 0.0;
         for &i in self.look.near(face.middle, self.scale.spacing, &mut self.near) {
             let i = i as usize;
             let edge = self.dimension.edge(particles.volume[i] / particles.depth[i]);
             let share = face.share_beyond(particles.position[i], edge);
             if share > 0.0 && face.faces(particles.position[i]) {
                 self.lent.push((i, particles.volume[i]));
+                lent -= particles.volume[i] * share;
                 particles.volume[i] *= 1.0 - share;
             }
         }
         if let Some(beyond) = &self.beyond[index]
             && self.returning[index] > 0.0
         {
+            lent += self.returning[index];
             let area = face.width * self.scale.spacing;
             particles.push(&Particle {
                 position: face.middle - face.outwards * (0.25 * self.scale.spacing),
@@ -577,6 +594,7 @@ impl OpenBoundaries {
                 smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
             });
         }
+        lent
     }
 
     /// Leaves `fluid` particles with the volumes that they had before `lend`.

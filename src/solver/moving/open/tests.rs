@@ -229,6 +229,39 @@ fn a_rating_lets_out_what_its_level_says() {
     assert!(ledger.relative_error().abs() < 1e-12);
 }
 
+/// A river 20 m wide between banks of 1 m that falls to a level held at its mouth.
+fn river_mouth(spacing: f64, condition: Condition) -> FlowProblem {
+    let banks = |y: f64| if (20.0..40.0).contains(&y) { 0.0 } else { 1.0 };
+    let bed = |place: Vec2| 10.0 - 0.2 * (place.x / 5.0).floor() + banks(place.y);
+    let cells = |length: f64| (length / spacing) as usize;
+    let mut problem = problem((cells(200.0), cells(60.0)), spacing, bed, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.03);
+    problem.dry_depth = 1e-3;
+    let discharge = Series::new(&[(0.0, 0.0), (30.0, 12.0), (90.0, 4.0)]).unwrap();
+    open_part(&mut problem, true, (1.0 / 3.0, 2.0 / 3.0), Condition::Discharge { discharge, level: None });
+    open(&mut problem, false, condition);
+    problem
+}
+
+#[test]
+fn water_that_swings_in_a_mouth_is_on_the_grid_what_it_is_in_the_books() {
+    for (level, spacing) in [(2.5, 5.0), (3.0, 5.0), (3.1, 5.0), (4.0, 5.0), (4.0, 2.5)] {
+        let problem = river_mouth(spacing, Condition::Stage(Series::constant(level)));
+        let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+        let mut worst = 0.0_f64;
+        for k in 1..=24 {
+            run_until(&mut solver, 5.0 * f64::from(k));
+            let on_grid = solver.water().depths().iter().sum::<f64>() * spacing * spacing;
+            worst = worst.max((on_grid / solver.ledger().stored - 1.0).abs());
+        }
+        let ledger = solver.ledger();
+        println!("{level} m, cells of {spacing} m: {worst:.1e} off on the grid; {ledger:?}");
+        assert!(ledger.inflow > 900.0 && ledger.outflow > 100.0, "it swings: {ledger:?}");
+        assert!(ledger.relative_error().abs() < 1e-12);
+        assert!(worst < 1e-12, "{level} m: {worst:e}");
+    }
+}
+
 /// A basin of 100 m by 100 m, level or a bowl, dry or with water to a level, with a source off its middle; 0.5 m³/s for 600 s.
 fn fed_basin(bed: impl Fn(Vec2) -> f64, level: f64) -> (LagrangianSolver, f64) {
     let mut problem = problem((20, 20), 5.0, bed, |_| level);
