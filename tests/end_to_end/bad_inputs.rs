@@ -347,7 +347,7 @@ fn water_without_a_level_anywhere_is_refused() {
         4,
         &[
             "error[no-level] initial[0].reservoir (s.yaml:7:17)",
-            "looked for level_m, level; the attributes are: name",
+            "looked for level_m, level; its attributes: name",
             "add `level: 100 m`",
         ],
     );
