@@ -497,6 +497,39 @@ fn check_water(
     }
 }
 
+/// Warns of water beside the dam that stands above its crest.
+fn warn_of_water_above(
+    written: &Written,
+    breach: &Breach,
+    bed: &BedParticles,
+    water: &StillWater,
+    findings: &mut Findings,
+) {
+    let level_of = |cell: usize| bed.elevation[cell] + water.depth[cell];
+    let lattice = &bed.lattice;
+    let beside = |cell: &DamCell| {
+        let centre = lattice.centre(cell.cell);
+        let places = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+        places.map(|(x, y)| lattice.cell_at(centre + Vec2::new(x, y) * lattice.spacing))
+    };
+    let raised = breach.cells.iter().filter(|cell| cell.ground < breach.crest);
+    let wet = raised.flat_map(beside).flatten().filter(|&cell| water.depth[cell] > 0.0);
+    if let Some(cell) = wet.max_by(|a, b| level_of(*a).total_cmp(&level_of(*b)))
+        && level_of(cell) > breach.crest + OVER_CREST
+    {
+        let message = format!(
+            "the water stands at {:.2} m beside the dam, above its crest of {} m",
+            level_of(cell),
+            breach.crest
+        );
+        let problem = Problem::warning(ProblemKind::Scenario, "water-above-crest", "", message)
+            .with_cause("it runs over the dam from the start on, whether the dam breaks or not")
+            .with_remedy("correct the level of the lake or the crest, their units or their datum")
+            .with_at(lattice.to_map(lattice.centre(cell)));
+        findings.add(&written.dam, problem);
+    }
+}
+
 /// Refuses a level that no water of the run can reach, and an opening above all water; warns of water above the crest.
 pub(super) fn check_level(
     scenario: &Scenario,
@@ -520,28 +553,7 @@ pub(super) fn check_level(
         |invert: f64| wet().map(|cell| area * (level_of(cell) - bed.elevation[cell].max(invert)).max(0.0)).sum::<f64>();
     if let Some(written) = &scenario.breach {
         check_water(written, breach, (highest, is_fed), above, findings);
-        let lattice = &bed.lattice;
-        let beside = |cell: &DamCell| {
-            let centre = lattice.centre(cell.cell);
-            let places = [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
-            places.map(|(x, y)| lattice.cell_at(centre + Vec2::new(x, y) * lattice.spacing))
-        };
-        let raised = breach.cells.iter().filter(|cell| cell.ground < breach.crest);
-        let wet = raised.flat_map(beside).flatten().filter(|&cell| water.depth[cell] > 0.0);
-        if let Some(cell) = wet.max_by(|a, b| level_of(*a).total_cmp(&level_of(*b)))
-            && level_of(cell) > breach.crest + OVER_CREST
-        {
-            let message = format!(
-                "the water stands at {:.2} m beside the dam, above its crest of {} m",
-                level_of(cell),
-                breach.crest
-            );
-            let problem = Problem::warning(ProblemKind::Scenario, "water-above-crest", "", message)
-                .with_cause("it runs over the dam from the start on, whether the dam breaks or not")
-                .with_remedy("correct the level of the lake or the crest, their units or their datum")
-                .with_at(lattice.to_map(lattice.centre(cell)));
-            findings.add(&written.dam, problem);
-        }
+        warn_of_water_above(written, breach, bed, water, findings);
     }
     let (Some(written), Trigger::Level { level, place }) = (&scenario.breach, breach.trigger) else { return };
     let BreachTrigger::Level { level: source, .. } = &written.trigger else { return };

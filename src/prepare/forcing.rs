@@ -196,8 +196,7 @@ pub(super) fn on_lattice(
     if let Some(source) = &scenario.outputs.sections {
         for section in &opened.sections {
             check_section(section, source, (lattice, bed), findings);
-            let local: Vec<Vec2> = section.line.iter().map(|place| lattice.to_local(*place)).collect();
-            forcing.sections.push(local.windows(2).map(|pair| [pair[0], pair[1]]).collect());
+            forcing.sections.push(pieces_of(section, lattice));
         }
     }
     forcing
@@ -225,7 +224,12 @@ fn rain_at_cells(
     values.into_iter().map(|value| value.unwrap_or(0.0)).collect()
 }
 
-/// Refuses a section that lies on no cell of the terrain.
+/// The straight pieces of a section in local coordinates (m).
+pub(super) fn pieces_of(section: &Section, lattice: &Lattice) -> Vec<[Vec2; 2]> {
+    section.line.windows(2).map(|pair| [lattice.to_local(pair[0]), lattice.to_local(pair[1])]).collect()
+}
+
+/// Refuses a section that lies on no cell of the terrain, and warns of one that lies beside it in part.
 fn check_section(
     section: &Section,
     source: &Sourced<crate::scenario::VectorSource>,

@@ -285,9 +285,8 @@ fn place_on_lattice(
         changes.note(cell.cell, Change::Raise(breach.crest));
     }
     let surface = changes.on(terrain, &lattice);
-    // Without a dam that was refused the water runs out, which nobody need be told.
-    let is_dam_complete = scenario.breach.is_some() == breach.is_some();
-    let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, is_dam_complete, findings);
+    let is_complete = scenario.breach.is_some() == breach.is_some();
+    let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, is_complete, findings);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
     prepared.initial_velocity =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
@@ -296,8 +295,7 @@ fn place_on_lattice(
     }
     if let (Some(dam), Some(breach)) = (dam, &breach) {
         let section = breach::section(dam, breach, &opened.sections, &bed, &still_water);
-        let local: Vec<Vec2> = section.line.iter().map(|place| lattice.to_local(*place)).collect();
-        prepared.forcing.sections.push(local.windows(2).map(|pair| [pair[0], pair[1]]).collect());
+        prepared.forcing.sections.push(forcing::pieces_of(&section, &lattice));
         prepared.sections.push(section);
     }
     prepared.forcing.breach = breach;

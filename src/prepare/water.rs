@@ -193,7 +193,8 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &m
     }
 }
 
-/// Fills the bodies, fits the bed to their shores, and warns where their water would run out of them.
+/// Fills the bodies, fits the bed to their shores, and warns where their water would run out of them if the ground is complete: beside a
+/// dam that was refused nobody need be told.
 pub(super) fn fill(
     bodies: &[SourcedBody],
     bed: &mut BedParticles,

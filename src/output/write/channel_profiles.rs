@@ -10,7 +10,7 @@
 use std::fs;
 use std::path::Path;
 
-use netcdf::{AttributeValue, FileMut, Options, VariableMut};
+use netcdf::{FileMut, Options};
 
 use super::super::channels::{ChannelFrame, ChannelProfile, ChannelWater};
 use super::super::folder::{RunFolder, output_error};
@@ -18,7 +18,7 @@ use super::super::grid::FILL;
 use super::super::{OutputCrs, WET_DEPTH};
 use super::Provenance;
 use super::crs::WritableCrs;
-use super::netcdf_file::put_time_attributes;
+use super::netcdf_file::{define_crs, put_texts, put_time_attributes, variable};
 use crate::error::Error;
 use crate::math::Vec2;
 
@@ -178,10 +178,7 @@ impl Description {
         self.define_stations(file, some_places)?;
         let crs = crs.filter(|_| some_places);
         if let Some(crs) = crs {
-            let mut variable = file.add_variable::<i32>("crs", &[])?;
-            for (name, value) in &crs.attributes {
-                variable.put_attribute(name, value.clone())?;
-            }
+            define_crs(file, crs)?;
         }
         let coordinates = if some_places { "channel_index distance x y" } else { "channel_index distance" };
         for profile in &PROFILES {
@@ -191,7 +188,7 @@ impl Description {
                 variable.set_compression(1, true)?;
             }
             variable.put_attribute("_FillValue", f64::from(FILL))?;
-            describe(
+            put_texts(
                 &mut variable,
                 &[
                     ("standard_name", profile.standard_name),
@@ -231,7 +228,7 @@ impl Description {
         for (name, standard_name, long_name) in fixed {
             let mut variable = file.add_variable::<f64>(name, &["station"])?;
             variable.put_attribute("_FillValue", f64::NAN)?;
-            describe(&mut variable, &[("standard_name", standard_name), ("long_name", long_name), ("units", "m")])?;
+            put_texts(&mut variable, &[("standard_name", standard_name), ("long_name", long_name), ("units", "m")])?;
         }
         Ok(())
     }
@@ -290,18 +287,6 @@ impl Description {
         };
         copy().map_err(|cause| output_error(path, cause))
     }
-}
-
-fn variable<'f>(file: &'f mut FileMut, name: &str) -> netcdf::Result<VariableMut<'f>> {
-    file.variable_mut(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()))
-}
-
-/// Puts text attributes, leaving out empty ones.
-fn describe(variable: &mut VariableMut<'_>, attributes: &[(&str, &str)]) -> netcdf::Result<()> {
-    for (key, value) in attributes.iter().filter(|(_, value)| !value.is_empty()) {
-        variable.put_attribute(key, AttributeValue::from(*value))?;
-    }
-    Ok(())
 }
 
 /// A name as a word of `flag_meanings`, which are letters, digits and a few signs between blanks.

@@ -67,10 +67,7 @@ impl<'a> NetcdfFile<'a> {
             variable.put_attribute("axis", axis)?;
         }
         if let Some(crs) = self.crs {
-            let mut variable = self.file.add_variable::<i32>("crs", &[])?;
-            for (name, value) in &crs.attributes {
-                variable.put_attribute(name, value.clone())?;
-            }
+            define_crs(&mut self.file, crs)?;
         }
         Ok(())
     }
@@ -88,7 +85,7 @@ impl<'a> NetcdfFile<'a> {
 
     /// A variable that was defined before.
     pub(super) fn variable(&mut self, name: &str) -> netcdf::Result<VariableMut<'_>> {
-        self.file.variable_mut(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()))
+        variable(&mut self.file, name)
     }
 
     /// Adds the attributes that a variable over the grid has besides its own.
@@ -113,11 +110,7 @@ impl<'a> NetcdfFile<'a> {
 
     /// Puts text attributes, leaving out empty ones.
     pub(super) fn describe_variable(&mut self, name: &str, attributes: &[(&str, &str)]) -> netcdf::Result<()> {
-        let mut variable = self.variable(name)?;
-        for (key, value) in attributes.iter().filter(|(_, value)| !value.is_empty()) {
-            variable.put_attribute(key, AttributeValue::from(*value))?;
-        }
-        Ok(())
+        put_texts(&mut self.variable(name)?, attributes)
     }
 
     /// Defines a time variable over the given dimensions.
@@ -127,9 +120,31 @@ impl<'a> NetcdfFile<'a> {
     }
 }
 
+/// Puts text attributes, leaving out empty ones.
+pub(super) fn put_texts(variable: &mut VariableMut<'_>, attributes: &[(&str, &str)]) -> netcdf::Result<()> {
+    for (key, value) in attributes.iter().filter(|(_, value)| !value.is_empty()) {
+        variable.put_attribute(key, AttributeValue::from(*value))?;
+    }
+    Ok(())
+}
+
+/// A variable that was defined before.
+pub(super) fn variable<'f>(file: &'f mut FileMut, name: &str) -> netcdf::Result<VariableMut<'f>> {
+    file.variable_mut(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()))
+}
+
+/// Defines the variable `crs`, to which `grid_mapping` refers.
+pub(super) fn define_crs<'f>(file: &'f mut FileMut, crs: &WritableCrs) -> netcdf::Result<VariableMut<'f>> {
+    let mut variable = file.add_variable::<i32>("crs", &[])?;
+    for (name, value) in &crs.attributes {
+        variable.put_attribute(name, value.clone())?;
+    }
+    Ok(variable)
+}
+
 /// Describes the variable `time`.
 pub(super) fn put_time_attributes(file: &mut FileMut, provenance: &Provenance) -> netcdf::Result<()> {
-    let mut time = file.variable_mut("time").ok_or_else(|| netcdf::Error::NotFound("time".to_string()))?;
+    let mut time = variable(file, "time")?;
     let units = provenance.time_units();
     let attributes = [
         ("standard_name", "time"),

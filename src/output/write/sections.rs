@@ -9,7 +9,7 @@ use super::super::grid::FILL;
 use super::super::sections::{Section, SectionResult, SectionSample};
 use super::Provenance;
 use super::crs::WritableCrs;
-use super::netcdf_file::put_time_attributes;
+use super::netcdf_file::{define_crs, put_texts, put_time_attributes, variable};
 use super::tables::{decimals, number, row, text};
 use crate::error::Error;
 use crate::math::Vec2;
@@ -194,8 +194,7 @@ fn write_netcdf(
     file.add_variable::<f64>("time", &["time"])?;
     put_time_attributes(&mut file, provenance)?;
     let times: Vec<f64> = samples.iter().step_by(count).map(|sample| sample.time).collect();
-    let missing = |name: &str| netcdf::Error::NotFound(name.to_string());
-    file.variable_mut("time").ok_or_else(|| missing("time"))?.put_values(&times, ..)?;
+    variable(&mut file, "time")?.put_values(&times, ..)?;
     write_places(&mut file, crs, sections)?;
     for (described, value) in &SERIES {
         let values: Vec<f64> = samples.iter().map(value).collect();
@@ -231,11 +230,7 @@ fn write_places(file: &mut FileMut, crs: Option<&WritableCrs>, sections: &[Secti
         variable.put_values(&values, ..)?;
     }
     if let Some(crs) = crs {
-        let mut variable = file.add_variable::<i32>("crs", &[])?;
-        for (name, value) in &crs.attributes {
-            variable.put_attribute(name, value.clone())?;
-        }
-        variable.put_value(0_i32, ())?;
+        define_crs(file, crs)?.put_value(0_i32, ())?;
     }
     Ok(())
 }
@@ -251,10 +246,7 @@ impl Described {
             ("coordinates", COORDINATES),
             ("grid_mapping", if crs.is_some() { "crs" } else { "" }),
         ];
-        for (key, value) in attributes.into_iter().filter(|(_, value)| !value.is_empty()) {
-            variable.put_attribute(key, value)?;
-        }
-        Ok(())
+        put_texts(variable, &attributes)
     }
 }
 

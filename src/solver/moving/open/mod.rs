@@ -555,14 +555,8 @@ impl OpenBoundaries {
             }
         }
         if nearest.is_empty() && owed > 0.0 {
-            let area = face.width * self.scale.spacing;
-            particles.push(&Particle {
-                position: face.middle - face.outwards * (0.25 * self.scale.spacing),
-                velocity: Vec2::ZERO,
-                volume: owed,
-                depth: self.beyond[index].map_or(owed / area, |beyond| beyond.depth),
-                smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
-            });
+            let depth = self.beyond[index].map_or(owed / (face.width * self.scale.spacing), |beyond| beyond.depth);
+            particles.push(&self.just_before(index, owed, (depth, Vec2::ZERO)));
         }
     }
 
@@ -585,16 +579,22 @@ impl OpenBoundaries {
             && self.returning[index] > 0.0
         {
             lent += self.returning[index];
-            let area = face.width * self.scale.spacing;
-            particles.push(&Particle {
-                position: face.middle - face.outwards * (0.25 * self.scale.spacing),
-                velocity: beyond.velocity,
-                volume: self.returning[index],
-                depth: beyond.depth,
-                smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
-            });
+            particles.push(&self.just_before(index, self.returning[index], (beyond.depth, beyond.velocity)));
         }
         lent
+    }
+
+    /// A particle of a volume (m³), as wide as a cell, that stands before a face.
+    fn just_before(&self, index: usize, volume: f64, (depth, velocity): (f64, Vec2)) -> Particle {
+        let face = &self.faces[index];
+        let area = face.width * self.scale.spacing;
+        Particle {
+            position: face.middle - face.outwards * (0.25 * self.scale.spacing),
+            velocity,
+            volume,
+            depth,
+            smoothing_length: smoothing_factor(self.dimension) * self.dimension.edge(area),
+        }
     }
 
     /// Leaves `fluid` particles with the volumes that they had before `lend`.
