@@ -178,7 +178,7 @@ fn convert(partial: &Path, path: &Path, description: &FileDescription) -> Result
     let file = netcdf::create_with(path, Options::NETCDF4).map_err(failed)?;
     let mut file = NetcdfFile::describe(file, path, &crs, description)?;
     let mut copy = || -> netcdf::Result<()> {
-        define_fields(&mut file, description, true)?;
+        file.define_compressed(|file| define_fields(file, description, true))?;
         file.write_coordinates(&description.grid)?;
         let variable = |name: &str| source.variable(name).ok_or_else(|| netcdf::Error::NotFound(name.to_string()));
         let mut values = vec![FILL; description.grid.len()];

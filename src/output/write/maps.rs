@@ -42,9 +42,7 @@ pub fn write_maps(
             for grids in &maps.thresholds {
                 define_threshold(file, grids.threshold)?;
             }
-            for variable in &variables {
-                define_map(file, variable, grid)?;
-            }
+            file.define_compressed(|file| variables.iter().try_for_each(|variable| define_map(file, variable, grid)))?;
             file.write_coordinates(grid)?;
             for variable in &variables {
                 write_values(file, variable)?;

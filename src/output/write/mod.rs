@@ -9,6 +9,7 @@ mod gdal_raw;
 mod geopackage;
 mod maps;
 mod netcdf_file;
+mod netcdf_raw;
 mod projection;
 mod qgis;
 mod sections;

@@ -12,10 +12,14 @@ use super::super::folder::output_error;
 use super::super::grid::OutputGrid;
 use super::Provenance;
 use super::crs::WritableCrs;
+use super::netcdf_raw::with_caches_of;
 use crate::error::Error;
 
 /// Greatest edge of a chunk of a compressed variable, in cells.
 const CHUNK: usize = 512;
+
+/// Size of a chunk of single precision (bytes).
+const CHUNK_BYTES: usize = CHUNK * CHUNK * size_of::<f32>();
 
 /// Level of the deflate compression: higher ones cost several times as much for a few percent.
 const DEFLATE: i32 = 1;
@@ -106,6 +110,14 @@ impl<'a> NetcdfFile<'a> {
         let mut variable = self.variable(name)?;
         variable.set_chunking(&chunks)?;
         variable.set_compression(DEFLATE, true)
+    }
+
+    /// Defines variables that are compressed and written whole, chunk by chunk.
+    pub(super) fn define_compressed(
+        &mut self,
+        define: impl FnOnce(&mut Self) -> netcdf::Result<()>,
+    ) -> netcdf::Result<()> {
+        with_caches_of(CHUNK_BYTES, || define(self))
     }
 
     /// Puts text attributes, leaving out empty ones.
