@@ -124,6 +124,8 @@ struct Shares<'a> {
     weights: &'a mut [Weight],
     /// Those of all other patches.
     overflow: &'a mut Vec<Weight>,
+    /// The walls near a particle.
+    near: &'a mut Vec<u32>,
     /// Number of weights in use of those there is room for.
     used: usize,
 }
@@ -288,26 +290,38 @@ impl Shares<'_> {
         sum: &mut Summed,
     ) -> f64 {
         let (mut weights, mut seen) = (0.0, 0.0);
-        let walls = (!walls.is_clear(sight.place, sight.support)).then_some(walls);
-        for (k, weight) in self.of_patch(patch).iter_mut().enumerate() {
-            let (row, column) = (k / patch.columns as usize, k % patch.columns as usize);
-            let cell = bed.lattice.index(patch.column as usize + column, patch.row as usize + row);
-            if *weight <= 0.0 {
-                // A film on a slope, most of whose cells are dry, covers no more than it does on level ground.
-                if bed.elevation[cell] >= sight.level {
-                    let distance = (bed.lattice.centre(cell) - sight.place).norm();
-                    seen += measures.kernel.share(distance, CubicSpline::SUPPORT / sight.support);
+        let lattice = &bed.lattice;
+        let first = (patch.column as usize, patch.row as usize);
+        let mut near = std::mem::take(self.near);
+        walls.near(sight.place, sight.support, &mut near);
+        let cells_of = |row: usize| {
+            let start = (first.1 + row) * lattice.columns + first.0;
+            start..start + patch.columns as usize
+        };
+        // Not a number (no terrain) compares as false.
+        let is_under_water = |row: usize| bed.elevation[cells_of(row)].iter().all(|&ground| ground < sight.level);
+        let is_open = (0..patch.rows as usize).all(is_under_water);
+        for (row, row_of_weights) in self.of_patch(patch).chunks_mut((patch.columns as usize).max(1)).enumerate() {
+            walls.hide(&near, sight.place, lattice, (first.0, first.1 + row), row_of_weights);
+            for (cell, weight) in cells_of(row).zip(row_of_weights) {
+                if *weight <= 0.0 {
+                    // A film on a slope, most of whose cells are dry, covers no more than it does on level ground.
+                    if bed.elevation[cell] >= sight.level {
+                        let distance = (lattice.centre(cell) - sight.place).norm();
+                        seen += measures.kernel.share(distance, CubicSpline::SUPPORT / sight.support);
+                    }
+                    continue;
                 }
-                continue;
-            }
-            let is_over_ridges = bed.sill(sight.place, bed.lattice.centre(cell)) < sight.level;
-            if is_over_ridges && is_in_sight((bed, walls), sight.place, sight.level, cell) {
-                weights += f64::from(*weight);
-                seen += f64::from(*weight) / (sight.level - bed.elevation[cell]).sqrt();
-            } else {
-                *weight = 0.0;
+                let is_over_ridges = bed.sill(sight.place, lattice.centre(cell)) < sight.level;
+                if is_over_ridges && (is_open || bed.is_in_sight(sight.place, sight.level, cell)) {
+                    weights += f64::from(*weight);
+                    seen += f64::from(*weight) / (sight.level - bed.elevation[cell]).sqrt();
+                } else {
+                    *weight = 0.0;
+                }
             }
         }
+        *self.near = near;
         sum.weights = weights;
         seen
     }
@@ -460,8 +474,8 @@ pub struct Gridder {
     was_wet: Vec<bool>,
     /// Depth (m) of each cell that is in no particle; empty where there is none.
     beside: Vec<f64>,
-    /// Of each chunk the weights for which there was no room.
-    overflows: Vec<Vec<Weight>>,
+    /// Of each chunk the weights for which there was no room, and the walls near a particle.
+    overflows: Vec<(Vec<Weight>, Vec<u32>)>,
     /// Room of its own, where it is given none.
     own: [Vec<Line>; 2],
     bands: Vec<Band>,
@@ -525,13 +539,13 @@ impl Gridder {
         debug_assert!(shares.len() == particles.len() && weights.len() == particles.len());
         let measures = self.measures;
         let mut overflows = std::mem::take(&mut self.overflows);
-        overflows.resize_with(particles.len().div_ceil(CHUNK), Vec::new);
+        overflows.resize_with(particles.len().div_ceil(CHUNK), Default::default);
         let of: &mut [Share] = bytemuck::cast_slice_mut(shares);
         let chunks = of.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).zip(&mut overflows);
         let mut shares: Vec<Shares<'_>> = chunks
             .enumerate()
-            .map(|(chunk, ((of, weights), overflow))| {
-                let mut shares = Shares { of, weights: bytemuck::cast_slice_mut(weights), overflow, used: 0 };
+            .map(|(chunk, ((of, weights), (overflow, near)))| {
+                let mut shares = Shares { of, weights: bytemuck::cast_slice_mut(weights), overflow, near, used: 0 };
                 weigh_chunk(&mut shares, &measures, (bed, walls), particles, chunk * CHUNK);
                 shares
             })
@@ -883,9 +897,9 @@ pub(crate) fn support(smoothing_length: f64, spacing: f64) -> f64 {
     (SUPPORT * smoothing_length).max(SMALLEST_SUPPORT * spacing)
 }
 
-/// Whether neither ground above a level (m) nor a wall, where there are any, stands between a place and the centre of a cell.
-pub(crate) fn is_in_sight((bed, walls): (&BedParticles, Option<&Walls>), place: Vec2, level: f64, cell: usize) -> bool {
-    bed.is_in_sight(place, level, cell) && walls.is_none_or(|walls| !walls.is_walled(place, bed.lattice.centre(cell)))
+/// Whether neither ground above a level (m) nor a wall stands between a place and the centre of a cell.
+pub(crate) fn is_in_sight((bed, walls): (&BedParticles, &Walls), place: Vec2, level: f64, cell: usize) -> bool {
+    bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell))
 }
 
 #[cfg(test)]

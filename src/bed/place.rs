@@ -333,8 +333,8 @@ impl BedParticles {
         let stride = way * (1.0 / (f64::from(cells) + 1.0));
         (1..=cells).all(|step| {
             let between = here + stride * f64::from(step);
-            // A particle may stand beside the lattice. Not a number (no terrain) compares as false.
-            let (column, row) = (between.x as usize, between.y as usize);
+            // A particle may stand beside the lattice. Not a number (no terrain) compares as false. Casts to 32 bits are faster.
+            let (column, row) = (between.x as u32 as usize, between.y as u32 as usize);
             self.elevation[lattice.index(column.min(lattice.columns - 1), row.min(lattice.rows - 1))] < level
         })
     }

@@ -8,6 +8,7 @@
 //! A particle sees images only in walls within its own support, and of these in the nearest ones: a wide particle of thin
 //! water has hundreds of walls within reach, and the far ones would cost more than all other particles together.
 
+use super::sight::WallBefore;
 use super::wall::{Edge, Walls, distance_to_segment};
 use crate::math::{Sym2, Vec2};
 
@@ -166,59 +167,23 @@ struct Marks {
     hidden: Vec<u64>,
     /// Bit a is set where the line of sight to the image goes through wall a.
     mirrored: Vec<u64>,
-    /// Bit c is set where the line of sight to the image in corner c goes through its first wall.
+    /// Bit c is set where the line of sight to the image in corner c may go through both of its walls.
     cornered: Vec<u64>,
 }
 
-/// Numbers of one wall for the loop over particles.
-struct Mirror {
+/// One wall for the loop over particles.
+struct Mirror<'a> {
     bit: u32,
-    start: Vec2,
-    piece: Vec2,
-    length_squared: f64,
-    /// Margin times length (m²).
-    stretch: f64,
+    edge: &'a Edge,
+    margin: f64,
     reflection: Isometry,
 }
 
-/// A wall as it stands before a place.
-struct WallBefore {
-    place: Vec2,
-    start: Vec2,
-    piece: Vec2,
-    length_squared: f64,
-    stretch: f64,
-    own_turn: f64,
-    /// Where the place lies along the wall (m²).
-    along: f64,
-}
-
-impl WallBefore {
+impl Mirror<'_> {
+    /// The wall as it stands before a place.
     #[inline(always)]
-    fn new(place: Vec2, &Mirror { start, piece, length_squared, stretch, .. }: &Mirror) -> Self {
-        let own_turn = piece.x * (place.y - start.y) - piece.y * (place.x - start.x);
-        let along = piece.x * (place.x - start.x) + piece.y * (place.y - start.y);
-        WallBefore { place, start, piece, length_squared, stretch, own_turn, along }
-    }
-
-    /// Positive where (x, y) lies on the side of the place, negative beyond the line of the wall.
-    #[inline(always)]
-    fn side(&self, x: f64, y: f64) -> f64 {
-        self.own_turn * self.turn(x, y)
-    }
-
-    #[inline(always)]
-    fn turn(&self, x: f64, y: f64) -> f64 {
-        self.piece.x * (y - self.start.y) - self.piece.y * (x - self.start.x)
-    }
-
-    /// Whether the straight way to (x, y) goes through the wall; see `Edge::crossing`.
-    #[inline(always)]
-    fn is_on_the_way(&self, x: f64, y: f64) -> bool {
-        let (to_x, to_y) = (x - self.place.x, y - self.place.y);
-        let share = self.own_turn / (self.own_turn - self.turn(x, y));
-        let along = self.along + (self.piece.x * to_x + self.piece.y * to_y) * share;
-        (self.side(x, y) < 0.0) & (along >= -self.stretch) & (along <= self.length_squared + self.stretch)
+    fn before(&self, place: Vec2) -> WallBefore {
+        WallBefore::new(place, self.edge, self.margin)
     }
 }
 
@@ -241,35 +206,45 @@ impl Marks {
     }
 
     /// Marks the particles that a wall hides and those whose images it shows; see `Edge::crossing`.
-    fn look_at(&mut self, place: Vec2, mirror: &Mirror) {
+    fn look_at(&mut self, place: Vec2, mirror: &Mirror<'_>) {
         let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
         look_at(columns, &mut self.hidden, &mut self.mirrored, place, mirror);
     }
 
     /// Marks the particles that a wall hides.
-    fn look_behind(&mut self, place: Vec2, wall: &Mirror) {
+    fn look_behind(&mut self, place: Vec2, wall: &Mirror<'_>) {
         look_behind((&self.x[..], &self.y[..]), &mut self.hidden, place, wall);
     }
 
-    /// Marks the particles whose images in a corner may be seen through its first wall.
-    fn look_into(&mut self, place: Vec2, mirror: &Mirror) {
+    /// Marks the particles whose images in a corner may be seen through its first wall and then through its second one.
+    fn look_into(&mut self, place: Vec2, first: &Mirror<'_>, second: &Mirror<'_>) {
         let columns = (&self.x[..], &self.y[..], &self.reach_squared[..]);
-        look_into(columns, &mut self.cornered, place, mirror);
+        look_into(columns, &mut self.cornered, place, first, second);
     }
 }
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn look_into((x, y, reach_squared): (&[f64], &[f64], &[f64]), cornered: &mut [u64], place: Vec2, mirror: &Mirror) {
+fn look_into(
+    (x, y, reach_squared): (&[f64], &[f64], &[f64]),
+    cornered: &mut [u64],
+    place: Vec2,
+    first: &Mirror<'_>,
+    second: &Mirror<'_>,
+) {
     let n = x.len();
     let (y, reach_squared, cornered) = (&y[..n], &reach_squared[..n], &mut cornered[..n]);
-    let Mirror { bit, reflection, .. } = mirror;
-    let wall = WallBefore::new(place, mirror);
+    let (whole, half) = (&first.reflection, &second.reflection);
+    let (wall, other_wall) = (first.before(place), second.before(place));
     for k in 0..n {
-        let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
-        let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
+        let image_x = whole.image_of_x.x * x[k] + whole.image_of_y.x * y[k] + whole.shift.x;
+        let image_y = whole.image_of_x.y * x[k] + whole.image_of_y.y * y[k] + whole.shift.y;
+        let middle_x = half.image_of_x.x * x[k] + half.image_of_y.x * y[k] + half.shift.x;
+        let middle_y = half.image_of_x.y * x[k] + half.image_of_y.y * y[k] + half.shift.y;
         let (to_x, to_y) = (image_x - place.x, image_y - place.y);
-        let is_near = (to_x * to_x + to_y * to_y < reach_squared[k]) & (wall.side(image_x, image_y) < 0.0);
-        cornered[k] |= u64::from(is_near) << bit;
+        let may_be_seen = (to_x * to_x + to_y * to_y < reach_squared[k])
+            & wall.is_on_the_way(image_x, image_y)
+            & (other_wall.side(middle_x, middle_y) < 0.0);
+        cornered[k] |= u64::from(may_be_seen) << first.bit;
     }
 }
 
@@ -279,12 +254,12 @@ fn look_at(
     hidden: &mut [u64],
     mirrored: &mut [u64],
     place: Vec2,
-    mirror: &Mirror,
+    mirror: &Mirror<'_>,
 ) {
     let n = x.len();
     let (y, reach_squared, hidden, mirrored) = (&y[..n], &reach_squared[..n], &mut hidden[..n], &mut mirrored[..n]);
     let Mirror { bit, reflection, .. } = mirror;
-    let wall = WallBefore::new(place, mirror);
+    let wall = mirror.before(place);
     for k in 0..n {
         let image_x = reflection.image_of_x.x * x[k] + reflection.image_of_y.x * y[k] + reflection.shift.x;
         let image_y = reflection.image_of_x.y * x[k] + reflection.image_of_y.y * y[k] + reflection.shift.y;
@@ -298,10 +273,10 @@ fn look_at(
 }
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn look_behind((x, y): (&[f64], &[f64]), hidden: &mut [u64], place: Vec2, wall: &Mirror) {
+fn look_behind((x, y): (&[f64], &[f64]), hidden: &mut [u64], place: Vec2, wall: &Mirror<'_>) {
     let n = x.len();
     let (y, hidden) = (&y[..n], &mut hidden[..n]);
-    let wall = WallBefore::new(place, wall);
+    let wall = wall.before(place);
     for k in 0..n {
         hidden[k] |= u64::from(wall.is_on_the_way(x[k], y[k]));
     }
@@ -395,18 +370,11 @@ impl Walls {
         scratch: &mut ImageScratch,
     ) {
         scratch.marks.fill(found, positions, supports, support);
-        let mirror = |bit: usize, member: u32, transform: u32| {
-            let edge = &self.edges()[member as usize];
-            let piece = edge.end - edge.start;
-            let length_squared = piece.norm_squared();
-            Mirror {
-                bit: bit as u32,
-                start: edge.start,
-                piece,
-                length_squared,
-                stretch: self.margin() * length_squared.sqrt(),
-                reflection: self.isometries()[transform as usize],
-            }
+        let mirror = |bit: usize, member: u32, transform: u32| Mirror {
+            bit: bit as u32,
+            edge: &self.edges()[member as usize],
+            margin: self.margin(),
+            reflection: self.isometries()[transform as usize],
         };
         for (bit, &member) in scratch.near.iter().enumerate() {
             scratch.marks.look_at(place, &mirror(bit, member, Walls::reflection_in(member)));
@@ -415,7 +383,9 @@ impl Walls {
             scratch.marks.look_behind(place, &mirror(0, member, Walls::reflection_in(member)));
         }
         for (bit, corner) in scratch.corners.iter().enumerate() {
-            scratch.marks.look_into(place, &mirror(bit, corner.first, corner.transform));
+            let first = mirror(bit, corner.first, corner.transform);
+            let second = mirror(bit, corner.second, Walls::reflection_in(corner.second));
+            scratch.marks.look_into(place, &first, &second);
         }
     }
 

@@ -9,6 +9,7 @@ mod moving_bed;
 mod open_edges;
 mod outline;
 mod series;
+mod sight;
 mod virtual_particles;
 mod wall;
 

@@ -1,7 +1,5 @@
 //! The calls of NetCDF that its crate does not wrap.
 
-use crate::geodata::alone;
-
 /// Slots of the hash table of a cache that holds one chunk.
 const SLOTS: usize = 1;
 
@@ -12,7 +10,7 @@ const SLOTS: usize = 1;
 #[expect(unsafe_code, reason = "the netcdf crate has no wrapper for nc_set_chunk_cache")]
 pub(super) fn with_caches_of<T>(chunk: usize, define: impl FnOnce() -> T) -> T {
     // What variables take their cache from is one for the whole library.
-    let _alone = alone();
+    let _alone = netcdf_sys::libnetcdf_lock.lock();
     let (mut size, mut slots, mut preemption) = (0, 0, 0.0);
     // SAFETY: the library is locked, and the pointers are those of three numbers that live until the call returns.
     let known = unsafe { netcdf_sys::nc_get_chunk_cache(&mut size, &mut slots, &mut preemption) };
