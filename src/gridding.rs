@@ -28,8 +28,8 @@
 //! the mean columns, too. At a front, where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix
 //! scaling, which leave Ŵ² of an unevenness that W smooths by Ŵ; growing ω reach as far in five sweeps as twelve do with ω = 1.
 //!
-//! What a particle has to say about its cells is computed once and kept for all sweeps, for a rectangle of the lattice: rows of four
-//! cells, the usual ones, are worked on side by side. Bands of rows are filled side by side as well, each by its particles in ascending
+//! What a particle has to say about its cells is computed once and kept for all sweeps, for a rectangle of the lattice: four cells of a row
+//! are worked on side by side. Bands of rows are filled side by side as well, each by its particles in ascending
 //! order: the same bits for any number of threads.
 
 use std::ops::Range;
@@ -67,13 +67,6 @@ pub(crate) const COVERED: (f64, f64) = (0.6, 0.8);
 type Weight = f32;
 /// Cells of a row that are worked on side by side.
 const LANES: usize = 4;
-
-/// The weights of a row of so many cells as most have, and other numbers of these cells.
-macro_rules! lanes {
-    ($weights:ident => $($numbers:expr),+) => {
-        <&[Weight; LANES]>::try_from($weights).ok().map(|weights| (weights.map(f64::from), $(four(&$numbers)),+))
-    };
-}
 
 /// The cells about a particle: a rectangle of the lattice.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -193,9 +186,10 @@ impl Shares<'_> {
         let inner = (1.0 - RIM) * support;
         let (south, north) = cells_within(place.y, inner, lattice.spacing, lattice.rows);
         let (west, east) = cells_within(place.x, inner, lattice.spacing, lattice.columns);
-        // A row of four is faster than one of three.
-        let east = east.max((west + LANES).min(lattice.columns));
-        let west = west.min(east.saturating_sub(LANES));
+        // Whole runs of lanes are faster, and what is not under the kernel gets nothing.
+        let columns = (east - west).next_multiple_of(LANES);
+        let east = (west + columns).min(lattice.columns);
+        let west = west.min(east.saturating_sub(columns));
         let mut patch = Patch {
             row: south as u32,
             column: west as u32,
@@ -389,15 +383,15 @@ fn add_up(shares: &Shares<'_>, factors: &[f64], columns: usize, sums: &mut [f64]
         let mut lanes = [0.0; LANES];
         let mut rest = 0.0;
         for row in patch.rows_within(0, usize::MAX) {
-            let weights = shares.row(patch, row);
-            let factors = &factors[row * columns + patch.column as usize..][..weights.len()];
-            if let Some((weights, factors)) = lanes!(weights => factors) {
+            let (weights, last) = shares.row(patch, row).as_chunks::<LANES>();
+            let from = row * columns + patch.column as usize;
+            let (factors, last_factors) = factors[from..from + patch.columns as usize].as_chunks::<LANES>();
+            for (weights, factors) in weights.iter().zip(factors) {
                 for k in 0..LANES {
-                    lanes[k] += factors[k] * weights[k];
+                    lanes[k] += factors[k] * f64::from(weights[k]);
                 }
-            } else {
-                rest += weights.iter().zip(factors).map(|(weight, factor)| factor * f64::from(*weight)).sum::<f64>();
             }
+            rest += last.iter().zip(last_factors).map(|(weight, factor)| factor * f64::from(*weight)).sum::<f64>();
         }
         *sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest;
     }
@@ -690,12 +684,6 @@ fn for_each_row(
     }
 }
 
-/// The numbers of a few cells.
-#[inline(always)]
-fn four(numbers: &[f64]) -> [f64; LANES] {
-    numbers.first_chunk().copied().unwrap_or_default()
-}
-
 /// Fills the band with the water of its particles under factors of 1; sums weights and columns of the cells.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>], elevation: &[f64]) {
@@ -705,23 +693,26 @@ fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>], elevatio
         let cells = place..place + weights.len();
         let (depth, sum) = (&mut fields.depth[cells.clone()], &mut fields.weight[cells.clone()]);
         let (column, elevation) = (&mut fields.column[cells.clone()], &elevation[cells]);
-        if let Some((weights, mut depths, mut sums, mut columns, elevation)) =
-            lanes!(weights => depth, sum, column, elevation)
+        let add = |(depth, sum, column): (&mut f64, &mut f64, &mut f64), elevation: f64, weight: Weight| {
+            let weight = f64::from(weight);
+            *depth += scale * weight;
+            *sum += area * weight;
+            *column += area * weight * larger(level - elevation, 0.0);
+        };
+        let (fours, rest) = weights.as_chunks::<LANES>();
+        let (depths, last_depths) = depth.as_chunks_mut::<LANES>();
+        let (sums, last_sums) = sum.as_chunks_mut::<LANES>();
+        let (columns, last_columns) = column.as_chunks_mut::<LANES>();
+        let (elevations, last_elevations) = elevation.as_chunks::<LANES>();
+        for ((((weight, depth), sum), column), elevation) in
+            fours.iter().zip(depths).zip(sums).zip(columns).zip(elevations)
         {
             for k in 0..LANES {
-                depths[k] += scale * weights[k];
-                sums[k] += area * weights[k];
-                columns[k] += area * weights[k] * larger(level - elevation[k], 0.0);
+                add((&mut depth[k], &mut sum[k], &mut column[k]), elevation[k], weight[k]);
             }
-            depth.copy_from_slice(&depths);
-            sum.copy_from_slice(&sums);
-            column.copy_from_slice(&columns);
-        } else {
-            for (k, weight) in weights.iter().map(|weight| f64::from(*weight)).enumerate() {
-                depth[k] += scale * weight;
-                sum[k] += area * weight;
-                column[k] += area * weight * larger(level - elevation[k], 0.0);
-            }
+        }
+        for (k, weight) in rest.iter().enumerate() {
+            add((&mut last_depths[k], &mut last_sums[k], &mut last_columns[k]), last_elevations[k], *weight);
         }
     });
 }
@@ -735,16 +726,16 @@ fn fill(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>]) {
         shares,
         |_, &Share { scale, .. }, weights, place| {
             let cells = place..place + weights.len();
-            let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells]);
-            if let Some((weights, mut depths, factors)) = lanes!(weights => depth, factors) {
+            let (depths, last_depths) = fields.depth[cells.clone()].as_chunks_mut::<LANES>();
+            let (factors, last_factors) = fields.factors[cells].as_chunks::<LANES>();
+            let (weights, rest) = weights.as_chunks::<LANES>();
+            for ((weight, depth), factor) in weights.iter().zip(depths).zip(factors) {
                 for k in 0..LANES {
-                    depths[k] += scale * factors[k] * weights[k];
+                    depth[k] += scale * factor[k] * f64::from(weight[k]);
                 }
-                depth.copy_from_slice(&depths);
-            } else {
-                for (k, weight) in weights.iter().enumerate() {
-                    depth[k] += scale * factors[k] * f64::from(*weight);
-                }
+            }
+            for ((weight, depth), factor) in rest.iter().zip(last_depths).zip(last_factors) {
+                *depth += scale * factor * f64::from(*weight);
             }
         },
     );
@@ -760,27 +751,26 @@ fn fill_with_discharges(particles: &[u32], fields: &mut Fields, fluid: &FluidPar
         |j, &Share { scale, .. }, weights, place| {
             let velocity = fluid.velocity[j];
             let cells = place..place + weights.len();
-            let (depth, factors) = (&mut fields.depth[cells.clone()], &fields.factors[cells.clone()]);
-            let (discharge_x, discharge_y) = (&mut fields.discharge_x[cells.clone()], &mut fields.discharge_y[cells]);
-            if let Some((weights, mut depths, factors, mut flow_x, mut flow_y)) =
-                lanes!(weights => depth, factors, discharge_x, discharge_y)
+            let (depths, last_depths) = fields.depth[cells.clone()].as_chunks_mut::<LANES>();
+            let (flows_x, last_flows_x) = fields.discharge_x[cells.clone()].as_chunks_mut::<LANES>();
+            let (flows_y, last_flows_y) = fields.discharge_y[cells.clone()].as_chunks_mut::<LANES>();
+            let (factors, last_factors) = fields.factors[cells].as_chunks::<LANES>();
+            let (weights, rest) = weights.as_chunks::<LANES>();
+            let add = |depth: &mut f64, flow_x: &mut f64, flow_y: &mut f64, factor: f64, weight: Weight| {
+                let share = scale * factor * f64::from(weight);
+                *depth += share;
+                *flow_x += velocity.x * share;
+                *flow_y += velocity.y * share;
+            };
+            for ((((weight, depth), flow_x), flow_y), factor) in
+                weights.iter().zip(depths).zip(flows_x).zip(flows_y).zip(factors)
             {
                 for k in 0..LANES {
-                    let share = scale * factors[k] * weights[k];
-                    depths[k] += share;
-                    flow_x[k] += velocity.x * share;
-                    flow_y[k] += velocity.y * share;
+                    add(&mut depth[k], &mut flow_x[k], &mut flow_y[k], factor[k], weight[k]);
                 }
-                depth.copy_from_slice(&depths);
-                discharge_x.copy_from_slice(&flow_x);
-                discharge_y.copy_from_slice(&flow_y);
-            } else {
-                for (k, weight) in weights.iter().enumerate() {
-                    let share = scale * factors[k] * f64::from(*weight);
-                    depth[k] += share;
-                    discharge_x[k] += velocity.x * share;
-                    discharge_y[k] += velocity.y * share;
-                }
+            }
+            for (k, weight) in rest.iter().enumerate() {
+                add(&mut last_depths[k], &mut last_flows_x[k], &mut last_flows_y[k], last_factors[k], *weight);
             }
         },
     );

@@ -2,10 +2,10 @@
 
     python3 docs/performance/build.py                     # the page, from the tables that lie here
     python3 docs/performance/build.py --run               # all tables anew (half an hour and more), and the page
-    python3 docs/performance/build.py --run phases memory # some of them: phases, sizes, threads, memory, machine, instructions, parma, obstacle, plans
+    python3 docs/performance/build.py --run phases memory # some of them: phases, sizes, threads, memory, machine, instructions, parma, obstacle, plans, accuracy
 
 Run it in the folder of the repository. The tables are made by `cargo bench --bench measure`, by `scripts/instructions.sh` (valgrind) and by runs of
-the program after `cargo build --release`; `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA. Only the standard library is needed. No number stands in this
+the program after `cargo build --release`; `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. Only the standard library is needed. No number stands in this
 file that is not a bar, another author's, or a count of what the code reads and writes.
 """
 
@@ -55,6 +55,12 @@ PLANS = {
     "demo, moving, 20 m, 10 min": ["scenarios/demo/scenario.yaml", "resolution=20 m", "outputs.cell=20 m", "time.end=10 min", "numerics.motion=lagrangian"],
     "malpasset, 40 m": ["scenarios/malpasset/scenario.yaml", "resolution=40 m", "outputs.cell=40 m"],
     "malpasset, 20 m": ["scenarios/malpasset/scenario.yaml"],
+}
+# Programs before and after what was done for speed, as commits, and the motion that it was done for.
+ACCURACY = {
+    "resting, update on lanes": ("eulerian", "a1c2c70", "75f8a11"),
+    "moving, loops over pairs, spans, lent memory": ("lagrangian", "543933f", "601ede7"),
+    "moving, walls before a patch": ("lagrangian", "eaa21dd", "1b9783b"),
 }
 
 
@@ -138,7 +144,32 @@ def run_plans():
             write("plans", as_csv(rows))
 
 
+def run_accuracy():
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        for what, (motion, *commits) in ACCURACY.items():
+            for when, commit in zip(("before", "after"), commits):
+                tree, found = folder / commit, folder / f"{commit}.csv"
+                if not tree.exists():
+                    output(["git", "worktree", "add", "--detach", str(tree), commit], stderr=subprocess.DEVNULL)
+                try:
+                    # One folder for all: what they depend on is built once.
+                    built = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target")}
+                    output(["cargo", "build", "--release", "--locked", "--quiet"], cwd=tree, env=built)
+                    command = [str(folder / PROGRAM), "validate", "--suite", "analytic", "--vary", f"motion={motion}", "--csv", str(found)]
+                    # Exit code 7: a bar is missed.
+                    print("+", " ".join(command), flush=True)
+                    subprocess.run(command, check=False, stdout=subprocess.DEVNULL)
+                finally:
+                    output(["git", "worktree", "remove", "--force", str(tree)])
+                columns = ("case", "spacing_m", "error_depth", "error_velocity", "cpu_s")
+                rows += [{"what": what, "when": when, "commit": commit} | {key: row[key] for key in columns} for row in csv.DictReader(found.open())]
+                write("accuracy", as_csv(rows))
+
+
 RUNS = {
+    "accuracy": run_accuracy,
     "phases": lambda: write("phases", measure("phases")),
     "sizes": lambda: write("sizes", measure("sizes")),
     "threads": lambda: write("threads", measure("threads")),
@@ -291,11 +322,41 @@ def plans():
     return table(["run", "what", "at least", "was", "at most"], [[row["run"], row["what"], row["low"], row["actual"], row["high"]] for row in read("plans")])
 
 
+def accuracy():
+    """Of each case the finest spacing that both programs ran; how many rows are the same to the printed digits."""
+    text, sections = read("accuracy"), []
+    for what in ACCURACY:
+        found = {}
+        for row in text:
+            if row["what"] == what:
+                found.setdefault((row["case"], row["spacing_m"]), {})[row["when"]] = row
+        pairs = {key: (pair["before"], pair["after"]) for key, pair in found.items() if len(pair) == 2}
+        if not pairs:
+            continue
+        errors = ("error_depth", "error_velocity")
+        same = [key for key, (before, after) in pairs.items() if all(before[error] == after[error] for error in errors)]
+        cost = sum(float(after["cpu_s"]) for _, after in pairs.values()) / sum(float(before["cpu_s"]) for before, _ in pairs.values())
+        commits = next(iter(pairs.values()))
+        sections.append(
+            f"**{what}** (commits {commits[0]['commit']} and {commits[1]['commit']}): {len(same)} of {len(pairs)} rows are the same to five digits; the suite takes {cost:.2f} of the processor time. The others:\n"
+            if len(same) < len(pairs)
+            else f"**{what}** (commits {commits[0]['commit']} and {commits[1]['commit']}): all {len(pairs)} rows are the same to five digits; the suite takes {cost:.2f} of the processor time.\n"
+        )
+        rows = [
+            [case, spacing, *(f"{before[error]} / {after[error]}" for error in errors)]
+            for (case, spacing), (before, after) in pairs.items()
+            if (case, spacing) not in same
+        ]
+        if rows:
+            sections.append(table(["case", "spacing (m)", "depth before / after (m)", "velocity before / after (m/s)"], rows))
+    return "\n".join(sections)
+
+
 def page():
     template = (HERE / "page.md").read_text()
     parts = {
         "phases": phases(), "sizes": sizes(), "memory": memory(), "threads": threads(), "roofline": roofline(), "instructions": instructions(),
-        "parma": study("parma", PARMA_BAR), "obstacle": study("obstacle", OBSTACLE_BAR), "plans": plans(),
+        "parma": study("parma", PARMA_BAR), "obstacle": study("obstacle", OBSTACLE_BAR), "plans": plans(), "accuracy": accuracy(),
     }
     for name, text in parts.items():
         template = template.replace("{{" + name + "}}", text.rstrip("\n"))
