@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::findings::Findings;
 use super::grid::REACH;
+use super::outside::{Outside, all_outside, partly_outside};
 use super::{places, series};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
@@ -97,13 +98,11 @@ pub(super) fn on_lattice(
         .map(|(cell, station)| DamCell { cell, station, ground: bed.elevation[cell] })
         .collect();
     let Some(lowest) = cells.iter().min_by(|a, b| a.ground.total_cmp(&b.ground)).copied() else {
-        let name = written.dam.value.path.display();
-        let problem = input_error("outside-terrain", format!("the line of {name} lies outside the terrain"))
-            .with_remedy("check that the file and the terrain have the same CRS")
-            .with_at(opened.line[0]);
-        findings.add(&written.dam, problem);
+        all_outside(&written.dam, opened.line[0], findings);
         return None;
     };
+    let outside = Outside::beyond_reach(line.windows(2).map(|pair| [pair[0], pair[1]]), bed);
+    findings.add_all(&written.dam, partly_outside(&written.dam, outside, lattice.spacing, "there is no dam there"));
     let at = |cell: &DamCell| lattice.to_map(lattice.centre(cell.cell));
     if opened.crest <= lowest.ground {
         let message = format!(

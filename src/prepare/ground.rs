@@ -9,6 +9,7 @@ use geo::MultiPolygon;
 
 use super::burn::{strip, value_at};
 use super::findings::Findings;
+use super::outside::{Outside, all_outside, partly_outside};
 use super::polygons::cells_inside;
 use super::shaped::{Change, Changes};
 use super::{places, water};
@@ -168,6 +169,8 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
     let lattice = bed.lattice.clone();
     let is_raised = breakline.mode == BreaklineMode::Raise;
     let mut outside: Vec<&Line> = Vec::new();
+    // The straight pieces of the others.
+    let mut pieces: Vec<[Vec2; 2]> = Vec::new();
     // Lines that change nothing, each with the place and the ground where it comes nearest to it.
     let mut idle: Vec<(&Line, usize, f64)> = Vec::new();
     for line in lines {
@@ -190,6 +193,7 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
         if least >= 0.0 {
             idle.push((line, cell, least));
         }
+        pieces.extend(local.windows(2).map(|pair| [pair[0], pair[1]]));
         for (cell, level) in levels {
             let change = if is_raised { Change::Raise(level) } else { Change::Carve(level) };
             changes.make(cell, change, bed);
@@ -198,10 +202,7 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
     if let Some(first) = outside.first() {
         let at = first.places[0];
         if outside.len() == lines.len() {
-            let problem = input_error("outside-terrain", format!("the lines of {name} lie outside the terrain"))
-                .with_remedy("check that the file and the terrain have the same CRS")
-                .with_at(at);
-            findings.add(source, problem);
+            all_outside(source, at, findings);
         } else {
             let message = format!(
                 "{} of {} lines of {name} lie outside the terrain, the first is feature {}",
@@ -212,6 +213,8 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
             findings.add(source, input_warning("outside-terrain", message).with_at(at));
         }
     }
+    let off = Outside::beyond_reach(pieces, bed);
+    findings.add_all(source, partly_outside(source, off, lattice.spacing, "it changes no ground there"));
     if let Some(&(first, cell, least)) = idle.iter().min_by(|a, b| a.2.total_cmp(&b.2)) {
         let (code, side) = if is_raised { ("crest-below-terrain", "below") } else { ("invert-above-terrain", "above") };
         let message = format!(

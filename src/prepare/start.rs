@@ -8,6 +8,7 @@ use geo::MultiPolygon;
 use super::burn::strip;
 use super::earlier::how_it_ended;
 use super::findings::Findings;
+use super::outside::{Outside, partly_outside};
 use super::polygons::cells_inside;
 use super::shaped::Changes;
 use super::{places, water};
@@ -163,6 +164,12 @@ pub(super) fn wet(
             let problem = input_error("outside-terrain", format!("no cell of the terrain lies in what {name} draws"))
                 .with_remedy("check that the file and the terrain have the same CRS, or take a finer `resolution`");
             findings.add(&water.place, Problem { at: corner, ..problem });
+        }
+        if let (Place::River(lines), false) = (place, on_terrain.is_empty()) {
+            let pieces = lines.iter().flat_map(|(line, _)| line.windows(2));
+            let local = pieces.map(|pair| [lattice.to_local(pair[0]), lattice.to_local(pair[1])]);
+            let outside = Outside::beyond_reach(local, bed);
+            findings.add_all(&water.place, partly_outside(&water.place, outside, lattice.spacing, "it is dry there"));
         }
         for cell in on_terrain {
             // No depth lies on the crest of a dam or of a levee.
