@@ -113,7 +113,11 @@ fn open_rain(
     let losses = Losses { initial: rain.value.initial_loss, constant: rain.value.constant_loss, until };
     match &rain.value.amount {
         RainAmount::Rate(rate) => {
+            let (key, place) = rate.source();
             let rate = series::series(rate, FALLING, until, findings)?;
+            if let Some(problem) = rain::doubtful(rate.peak()) {
+                findings.add_at(key, place.cloned(), problem);
+            }
             Some(OpenedRain::Uniform(rain::uniform(&rate, losses)))
         }
         RainAmount::Raster { file, unit } => {
@@ -131,6 +135,7 @@ fn open_rain(
                 return None;
             }
             raster.values.iter_mut().for_each(|value| *value *= unit.1);
+            findings.add_all(file, rain::doubtful(raster.values.iter().copied().fold(0.0, f64::max)));
             Terrain::new(vec![Layer::Raster(raster)]).map(|terrain| OpenedRain::Raster(terrain, losses))
         }
         RainAmount::Series { file, unit, stamp, start } => {
@@ -149,6 +154,8 @@ fn sections(
 ) -> Vec<Section> {
     let mut found: Vec<Section> = Vec::new();
     let path = source.value.path.display();
+    let has_line = |feature: &crate::vector::Feature| feature.lines.iter().any(places::has_length);
+    findings.add_all(source, places::left_out(source, features, "line", has_line));
     for feature in features {
         let named = feature.attribute("id").or_else(|| feature.attribute("name"));
         let id = named.map_or_else(|| feature.number.to_string(), ToString::to_string);

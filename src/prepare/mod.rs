@@ -291,10 +291,10 @@ fn place_on_lattice(
     let is_complete = scenario.breach.is_some() == breach.is_some();
     let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, is_complete, findings);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
-    let on_lattice = (&bed, &still_water, &prepared.walls[..]);
-    plausible::check(&opened.placed, prepared.forcing.rain.as_ref(), scenario, on_lattice, findings);
     prepared.initial_velocity =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
+    let on_lattice = (&bed, &still_water, &prepared.walls[..]);
+    plausible::check(&mut opened.placed, &prepared.forcing, scenario, on_lattice, findings);
     if let Some(breach) = &breach {
         breach::check_level(scenario, breach, &bed, &still_water, findings);
     }

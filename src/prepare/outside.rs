@@ -22,7 +22,7 @@ pub(super) struct Outside {
     on: f64,
     /// Length (m) on none.
     off: f64,
-    /// The first place (map coordinates) on none.
+    /// Where its first part on none begins (map coordinates).
     place: Option<Vec2>,
 }
 
@@ -35,7 +35,7 @@ impl Outside {
                 found.on += part.length;
             } else {
                 found.off += part.length;
-                found.place = found.place.or(Some(lattice.to_map(part.middle)));
+                found.place = found.place.or(Some(lattice.to_map(part.ends[0])));
             }
         }
         found
@@ -110,11 +110,11 @@ mod tests {
         // The column of 2 m, and 10 m beyond the eastern edge.
         let exact = measure(0.0);
         assert!((exact.off - 12.0).abs() < 1e-12 && (exact.on - 17.0).abs() < 1e-12, "{exact:?}");
-        assert_eq!(exact.part(2.0).map(|part| part.1), Some(Vec2::new(1005.0, 2005.0)));
+        assert_eq!(exact.part(2.0).map(|part| part.1), Some(Vec2::new(1004.0, 2005.0)));
         assert_eq!(exact.part(6.0), None);
         let wide = measure(3.0);
         assert!((wide.off - 10.0).abs() < 1e-12, "{wide:?}");
-        assert_eq!(wide.part(2.0), Some((wide.off, Vec2::new(1025.0, 2005.0))));
+        assert_eq!(wide.part(2.0), Some((wide.off, Vec2::new(1020.0, 2005.0))));
     }
 
     #[test]

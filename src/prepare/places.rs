@@ -4,7 +4,7 @@ use super::findings::Findings;
 use super::grid::{REACH, faces_opened, open_side};
 use super::outside::{Outside, all_outside, partly_outside};
 use crate::bed::{BedParticles, Surface};
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::math::Vec2;
 use crate::output::Gauge;
@@ -34,6 +34,33 @@ pub(super) fn features(
     Some(features)
 }
 
+/// So many features are named one by one.
+const NAMED_FEATURES: usize = 5;
+
+/// Tells which features of a file are left out beside others that are not: what is wanted of each, and whether one has it.
+pub(super) fn left_out(
+    source: &Sourced<VectorSource>,
+    features: &[Feature],
+    wanted: &str,
+    is_kept: impl Fn(&Feature) -> bool,
+) -> Option<Problem> {
+    let others: Vec<&Feature> = features.iter().filter(|feature| !is_kept(feature)).collect();
+    if others.is_empty() || others.len() == features.len() {
+        return None;
+    }
+    let numbers: Vec<String> = others.iter().take(NAMED_FEATURES).map(|feature| feature.number.to_string()).collect();
+    let more = if others.len() > NAMED_FEATURES { " and more" } else { "" };
+    let (count, name, numbers) = (others.len(), source.value.path.display(), numbers.join(", "));
+    let message = format!("{count} of {} features of {name} hold no {wanted}: feature {numbers}{more}", features.len());
+    let problem = input_warning("left-out", message).with_cause("they are left out");
+    Some(problem.with_remedy(format!("take them out of the file, or draw them with a {wanted}")))
+}
+
+/// Whether a line has a length.
+pub(super) fn has_length(line: &geo::LineString<f64>) -> bool {
+    line.0.windows(2).any(|pair| pair[0] != pair[1])
+}
+
 /// What a file draws as lines (map coordinates).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Drawn {
@@ -51,6 +78,8 @@ pub(super) fn pieces(
     findings: &mut Findings,
 ) -> Option<Drawn> {
     let features = features(source, crs, scenario.reproject, findings)?;
+    let is_drawn = |feature: &Feature| feature.lines.iter().any(has_length) || !feature.polygons.is_empty();
+    findings.add_all(source, left_out(source, &features, "line", is_drawn));
     let as_vec = |c: geo::Coord<f64>| Vec2::new(c.x, c.y);
     let lines = features.iter().flat_map(|feature| {
         let outlines = feature.polygons.iter().map(|polygon| (polygon.exterior(), true));
@@ -137,7 +166,10 @@ pub(super) fn gauges(
     let gauges = if is_table {
         findings.take(source, gauges_of_table(path))
     } else {
-        features(source, crs, reproject, findings).map(|features| features.iter().flat_map(gauges_of_feature).collect())
+        features(source, crs, reproject, findings).map(|features| {
+            findings.add_all(source, left_out(source, &features, "point", |feature| !feature.points.is_empty()));
+            features.iter().flat_map(gauges_of_feature).collect()
+        })
     };
     let Some(gauges) = gauges else {
         return Vec::new();
@@ -172,6 +204,14 @@ fn gauges_of_table(path: &std::path::Path) -> Result<Vec<Gauge>, Problem> {
             .with_remedy("name a CSV file with the columns id,x,y, or a vector file with points")
     })?;
     let table = Table::parse(&text, |_| true);
+    if let Some((line, fields)) = table.overlong().next() {
+        return Err(input_error(
+            "too-many-fields",
+            format!("line {line} of {name} has more fields than the first line"),
+        )
+        .with_cause(format!("it reads `{}`", fields.join(",")))
+        .with_remedy("write numbers with a point as decimal sign, and name every column in the first line"));
+    }
     let header = table.header.clone().unwrap_or_default();
     let column = |names: &[&str]| {
         table.column(names).ok_or_else(|| {

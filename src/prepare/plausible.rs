@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::findings::Findings;
 use crate::bed::BedParticles;
-use crate::boundary::{Condition, Rain, Rating, Series};
+use crate::boundary::{Condition, Forcing, Rain, Rating, Series};
 use crate::error::{Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
 use crate::scenario::Scenario;
@@ -31,21 +31,32 @@ pub(super) struct Placed {
 
 /// Warns of boundaries and rain that are hardly meant so.
 pub(super) fn check(
-    placed: &[Placed],
-    rain: Option<&Rain>,
+    placed: &mut Vec<Placed>,
+    forcing: &Forcing,
     scenario: &Scenario,
     (bed, still, walls): (&BedParticles, &StillWater, &[[Vec2; 2]]),
     findings: &mut Findings,
 ) {
-    for boundary in placed {
+    // The boundaries of the solver, in their order: each face belongs to one of them.
+    debug_assert_eq!(placed.len(), forcing.boundaries.len());
+    if placed.len() > 1 {
+        for (index, boundary) in placed.iter_mut().enumerate() {
+            boundary.faces.retain(|face| forcing.boundary_at(face.1) == Some(index));
+        }
+    }
+    placed.retain(|boundary| !boundary.faces.is_empty());
+    for boundary in placed.iter() {
         let problem = match &boundary.condition {
             Condition::Discharge { discharge, .. } => {
                 let width = boundary.faces.len() as f64 * bed.lattice.spacing;
                 torrent("this boundary", discharge, width, scenario)
             }
             Condition::Rating(rating) => high_weir(rating, &boundary.faces, bed, still),
-            _ => None,
+            Condition::Stage(level) => drowned(level, bed, still, scenario.end_time),
+            Condition::NormalDepth { .. } | Condition::Free => None,
         };
+        let first = boundary.faces.first().map(|face| bed.lattice.to_map(face.1));
+        let problem = problem.map(|problem| Problem { at: problem.at.or(first), ..problem });
         findings.add_all(&scenario.boundaries[boundary.index], problem);
     }
     for (index, one) in placed.iter().enumerate() {
@@ -61,7 +72,7 @@ pub(super) fn check(
             }
         }
     }
-    if let (Some(rain), Some(source)) = (rain, &scenario.rain)
+    if let (Some(rain), Some(source)) = (&forcing.rain, &scenario.rain)
         && !runs_off(rain, bed, scenario.end_time)
     {
         let losses = source.value.initial_loss + source.value.constant_loss;
@@ -82,9 +93,7 @@ pub(super) fn check(
 
 /// Warns of a discharge so great for the width (m) over which it comes that critical flow would be deeper than any flood.
 pub(super) fn torrent(name: &str, discharge: &Series, width: f64, scenario: &Scenario) -> Option<Problem> {
-    let end = (scenario.end_time, discharge.at(scenario.end_time));
-    let points = discharge.points().filter(|point| point.0 < scenario.end_time).chain([end]);
-    let (time, peak) = points.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (time, peak) = peak_until(discharge, scenario.end_time)?;
     let critical = ((peak / width).powi(2) / scenario.numerics.gravity).cbrt();
     (critical > TORRENT).then(|| {
         let moment = if discharge.points().count() > 1 { format!(" at {} s", readable(time)) } else { String::new() };
@@ -102,6 +111,11 @@ pub(super) fn torrent(name: &str, discharge: &Series, width: f64, scenario: &Sce
 /// Warns of a rating curve that begins far above ground that is dry at the start.
 fn high_weir(rating: &Rating, faces: &[(usize, Vec2)], bed: &BedParticles, still: &StillWater) -> Option<Problem> {
     let begins = rating.rows().first()?.0;
+    if rating.rows().last()?.1 <= 0.0 {
+        let problem = input_warning("rating-without-discharge", "the rating curve has no discharge above 0".to_owned())
+            .with_cause("nothing leaves at any level: the boundary is a wall");
+        return Some(problem.with_remedy("give the discharges of its levels, or take the boundary out"));
+    }
     let &(lowest, place) = faces.iter().min_by(|a, b| bed.elevation[a.0].total_cmp(&bed.elevation[b.0]))?;
     let height = begins - bed.elevation[lowest];
     let is_dry = faces.iter().all(|(cell, _)| still.depth[*cell] <= 0.0);
@@ -115,6 +129,29 @@ fn high_weir(rating: &Rating, faces: &[(usize, Vec2)], bed: &BedParticles, still
             .with_remedy("nothing, if a reservoir is to fill there; otherwise correct the levels of the table, their unit or their datum")
             .with_at(bed.lattice.to_map(place))
     })
+}
+
+/// Warns of a level that is held far above all terrain, and above all water of the start.
+fn drowned(level: &Series, bed: &BedParticles, still: &StillWater, end: f64) -> Option<Problem> {
+    let (_, peak) = peak_until(level, end)?;
+    let tops = bed.elevation.iter().zip(&still.depth).map(|(ground, depth)| ground + depth);
+    let highest = tops.filter(|top| !top.is_nan()).fold(f64::NEG_INFINITY, f64::max);
+    (highest.is_finite() && peak > highest + TORRENT).then(|| {
+        let message = format!(
+            "this boundary holds {} m, {:.0} m above all terrain and all water of the start",
+            readable(peak),
+            peak - highest
+        );
+        input_warning("drowned-terrain", message)
+            .with_cause("all of the terrain goes under so deep; another unit or datum, perhaps")
+            .with_remedy("correct the level, its unit or its datum")
+    })
+}
+
+/// Time (s) and value at which a series is greatest before the end of the run (s).
+fn peak_until(series: &Series, end: f64) -> Option<(f64, f64)> {
+    let points = series.points().filter(|point| point.0 < end).chain([(end, series.at(end))]);
+    points.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Where two boundaries meet.

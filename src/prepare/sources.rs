@@ -9,7 +9,7 @@ use super::plausible::torrent;
 use super::{places, series};
 use crate::bed::BedParticles;
 use crate::boundary::{Forcing, LineSource, PointSource, Series};
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -59,6 +59,11 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             }
             SourcePlace::Points(points) => {
                 let features = places::features(points, crs, scenario.reproject, findings).unwrap_or_default();
+                let others = places::left_out(points, &features, "point", |feature| !feature.points.is_empty());
+                findings.add_all(
+                    points,
+                    others.map(|problem| Problem { severity: Severity::Error, code: "not-a-point", ..problem }),
+                );
                 let found: Vec<Vec2> = features.iter().flat_map(|f| f.points.iter().map(|(place, _)| *place)).collect();
                 if found.is_empty() {
                     let message = format!("{} holds no point", points.value.path.display());

@@ -13,12 +13,17 @@ use super::polygons::cells_inside;
 use super::shaped::Changes;
 use super::{places, water};
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::math::Vec2;
 use crate::scenario::methods::{Formulation, Motion, Seeding};
 use crate::scenario::{BoundaryCondition, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
+use crate::vector::Feature;
+
+/// Depth (m) that no river has, and that hardly any water has everywhere.
+const DEEPEST_RIVER: f64 = 100.0;
+const DEEPEST_WATER: f64 = 1000.0;
 
 /// The place of water with a depth; map coordinates.
 #[derive(Debug)]
@@ -105,6 +110,8 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
     let name = source.value.path.display();
     let features = places::features(source, crs, scenario.reproject, findings)?;
     let (mut lines, mut without) = (Vec::new(), Vec::new());
+    let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length);
+    findings.add_all(source, places::left_out(source, &features, "line", has_line));
     for feature in &features {
         let width = match width {
             RiverWidth::Cell => Some(0.0),
@@ -136,6 +143,16 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
     Some(Place::River(lines))
 }
 
+/// Warns of a depth (m) that no river has, or hardly any water of one depth.
+fn deep(depth: f64, is_river: bool) -> Option<Problem> {
+    let (what, deepest) = if is_river { ("a river", DEEPEST_RIVER) } else { ("water", DEEPEST_WATER) };
+    (depth > deepest).then(|| {
+        input_warning("deep-water", format!("{what} of {depth} m is deeper than {deepest} m everywhere"))
+            .with_cause("another unit, perhaps; or a level, which counts from the datum and not from the bed")
+            .with_remedy("correct the depth and its unit, or give a `level`")
+    })
+}
+
 /// Puts water with a depth on the cells that have none yet.
 pub(super) fn wet(
     opened: &Opened,
@@ -158,6 +175,7 @@ pub(super) fn wet(
                 (cells, lines.first().map(|(line, _)| line[0]))
             }
         };
+        findings.add_all(&water.depth, deep(water.depth.value, matches!(place, Place::River(_))));
         let on_terrain: Vec<usize> = cells.into_iter().filter(|&cell| bed.has_terrain(cell)).collect();
         if on_terrain.is_empty() {
             let name = water.place.value.path.display();
