@@ -14,6 +14,9 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform};
 use crate::math::Vec2;
 
+/// No coordinate in metres or degrees is larger.
+const FARTHEST: f64 = 1e9;
+
 /// The value of an attribute.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -130,6 +133,13 @@ pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
         return Err(input_error("not-a-vector", format!("no feature of {name} could be read"))
             .with_cause(messages.join("; "))
             .with_remedy("export the file again; `ogrinfo -al FILE` shows what GDAL reads of it"));
+    }
+    let is_place = |c: Vec2| c.x.abs() <= FARTHEST && c.y.abs() <= FARTHEST;
+    if let Some(feature) = file.features.iter().find(|feature| !feature.coordinates().all(is_place)) {
+        let message = format!("feature {} of {name} has a coordinate that is no place on Earth", feature.number);
+        return Err(input_error("not-a-place", message)
+            .with_cause("it is not a number, or beyond all that a reference system counts in metres or degrees")
+            .with_remedy("export the file again, or draw this feature anew"));
     }
     let degrees = file.features.iter().flat_map(Feature::coordinates).all(|c| c.x.abs() <= 180.0 && c.y.abs() <= 90.0);
     file.presumed_degrees =

@@ -71,6 +71,13 @@ impl Table {
         Table { header: None, rows: std::iter::once(first).chain(rows).collect() }
     }
 
+    /// The rows with more fields than the header names, each with its line: as where decimal commas stand between commas. Empty
+    /// fields at the end of a line do not count.
+    pub fn overlong(&self) -> impl Iterator<Item = &(usize, Vec<String>)> {
+        let columns = self.header.as_ref().map_or(usize::MAX, Vec::len);
+        self.rows.iter().filter(move |(_, fields)| fields.iter().skip(columns).any(|field| !field.is_empty()))
+    }
+
     /// Number of the column with one of these names, whatever their case; an earlier name wins.
     pub fn column(&self, names: &[&str]) -> Option<usize> {
         let header = self.header.as_ref()?;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::findings::Findings;
 use super::grid::REACH;
+use super::outside::{Outside, all_outside, partly_outside};
 use super::{places, series};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
@@ -20,6 +21,7 @@ use crate::scenario::{
 };
 use crate::seeding::StillWater;
 use crate::solver::{Breach, DamCell, GrowthLaw, Opening, Trigger};
+use crate::vector::Feature;
 
 /// Attributes that may hold the crest where the scenario names none.
 const CREST_NAMES: [&str; 2] = ["crest_m", "crest"];
@@ -47,6 +49,8 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     let breach = scenario.breach.as_ref()?;
     let name = breach.dam.value.path.display();
     let features = places::features(&breach.dam, crs, scenario.reproject, findings)?;
+    let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length);
+    findings.add_all(&breach.dam, places::left_out(&breach.dam, &features, "line", has_line));
     let lines: Vec<_> = features
         .iter()
         .flat_map(|feature| feature.lines.iter().map(move |line| (feature, line)))
@@ -97,13 +101,11 @@ pub(super) fn on_lattice(
         .map(|(cell, station)| DamCell { cell, station, ground: bed.elevation[cell] })
         .collect();
     let Some(lowest) = cells.iter().min_by(|a, b| a.ground.total_cmp(&b.ground)).copied() else {
-        let name = written.dam.value.path.display();
-        let problem = input_error("outside-terrain", format!("the line of {name} lies outside the terrain"))
-            .with_remedy("check that the file and the terrain have the same CRS")
-            .with_at(opened.line[0]);
-        findings.add(&written.dam, problem);
+        all_outside(&written.dam, opened.line[0], findings);
         return None;
     };
+    let outside = Outside::beyond_reach(line.windows(2).map(|pair| [pair[0], pair[1]]), bed);
+    findings.add_all(&written.dam, partly_outside(&written.dam, outside, lattice.spacing, "there is no dam there"));
     let at = |cell: &DamCell| lattice.to_map(lattice.centre(cell.cell));
     if opened.crest <= lowest.ground {
         let message = format!(
@@ -476,9 +478,12 @@ fn check_water(
 ) {
     let lowest = breach.cells.iter().map(|cell| breach.bed(cell, 1.0)).fold(f64::INFINITY, f64::min);
     if lowest >= highest && !is_fed {
-        let message = format!(
-            "the opening ends at {lowest:.2} m, and the water stands at {highest:.2} m at most: none would pass"
-        );
+        let stands = if highest.is_finite() {
+            format!("the water stands at {highest:.2} m at most")
+        } else {
+            "there is no water".to_owned()
+        };
+        let message = format!("the opening ends at {lowest:.2} m, and {stands}: none would pass");
         let problem = Problem::error(ProblemKind::Scenario, "opening-above-water", "", message)
             .with_cause("the terrain along the line holds the dam already, or a level is wrong")
             .with_remedy("carve the dam out of the terrain (`terrain.breaklines`, `mode: carve`), or correct the invert or the level of the lake");
@@ -558,8 +563,11 @@ pub(super) fn check_level(
     let (Some(written), Trigger::Level { level, place }) = (&scenario.breach, breach.trigger) else { return };
     let BreachTrigger::Level { level: source, .. } = &written.trigger else { return };
     if level > highest && !is_fed {
-        let message =
-            format!("the water never reaches {level} m: it stands at {highest:.2} m at most, and none comes in");
+        let message = if highest.is_finite() {
+            format!("the water never reaches {level} m: it stands at {highest:.2} m at most, and none comes in")
+        } else {
+            format!("the water never reaches {level} m: there is none at the start, and none comes in")
+        };
         let problem = Problem::error(ProblemKind::Scenario, "level-never-reached", "", message)
             .with_remedy("lower it, add a boundary, a source or rain, or let the breach begin at a time")
             .with_at(bed.lattice.to_map(place));

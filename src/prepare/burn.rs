@@ -14,26 +14,43 @@ pub(super) fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeMap<usize, f64> 
     cells(line, 0.0, lattice).into_iter().map(|cell| (cell, station_of(lattice.centre(cell), line).0)).collect()
 }
 
+/// A part of a straight piece (local coordinates, m) between two lines of the lattice.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    pub ends: [Vec2; 2],
+    pub middle: Vec2,
+    pub length: f64,
+}
+
 /// The length (m) of a line (local coordinates, m) in each cell, and the pieces of it that lie beside the lattice.
 pub(super) fn lengths(line: &[Vec2], lattice: &Lattice) -> (BTreeMap<usize, f64>, Vec<[Vec2; 2]>) {
     let (mut inside, mut beside) = (BTreeMap::new(), Vec::new());
-    for piece in line.windows(2) {
-        let (start, along) = (piece[0], piece[1] - piece[0]);
-        let mut cuts = vec![0.0, 1.0];
-        for (start, along, count) in [(start.x, along.x, lattice.columns), (start.y, along.y, lattice.rows)] {
-            let cut = |edge: usize| (edge as f64 * lattice.spacing - start) / along;
-            cuts.extend((0..=count).map(cut).filter(|cut| *cut > 0.0 && *cut < 1.0));
-        }
-        cuts.sort_by(f64::total_cmp);
-        for pair in cuts.windows(2) {
-            let length = (pair[1] - pair[0]) * along.norm();
-            match lattice.cell_at(start + along * (0.5 * (pair[0] + pair[1]))) {
-                Some(cell) => *inside.entry(cell).or_insert(0.0) += length,
-                None => beside.push([pair[0], pair[1]].map(|share| start + along * share)),
-            }
+    for part in line.windows(2).flat_map(|piece| cut([piece[0], piece[1]], lattice)) {
+        match lattice.cell_at(part.middle) {
+            Some(cell) => *inside.entry(cell).or_insert(0.0) += part.length,
+            None => beside.push(part.ends),
         }
     }
     (inside, beside)
+}
+
+/// A straight piece (local coordinates, m) in parts, each in one cell or beside the lattice, from its start to its end.
+pub(super) fn cut([start, end]: [Vec2; 2], lattice: &Lattice) -> Vec<Part> {
+    let along = end - start;
+    let mut cuts = vec![0.0, 1.0];
+    for (start, along, count) in [(start.x, along.x, lattice.columns), (start.y, along.y, lattice.rows)] {
+        let edge_at = |place: f64| (place / lattice.spacing).clamp(0.0, count as f64);
+        let (low, high) = (edge_at(start.min(start + along)), edge_at(start.max(start + along)));
+        let cut = |edge: usize| (edge as f64 * lattice.spacing - start) / along;
+        cuts.extend((low.floor() as usize..=high.ceil() as usize).map(cut).filter(|cut| *cut > 0.0 && *cut < 1.0));
+    }
+    cuts.sort_by(f64::total_cmp);
+    let part = |pair: &[f64]| Part {
+        ends: [pair[0], pair[1]].map(|share| start + along * share),
+        middle: start + along * (0.5 * (pair[0] + pair[1])),
+        length: (pair[1] - pair[0]) * along.norm(),
+    };
+    cuts.windows(2).map(part).collect()
 }
 
 /// The cells of a strip along a line (local coordinates, m): those that it crosses, those whose centres lie within half of

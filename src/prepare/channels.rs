@@ -4,6 +4,7 @@ use super::channel_places::{along, axis, check_axis, gauges};
 use super::findings::Findings;
 use super::forcing;
 use super::levels::{self, Inlet};
+use super::plausible::torrent;
 use super::series;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
@@ -283,6 +284,16 @@ fn check_ends(described: &Described, opened: &Opened, spacing: f64, scenario: &S
         let strips = strips(rows);
         let inlet =
             Inlet { name: names[end], strips: &strips, gravity: scenario.numerics.gravity, end: scenario.end_time };
+        if let (
+            Some(BoundaryCondition::Discharge { discharge: timed, .. }),
+            Some(Condition::Discharge { discharge, .. }),
+        ) = (condition, &opened.ends[end])
+            && let Some(problem) =
+                torrent(names[end], discharge, strips.iter().map(|strip| strip.width).sum(), scenario)
+        {
+            let (key, place) = timed.source();
+            findings.add_at(key, place.cloned(), problem);
+        }
         let found = match (condition, &opened.ends[end]) {
             (
                 Some(BoundaryCondition::Discharge { level: Some(timed), .. }),

@@ -3,6 +3,8 @@
 use super::findings::Findings;
 use super::grid::{REACH, open_side};
 use super::levels::{self, Inlet};
+use super::outside::{IN_PART, Outside};
+use super::plausible::Placed;
 use super::rain::{self, Losses};
 use super::series::{self, Meaning};
 use super::{places, polygons, sources};
@@ -31,12 +33,14 @@ pub(super) struct Opened {
     boundaries: Vec<OpenedBoundary>,
     sources: Vec<sources::Opened>,
     rain: Option<OpenedRain>,
+    /// The boundaries that have a condition and open something, once they are on the lattice.
+    pub placed: Vec<Placed>,
     /// The cross-sections.
     pub sections: Vec<Section>,
 }
 
 /// A boundary before it is put on the lattice: its lines (map coordinates), where it has any, and its condition.
-type OpenedBoundary = (Option<Vec<[Vec2; 2]>>, Option<Condition>);
+type OpenedBoundary = (Option<places::Drawn>, Option<Condition>);
 
 /// Rain before it is put on the lattice.
 #[derive(Debug)]
@@ -65,7 +69,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
         .as_ref()
         .and_then(|source| Some((source, places::features(source, crs, scenario.reproject, findings)?)))
         .map_or_else(Vec::new, |(source, features)| sections(source, &features, findings));
-    Opened { boundaries, sources, rain, sections }
+    Opened { boundaries, sources, rain, placed: Vec::new(), sections }
 }
 
 /// A condition with its series, up to the end of the run (s), and whether there is roughness where it holds.
@@ -109,7 +113,11 @@ fn open_rain(
     let losses = Losses { initial: rain.value.initial_loss, constant: rain.value.constant_loss, until };
     match &rain.value.amount {
         RainAmount::Rate(rate) => {
+            let (key, place) = rate.source();
             let rate = series::series(rate, FALLING, until, findings)?;
+            if let Some(problem) = rain::doubtful(rate.peak()) {
+                findings.add_at(key, place.cloned(), problem);
+            }
             Some(OpenedRain::Uniform(rain::uniform(&rate, losses)))
         }
         RainAmount::Raster { file, unit } => {
@@ -127,6 +135,7 @@ fn open_rain(
                 return None;
             }
             raster.values.iter_mut().for_each(|value| *value *= unit.1);
+            findings.add_all(file, rain::doubtful(raster.values.iter().copied().fold(0.0, f64::max)));
             Terrain::new(vec![Layer::Raster(raster)]).map(|terrain| OpenedRain::Raster(terrain, losses))
         }
         RainAmount::Series { file, unit, stamp, start } => {
@@ -145,6 +154,8 @@ fn sections(
 ) -> Vec<Section> {
     let mut found: Vec<Section> = Vec::new();
     let path = source.value.path.display();
+    let has_line = |feature: &crate::vector::Feature| feature.lines.iter().any(places::has_length);
+    findings.add_all(source, places::left_out(source, features, "line", has_line));
     for feature in features {
         let named = feature.attribute("id").or_else(|| feature.attribute("name"));
         let id = named.map_or_else(|| feature.number.to_string(), ToString::to_string);
@@ -178,7 +189,7 @@ pub(super) fn on_lattice(
 ) -> Forcing {
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let mut forcing = Forcing { reach: REACH * lattice.spacing, ..Forcing::default() };
-    boundaries(opened, scenario, ground, &mut forcing, findings);
+    opened.placed = boundaries(opened, scenario, ground, &mut forcing, findings);
     sources::on_lattice(&opened.sources, scenario, ground, &mut forcing, findings);
     forcing.rain = match (opened.rain.take(), &scenario.rain) {
         (Some(OpenedRain::Uniform(rain)), _) => Some(rain),
@@ -195,7 +206,7 @@ pub(super) fn on_lattice(
     };
     if let Some(source) = &scenario.outputs.sections {
         for section in &opened.sections {
-            check_section(section, source, (lattice, bed), findings);
+            check_section(section, source, ground, findings);
             forcing.sections.push(pieces_of(section, lattice));
         }
     }
@@ -233,30 +244,21 @@ pub(super) fn pieces_of(section: &Section, lattice: &Lattice) -> Vec<[Vec2; 2]> 
 fn check_section(
     section: &Section,
     source: &Sourced<crate::scenario::VectorSource>,
-    (lattice, bed): (&Lattice, &[f64]),
+    ground: &BedParticles,
     findings: &mut Findings,
 ) {
-    let is_on_terrain = |place: Vec2| lattice.cell_at(lattice.to_local(place)).is_some_and(|cell| !bed[cell].is_nan());
-    // Half a cell each, told by their middles.
-    let pieces = section.line.windows(2).flat_map(|pair| {
-        let along = pair[1] - pair[0];
-        let count = (2.0 * along.norm() / lattice.spacing).ceil().max(1.0);
-        let middle = move |k: usize| pair[0] + along * ((k as f64 + 0.5) / count);
-        (0..count as usize).map(move |k| (middle(k), along.norm() / count))
-    });
-    let (on, off): (Vec<_>, Vec<_>) = pieces.partition(|(place, _)| is_on_terrain(*place));
-    let length_off = off.iter().map(|(_, length)| length).sum::<f64>();
-    if let (Some((place, _)), false) = (off.first(), on.is_empty())
-        && length_off > 2.0 * lattice.spacing
-    {
-        let message = format!("{length_off:.0} m of the section `{}` lie on no terrain", section.id);
+    let lattice = &ground.lattice;
+    let is_on_terrain = |place: Vec2| lattice.cell_at(place).is_some_and(|cell| ground.has_terrain(cell));
+    let outside = Outside::of(pieces_of(section, lattice), lattice, is_on_terrain);
+    if let Some((length, place)) = outside.part(lattice.spacing) {
+        let message = format!("{length:.0} m of the section `{}` lie on no terrain", section.id);
         let problem = Problem::warning(ProblemKind::Input, "section-outside", "", message)
             .with_cause("nothing is measured there")
-            .with_remedy("right where the terrain ends on dry ground; elsewhere check the line and its CRS")
-            .with_at(*place);
+            .with_remedy(IN_PART)
+            .with_at(place);
         findings.add(source, problem);
     }
-    if on.is_empty() {
+    if outside.is_all() {
         let problem = input_error("section-outside", format!("the section `{}` lies on no terrain", section.id))
             .with_remedy("check that the file and the terrain have the same CRS")
             .with_at(section.line[0]);
@@ -271,21 +273,22 @@ fn check_section(
     }
 }
 
-/// The boundaries, and what is wrong with their places.
+/// The boundaries, and what is wrong with their places. Hands on those that have a condition.
 fn boundaries(
     opened: &Opened,
     scenario: &Scenario,
     ground: &BedParticles,
     forcing: &mut Forcing,
     findings: &mut Findings,
-) {
+) -> Vec<Placed> {
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
+    let mut conditions = Vec::new();
     let mut edges = edge_faces(lattice, bed);
     // The solver keeps the walls of buildings shut: what lies before them alone would open nothing.
     edges.retain(|(_, middle)| !ground.is_sealed(*middle));
     // Of each boundary that has a line and a condition: its place in the scenario, and what it would open alone.
     let mut placed: Vec<(&Sourced<crate::scenario::Boundary>, Vec<usize>)> = Vec::new();
-    for (source, (lines, condition)) in scenario.boundaries.iter().zip(&opened.boundaries) {
+    for (index, (source, (lines, condition))) in scenario.boundaries.iter().zip(&opened.boundaries).enumerate() {
         let segments = match (&source.value.place, lines) {
             (OpenBoundary::Side(Side::All), _) => edges.iter().map(|(_, midpoint)| [*midpoint; 2]).collect(),
             (OpenBoundary::Side(side), _) => {
@@ -294,7 +297,7 @@ fn boundaries(
                 open.segments
             }
             (OpenBoundary::Lines(lines_source), Some(lines)) => {
-                places::on_lattice(lines_source, lines.clone(), lattice, findings)
+                places::on_lattice(lines_source, lines, ground, places::NOT_OPEN, findings)
             }
             (OpenBoundary::Lines(_), None) => continue,
         };
@@ -336,9 +339,12 @@ fn boundaries(
             check_ground(source, condition, &near, (&edges, lattice, bed), findings);
             check_inflow(source, condition, (&near, &edges), scenario, (lattice, bed), findings);
             forcing.boundaries.push(Boundary { segments, condition: condition.clone() });
+            let faces = near.iter().map(|face| edges[*face]).collect();
+            conditions.push(Placed { index, condition: condition.clone(), faces });
         }
         placed.push((source, near));
     }
+    conditions
 }
 
 /// Whether the ground under a boundary fits its levels.

@@ -9,6 +9,7 @@ use geo::MultiPolygon;
 
 use super::burn::{strip, value_at};
 use super::findings::Findings;
+use super::outside::{Outside, all_outside, partly_outside};
 use super::polygons::cells_inside;
 use super::shaped::{Change, Changes};
 use super::{places, water};
@@ -19,6 +20,7 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::methods::Motion;
 use crate::scenario::{Breakline, BreaklineMode, BuildingMode, Buildings, LineLevel, Scenario, Sourced, VectorSource};
+use crate::terrain::PLAUSIBLE_ELEVATION;
 use crate::vector::Feature;
 
 /// Names of the attribute that holds the height of a building, and of that which holds its roughness.
@@ -26,6 +28,10 @@ const HEIGHT_NAMES: [&str; 2] = ["height_m", "height"];
 const ROUGHNESS_NAMES: [&str; 3] = ["n", "manning", "manning_n"];
 /// Greatest n (s·m^(−1/3)): beyond it a value is something else.
 const GREATEST_ROUGHNESS: f64 = 0.5;
+
+/// Greatest height (m) of a building, and of a dam or the depth of a cut: what is more has another unit.
+const TALLEST_BUILDING: f64 = 1000.0;
+const TALLEST: f64 = 400.0;
 
 /// Moving particles carry water over a ridge that is narrower than so many spacings: their kernels reach over it from both sides.
 /// Behind a levee of 1, 2, 3 and 4 spacings that held a wave of 3 m, up to 0.15 m, 0.02 m, 1 mm and 1 µm were found, behind 5 nothing.
@@ -103,6 +109,8 @@ fn lines(breakline: &Breakline, crs: Option<&Crs>, scenario: &Scenario, findings
     let source = &breakline.lines;
     let name = source.value.path.display();
     let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
+    let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length) || !feature.polygons.is_empty();
+    findings.add_all(source, places::left_out(source, &features, "line", has_line));
     let mut lines = Vec::new();
     let mut without_level: Vec<&Feature> = Vec::new();
     let mut count = 0;
@@ -134,6 +142,21 @@ fn lines(breakline: &Breakline, crs: Option<&Crs>, scenario: &Scenario, findings
         let problem = input_error("no-lines", format!("{name} holds no line"));
         findings.add(source, problem.with_remedy("draw lines, or polygons whose outlines count as lines"));
     }
+    let is_odd = |line: &&Line| line.levels.iter().any(|level| !PLAUSIBLE_ELEVATION.contains(level));
+    if let Some(odd) = lines.iter().find(is_odd) {
+        let odd_level = odd.levels.iter().copied().find(|level| !PLAUSIBLE_ELEVATION.contains(level));
+        let message = format!(
+            "feature {} of {name} has a level of {} m, as none on Earth",
+            odd.number,
+            odd_level.unwrap_or(f64::NAN)
+        );
+        let problem = input_error("implausible-level", message)
+            .with_cause("a code for a missing value, perhaps, or another unit")
+            .with_remedy("correct the level, its unit or its datum")
+            .with_at(odd.places[0]);
+        add_of_level(breakline, problem, findings);
+        return Vec::new();
+    }
     if let Some(first) = without_level.first() {
         findings.add(source, no_level(breakline, first, without_level.len(), count));
     }
@@ -161,6 +184,14 @@ fn no_level(breakline: &Breakline, first: &Feature, missing: usize, count: usize
     }
 }
 
+/// Adds a problem of the level of a breakline, where the scenario or the file says it.
+fn add_of_level(breakline: &Breakline, problem: Problem, findings: &mut Findings) {
+    match &breakline.level {
+        LineLevel::Constant(level) => findings.add(level, problem),
+        _ => findings.add(&breakline.lines, problem),
+    }
+}
+
 /// Raises or carves the bed along the lines of a file.
 fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: &mut Changes, findings: &mut Findings) {
     let source = &breakline.lines;
@@ -168,6 +199,10 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
     let lattice = bed.lattice.clone();
     let is_raised = breakline.mode == BreaklineMode::Raise;
     let mut outside: Vec<&Line> = Vec::new();
+    // The first that is higher or deeper than any dam or cut, with the place and its height there.
+    let mut doubtful: Option<(&Line, usize, f64)> = None;
+    // The straight pieces of the others.
+    let mut pieces: Vec<[Vec2; 2]> = Vec::new();
     // Lines that change nothing, each with the place and the ground where it comes nearest to it.
     let mut idle: Vec<(&Line, usize, f64)> = Vec::new();
     for line in lines {
@@ -190,6 +225,10 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
         if least >= 0.0 {
             idle.push((line, cell, least));
         }
+        let reach = levels.iter().map(|(cell, level)| (*cell, (level - bed.elevation[*cell]).abs()));
+        let reach = reach.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|reach| least < 0.0 && reach.1 > TALLEST);
+        doubtful = doubtful.or(reach.map(|(cell, height)| (line, cell, height)));
+        pieces.extend(local.windows(2).map(|pair| [pair[0], pair[1]]));
         for (cell, level) in levels {
             let change = if is_raised { Change::Raise(level) } else { Change::Carve(level) };
             changes.make(cell, change, bed);
@@ -198,10 +237,7 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
     if let Some(first) = outside.first() {
         let at = first.places[0];
         if outside.len() == lines.len() {
-            let problem = input_error("outside-terrain", format!("the lines of {name} lie outside the terrain"))
-                .with_remedy("check that the file and the terrain have the same CRS")
-                .with_at(at);
-            findings.add(source, problem);
+            all_outside(source, at, findings);
         } else {
             let message = format!(
                 "{} of {} lines of {name} lie outside the terrain, the first is feature {}",
@@ -212,6 +248,17 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
             findings.add(source, input_warning("outside-terrain", message).with_at(at));
         }
     }
+    if let Some((line, cell, height)) = doubtful {
+        let side = if is_raised { "above" } else { "below" };
+        let message = format!("feature {} of {name} lies {height:.0} m {side} the terrain", line.number);
+        let problem = input_warning("doubtful-level", message)
+            .with_cause(format!("no dam and no cut is higher than {TALLEST} m; another unit or datum, perhaps"))
+            .with_remedy("correct the level, its unit or its datum, or the place of the line")
+            .with_at(lattice.to_map(lattice.centre(cell)));
+        add_of_level(breakline, problem, findings);
+    }
+    let off = Outside::beyond_reach(pieces, bed);
+    findings.add_all(source, partly_outside(source, off, lattice.spacing, "it changes no ground there"));
     if let Some(&(first, cell, least)) = idle.iter().min_by(|a, b| a.2.total_cmp(&b.2)) {
         let (code, side) = if is_raised { ("crest-below-terrain", "below") } else { ("invert-above-terrain", "above") };
         let message = format!(
@@ -225,10 +272,7 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
         let problem = if is_all { input_error(code, message) } else { input_warning(code, message) };
         let problem =
             problem.with_remedy("correct the level, its unit or its datum, or the place of the line").with_at(at);
-        match &breakline.level {
-            LineLevel::Constant(level) => findings.add(level, problem),
-            _ => findings.add(source, problem),
-        }
+        add_of_level(breakline, problem, findings);
     }
 }
 
@@ -242,6 +286,7 @@ fn footprints(
     let source = &buildings.polygons;
     let name = source.value.path.display();
     let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
+    findings.add_all(source, places::left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));
     let mut found = Vec::new();
     let (mut count, mut without, mut beyond) = (0, Vec::new(), Vec::new());
     for feature in features.iter().filter(|feature| !feature.polygons.is_empty()) {
@@ -257,7 +302,7 @@ fn footprints(
         // A roughness of 0 is what an empty field of a table says.
         let (least, greatest) = match buildings.mode {
             BuildingMode::Roughness(_) => (f64::MIN_POSITIVE, GREATEST_ROUGHNESS),
-            _ => (0.0, f64::MAX),
+            _ => (0.0, TALLEST_BUILDING),
         };
         match value {
             None => without.push(feature),
@@ -280,7 +325,7 @@ fn footprints(
         );
         let remedy = match buildings.mode {
             BuildingMode::Roughness(_) => "give a Manning roughness above 0 and at most 0.5",
-            _ => "give a height of 0 or more, in metres",
+            _ => "give a height of 0 to 1000 m, in metres",
         };
         findings.add(source, input_error("building-range", message).with_remedy(remedy));
     }

@@ -20,7 +20,9 @@ mod inputs;
 mod layers;
 mod levels;
 mod moving_bed;
+mod outside;
 mod places;
+mod plausible;
 mod polygons;
 mod rain;
 mod rain_frames;
@@ -234,8 +236,8 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     prepared
 }
 
-/// Of several files the straight pieces of their lines (map coordinates), as far as they could be read.
-type Lines = Vec<Option<Vec<[Vec2; 2]>>>;
+/// Of several files what they draw, as far as they could be read.
+type Lines = Vec<Option<places::Drawn>>;
 
 /// Files that are open, before what they hold is put on the lattice.
 struct Files<'a> {
@@ -271,13 +273,14 @@ fn place_on_lattice(
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     ground::on_lattice(ground, scenario, &mut bed, &mut changes, findings);
     let breach = breach::on_lattice(dam, scenario, &mut bed, findings);
-    for (source, pieces) in scenario.walls.iter().zip(walls) {
-        prepared.walls.extend(places::on_lattice(source, pieces.unwrap_or_default(), &lattice, findings));
+    for (source, drawn) in scenario.walls.iter().zip(walls) {
+        let drawn = drawn.unwrap_or_default();
+        prepared.walls.extend(places::on_lattice(source, &drawn, &bed, places::NOT_HELD, findings));
     }
     if let Some(breach) = &breach {
         breach::check_way(scenario, breach, &bed, &prepared.walls, findings);
     }
-    prepared.open_edges = places::open_edges(scenario, open_lines, &lattice, &bed.elevation, findings);
+    prepared.open_edges = places::open_edges(scenario, &open_lines, &bed, findings);
     prepared.forcing = forcing::on_lattice(opened, scenario, &bed, findings);
     (prepared.forcing.channels, prepared.channels) = channels::on_lattice(reaches, scenario, &bed, findings);
     water::check(&mut bodies, &bed, findings);
@@ -290,6 +293,8 @@ fn place_on_lattice(
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
     prepared.initial_velocity =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
+    let on_lattice = (&bed, &still_water, &prepared.walls[..]);
+    plausible::check(&mut opened.placed, &prepared.forcing, scenario, on_lattice, findings);
     if let Some(breach) = &breach {
         breach::check_level(scenario, breach, &bed, &still_water, findings);
     }

@@ -151,6 +151,7 @@ fn in_place(
             .with_at(at(lattice, first));
         findings.add(&written.raster, problem);
     }
+    findings.add_all(&written.raster, change_outside(raster, &name.to_string(), lattice));
     findings.add_all(&written.raster, change_volume(raster, &name.to_string(), cells.iter().chain(&bare), lattice));
     let law = match law {
         OpenedLaw::Share(series) => {
@@ -167,6 +168,28 @@ fn in_place(
         _ => BedLaw::AtOnce,
     };
     Some(BedMotion { begin: written.at.value, cells, law })
+}
+
+/// What of the change of a raster lies beside the model, where it is a part worth a word.
+fn change_outside(raster: &Raster, name: &str, lattice: &Lattice) -> Option<Problem> {
+    let place = |index: usize| raster.centre(index % raster.columns, index / raster.columns);
+    let changed = (0..raster.values.len()).filter(|&index| raster.values[index].abs() > NO_CHANGE);
+    let is_beside = |index: &usize| lattice.cell_at(lattice.to_local(place(*index))).is_none();
+    let volume = |index: &usize| raster.values[*index].abs() * raster.cell_x * raster.cell_y;
+    let (beside, within): (Vec<usize>, Vec<usize>) = changed.partition(is_beside);
+    let [lost, kept] = [&beside, &within].map(|cells| cells.iter().map(volume).sum::<f64>());
+    let largest = beside.iter().copied().max_by(|a, b| volume(a).total_cmp(&volume(b)))?;
+    (lost > OTHER_VOLUME * (lost + kept)).then(|| {
+        let area = beside.len() as f64 * raster.cell_x * raster.cell_y;
+        let message = format!(
+            "{:.0} % of the volume that {name} moves, on {area} m², lie outside the terrain",
+            100.0 * lost / (lost + kept)
+        );
+        Problem::warning(ProblemKind::Input, "moves-without-terrain", "", message)
+            .with_cause("the model ends before the bed stops to move, and the waves from beyond do not come in")
+            .with_remedy("nothing, if they do not matter; otherwise give a terrain that holds all of it")
+            .with_at(place(largest))
+    })
 }
 
 /// What the lattice makes of the volumes that a raster raises and lowers, where that is another volume.

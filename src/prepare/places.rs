@@ -1,18 +1,21 @@
 //! Gauges, walls and open lines.
 
-use geo::LineString;
-
 use super::findings::Findings;
 use super::grid::{REACH, faces_opened, open_side};
-use crate::bed::Surface;
-use crate::error::{Problem, ProblemKind, input_error};
+use super::outside::{Outside, all_outside, partly_outside};
+use crate::bed::{BedParticles, Surface};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
-use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::Gauge;
 use crate::scenario::{OpenBoundary, Scenario, Sourced, VectorSource};
 use crate::solver::OpenEdges;
 use crate::vector::{self, Feature};
+
+/// What comes of the part of a boundary that lies on no terrain.
+pub(super) const NOT_OPEN: &str = "it opens nothing there, and acts on the rest alone";
+/// The same of a wall.
+pub(super) const NOT_HELD: &str = "no water comes there, and the wall holds none";
 
 /// The features of a vector file in the coordinates of the run; as they stand where the CRS of the run is not known.
 pub(super) fn features(
@@ -31,22 +34,62 @@ pub(super) fn features(
     Some(features)
 }
 
-/// The straight pieces of the lines of a file (map coordinates); outlines of polygons count as lines.
+/// So many features are named one by one.
+const NAMED_FEATURES: usize = 5;
+
+/// Tells which features of a file are left out beside others that are not: what is wanted of each, and whether one has it.
+pub(super) fn left_out(
+    source: &Sourced<VectorSource>,
+    features: &[Feature],
+    wanted: &str,
+    is_kept: impl Fn(&Feature) -> bool,
+) -> Option<Problem> {
+    let others: Vec<&Feature> = features.iter().filter(|feature| !is_kept(feature)).collect();
+    if others.is_empty() || others.len() == features.len() {
+        return None;
+    }
+    let numbers: Vec<String> = others.iter().take(NAMED_FEATURES).map(|feature| feature.number.to_string()).collect();
+    let more = if others.len() > NAMED_FEATURES { " and more" } else { "" };
+    let (count, name, numbers) = (others.len(), source.value.path.display(), numbers.join(", "));
+    let message = format!("{count} of {} features of {name} hold no {wanted}: feature {numbers}{more}", features.len());
+    let problem = input_warning("left-out", message).with_cause("they are left out");
+    Some(problem.with_remedy(format!("take them out of the file, or draw them with a {wanted}")))
+}
+
+/// Whether a line has a length.
+pub(super) fn has_length(line: &geo::LineString<f64>) -> bool {
+    line.0.windows(2).any(|pair| pair[0] != pair[1])
+}
+
+/// What a file draws as lines (map coordinates).
+#[derive(Clone, Debug, Default)]
+pub(super) struct Drawn {
+    /// Its straight pieces; outlines of polygons count as lines.
+    pub pieces: Vec<[Vec2; 2]>,
+    /// Whether each belongs to the outline of a polygon.
+    of_outlines: Vec<bool>,
+}
+
+/// The straight pieces of the lines of a file.
 pub(super) fn pieces(
     source: &Sourced<VectorSource>,
     crs: Option<&Crs>,
     scenario: &Scenario,
     findings: &mut Findings,
-) -> Option<Vec<[Vec2; 2]>> {
+) -> Option<Drawn> {
     let features = features(source, crs, scenario.reproject, findings)?;
+    let is_drawn = |feature: &Feature| feature.lines.iter().any(has_length) || !feature.polygons.is_empty();
+    findings.add_all(source, left_out(source, &features, "line", is_drawn));
     let as_vec = |c: geo::Coord<f64>| Vec2::new(c.x, c.y);
-    let lines =
-        features.iter().flat_map(|feature| feature.lines.iter().chain(feature.polygons.iter().map(|p| p.exterior())));
-    let pieces: Vec<[Vec2; 2]> = lines
-        .flat_map(LineString::lines)
-        .map(|line| [as_vec(line.start), as_vec(line.end)])
-        .filter(|[a, b]| a != b)
-        .collect();
+    let lines = features.iter().flat_map(|feature| {
+        let outlines = feature.polygons.iter().map(|polygon| (polygon.exterior(), true));
+        feature.lines.iter().map(|line| (line, false)).chain(outlines)
+    });
+    let (pieces, of_outlines): (Vec<[Vec2; 2]>, Vec<bool>) = lines
+        .flat_map(|(line, is_outline)| line.lines().map(move |piece| (piece, is_outline)))
+        .map(|(piece, is_outline)| ([as_vec(piece.start), as_vec(piece.end)], is_outline))
+        .filter(|([a, b], _)| a != b)
+        .unzip();
     if pieces.is_empty() {
         findings.add(
             source,
@@ -55,53 +98,47 @@ pub(super) fn pieces(
         );
         return None;
     }
-    Some(pieces)
+    Some(Drawn { pieces, of_outlines })
 }
 
-/// Brings lines to local coordinates; refuses those that lie beside the terrain altogether.
+/// Brings lines to local coordinates; refuses those that lie beside the terrain altogether, and warns of those that lie beside it in
+/// part and so have no effect there. The outline of a polygon may reach beyond the terrain: it is drawn around something.
 pub(super) fn on_lattice(
     source: &Sourced<VectorSource>,
-    pieces: Vec<[Vec2; 2]>,
-    lattice: &Lattice,
+    drawn: &Drawn,
+    bed: &BedParticles,
+    effect: &str,
     findings: &mut Findings,
 ) -> Vec<[Vec2; 2]> {
-    let local: Vec<[Vec2; 2]> = pieces.iter().map(|piece| piece.map(|p| lattice.to_local(p))).collect();
-    let (size, margin) = (lattice.size(), REACH * lattice.spacing);
-    let beside = |[a, b]: &[Vec2; 2]| {
-        a.x.max(b.x) < -margin
-            || a.y.max(b.y) < -margin
-            || a.x.min(b.x) > size.x + margin
-            || a.y.min(b.y) > size.y + margin
-    };
-    if let Some(first) = pieces.first()
-        && local.iter().all(beside)
+    let lattice = &bed.lattice;
+    let local: Vec<[Vec2; 2]> = drawn.pieces.iter().map(|piece| piece.map(|p| lattice.to_local(p))).collect();
+    let of_lines = local.iter().zip(&drawn.of_outlines).filter(|(_, is_outline)| !**is_outline);
+    let lines = Outside::beyond_reach(of_lines.map(|(piece, _)| *piece), bed);
+    if let Some(first) = drawn.pieces.first()
+        && lines.is_all()
+        && Outside::beyond_reach(local.iter().copied(), bed).is_all()
     {
-        let problem = input_error(
-            "outside-terrain",
-            format!("the lines of {} lie outside the terrain", source.value.path.display()),
-        )
-        .with_remedy("check that the file and the terrain have the same CRS")
-        .with_at(first[0]);
-        findings.add(source, problem);
+        all_outside(source, first[0], findings);
         return Vec::new();
     }
+    findings.add_all(source, partly_outside(source, lines, lattice.spacing, effect));
     local
 }
 
-/// The open edges of the scenario; `bed` is the elevation at the cells, NaN without terrain.
+/// The open edges of the scenario.
 pub(super) fn open_edges(
     scenario: &Scenario,
-    lines: Vec<Option<Vec<[Vec2; 2]>>>,
-    lattice: &Lattice,
-    bed: &[f64],
+    lines: &[Option<Drawn>],
+    ground: &BedParticles,
     findings: &mut Findings,
 ) -> OpenEdges {
+    let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let mut open = OpenEdges { reach: REACH * lattice.spacing, ..OpenEdges::default() };
     for (boundary, pieces) in scenario.open.iter().zip(lines) {
         match (boundary, pieces) {
             (OpenBoundary::Side(side), _) => open_side(&mut open, *side, lattice, bed),
-            (OpenBoundary::Lines(source), Some(pieces)) => {
-                let local = on_lattice(source, pieces, lattice, findings);
+            (OpenBoundary::Lines(source), Some(drawn)) => {
+                let local = on_lattice(source, drawn, ground, NOT_OPEN, findings);
                 if !local.is_empty() && faces_opened(&local, lattice, bed) == 0 {
                     let message = format!("the lines of {} open no edge of the terrain", source.value.path.display());
                     let problem = Problem::warning(ProblemKind::Input, "opens-nothing", "", message)
@@ -129,7 +166,10 @@ pub(super) fn gauges(
     let gauges = if is_table {
         findings.take(source, gauges_of_table(path))
     } else {
-        features(source, crs, reproject, findings).map(|features| features.iter().flat_map(gauges_of_feature).collect())
+        features(source, crs, reproject, findings).map(|features| {
+            findings.add_all(source, left_out(source, &features, "point", |feature| !feature.points.is_empty()));
+            features.iter().flat_map(gauges_of_feature).collect()
+        })
     };
     let Some(gauges) = gauges else {
         return Vec::new();
@@ -164,6 +204,14 @@ fn gauges_of_table(path: &std::path::Path) -> Result<Vec<Gauge>, Problem> {
             .with_remedy("name a CSV file with the columns id,x,y, or a vector file with points")
     })?;
     let table = Table::parse(&text, |_| true);
+    if let Some((line, fields)) = table.overlong().next() {
+        return Err(input_error(
+            "too-many-fields",
+            format!("line {line} of {name} has more fields than the first line"),
+        )
+        .with_cause(format!("it reads `{}`", fields.join(",")))
+        .with_remedy("write numbers with a point as decimal sign, and name every column in the first line"));
+    }
     let header = table.header.clone().unwrap_or_default();
     let column = |names: &[&str]| {
         table.column(names).ok_or_else(|| {

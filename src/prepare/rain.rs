@@ -1,6 +1,16 @@
 //! Rain after its losses.
 
 use crate::boundary::{Rain, Series};
+use crate::error::{Problem, input_warning};
+use crate::math::readable;
+
+/// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
+pub(super) const DOUBTFUL: f64 = 1.0 / 3600.0;
+/// Why such rain gets a warning.
+pub(super) const DOUBTFUL_CAUSE: &str = "hardly any rain is that heavy for long; the values have another unit, perhaps";
+
+/// An intensity of 1 m/s (mm/h).
+const MM_PER_HOUR: f64 = 3.6e6;
 
 /// Losses of rain and when it ends.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +21,15 @@ pub(super) struct Losses {
     pub constant: f64,
     /// End of the rain (s).
     pub until: f64,
+}
+
+/// Warns of rain as heavy (m/s) as none is.
+pub(super) fn doubtful(peak: f64) -> Option<Problem> {
+    (peak > DOUBTFUL).then(|| {
+        let message =
+            format!("{} mm/h of rain are more than {:.0} mm/h", readable(peak * MM_PER_HOUR), DOUBTFUL * MM_PER_HOUR);
+        input_warning("rain-doubtful", message).with_cause(DOUBTFUL_CAUSE).with_remedy("check the unit")
+    })
 }
 
 /// What runs off of rain of the same intensity (m/s) everywhere: nothing until the initial loss has fallen, then the intensity less

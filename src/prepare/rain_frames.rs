@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::findings::Findings;
-use super::rain::Losses;
+use super::rain::{DOUBTFUL, DOUBTFUL_CAUSE, Losses};
 use super::rain_series::{Opened, Rasters, check_unit};
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
@@ -15,8 +15,6 @@ use crate::math::{Vec2, in_bytes};
 use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
 use crate::terrain::{Placing, Raster, RasterFile};
 
-/// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
-const DOUBTFUL: f64 = 1.0 / 3600.0;
 /// Share of the greatest depth within which two depths are the same.
 const SAME_DEPTH: f64 = 1e-6;
 /// Share of a cell by which the places of two rasters may differ.
@@ -307,12 +305,7 @@ fn check_values(
     });
     let doubtful =
         of(&doubtful, "rain-doubtful", &format!("have more than {:.0} mm/h", DOUBTFUL * 3.6e6)).map(|problem| {
-            Problem {
-                severity: Severity::Warning,
-                ..problem
-                    .with_cause("hardly any rain is that heavy for long; the values have another unit, perhaps")
-                    .with_remedy("check the unit")
-            }
+            Problem { severity: Severity::Warning, ..problem.with_cause(DOUBTFUL_CAUSE).with_remedy("check the unit") }
         });
     let is_sound = missing.is_none() && negative.is_none();
     findings.add_all(file, missing.into_iter().chain(negative).chain(doubtful));

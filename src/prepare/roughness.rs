@@ -102,6 +102,7 @@ fn areas(
     let name = file.value.path.display();
     let Some(features) = places::features(file, crs, scenario.reproject, findings) else { return Vec::new() };
     let mut found = Vec::new();
+    findings.add_all(file, places::left_out(file, &features, "polygon", |feature| !feature.polygons.is_empty()));
     for feature in features.into_iter().filter(|feature| !feature.polygons.is_empty()) {
         let is_usable =
             feature.polygons.iter().all(|polygon| water::check_polygon(file, feature.number, polygon, findings));

@@ -255,6 +255,18 @@ pub(super) fn rows_of<const COLUMNS: usize>(
             Err(problem) => faults.push(*problem),
         }
     }
+    faults.extend(in_lines(
+        parsed.overlong().map(|(line, fields)| (*line, fields.join(" | "))),
+        "too-many-fields",
+        |count, lines| {
+            format!(
+                "{} more fields than the first line of {name}, which names {}: {lines}",
+                rows_are(count),
+                header.len()
+            )
+        },
+        "write numbers with a point as decimal sign, or separate the columns with semicolons, and name every column",
+    ));
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -294,6 +306,12 @@ pub(super) fn choose(
         None => place,
         Some(wanted) => {
             let is_it = |field: &&String| field.eq_ignore_ascii_case(wanted);
+            if header.iter().filter(is_it).count() > 1 {
+                let problem = input_error("duplicate-column", format!("{name} has more than one column `{wanted}`"));
+                return Err(Box::new(
+                    problem.with_remedy("give each column in the first line of the file its own name"),
+                ));
+            }
             header.iter().position(|field| is_it(&field)).ok_or_else(|| {
                 let problem = input_error("missing-column", format!("{name} has no column `{wanted}`"));
                 let problem = problem.with_cause(format!("its columns are {}", header.join(", ")));

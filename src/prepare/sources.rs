@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use super::burn::lengths;
 use super::findings::Findings;
 use super::forcing::COMING;
+use super::plausible::torrent;
 use super::{places, series};
 use crate::bed::BedParticles;
 use crate::boundary::{Forcing, LineSource, PointSource, Series};
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -17,6 +18,9 @@ use crate::vector::Feature;
 
 /// Share of a cell that a line may reach beyond the terrain: the rounding of its coordinates.
 const SAME_PLACE: f64 = 1e-6;
+
+/// The name of the edges of a cell over which the water of a point runs off.
+const SPRING: &str = "the edges of the cell of this source";
 
 /// The places of a source and its discharge.
 pub(super) type Opened = (Places, Option<Series>);
@@ -55,6 +59,11 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             }
             SourcePlace::Points(points) => {
                 let features = places::features(points, crs, scenario.reproject, findings).unwrap_or_default();
+                let others = places::left_out(points, &features, "point", |feature| !feature.points.is_empty());
+                findings.add_all(
+                    points,
+                    others.map(|problem| Problem { severity: Severity::Error, code: "not-a-point", ..problem }),
+                );
                 let found: Vec<Vec2> = features.iter().flat_map(|f| f.points.iter().map(|(place, _)| *place)).collect();
                 if found.is_empty() {
                     let message = format!("{} holds no point", points.value.path.display());
@@ -100,6 +109,9 @@ pub(super) fn on_lattice(
     for (source, (places, discharge)) in scenario.sources.iter().zip(opened) {
         match places {
             Places::Points(places) => {
+                // It leaves its cell over four edges.
+                let torrent = discharge.as_ref().and_then(|q| torrent(SPRING, q, 4.0 * lattice.spacing, scenario));
+                findings.add_all(source, torrent);
                 for place in places {
                     let own = lattice.to_local(*place);
                     let has_terrain =
@@ -122,11 +134,14 @@ pub(super) fn on_lattice(
                     let name = format!("{} feature {number}", source.key);
                     match line_on_lattice(parts, scenario, ground) {
                         Err(problem) => findings.add(source, problem),
-                        Ok(cells) => forcing.line_sources.extend(discharge.as_ref().map(|discharge| LineSource {
-                            name,
-                            cells,
-                            discharge: discharge.clone(),
-                        })),
+                        Ok(cells) => {
+                            let Some(discharge) = discharge.clone() else { continue };
+                            // To both sides of the line.
+                            let width = 2.0 * cells.len() as f64 * lattice.spacing;
+                            findings
+                                .add_all(source, torrent(&format!("feature {number}"), &discharge, width, scenario));
+                            forcing.line_sources.push(LineSource { name, cells, discharge });
+                        }
                     }
                 }
             }

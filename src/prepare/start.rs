@@ -8,16 +8,22 @@ use geo::MultiPolygon;
 use super::burn::strip;
 use super::earlier::how_it_ended;
 use super::findings::Findings;
+use super::outside::{Outside, partly_outside};
 use super::polygons::cells_inside;
 use super::shaped::Changes;
 use super::{places, water};
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::math::Vec2;
 use crate::scenario::methods::{Formulation, Motion, Seeding};
 use crate::scenario::{BoundaryCondition, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
+use crate::vector::Feature;
+
+/// Depth (m) that no river has, and that hardly any water has everywhere.
+const DEEPEST_RIVER: f64 = 100.0;
+const DEEPEST_WATER: f64 = 1000.0;
 
 /// The place of water with a depth; map coordinates.
 #[derive(Debug)]
@@ -104,6 +110,8 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
     let name = source.value.path.display();
     let features = places::features(source, crs, scenario.reproject, findings)?;
     let (mut lines, mut without) = (Vec::new(), Vec::new());
+    let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length);
+    findings.add_all(source, places::left_out(source, &features, "line", has_line));
     for feature in &features {
         let width = match width {
             RiverWidth::Cell => Some(0.0),
@@ -135,6 +143,16 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
     Some(Place::River(lines))
 }
 
+/// Warns of a depth (m) that no river has, or hardly any water of one depth.
+fn deep(depth: f64, is_river: bool) -> Option<Problem> {
+    let (what, deepest) = if is_river { ("a river", DEEPEST_RIVER) } else { ("water", DEEPEST_WATER) };
+    (depth > deepest).then(|| {
+        input_warning("deep-water", format!("{what} of {depth} m is deeper than {deepest} m everywhere"))
+            .with_cause("another unit, perhaps; or a level, which counts from the datum and not from the bed")
+            .with_remedy("correct the depth and its unit, or give a `level`")
+    })
+}
+
 /// Puts water with a depth on the cells that have none yet.
 pub(super) fn wet(
     opened: &Opened,
@@ -157,12 +175,19 @@ pub(super) fn wet(
                 (cells, lines.first().map(|(line, _)| line[0]))
             }
         };
+        findings.add_all(&water.depth, deep(water.depth.value, matches!(place, Place::River(_))));
         let on_terrain: Vec<usize> = cells.into_iter().filter(|&cell| bed.has_terrain(cell)).collect();
         if on_terrain.is_empty() {
             let name = water.place.value.path.display();
             let problem = input_error("outside-terrain", format!("no cell of the terrain lies in what {name} draws"))
                 .with_remedy("check that the file and the terrain have the same CRS, or take a finer `resolution`");
             findings.add(&water.place, Problem { at: corner, ..problem });
+        }
+        if let (Place::River(lines), false) = (place, on_terrain.is_empty()) {
+            let pieces = lines.iter().flat_map(|(line, _)| line.windows(2));
+            let local = pieces.map(|pair| [lattice.to_local(pair[0]), lattice.to_local(pair[1])]);
+            let outside = Outside::beyond_reach(local, bed);
+            findings.add_all(&water.place, partly_outside(&water.place, outside, lattice.spacing, "it is dry there"));
         }
         for cell in on_terrain {
             // No depth lies on the crest of a dam or of a levee.

@@ -4,7 +4,7 @@ use geo::Area;
 
 use super::StillBody;
 use super::findings::Findings;
-use super::places::features;
+use super::places::{features, left_out};
 use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
 use crate::bed::{BedParticles, Surface};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
@@ -13,6 +13,7 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
 use crate::seeding::{self, Leak, StillWater, fill_still_water};
+use crate::terrain::PLAUSIBLE_ELEVATION;
 use crate::vector::Feature;
 
 /// Names of the attribute that holds the level, when the scenario names none.
@@ -40,7 +41,9 @@ pub(super) fn bodies(
     let Some(features) = features(source, crs, scenario.reproject, findings) else {
         return Vec::new();
     };
-    let features: Vec<Feature> = features.into_iter().filter(|feature| !feature.polygons.is_empty()).collect();
+    let has_area = |feature: &Feature| !feature.polygons.is_empty();
+    findings.add_all(source, left_out(source, &features, "polygon", has_area));
+    let features: Vec<Feature> = features.into_iter().filter(has_area).collect();
     if features.is_empty() {
         findings.add(
             source,
@@ -60,17 +63,33 @@ pub(super) fn bodies(
     }
     let body = |polygons, level| StillBody { polygon: polygons::union(polygons), level, key: source.key.clone() };
     if let Some(level) = &water.level {
+        if let Some(problem) = implausible(level.value, &name.to_string()) {
+            findings.add(level, problem);
+            return Vec::new();
+        }
         warn_of_other_levels(water, level, &features, findings);
         return vec![body(features.into_iter().flat_map(|feature| feature.polygons).collect(), level.value)];
     }
     let mut bodies = Vec::new();
     for feature in features {
         match level_of(water, &feature) {
-            Some(level) => bodies.push(body(feature.polygons, level)),
+            Some(level) => match implausible(level, &format!("feature {} of {name}", feature.number)) {
+                None => bodies.push(body(feature.polygons, level)),
+                Some(problem) => findings.add(source, problem),
+            },
             None => findings.add(source, no_level(water, &feature)),
         }
     }
     bodies
+}
+
+/// The problem of a level (m) of something that no water on Earth has.
+fn implausible(level: f64, what: &str) -> Option<Problem> {
+    (!PLAUSIBLE_ELEVATION.contains(&level)).then(|| {
+        input_error("implausible-level", format!("the water of {what} has a level of {level} m, as none on Earth"))
+            .with_cause("a code for a missing value, perhaps, or another unit")
+            .with_remedy("correct the level, its unit or its datum")
+    })
 }
 
 fn level_names(water: &InitialWater) -> Vec<&str> {
@@ -119,6 +138,7 @@ pub(super) fn area(
     let features = features(source, crs, scenario.reproject, findings)?;
     let mut polygons = Vec::new();
     let mut is_sound = true;
+    findings.add_all(source, left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));
     for feature in features {
         for polygon in feature.polygons {
             is_sound &= check_polygon(source, feature.number, &polygon, findings);

@@ -9,6 +9,7 @@ mod channels;
 mod channels_alone;
 mod commands;
 mod dam_breaks;
+mod doubtful_inputs;
 mod hot_start;
 mod moving_bed;
 mod plan;

@@ -1,0 +1,308 @@
+//! Inputs that a run could take and a planner would want a word about: a message with its place in the scenario and on the map, its
+//! cause and a remedy; and the sound ones beside them, of which nothing is said.
+
+use tempfile::TempDir;
+
+use crate::floodsim;
+
+/// A valley from 5 m down to 1 m, from west to east, in a plateau at 20 m, 200 m by 150 m, and a pond in it.
+const SCENARIO: &str = "\
+floodsim: 1
+title: A valley in a plateau
+crs: local
+terrain: {layers: [{raster: dem.asc}]}
+roughness: {manning: 0.03}
+initial: [{water: pond.geojson, level: 2.9 m}]
+resolution: 5 m
+time: {end: 10 min}
+";
+
+struct Scene {
+    folder: TempDir,
+}
+
+impl Scene {
+    /// The scenario with further lines, which stand in for those of the same key.
+    fn with(lines: &str) -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap() };
+        let key = |line: &str| line.split(':').next().unwrap_or_default().to_owned();
+        let keys: Vec<String> = lines.lines().map(key).collect();
+        let kept: String =
+            SCENARIO.lines().filter(|line| !keys.contains(&key(line))).map(|line| format!("{line}\n")).collect();
+        scene.write("s.yaml", &format!("{kept}{lines}\n"));
+        let value = |column: usize, row: usize| match row {
+            10..20 => 5.0 - 4.0 * column as f64 / 39.0,
+            _ => 20.0,
+        };
+        let row = |row: usize| (0..40).map(|column| value(column, row).to_string()).collect::<Vec<_>>().join(" ");
+        let rows: Vec<String> = (0..30).map(row).collect();
+        let header = "ncols 40\nnrows 30\nxllcorner 1000\nyllcorner 2000\ncellsize 5\nNODATA_value -9999\n";
+        scene.write("dem.asc", &format!("{header}{}\n", rows.join("\n")));
+        let east = [[1100, 2050], [1200, 2050], [1200, 2100], [1100, 2100], [1100, 2050]];
+        scene.features("pond.geojson", &[("Polygon", &format!("[{east:?}]"), "{}")]);
+        let across = |x: f64, from: f64, to: f64| format!("[[{x},{from}],[{x},{to}]]");
+        for (name, line) in [
+            ("inflow", across(1000.0, 2052.0, 2098.0)),
+            ("south", across(1200.0, 2050.0, 2075.0)),
+            ("north", across(1200.0, 2075.0, 2100.0)),
+            ("across", across(1130.0, 2045.0, 2105.0)),
+            ("beyond", across(1130.0, 2045.0, 2300.0)),
+            ("overshoot", across(1130.0, 2045.0, 2160.0)),
+            ("far", across(9130.0, 2045.0, 2105.0)),
+            ("edge", across(1200.0, 2045.0, 2400.0)),
+        ] {
+            scene.features(&format!("{name}.geojson"), &[("LineString", &line, r#"{"crest": -9999}"#)]);
+        }
+        scene.features("lock.geojson", &[("LineString", "[[1180,2075],[1210,2075]]", "{}")]);
+        let outline = "[[[1199,2052],[1400,2052],[1400,2098],[1199,2098],[1199,2052]]]";
+        scene.features("outlet.geojson", &[("Polygon", outline, "{}")]);
+        scene.features(
+            "mixed.geojson",
+            &[("LineString", &across(1130.0, 2045.0, 2105.0), "{}"), ("Point", "[1100,2070]", "{}")],
+        );
+        scene.features("nan.geojson", &[("LineString", "[[1130,NaN],[1130,2105]]", "{}")]);
+        scene.write(
+            "uplift.asc",
+            &format!("ncols 10\nnrows 2\nxllcorner 1150\nyllcorner 2060\ncellsize 10\n{}", "0.5 ".repeat(20)),
+        );
+        scene.write("high.csv", "level_m,discharge_m3_s\n101,0\n103,50\n");
+        scene.write("shut.csv", "level_m,discharge_m3_s\n1,0\n3,0\n");
+        scene.write("weir.csv", "level_m,discharge_m3_s\n1,0\n3,50\n");
+        scene
+    }
+
+    fn write(&self, name: &str, content: &str) {
+        std::fs::write(self.folder.path().join(name), content).unwrap();
+    }
+
+    /// Writes a GeoJSON of features, each of a kind, with coordinates and attributes.
+    fn features(&self, name: &str, features: &[(&str, &str, &str)]) {
+        let feature = |(kind, coordinates, properties): &(&str, &str, &str)| {
+            format!(
+                r#"{{"type":"Feature","properties":{properties},"geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#
+            )
+        };
+        let features: Vec<String> = features.iter().map(feature).collect();
+        self.write(name, &format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(",")));
+    }
+}
+
+/// Asserts that the check of each scenario says one thing, `error[code] key` or `warning[code] key`, with its place, a cause or a
+/// remedy, and all these texts; or nothing at all where none is expected.
+#[track_caller]
+fn assert_said(cases: &[(&str, &str, &[&str])]) {
+    for (lines, expected, texts) in cases {
+        let scene = Scene::with(lines);
+        let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+        let said: Vec<&str> =
+            check.stdout.lines().filter(|line| line.starts_with("error[") || line.starts_with("warning[")).collect();
+        let expected: &[&str] = if expected.is_empty() { &[] } else { &[expected] };
+        assert_eq!(said.len(), expected.len(), "{lines}\n{}", check.stdout);
+        for (said, expected) in said.iter().zip(expected) {
+            assert!(said.starts_with(&format!("{expected} (s.yaml:")), "{lines}\n{}", check.stdout);
+            assert!(check.stdout.contains("\n  remedy  "), "{lines}\n{}", check.stdout);
+        }
+        for text in *texts {
+            assert!(check.stdout.contains(text), "{lines}: `{text}` is not in\n{}", check.stdout);
+        }
+        let code = if expected.iter().any(|said| said.starts_with("error")) { 4 } else { 0 };
+        assert_eq!(check.code, code, "{lines}\n{}", check.stdout);
+    }
+}
+
+#[test]
+fn lines_that_leave_the_terrain_are_told_with_the_length_that_does() {
+    let length: &[&str] =
+        &["150 m of the lines of beyond.geojson lie on no terrain", "at      1130.0, 2150.0", "cause"];
+    let wall = "structures: {walls: [{lines: beyond.geojson}]}";
+    let levee = "terrain: {layers: [{raster: dem.asc}], breaklines: [{lines: beyond.geojson, mode: raise, z: 8 m}]}";
+    let river = "initial: [{river: beyond.geojson, depth: 1 m}]";
+    let edge: &[&str] = &["250 m of the lines of edge.geojson lie on no terrain", "opens nothing there"];
+    assert_said(&[
+        ("", "", &[]),
+        (wall, "warning[outside-terrain] structures.walls[0].lines", length),
+        (levee, "warning[outside-terrain] terrain.breaklines[0].lines", length),
+        (river, "warning[outside-terrain] initial[0].river", length),
+        ("boundaries: [{line: edge.geojson, stage: 3.5 m}]", "warning[outside-terrain] boundaries[0].line", edge),
+        ("boundaries: [{line: edge.geojson, type: open}]", "warning[outside-terrain] boundaries[0].line", edge),
+        // A stroke beyond the edge, and what is drawn around something, is how one draws.
+        ("structures: {walls: [{lines: overshoot.geojson}]}", "", &[]),
+        (&levee.replace("beyond", "overshoot"), "", &[]),
+        ("boundaries: [{line: outlet.geojson, stage: 3.5 m}]", "", &[]),
+        ("structures: {walls: [{lines: outlet.geojson}]}", "", &[]),
+    ]);
+    assert_said(&[
+        (&wall.replace("beyond", "far"), "error[outside-terrain] structures.walls[0].lines", &["9130.0, 2045.0"]),
+        (&levee.replace("beyond", "far"), "error[outside-terrain] terrain.breaklines[0].lines", &["9130.0, 2045.0"]),
+    ]);
+}
+
+#[test]
+fn a_bed_that_moves_beyond_the_terrain_is_told() {
+    let texts: &[&str] = &["50 % of the volume that uplift.asc moves, on 1000 m², lie outside the terrain", "cause"];
+    assert_said(&[(
+        "moving_bed: [{change: uplift.asc}]",
+        "warning[moves-without-terrain] moving_bed[0].change",
+        texts,
+    )]);
+}
+
+#[test]
+fn walls_in_a_hole_of_the_terrain_lie_outside_of_it() {
+    let scene = Scene::with("structures: {walls: [{lines: across.geojson}]}");
+    let holed = std::fs::read_to_string(scene.folder.path().join("dem.asc")).unwrap();
+    let rows =
+        holed.lines().map(|line| if line.starts_with("20 ") { line.replace("20", "-9999") } else { line.to_owned() });
+    scene.write("dem.asc", &rows.collect::<Vec<_>>().join("\n"));
+    scene.features("across.geojson", &[("LineString", "[[1130,2010],[1130,2030]]", "{}")]);
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+    assert!(check.stdout.contains("error[outside-terrain] structures.walls[0].lines"), "{}", check.stdout);
+}
+
+#[test]
+fn boundaries_that_are_hardly_meant_so_are_told() {
+    let stages = |north: &str, more: &str| {
+        format!("boundaries: [{{line: south.geojson, stage: 3.5 m}}, {{line: north.geojson, stage: {north}}}]{more}")
+    };
+    let lock = "\nstructures: {walls: [{lines: lock.geojson}]}";
+    let dry = "\ninitial: [{river: inflow.geojson, depth: 1 m}]";
+    let inflow = |q: &str| format!("boundaries: [{{line: inflow.geojson, discharge: {q}}}]");
+    assert_said(&[
+        (
+            &stages("4 m", ""),
+            "warning[step-of-level] boundaries[1]",
+            &["holds 4 m and `boundaries[0]`, beside it, 3.5 m", "at      1200.0, 2", "runs along the edge"],
+        ),
+        (&stages("3.51 m", ""), "", &[]),
+        (&stages("4 m", lock), "", &[]),
+        (
+            &format!("boundaries: [{{side: east, rating: {{table: high.csv}}}}]{dry}"),
+            "warning[high-weir] boundaries[0]",
+            &["begins at 101 m, 100.00 m above the lowest ground", "at      1200.0, 2"],
+        ),
+        // A weir over which a reservoir will run.
+        ("boundaries: [{side: east, rating: {table: high.csv}}]", "", &[]),
+        (&format!("boundaries: [{{side: east, rating: {{table: weir.csv}}}}]{dry}"), "", &[]),
+        (
+            "boundaries: [{side: east, rating: {table: shut.csv}}]",
+            "warning[rating-without-discharge] boundaries[0]",
+            &["the boundary is a wall"],
+        ),
+        (
+            &inflow("1e6 m3/s"),
+            "warning[huge-discharge] boundaries[0]",
+            &["1000000 m3/s come in over 60 m of this boundary: critical flow would be 305 m deep"],
+        ),
+        (&inflow("100000 m3/s"), "", &[]),
+        (
+            "boundaries: [{side: east, stage: 300 m}]",
+            "warning[drowned-terrain] boundaries[0]",
+            &["300 m, 280 m above all terrain and all water of the start"],
+        ),
+        (
+            "sources: [{at: [1100, 2070], discharge: 1e6 m3/s}]",
+            "warning[huge-discharge] sources[0]",
+            &["over 20 m of the edges of the cell of this source"],
+        ),
+        (
+            "sources: [{line: across.geojson, discharge: 1e7 m3/s}]",
+            "warning[huge-discharge] sources[0]",
+            &["of feature 1"],
+        ),
+    ]);
+    let channel = "{id: a, length: 100 m, width: 5 m, bed: 1 m, joins: {side: east, from: 2060, to: 2065}";
+    assert_said(&[(
+        &format!("channels: [{channel}, upstream: {{discharge: 100000 m3/s}}}}]"),
+        "warning[huge-discharge] channels[0].upstream.discharge",
+        &["over 5 m of the far end of this channel"],
+    )]);
+}
+
+#[test]
+fn rain_that_brings_nothing_or_more_than_any_rain_is_told() {
+    let lost = "nothing of the rain runs off before the run ends";
+    let code = "warning[rain-without-water] rain";
+    assert_said(&[
+        ("rain: {rate: 5 mm/h, losses: {constant: 8 mm/h}}", code, &[lost, "`losses` takes all of it"]),
+        ("rain: {rate: 5 mm/h, losses: {initial: 8 mm}}", code, &[lost]),
+        ("rain: {rate: 60 mm/h, losses: {initial: 8 mm}}", "", &[]),
+        ("rain: {rate: 0 mm/h}", code, &["no rain falls before the run ends"]),
+        ("rain: {rate: 5000 mm/h}", "warning[rain-doubtful] rain.rate", &["5000 mm/h of rain are more than 1000 mm/h"]),
+    ]);
+}
+
+#[test]
+fn levels_and_depths_as_none_are_told() {
+    let line = |level: &str| {
+        format!(
+            "terrain: {{layers: [{{raster: dem.asc}}], breaklines: [{{lines: across.geojson, mode: raise, {level}}}]}}"
+        )
+    };
+    let carved = line("z: -9999 m").replace("raise", "carve");
+    let water = |what: &str| format!("initial: [{{{what}}}]");
+    assert_said(&[
+        (&carved, "error[implausible-level] terrain.breaklines[0].z", &["-9999 m, as none on Earth"]),
+        (&line("z_field: crest"), "error[implausible-level] terrain.breaklines[0].lines", &["feature 1 of across"]),
+        (
+            &line("z: 2700 m"),
+            "warning[doubtful-level] terrain.breaklines[0].z",
+            &["m above the terrain", "at      1132.5"],
+        ),
+        (&line("z: 21 m"), "", &[]),
+        (&water("river: across.geojson, depth: 150 m"), "warning[deep-water] initial[0].depth", &["a river of 150 m"]),
+        (&water("water: pond.geojson, depth: 9999 m"), "warning[deep-water] initial[0].depth", &["water of 9999 m"]),
+        (&water("water: pond.geojson, level: 30000 m"), "error[implausible-level] initial[0].level", &["30000 m"]),
+        (
+            "structures: {buildings: {polygons: pond.geojson, mode: raise, height: 3000 m}}",
+            "error[building-range] structures.buildings.polygons",
+            &["with 3000"],
+        ),
+    ]);
+}
+
+#[test]
+fn what_a_file_holds_beside_what_is_wanted_is_not_dropped_in_silence() {
+    let told: &[&str] = &["1 of 2 features of mixed.geojson hold no line: feature 2"];
+    let wall = "structures: {walls: [{lines: mixed.geojson}]}";
+    assert_said(&[
+        (wall, "warning[left-out] structures.walls[0].lines", told),
+        ("outputs: {sections: mixed.geojson}", "warning[left-out] outputs.sections", told),
+        ("outputs: {gauges: mixed.geojson}", "warning[left-out] outputs.gauges", &["hold no point: feature 1"]),
+        ("initial: [{river: mixed.geojson, depth: 1 m}]", "warning[left-out] initial[0].river", told),
+        (
+            "sources: [{points: mixed.geojson, discharge: 1 m3/s}]",
+            "error[not-a-point] sources[0].points",
+            &["hold no point: feature 1"],
+        ),
+        (
+            "sources: [{line: nan.geojson, discharge: 1 m3/s}]",
+            "error[not-a-place] sources[0].line",
+            &["feature 1 of nan.geojson has a coordinate that is no place on Earth"],
+        ),
+    ]);
+}
+
+#[test]
+fn rows_with_more_fields_than_columns_are_refused() {
+    let series = "boundaries: [{line: inflow.geojson, discharge: {series: q.csv, column: q_m3_s}}]";
+    for (rows, refused) in [
+        (
+            "time_min,q_m3_s\n0,0,0,5\n10,0,5,5\n",
+            Some("2 rows have more fields than the first line of q.csv, which names 2"),
+        ),
+        ("time_min,q_m3_s\n0,1,\n10,2,\n", None),
+        ("time_min;q_m3_s\n0;1\n10;2\n", None),
+        ("time_min,q_m3_s,q_m3_s\n0,1,2\n10,2,3\n", Some("q.csv has more than one column `q_m3_s`")),
+    ] {
+        let scene = Scene::with(series);
+        scene.write("q.csv", rows);
+        let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+        assert_eq!(check.code, if refused.is_some() { 4 } else { 0 }, "{rows}\n{}", check.stdout);
+        assert!(check.stdout.contains(refused.unwrap_or("0 errors, 0 warnings")), "{rows}\n{}", check.stdout);
+    }
+    let scene = Scene::with("outputs: {gauges: gauges.csv}");
+    scene.write("gauges.csv", "id,x,y\nA,1100,5,2070,5\n");
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+    assert!(check.code == 4 && check.stdout.contains("error[too-many-fields] outputs.gauges"), "{}", check.stdout);
+    assert!(check.stdout.contains("it reads `A,1100,5,2070,5`"), "{}", check.stdout);
+}
