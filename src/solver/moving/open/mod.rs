@@ -523,6 +523,7 @@ impl OpenBoundaries {
     pub fn lend(&mut self, particles: &mut FluidParticles) {
         self.lent.clear();
         self.look.gather(particles);
+        let fluid = particles.len();
         for index in 0..self.faces.len() {
             let mut owed = self.owed[index];
             if self.leaves(index) {
@@ -533,15 +534,23 @@ impl OpenBoundaries {
                 owed += line.waiting;
             }
             if owed != 0.0 {
-                self.lend_nearest(index, owed, particles);
+                self.lend_nearest((index, owed), fluid, particles);
             }
         }
     }
 
-    /// Gives a volume (m³) to the particle nearest to a face, or takes it from those nearest, as far as they have it.
-    fn lend_nearest(&mut self, index: usize, owed: f64, particles: &mut FluidParticles) {
+    /// Gives the volume (m³) that a face owes to the particle nearest to it, or takes what was brought in advance from those nearest of
+    /// the first `fluid`, as far as they have it.
+    fn lend_nearest(&mut self, (index, owed): (usize, f64), fluid: usize, particles: &mut FluidParticles) {
         let face = &self.faces[index];
-        let nearest = self.look.nearest_first(face.middle, 2.0 * self.scale.spacing, &mut self.near);
+        let mut nearest = self.look.nearest_first(face.middle, 2.0 * self.scale.spacing, &mut self.near);
+        let has = |i: &u32| (1.0 - LEAST_LEFT) * particles.volume[*i as usize];
+        let all: Vec<u32>;
+        if nearest.iter().map(has).sum::<f64>() < -owed {
+            // Much came in and ran on before the water turned.
+            all = by_distance(face.middle, &particles.position[..fluid]);
+            nearest = &all;
+        }
         let mut rest = owed;
         for i in nearest.iter().map(|&i| i as usize) {
             let before = particles.volume[i];
@@ -630,6 +639,14 @@ impl OpenBoundaries {
 const LEAST_LEFT: f64 = 0.1;
 /// Guides are so many supports of a particle of one spacing long.
 const GUIDED: f64 = 2.0;
+
+/// All places (m) by their distance from one place, the nearest first.
+fn by_distance(from: Vec2, places: &[Vec2]) -> Vec<u32> {
+    let squared = |k: u32| (places[k as usize] - from).norm_squared();
+    let mut found: Vec<u32> = (0..places.len() as u32).collect();
+    found.sort_unstable_by(|&a, &b| squared(a).total_cmp(&squared(b)).then(a.cmp(&b)));
+    found
+}
 
 /// What is known at a face.
 fn inside(face: &Face, seen: &Seen, scale: &Scale) -> Inside {

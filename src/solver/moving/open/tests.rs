@@ -262,6 +262,20 @@ fn water_that_swings_in_a_mouth_is_on_the_grid_what_it_is_in_the_books() {
     }
 }
 
+#[test]
+fn what_was_brought_in_advance_is_taken_from_farther_away_where_too_little_stands_before_the_face() {
+    let problem = river_mouth(5.0, Condition::Stage(Series::constant(3.1)));
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    run_until(&mut solver, 80.0);
+    let open = &mut solver.state_mut().open;
+    let index = open.faces.iter().position(|face| face.outwards.x > 0.5 && face.sill < 9.0).unwrap();
+    open.owed[index] -= 400.0;
+    let stored = solver.ledger().stored;
+    let on_grid = solver.water().depths().iter().sum::<f64>() * 25.0;
+    println!("{on_grid} m3 on the grid, {stored} m3 in the books");
+    assert!(stored > 100.0 && (on_grid / stored - 1.0).abs() < 1e-12, "{on_grid} of {stored} m3");
+}
+
 /// A basin of 100 m by 100 m, level or a bowl, dry or with water to a level, with a source off its middle; 0.5 m³/s for 600 s.
 fn fed_basin(bed: impl Fn(Vec2) -> f64, level: f64) -> (LagrangianSolver, f64) {
     let mut problem = problem((20, 20), 5.0, bed, |_| level);
