@@ -8,7 +8,8 @@
 //!
 //! and η not below z_b, where a gauge on a bank sees only the lower of its particles wet,
 //! with the cubic B-spline of h = 0.75 spacings (support 1.5 spacings, at least the four nearest particles), the particles
-//! beyond a wall left out. A gauge between two cells does not depend on which of them happens to hold it, and moving and
+//! beyond a wall left out, and so those of a levee, a dam or a raised building where the gauge stands beside it, or those beside it
+//! where the gauge stands on it: water at its foot is none on its crest. A gauge between two cells does not depend on which of them happens to hold it, and moving and
 //! resting particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
 //! compute step, by the rules of the maps.
 
@@ -71,6 +72,23 @@ pub(super) struct ArrivalRule {
     pub rise_on_wet: f64,
 }
 
+/// What keeps a gauge from the water of a cell beside it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parting<'a> {
+    /// Walls as straight pieces in local coordinates (m).
+    pub walls: &'a [[Vec2; 2]],
+    /// Cells that stand out of their terrain; ascending.
+    pub raised: &'a [usize],
+}
+
+impl Parting<'_> {
+    /// Whether the way between two cells (local coordinates, m) leads over a wall, or onto what is raised or down from it.
+    fn parts(self, cells: [usize; 2], way: [Vec2; 2]) -> bool {
+        let [here, there] = cells.map(|cell| self.raised.binary_search(&cell).is_ok());
+        here != there || self.walls.iter().any(|&wall| segments_cross(way, wall))
+    }
+}
+
 /// Where a gauge reads, and what it has seen so far.
 #[derive(Debug)]
 struct Reading {
@@ -94,11 +112,11 @@ impl GaugeRecorder {
         gauges: &[Gauge],
         lattice: &Lattice,
         bed_elevation: &[f64],
-        walls: &[[Vec2; 2]],
+        parting: Parting<'_>,
         arrival_rule: ArrivalRule,
         schedule: Schedule,
     ) -> Self {
-        let reading = |gauge: &Gauge| Reading::new(lattice.to_local(gauge.position), lattice, bed_elevation, walls);
+        let reading = |gauge: &Gauge| Reading::new(lattice.to_local(gauge.position), lattice, bed_elevation, parting);
         GaugeRecorder { readings: gauges.iter().map(reading).collect(), arrival_rule, schedule, samples: Vec::new() }
     }
 
@@ -154,7 +172,7 @@ impl GaugeRecorder {
 
 impl Reading {
     /// The cells around a place (local coordinates, m); none without terrain there.
-    fn new(place: Vec2, lattice: &Lattice, bed_elevation: &[f64], walls: &[[Vec2; 2]]) -> Option<Self> {
+    fn new(place: Vec2, lattice: &Lattice, bed_elevation: &[f64], parting: Parting<'_>) -> Option<Self> {
         let home = lattice.cell_at(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
         let (column, row) = lattice.column_row(home);
         let h = SMOOTHING_RATIO * lattice.spacing;
@@ -163,8 +181,8 @@ impl Reading {
             for near_column in column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1) {
                 let cell = lattice.index(near_column, near_row);
                 let centre = lattice.centre(cell);
-                let is_beyond = walls.iter().any(|&wall| segments_cross([place, centre], wall));
-                if !bed_elevation[cell].is_nan() && (cell == home || !is_beyond) {
+                let is_parted = || parting.parts([home, cell], [place, centre]);
+                if !bed_elevation[cell].is_nan() && (cell == home || !is_parted()) {
                     weights.push((cell, weight((centre - place).norm() / h)));
                 }
             }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
-use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample};
+use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample, Parting};
 use super::grid::{GridMaps, OutputGrid};
 use super::maxima::Maxima;
 use super::{Gauge, WET_DEPTH};
@@ -32,6 +32,8 @@ pub struct RecorderPlan {
     pub gauges: Vec<Gauge>,
     /// Walls as straight pieces in local coordinates (m): a gauge does not read beyond them.
     pub walls: Vec<[Vec2; 2]>,
+    /// Cells that stand out of their terrain, such as those of a levee; ascending. A gauge reads them alone or the ground alone.
+    pub raised: Vec<usize>,
     /// Interval of the gauge series (s).
     pub gauges_every: f64,
 }
@@ -97,7 +99,7 @@ impl Recorder {
                 &plan.gauges,
                 &lattice,
                 &bed_elevation,
-                &plan.walls,
+                Parting { walls: &plan.walls, raised: &plan.raised },
                 ArrivalRule { threshold: thresholds[0], rise_on_wet },
                 gauge_schedule,
             ),

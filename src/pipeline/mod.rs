@@ -431,6 +431,7 @@ fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) ->
         end_time: scenario.end_time,
         gauges: prepared.gauges.clone(),
         walls: prepared.walls.clone(),
+        raised: prepared.raised.clone(),
         gauges_every: outputs.gauges_every,
     }
 }

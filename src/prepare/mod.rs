@@ -110,6 +110,8 @@ pub struct Prepared {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave, in local coordinates.
     pub open_edges: OpenEdges,
+    /// Cells that a dam, a levee, a wall with a crest or a building raises; ascending.
+    pub raised: Vec<usize>,
     /// What brings water in or takes it out, in local coordinates.
     pub forcing: Forcing,
     /// The riverbed.
@@ -203,6 +205,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         crs: crs.map_or(OutputCrs::Local, |crs| crs.to_output()),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
+        raised: Vec::new(),
         forcing: Forcing::default(),
         bed: None,
         waters: Vec::new(),
@@ -287,6 +290,7 @@ fn place_on_lattice(
     for (breach, cell) in breach.iter().flat_map(|breach| breach.cells.iter().map(move |cell| (breach, cell))) {
         changes.note(cell.cell, Change::Raise(breach.crest));
     }
+    prepared.raised = changes.raised().collect();
     let surface = changes.on(terrain, &lattice);
     let is_complete = scenario.breach.is_some() == breach.is_some();
     let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, is_complete, findings);

@@ -64,6 +64,11 @@ impl Changes {
         self.0.get(&cell).is_some_and(|changes| changes.iter().any(raises))
     }
 
+    /// All cells that are raised or lifted, ascending.
+    pub fn raised(&self) -> impl Iterator<Item = usize> {
+        self.0.keys().copied().filter(|&cell| self.raises(cell))
+    }
+
     /// The terrain with these changes.
     pub fn on<'a>(&'a self, terrain: &'a Terrain, lattice: &'a Lattice) -> Shaped<'a> {
         Shaped { terrain, lattice, changes: self }
@@ -129,6 +134,7 @@ mod tests {
         for (cell, change) in made {
             changes.make(cell, change, &mut bed);
         }
+        assert_eq!(changes.raised().collect::<Vec<_>>(), [4, 5], "raised or lifted");
         let surface = changes.on(&terrain, &lattice);
         for (cell, expected) in
             [(12, Some(2.5)), (3, Some(3.0)), (4, Some(5.5)), (5, Some(1.0)), (6, Some(3.0)), (7, None), (8, Some(3.0))]

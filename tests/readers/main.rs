@@ -71,6 +71,7 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         end_time: END,
         gauges: vec![gauge("G1", 20.5, 20.5), gauge("dry", 50.5, 38.5)],
         walls: Vec::new(),
+        raised: Vec::new(),
         gauges_every: 60.0,
     }
 }

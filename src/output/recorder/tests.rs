@@ -27,6 +27,7 @@ fn plan(every: f64) -> RecorderPlan {
         end_time: 100.0,
         gauges: vec![gauge("wet", 1015.0, 2015.0), gauge("dry", 1005.0, 2005.0), gauge("outside", 1045.0, 2025.0)],
         walls: vec![],
+        raised: vec![],
         gauges_every: 10.0,
     }
 }
@@ -201,6 +202,27 @@ fn a_gauge_does_not_read_beyond_a_wall() {
     recorder.start(&water, Volumes::default(), &mut |_| Ok(())).unwrap();
     let recording = recorder.finish();
     assert_eq!(recording.gauge_results[0].max_depth, Some(0.0), "the lake stands behind the wall");
+}
+
+#[test]
+fn a_gauge_on_a_levee_does_not_read_the_water_at_its_foot_nor_the_other_way_round() {
+    // Cell 6 is a levee 3 m high with a film on it, cell 7 at its foot has 2 m of water; the third gauge stands at that foot.
+    let mut bed_elevation = vec![BED; 15];
+    bed_elevation[6] = BED + 3.0;
+    let mut gauges = plan(50.0).gauges;
+    gauges[2].position = Vec2::new(1021.0, 2015.0);
+    let mut recorder = Recorder::new(RecorderPlan { bed_elevation, gauges, raised: vec![6], ..plan(50.0) });
+    let spans = [Span { row: 1, from: 1, to: 3 }];
+    let (lattice, mut rows) = (lattice(), FlatWater::dry(&lattice()));
+    (rows.depth[6], rows.depth[7]) = (0.005, 2.0);
+    let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans };
+    recorder.start(&water, Volumes::default(), &mut |_| Ok(())).unwrap();
+    recorder.step(100.0, &water, Volumes::default(), &mut |_| Ok(())).unwrap();
+    let recording = recorder.finish();
+    let [crest, _, foot] = &recording.gauge_results[..] else { panic!("three gauges were asked for") };
+    assert_eq!((crest.bed, crest.max_depth, crest.arrival), (Some(BED + 3.0), Some(0.005), None), "on the levee");
+    assert_close(foot.bed.unwrap(), BED, "bed at the foot");
+    assert_close(foot.max_level.unwrap(), BED + 2.0, "level at the foot");
 }
 
 #[test]
