@@ -211,9 +211,9 @@ impl MovingWater {
     /// Makes water of the buffer particles that came in, and of what sources and rain gave in a time (s).
     pub(super) fn enter(&mut self, time: f64) {
         let fluid = self.particles.len();
-        self.open.enter(&mut self.particles, &mut self.rates);
-        self.sections.close(&self.particles, fluid, time);
         let ground = (&self.bed, &self.walls);
+        self.open.enter(&mut self.particles, &mut self.rates, ground);
+        self.sections.close(&self.particles, fluid, time);
         self.springs.flow(&mut self.particles, &mut self.rates, ground, time);
         self.rainfall.fall(&mut self.particles, &mut self.rates, ground, time);
     }

@@ -24,7 +24,7 @@ mod faces;
 pub(super) mod look;
 
 use crate::bed::{BedParticles, BedPoint};
-use crate::boundary::{Condition, Edge, distance_to_segment};
+use crate::boundary::{Condition, Edge, Walls, distance_to_segment};
 use crate::math::Vec2;
 use crate::neighbours::Found;
 use crate::particles::{FluidParticles, Particle};
@@ -483,8 +483,40 @@ impl OpenBoundaries {
         rates.truncate(fluid);
     }
 
+    /// Hands those buffer particles on to the face nearest to them that passed the line of their own where the outline bends and are
+    /// still beyond it, and gives those up that drifted past the end of the boundary: water there would never come back.
+    fn hand_on(&mut self, bed: &BedParticles, walls: &Walls) {
+        let (faces, plain, spacing) = (&self.faces, &self.plain, self.scale.spacing);
+        self.buffer.retain_mut(|particle| {
+            let place = particle.position;
+            if faces[particle.face as usize].beyond(place) >= 0.0 {
+                return true;
+            }
+            let distances = faces.iter().map(|face| face.distance(place)).enumerate();
+            let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+            let Some((index, distance)) = nearest else { return false };
+            if faces[index].beyond(place) >= 0.0 {
+                particle.face = index as u32;
+                return true;
+            }
+            // A straightened outline may run beside the terrain, where a wall or an edge without a condition may be nearer.
+            if bed.at(place).is_some() {
+                return true;
+            }
+            let before = faces[index].middle - faces[index].outwards * (0.25 * spacing);
+            let to_plain = plain.iter().map(|[start, end]| distance_to_segment(place, *start, *end));
+            distance < to_plain.fold(f64::INFINITY, f64::min) && !walls.is_walled(place, before)
+        });
+    }
+
     /// Turns the buffer particles that came across their face into water.
-    pub fn enter(&mut self, particles: &mut FluidParticles, rates: &mut Vec<Rates>) {
+    pub fn enter(
+        &mut self,
+        particles: &mut FluidParticles,
+        rates: &mut Vec<Rates>,
+        (bed, walls): (&BedParticles, &Walls),
+    ) {
+        self.hand_on(bed, walls);
         self.crossing.clear();
         for (k, particle) in self.buffer.iter().enumerate() {
             let way = -self.faces[particle.face as usize].beyond(particle.position);

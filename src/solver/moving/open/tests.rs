@@ -6,6 +6,7 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
 use crate::solver::lagrangian::LagrangianSolver;
+use crate::solver::moving::Rates;
 use crate::solver::moving::scene::{G, problem, solver};
 use crate::solver::testing::{open, open_part, run_until};
 use crate::solver::{FlowProblem, FlowSolver};
@@ -274,6 +275,40 @@ fn what_was_brought_in_advance_is_taken_from_farther_away_where_too_little_stand
     let on_grid = solver.water().depths().iter().sum::<f64>() * 25.0;
     println!("{on_grid} m3 on the grid, {stored} m3 in the books");
     assert!(stored > 100.0 && (on_grid / stored - 1.0).abs() < 1e-12, "{on_grid} of {stored} m3");
+}
+
+#[test]
+fn what_drifted_past_a_bend_of_the_outline_comes_in_by_the_face_nearest_to_it_or_not_at_all() {
+    // A sea over level ground, held at its level along a step of the terrain, whose corner the outline cuts at 45 degrees.
+    let bed = |p: Vec2| if p.y < if p.x > 9.0 { 2.0 } else { 1.0 } { f64::NAN } else { -5.0 };
+    let mut problem = problem((18, 18), 1.0, bed, |_| 0.0);
+    let line = [Vec2::new(0.0, 1.0), Vec2::new(9.0, 1.0), Vec2::new(9.0, 2.0), Vec2::new(18.0, 2.0)];
+    let segments = line.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    problem.forcing.boundaries = vec![Boundary { segments, condition: Condition::Stage(Series::constant(0.0)) }];
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    run_until(&mut solver, 0.1);
+    let water = solver.state_mut();
+    let (open, fluid) = (&mut water.open, water.particles.len());
+    let south = open.faces.iter().position(|face| (face.middle.x - 7.0).abs() < 1.0 && face.outwards.y < -0.999);
+    let cut = open.faces.iter().position(|face| face.outwards.x > 0.5 && face.outwards.y < -0.5);
+    let (south, cut) = (south.unwrap(), cut.unwrap());
+    // Both have passed the line of the southern face; the first stands beyond the cut corner, the second over open water.
+    open.buffer.truncate(0);
+    for position in [Vec2::new(8.9, 1.02), Vec2::new(5.2, 1.02)] {
+        let face = south as u32;
+        open.buffer.push(super::BufferParticle {
+            face,
+            position,
+            area: 1.0,
+            smoothing_length: 1.5,
+            rates: Rates::default(),
+        });
+    }
+    open.enter(&mut water.particles, &mut water.rates, (&water.bed, &water.walls));
+    assert_eq!(water.particles.len(), fluid + 1, "one came in");
+    assert_eq!(water.particles.position[fluid], Vec2::new(5.2, 1.02));
+    let [kept] = &open.buffer[..] else { panic!("{:?}", open.buffer) };
+    assert_eq!(kept.face as usize, cut, "{:?}", open.faces[kept.face as usize]);
 }
 
 /// A basin of 100 m by 100 m, level or a bowl, dry or with water to a level, with a source off its middle; 0.5 m³/s for 600 s.
