@@ -887,10 +887,5 @@ pub(crate) fn support(smoothing_length: f64, spacing: f64) -> f64 {
     (SUPPORT * smoothing_length).max(SMALLEST_SUPPORT * spacing)
 }
 
-/// Whether neither ground above a level (m) nor a wall stands between a place and the centre of a cell.
-pub(crate) fn is_in_sight((bed, walls): (&BedParticles, &Walls), place: Vec2, level: f64, cell: usize) -> bool {
-    bed.is_in_sight(place, level, cell) && !walls.is_walled(place, bed.lattice.centre(cell))
-}
-
 #[cfg(test)]
 mod tests;

@@ -212,8 +212,8 @@ impl Marks {
     }
 
     /// Marks the particles that a wall hides.
-    fn look_behind(&mut self, place: Vec2, wall: &Mirror<'_>) {
-        look_behind((&self.x[..], &self.y[..]), &mut self.hidden, place, wall);
+    fn look_behind(&mut self, wall: &WallBefore) {
+        look_behind((&self.x[..], &self.y[..]), &mut self.hidden, wall);
     }
 
     /// Marks the particles whose images in a corner may be seen through its first wall and then through its second one.
@@ -273,10 +273,9 @@ fn look_at(
 }
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn look_behind((x, y): (&[f64], &[f64]), hidden: &mut [u64], place: Vec2, wall: &Mirror<'_>) {
+fn look_behind((x, y): (&[f64], &[f64]), hidden: &mut [u64], wall: &WallBefore) {
     let n = x.len();
     let (y, hidden) = (&y[..n], &mut hidden[..n]);
-    let wall = wall.before(place);
     for k in 0..n {
         hidden[k] |= u64::from(wall.is_on_the_way(x[k], y[k]));
     }
@@ -380,7 +379,7 @@ impl Walls {
             scratch.marks.look_at(place, &mirror(bit, member, Walls::reflection_in(member)));
         }
         for &member in &scratch.farther {
-            scratch.marks.look_behind(place, &mirror(0, member, Walls::reflection_in(member)));
+            scratch.marks.look_behind(&WallBefore::new(place, &self.edges()[member as usize], self.margin()));
         }
         for (bit, corner) in scratch.corners.iter().enumerate() {
             let first = mirror(bit, corner.first, corner.transform);

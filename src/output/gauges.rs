@@ -9,8 +9,8 @@
 //! and η not below z_b, where a gauge on a bank sees only the lower of its particles wet,
 //! with the cubic B-spline of h = 0.75 spacings (support 1.5 spacings, at least the four nearest particles), the particles
 //! beyond a wall left out, and so those of a levee, a dam or a raised building where the gauge stands beside it, or those beside it
-//! where the gauge stands on it: water at its foot is none on its crest. A gauge between two cells does not depend on which of them happens to hold it, and moving and
-//! resting particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
+//! where the gauge stands on it: water at its foot is none on its crest. A gauge between two cells does not depend on which of them
+//! happens to hold it, and moving and resting particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
 //! compute step, by the rules of the maps.
 
 use super::frames::{Schedule, share_of_step};

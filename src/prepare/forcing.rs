@@ -282,7 +282,7 @@ fn boundaries(
     findings: &mut Findings,
 ) -> Vec<Placed> {
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
-    let mut conditions = Vec::new();
+    let mut with_condition = Vec::new();
     let mut edges = edge_faces(lattice, bed);
     // The solver keeps the walls of buildings shut: what lies before them alone would open nothing.
     edges.retain(|(_, middle)| !ground.is_sealed(*middle));
@@ -340,11 +340,11 @@ fn boundaries(
             check_inflow(source, condition, (&near, &edges), scenario, (lattice, bed), findings);
             forcing.boundaries.push(Boundary { segments, condition: condition.clone() });
             let faces = near.iter().map(|face| edges[*face]).collect();
-            conditions.push(Placed { index, condition: condition.clone(), faces });
+            with_condition.push(Placed { index, faces });
         }
         placed.push((source, near));
     }
-    conditions
+    with_condition
 }
 
 /// Whether the ground under a boundary fits its levels.

@@ -23,15 +23,13 @@ const HIGH_WEIR: f64 = 10.0;
 pub(super) struct Placed {
     /// Its place in the list of the scenario.
     pub index: usize,
-    /// Its condition.
-    pub condition: Condition,
     /// The faces of the edge that it would open alone: cell and midpoint (local coordinates, m).
     pub faces: Vec<(usize, Vec2)>,
 }
 
 /// Warns of boundaries and rain that are hardly meant so.
 pub(super) fn check(
-    placed: &mut Vec<Placed>,
+    placed: &mut [Placed],
     forcing: &Forcing,
     scenario: &Scenario,
     (bed, still, walls): (&BedParticles, &StillWater, &[[Vec2; 2]]),
@@ -44,9 +42,10 @@ pub(super) fn check(
             boundary.faces.retain(|face| forcing.boundary_at(face.1) == Some(index));
         }
     }
-    placed.retain(|boundary| !boundary.faces.is_empty());
-    for boundary in placed.iter() {
-        let problem = match &boundary.condition {
+    let open: Vec<(&Placed, &Condition)> =
+        placed.iter().zip(&forcing.boundaries).map(|(one, boundary)| (one, &boundary.condition)).collect();
+    for &(boundary, condition) in open.iter().filter(|(boundary, _)| !boundary.faces.is_empty()) {
+        let problem = match condition {
             Condition::Discharge { discharge, .. } => {
                 let width = boundary.faces.len() as f64 * bed.lattice.spacing;
                 torrent("this boundary", discharge, width, scenario)
@@ -59,9 +58,9 @@ pub(super) fn check(
         let problem = problem.map(|problem| Problem { at: problem.at.or(first), ..problem });
         findings.add_all(&scenario.boundaries[boundary.index], problem);
     }
-    for (index, one) in placed.iter().enumerate() {
-        for other in &placed[..index] {
-            let (Condition::Stage(own), Condition::Stage(levels)) = (&one.condition, &other.condition) else {
+    for (index, (one, condition)) in open.iter().enumerate() {
+        for (other, other_condition) in &open[..index] {
+            let (Condition::Stage(own), Condition::Stage(levels)) = (condition, other_condition) else {
                 continue;
             };
             if let Some(junction) = deepest_junction(&one.faces, &other.faces, bed, walls) {

@@ -3,8 +3,7 @@
 /// Slots of the hash table of a cache that holds one chunk.
 const SLOTS: usize = 1;
 
-/// Defines variables whose chunks go to the disk as soon as they are whole. Otherwise each keeps up to 16 MiB until the file is closed:
-/// the maps of a large scene together some hundred MiB.
+/// Defines variables whose chunks go to the disk as soon as they are whole. Otherwise each keeps up to 16 MiB until the file is closed.
 ///
 /// `chunk` is the size of their chunks (bytes); where one has larger chunks, the library takes a larger cache of its own.
 #[expect(unsafe_code, reason = "the netcdf crate has no wrapper for nc_set_chunk_cache")]

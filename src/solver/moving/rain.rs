@@ -211,7 +211,9 @@ impl Rainfall {
         let level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + particles.depth[i]);
         self.for_each_cell(bed, place, particles.smoothing_length[i], |cell, weight| {
             if here == Some(cell)
-                || (level > bed.elevation[cell] && gridding::is_in_sight((bed, walls), place, level, cell))
+                || (level > bed.elevation[cell]
+                    && bed.is_in_sight(place, level, cell)
+                    && !walls.is_walled(place, bed.lattice.centre(cell)))
             {
                 act(cell, weight);
             }

@@ -222,11 +222,7 @@ impl OpenBoundaries {
     /// Takes a particle that went out across an edge; returns its volume (m³) where there is no boundary with a condition.
     pub fn receive(&mut self, particle: &Particle) -> f64 {
         let place = particle.position;
-        let nearest = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
-        let distances = self.faces.iter().map(|face| face.distance(place)).enumerate();
-        let plain = self.plain.iter().map(|[start, end]| distance_to_segment(place, *start, *end));
-        let Some((index, _)) = distances.min_by(nearest).filter(|(_, d)| *d < plain.fold(f64::INFINITY, f64::min))
-        else {
+        let Some((index, true)) = nearest(&self.faces, &self.plain, place) else {
             return particle.volume;
         };
         self.buffer.push(BufferParticle {
@@ -492,9 +488,7 @@ impl OpenBoundaries {
             if faces[particle.face as usize].beyond(place) >= 0.0 {
                 return true;
             }
-            let distances = faces.iter().map(|face| face.distance(place)).enumerate();
-            let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-            let Some((index, distance)) = nearest else { return false };
+            let Some((index, is_nearest)) = nearest(faces, plain, place) else { return false };
             if faces[index].beyond(place) >= 0.0 {
                 particle.face = index as u32;
                 return true;
@@ -504,8 +498,7 @@ impl OpenBoundaries {
                 return true;
             }
             let before = faces[index].middle - faces[index].outwards * (0.25 * spacing);
-            let to_plain = plain.iter().map(|[start, end]| distance_to_segment(place, *start, *end));
-            distance < to_plain.fold(f64::INFINITY, f64::min) && !walls.is_walled(place, before)
+            is_nearest && !walls.is_walled(place, before)
         });
     }
 
@@ -671,6 +664,14 @@ impl OpenBoundaries {
 const LEAST_LEFT: f64 = 0.1;
 /// Guides are so many supports of a particle of one spacing long.
 const GUIDED: f64 = 2.0;
+
+/// The face nearest to a place, the first of several, and whether it is nearer than every open edge without a condition.
+fn nearest(faces: &[Face], plain: &[[Vec2; 2]], place: Vec2) -> Option<(usize, bool)> {
+    let distances = faces.iter().map(|face| face.distance(place)).enumerate();
+    let (index, distance) = distances.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))?;
+    let to_plain = plain.iter().map(|[start, end]| distance_to_segment(place, *start, *end));
+    Some((index, distance < to_plain.fold(f64::INFINITY, f64::min)))
+}
 
 /// All places (m) by their distance from one place, the nearest first.
 fn by_distance(from: Vec2, places: &[Vec2]) -> Vec<u32> {
