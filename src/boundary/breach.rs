@@ -1,14 +1,22 @@
 //! A dam as a ridge of the bed, and its breach: an opening that lowers the ridge in time (M46).
 //!
-//! With the share p(t) of the growth, from 0 at the trigger to 1 at its end, the bed of a dam cell at the station s along the
-//! line of the dam is
+//! With the share p(t) of the growth, from 0 at the trigger to 1 at its end, the opening at the station s along the line of the
+//! dam is a trapezoid of the depth
 //!
 //! ```text
-//! z_b(s, t) = max(z_g, min(z_c, z_i(t) + max(|s − s_m| − B p/2, 0) / m))        z_i(t) = z_c − (z_c − z_i) p
+//! D(s, t) = max((z_c − z_i) p − max(|s − s_m| − B p/2, 0) / m, 0)
 //! ```
 //!
-//! with the ground z_g below the dam, the crest z_c, the invert z_i, the bottom width B, the slope m of the sides (horizontal to
-//! vertical) and the station s_m of the middle. Where the whole dam goes, B is without bounds. It grows as in `Froehlich2008`.
+//! with the crest z_c, the invert z_i, the bottom width B, the slope m of the sides (horizontal to vertical) and the station s_m of
+//! the middle. Where the whole dam goes, B is without bounds. It grows as in `Froehlich2008`. A dam cell that covers the stations
+//! s_1 to s_2 opens so that as much water passes it as a broad crest of that shape, the water as high as the dam:
+//!
+//! ```text
+//! z_b(t) = max(z_g, z_c − [∫ D(s, t)^(3/2) ds / (s_2 − s_1)]^(2/3))
+//! ```
+//!
+//! with the ground z_g below the dam. Cells at the middle go down with the bottom, however narrow it is, so that the water comes when
+//! it would and runs out as far as it would on every lattice.
 
 use super::Series;
 use crate::math::Vec2;
@@ -20,6 +28,8 @@ pub struct DamCell {
     pub cell: usize,
     /// Distance along the line of the dam from its start (m).
     pub station: f64,
+    /// Half of the part of that line which the cell covers, seen across the line (m).
+    pub reach: f64,
     /// The ground below the dam (m), at which the opening ends in any case.
     pub ground: f64,
 }
@@ -112,13 +122,25 @@ impl Breach {
         let opened = match self.opening {
             Opening::Whole => sunk(cell.ground),
             Opening::Trapezoid { middle, bottom_width, side_slope, invert } => {
-                let beside = (cell.station - middle).abs() - 0.5 * bottom_width * share;
-                if beside <= 0.0 {
+                let off = (cell.station - middle).abs();
+                let half_bottom = 0.5 * bottom_width * share;
+                if off <= cell.reach || off + cell.reach <= half_bottom {
                     sunk(invert)
-                } else if side_slope > 0.0 {
-                    sunk(invert) + beside / side_slope
                 } else {
-                    self.crest
+                    let depth = self.crest - sunk(invert);
+                    // ∫ D^(3/2) from the middle to a place beside it.
+                    let passed = |place: f64| {
+                        let beside = (place.abs() - half_bottom).max(0.0);
+                        let below = (depth * side_slope - beside).max(0.0);
+                        let sides = if side_slope > 0.0 {
+                            0.4 * side_slope * (depth.powf(2.5) - (below / side_slope).powf(2.5))
+                        } else {
+                            0.0
+                        };
+                        place.signum() * (depth.powf(1.5) * place.abs().min(half_bottom) + sides)
+                    };
+                    let mean = (passed(off + cell.reach) - passed(off - cell.reach)) / (2.0 * cell.reach);
+                    self.crest - mean.max(0.0).powf(2.0 / 3.0)
                 }
             }
         };
@@ -136,22 +158,62 @@ mod tests {
 
     const TRAPEZOID: Opening = Opening::Trapezoid { middle: 50.0, bottom_width: 20.0, side_slope: 0.5, invert: 100.0 };
 
+    /// A cell 2 m wide about a station.
     fn at(station: f64) -> DamCell {
-        DamCell { cell: 0, station, ground: 98.0 }
+        DamCell { cell: 0, station, reach: 1.0, ground: 98.0 }
     }
 
     #[test]
     fn the_trapezoid_sinks_and_widens() {
         let breach = breach(TRAPEZOID, GrowthLaw::Linear);
-        // Half way: bottom at 105 m, 10 m wide, sides rise by 2 m for each metre.
-        for (station, share, bed) in
-            [(50.0, 0.0, 110.0), (50.0, 0.5, 105.0), (54.9, 0.5, 105.0), (56.0, 0.5, 107.0), (60.0, 0.5, 110.0)]
-        {
+        // Half way: bottom at 105 m, 10 m wide from 45 to 55 m, sides that rise by 2 m for each metre.
+        for (station, share, bed) in [(50.0, 0.0, 110.0), (50.0, 0.5, 105.0), (54.0, 0.5, 105.0), (60.0, 0.5, 110.0)] {
             assert!((breach.bed(&at(station), share) - bed).abs() < 1e-12, "{station} m, share {share}");
         }
-        for (station, bed) in [(50.0, 100.0), (40.0, 100.0), (39.0, 102.0), (35.5, 109.0), (30.0, 110.0)] {
+        for (station, bed) in [(50.0, 100.0), (41.0, 100.0), (30.0, 110.0)] {
             assert!((breach.bed(&at(station), 1.0) - bed).abs() < 1e-12, "{station} m");
         }
+    }
+
+    #[test]
+    fn as_much_water_passes_a_cell_as_the_part_of_the_opening_in_it() {
+        // By many small strips.
+        let passed = |from: f64, to: f64, share: f64| {
+            let strips = 200_000;
+            let width = (to - from) / f64::from(strips);
+            let depth = |place: f64| {
+                let beside = ((place - 50.0).abs() - 10.0 * share).max(0.0);
+                (10.0 * share - beside / 0.5).max(0.0)
+            };
+            (0..strips).map(|k| depth(from + (f64::from(k) + 0.5) * width).powf(1.5) * width).sum::<f64>()
+        };
+        let breach = breach(TRAPEZOID, GrowthLaw::Linear);
+        for reach in [1.0, 7.0] {
+            for (station, share) in [(60.0, 1.0), (38.5, 1.0), (57.3, 0.5), (57.3, 0.05), (66.0, 1.0)] {
+                let depth = breach.crest - breach.bed(&DamCell { reach, ..at(station) }, share);
+                let expected = passed(station - reach, station + reach, share);
+                let error = (2.0 * reach * depth.powf(1.5) - expected).abs();
+                assert!(error < 1e-6 * (1.0 + expected), "{station} m, {reach} m, share {share}: {depth} m");
+            }
+        }
+        let upright = Opening::Trapezoid { middle: 50.0, bottom_width: 20.0, side_slope: 0.0, invert: 100.0 };
+        let breach = Breach { opening: upright, ..breach };
+        // Half of the cell is open.
+        let depth = breach.crest - breach.bed(&at(60.0), 1.0);
+        assert!((depth.powf(1.5) - 0.5 * 10.0_f64.powf(1.5)).abs() < 1e-9, "{depth} m");
+    }
+
+    #[test]
+    fn the_cell_at_the_middle_goes_down_with_the_bottom_wherever_it_lies() {
+        let breach = breach(TRAPEZOID, GrowthLaw::Linear);
+        for off in [0.0, -8.0, 29.0, 30.0] {
+            let cell = DamCell { reach: 30.0, ..at(50.0 + off) };
+            for (share, bed) in [(0.01, 109.9), (0.5, 105.0), (1.0, 100.0)] {
+                assert!((breach.bed(&cell, share) - bed).abs() < 1e-12, "{off} m, share {share}");
+            }
+        }
+        let beside = DamCell { reach: 30.0, ..at(81.0) };
+        assert!(breach.bed(&beside, 1.0) > 105.0);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! A dam that breaks: its file, its ridge on the lattice, and whether its opening fits it.
 
-use super::burn::{crossed, station_of, strip};
 use std::collections::BTreeMap;
 
+use super::burn::{Foot, crossed, foot_of, strip};
 use super::findings::Findings;
 use super::grid::REACH;
 use super::outside::{Outside, all_outside, partly_outside};
@@ -88,18 +88,16 @@ pub(super) fn on_lattice(
     let lattice = &bed.lattice;
     let line: Vec<Vec2> = opened.line.iter().map(|place| lattice.to_local(*place)).collect();
     // The bed that moving particles see is lower between two cells that meet at a corner only.
-    let stations: BTreeMap<usize, f64> = match scenario.numerics.motion {
+    let crossed = match scenario.numerics.motion {
         Motion::Eulerian => crossed(&line, lattice),
-        Motion::Lagrangian => {
-            let station = |cell: usize| station_of(lattice.centre(cell), &line).0;
-            strip(&line, 0.0, lattice).into_iter().map(|cell| (cell, station(cell))).collect()
-        }
+        Motion::Lagrangian => strip(&line, 0.0, lattice),
     };
-    let cells: Vec<DamCell> = stations
-        .into_iter()
-        .filter(|(cell, _)| bed.has_terrain(*cell))
-        .map(|(cell, station)| DamCell { cell, station, ground: bed.elevation[cell] })
-        .collect();
+    let dam_cell = |cell: usize| {
+        let Foot { station, direction, .. } = foot_of(lattice.centre(cell), &line);
+        let reach = 0.5 * lattice.spacing * (direction.x.abs() + direction.y.abs());
+        DamCell { cell, station, reach, ground: bed.elevation[cell] }
+    };
+    let cells: Vec<DamCell> = crossed.into_iter().filter(|cell| bed.has_terrain(*cell)).map(dam_cell).collect();
     let Some(lowest) = cells.iter().min_by(|a, b| a.ground.total_cmp(&b.ground)).copied() else {
         all_outside(&written.dam, opened.line[0], findings);
         return None;
@@ -147,9 +145,12 @@ pub(super) fn on_lattice(
         findings.add(duration, problem.with_remedy("let the run last longer, if the final opening matters"));
     }
     if let (Motion::Lagrangian, Some(duration)) = (scenario.numerics.motion, &duration) {
-        let message = "moving particles pass a crest that sinks slowly late, and then too many of them: the flood may begin minutes late";
+        let message = "moving particles pass a crest that sinks slowly late, and then too many of them at once: the flood may begin many minutes late, and its peak be a third too high";
         let problem = Problem::warning(ProblemKind::Scenario, "late-breach", "", message);
-        findings.add(duration, problem.with_remedy("leave out `motion: lagrangian`, or compare with a run without it"));
+        findings.add(
+            duration,
+            problem.with_remedy("leave out `motion: lagrangian` wherever the hydrograph of a breach counts"),
+        );
     }
     let breach = Breach {
         cells,
@@ -269,7 +270,7 @@ fn trapezoid(
         None => 0.5 * length,
         Some(position) => {
             let place = Vec2::new(position.value[0], position.value[1]);
-            let (station, distance) = station_of(lattice.to_local(place), line);
+            let Foot { station, distance, .. } = foot_of(lattice.to_local(place), line);
             if distance > REACH * lattice.spacing {
                 let problem = input_error("position-off-dam", format!("this place lies {distance:.1} m off the dam"))
                     .with_remedy("give a place on its line, or leave the key out for the middle of the line")
@@ -310,9 +311,8 @@ fn trapezoid(
         findings.add(&shape.bottom_width, problem);
         return None;
     }
-    // Half a cell more than the bottom, so that a narrow one does not fall between two cells.
-    let reach = 0.5 * (width + lattice.spacing);
-    let under: Vec<&DamCell> = cells.iter().filter(|cell| (cell.station - middle).abs() <= reach).collect();
+    let is_under = |cell: &&DamCell| (cell.station - middle).abs() <= 0.5 * width + cell.reach;
+    let under: Vec<&DamCell> = cells.iter().filter(is_under).collect();
     if let Some(ground) = under.iter().min_by(|a, b| a.ground.total_cmp(&b.ground))
         && invert < ground.ground
     {

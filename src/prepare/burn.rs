@@ -6,12 +6,12 @@ use super::polygons::distance_to_segment;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
-/// The cells that a line (local coordinates, m) crosses, in ascending order, each with the station (m) of its centre.
+/// The cells that a line (local coordinates, m) crosses.
 ///
 /// They close every way from cell to cell through a common edge: where the line passes through a corner, the two cells on its
 /// way meet there, and the other two have no common edge.
-pub(super) fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeMap<usize, f64> {
-    cells(line, 0.0, lattice).into_iter().map(|cell| (cell, station_of(lattice.centre(cell), line).0)).collect()
+pub(super) fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeSet<usize> {
+    cells(line, 0.0, lattice)
 }
 
 /// A part of a straight piece (local coordinates, m) between two lines of the lattice.
@@ -68,7 +68,7 @@ pub(super) fn strip(line: &[Vec2], width: f64, lattice: &Lattice) -> BTreeSet<us
             let Some(beside) = beside else { continue };
             let between = [lattice.index(beside, row), lattice.index(column, row + 1)];
             if found.contains(&lattice.index(beside, row + 1)) && !between.iter().any(|cell| found.contains(cell)) {
-                let distance = |cell: usize| station_of(lattice.centre(cell), line).1;
+                let distance = |cell: usize| foot_of(lattice.centre(cell), line).distance;
                 let is_nearer = distance(between[1]) < distance(between[0]);
                 found.insert(between[usize::from(is_nearer)]);
             }
@@ -114,25 +114,36 @@ fn passes(piece: &[Vec2], corner: Vec2, spacing: f64) -> bool {
     from < to
 }
 
-/// The station (m) along a line of the place on it that is nearest to a place, and its distance (m).
-pub(super) fn station_of(place: Vec2, line: &[Vec2]) -> (f64, f64) {
-    let mut best = (0.0, f64::INFINITY);
+/// The place on a line that is nearest to another one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foot {
+    /// Its distance (m) along the line from the start.
+    pub station: f64,
+    /// Its distance (m) from the other place.
+    pub distance: f64,
+    /// The direction of the line there, of length 1.
+    pub direction: Vec2,
+}
+
+/// The foot of a place on a line of two vertices or more, no two of them that follow each other the same.
+pub(super) fn foot_of(place: Vec2, line: &[Vec2]) -> Foot {
+    let mut best = Foot { station: 0.0, distance: f64::INFINITY, direction: Vec2::default() };
     let mut before = 0.0;
     for piece in line.windows(2) {
         let along = piece[1] - piece[0];
-        let share = ((place - piece[0]).dot(along) / along.norm_squared()).clamp(0.0, 1.0);
+        let (share, length) = (((place - piece[0]).dot(along) / along.norm_squared()).clamp(0.0, 1.0), along.norm());
         let distance = (place - (piece[0] + along * share)).norm();
-        if distance < best.1 {
-            best = (before + share * along.norm(), distance);
+        if distance < best.distance {
+            best = Foot { station: before + share * length, distance, direction: along * (1.0 / length) };
         }
-        before += along.norm();
+        before += length;
     }
     best
 }
 
 /// The value at a place, linear along the line between the values at its vertices.
 pub(super) fn value_at(place: Vec2, line: &[Vec2], values: &[f64]) -> f64 {
-    let station = station_of(place, line).0;
+    let station = foot_of(place, line).station;
     let mut before = 0.0;
     for (piece, ends) in line.windows(2).zip(values.windows(2)) {
         let length = (piece[1] - piece[0]).norm();
@@ -214,7 +225,7 @@ mod tests {
     #[test]
     fn the_cells_of_a_line_close_every_way_through_edges() {
         for line in lines() {
-            let dam = crossed(&line, &lattice()).into_keys().collect();
+            let dam = crossed(&line, &lattice());
             assert!(!passes_by(&dam, &EDGES), "{line:?}");
         }
     }
@@ -254,8 +265,7 @@ mod tests {
         let line = [Vec2::new(10.0, 0.0), Vec2::new(10.0, 20.0)];
         let dam = crossed(&line, &lattice);
         assert_eq!(dam.len(), 10);
-        assert!(dam.keys().all(|cell| cell % 12 == 5));
-        assert!((dam[&5] - 1.0).abs() < 1e-12 && (dam[&(9 * 12 + 5)] - 19.0).abs() < 1e-12);
+        assert!(dam.iter().all(|cell| cell % 12 == 5));
         let columns = |width: f64| {
             let columns: BTreeSet<usize> = strip(&line, width, &lattice).iter().map(|cell| cell % 12).collect();
             columns.into_iter().collect::<Vec<_>>()
@@ -263,6 +273,21 @@ mod tests {
         assert_eq!(columns(0.5), [5]);
         assert_eq!(columns(2.5), [4, 5]);
         assert_eq!(columns(6.0), [3, 4, 5, 6]);
+    }
+
+    #[test]
+    fn the_foot_of_a_place_is_that_on_the_nearest_piece() {
+        let line = [Vec2::new(0.0, 0.0), Vec2::new(10.0, 0.0), Vec2::new(10.0, 5.0)];
+        let cases = [
+            ((3.0, 2.0), [3.0, 2.0, 1.0, 0.0]),
+            ((13.0, 4.0), [14.0, 3.0, 0.0, 1.0]),
+            ((-3.0, -4.0), [0.0, 5.0, 1.0, 0.0]),
+        ];
+        for ((x, y), expected) in cases {
+            let foot = foot_of(Vec2::new(x, y), &line);
+            let found = [foot.station, foot.distance, foot.direction.x, foot.direction.y];
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{x} {y}: {found:?}");
+        }
     }
 
     #[test]

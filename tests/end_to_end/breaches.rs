@@ -112,6 +112,27 @@ fn a_dam_breaks_before_resting_and_moving_particles() {
 }
 
 #[test]
+fn a_breach_that_grows_begins_at_the_same_time_on_every_lattice() {
+    let folder = TempDir::new().unwrap();
+    let scenario = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/breach/scenario.yaml");
+    let arrivals = ["20 m", "25 m", "30 m", "40 m"].map(|resolution| {
+        let (resolution, scenario) = (format!("resolution={resolution}"), scenario.to_str().unwrap());
+        let settings = [&resolution, "time.end=480 s", "outputs.every=480 s", "outputs.isochrones=[5 min]"];
+        let settings = settings.iter().flat_map(|setting| ["--set", setting]);
+        let command: Vec<&str> =
+            ["run", scenario, "--out", "out", "--overwrite", "--quiet"].into_iter().chain(settings).collect();
+        let answer = floodsim(folder.path(), &command);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let sections = std::fs::read_to_string(folder.path().join("out/tables/sections.csv")).unwrap();
+        let row = sections.lines().find(|line| line.starts_with("breach,")).unwrap();
+        row.split(',').nth(2).unwrap().parse::<f64>().unwrap()
+    });
+    let [first, last] =
+        [arrivals.iter().copied().fold(f64::INFINITY, f64::min), arrivals.iter().copied().fold(0.0, f64::max)];
+    assert!(first > 400.0 && last < first + 10.0, "{arrivals:?} s");
+}
+
+#[test]
 fn a_growing_breach_of_moving_particles_is_warned_of() {
     let folder = scene();
     for (settings, is_warned) in [("numerics.motion=lagrangian", true), ("numerics.motion=eulerian", false)] {

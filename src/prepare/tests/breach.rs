@@ -87,6 +87,27 @@ fn a_dam_of_moving_particles_has_no_cells_that_meet_at_a_corner_only() {
 }
 
 #[test]
+fn water_finds_its_way_through_the_narrowest_opening_of_a_dam_askew_to_the_lattice() {
+    for motion in [Motion::Eulerian, Motion::Lagrangian] {
+        for share in [0.42, 0.44, 0.46, 0.48, 0.5, 0.52, 0.54, 0.56] {
+            let mut scene = dam();
+            scene.scenario.numerics.motion = motion;
+            scene.line("dam.geojson", &[(1060.0, 2041.0), (1095.0, 2109.0)]);
+            let shape = scene.scenario.breach.as_mut().unwrap().shape.as_mut().unwrap();
+            shape.bottom_width.value = 0.5;
+            shape.position = Some(sourced("breach.shape.position", [1060.0 + 35.0 * share, 2041.0 + 68.0 * share]));
+            shape.side_slope = 0.0;
+            let prepared = prepare(&scene.scenario);
+            let codes: Vec<&str> = prepared.problems.iter().map(|problem| problem.code).collect();
+            assert!(
+                !codes.contains(&"opening-blocked") && codes.contains(&"breach-coarse"),
+                "{motion:?} {share}: {codes:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn without_a_shape_the_whole_dam_goes() {
     let prepared = prepared(|_, breach| breach.shape = None);
     assert_eq!(prepared.problems, []);

@@ -62,6 +62,7 @@ pub(in crate::solver) mod valley {
         let cell = |row: usize| DamCell {
             cell: row * COLUMNS + DAM,
             station: (row as f64 + 0.5) * SPACING,
+            reach: 0.5 * SPACING,
             ground: ground(row * COLUMNS + DAM),
         };
         Breach { cells: (0..ROWS).map(cell).collect(), crest: CREST, trigger, opening, law, duration: 40.0 }

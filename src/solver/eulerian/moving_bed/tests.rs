@@ -148,7 +148,7 @@ fn a_steep_slide_into_a_lake_keeps_every_drop() {
 #[test]
 fn a_dam_and_a_slide_are_both_handed_out() {
     let mut problem = problem((20, 3), 5.0, |_| -2.0);
-    let dam = |row: usize| DamCell { cell: row * 20 + 5, station: 5.0 * row as f64, ground: -2.0 };
+    let dam = |row: usize| DamCell { cell: row * 20 + 5, station: 5.0 * row as f64, reach: 2.5, ground: -2.0 };
     problem.forcing.breach = Some(Breach {
         cells: (0..3).map(dam).collect(),
         crest: 1.0,
