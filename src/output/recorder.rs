@@ -36,6 +36,8 @@ pub struct RecorderPlan {
     pub raised: Vec<usize>,
     /// Interval of the gauge series (s).
     pub gauges_every: f64,
+    /// Of each cross-section the cells that it crosses.
+    pub sections: Vec<Vec<usize>>,
 }
 
 /// Where frames go: usually [`FieldsWriter::push`](super::FieldsWriter::push).
@@ -54,6 +56,7 @@ pub struct Recorder {
     maxima: Maxima,
     frames: Schedule,
     gauges: GaugeRecorder,
+    sections: Vec<Vec<usize>>,
     mass_balance: Vec<MassBalanceRow>,
     previous_volumes: Volumes,
     time: f64,
@@ -70,6 +73,8 @@ pub struct Recording {
     pub gauge_results: Vec<GaugeResult>,
     /// The gauge series, by time and then by gauge.
     pub gauge_samples: Vec<GaugeSample>,
+    /// When the water came to each cross-section (s), which is when it came to the first of its cells; none where it never did.
+    pub section_arrivals: Vec<Option<f64>>,
     /// One row for each frame.
     pub mass_balance: Vec<MassBalanceRow>,
 }
@@ -103,6 +108,7 @@ impl Recorder {
                 ArrivalRule { threshold: thresholds[0], rise_on_wet },
                 gauge_schedule,
             ),
+            sections: plan.sections,
             mass_balance: Vec::new(),
             previous_volumes: Volumes::default(),
             bed_elevation,
@@ -182,11 +188,16 @@ impl Recorder {
     /// What the run left behind, up to the last step taken.
     pub fn finish(self) -> Recording {
         let (gauge_results, gauge_samples) = self.gauges.finish();
+        let arrivals = |cells: &Vec<usize>| {
+            let arrivals = cells.iter().map(|&cell| self.maxima.seen_of_threshold(cell, 0, self.time).arrival);
+            arrivals.filter(|arrival| !arrival.is_nan()).min_by(f64::total_cmp)
+        };
         Recording {
             end_time: self.time,
             maps: self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest),
             gauge_results,
             gauge_samples,
+            section_arrivals: self.sections.iter().map(arrivals).collect(),
             mass_balance: self.mass_balance,
         }
     }

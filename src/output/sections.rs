@@ -18,7 +18,7 @@ pub struct Section {
 /// What a section has seen; discharges are positive where the water crosses the line towards its left side, that is downstream.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SectionResult {
-    /// First time (s) at which water passed.
+    /// When the water came to the first of the cells that the line crosses, by the rule of the maps for the first threshold (s).
     pub arrival: Option<f64>,
     /// The discharge that was greatest in size (m³/s); 0 where no water came.
     pub peak_discharge: f64,
@@ -41,7 +41,7 @@ pub struct SectionSample {
     pub volume: f64,
 }
 
-/// A discharge below this (m³/s) is rounding or a drop, and no arrival.
+/// A discharge below this (m³/s) is rounding or a drop, and no peak.
 const NOTHING: f64 = 1e-6;
 
 /// Follows the sections of a run.
@@ -72,12 +72,9 @@ impl SectionRecorder {
         let earlier: Vec<f64> = self.results.iter().map(|result| result.volume).collect();
         for (result, (discharge, volume)) in self.results.iter_mut().zip(flows.clone()) {
             result.volume = volume;
-            if discharge.abs() > NOTHING {
-                result.arrival.get_or_insert(before);
-                if discharge.abs() > result.peak_discharge.abs() {
-                    result.peak_discharge = discharge;
-                    result.time_of_peak = Some(after);
-                }
+            if discharge.abs() > result.peak_discharge.abs().max(NOTHING) {
+                result.peak_discharge = discharge;
+                result.time_of_peak = Some(after);
             }
         }
         let now: Vec<(f64, f64)> = flows.collect();
@@ -98,11 +95,14 @@ impl SectionRecorder {
         }
     }
 
-    /// What each section has seen, and the samples by time and then by section.
-    pub fn finish(mut self) -> (Vec<SectionResult>, Vec<SectionSample>) {
+    /// What each section has seen, with the arrival (s) at each, and the samples by time and then by section.
+    pub fn finish(mut self, arrivals: &[Option<f64>]) -> (Vec<SectionResult>, Vec<SectionSample>) {
         // A run that ended within its first step; nothing is due otherwise.
         if self.samples.is_empty() {
             self.sample(0.0, |_| (0.0, 0.0));
+        }
+        for (result, arrival) in self.results.iter_mut().zip(arrivals) {
+            result.arrival = *arrival;
         }
         (self.results, self.samples)
     }
@@ -117,9 +117,10 @@ mod tests {
         let mut recorder = SectionRecorder::new(1, 5.0, 10.0);
         recorder.step(0.5, std::iter::once((170.0, 85.0)));
         recorder.step(10.0, std::iter::once((180.0, 1795.0)));
-        let found: Vec<(f64, f64, f64)> = recorder.finish().1.iter().map(|s| (s.time, s.discharge, s.volume)).collect();
+        let found: Vec<(f64, f64, f64)> =
+            recorder.finish(&[None]).1.iter().map(|s| (s.time, s.discharge, s.volume)).collect();
         assert_eq!(found, [(0.0, 170.0, 0.0), (5.0, 180.0, 895.0), (10.0, 180.0, 1795.0)]);
-        let unbegun = SectionRecorder::new(2, 5.0, 10.0).finish().1;
+        let unbegun = SectionRecorder::new(2, 5.0, 10.0).finish(&[None; 2]).1;
         assert_eq!(unbegun.len(), 2);
     }
 
@@ -130,9 +131,9 @@ mod tests {
         for (time, discharge, volume) in steps {
             recorder.step(time, std::iter::once((discharge, volume)));
         }
-        let (results, samples) = recorder.finish();
+        let (results, samples) = recorder.finish(&[Some(2.5)]);
         let expected =
-            SectionResult { arrival: Some(2.0), peak_discharge: -4.0, time_of_peak: Some(10.0), volume: 2.0 };
+            SectionResult { arrival: Some(2.5), peak_discharge: -4.0, time_of_peak: Some(10.0), volume: 2.0 };
         assert_eq!(results, [expected]);
         let found: Vec<(f64, f64, f64)> = samples.iter().map(|s| (s.time, s.discharge, s.volume)).collect();
         assert_eq!(found, [(0.0, 0.0, 0.0), (5.0, 1.0, 7.0), (10.0, -4.0, 2.0)]);

@@ -182,7 +182,7 @@ impl Run<'_> {
         drop(solver);
 
         let recording = recorder.finish();
-        let (section_results, section_samples) = sections.finish();
+        let (section_results, section_samples) = sections.finish(&recording.section_arrivals);
         if let Some(fields) = fields {
             fields.finish()?;
             self.write_plane(&grid, &provenance, &recording, &section_results)?;
@@ -433,6 +433,7 @@ fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) ->
         walls: prepared.walls.clone(),
         raised: prepared.raised.clone(),
         gauges_every: outputs.gauges_every,
+        sections: prepared.crossed.clone(),
     }
 }
 

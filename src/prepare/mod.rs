@@ -36,6 +36,7 @@ mod sources;
 mod start;
 mod water;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -124,6 +125,8 @@ pub struct Prepared {
     pub initial_velocity: Vec<Vec2>,
     /// Cross-sections.
     pub sections: Vec<Section>,
+    /// Of each of them the cells that it crosses.
+    pub crossed: Vec<Vec<usize>>,
     /// Channels of one dimension.
     pub channels: Vec<ChannelProfile>,
     /// Gauges.
@@ -212,6 +215,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         still_water: None,
         initial_velocity: Vec::new(),
         sections: Vec::new(),
+        crossed: Vec::new(),
         channels: Vec::new(),
         gauges,
         inputs: inputs::all(scenario),
@@ -307,6 +311,11 @@ fn place_on_lattice(
         prepared.forcing.sections.push(forcing::pieces_of(&section, &lattice));
         prepared.sections.push(section);
     }
+    let crossed = |pieces: &Vec<[Vec2; 2]>| {
+        let cells: BTreeSet<usize> = pieces.iter().flat_map(|piece| burn::crossed(piece, &lattice)).collect();
+        cells.into_iter().collect()
+    };
+    prepared.crossed = prepared.forcing.sections.iter().map(crossed).collect();
     prepared.forcing.breach = breach;
     prepared.forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (&bed, &prepared.forcing), findings);
     if let Some(source) = &scenario.outputs.gauges {

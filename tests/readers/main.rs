@@ -73,6 +73,7 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         walls: Vec::new(),
         raised: Vec::new(),
         gauges_every: 60.0,
+        sections: vec![vec![20 * COLUMNS + 20]],
     }
 }
 
@@ -129,7 +130,7 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     let section = Section { id: "bridge".into(), line: vec![origin, origin + Vec2::new(50.0, 70.0)] };
     let mut sections = SectionRecorder::new(1, 60.0, END);
     sections.step(END, std::iter::once((2.5, 2.5 * END)));
-    let (results, samples) = sections.finish();
+    let (results, samples) = sections.finish(&recording.section_arrivals);
     let findings = Findings {
         gauges: &plan.gauges,
         sections: (std::slice::from_ref(&section), &results),

@@ -29,6 +29,7 @@ fn plan(every: f64) -> RecorderPlan {
         walls: vec![],
         raised: vec![],
         gauges_every: 10.0,
+        sections: vec![vec![7, 8], vec![5, 6, 7], vec![8], vec![]],
     }
 }
 
@@ -115,6 +116,15 @@ fn wet_ground_arrives_when_its_level_has_risen() {
     assert_close(high.duration, 90.0, "0.5 m is reached at 10 s");
     assert!(low.recession.is_nan(), "still under water");
     assert_close(recorder.maxima.seen(7).time_of_max_depth, 100.0, "still rising");
+}
+
+#[test]
+fn the_water_comes_to_a_section_when_it_comes_to_the_first_of_its_cells() {
+    let (recording, _) = record(25.0, 10.0);
+    let [wet, both, dry, none] = recording.section_arrivals[..] else { panic!("four sections") };
+    assert_close(wet.unwrap(), 20.0, "a rise of 0.2 m");
+    assert_close(both.unwrap(), 13.0, "the ramp before the rise");
+    assert_eq!((dry, none), (None, None));
 }
 
 #[test]

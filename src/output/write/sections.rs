@@ -66,9 +66,9 @@ const RESULTS: [(Described, OfSection); 9] = [
         Described {
             name: "arrival_time",
             standard_name: "",
-            long_name: "first time at which water passed the cross-section",
+            long_name: "time of arrival of the water at the cross-section",
             units: "s",
-            comment: "seconds since the start; no value where none did",
+            comment: "seconds since the start, when it came to the first of the cells that the line crosses, by the rule of arrival_time in maps.nc for its first threshold; no value where it never did",
         },
         |_, result| result.arrival,
     ),
