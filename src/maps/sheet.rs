@@ -51,16 +51,29 @@ pub struct Sheet<'a> {
 const MARGIN: f64 = 26.0;
 const TICK_SPACE: f64 = 20.0;
 const CAPTION: f64 = 24.0;
-const WIDTH: f64 = 1180.0;
+/// A sheet of maps that are wider than high, and one of maps that are higher than wide.
+const LANDSCAPE: Page = Page { width: 1180.0, tallest: [860.0, 620.0] };
+const PORTRAIT: Page = Page { width: 840.0, tallest: [1240.0, 640.0] };
+
+/// The paper of a sheet.
+struct Page {
+    /// Its width.
+    width: f64,
+    /// How high a map may be that takes the full width, and one of a pair.
+    tallest: [f64; 2],
+}
 
 /// The sheet as an SVG document (pixels at 96 to the inch), complete in itself.
 pub fn map_sheet(sheet: &Sheet) -> String {
     let window = window(sheet);
-    let full = WIDTH - 2.0 * MARGIN - TICK_SPACE;
-    let half = (full - MARGIN - TICK_SPACE) / 2.0;
     let aspect = window.rows as f64 / window.columns as f64;
+    let page = if aspect > 1.0 { PORTRAIT } else { LANDSCAPE };
+    let full = page.width - 2.0 * MARGIN - TICK_SPACE;
+    let half = (full - MARGIN - TICK_SPACE) / 2.0;
     let mut drawing = Drawing::default();
-    drawing.text(MARGIN, 40.0, Style::PLAIN.size(21.0).bold(), sheet.title);
+    // Bold letters are a tenth wider.
+    let title_size = 21.0 * ((page.width - 2.0 * MARGIN) / (1.1 * text_width(sheet.title, 21.0))).min(1.0);
+    drawing.text(MARGIN, 40.0, Style::PLAIN.size(title_size).bold(), sheet.title);
     drawing.text(MARGIN, 61.0, Style::PLAIN.size(13.0).fill("#555"), sheet.subtitle);
     let terrain = picture::terrain(sheet.grid, sheet.bed, window);
     // The one picture of the terrain is drawn by every map that refers to it.
@@ -70,30 +83,31 @@ pub fn map_sheet(sheet: &Sheet) -> String {
     drawing.raw(format_args!(
         r#"<defs><image id="{name}" width="{w}" height="{h}" preserveAspectRatio="none" xlink:href="{terrain}"/></defs>"#
     ));
-    let mut top = 78.0;
-    let mut right_hand = false;
-    let single = sheet.panels.len() == 1;
-    for (k, panel) in sheet.panels.iter().enumerate() {
-        let wide = single || panel.wide;
-        let mut width = if wide { full } else { half };
-        let limit = if wide { 860.0 } else { 620.0 };
-        width = width.min(limit / aspect);
-        let left = MARGIN + TICK_SPACE + if right_hand { half + MARGIN + TICK_SPACE } else { 0.0 };
-        let caption = if panel.caption.is_empty() { 6.0 } else { CAPTION };
-        let frame = Frame { left, top: top + caption, width, height: width * aspect, window, grid: sheet.grid };
-        draw_panel(&mut drawing, sheet, panel, &frame, &name);
-        let next_is_wide = sheet.panels.get(k + 1).is_none_or(|next| next.wide);
-        right_hand = !wide && !right_hand && !next_is_wide;
-        if !right_hand {
-            top += caption + frame.height + TICK_SPACE + 10.0;
+    // In rows, each panel beside the one before as long as there is room.
+    let (mut left, mut top, mut row_height) = (MARGIN, 78.0, 0.0_f64);
+    for panel in &sheet.panels {
+        let is_wide = panel.wide || sheet.panels.len() == 1;
+        let width = if is_wide { full } else { half }.min(page.tallest[usize::from(!is_wide)] / aspect);
+        if left > MARGIN && left + TICK_SPACE + width > page.width - MARGIN + 1.0 {
+            (left, top, row_height) = (MARGIN, top + row_height, 0.0);
         }
+        let caption = if panel.caption.is_empty() { 6.0 } else { CAPTION };
+        let (left_side, height) = (left + TICK_SPACE, width * aspect);
+        let frame = Frame { left: left_side, top: top + caption, width, height, window, grid: sheet.grid };
+        draw_panel(&mut drawing, sheet, panel, &frame, &name);
+        left += TICK_SPACE + width + MARGIN;
+        row_height = row_height.max(caption + height + TICK_SPACE + 10.0);
     }
-    let bottom = legend(&mut drawing, sheet, top + 6.0);
+    top += row_height;
+    let mut bottom = legend(&mut drawing, sheet, page.width, top + 6.0);
     let small = Style::PLAIN.size(10.0).fill("#666");
     let place = format!("{} · grid north is up · cells of {} m", sheet.crs, trimmed(sheet.grid.cell));
     drawing.text(MARGIN, bottom + 12.0, small, &place);
-    drawing.text(WIDTH - MARGIN, bottom + 12.0, small.anchor("end"), sheet.note);
-    drawing.finish(WIDTH, bottom + 30.0, sheet.title)
+    if text_width(&place, 10.0) + text_width(sheet.note, 10.0) > page.width - 3.0 * MARGIN {
+        bottom += 14.0;
+    }
+    drawing.text(page.width - MARGIN, bottom + 12.0, small.anchor("end"), sheet.note);
+    drawing.finish(page.width, bottom + 30.0, sheet.title)
 }
 
 /// The part of the grid that any panel shows, the marks, and a margin.
@@ -315,7 +329,7 @@ fn draw_scale_bar(drawing: &mut Drawing, panel: &Panel, frame: &Frame) {
 }
 
 /// The classes of all panels side by side, each set once. Returns where the legend ends (pixels).
-fn legend(drawing: &mut Drawing, sheet: &Sheet, top: f64) -> f64 {
+fn legend(drawing: &mut Drawing, sheet: &Sheet, page_width: f64, top: f64) -> f64 {
     let mut sets: Vec<&Classes> = Vec::new();
     for classes in
         sheet.panels.iter().flat_map(|panel| [Some(panel.classes), panel.under.map(|under| under.1)]).flatten()
@@ -332,7 +346,7 @@ fn legend(drawing: &mut Drawing, sheet: &Sheet, top: f64) -> f64 {
         let column_width = widest + 42.0;
         let columns = count.div_ceil(rows);
         let width = (columns as f64 * column_width).max(text_width(&classes.title, 11.5) * 1.1 + 20.0);
-        if x > MARGIN && x + width > WIDTH - MARGIN {
+        if x > MARGIN && x + width > page_width - MARGIN {
             (x, y) = (MARGIN, bottom + 10.0);
         }
         drawing.text(x, y + 12.0, Style::PLAIN.size(11.5).bold(), &classes.title);
