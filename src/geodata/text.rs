@@ -52,7 +52,8 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
 impl Table {
     /// Splits text into rows. Lines that are empty or start with `#` are left out.
     ///
-    /// The first line is a header when `is_header` says so of its fields.
+    /// The first line is a header when `is_header` says so of its fields; a line `sep=;` before it, as spreadsheets write and read it,
+    /// names the separator.
     pub fn parse(text: &str, is_header: impl FnOnce(&[String]) -> bool) -> Table {
         let mut lines = text
             .lines()
@@ -60,7 +61,10 @@ impl Table {
             .map(|(i, line)| (i + 1, line.trim()))
             .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
             .peekable();
-        let separator = lines.peek().map_or(Separator::Blank, |(_, line)| Separator::of(line));
+        let named =
+            lines.next_if(|(_, line)| Separator::named(line).is_some()).and_then(|(_, line)| Separator::named(line));
+        let first = lines.peek().map_or(Separator::Blank, |(_, line)| Separator::of(line));
+        let separator = named.unwrap_or(first);
         let mut rows = lines.map(|(number, line)| (number, separator.split(line)));
         let Some(first) = rows.next() else {
             return Table { header: None, rows: Vec::new() };
@@ -92,6 +96,14 @@ enum Separator {
 }
 
 impl Separator {
+    /// That of a line such as `sep=;`; a tabulator at the end of a line is lost with the blanks there.
+    fn named(line: &str) -> Option<Self> {
+        let name = line.trim_matches('"').strip_prefix("sep=").or_else(|| line.strip_prefix("SEP="))?;
+        let mut characters = name.chars();
+        let separator = characters.next().unwrap_or('\t');
+        characters.next().is_none().then_some(Separator::Character(separator))
+    }
+
     /// The first that divides a line; a lone tabulator may stand among blanks.
     fn of(line: &str) -> Self {
         [(';', 2), ('\t', 3), (',', 2)]
@@ -140,6 +152,19 @@ mod tests {
         assert_eq!(rows("1; 2 ;3"), vec![vec!["1", "2", "3"]]);
         assert_eq!(rows("1   2\t3".replace('\t', " ").as_str()), vec![vec!["1", "2", "3"]]);
         assert_eq!(rows("A,\"x, \"\"y\"\"\",3"), vec![vec!["A", "x, \"y\"", "3"]]);
+    }
+
+    #[test]
+    fn a_line_of_a_spreadsheet_names_the_separator() {
+        for (text, expected) in [
+            ("sep=;\n1;2,5", ["1", "2,5"]),
+            ("\"sep=,\"\n1,2", ["1", "2"]),
+            ("sep=\t\n1\t2", ["1", "2"]),
+            ("SEP=|\n1|2", ["1", "2"]),
+        ] {
+            assert_eq!(rows(text), vec![expected.to_vec()], "{text:?}");
+        }
+        assert_eq!(rows("sep=ab\n1,2"), vec![vec!["sep=ab"], vec!["1,2"]]);
     }
 
     #[test]
