@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::bed_motion::ChangingBed;
-use super::step::{HalfStep, heun, leapfrog};
+use super::step::{Beginning, HalfStep, heun, leapfrog};
 use super::{CHUNK, Formulation, MovingMethods, MovingWater, Rates};
 use crate::error::{FailurePlace, NumericalFailure};
 use crate::gridding::Gridder;
@@ -37,6 +37,7 @@ pub struct MovingSolver<F: Formulation> {
     first_choice: Option<StepChoice>,
     last_choice: Option<StepChoice>,
     halves: Vec<HalfStep>,
+    beginnings: Vec<Beginning>,
     water_order: Vec<u32>,
     gridder: Gridder,
     /// Whether the grid shows the water as it is now.
@@ -72,6 +73,7 @@ impl<F: Formulation> MovingSolver<F> {
             first_choice: None,
             last_choice: None,
             halves: Vec::new(),
+            beginnings: Vec::new(),
             water_order: Vec::new(),
             gridder,
             is_gridded: false,
@@ -273,7 +275,10 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.water.sections.begin(&self.water.particles);
         let (outflow, evaluations) = match self.integrator {
             Integrator::Leapfrog => (leapfrog(&mut self.formulation, &mut self.water, &mut self.halves, time_step), 1),
-            Integrator::Heun => (heun(&mut self.formulation, &mut self.water, &mut self.halves, time_step), 2),
+            Integrator::Heun => {
+                let kept = (&mut self.halves, &mut self.beginnings);
+                (heun(&mut self.formulation, &mut self.water, kept, time_step), 2)
+            }
         };
         self.evaluations += evaluations * self.water.particles.len() as u64;
         if F::CARRIES_DEPTH && self.water.dimension == Dimension::One {

@@ -24,7 +24,7 @@ pub struct HalfStep {
 
 /// What a step of Heun's method keeps: state and rates at its beginning.
 #[derive(Clone, Copy, Debug, Default)]
-struct Beginning {
+pub struct Beginning {
     position: Vec2,
     velocity: Vec2,
     depth: f64,
@@ -100,7 +100,12 @@ pub fn leapfrog<F: Formulation>(
 }
 
 /// Takes one step of Heun's method; returns the volume (m³) that left.
-pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, halves: &mut Vec<HalfStep>, dt: f64) -> f64 {
+pub fn heun<F: Formulation>(
+    formulation: &mut F,
+    water: &mut MovingWater,
+    (halves, beginnings): (&mut Vec<HalfStep>, &mut Vec<Beginning>),
+    dt: f64,
+) -> f64 {
     let (particles, rates) = (&water.particles, &water.rates);
     let begin = |i: usize| {
         let (velocity, depth) = (particles.velocity[i], particles.depth[i]);
@@ -113,7 +118,8 @@ pub fn heun<F: Formulation>(formulation: &mut F, water: &mut MovingWater, halves
             growth: rates[i].depth_rate / depth,
         }
     };
-    let beginnings: Vec<Beginning> = (0..particles.len()).into_par_iter().with_min_len(CHUNK).map(begin).collect();
+    (0..particles.len()).into_par_iter().with_min_len(CHUNK).map(begin).collect_into_vec(beginnings);
+    let beginnings = &*beginnings;
     drift::<F>(water, halves, |water, i, now| {
         let Beginning { position, velocity, depth, motion, acceleration, growth } = beginnings[i];
         let to = Now {
