@@ -5,9 +5,10 @@
 //! Otherwise:
 //!
 //! - frames are conservative: depth and discharge are means weighted by overlapping area, so that the sum of depth times
-//!   area is the volume of the water, and velocity is mean discharge over mean depth;
-//! - maps are sampled: every map of a cell, bed elevation included, is that of the lattice cell at its centre, so that depth,
-//!   level, times and class of one cell belong together.
+//!   area is the volume of the water; velocity is mean discharge over mean depth, and the level is the mean of that of the water;
+//! - maps hold what counts most of the lattice cells that overlap a cell: the greatest depth, level, speed, class and duration,
+//!   the first arrival, the last fall; the time of the greatest depth is that of the deepest of them, the bed their mean. No frame
+//!   is deeper than the greatest depth, and nothing that was flooded is missing.
 //!
 //! Outside the terrain every grid holds [`FILL`].
 
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::frames::Frame;
-use super::maxima::{Maxima, ThresholdSeen};
+use super::maxima::Maxima;
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterInCell};
 use crate::math::Vec2;
@@ -48,10 +49,8 @@ pub struct OutputGrid {
     lattice_columns: usize,
     column_overlaps: Vec<Vec<Overlap>>,
     row_overlaps: Vec<Vec<Overlap>>,
-    centre_columns: Vec<Option<usize>>,
-    centre_rows: Vec<Option<usize>>,
-    /// Mean bed elevation of the terrain in each cell (m); NaN without terrain. The writers' copies of the grid share it.
-    mean_bed: Arc<[f64]>,
+    /// Whether a cell holds any terrain. The writers' copies of the grid share it.
+    has_terrain: Arc<[bool]>,
 }
 
 /// The maps for one threshold on the output grid.
@@ -106,17 +105,11 @@ impl OutputGrid {
             lattice_columns: lattice.columns,
             column_overlaps: (0..columns).map(|i| overlaps(i as f64 * cell, cell, spacing, lattice.columns)).collect(),
             row_overlaps: (0..rows).map(|i| overlaps(from_south(i), cell, spacing, lattice.rows)).collect(),
-            centre_columns: (0..columns).map(|i| holder((i as f64 + 0.5) * cell, spacing, lattice.columns)).collect(),
-            centre_rows: (0..rows).map(|i| holder(from_south(i) + 0.5 * cell, spacing, lattice.rows)).collect(),
-            mean_bed: Arc::default(),
+            has_terrain: Arc::default(),
         };
-        grid.mean_bed = grid.mean_of_terrain(bed_elevation);
+        let has_terrain = |cell| grid.parts(cell).any(|(_, index)| !bed_elevation[index].is_nan());
+        grid.has_terrain = (0..grid.len()).map(has_terrain).collect();
         grid
-    }
-
-    /// Takes another bed (m, NaN without terrain) for the frames from now on.
-    pub(super) fn set_bed(&mut self, bed_elevation: &[f64]) {
-        self.mean_bed = self.mean_of_terrain(bed_elevation);
     }
 
     /// Number of cells.
@@ -158,8 +151,18 @@ impl OutputGrid {
         wet.map(|&depth| f64::from(depth)).sum::<f64>() * self.cell * self.cell
     }
 
-    /// A frame from the water at each column and row of the lattice.
-    pub fn frame(&self, time: f64, water: impl Fn(usize, usize) -> WaterInCell) -> Frame {
+    /// The lattice cells that overlap a cell, each with its share of the area.
+    fn parts(&self, cell: usize) -> impl Iterator<Item = (f64, usize)> + '_ {
+        let across = &self.column_overlaps[cell % self.columns];
+        self.row_overlaps[cell / self.columns].iter().flat_map(move |down| {
+            across
+                .iter()
+                .map(move |across| (down.share * across.share, down.index * self.lattice_columns + across.index))
+        })
+    }
+
+    /// A frame from the bed (m, NaN without terrain) and the water of each cell of the lattice.
+    pub fn frame(&self, time: f64, bed: &[f64], water: impl Fn(usize) -> WaterInCell) -> Frame {
         let mut frame = Frame {
             time,
             depth: vec![FILL; self.len()],
@@ -167,12 +170,23 @@ impl OutputGrid {
             velocity_x: vec![FILL; self.len()],
             velocity_y: vec![FILL; self.len()],
         };
-        for cell in (0..self.len()).filter(|&cell| !self.mean_bed[cell].is_nan()) {
-            let mean = self.mean_water(cell, &water);
+        for cell in (0..self.len()).filter(|&cell| self.has_terrain[cell]) {
+            // The part of the cell without terrain counts as dry.
+            let (mut mean, mut level, mut wet) = (WaterInCell::default(), 0.0, 0.0);
+            for (share, index) in self.parts(cell) {
+                let water = water(index);
+                mean.depth += share * water.depth;
+                mean.discharge_x += share * water.discharge_x;
+                mean.discharge_y += share * water.discharge_y;
+                if water.depth > WET_DEPTH {
+                    level += share * (bed[index] + water.depth);
+                    wet += share;
+                }
+            }
             frame.depth[cell] = mean.depth as f32;
             (frame.velocity_x[cell], frame.velocity_y[cell]) = (0.0, 0.0);
             if mean.depth > WET_DEPTH {
-                frame.water_level[cell] = (self.mean_bed[cell] + mean.depth) as f32;
+                frame.water_level[cell] = (level / wet) as f32;
                 frame.velocity_x[cell] = (mean.discharge_x / mean.depth) as f32;
                 frame.velocity_y[cell] = (mean.discharge_y / mean.depth) as f32;
             }
@@ -189,82 +203,66 @@ impl OutputGrid {
         bed_elevation: &[f64],
         highest: &BTreeMap<usize, f64>,
     ) -> GridMaps {
-        let on_terrain = |value: &dyn Fn(usize) -> f64| {
-            self.sample(|index| if bed_elevation[index].is_nan() { f64::NAN } else { value(index) })
-        };
-        let where_wet = |value: &dyn Fn(usize) -> f64| {
-            on_terrain(&|index| if maxima.seen(index).max_depth > WET_DEPTH { value(index) } else { f64::NAN })
-        };
+        let greatest = |value: &dyn Fn(usize) -> f64| self.pick(bed_elevation, value, f64::max);
+        let first = |value: &dyn Fn(usize) -> f64| self.pick(bed_elevation, value, f64::min);
+        let is_wet = |index: usize| maxima.seen(index).max_depth > WET_DEPTH;
+        let level =
+            |index: usize| highest.get(&index).copied().unwrap_or(bed_elevation[index] + maxima.seen(index).max_depth);
         let of_threshold = |which: usize| {
-            let value = |value: fn(ThresholdSeen) -> f64| {
-                on_terrain(&|index| value(maxima.seen_of_threshold(index, which, time)))
-            };
+            let seen = |index| maxima.seen_of_threshold(index, which, time);
             ThresholdGrids {
                 threshold: maxima.thresholds()[which],
-                arrival: value(|seen| seen.arrival),
-                duration: value(|seen| seen.duration),
-                recession: value(|seen| seen.recession),
+                arrival: first(&|index| seen(index).arrival),
+                duration: greatest(&|index| seen(index).duration),
+                recession: greatest(&|index| seen(index).recession),
             }
         };
         GridMaps {
-            bed_elevation: self.sample(|index| bed_elevation[index]),
-            max_depth: on_terrain(&|index| maxima.seen(index).max_depth),
-            max_water_level: where_wet(&|index| {
-                highest.get(&index).copied().unwrap_or(bed_elevation[index] + maxima.seen(index).max_depth)
-            }),
-            max_speed: on_terrain(&|index| maxima.seen(index).max_speed),
-            max_depth_velocity: on_terrain(&|index| maxima.seen(index).max_depth_velocity),
-            time_of_max_depth: where_wet(&|index| maxima.seen(index).time_of_max_depth),
-            hazard_class: on_terrain(&|index| f64::from(maxima.seen(index).hazard_class)),
+            bed_elevation: self.mean_of_terrain(bed_elevation),
+            max_depth: greatest(&|index| maxima.seen(index).max_depth),
+            max_water_level: greatest(&|index| if is_wet(index) { level(index) } else { f64::NAN }),
+            max_speed: greatest(&|index| maxima.seen(index).max_speed),
+            max_depth_velocity: greatest(&|index| maxima.seen(index).max_depth_velocity),
+            time_of_max_depth: self.times_of_max_depth(maxima),
+            hazard_class: greatest(&|index| f64::from(maxima.seen(index).hazard_class)),
             thresholds: (0..maxima.thresholds().len()).map(of_threshold).collect(),
         }
     }
 
-    /// Mean water of an output cell; the part of the cell without terrain counts as dry.
-    fn mean_water(&self, cell: usize, water: impl Fn(usize, usize) -> WaterInCell) -> WaterInCell {
-        let (column, row) = (cell % self.columns, cell / self.columns);
-        let mut sum = WaterInCell::default();
-        for down in &self.row_overlaps[row] {
-            for across in &self.column_overlaps[column] {
-                let (share, water) = (down.share * across.share, water(across.index, down.index));
-                sum.depth += share * water.depth;
-                sum.discharge_x += share * water.discharge_x;
-                sum.discharge_y += share * water.discharge_y;
-            }
-        }
-        sum
+    /// Of the values of the lattice cells with terrain in each cell the one that counts; [`FILL`] where all are NaN.
+    fn pick(&self, bed: &[f64], value: &dyn Fn(usize) -> f64, which: fn(f64, f64) -> f64) -> Vec<f32> {
+        let of_cell = |cell| {
+            let parts = self.parts(cell).filter(|(_, index)| !bed[*index].is_nan());
+            filled(parts.map(|(_, index)| value(index)).fold(f64::NAN, which))
+        };
+        (0..self.len()).map(of_cell).collect()
     }
 
-    /// Mean of a value over an output cell.
-    fn mean(&self, cell: usize, values: &[f64]) -> f64 {
-        let (column, row) = (cell % self.columns, cell / self.columns);
-        let mut sum = 0.0;
-        for down in &self.row_overlaps[row] {
-            for across in &self.column_overlaps[column] {
-                sum += down.share * across.share * values[down.index * self.lattice_columns + across.index];
-            }
-        }
-        sum
+    /// The time of the greatest depth of the deepest lattice cell in each cell.
+    fn times_of_max_depth(&self, maxima: &Maxima) -> Vec<f32> {
+        let of_cell = |cell| {
+            let seen = self.parts(cell).map(|(_, index)| maxima.seen(index)).filter(|seen| seen.max_depth > WET_DEPTH);
+            let deepest = seen.reduce(|a, b| if b.max_depth > a.max_depth { b } else { a });
+            filled(deepest.map_or(f64::NAN, |seen| seen.time_of_max_depth))
+        };
+        (0..self.len()).map(of_cell).collect()
     }
 
-    fn mean_of_terrain(&self, bed_elevation: &[f64]) -> Arc<[f64]> {
-        let terrain: Vec<f64> = bed_elevation.iter().map(|z| if z.is_nan() { 0.0 } else { 1.0 }).collect();
-        let elevation: Vec<f64> = bed_elevation.iter().map(|z| if z.is_nan() { 0.0 } else { *z }).collect();
-        (0..self.len()).map(|cell| self.mean(cell, &elevation) / self.mean(cell, &terrain)).collect()
+    /// The mean bed of the terrain in each cell.
+    fn mean_of_terrain(&self, bed: &[f64]) -> Vec<f32> {
+        let of_cell = |cell| {
+            let parts = self.parts(cell).filter(|(_, index)| !bed[*index].is_nan());
+            let (area, sum) =
+                parts.fold((0.0, 0.0), |(area, sum), (share, index)| (area + share, sum + share * bed[index]));
+            filled(sum / area)
+        };
+        (0..self.len()).map(of_cell).collect()
     }
+}
 
-    /// The values at the centres of the cells; NaN becomes [`FILL`].
-    fn sample(&self, value: impl Fn(usize) -> f64) -> Vec<f32> {
-        let mut values = Vec::with_capacity(self.len());
-        for row in &self.centre_rows {
-            for column in &self.centre_columns {
-                let index = row.zip(*column).map(|(row, column)| row * self.lattice_columns + column);
-                let value = index.map_or(f64::NAN, &value);
-                values.push(if value.is_nan() { FILL } else { value as f32 });
-            }
-        }
-        values
-    }
+/// A value as it is written.
+fn filled(value: f64) -> f32 {
+    if value.is_nan() { FILL } else { value as f32 }
 }
 
 /// Lattice cells along one axis that overlap the interval from `start` of length `cell`.
@@ -279,16 +277,11 @@ fn overlaps(start: f64, cell: f64, spacing: f64, count: usize) -> Vec<Overlap> {
     (first..last).map(overlap).collect()
 }
 
-/// The lattice cell along one axis that holds a place.
-fn holder(place: f64, spacing: f64, count: usize) -> Option<usize> {
-    let index = (place / spacing + 1e-9).floor();
-    (index >= 0.0 && index < count as f64).then_some(index as usize)
-}
-
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values that must be taken over unchanged are compared exactly")]
 mod tests {
     use super::*;
+    use crate::lattice::{FlatWater, Span, WaterOnLattice};
 
     fn lattice() -> Lattice {
         Lattice { origin: Vec2::new(500.0, 900.0), columns: 7, rows: 5, spacing: 2.0 }
@@ -302,8 +295,8 @@ mod tests {
         assert_eq!((grid.columns, grid.rows), (7, 5));
         assert_eq!((grid.west, grid.north), (500.0, 910.0));
         let depth: Vec<f64> = (0..lattice.len()).map(|index| 1.0 + index as f64).collect();
-        let frame = grid.frame(3.0, |column, row| {
-            let depth = depth[lattice.index(column, row)];
+        let frame = grid.frame(3.0, &bed, |index| {
+            let depth = depth[index];
             WaterInCell { depth, discharge_x: depth, discharge_y: 0.0 }
         });
         assert_eq!(frame.depth[0], 1.0 + 28.0, "the first value is the north-western cell");
@@ -322,8 +315,8 @@ mod tests {
         let volume = depth.iter().sum::<f64>() * lattice.cell_area();
         for cell in [0.5, 1.0, 2.0, 3.0, 4.0, 7.3, 20.0] {
             let grid = OutputGrid::new(&lattice, cell, &bed);
-            let frame = grid.frame(0.0, |column, row| {
-                let depth = depth[lattice.index(column, row)];
+            let frame = grid.frame(0.0, &bed, |index| {
+                let depth = depth[index];
                 WaterInCell { depth, discharge_x: depth, discharge_y: depth }
             });
             let error = grid.volume(&frame.depth) / volume - 1.0;
@@ -332,12 +325,64 @@ mod tests {
     }
 
     #[test]
+    fn a_level_lake_is_level_and_a_plane_lies_where_it_was_in_any_cell() {
+        let lattice = lattice();
+        let plane = |place: Vec2| 10.0 + 0.3 * (place.x - lattice.origin.x) - 0.2 * (place.y - lattice.origin.y);
+        let bed: Vec<f64> = (0..lattice.len()).map(|index| plane(lattice.to_map(lattice.centre(index)))).collect();
+        for cell in [1.0, 2.0, 3.0, 4.0, 6.0] {
+            let grid = OutputGrid::new(&lattice, cell, &bed);
+            let water = |index: usize| WaterInCell { depth: (11.5 - bed[index]).max(0.0), ..WaterInCell::default() };
+            let levels = grid.frame(0.0, &bed, water).water_level;
+            assert!(levels.contains(&FILL) && levels.contains(&11.5), "cell {cell}");
+            assert!(levels.iter().all(|level| [FILL, 11.5].contains(level)), "cell {cell}: {levels:?}");
+            // Cells that hold whole lattice cells.
+            let (columns, rows) = ((14.0 / cell) as usize, (10.0 / cell) as usize);
+            if cell % lattice.spacing == 0.0 {
+                let found = grid.mean_of_terrain(&bed);
+                for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+                    let expected = plane(Vec2::new(grid.x()[column], grid.y()[row]));
+                    let error = f64::from(found[row * grid.columns + column]) - expected;
+                    assert!(error.abs() < 1e-5, "cell {cell}: {error} m at column {column}, row {row}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn maps_of_coarse_cells_hold_what_counts_most_in_them() {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 2, rows: 2, spacing: 1.0 };
+        let bed = [1.0, 2.0, f64::NAN, 3.0];
+        let mut maxima = Maxima::new(4, 2, &[0.1], 0.1);
+        let spans = [0, 1].map(|row| Span { row, from: 0, to: 2 });
+        let mut step = |from: f64, to: f64, depth: [f64; 4]| {
+            let discharge_x = [0.5, 0.0, 0.0, 0.0];
+            let rows = FlatWater {
+                columns: 2,
+                depth: depth.to_vec(),
+                discharge_x: discharge_x.to_vec(),
+                discharge_y: vec![0.0; 4],
+            };
+            maxima.step(from, to, &WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans });
+        };
+        step(0.0, 10.0, [0.0, 0.2, 0.0, 0.0]);
+        step(10.0, 20.0, [1.0, 0.1, 0.0, 0.0]);
+        step(20.0, 30.0, [0.5, 0.0, 0.0, 0.0]);
+        let grid = OutputGrid::new(&lattice, 2.0, &bed);
+        let maps = grid.maps(&maxima, 30.0, &bed, &BTreeMap::new());
+        assert_eq!((maps.bed_elevation[0], maps.max_depth[0], maps.max_water_level[0]), (2.0, 1.0, 2.2));
+        assert_eq!((maps.time_of_max_depth[0], maps.max_speed[0]), (20.0, 1.0));
+        let of_threshold = &maps.thresholds[0];
+        // The shallow cell first, at 5 s; the deep one from 11 s on to the end.
+        assert_eq!((of_threshold.arrival[0], of_threshold.duration[0]), (5.0, 19.0));
+    }
+
+    #[test]
     fn ground_without_terrain_is_filled() {
         let lattice = lattice();
         let mut bed = vec![1.0; lattice.len()];
         bed[0] = f64::NAN;
         let grid = OutputGrid::new(&lattice, 2.0, &bed);
-        let frame = grid.frame(0.0, |_, _| WaterInCell::default());
+        let frame = grid.frame(0.0, &bed, |_| WaterInCell::default());
         assert_eq!(frame.depth[4 * 7], FILL);
         assert_eq!(frame.depth[4 * 7 + 1], 0.0);
         assert_eq!(frame.water_level[4 * 7 + 1], FILL, "dry ground has no water level");

@@ -49,8 +49,6 @@ pub struct Recorder {
     bed_elevation: Vec<f64>,
     columns: usize,
     grid: OutputGrid,
-    /// Whether the bed changed since the grid last took it.
-    is_grid_behind: bool,
     /// Cells whose bed may change, and the greatest level (m) that they saw.
     highest: BTreeMap<usize, f64>,
     maxima: Maxima,
@@ -96,7 +94,6 @@ impl Recorder {
         Recorder {
             columns: lattice.columns,
             grid: OutputGrid::new(&lattice, cell, &bed_elevation),
-            is_grid_behind: false,
             highest: BTreeMap::new(),
             maxima: Maxima::new(lattice.len(), lattice.columns, &thresholds, rise_on_wet),
             frames: Schedule::new(plan.every, plan.end_time),
@@ -132,7 +129,6 @@ impl Recorder {
             if self.bed_elevation[cell].to_bits() != elevation.to_bits() {
                 self.bed_elevation[cell] = elevation;
                 self.gauges.set_bed(cell, &self.bed_elevation);
-                self.is_grid_behind = true;
             }
         }
     }
@@ -210,9 +206,6 @@ impl Recorder {
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         while let Some(time) = self.frames.due(time_after) {
-            if std::mem::take(&mut self.is_grid_behind) {
-                self.grid.set_bed(&self.bed_elevation);
-            }
             let share = share_of_step(time, self.time, time_after);
             let frame = self.frame(time, share, water);
             let volumes = self.previous_volumes.between(&volumes, share);
@@ -225,10 +218,11 @@ impl Recorder {
 
     /// The frame at `time`, `share` of the way from the step before to this one.
     fn frame(&self, time: f64, share: f64, water: &WaterOnLattice<'_>) -> Frame {
-        self.grid.frame(time, |column, row| {
+        self.grid.frame(time, &self.bed_elevation, |index| {
+            let (column, row) = (index % self.columns, index / self.columns);
             let now = water.rows.row(row).at(column);
             if water.is_in_spans(column, row) {
-                return self.maxima.previous(row * self.columns + column).towards(now, share);
+                return self.maxima.previous(index).towards(now, share);
             }
             // Films that were left behind lie outside the spans: over a wide plain they are a share of the volume that counts.
             WaterInCell { depth: now.depth, ..WaterInCell::default() }

@@ -99,7 +99,7 @@ pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> 
 }
 
 fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
-    const MAXIMUM: &str = "area: mean time: maximum";
+    const MAXIMUM: &str = "area: maximum time: maximum";
     let map = |name: &str, long_name: &str, standard_name, (units, kind), cell_methods, values| MapVariable {
         name: name.to_string(),
         long_name: long_name.to_string(),
