@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::wall::distance_to_segment;
+use super::open_edges::distance_to_face;
 use super::{BedMotion, Breach, Channel, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -183,14 +183,14 @@ impl Forcing {
         self.boundaries.is_empty() && !has_sources && self.rain.is_none() && self.channels.is_empty()
     }
 
-    /// The boundary that opens an edge face with this midpoint (local coordinates, m): the nearest one within reach, the earlier
+    /// The boundary that opens an edge face with this midpoint and normal (local coordinates, m): the nearest one within reach, the earlier
     /// one of two that are equally near. None where a channel joins.
-    pub fn boundary_at(&self, midpoint: Vec2) -> Option<usize> {
+    pub fn boundary_at(&self, midpoint: Vec2, normal: Vec2) -> Option<usize> {
         if self.channel_joins_at(midpoint) {
             return None;
         }
         let distance = |boundary: &Boundary| {
-            let each = boundary.segments.iter().map(|piece| distance_to_segment(midpoint, piece[0], piece[1]));
+            let each = boundary.segments.iter().filter_map(|piece| distance_to_face(piece, midpoint, normal));
             each.fold(f64::INFINITY, f64::min)
         };
         let near = self.boundaries.iter().map(distance).enumerate().filter(|(_, distance)| *distance <= self.reach);
@@ -261,10 +261,15 @@ mod tests {
             segments: vec![[Vec2::new(x, 0.0), Vec2::new(x, 10.0)]],
             condition: Condition::NormalDepth { slope: 0.1 },
         };
+        let east = Vec2::new(1.0, 0.0);
         let forcing = Forcing { boundaries: vec![line(0.0), line(3.0)], reach: 2.0, ..Forcing::default() };
-        assert_eq!(forcing.boundary_at(Vec2::new(1.4, 5.0)), Some(0));
-        assert_eq!(forcing.boundary_at(Vec2::new(1.6, 5.0)), Some(1));
-        assert_eq!(forcing.boundary_at(Vec2::new(5.5, 5.0)), None);
+        assert_eq!(forcing.boundary_at(Vec2::new(1.4, 5.0), east), Some(0));
+        assert_eq!(forcing.boundary_at(Vec2::new(1.6, 5.0), east), Some(1));
+        assert_eq!(forcing.boundary_at(Vec2::new(5.5, 5.0), east), None);
+        // A face around the corner at the end of a line.
+        let north = Vec2::new(0.0, 1.0);
+        assert_eq!(forcing.boundary_at(Vec2::new(0.5, 10.0), north), None);
+        assert_eq!(forcing.boundary_at(Vec2::new(0.5, 10.0), Vec2::new(0.2, 1.0)), Some(0));
     }
 
     #[test]

@@ -3,6 +3,9 @@
 use super::wall::distance_to_segment;
 use crate::math::Vec2;
 
+/// A line is square to a face where the cosine between the face and the line is below this: six degrees off.
+const SQUARE: f64 = 0.1;
+
 /// Water that leaves the terrain through an open edge is booked; at all other edges the terrain ends at a wall.
 ///
 /// Edges of the lattice and of no-data areas are walls. A lattice or no-data edge face is open when its midpoint lies
@@ -18,9 +21,17 @@ pub struct OpenEdges {
 }
 
 impl OpenEdges {
-    /// Whether the edge of the terrain is open at a place (local coordinates, m).
-    pub fn is_open(&self, place: Vec2) -> bool {
-        let near = |segment: &[Vec2; 2]| distance_to_segment(place, segment[0], segment[1]) <= self.reach;
-        self.whole_outline || self.segments.iter().any(near)
+    /// Whether a face of the edge of the terrain is open, with its midpoint and its normal in either direction (local coordinates).
+    pub fn is_open(&self, midpoint: Vec2, normal: Vec2) -> bool {
+        let opens = |piece: &[Vec2; 2]| distance_to_face(piece, midpoint, normal).is_some_and(|far| far <= self.reach);
+        self.whole_outline || self.segments.iter().any(opens)
     }
+}
+
+/// Distance (m) of a straight piece of a line from an edge face that it may open; none from a face square to it, which lies around the
+/// corner where the line is drawn up to one. A piece without length may open any.
+pub fn distance_to_face(piece: &[Vec2; 2], midpoint: Vec2, normal: Vec2) -> Option<f64> {
+    let across = (piece[1] - piece[0]).perpendicular();
+    let is_square = across.dot(normal).abs() < SQUARE * across.norm() * normal.norm();
+    (!is_square).then(|| distance_to_segment(midpoint, piece[0], piece[1]))
 }

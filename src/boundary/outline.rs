@@ -28,7 +28,7 @@ impl Face {
 }
 
 /// The edges of the terrain in local coordinates, open where the midpoint of a face is.
-pub fn outline(bed: &BedParticles, is_open: impl Fn(Vec2) -> bool) -> Vec<Edge> {
+pub fn outline(bed: &BedParticles, is_open: impl Fn(Vec2, Vec2) -> bool) -> Vec<Edge> {
     let mut edges = Vec::new();
     for ring in rings(bed, is_open) {
         let first = ring
@@ -51,7 +51,7 @@ pub fn outline(bed: &BedParticles, is_open: impl Fn(Vec2) -> bool) -> Vec<Edge> 
 }
 
 /// Closed chains of faces, each with terrain to the left.
-fn rings(bed: &BedParticles, is_open: impl Fn(Vec2) -> bool) -> Vec<Vec<Face>> {
+fn rings(bed: &BedParticles, is_open: impl Fn(Vec2, Vec2) -> bool) -> Vec<Vec<Face>> {
     let lattice = &bed.lattice;
     let (columns, rows) = (lattice.columns as i64, lattice.rows as i64);
     let has_terrain = |column: i64, row: i64| {
@@ -80,7 +80,8 @@ fn rings(bed: &BedParticles, is_open: impl Fn(Vec2) -> bool) -> Vec<Vec<Face>> {
                 is_used[slot(vertex, k)] = true;
                 let face = Face { start: vertex, direction: directions[k], is_open: false };
                 let place = midpoint(&face) * lattice.spacing;
-                ring.push(Face { is_open: is_open(place) && !bed.is_sealed(place), ..face });
+                let along = Vec2::new(directions[k].0 as f64, directions[k].1 as f64);
+                ring.push(Face { is_open: is_open(place, along.perpendicular()) && !bed.is_sealed(place), ..face });
                 vertex = face.end();
                 // Left turn first: diagonal cells with terrain are not joined.
                 match [1, 0, 3].into_iter().map(|turn| (k + turn) % 4).find(|&next| exists(vertex, next)) {
@@ -196,7 +197,7 @@ mod tests {
 
     #[test]
     fn rectangle_keeps_its_corners() {
-        let edges = outline(&bed(7, 5, |_, _| true), |_| false);
+        let edges = outline(&bed(7, 5, |_, _| true), |_, _| false);
         assert!((enclosed_area(&edges) - 14.0 * 10.0).abs() < 1e-12);
         assert!(edges.len() == 4 && edges.iter().all(|edge| !edge.is_open), "no joint in a straight wall");
     }
@@ -205,7 +206,7 @@ mod tests {
     fn hole_and_stair_keep_every_centre_inside() {
         let terrain = |column: usize, row: usize| column + row < 14 && !(column == 3 && row == 3);
         let bed = bed(10, 10, terrain);
-        let edges = outline(&bed, |_| false);
+        let edges = outline(&bed, |_, _| false);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
             let centre = bed.lattice.centre(index);
             let nearest = edges
@@ -225,7 +226,7 @@ mod tests {
             reach: 0.5,
             whole_outline: false,
         };
-        let edges = outline(&bed(7, 5, |_, _| true), |place| east.is_open(place));
+        let edges = outline(&bed(7, 5, |_, _| true), |place, normal| east.is_open(place, normal));
         let open: Vec<&Edge> = edges.iter().filter(|edge| edge.is_open).collect();
         assert!(!open.is_empty() && open.iter().all(|edge| edge.start.x > 13.999 && edge.end.x > 13.999));
         let length: f64 = open.iter().map(|edge| (edge.end - edge.start).norm()).sum();
@@ -237,7 +238,7 @@ mod tests {
     fn sealed_cells_stay_closed_whatever_opens_the_outline() {
         let hole = |column: usize, row: usize| (3..5).contains(&column) && row == 2;
         let mut bed = bed(7, 5, |column, row| !hole(column, row));
-        let everything = |_: Vec2| true;
+        let everything = |_: Vec2, _: Vec2| true;
         assert!(outline(&bed, everything).iter().all(|edge| edge.is_open));
         bed.sealed = (0..35).filter(|&index| hole(index % 7, index / 7)).collect();
         let closed: Vec<Edge> = outline(&bed, everything).into_iter().filter(|edge| !edge.is_open).collect();

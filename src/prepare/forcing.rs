@@ -7,10 +7,10 @@ use super::outside::{IN_PART, Outside};
 use super::plausible::Placed;
 use super::rain::{self, Losses};
 use super::series::{self, Meaning};
-use super::{places, polygons, sources};
+use super::{places, sources};
 use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, Strip, edge_faces};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, Strip, distance_to_face, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -304,10 +304,11 @@ fn boundaries(
         if segments.is_empty() && !edges.is_empty() {
             continue;
         }
-        let is_near = |midpoint: Vec2| {
-            segments.iter().any(|piece| polygons::distance_to_segment(midpoint, *piece) <= forcing.reach)
+        let is_near = |&(cell, midpoint): &(usize, Vec2)| {
+            let far = |piece| distance_to_face(piece, midpoint, midpoint - lattice.centre(cell));
+            segments.iter().filter_map(far).any(|far| far <= forcing.reach)
         };
-        let near: Vec<usize> = (0..edges.len()).filter(|&face| is_near(edges[face].1)).collect();
+        let near: Vec<usize> = (0..edges.len()).filter(|&face| is_near(&edges[face])).collect();
         if near.is_empty() {
             let problem = input_error("opens-nothing", "this boundary touches no edge of the terrain".to_owned())
                 .with_cause(format!(

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::GapReport;
-use super::polygons::distance_to_segment;
+use crate::boundary::{distance_to_face, edge_faces};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes};
@@ -217,38 +217,17 @@ fn shortened(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
 
 /// Number of edge faces (of the lattice or of areas without terrain) that the given lines open.
 pub(super) fn faces_opened(segments: &[[Vec2; 2]], lattice: &Lattice, bed: &[f64]) -> usize {
-    let reach = REACH * lattice.spacing;
-    let is_open = |midpoint: Vec2| segments.iter().any(|piece| distance_to_segment(midpoint, *piece) <= reach);
-    let open_faces = |cell: usize| {
-        let centre = lattice.centre(cell);
-        let inner = neighbours(lattice, cell).filter(|&n| bed[n].is_nan()).map(|n| (centre + lattice.centre(n)) * 0.5);
-        let half = 0.5 * lattice.spacing;
-        let outer = [Vec2::new(half, 0.0), Vec2::new(-half, 0.0), Vec2::new(0.0, half), Vec2::new(0.0, -half)]
-            .into_iter()
-            .filter(move |step| lattice.cell_at(centre + *step * 2.0).is_none())
-            .map(move |step| centre + step);
-        inner.chain(outer).filter(|&midpoint| is_open(midpoint)).count()
+    let is_open = |&(cell, midpoint): &(usize, Vec2)| {
+        let far = |piece| distance_to_face(piece, midpoint, midpoint - lattice.centre(cell));
+        segments.iter().filter_map(far).any(|far| far <= REACH * lattice.spacing)
     };
-    (0..lattice.len()).into_par_iter().filter(|&cell| !bed[cell].is_nan()).map(open_faces).sum()
-}
-
-/// The up to four cells that share a face with a cell.
-fn neighbours(lattice: &Lattice, cell: usize) -> impl Iterator<Item = usize> + use<> {
-    let (column, row) = lattice.column_row(cell);
-    let (columns, rows) = (lattice.columns, lattice.rows);
-    [
-        (column > 0).then(|| cell - 1),
-        (column + 1 < columns).then(|| cell + 1),
-        (row > 0).then(|| cell - columns),
-        (row + 1 < rows).then(|| cell + columns),
-    ]
-    .into_iter()
-    .flatten()
+    edge_faces(lattice, bed).par_iter().filter(|face| is_open(face)).count()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boundary::distance_to_segment;
     use crate::terrain::Raster;
 
     fn terrain(cell: f64, columns: usize, rows: usize) -> Terrain {
@@ -344,7 +323,9 @@ mod tests {
                 // A place on the outline of the turned rectangle, along its southern or its eastern side.
                 let own = Vec2::new(across, along);
                 let place = Vec2::new(cos * own.x - sin * own.y, sin * own.x + cos * own.y) + Vec2::new(60.0, 50.0);
-                open.segments.iter().any(|piece| distance_to_segment(place, *piece) <= REACH * lattice.spacing)
+                open.segments
+                    .iter()
+                    .any(|piece| distance_to_segment(place, piece[0], piece[1]) <= REACH * lattice.spacing)
             };
             let south = (-36..=36).filter(|&x| opened(f64::from(x), -24.0)).count();
             let (east, west) = ((-18..=24).filter(|&y| opened(40.0, f64::from(y))).count(), opened(-40.0, 0.0));

@@ -419,7 +419,8 @@ fn fits(
         return false;
     }
     let opens = |face: &&(usize, Vec2)| {
-        let is_open = forcing.boundary_at(face.1).is_some() && !ground.is_sealed(face.1);
+        let is_open =
+            forcing.boundary_at(face.1, face.1 - lattice.centre(face.0)).is_some() && !ground.is_sealed(face.1);
         is_open || forcing.channel_joins_at(face.1)
     };
     let faces = edge_faces(lattice, &ground.elevation);

@@ -39,7 +39,8 @@ pub(super) fn check(
     debug_assert_eq!(placed.len(), forcing.boundaries.len());
     if placed.len() > 1 {
         for (index, boundary) in placed.iter_mut().enumerate() {
-            boundary.faces.retain(|face| forcing.boundary_at(face.1) == Some(index));
+            let normal = |face: &(usize, Vec2)| face.1 - bed.lattice.centre(face.0);
+            boundary.faces.retain(|face| forcing.boundary_at(face.1, normal(face)) == Some(index));
         }
     }
     let open: Vec<(&Placed, &Condition)> =

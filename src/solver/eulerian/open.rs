@@ -17,7 +17,7 @@ use super::state::{State, datum};
 use super::walls::Walls;
 use super::{RestingMethods, Scale};
 use crate::boundary::{Condition, Rating};
-use crate::math::{clamp, smaller};
+use crate::math::{Vec2, clamp, smaller};
 use crate::physics::limiter::van_leer;
 use crate::physics::open_boundary::{EdgeState, at_depth, inflow, overfall, uniform_flow, waves_leave};
 use crate::scenario::methods::Reconstruction;
@@ -243,7 +243,8 @@ fn face(
     };
     let spacing = problem.bed.lattice.spacing;
     let middle = (State::position(owner.0, owner.1, spacing) + State::position(other.0, other.1, spacing)) * 0.5;
-    let line = problem.forcing.boundary_at(middle).filter(|_| !problem.bed.is_sealed(middle))?;
+    let normal = if direction == EAST { Vec2::new(1.0, 0.0) } else { Vec2::new(0.0, 1.0) };
+    let line = problem.forcing.boundary_at(middle, normal).filter(|_| !problem.bed.is_sealed(middle))?;
     let inwards = (cell.1 as isize - beyond.1 as isize, cell.0 as isize - beyond.0 as isize);
     let next = |from: (usize, usize)| {
         let to = ((from.0 as isize + inwards.1) as usize, (from.1 as isize + inwards.0) as usize);

@@ -72,10 +72,11 @@ impl Walls {
                         continue;
                     }
                     let middle = (State::position(row, column, spacing) + State::position(r, c, spacing)) * 0.5;
+                    let normal = Vec2::new(dc as f64, dr as f64);
                     let is_edge_of_run = is_edge && !problem.bed.is_sealed(middle);
-                    let goes_on = is_edge_of_run && problem.forcing.boundary_at(middle).is_some();
+                    let goes_on = is_edge_of_run && problem.forcing.boundary_at(middle, normal).is_some();
                     let joins = problem.forcing.channel_joins_at(middle);
-                    let open = is_edge_of_run && !goes_on && !joins && problem.open_edges.is_open(middle);
+                    let open = is_edge_of_run && !goes_on && !joins && problem.open_edges.is_open(middle, normal);
                     walls.faces[row].push(SpecialFace { column, direction, open });
                     let mark =
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);

@@ -148,7 +148,9 @@ impl MovingWater {
     /// In one dimension the point of a wall and its mirror show the same: there walls are mirrors whatever `wall` says.
     pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, methods: MovingMethods) -> Self {
         let lattice = &problem.bed.lattice;
-        let is_open = |place: Vec2| problem.open_edges.is_open(place) || problem.forcing.boundary_at(place).is_some();
+        let is_open = |place: Vec2, normal: Vec2| {
+            problem.open_edges.is_open(place, normal) || problem.forcing.boundary_at(place, normal).is_some()
+        };
         let mut edges = match dimension {
             Dimension::One => channel_ends(problem, is_open),
             Dimension::Two => outline(&problem.bed, is_open),
@@ -319,12 +321,12 @@ impl MovingWater {
 }
 
 /// The two ends of a channel of one dimension.
-fn channel_ends(problem: &FlowProblem, is_open: impl Fn(Vec2) -> bool) -> Vec<Edge> {
+fn channel_ends(problem: &FlowProblem, is_open: impl Fn(Vec2, Vec2) -> bool) -> Vec<Edge> {
     let size = problem.bed.lattice.size();
     [0.0, size.x]
         .into_iter()
         .map(|x| {
-            let is_open = is_open(Vec2::new(x, 0.5 * size.y));
+            let is_open = is_open(Vec2::new(x, 0.5 * size.y), Vec2::new(1.0, 0.0));
             Edge { start: Vec2::new(x, -size.y), end: Vec2::new(x, 2.0 * size.y), is_open }
         })
         .collect()

@@ -77,7 +77,10 @@ pub(super) fn faces_and_guides(
     let spacing = bed.lattice.spacing;
     let openings: Vec<(Vec2, Option<usize>)> = edge_faces(&bed.lattice, &bed.elevation)
         .into_iter()
-        .map(|(_, middle)| (middle, problem.forcing.boundary_at(middle).filter(|_| !bed.is_sealed(middle))))
+        .map(|(cell, middle)| {
+            let line = problem.forcing.boundary_at(middle, middle - bed.lattice.centre(cell));
+            (middle, line.filter(|_| !bed.is_sealed(middle)))
+        })
         .collect();
     let line_at = |place: Vec2| {
         let squared = |opening: &&(Vec2, Option<usize>)| (opening.0 - place).norm_squared();
@@ -105,7 +108,7 @@ fn faces_of_channel(problem: &FlowProblem) -> Vec<Face> {
     let size = problem.bed.lattice.size();
     let end = |(x, outwards): (f64, Vec2)| {
         let middle = Vec2::new(x, 0.5 * size.y);
-        let line = problem.forcing.boundary_at(middle).filter(|_| !problem.bed.is_sealed(middle))?;
+        let line = problem.forcing.boundary_at(middle, outwards).filter(|_| !problem.bed.is_sealed(middle))?;
         Some(face(problem, line, [Vec2::new(x, 0.0), Vec2::new(x, size.y)], outwards, 1.0))
     };
     [(0.0, Vec2::new(-1.0, 0.0)), (size.x, Vec2::new(1.0, 0.0))].into_iter().filter_map(end).collect()
