@@ -232,7 +232,8 @@ fn rain_at_cells(
             .with_at(lattice.to_map(lattice.centre(first)));
         findings.add(source, problem);
     }
-    values.into_iter().map(|value| value.unwrap_or(0.0)).collect()
+    // At the rim of the raster a rate goes on as it falls, to no rain at most.
+    values.into_iter().map(|value| value.unwrap_or(0.0).max(0.0)).collect()
 }
 
 /// The straight pieces of a section in local coordinates (m).

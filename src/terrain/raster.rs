@@ -61,8 +61,9 @@ impl Raster {
 
     /// Bilinear elevation (m) between cell centres; none where the cell that holds the place has no data.
     ///
-    /// Neighbours without data, and those beyond the edge, are left out and the weights of the others raised to a sum
-    /// of one. At a cell centre the value is exactly that of the cell.
+    /// Beside the edge and cells without data, where there is no centre beyond the place, the elevation goes on as it does on the other
+    /// side of the cell, by the lesser of the two differences there, so that it is flat beside a lone step. At a cell centre the value is
+    /// exactly that of the cell.
     pub fn elevation(&self, map: Vec2) -> Option<f64> {
         let (column, row) = self.cell_at(map)?;
         let own = self.value(column, row);
@@ -75,23 +76,23 @@ impl Raster {
             return Some(own);
         }
         let (weight_x, weight_y) = (from_centre_x.abs(), from_centre_y.abs());
-        let beside_x = beside(column, from_centre_x, self.columns);
-        let beside_y = beside(row, from_centre_y, self.rows);
-        let value_at = |c: Option<usize>, r: Option<usize>| Some(self.value(c?, r?)).filter(|v| !v.is_nan());
-        let corners = [
-            (Some(own), (1.0 - weight_x) * (1.0 - weight_y)),
-            (value_at(beside_x, Some(row)), weight_x * (1.0 - weight_y)),
-            (value_at(Some(column), beside_y), (1.0 - weight_x) * weight_y),
-            (value_at(beside_x, beside_y), weight_x * weight_y),
-        ];
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for (value, weight) in corners {
-            if let Some(value) = value {
-                sum += weight * value;
-                weights += weight;
-            }
-        }
-        Some(sum / weights)
+        let to_east = if from_centre_x < 0.0 { -1 } else { 1 };
+        let to_south = if from_centre_y < 0.0 { -1 } else { 1 };
+        // The value so many cells further in the direction of the place.
+        let further = |across: isize, down: isize| {
+            let (c, r) = (column.checked_add_signed(to_east * across)?, row.checked_add_signed(to_south * down)?);
+            (c < self.columns && r < self.rows).then(|| self.value(c, r)).filter(|value| !value.is_nan())
+        };
+        let gone_on = |behind: Option<f64>, before_it: Option<f64>| {
+            let (Some(behind), Some(before_it)) = (behind, before_it) else { return own };
+            let (near, far) = (own - behind, behind - before_it);
+            if near * far <= 0.0 { own } else { own + if near.abs() < far.abs() { near } else { far } }
+        };
+        let beside_x = further(1, 0).unwrap_or_else(|| gone_on(further(-1, 0), further(-2, 0)));
+        let beside_y = further(0, 1).unwrap_or_else(|| gone_on(further(0, -1), further(0, -2)));
+        let across = further(1, 1).unwrap_or(beside_x + beside_y - own);
+        let towards = |from: f64, to: f64, share: f64| (1.0 - share) * from + share * to;
+        Some(towards(towards(own, beside_x, weight_x), towards(beside_y, across, weight_x), weight_y))
     }
 
     /// The cells whose centres lie within a rectangle (map coordinates), as ranges of columns and rows.
@@ -122,11 +123,6 @@ impl Raster {
             Vec2::new(self.west + (last_column + 1) as f64 * self.cell_x, self.north - first_row as f64 * self.cell_y),
         ))
     }
-}
-
-/// The neighbour on the side to which a place lies from its cell's centre.
-fn beside(index: usize, from_centre: f64, count: usize) -> Option<usize> {
-    if from_centre < 0.0 { index.checked_sub(1) } else { Some(index + 1).filter(|&i| i < count) }
 }
 
 #[cfg(test)]
@@ -166,11 +162,17 @@ mod tests {
     }
 
     #[test]
-    fn outside_and_in_holes_there_is_no_elevation_and_beside_them_the_rest_counts() {
+    fn outside_and_in_holes_there_is_no_elevation_and_beside_them_it_goes_on_as_it_does_on_the_other_side() {
         let mut raster = plane();
         assert_eq!(raster.elevation(Vec2::new(999.9, 1990.0)), None);
-        assert_eq!(raster.elevation(Vec2::new(1000.0, 2000.0)), Some(raster.value(0, 0)));
-        assert_eq!(raster.elevation(Vec2::new(1040.0, 1940.0)), Some(raster.value(3, 2)));
+        for corner in [Vec2::new(1000.0, 2000.0), Vec2::new(1040.0, 1940.0), Vec2::new(1040.0, 1987.0)] {
+            assert!((raster.elevation(corner).unwrap() - (0.5 * corner.x - 0.25 * corner.y)).abs() < 1e-10);
+        }
+        // Flat beside a step of one cell, and beside a top.
+        let mut step = plane();
+        step.values[1] -= 50.0;
+        let west = step.centre(0, 0) - Vec2::new(4.0, 0.0);
+        assert!((step.elevation(west).unwrap() - step.value(0, 0)).abs() < 1e-12);
         raster.values[5] = f64::NAN;
         assert_eq!(raster.elevation(raster.centre(1, 1)), None);
         // Halfway from cell (0, 1) towards the hole in cell (1, 1) only the own cell counts on that row.

@@ -82,7 +82,7 @@ impl Walls {
                         |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
                     blocked[row][column].0 |= mark((dc, dr));
                     blocked[r][c].0 |= mark((-dc, -dr));
-                    if goes_on {
+                    if goes_on || open {
                         blocked[row][column].1 |= mark((dc, dr));
                         blocked[r][c].1 |= mark((-dc, -dr));
                     }
@@ -112,7 +112,7 @@ impl Walls {
     }
 
     /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
-    /// is mirrored; over that of an open boundary they go on as they come from the other side of the cell.
+    /// is mirrored; over an open one they go on as they come from the other side of the cell.
     pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
@@ -189,7 +189,8 @@ pub(super) fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
 /// Volume flux and normal momentum of water leaving over an open face behind which the bed falls by `drop` (m).
 ///
 /// The state outside is the same depth at the velocity of uniform flow on that slope, and a dry bed where the bed does not fall:
-/// still water falls over such an edge at critical depth instead of standing behind it.
+/// still water falls over such an edge at critical depth instead of standing behind it. From the particle to the face the bed falls
+/// by half of the drop, whose weight drives the water as that on the other side of the particle does.
 fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f64) {
     let g = scale.gravity;
     let (outside_depth, outside_velocity) = if ground.drop > 0.0 && ground.friction > 0.0 {
@@ -200,7 +201,11 @@ fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f
         (0.0, 0.0)
     };
     let (mass, momentum) = through_face(depth, outwards, outside_depth, outside_velocity, g);
-    if mass > 0.0 { (mass, momentum - 0.5 * g * depth * depth) } else { (0.0, mirrored(depth, outwards, g)) }
+    if mass > 0.0 {
+        (mass, momentum - 0.5 * g * depth * (depth + ground.drop))
+    } else {
+        (0.0, mirrored(depth, outwards, g))
+    }
 }
 
 /// The ground behind an open face.
