@@ -5,11 +5,14 @@
 //! faces of its boundary by conveyance,
 //!
 //! ```text
-//! (M45)  q_k = Q w_k / (Δ Σ w)        w = d^(5/3)/n, d the depth, at least that of critical flow of Q at one level
+//! (M45)  q_k = Q w_k / (Δ Σ w)        w = cos θ d^(5/3)/n, d the depth below one level: the mean one before the faces,
+//!                                     at least that of critical flow of Q
 //! ```
 //!
 //! (over the strips of a section by w = d, which is one velocity), and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
-//! over the step. All other conditions pass the flux of (M16). Boundaries are few: their faces are worked off one after another.
+//! over the step. All other conditions pass the flux of (M16). Where the edge runs askew to the lattice its faces are steps, each turned by θ
+//! from the way that the edge faces: what comes in has the velocity of that way, and uniform flow is that of the slope along it. Boundaries
+//! are few: their faces are worked off one after another.
 
 use super::faces::{EAST, NORTH, through_face, turned};
 use super::gradient::surface_difference;
@@ -23,6 +26,8 @@ use crate::physics::open_boundary::{EdgeState, at_depth, inflow, overfall, unifo
 use crate::scenario::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
 
+/// How far (in spacings) the faces lie that say which way an edge faces.
+const ABOUT: f64 = 2.5;
 /// Halvings of an interval of levels: a kilometre comes down to less than its rounding.
 const HALVINGS: usize = 64;
 
@@ -38,6 +43,8 @@ struct Face {
     further: Option<(usize, usize)>,
     /// 1 where outwards is to the east or north, −1 otherwise.
     sign: f64,
+    /// The way that the edge faces about here, of length 1: its part across the face, outwards, and along it, in the direction of `tangential`.
+    facing: (f64, f64),
     /// Level (m) of the water at the start, counted as in the solver; none where it was dry.
     rest: Option<f64>,
 }
@@ -68,6 +75,8 @@ pub(in crate::solver) struct Inside {
     rest: Option<f64>,
     /// Width of the face in spacings.
     width: f64,
+    /// cos θ: how much of the way that the edge faces is across the face.
+    cosine: f64,
 }
 
 /// What passes a face, outwards, the signal speed there, and the state beyond; none where the face is as a wall.
@@ -133,6 +142,7 @@ impl OpenBoundaries {
                 }
             }
         }
+        lines.iter_mut().for_each(|line| line.find_facing(problem.bed.lattice.spacing));
         OpenBoundaries { lines, datum: datum(&problem.bed, &problem.initial_depth) }
     }
 
@@ -157,8 +167,9 @@ impl OpenBoundaries {
                 let out = &mut state.flux[face.owner.0][face.direction];
                 let i = face.owner.1;
                 let mass = face.sign * passing.mass;
-                // What comes in brings no velocity along the edge.
-                let carried = if passing.mass > 0.0 { mass * tangent } else { 0.0 };
+                // What comes in moves as the edge faces.
+                let coming = passing.beyond.map_or(0.0, |beyond| beyond.outwards) / face.facing.0 * face.facing.1;
+                let carried = mass * if passing.mass > 0.0 { tangent } else { coming };
                 let normal = inside.momentum_lost(passing, scale.gravity);
                 (out.mass[i], out.tangential[i]) = (mass, carried);
                 (out.normal_left[i], out.normal_right[i]) = if face.sign > 0.0 { (normal, 0.0) } else { (0.0, normal) };
@@ -253,10 +264,36 @@ fn face(
     let behind = next(cell);
     let depth = state.water[cell.0].depth[cell.1];
     let rest = (depth > problem.dry_depth).then(|| state.ground[cell.0].bed[cell.1] + depth);
-    Some((line, Face { owner, direction, cell, behind, further: behind.and_then(next), sign, rest }))
+    let further = behind.and_then(next);
+    Some((line, Face { owner, direction, cell, behind, further, sign, facing: (1.0, 0.0), rest }))
 }
 
 impl Line {
+    /// Finds the way that the edge faces at each of its faces: the mean of theirs and of those about them that do not look back.
+    fn find_facing(&mut self, spacing: f64) {
+        let outwards = |face: &Face| {
+            let (x, y) = if face.direction == EAST { (1.0, 0.0) } else { (0.0, 1.0) };
+            Vec2::new(x, y) * face.sign
+        };
+        let places: Vec<(Vec2, Vec2)> = self
+            .faces
+            .iter()
+            .map(|face| {
+                let normal = outwards(face);
+                (State::position(face.cell.0, face.cell.1, spacing) + normal * (0.5 * spacing), normal)
+            })
+            .collect();
+        for (face, &(place, normal)) in self.faces.iter_mut().zip(&places) {
+            let near = places.iter().filter(|(other, _)| (*other - place).norm() <= ABOUT * spacing);
+            let sum =
+                near.map(|(_, other)| *other).filter(|other| other.dot(normal) >= 0.0).fold(Vec2::ZERO, |a, b| a + b);
+            let way = sum * (1.0 / sum.norm());
+            let along =
+                if face.direction == EAST { turned::<EAST>(way.x, way.y) } else { turned::<NORTH>(way.x, way.y) };
+            face.facing = (way.dot(normal), along.1);
+        }
+    }
+
     /// Reads the water before the faces.
     fn look(&mut self, state: &State, scale: &Scale, methods: RestingMethods) {
         let is_carried = methods.reconstruction != Reconstruction::None;
@@ -291,7 +328,7 @@ pub(in crate::solver) fn pass(
                 None => None,
             };
             passing.extend(inside.iter().map(|inside| {
-                let q = weigh.share(inside) * total;
+                let q = weigh.share(inside) * total * inside.cosine;
                 let held = level.map(|level| (level - inside.sill).max(0.0));
                 let beyond = inflow(q, held, inside.invariant, g);
                 Passing { mass: -q, ..Passing::of(beyond, g) }
@@ -310,11 +347,11 @@ pub(in crate::solver) fn pass(
                 }
             }));
         }
-        Condition::NormalDepth { slope } => passing.extend(
-            inside
-                .iter()
-                .map(|inside| inside.leaving(|| uniform_flow(*slope, inside.friction, inside.invariant, g), g)),
-        ),
+        Condition::NormalDepth { slope } => passing.extend(inside.iter().map(|inside| {
+            // A part of the velocity is as much of its square in the slope.
+            let across = slope * inside.cosine * inside.cosine;
+            inside.leaving(|| uniform_flow(across, inside.friction, inside.invariant, g), g)
+        })),
         Condition::Rating(rating) => {
             let level = rated_level(rating, inside, datum, scale);
             passing.extend(inside.iter().map(|inside| inside.leaving(|| inside.below(level, g), g)));
@@ -340,7 +377,7 @@ impl Face {
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];
         let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
-        Inside { rest: self.rest, friction, ..Inside::before(at(self.cell), behind, scale) }
+        Inside { rest: self.rest, friction, cosine: self.facing.0, ..Inside::before(at(self.cell), behind, scale) }
     }
 }
 
@@ -360,6 +397,7 @@ impl Inside {
             is_wet,
             rest: None,
             width: 1.0,
+            cosine: 1.0,
         };
         if !is_wet {
             return dry;
@@ -398,6 +436,7 @@ impl Inside {
             is_wet: face.is_some(),
             rest: None,
             width: 1.0,
+            cosine: 1.0,
         }
     }
 
@@ -468,7 +507,8 @@ impl Passing {
 
 /// The shares of a discharge (M45).
 struct Weights {
-    critical_level: f64,
+    /// Of an edge the level (m) of its water, of a section that of critical flow.
+    level: f64,
     /// The level (m) of a section into which the water comes faster than waves.
     held: Option<f64>,
     faces: Faces,
@@ -497,20 +537,20 @@ impl Weights {
         }
         let counts_roughness = wide().all(|i| i.friction > 0.0);
         let held = level.filter(|level| faces == Faces::OfASection && *level < high);
-        let mut weights = Weights { critical_level: high, held, faces, counts_roughness, sum: 0.0 };
-        weights.sum = wide().map(|i| i.width * weights.of(i)).sum();
+        let wet = || wide().filter(|i| i.is_wet).map(|i| (i.width * i.depth, i.bed + i.depth));
+        let (area, moment) = wet().fold((0.0, 0.0), |(area, sum), (width, level)| (area + width, sum + width * level));
+        let level = if faces == Faces::OfAnEdge && area > 0.0 { high.max(moment / area) } else { high };
+        let mut weights = Weights { level, held, faces, counts_roughness, sum: 0.0 };
+        weights.sum = wide().map(|i| i.width * i.cosine * weights.of(i)).sum();
         weights
     }
 
     fn of(&self, inside: &Inside) -> f64 {
-        let least = match self.held {
-            Some(level) => level - inside.sill,
-            None => self.critical_level - inside.bed,
-        };
-        let depth = inside.depth.max(least);
         if self.faces == Faces::OfASection {
-            return depth;
+            let least = self.held.map_or(self.level - inside.bed, |level| level - inside.sill);
+            return inside.depth.max(least);
         }
+        let depth = (self.level - inside.bed).max(0.0);
         let conveyance = depth * depth.cbrt() * depth.cbrt();
         if self.counts_roughness { conveyance / inside.friction.sqrt() } else { conveyance }
     }

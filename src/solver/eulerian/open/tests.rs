@@ -386,6 +386,65 @@ fn a_hydrograph_over_a_ragged_edge_is_booked_and_both_directions_are_alike() {
     }
 }
 
+/// A channel of 200 m by 60 m, turned by an angle (degrees) on the lattice, in which uniform flow of 1 m²/s would be 0.6 m deep: depth and
+/// unit discharge along it, in six strips from bank to bank, at a distance (m) from its middle.
+fn askew(degrees: f64, spacing: f64, distance: f64) -> [(f64, f64); 6] {
+    const SLOPE: f64 = 0.005;
+    let (size, middle) = ((240.0 / spacing) as usize, Vec2::new(120.0, 120.0));
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let own = |place: Vec2| {
+        let offset = place - middle;
+        Vec2::new(cos * offset.x + sin * offset.y, cos * offset.y - sin * offset.x)
+    };
+    let bed = |place: Vec2| {
+        let own = own(place);
+        if own.x.abs() < 100.0 && own.y.abs() < 30.0 { -SLOPE * own.x } else { f64::NAN }
+    };
+    let mut problem = problem((size, size), spacing, bed, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.03);
+    problem.dry_depth = 1e-3;
+    problem.forcing.reach = 1.5 * spacing;
+    let end = |x: f64| vec![[28.0, -28.0].map(|y| middle + Vec2::new(cos * x - sin * y, sin * x + cos * y))];
+    let discharge = Condition::Discharge { discharge: Series::constant(60.0), level: None };
+    problem.forcing.boundaries.push(Boundary { segments: end(-100.0), condition: discharge });
+    problem
+        .forcing
+        .boundaries
+        .push(Boundary { segments: end(100.0), condition: Condition::NormalDepth { slope: SLOPE } });
+    let lattice = problem.bed.lattice.clone();
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 900.0);
+    let water = solver.water();
+    [-25.0, -15.0, -5.0, 5.0, 15.0, 25.0].map(|across| {
+        let is_there = |&cell: &usize| {
+            let own = own(lattice.centre(cell));
+            (own.x - distance).abs() <= 5.0 && (own.y - across).abs() <= 5.0
+        };
+        let cells: Vec<_> = (0..lattice.len()).filter(is_there).map(|cell| water.at(cell)).collect();
+        let mean = |value: &dyn Fn(&crate::lattice::WaterInCell) -> f64| {
+            cells.iter().map(value).sum::<f64>() / cells.len() as f64
+        };
+        (mean(&|water| water.depth), mean(&|water| cos * water.discharge_x + sin * water.discharge_y))
+    })
+}
+
+#[test]
+fn water_enters_and_leaves_an_edge_askew_to_the_lattice_over_its_whole_width() {
+    let uniform = (0.03 / 0.005_f64.sqrt()).powf(0.6);
+    for degrees in [0.0, 10.0, 30.0] {
+        let (inlet, outlet) = (askew(degrees, 5.0, -80.0), askew(degrees, 5.0, 90.0));
+        println!("{degrees} degrees: {inlet:.2?}, {outlet:.2?}");
+        // Beside the steps of the banks water is slow, and more passes in the middle.
+        let tolerance = if degrees > 0.0 { 0.1 } else { 1e-3 };
+        for (_, discharge) in &inlet[1..5] {
+            assert!((discharge - 1.0).abs() < 2.5 * tolerance, "{degrees} degrees: {discharge} m²/s");
+        }
+        for (depth, _) in &outlet[1..5] {
+            assert!((depth / uniform - 1.0).abs() < tolerance, "{degrees} degrees: {depth} m");
+        }
+    }
+}
+
 #[test]
 fn what_leaves_over_an_edge_inside_the_lattice_has_left() {
     let conditions = [Some(Condition::NormalDepth { slope: 0.02 }), Some(Condition::Free), None];
