@@ -181,8 +181,10 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
                     )
             })?;
         }
-        feature.attributes =
-            source.fields().filter_map(|(name, value)| Some((name, attribute_value(value?)?))).collect();
+        // A feature of a GeoJSON need not have the attributes of the others; a number that it lacks reads as 0, its text as none.
+        let has = |field| source.field_as_string(field).is_ok_and(|text| text.is_some_and(|text| !text.is_empty()));
+        let fields = source.fields().enumerate().filter(|(field, _)| has(*field));
+        feature.attributes = fields.filter_map(|(_, (name, value))| Some((name, attribute_value(value?)?))).collect();
         features.push(feature);
     }
     Ok(VectorFile { features, crs, presumed_degrees: false })
@@ -342,6 +344,14 @@ mod tests {
         assert_eq!(feature.number("text_level"), Some(7.5));
         assert_eq!(feature.number("water_level_m"), Some(3.0));
         assert_eq!(feature.attribute("none"), None);
+        let lacking = r#"{"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [1, 2]}}"#;
+        let has_all = r#"{"type": "Feature", "properties": {"level_m": 0, "id": "x", "n": 1.5, "empty": ""},
+            "geometry": {"type": "Point", "coordinates": [1, 2]}}"#;
+        let text = format!(r#"{{"type": "FeatureCollection", "features": [{has_all}, {lacking}]}}"#);
+        let features = file_of("b.geojson", &text).unwrap().features;
+        assert_eq!((features[0].number("level_m"), features[0].number("n")), (Some(0.0), Some(1.5)));
+        assert_eq!(features[0].attribute("empty"), None);
+        assert_eq!(features[1].attributes, []);
         assert_eq!(feature.polygons[0].exterior().0.len(), 5);
     }
 
