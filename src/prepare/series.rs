@@ -320,17 +320,19 @@ pub(super) fn choose(
         }
     };
     if let Some((unit, factor)) = &column.unit {
-        return match unit_in_name(&header[index], dimension) {
-            Some(own) if (own / factor - 1.0).abs() > 1e-9 => {
-                let message =
-                    format!("the column `{}` of {name} names another unit than the scenario, `{unit}`", header[index]);
-                let problem = input_error("contradicting-units", message);
-                Err(Box::new(
-                    problem.with_remedy("take the unit out of the scenario, or correct the name of the column"),
-                ))
-            }
-            _ => Ok((index, *factor)),
+        let contradicts = match unit_in_name(&header[index], dimension) {
+            Some(own) => (own / factor - 1.0).abs() > 1e-9,
+            None => dimension.name != LENGTH.name && names_a_length(&header[index]),
         };
+        if contradicts {
+            let message =
+                format!("the column `{}` of {name} names another unit than the scenario, `{unit}`", header[index]);
+            let problem = input_error("contradicting-units", message);
+            return Err(Box::new(
+                problem.with_remedy("take the unit out of the scenario, or correct the name of the column"),
+            ));
+        }
+        return Ok((index, *factor));
     }
     let bare = dimension.is_bare_allowed.then_some(1.0);
     unit_in_name(&header[index], dimension).or(bare).map(|factor| (index, factor)).ok_or_else(|| {
@@ -355,9 +357,23 @@ fn unit_in_name(name: &str, dimension: &Dimension) -> Option<f64> {
     dimension.units.iter().filter(ends).max_by_key(|unit| unit.0.len()).map(|unit| unit.1)
 }
 
+/// Whether a column's name ends with a unit of length, such as `rain_mm`; `m` and `in` end other names, too.
+fn names_a_length(name: &str) -> bool {
+    ["mm", "cm", "dm", "km", "ft"].iter().any(|unit| {
+        let ends = [format!("_{unit}"), format!("[{unit}]"), format!("({unit})")];
+        ends.iter().any(|end| name.ends_with(end))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_length_in_the_name_of_a_column_is_no_other_unit() {
+        assert!(["rain_mm", "h [cm]", "depth (ft)"].iter().all(|name| names_a_length(name)));
+        assert!(["rain", "q_in", "rain_mm_h", "q_m", "alarm"].iter().all(|name| !names_a_length(name)));
+    }
 
     #[test]
     fn a_unit_is_read_from_the_name_of_a_column() {

@@ -301,10 +301,11 @@ fn check_nodata(
     let hole = missing.iter().copied().find(|&cell| deep(cell));
     let tolerated = TOLERATED_NODATA * body.body.polygon.unsigned_area() + rim_allowance(&body.body, lattice);
     let name = body.source.value.path.display();
-    let message = format!(
-        "the terrain has no data on {area:.0} m² inside the polygon of {name} ({} cells of the lattice)",
-        missing.len()
-    );
+    let lies = match missing.len() {
+        0 => "beyond its edge".to_owned(),
+        count => format!("{count} cells of the lattice"),
+    };
+    let message = format!("the terrain has no data on {area:.0} m² inside the polygon of {name} ({lies})");
     if hole.is_some() || area > tolerated {
         let place = hole.or(missing.first().copied()).map_or(first_place(&body.body), map);
         return Err(input_error("nodata-in-water", message)

@@ -474,6 +474,9 @@ fn units_are_asked_for_and_checked() {
     let scene = Scene::sound();
     scene.write("q.csv", "t_h,q\n0,0\n3,4\n");
     scene.assert_refused(4, &["contradicting-units", "the column `t_h`", "another unit than the scenario, `min`"]);
+    let scene = Scene::with(&[("column: q", "column: h_cm")]);
+    scene.write("q.csv", "t,h_cm\n0,0\n180,4\n");
+    scene.assert_refused(4, &["contradicting-units", "the column `h_cm`", "another unit than the scenario, `m3/s`"]);
     let scene = Scene::with(&[("unit: m3/s, time_unit: min", "unit: kg/s, time_unit: m3/s")]);
     scene.assert_refused(3, &["`kg/s` is no unit of a discharge", "`m3/s` is no unit of a time", "s.yaml:6:"]);
     let scene = Scene::with(&[("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "discharge: 30")]);
