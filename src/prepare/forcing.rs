@@ -20,6 +20,8 @@ use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, RainUnit, Scenario, Side, Sourced};
 use crate::terrain::{Layer, RasterFile, Terrain};
 
+/// A side may stay a wall along this share of its edge without a word.
+const STEPPED: f64 = 0.1;
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
 
@@ -294,7 +296,8 @@ fn boundaries(
             (OpenBoundary::Side(Side::All), _) => edges.iter().map(|(_, midpoint)| [*midpoint; 2]).collect(),
             (OpenBoundary::Side(side), _) => {
                 let mut open = OpenEdges::default();
-                open_side(&mut open, *side, lattice, bed);
+                let passed_over = open_side(&mut open, *side, lattice, bed);
+                warn_of_steps(source, passed_over, lattice, findings);
                 open.segments
             }
             (OpenBoundary::Lines(lines_source), Some(lines)) => {
@@ -347,6 +350,24 @@ fn boundaries(
         placed.push((source, near));
     }
     with_condition
+}
+
+/// Warns of a side that stays a wall in part because its edge steps back there by more than a cell.
+fn warn_of_steps(
+    source: &Sourced<crate::scenario::Boundary>,
+    (passed_over, opened): (Vec<Vec2>, usize),
+    lattice: &Lattice,
+    findings: &mut Findings,
+) {
+    let count = passed_over.len();
+    if count as f64 > STEPPED * (count + opened) as f64 {
+        let message = format!("{:.0} m of this side stay a wall", count as f64 * lattice.spacing);
+        let problem = Problem::warning(ProblemKind::Input, "side-in-part", "", message)
+            .with_cause("the edge of the terrain steps back by more than a cell there")
+            .with_remedy("right where the ground stays dry; elsewhere draw a `line` along the edge, or fill the terrain up to it")
+            .with_at(lattice.to_map(passed_over[0]));
+        findings.add(source, problem);
+    }
 }
 
 /// Whether the ground under a boundary fits its levels.

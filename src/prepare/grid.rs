@@ -136,16 +136,22 @@ pub(super) fn gap_report(terrain: &Terrain, lattice: &Lattice) -> Option<GapRepo
 /// the lattice follows that edge in steps.
 pub(super) const REACH: f64 = 1.5;
 
+/// An edge within so many cells of a side may be meant with it.
+const NEAR: usize = 10;
+
 /// Adds a side of the terrain to the open edges: the chain of faces that one sees first from there, as far as it goes from line to line of
 /// cells in steps of one cell at most. It may be oblique, as the edge of a raster that was turned by its reprojection.
 ///
 /// A chain counts where it comes within a cell of the rectangle around the terrain. It stops short of its ends by a little more than
 /// the reach, so that it does not open the faces around the corner: the banks of a valley that is narrower than the rectangle where it
 /// meets the side stay walls. (Those of a mouth of one or two cells do not.)
-pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed: &[f64]) {
+///
+/// Returns where (local coordinates, m) the edge stays a wall although it lies within some cells of the rectangle, and how many lines of
+/// cells were opened.
+pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed: &[f64]) -> (Vec<Vec2>, usize) {
     if side == Side::All {
         open.whole_outline = true;
-        return;
+        return (Vec::new(), 0);
     }
     let (columns, rows) = (lattice.columns, lattice.rows);
     // A line of cells goes inwards from the side: columns from the north and the south, rows from the east and the west.
@@ -167,12 +173,19 @@ pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed
         (0..lines).map(|line| (0..depths).find(|&depth| !bed[cell(line, depth)].is_nan())).collect();
     let outermost = first.iter().flatten().min().copied().unwrap_or(0);
     let face = |line: usize| Some(lattice.centre(cell(line, first[line]?)) + outwards * (0.5 * lattice.spacing));
+    let (mut passed_over, mut opened) = (Vec::new(), 0);
     for chain in chains(&first) {
         if chain.clone().any(|line| first[line].is_some_and(|depth| depth <= outermost + 1)) {
             let faces: Vec<Vec2> = chain.filter_map(face).collect();
+            opened += faces.len();
             open.segments.extend(shortened(&faces));
+        } else {
+            passed_over.extend(
+                chain.filter(|&line| first[line].is_some_and(|depth| depth <= outermost + NEAR)).filter_map(face),
+            );
         }
     }
+    (passed_over, opened)
 }
 
 /// Runs of lines of cells whose first terrain steps by one cell at most from each to the next.
@@ -298,6 +311,9 @@ mod tests {
         let is_valley = |(column, row): (usize, usize)| column < 7 || (3..7).contains(&row);
         let bed: Vec<f64> =
             (0..lattice.len()).map(|cell| if is_valley(lattice.column_row(cell)) { 0.0 } else { f64::NAN }).collect();
+        let (passed_over, opened) = open_side(&mut OpenEdges::default(), Side::East, &lattice, &bed);
+        assert_eq!((passed_over.len(), opened), (5, 4));
+        assert_eq!(passed_over[0], Vec2::new(35.0, 2.5));
         for (side, faces) in [(Side::East, 4), (Side::West, 9), (Side::North, 7), (Side::South, 7)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);

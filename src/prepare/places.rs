@@ -136,7 +136,9 @@ pub(super) fn open_edges(
     let mut open = OpenEdges { reach: REACH * lattice.spacing, ..OpenEdges::default() };
     for (boundary, pieces) in scenario.open.iter().zip(lines) {
         match (boundary, pieces) {
-            (OpenBoundary::Side(side), _) => open_side(&mut open, *side, lattice, bed),
+            (OpenBoundary::Side(side), _) => {
+                open_side(&mut open, *side, lattice, bed);
+            }
             (OpenBoundary::Lines(source), Some(drawn)) => {
                 let local = on_lattice(source, drawn, ground, NOT_OPEN, findings);
                 if !local.is_empty() && faces_opened(&local, lattice, bed) == 0 {

@@ -62,8 +62,8 @@ impl Raster {
     /// Bilinear elevation (m) between cell centres; none where the cell that holds the place has no data.
     ///
     /// Beside the edge and cells without data, where there is no centre beyond the place, the elevation goes on as it does on the other
-    /// side of the cell, by the lesser of the two differences there, so that it is flat beside a lone step. At a cell centre the value is
-    /// exactly that of the cell.
+    /// side of the cell, by the lesser of the two differences there, so that it is flat beside a lone step. Beside cells without data it
+    /// does not rise: a lake there holds what the cells say. At a cell centre the value is exactly that of the cell.
     pub fn elevation(&self, map: Vec2) -> Option<f64> {
         let (column, row) = self.cell_at(map)?;
         let own = self.value(column, row);
@@ -88,8 +88,14 @@ impl Raster {
             let (near, far) = (own - behind, behind - before_it);
             if near * far <= 0.0 { own } else { own + if near.abs() < far.abs() { near } else { far } }
         };
-        let beside_x = further(1, 0).unwrap_or_else(|| gone_on(further(-1, 0), further(-2, 0)));
-        let beside_y = further(0, 1).unwrap_or_else(|| gone_on(further(0, -1), further(0, -2)));
+        let is_edge =
+            |index: usize, step: isize, count: usize| index.checked_add_signed(step).is_none_or(|i| i >= count);
+        let at_most = |is_edge: bool| if is_edge { f64::INFINITY } else { own };
+        let beside_x = further(1, 0).unwrap_or_else(|| {
+            gone_on(further(-1, 0), further(-2, 0)).min(at_most(is_edge(column, to_east, self.columns)))
+        });
+        let beside_y = further(0, 1)
+            .unwrap_or_else(|| gone_on(further(0, -1), further(0, -2)).min(at_most(is_edge(row, to_south, self.rows))));
         let across = further(1, 1).unwrap_or(beside_x + beside_y - own);
         let towards = |from: f64, to: f64, share: f64| (1.0 - share) * from + share * to;
         Some(towards(towards(own, beside_x, weight_x), towards(beside_y, across, weight_x), weight_y))
@@ -168,6 +174,13 @@ mod tests {
         for corner in [Vec2::new(1000.0, 2000.0), Vec2::new(1040.0, 1940.0), Vec2::new(1040.0, 1987.0)] {
             assert!((raster.elevation(corner).unwrap() - (0.5 * corner.x - 0.25 * corner.y)).abs() < 1e-10);
         }
+        // Beside a hole it falls as before it, and does not rise.
+        let mut torn = plane();
+        torn.values[7] = f64::NAN;
+        let before = torn.centre(2, 1);
+        assert!((torn.elevation(before + Vec2::new(4.0, 0.0)).unwrap() - torn.value(2, 1)).abs() < 1e-12);
+        torn.values.iter_mut().for_each(|value| *value = -*value);
+        assert!((torn.elevation(before + Vec2::new(4.0, 0.0)).unwrap() - torn.value(2, 1) + 2.0).abs() < 1e-10);
         // Flat beside a step of one cell, and beside a top.
         let mut step = plane();
         step.values[1] -= 50.0;
