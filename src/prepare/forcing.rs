@@ -316,7 +316,7 @@ fn boundaries(
         if near.is_empty() {
             let problem = input_error("opens-nothing", "this boundary touches no edge of the terrain".to_owned())
                 .with_cause(format!(
-                    "no edge face lies within {} m of it; the walls of buildings are none",
+                    "no edge face along it lies within {} m; those square to it and the walls of buildings are none",
                     forcing.reach
                 ))
                 .with_remedy("draw it along the edge of the terrain data; water that comes in elsewhere is a source");

@@ -144,7 +144,7 @@ pub(super) fn open_edges(
                 if !local.is_empty() && faces_opened(&local, lattice, bed) == 0 {
                     let message = format!("the lines of {} open no edge of the terrain", source.value.path.display());
                     let problem = Problem::warning(ProblemKind::Input, "opens-nothing", "", message)
-                        .with_cause(format!("no edge face lies within {} m of them", REACH * lattice.spacing))
+                        .with_cause(format!("no edge face along them lies within {} m", REACH * lattice.spacing))
                         .with_remedy("draw them along the edge of the terrain data");
                     findings.add(source, problem);
                 }

@@ -283,10 +283,15 @@ impl Line {
                 (State::position(face.cell.0, face.cell.1, spacing) + normal * (0.5 * spacing), normal)
             })
             .collect();
+        // Faces come row by row.
+        let reach = ABOUT.ceil() as usize;
+        let rows: Vec<usize> = self.faces.iter().map(|face| face.owner.0).collect();
         for (face, &(place, normal)) in self.faces.iter_mut().zip(&places) {
-            let near = places.iter().filter(|(other, _)| (*other - place).norm() <= ABOUT * spacing);
-            let sum =
-                near.map(|(_, other)| *other).filter(|other| other.dot(normal) >= 0.0).fold(Vec2::ZERO, |a, b| a + b);
+            let from = rows.partition_point(|row| row + reach < face.owner.0);
+            let to = rows.partition_point(|row| *row <= face.owner.0 + reach);
+            let near = places[from..to].iter().filter(|(other, _)| (*other - place).norm() <= ABOUT * spacing);
+            let near = near.map(|(_, other)| *other).filter(|other| other.dot(normal) >= 0.0);
+            let sum = near.fold(Vec2::ZERO, |a, b| a + b);
             let way = sum * (1.0 / sum.norm());
             let along =
                 if face.direction == EAST { turned::<EAST>(way.x, way.y) } else { turned::<NORTH>(way.x, way.y) };
