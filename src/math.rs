@@ -168,6 +168,17 @@ pub fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
+/// The smaller of two numbers of one sign, in size; 0 where the signs differ.
+pub fn minmod(a: f64, b: f64) -> f64 {
+    if a * b <= 0.0 {
+        0.0
+    } else if a.abs() < b.abs() {
+        a
+    } else {
+        b
+    }
+}
+
 /// The greatest whole number not above `x`, below 2^53, by a cast: `f64::floor` is a call of a function on processors of the baseline.
 #[inline(always)]
 pub fn floor(x: f64) -> f64 {

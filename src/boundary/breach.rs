@@ -127,25 +127,26 @@ impl Breach {
                 if off <= cell.reach || off + cell.reach <= half_bottom {
                     sunk(invert)
                 } else {
-                    let depth = self.crest - sunk(invert);
-                    // ∫ D^(3/2) from the middle to a place beside it.
-                    let passed = |place: f64| {
-                        let beside = (place.abs() - half_bottom).max(0.0);
-                        let below = (depth * side_slope - beside).max(0.0);
-                        let sides = if side_slope > 0.0 {
-                            0.4 * side_slope * (depth.powf(2.5) - (below / side_slope).powf(2.5))
-                        } else {
-                            0.0
-                        };
-                        place.signum() * (depth.powf(1.5) * place.abs().min(half_bottom) + sides)
-                    };
-                    let mean = (passed(off + cell.reach) - passed(off - cell.reach)) / (2.0 * cell.reach);
+                    let shape = (self.crest - sunk(invert), half_bottom, side_slope);
+                    let mean = (passed(shape, off + cell.reach) - passed(shape, off - cell.reach)) / (2.0 * cell.reach);
                     self.crest - mean.max(0.0).powf(2.0 / 3.0)
                 }
             }
         };
         opened.min(self.crest).max(cell.ground)
     }
+}
+
+/// ∫ D^(3/2) ds (m^(5/2)) from the middle of an opening of a depth (m), half of a bottom (m) and slopes of the sides to a station beside it (m).
+fn passed((depth, half_bottom, side_slope): (f64, f64, f64), station: f64) -> f64 {
+    let beside = (station.abs() - half_bottom).max(0.0);
+    let sides = if side_slope > 0.0 {
+        let below = (depth * side_slope - beside).max(0.0);
+        0.4 * side_slope * (depth.powf(2.5) - (below / side_slope).powf(2.5))
+    } else {
+        0.0
+    };
+    station.signum() * (depth.powf(1.5) * station.abs().min(half_bottom) + sides)
 }
 
 #[cfg(test)]
@@ -172,6 +173,18 @@ mod tests {
         }
         for (station, bed) in [(50.0, 100.0), (41.0, 100.0), (30.0, 110.0)] {
             assert!((breach.bed(&at(station), 1.0) - bed).abs() < 1e-12, "{station} m");
+        }
+    }
+
+    #[test]
+    fn a_narrow_cell_has_the_bed_of_the_trapezoid_at_its_station() {
+        let breach = breach(TRAPEZOID, GrowthLaw::Linear);
+        let narrow = |station: f64| DamCell { reach: 1e-7, ..at(station) };
+        for (station, share, bed) in
+            [(54.9, 0.5, 105.0), (56.0, 0.5, 107.0), (40.0, 1.0, 100.0), (39.0, 1.0, 102.0), (35.5, 1.0, 109.0)]
+        {
+            let found = breach.bed(&narrow(station), share);
+            assert!((found - bed).abs() < 1e-6, "{station} m, share {share}: {found}");
         }
     }
 

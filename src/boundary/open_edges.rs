@@ -23,14 +23,18 @@ pub struct OpenEdges {
 impl OpenEdges {
     /// Whether a face of the edge of the terrain is open, with its midpoint and its normal in either direction (local coordinates).
     pub fn is_open(&self, midpoint: Vec2, normal: Vec2) -> bool {
-        let opens = |piece: &[Vec2; 2]| distance_to_face(piece, midpoint, normal).is_some_and(|far| far <= self.reach);
-        self.whole_outline || self.segments.iter().any(opens)
+        self.whole_outline || opens(&self.segments, self.reach, (midpoint, normal))
     }
+}
+
+/// Whether straight pieces of lines open an edge face, given by its midpoint and its normal in either direction, within a reach (m).
+pub fn opens(pieces: &[[Vec2; 2]], reach: f64, (midpoint, normal): (Vec2, Vec2)) -> bool {
+    pieces.iter().filter_map(|piece| distance_to_face(piece, midpoint, normal)).any(|far| far <= reach)
 }
 
 /// Distance (m) of a straight piece of a line from an edge face that it may open; none from a face square to it, which lies around the
 /// corner where the line is drawn up to one. A piece without length may open any.
-pub fn distance_to_face(piece: &[Vec2; 2], midpoint: Vec2, normal: Vec2) -> Option<f64> {
+pub(super) fn distance_to_face(piece: &[Vec2; 2], midpoint: Vec2, normal: Vec2) -> Option<f64> {
     let across = (piece[1] - piece[0]).perpendicular();
     let is_square = across.dot(normal).abs() < SQUARE * across.norm() * normal.norm();
     (!is_square).then(|| distance_to_segment(midpoint, piece[0], piece[1]))

@@ -145,7 +145,7 @@ pub(super) fn on_lattice(
         findings.add(duration, problem.with_remedy("let the run last longer, if the final opening matters"));
     }
     if let (Motion::Lagrangian, Some(duration)) = (scenario.numerics.motion, &duration) {
-        let message = "moving particles pass a crest that sinks slowly late, and then too many of them at once: the flood may begin many minutes late, and its peak be a third too high";
+        let message = "moving particles pass a crest that sinks slowly late, and then too many of them at once: the flood may begin many minutes late, and its peak be too high";
         let problem = Problem::warning(ProblemKind::Scenario, "late-breach", "", message);
         findings.add(
             duration,

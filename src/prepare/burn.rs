@@ -266,6 +266,8 @@ mod tests {
         let dam = crossed(&line, &lattice);
         assert_eq!(dam.len(), 10);
         assert!(dam.iter().all(|cell| cell % 12 == 5));
+        let station = |cell: usize| foot_of(lattice.centre(cell), &line).station;
+        assert!((station(5) - 1.0).abs() < 1e-12 && (station(9 * 12 + 5) - 19.0).abs() < 1e-12);
         let columns = |width: f64| {
             let columns: BTreeSet<usize> = strip(&line, width, &lattice).iter().map(|cell| cell % 12).collect();
             columns.into_iter().collect::<Vec<_>>()

@@ -10,7 +10,7 @@ use super::series::{self, Meaning};
 use super::{places, sources};
 use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, Strip, distance_to_face, edge_faces};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, Strip, edge_faces, opens};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -309,8 +309,7 @@ fn boundaries(
             continue;
         }
         let is_near = |&(cell, midpoint): &(usize, Vec2)| {
-            let far = |piece| distance_to_face(piece, midpoint, midpoint - lattice.centre(cell));
-            segments.iter().filter_map(far).any(|far| far <= forcing.reach)
+            opens(&segments, forcing.reach, (midpoint, midpoint - lattice.centre(cell)))
         };
         let near: Vec<usize> = (0..edges.len()).filter(|&face| is_near(&edges[face])).collect();
         if near.is_empty() {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::GapReport;
-use crate::boundary::{distance_to_face, edge_faces};
+use crate::boundary::{edge_faces, opens};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes};
@@ -231,8 +231,7 @@ fn shortened(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
 /// Number of edge faces (of the lattice or of areas without terrain) that the given lines open.
 pub(super) fn faces_opened(segments: &[[Vec2; 2]], lattice: &Lattice, bed: &[f64]) -> usize {
     let is_open = |&(cell, midpoint): &(usize, Vec2)| {
-        let far = |piece| distance_to_face(piece, midpoint, midpoint - lattice.centre(cell));
-        segments.iter().filter_map(far).any(|far| far <= REACH * lattice.spacing)
+        opens(segments, REACH * lattice.spacing, (midpoint, midpoint - lattice.centre(cell)))
     };
     edge_faces(lattice, bed).par_iter().filter(|face| is_open(face)).count()
 }

@@ -1,6 +1,6 @@
 //! A georeferenced raster in memory, row 0 in the north, NaN where there is no data.
 
-use crate::math::Vec2;
+use crate::math::{Vec2, minmod};
 
 /// A north-up raster.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,24 +78,22 @@ impl Raster {
         let (weight_x, weight_y) = (from_centre_x.abs(), from_centre_y.abs());
         let to_east = if from_centre_x < 0.0 { -1 } else { 1 };
         let to_south = if from_centre_y < 0.0 { -1 } else { 1 };
-        // The value so many cells further in the direction of the place.
-        let further = |across: isize, down: isize| {
+        // The cell so many cells further in the direction of the place, as far as the raster goes, and its value.
+        let place = |across: isize, down: isize| {
             let (c, r) = (column.checked_add_signed(to_east * across)?, row.checked_add_signed(to_south * down)?);
-            (c < self.columns && r < self.rows).then(|| self.value(c, r)).filter(|value| !value.is_nan())
+            (c < self.columns && r < self.rows).then_some((c, r))
         };
-        let gone_on = |behind: Option<f64>, before_it: Option<f64>| {
-            let (Some(behind), Some(before_it)) = (behind, before_it) else { return own };
-            let (near, far) = (own - behind, behind - before_it);
-            if near * far <= 0.0 { own } else { own + if near.abs() < far.abs() { near } else { far } }
+        let further = |across: isize, down: isize| {
+            place(across, down).map(|(c, r)| self.value(c, r)).filter(|value| !value.is_nan())
         };
-        let is_edge =
-            |index: usize, step: isize, count: usize| index.checked_add_signed(step).is_none_or(|i| i >= count);
-        let at_most = |is_edge: bool| if is_edge { f64::INFINITY } else { own };
-        let beside_x = further(1, 0).unwrap_or_else(|| {
-            gone_on(further(-1, 0), further(-2, 0)).min(at_most(is_edge(column, to_east, self.columns)))
-        });
-        let beside_y = further(0, 1)
-            .unwrap_or_else(|| gone_on(further(0, -1), further(0, -2)).min(at_most(is_edge(row, to_south, self.rows))));
+        let beside = |across: isize, down: isize| {
+            further(across, down).unwrap_or_else(|| {
+                let behind = further(-across, -down).zip(further(-2 * across, -2 * down));
+                let gone_on = own + behind.map_or(0.0, |(behind, before)| minmod(own - behind, behind - before));
+                if place(across, down).is_some() { gone_on.min(own) } else { gone_on }
+            })
+        };
+        let (beside_x, beside_y) = (beside(1, 0), beside(0, 1));
         let across = further(1, 1).unwrap_or(beside_x + beside_y - own);
         let towards = |from: f64, to: f64, share: f64| (1.0 - share) * from + share * to;
         Some(towards(towards(own, beside_x, weight_x), towards(beside_y, across, weight_x), weight_y))

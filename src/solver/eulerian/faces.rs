@@ -410,6 +410,12 @@ pub(crate) fn turned<const DIRECTION: usize>(x: f64, y: f64) -> (f64, f64) {
     if DIRECTION == EAST { (x, y) } else { (y, x) }
 }
 
+/// The same for a direction that is known when it runs.
+#[inline]
+pub(crate) fn turned_by(direction: usize, x: f64, y: f64) -> (f64, f64) {
+    if direction == EAST { turned::<EAST>(x, y) } else { turned::<NORTH>(x, y) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -14,7 +14,7 @@
 //! from the way that the edge faces: what comes in has the velocity of that way, and uniform flow is that of the slope along it. Boundaries
 //! are few: their faces are worked off one after another.
 
-use super::faces::{EAST, NORTH, through_face, turned};
+use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::gradient::surface_difference;
 use super::state::{State, datum};
 use super::walls::Walls;
@@ -163,7 +163,7 @@ impl OpenBoundaries {
             for ((face, inside), passing) in line.faces.iter().zip(&line.inside).zip(&line.passing) {
                 let water = &state.primitive[face.cell.0];
                 let (u, v) = (water.velocity_x[face.cell.1], water.velocity_y[face.cell.1]);
-                let tangent = if face.direction == EAST { turned::<EAST>(u, v).1 } else { turned::<NORTH>(u, v).1 };
+                let tangent = turned_by(face.direction, u, v).1;
                 let out = &mut state.flux[face.owner.0][face.direction];
                 let i = face.owner.1;
                 let mass = face.sign * passing.mass;
@@ -235,6 +235,11 @@ impl OpenBoundaries {
     }
 }
 
+/// The axis across the faces of a direction.
+fn axis(direction: usize) -> Vec2 {
+    if direction == EAST { Vec2::new(1.0, 0.0) } else { Vec2::new(0.0, 1.0) }
+}
+
 /// The face that a padded cell owns in a direction, and its boundary; none where it is no edge or belongs to no boundary.
 fn face(
     problem: &FlowProblem,
@@ -254,8 +259,7 @@ fn face(
     };
     let spacing = problem.bed.lattice.spacing;
     let middle = (State::position(owner.0, owner.1, spacing) + State::position(other.0, other.1, spacing)) * 0.5;
-    let normal = if direction == EAST { Vec2::new(1.0, 0.0) } else { Vec2::new(0.0, 1.0) };
-    let line = problem.forcing.boundary_at(middle, normal).filter(|_| !problem.bed.is_sealed(middle))?;
+    let line = problem.forcing.boundary_at(middle, axis(direction)).filter(|_| !problem.bed.is_sealed(middle))?;
     let inwards = (cell.1 as isize - beyond.1 as isize, cell.0 as isize - beyond.0 as isize);
     let next = |from: (usize, usize)| {
         let to = ((from.0 as isize + inwards.1) as usize, (from.1 as isize + inwards.0) as usize);
@@ -271,18 +275,11 @@ fn face(
 impl Line {
     /// Finds the way that the edge faces at each of its faces: the mean of theirs and of those about them that do not look back.
     fn find_facing(&mut self, spacing: f64) {
-        let outwards = |face: &Face| {
-            let (x, y) = if face.direction == EAST { (1.0, 0.0) } else { (0.0, 1.0) };
-            Vec2::new(x, y) * face.sign
+        let place = |face: &Face| {
+            let normal = axis(face.direction) * face.sign;
+            (State::position(face.cell.0, face.cell.1, spacing) + normal * (0.5 * spacing), normal)
         };
-        let places: Vec<(Vec2, Vec2)> = self
-            .faces
-            .iter()
-            .map(|face| {
-                let normal = outwards(face);
-                (State::position(face.cell.0, face.cell.1, spacing) + normal * (0.5 * spacing), normal)
-            })
-            .collect();
+        let places: Vec<(Vec2, Vec2)> = self.faces.iter().map(place).collect();
         // Faces come row by row.
         let reach = ABOUT.ceil() as usize;
         let rows: Vec<usize> = self.faces.iter().map(|face| face.owner.0).collect();
@@ -293,9 +290,7 @@ impl Line {
             let near = near.map(|(_, other)| *other).filter(|other| other.dot(normal) >= 0.0);
             let sum = near.fold(Vec2::ZERO, |a, b| a + b);
             let way = sum * (1.0 / sum.norm());
-            let along =
-                if face.direction == EAST { turned::<EAST>(way.x, way.y) } else { turned::<NORTH>(way.x, way.y) };
-            face.facing = (way.dot(normal), along.1);
+            face.facing = (way.dot(normal), turned_by(face.direction, way.x, way.y).1);
         }
     }
 
@@ -377,7 +372,7 @@ impl Face {
         let at = |(row, column): (usize, usize)| {
             let water = &state.primitive[row];
             let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
-            let normal = if self.direction == EAST { turned::<EAST>(u, v).0 } else { turned::<NORTH>(u, v).0 };
+            let normal = turned_by(self.direction, u, v).0;
             Near { depth: water.depth[column], bed: state.ground[row].bed[column], outwards: self.sign * normal }
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];

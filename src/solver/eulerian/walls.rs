@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::Scale;
-use super::faces::{EAST, NORTH, through_face, turned};
+use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::spans::ActiveSet;
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
 use crate::math::{Vec2, segments_cross};
@@ -176,7 +176,7 @@ struct Particle {
 impl Particle {
     fn new(row: &PrimitiveRow, column: usize, direction: usize) -> Self {
         let (u, v) = (row.velocity_x[column], row.velocity_y[column]);
-        let (normal, tangent) = if direction == EAST { turned::<EAST>(u, v) } else { turned::<NORTH>(u, v) };
+        let (normal, tangent) = turned_by(direction, u, v);
         Particle { depth: row.depth[column], normal, tangent }
     }
 }

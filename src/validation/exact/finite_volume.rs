@@ -6,6 +6,7 @@
 //!
 //! Friction is Manning's, implicit at the end of a step (M18). Both ends are walls.
 
+use crate::math::minmod;
 use crate::scenario::GRAVITY;
 
 /// Below this depth (m) the velocity is taken as that of this depth.
@@ -129,16 +130,6 @@ fn stage(state: &Profile, dt: f64, geometry: &Geometry) -> Profile {
         left = right;
     }
     next
-}
-
-fn minmod(a: f64, b: f64) -> f64 {
-    if a * b <= 0.0 {
-        0.0
-    } else if a.abs() < b.abs() {
-        a
-    } else {
-        b
-    }
 }
 
 fn hll((d_l, q_l): (f64, f64), (d_r, q_r): (f64, f64)) -> (f64, f64) {

@@ -4,7 +4,7 @@
 //! number, which the cell and the reach book with opposite signs; level and discharge go over in either direction, as the states of
 //! the two sides ask.
 
-use super::super::faces::{EAST, Half, NORTH, Numbers, single, turned};
+use super::super::faces::{EAST, Half, NORTH, Numbers, single, turned_by};
 use super::super::gradient::surface_difference;
 use super::super::state::State;
 use super::super::walls::Walls;
@@ -187,7 +187,7 @@ impl Junction {
 impl Opening {
     /// Components along the normal of the face and along the face, as the lattice has them.
     fn turned(&self, x: f64, y: f64) -> (f64, f64) {
-        if self.direction == EAST { turned::<EAST>(x, y) } else { turned::<NORTH>(x, y) }
+        turned_by(self.direction, x, y)
     }
 
     fn velocity(&self, state: &State) -> (f64, f64) {
