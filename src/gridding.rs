@@ -32,6 +32,7 @@
 //! are worked on side by side. Bands of rows are filled side by side as well, each by its particles in ascending
 //! order: the same bits for any number of threads.
 
+use std::array::from_fn;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
@@ -67,6 +68,8 @@ pub(crate) const COVERED: (f64, f64) = (0.6, 0.8);
 type Weight = f32;
 /// Cells of a row that are worked on side by side.
 const LANES: usize = 4;
+/// Numbers of as many cells. Sums are taken of whole lanes: the compiler makes one instruction of four only where nothing is stored between.
+type Lanes = [f64; LANES];
 
 /// The cells about a particle: a rectangle of the lattice.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -131,14 +134,20 @@ struct Summed {
 }
 
 impl Shares<'_> {
-    /// The weights of a particle in a row of the lattice, which is one of its patch.
+    /// Calls `act` for each of the rows of a patch that lies in a range of them: its number and its weights.
     #[inline(always)]
-    fn row(&self, patch: &Patch, row: usize) -> &[Weight] {
-        let columns = patch.columns as usize;
-        let from = patch.start as usize + (row - patch.row as usize) * columns;
-        match from.checked_sub(self.weights.len()) {
-            None => &self.weights[from..from + columns],
-            Some(from) => &self.overflow[from..from + columns],
+    fn for_each_row(&self, patch: &Patch, (first, end): (usize, usize), mut act: impl FnMut(usize, &[Weight])) {
+        let (rows, columns) = (patch.rows_within(first, end), patch.columns as usize);
+        let from = patch.start as usize;
+        let all = match from.checked_sub(self.weights.len()) {
+            None => &self.weights[from..from + patch.len()],
+            Some(from) => &self.overflow[from..from + patch.len()],
+        };
+        let mut left = &all[(rows.start - patch.row as usize) * columns..];
+        for row in rows {
+            let (weights, next) = left.split_at(columns);
+            left = next;
+            act(row, weights);
         }
     }
 
@@ -228,8 +237,7 @@ impl Shares<'_> {
     fn weigh(&mut self, measures: &Measures, bed: &BedParticles, patch: &Patch, sight: &Sight) -> Summed {
         let (lattice, place) = (&bed.lattice, sight.place);
         let inverse_h = CubicSpline::SUPPORT / sight.support;
-        let mut sums = [0.0; LANES];
-        let mut dry = [0.0; LANES];
+        let (mut sums, mut dry) = ([0.0; LANES], [0.0; LANES]);
         let columns = patch.columns as usize;
         let mut out = self.of_patch(patch);
         let west = (f64::from(patch.column) + 0.5) * lattice.spacing - place.x;
@@ -240,25 +248,23 @@ impl Shares<'_> {
                 let count = (columns - from).min(LANES);
                 // Lanes without a cell are out of reach.
                 let mut elevation = [f64::INFINITY; LANES];
-                let mut east =
-                    [west, west + lattice.spacing, west + 2.0 * lattice.spacing, west + 3.0 * lattice.spacing];
-                east.iter_mut().for_each(|east| *east += from as f64 * lattice.spacing);
+                let from_west = west + from as f64 * lattice.spacing;
+                let mut east: Lanes = from_fn(|k| from_west + k as f64 * lattice.spacing);
                 let ground = &bed.elevation[first + from..][..count];
-                if let Ok(four) = <&[f64; LANES]>::try_from(ground) {
+                if let Ok(four) = <&Lanes>::try_from(ground) {
                     elevation = *four;
                 } else {
                     elevation[..count].copy_from_slice(ground);
                     east[count..].fill(f64::INFINITY);
                 }
-                let mut weights = [0.0; LANES];
-                for k in 0..LANES {
-                    let share = measures.kernel.share((east[k] * east[k] + north * north).sqrt(), inverse_h);
-                    let column = larger(sight.level - elevation[k], 0.0);
-                    weights[k] = (share * column.sqrt()) as Weight;
-                    sums[k] += f64::from(weights[k]);
-                    // Not a number (no terrain) compares as false.
-                    dry[k] += if (share > 0.0) & (column <= 0.0) { 1.0 } else { 0.0 };
-                }
+                let distance: Lanes = from_fn(|k| (east[k] * east[k] + north * north).sqrt());
+                let share: Lanes = from_fn(|k| measures.kernel.share(distance[k], inverse_h));
+                let column: Lanes = from_fn(|k| larger(sight.level - elevation[k], 0.0));
+                let weights: [Weight; LANES] = from_fn(|k| (share[k] * column[k].sqrt()) as Weight);
+                sums = plus(sums, widened(&weights));
+                // Not a number (no terrain) compares as false.
+                let is_dry = |k: usize| (share[k] > 0.0) & (column[k] <= 0.0);
+                dry = plus(dry, from_fn(|k| if is_dry(k) { 1.0 } else { 0.0 }));
                 let (here, next) = out.split_at_mut(count);
                 out = next;
                 if let Ok(four) = <&mut [Weight; LANES]>::try_from(&mut *here) {
@@ -268,7 +274,6 @@ impl Shares<'_> {
                 }
             }
         }
-        let total = |lanes: [f64; LANES]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
         Summed { weights: total(sums), dry: total(dry) }
     }
 
@@ -361,6 +366,28 @@ fn home_or_lowest(bed: &BedParticles, patch: &Patch, sight: &Sight) -> Option<us
     lattice.cell_at(sight.place).filter(|&cell| bed.has_terrain(cell)).or(lowest)
 }
 
+/// Weights as numbers to reckon with.
+#[inline(always)]
+fn widened(weights: &[Weight; LANES]) -> Lanes {
+    from_fn(|k| f64::from(weights[k]))
+}
+
+#[inline(always)]
+fn plus(a: Lanes, b: Lanes) -> Lanes {
+    from_fn(|k| a[k] + b[k])
+}
+
+#[inline(always)]
+fn times(a: Lanes, b: Lanes) -> Lanes {
+    from_fn(|k| a[k] * b[k])
+}
+
+#[inline(always)]
+fn total(lanes: Lanes) -> f64 {
+    // One after another: sums of pairs make the compiler take two lanes at a time all the way up.
+    lanes[0] + lanes[1] + lanes[2] + lanes[3]
+}
+
 /// Lists the cells of each particle from `first` on, and their scales under factors of 1.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn weigh_chunk(
@@ -382,18 +409,16 @@ fn add_up(shares: &Shares<'_>, factors: &[f64], columns: usize, sums: &mut [f64]
     for (Share { patch, .. }, sum) in shares.of.iter().zip(sums) {
         let mut lanes = [0.0; LANES];
         let mut rest = 0.0;
-        for row in patch.rows_within(0, usize::MAX) {
-            let (weights, last) = shares.row(patch, row).as_chunks::<LANES>();
+        shares.for_each_row(patch, (0, usize::MAX), |row, weights| {
+            let (weights, last) = weights.as_chunks::<LANES>();
             let from = row * columns + patch.column as usize;
             let (factors, last_factors) = factors[from..from + patch.columns as usize].as_chunks::<LANES>();
             for (weights, factors) in weights.iter().zip(factors) {
-                for k in 0..LANES {
-                    lanes[k] += factors[k] * f64::from(weights[k]);
-                }
+                lanes = plus(lanes, times(*factors, widened(weights)));
             }
             rest += last.iter().zip(last_factors).map(|(weight, factor)| factor * f64::from(*weight)).sum::<f64>();
-        }
-        *sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + rest;
+        });
+        *sum = total(lanes) + rest;
     }
 }
 
@@ -422,10 +447,10 @@ fn balance(weight: &mut f64, column: &mut f64) {
     *column = mean;
 }
 
-/// The factor of a cell, brought nearer to the one that gives it the mean column.
+/// The factor of a cell, brought nearer to the one that gives it the mean column, with its depth under a factor of 1.
 #[inline(always)]
 fn improved(factor: f64, depth: f64, (part, mean): (f64, f64), relaxation: f64) -> f64 {
-    let change = relaxation * (mean / depth - 1.0);
+    let change = relaxation * (mean / (factor * depth) - 1.0);
     let change = if change < 0.0 { change } else { part * change };
     // Not a number (no water, or none that counts) compares as false.
     if change.abs() < f64::INFINITY {
@@ -589,6 +614,7 @@ impl Gridder {
                     band.improve(&mut fields, sweep);
                 } else {
                     fill_with_discharges(&band.particles, &mut fields, particles, shares);
+                    band.weight_by_factors(&mut fields);
                     band.add_beside(&mut fields, beside);
                     band.collect_spans(&fields, was_wet);
                 }
@@ -677,10 +703,9 @@ fn for_each_row(
         let j = particle as usize;
         let chunk = &shares[j / CHUNK];
         let share = &chunk.of[j % CHUNK];
-        for row in share.patch.rows_within(rows.start, rows.end) {
-            let place = (row - rows.start) * columns + share.patch.column as usize;
-            act(j, share, chunk.row(&share.patch, row), place);
-        }
+        chunk.for_each_row(&share.patch, (rows.start, rows.end), |row, weights| {
+            act(j, share, weights, (row - rows.start) * columns + share.patch.column as usize);
+        });
     }
 }
 
@@ -693,12 +718,6 @@ fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>], elevatio
         let cells = place..place + weights.len();
         let (depth, sum) = (&mut fields.depth[cells.clone()], &mut fields.weight[cells.clone()]);
         let (column, elevation) = (&mut fields.column[cells.clone()], &elevation[cells]);
-        let add = |(depth, sum, column): (&mut f64, &mut f64, &mut f64), elevation: f64, weight: Weight| {
-            let weight = f64::from(weight);
-            *depth += scale * weight;
-            *sum += area * weight;
-            *column += area * weight * larger(level - elevation, 0.0);
-        };
         let (fours, rest) = weights.as_chunks::<LANES>();
         let (depths, last_depths) = depth.as_chunks_mut::<LANES>();
         let (sums, last_sums) = sum.as_chunks_mut::<LANES>();
@@ -707,17 +726,25 @@ fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>], elevatio
         for ((((weight, depth), sum), column), elevation) in
             fours.iter().zip(depths).zip(sums).zip(columns).zip(elevations)
         {
-            for k in 0..LANES {
-                add((&mut depth[k], &mut sum[k], &mut column[k]), elevation[k], weight[k]);
-            }
+            let weight = widened(weight);
+            let covered = times([area; LANES], weight);
+            let height: Lanes = from_fn(|k| larger(level - elevation[k], 0.0));
+            (*depth, *sum, *column) = (
+                plus(*depth, times([scale; LANES], weight)),
+                plus(*sum, covered),
+                plus(*column, times(covered, height)),
+            );
         }
         for (k, weight) in rest.iter().enumerate() {
-            add((&mut last_depths[k], &mut last_sums[k], &mut last_columns[k]), last_elevations[k], *weight);
+            let weight = f64::from(*weight);
+            last_depths[k] += scale * weight;
+            last_sums[k] += area * weight;
+            last_columns[k] += area * weight * larger(level - last_elevations[k], 0.0);
         }
     });
 }
 
-/// Fills the band with the water of its particles.
+/// Fills the band with Σ_j V_j / (Δ² Σ_c' f_c' w_jc') w_jc, which is d_c / f_c.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn fill(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>]) {
     for_each_row(
@@ -726,16 +753,13 @@ fn fill(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>]) {
         shares,
         |_, &Share { scale, .. }, weights, place| {
             let cells = place..place + weights.len();
-            let (depths, last_depths) = fields.depth[cells.clone()].as_chunks_mut::<LANES>();
-            let (factors, last_factors) = fields.factors[cells].as_chunks::<LANES>();
+            let (depths, last_depths) = fields.depth[cells].as_chunks_mut::<LANES>();
             let (weights, rest) = weights.as_chunks::<LANES>();
-            for ((weight, depth), factor) in weights.iter().zip(depths).zip(factors) {
-                for k in 0..LANES {
-                    depth[k] += scale * factor[k] * f64::from(weight[k]);
-                }
+            for (weight, depth) in weights.iter().zip(depths) {
+                *depth = plus(*depth, times([scale; LANES], widened(weight)));
             }
-            for ((weight, depth), factor) in rest.iter().zip(last_depths).zip(last_factors) {
-                *depth += scale * factor * f64::from(*weight);
+            for (weight, depth) in rest.iter().zip(last_depths) {
+                *depth += scale * f64::from(*weight);
             }
         },
     );
@@ -753,24 +777,18 @@ fn fill_with_discharges(particles: &[u32], fields: &mut Fields, fluid: &FluidPar
             let cells = place..place + weights.len();
             let (depths, last_depths) = fields.depth[cells.clone()].as_chunks_mut::<LANES>();
             let (flows_x, last_flows_x) = fields.discharge_x[cells.clone()].as_chunks_mut::<LANES>();
-            let (flows_y, last_flows_y) = fields.discharge_y[cells.clone()].as_chunks_mut::<LANES>();
-            let (factors, last_factors) = fields.factors[cells].as_chunks::<LANES>();
+            let (flows_y, last_flows_y) = fields.discharge_y[cells].as_chunks_mut::<LANES>();
             let (weights, rest) = weights.as_chunks::<LANES>();
-            let add = |depth: &mut f64, flow_x: &mut f64, flow_y: &mut f64, factor: f64, weight: Weight| {
-                let share = scale * factor * f64::from(weight);
-                *depth += share;
-                *flow_x += velocity.x * share;
-                *flow_y += velocity.y * share;
-            };
-            for ((((weight, depth), flow_x), flow_y), factor) in
-                weights.iter().zip(depths).zip(flows_x).zip(flows_y).zip(factors)
-            {
-                for k in 0..LANES {
-                    add(&mut depth[k], &mut flow_x[k], &mut flow_y[k], factor[k], weight[k]);
-                }
+            for (((weight, depth), flow_x), flow_y) in weights.iter().zip(depths).zip(flows_x).zip(flows_y) {
+                let share = times([scale; LANES], widened(weight));
+                let (with_x, with_y) = (times([velocity.x; LANES], share), times([velocity.y; LANES], share));
+                (*depth, *flow_x, *flow_y) = (plus(*depth, share), plus(*flow_x, with_x), plus(*flow_y, with_y));
             }
             for (k, weight) in rest.iter().enumerate() {
-                add(&mut last_depths[k], &mut last_flows_x[k], &mut last_flows_y[k], last_factors[k], *weight);
+                let share = scale * f64::from(*weight);
+                last_depths[k] += share;
+                last_flows_x[k] += velocity.x * share;
+                last_flows_y[k] += velocity.y * share;
             }
         },
     );
@@ -813,6 +831,17 @@ impl Band {
         if sweep == 0 {
             std::mem::swap(&mut self.touched, &mut self.touched_before);
             self.touched.fill((0, 0));
+        }
+    }
+
+    /// Brings what the particles gave under their scales to the factors of the cells.
+    fn weight_by_factors(&self, fields: &mut Fields) {
+        for (i, &(from, to)) in self.touched.iter().enumerate() {
+            let row = i * fields.columns + from..i * fields.columns + to;
+            let factors = &fields.factors[row.clone()];
+            for water in [&mut fields.depth, &mut fields.discharge_x, &mut fields.discharge_y] {
+                water[row.clone()].iter_mut().zip(factors).for_each(|(water, factor)| *water *= factor);
+            }
         }
     }
 
