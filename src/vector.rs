@@ -8,6 +8,7 @@ use std::path::Path;
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::vector::{FieldValue, Geometry, LayerAccess, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
+use geo::orient::{Direction, Orient};
 use geo::{Coord, LineString, Polygon};
 
 use crate::error::{Problem, ProblemKind, input_error};
@@ -222,8 +223,9 @@ fn take_apart(geometry: &Geometry, feature: &mut Feature) -> Result<(), String> 
         OGRwkbGeometryType::wkbPolygon => {
             let mut rings = (0..geometry.geometry_count()).map(|i| line_string(&geometry.get_geometry(i)));
             if let Some(outer) = rings.next() {
-                let holes = rings.collect();
-                feature.polygons.push(Polygon::new(outer, holes));
+                // Files have their rings either way round; a union of polygons turned against each other would leave one of them out.
+                let polygon = Polygon::new(outer, rings.collect());
+                feature.polygons.push(polygon.orient(Direction::Default));
             }
         }
         OGRwkbGeometryType::wkbMultiPoint
@@ -312,6 +314,8 @@ impl VectorFile {
 
 #[cfg(test)]
 mod tests {
+    use geo::Winding;
+
     use super::*;
     use crate::geodata::spatial_ref;
 
@@ -353,6 +357,22 @@ mod tests {
         assert_eq!(features[0].attribute("empty"), None);
         assert_eq!(features[1].attributes, []);
         assert_eq!(feature.polygons[0].exterior().0.len(), 5);
+    }
+
+    #[test]
+    fn outlines_run_to_the_left_and_holes_to_the_right_however_a_file_has_them() {
+        let polygon = |rings: &str| {
+            let text = format!(r#"{{"type": "Polygon", "coordinates": [{rings}]}}"#);
+            file_of("a.geojson", &text).unwrap().features[0].polygons[0].clone()
+        };
+        let (left, right) = ("[[0,0],[9,0],[9,9],[0,9],[0,0]]", "[[0,0],[0,9],[9,9],[9,0],[0,0]]");
+        let (hole_left, hole_right) = ("[[1,1],[2,1],[2,2],[1,2],[1,1]]", "[[1,1],[1,2],[2,2],[2,1],[1,1]]");
+        let tidy = polygon(&format!("{left}, {hole_right}"));
+        assert!(tidy.exterior().is_ccw() && tidy.interiors()[0].is_cw());
+        for rings in [(left, hole_left), (right, hole_left), (right, hole_right)] {
+            let other = polygon(&format!("{}, {}", rings.0, rings.1));
+            assert!(other.exterior().is_ccw() && other.interiors()[0].is_cw(), "{rings:?}");
+        }
     }
 
     #[test]

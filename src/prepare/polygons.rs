@@ -60,7 +60,7 @@ fn first_crossing(polygon: &Polygon<f64>) -> Option<Vec2> {
     None
 }
 
-/// Polygons as one area, what they share counted once.
+/// Polygons as one area, what they share counted once. They all run to the left, as those of [`Feature`](crate::vector::Feature) do.
 pub(super) fn union(polygons: Vec<Polygon<f64>>) -> MultiPolygon<f64> {
     if polygons.len() > 1 { unary_union(&polygons) } else { MultiPolygon::new(polygons) }
 }
