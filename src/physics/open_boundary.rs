@@ -15,8 +15,16 @@
 //! (M44)  rest at depth d_0:   u − 2 c = −2 c_0                       the invariant that arrives from beyond
 //! ```
 //!
+//! A section with one level η and one velocity, of area A and width T at its surface, has ω in place of 2 c:
+//!
+//! ```text
+//! (M73)  R = u + ω,   ω(η) = ∫ √(g T/A) dη                           held discharge −Q:  ω − Q/A = R, η not below critical flow, g A³ = Q² T
+//! ```
+//!
 //! Where the state has the same R as that inside, the flux of (M16) between both is that of the state itself to first order, and
 //! that of the inside where water leaves faster than waves run. Sources: `Toro2001`. Not here: which face has which condition.
+
+use crate::math::clamp;
 
 /// Depth (m) and velocity outwards (m/s) on one side of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +75,119 @@ pub fn inflow(q: f64, held: Option<f64>, invariant: f64, g: f64) -> EdgeState {
     EdgeState::of(celerity, outwards, g)
 }
 
+/// The strips of a section, each with its width (any unit) and its bed (m), the lowest ones first.
+#[derive(Clone)]
+pub struct Section<I>(pub I);
+
+/// What a section holds below a level.
+#[derive(Clone, Copy, Default)]
+struct Below {
+    /// A, and T at the level.
+    area: f64,
+    width: f64,
+    /// ω (m/s).
+    omega: f64,
+    /// ∫ A dη.
+    moment: f64,
+}
+
+impl Below {
+    /// Goes on upwards, by so many metres between walls that stand upright.
+    fn raised(self, by: f64, g: f64) -> Self {
+        let celerity = |area: f64| if self.width > 0.0 { (g * area / self.width).sqrt() } else { 0.0 };
+        let area = self.area + self.width * by;
+        Below {
+            area,
+            // √(g T/A) dη is 2 d√(g A/T) as long as T stays.
+            omega: self.omega + 2.0 * (celerity(area) - celerity(self.area)),
+            moment: self.moment + 0.5 * (self.area + area) * by,
+            ..self
+        }
+    }
+}
+
+impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
+    /// Visits the strips from the lowest one up: what lies below the bed of each, its own width counted in, and that bed. A strip whose bed
+    /// lies below the one before counts from there.
+    fn steps(&self, g: f64) -> impl Iterator<Item = (Below, f64)> {
+        self.0.clone().scan((Below::default(), f64::NEG_INFINITY), move |(below, top), (width, bed)| {
+            *below = below.raised((bed - *top).max(0.0).min(f64::MAX), g);
+            below.width += width;
+            *top = top.max(bed);
+            Some((*below, *top))
+        })
+    }
+
+    fn below(&self, level: f64, g: f64) -> Below {
+        let reached = self.steps(g).take_while(|(_, bed)| *bed < level).last();
+        reached.map_or(Below::default(), |(below, bed)| below.raised(level - bed, g))
+    }
+
+    /// The level (m) above which a discharge (m³/s) is slower than waves wherever it stands.
+    fn critical(&self, discharge: f64, g: f64) -> f64 {
+        let flows = self.steps(g).filter_map(|(below, bed)| {
+            let critical = (discharge * discharge * below.width / g).cbrt();
+            (critical >= below.area).then(|| bed + (critical - below.area) / below.width)
+        });
+        flows.last().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// (M73): the level (m) at which the discharge (m³/s, 0 or more) comes in, before water of a level (m) and a velocity outwards (m/s), if there is
+    /// any; `held` (m) is the level that counts where it comes in faster than waves run, as in [`inflow`].
+    pub fn inflow(&self, discharge: f64, held: Option<f64>, before: Option<(f64, f64)>, g: f64) -> f64 {
+        let critical = self.critical(discharge, g);
+        let slow = before.and_then(|(level, outwards)| {
+            let invariant = outwards + self.below(level, g).omega;
+            self.subcritical(discharge, invariant, (critical, level), g)
+        });
+        let thrust = |level: f64| {
+            let Below { area, moment, .. } = self.below(level, g);
+            if area > 0.0 { discharge * discharge / area + g * moment } else { 0.0 }
+        };
+        let fast = held.filter(|level| *level < critical && self.below(*level, g).area > 0.0);
+        match (fast, slow) {
+            (Some(fast), Some(slow)) if thrust(slow) > thrust(fast) => slow,
+            (Some(fast), _) => fast,
+            (None, slow) => slow.unwrap_or(critical),
+        }
+    }
+
+    /// The level above the critical one at which ω − Q/A is the invariant, by Newton's method within bounds; none where it lies lower.
+    fn subcritical(&self, discharge: f64, invariant: f64, (critical, before): (f64, f64), g: f64) -> Option<f64> {
+        let excess = |below: &Below| below.omega - discharge / below.area - invariant;
+        let is_low = |level: f64| {
+            let below = self.below(level, g);
+            below.area <= 0.0 || excess(&below) < 0.0
+        };
+        if !is_low(critical) {
+            return None;
+        }
+        let (mut low, mut high) = (critical, critical.max(before) + 1.0);
+        while is_low(high) {
+            (low, high) = (high, high + 2.0 * (high - critical));
+        }
+        let mut level = clamp(before, low, high);
+        for _ in 0..MOST_HALVINGS {
+            let below = self.below(level, g);
+            let excess = if below.area > 0.0 { excess(&below) } else { f64::NEG_INFINITY };
+            if excess < 0.0 {
+                low = level;
+            } else {
+                high = level;
+            }
+            let slope = discharge * below.width / (below.area * below.area) + (g * below.width / below.area).sqrt();
+            let newton = level - excess / slope;
+            // Not a number compares as false.
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            if next == level || excess == 0.0 {
+                break;
+            }
+            level = next;
+        }
+        Some(level)
+    }
+}
+
 /// The root of 2 c³ − R c² = c_c³ above c_c, by Newton's method from above, where the left side is convex.
 fn subcritical_celerity(critical: f64, invariant: f64) -> f64 {
     let cube = critical * critical * critical;
@@ -81,6 +202,9 @@ fn subcritical_celerity(critical: f64, invariant: f64) -> f64 {
     }
     c.max(critical)
 }
+
+/// Halvings of an interval of levels: a kilometre comes down to less than its rounding.
+const MOST_HALVINGS: usize = 64;
 
 /// Newton's method doubles its digits each time: from any start of the formulas here twenty are there long before.
 const MOST_ITERATIONS: usize = 40;
@@ -181,6 +305,52 @@ mod tests {
         assert!(state.depth > 5.0 && close(-state.depth * state.outwards, q));
         let shallow = EdgeState { depth: 0.9, outwards: -2.0 };
         assert!(close(inflow(q, Some(0.5), shallow.invariant(G), G).depth, 0.5));
+    }
+
+    /// A main channel of 10 m between plains of together 30 m, 2 m higher, and a strip of no width.
+    const COMPOUND: [(f64, f64); 3] = [(10.0, 0.0), (0.0, 1.0), (30.0, 2.0)];
+
+    #[test]
+    fn a_section_of_one_strip_takes_a_discharge_as_a_face_does() {
+        let width = 7.0;
+        let section = Section(std::iter::once((width, 0.4)));
+        for (depth, outwards, held) in [
+            (1.3, -0.7, None),
+            (1.3, 0.9, None),
+            (0.2, -6.0, Some(0.8)),
+            (6.0, -0.5, Some(0.5)),
+            (0.9, -2.0, Some(0.5)),
+        ] {
+            for q in [0.0, 0.3, 3.0] {
+                let face = inflow(q, held, EdgeState { depth, outwards }.invariant(G), G);
+                let level = section.inflow(width * q, held.map(|d| d + 0.4), Some((depth + 0.4, outwards)), G);
+                assert!((level - 0.4 - face.depth).abs() < 1e-9, "{depth} m, {q} m2/s: {level} m, {face:?}");
+            }
+        }
+        let critical = section.inflow(width * 3.0, None, None, G);
+        assert!(close(critical - 0.4, (9.0 / G).cbrt()));
+    }
+
+    #[test]
+    fn a_compound_section_finds_again_the_level_that_fits_and_never_one_that_is_faster_than_waves() {
+        let section = Section(COMPOUND.into_iter());
+        let area = |level: f64| COMPOUND.iter().map(|(w, b)| w * (level - b).max(0.0)).sum::<f64>();
+        let surface = |level: f64| COMPOUND.iter().filter(|(_, b)| *b < level).map(|(w, _)| w).sum::<f64>();
+        for level in [0.7, 1.9, 2.4, 4.0] {
+            let outwards = -0.4;
+            let found = section.inflow(-outwards * area(level), None, Some((level, outwards)), G);
+            assert!(close(found, level), "{level} m: {found} m");
+        }
+        for discharge in [5.0, 60.0, 80.0, 100.0, 140.0, 900.0] {
+            for before in [None, Some((0.3, -7.0)), Some((1.6, -9.0)), Some((2.1, -1.0))] {
+                let level = section.inflow(discharge, None, before, G);
+                let froude_squared = discharge * discharge * surface(level) / (G * area(level).powi(3));
+                assert!(froude_squared <= 1.0 + 1e-9, "{discharge} m3/s, {before:?}: {level} m, Fr² {froude_squared}");
+            }
+        }
+        // 9.81 A³ = Q² T on the plains, and in the main channel.
+        assert!(close(section.inflow(140.0, None, None, G), 2.0 + ((140.0 * 140.0 * 40.0 / G).cbrt() - 20.0) / 40.0));
+        assert!(close(section.inflow(30.0, None, None, G), (9.0 / G).cbrt()));
     }
 
     #[test]

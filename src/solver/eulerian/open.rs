@@ -9,8 +9,8 @@
 //!                                     at least that of critical flow of Q
 //! ```
 //!
-//! (over the strips of a section by w = d, which is one velocity), and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean
-//! over the step. All other conditions pass the flux of (M16). Where the edge runs askew to the lattice its faces are steps, each turned by θ
+//! and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean over the
+//! step. Through the strips of a section it comes in at one level and one velocity, those of the section as a whole. All other conditions pass the flux of (M16). Where the edge runs askew to the lattice its faces are steps, each turned by θ
 //! from the way that the edge faces: what comes in has the velocity of that way, and uniform flow is that of the slope along it. Boundaries
 //! are few: their faces are worked off one after another.
 
@@ -22,7 +22,7 @@ use super::{RestingMethods, Scale};
 use crate::boundary::{Condition, Rating};
 use crate::math::{Vec2, clamp, smaller};
 use crate::physics::limiter::van_leer;
-use crate::physics::open_boundary::{EdgeState, at_depth, inflow, overfall, uniform_flow, waves_leave};
+use crate::physics::open_boundary::{EdgeState, Section, at_depth, inflow, overfall, uniform_flow, waves_leave};
 use crate::scenario::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
 
@@ -321,15 +321,14 @@ pub(in crate::solver) fn pass(
         Condition::Discharge { discharge, level } => {
             let total = value(discharge).max(0.0) / scale.spacing;
             let given = level.as_ref().map(|level| value(level) - datum);
-            let weigh = Weights::new((faces, inside), total, given, g);
-            let level = match given {
-                Some(level) => Some(level),
-                None if faces == Faces::OfASection && inside.len() > 1 => weigh.level_beyond(inside, total, g),
-                None => None,
-            };
+            if faces == Faces::OfASection {
+                through_section(total, given, inside, g, passing);
+                return;
+            }
+            let shares = Shares::new(inside, total, g);
             passing.extend(inside.iter().map(|inside| {
-                let q = weigh.share(inside) * total * inside.cosine;
-                let held = level.map(|level| (level - inside.sill).max(0.0));
+                let q = shares.of(inside) * total * inside.cosine;
+                let held = given.map(|level| (level - inside.sill).max(0.0));
                 let beyond = inflow(q, held, inside.invariant, g);
                 Passing { mass: -q, ..Passing::of(beyond, g) }
             }));
@@ -505,28 +504,34 @@ impl Passing {
     }
 }
 
+/// A discharge `total` (m²/s times spacings) that comes in through the strips of a section, with the level (m) that counts where it is
+/// faster than waves.
+fn through_section(total: f64, given: Option<f64>, inside: &[Inside], g: f64, passing: &mut Vec<Passing>) {
+    let strips = Section(inside.iter().filter(|strip| strip.width > 0.0).map(|strip| (strip.width, strip.sill)));
+    let lowest = inside.iter().find(|strip| strip.width > 0.0 && strip.is_wet);
+    let before = lowest.map(|strip| (strip.sill + strip.face.depth, strip.face.outwards));
+    let level = strips.inflow(total, given, before, g);
+    let depth = |strip: &Inside| (level - strip.sill).max(0.0);
+    let area: f64 = inside.iter().map(|strip| strip.width * depth(strip)).sum();
+    let outwards = if area > 0.0 { -total / area } else { 0.0 };
+    passing.extend(inside.iter().map(|strip| Passing::of(EdgeState { depth: depth(strip), outwards }, g)));
+}
+
 /// The shares of a discharge (M45).
-struct Weights {
-    /// Of an edge the level (m) of its water, of a section that of critical flow.
+struct Shares {
+    /// Level (m) of the water.
     level: f64,
-    /// The level (m) of a section into which the water comes faster than waves.
-    held: Option<f64>,
-    faces: Faces,
     counts_roughness: bool,
     sum: f64,
 }
 
-impl Weights {
-    /// Of a discharge `total` (m²/s, over all faces) among these faces, with the level (m) that counts where it is supercritical.
-    fn new((faces, inside): (Faces, &[Inside]), total: f64, level: Option<f64>, g: f64) -> Self {
-        // A strip without width, as at the edge of a V, passes nothing: a bound drawn from it would have no end.
-        let wide = || inside.iter().filter(|i| i.width > 0.0);
-        let lowest = wide().map(|i| i.bed).fold(f64::INFINITY, f64::min);
-        let critical =
-            |level: f64| wide().map(|i| i.width * (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
+impl Shares {
+    /// Of a discharge `total` (m²/s, over all faces) among these faces.
+    fn new(inside: &[Inside], total: f64, g: f64) -> Self {
+        let lowest = inside.iter().map(|i| i.bed).fold(f64::INFINITY, f64::min);
+        let critical = |level: f64| inside.iter().map(|i| (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
         // All through the lowest face alone stands highest.
-        let narrowest = wide().map(|i| i.width).fold(1.0, f64::min);
-        let (mut low, mut high) = (lowest, lowest + ((total / narrowest) * (total / narrowest) / g).cbrt());
+        let (mut low, mut high) = (lowest, lowest + (total * total / g).cbrt());
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if critical(middle) < total {
@@ -535,35 +540,23 @@ impl Weights {
                 high = middle;
             }
         }
-        let counts_roughness = wide().all(|i| i.friction > 0.0);
-        let held = level.filter(|level| faces == Faces::OfASection && *level < high);
-        let wet = || wide().filter(|i| i.is_wet).map(|i| (i.width * i.depth, i.bed + i.depth));
-        let (area, moment) = wet().fold((0.0, 0.0), |(area, sum), (width, level)| (area + width, sum + width * level));
-        let level = if faces == Faces::OfAnEdge && area > 0.0 { high.max(moment / area) } else { high };
-        let mut weights = Weights { level, held, faces, counts_roughness, sum: 0.0 };
-        weights.sum = wide().map(|i| i.width * i.cosine * weights.of(i)).sum();
-        weights
+        let counts_roughness = inside.iter().all(|i| i.friction > 0.0);
+        let wet = inside.iter().filter(|i| i.is_wet).map(|i| (i.depth, i.bed + i.depth));
+        let (area, moment) = wet.fold((0.0, 0.0), |(area, sum), (depth, level)| (area + depth, sum + depth * level));
+        let level = if area > 0.0 { high.max(moment / area) } else { high };
+        let mut shares = Shares { level, counts_roughness, sum: 0.0 };
+        shares.sum = inside.iter().map(|i| i.cosine * shares.weight(i)).sum();
+        shares
     }
 
-    fn of(&self, inside: &Inside) -> f64 {
-        if self.faces == Faces::OfASection {
-            let least = self.held.map_or(self.level - inside.bed, |level| level - inside.sill);
-            return inside.depth.max(least);
-        }
+    fn weight(&self, inside: &Inside) -> f64 {
         let depth = (self.level - inside.bed).max(0.0);
         let conveyance = depth * depth.cbrt() * depth.cbrt();
         if self.counts_roughness { conveyance / inside.friction.sqrt() } else { conveyance }
     }
 
-    /// The level (m) beyond the lowest strip of a section. Thin water at the rim of the section is faster than its own waves where the
-    /// section as a whole is not; it has no level of its own.
-    fn level_beyond(&self, inside: &[Inside], total: f64, g: f64) -> Option<f64> {
-        let lowest = inside.iter().find(|strip| strip.width > 0.0)?;
-        Some(lowest.sill + inflow(self.share(lowest) * total, None, lowest.invariant, g).depth)
-    }
-
-    fn share(&self, inside: &Inside) -> f64 {
-        if self.sum > 0.0 && inside.width > 0.0 { self.of(inside) / self.sum } else { 0.0 }
+    fn of(&self, inside: &Inside) -> f64 {
+        if self.sum > 0.0 { self.weight(inside) / self.sum } else { 0.0 }
     }
 }
 

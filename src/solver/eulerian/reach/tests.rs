@@ -228,6 +228,45 @@ fn all_of_a_discharge_comes_in_through_sections_with_strips_of_no_width() {
 }
 
 #[test]
+fn a_discharge_that_fills_the_plains_beside_a_dry_channel_settles_at_its_normal_depth() {
+    /// Height above the bed and width of a channel between plains.
+    const TABLE: [(f64, f64); 5] = [(0.0, 3.0), (0.5, 8.0), (2.0, 12.0), (2.2, 40.0), (4.0, 44.0)];
+    /// Height of a strip (m), their number, discharge, slope, Manning's n.
+    const STRIP: (f64, usize) = (0.1, 40);
+    const FLOW: (f64, f64, f64) = (140.0, 0.003, 0.035);
+    let (discharge, slope, manning) = FLOW;
+    let width = |height: f64| {
+        let upper = TABLE.iter().position(|row| row.0 >= height).unwrap_or(4).max(1);
+        let (low, high) = (TABLE[upper - 1], TABLE[upper]);
+        low.1 + (height - low.0) / (high.0 - low.0) * (high.1 - low.1)
+    };
+    let height = |k: usize| STRIP.0 * k as f64;
+    let section = |i: usize| {
+        let bed = 50.0 - slope * 10.0 * (i as f64 + 0.5);
+        let rising =
+            |k: usize| Strip { width: width(height(k + 1)) - width(height(k)), bed: bed + height(k) + 0.5 * STRIP.0 };
+        let strips = std::iter::once(Strip { width: width(0.0), bed }).chain((0..STRIP.1).map(rising)).collect();
+        let mut around = width(0.0);
+        let mut perimeter = vec![(0.0, around)];
+        for rows in TABLE.windows(2) {
+            around += 2.0 * (rows[1].0 - rows[0].0).hypot(0.5 * (rows[1].1 - rows[0].1));
+            perimeter.push((rows[1].0, around));
+        }
+        ChannelSection { strips, perimeter, manning, level: bed }
+    };
+    let mut channel = of_sections(10.0, (0..60).map(section).collect());
+    channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(discharge), level: None });
+    channel.near = ChannelEnd::Open(Condition::NormalDepth { slope });
+    let mut solver = EulerianSolver::new(alone(channel));
+    run_until(&mut solver, 1800.0);
+    // Q = A R^(2/3) √S/n by hand: 3.283 m.
+    for sample in &solver.channels()[0] {
+        assert!((sample.discharge / discharge - 1.0).abs() < 0.005, "{sample:?}");
+        assert!((sample.depth / 3.283 - 1.0).abs() < 0.005, "{sample:?}");
+    }
+}
+
+#[test]
 fn a_breakdown_is_placed_in_its_channel() {
     let flat = |level: f64| channel(30, 2.0, (|_| 1.0, |_| 0.0, move |_| level), SMOOTH);
     let mut problem = alone(flat(1.0));
