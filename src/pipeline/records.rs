@@ -123,10 +123,11 @@ pub(super) fn first_manifest(
         path: file.path.display().to_string(),
         sha256: file.sha256.clone(),
     };
-    let hot_start = scenario.start.earlier.as_ref().map(|earlier| HotStart {
-        path: earlier.fields.value.display().to_string(),
-        time_s: earlier.time.as_ref().map(|time| time.value),
-    });
+    let hot_start = scenario
+        .start
+        .earlier
+        .as_ref()
+        .map(|earlier| HotStart { path: earlier.fields.value.display().to_string(), time_s: prepared.earlier_time });
     RunManifest {
         hot_start,
         version: version::VERSION.to_owned(),

@@ -12,7 +12,6 @@ use super::findings::Findings;
 use super::shaped::Changes;
 use crate::bed::{BedParticles, derive_shape};
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::math::Vec2;
 use crate::output::OutputCrs;
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
@@ -81,7 +80,7 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
     told
 }
 
-/// Takes over the state of an earlier run; hands out the velocity (m/s) of each cell.
+/// Takes over the state of an earlier run, and hands it out.
 pub(super) fn take_over(
     scenario: &Scenario,
     crs: &OutputCrs,
@@ -89,25 +88,23 @@ pub(super) fn take_over(
     bed: &mut BedParticles,
     still: &mut StillWater,
     findings: &mut Findings,
-) -> Vec<Vec2> {
-    let Some(earlier) = &scenario.start.earlier else { return Vec::new() };
+) -> Option<State> {
+    let earlier = scenario.start.earlier.as_ref()?;
     let path = &earlier.fields.value;
-    let Some(file) = findings.take(&earlier.fields, open_fields(path)) else { return Vec::new() };
+    let file = findings.take(&earlier.fields, open_fields(path))?;
     let fits = same_lattice(&file, path, &bed.lattice).and_then(|()| same_crs(&file, path, crs));
-    if findings.take(&earlier.fields, fits).is_none() {
-        return Vec::new();
-    }
+    findings.take(&earlier.fields, fits)?;
     let state = record(&file, path, earlier)
         .and_then(|record| read(&file, path, record, bed).map_err(|problem| (false, problem)));
     let state = match (state, &earlier.time) {
         (Ok(state), _) => state,
         (Err((true, problem)), Some(time)) => {
             findings.add(time, problem);
-            return Vec::new();
+            return None;
         }
         (Err((_, problem)), _) => {
             findings.add(&earlier.fields, problem);
-            return Vec::new();
+            return None;
         }
     };
     findings.add_all(&earlier.fields, other_structures(scenario, path));
@@ -116,11 +113,11 @@ pub(super) fn take_over(
     match fits {
         Ok(warning) => {
             findings.add_all(&earlier.fields, warning);
-            state.velocity
+            Some(state)
         }
         Err(problem) => {
             findings.add(&earlier.fields, *problem);
-            Vec::new()
+            None
         }
     }
 }

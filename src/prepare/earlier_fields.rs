@@ -17,6 +17,8 @@ const SAME_PLACE: f64 = 1e-6;
 
 /// The state of a run at one of its moments, on the cells of the lattice.
 pub(super) struct State {
+    /// The time of the frame in the earlier run (s).
+    pub time: f64,
     /// Depth (m), NaN where the earlier run had no terrain.
     pub depth: Vec<f64>,
     /// Level (m), NaN where there was no water.
@@ -105,7 +107,7 @@ pub(super) fn same_crs(file: &netcdf::File, path: &Path, run: &OutputCrs) -> Res
 }
 
 /// The number of the frame that is asked for; whether the time is at fault, and the problem otherwise.
-pub(super) fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<usize, (bool, Problem)> {
+pub(super) fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<(usize, f64), (bool, Problem)> {
     let times = axis(file, "time", path).map_err(|problem| (false, problem))?;
     let Some((first, last)) = times.first().zip(times.last()) else {
         return Err((false, not_fields(path, "it has no frame".to_owned())));
@@ -118,12 +120,12 @@ pub(super) fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> 
                 .with_remedy("take a frame that is whole with `time`");
             return Err((false, problem));
         }
-        return Ok(times.len() - 1);
+        return Ok((times.len() - 1, *last));
     };
     let distance = |record: &usize| (times[*record] - wanted).abs();
     let nearest = (0..times.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
     if distance(&nearest) <= 1e-6 * (1.0 + wanted) {
-        return Ok(nearest);
+        return Ok((nearest, times[nearest]));
     }
     let message = format!("{} has no frame at {wanted} s", path.display());
     let problem = input_error("no-such-frame", message)
@@ -158,7 +160,12 @@ pub(super) fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>
 }
 
 /// The state of one frame, which must have a value in each cell with terrain.
-pub(super) fn read(file: &netcdf::File, path: &Path, record: usize, bed: &BedParticles) -> Result<State, Problem> {
+pub(super) fn read(
+    file: &netcdf::File,
+    path: &Path,
+    (record, time): (usize, f64),
+    bed: &BedParticles,
+) -> Result<State, Problem> {
     let lattice = &bed.lattice;
     let frame = |name: &str| on_lattice(file, name, (record, .., ..), path, lattice);
     let (depth, level) = (frame("depth")?, frame("water_level")?);
@@ -193,5 +200,5 @@ pub(super) fn read(file: &netcdf::File, path: &Path, record: usize, bed: &BedPar
             .with_remedy("take another moment with `time`, or leave `fields` out for a dry start"));
     }
     let velocity = u.iter().zip(&v).map(|(&u, &v)| if u.is_finite() { Vec2::new(u, v) } else { Vec2::ZERO }).collect();
-    Ok(State { depth, level, velocity })
+    Ok(State { time, depth, level, velocity })
 }

@@ -398,7 +398,11 @@ fn check_ground(
     if let Condition::Discharge { .. } = condition {
         let beside = |&face: &usize| {
             let reach = 2.0 * REACH * lattice.spacing;
-            !near.contains(&face) && near.iter().any(|&own| (edges[own].1 - edges[face].1).norm() <= reach)
+            let looks = |face: usize| edges[face].1 - lattice.centre(edges[face].0);
+            // A side that begins around the corner is no bank of this one.
+            let is_own =
+                |own: usize| (edges[own].1 - edges[face].1).norm() <= reach && looks(own).dot(looks(face)) > 0.0;
+            !near.contains(&face) && near.iter().any(|&own| is_own(own))
         };
         let outside = lowest_of(&mut (0..edges.len()).filter(beside));
         if let Some((ground, at)) = outside.filter(|(ground, _)| *ground < lowest) {

@@ -8,7 +8,7 @@ use super::GapReport;
 use crate::boundary::{edge_faces, opens};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
-use crate::math::{Vec2, in_bytes};
+use crate::math::{Vec2, in_bytes, readable};
 use crate::scenario::{Limits, Side};
 use crate::solver::OpenEdges;
 use crate::terrain::{Layer, Terrain};
@@ -74,7 +74,7 @@ fn coarser(spacing: f64, excess: f64, limit: &str) -> String {
     let digits = 10f64.powf(fitting.log10().floor() - 1.0);
     format!(
         "take a resolution of {} m or more, cut the terrain to the valley, or raise `{limit}`",
-        (fitting / digits).ceil() * digits
+        readable((fitting / digits).ceil() * digits)
     )
 }
 

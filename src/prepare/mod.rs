@@ -123,6 +123,8 @@ pub struct Prepared {
     pub still_water: Option<StillWater>,
     /// Velocity (m/s) of the water of each cell at the start; empty where it rests.
     pub initial_velocity: Vec<Vec2>,
+    /// The time in an earlier run (s) at which this one goes on.
+    pub earlier_time: Option<f64>,
     /// Cross-sections.
     pub sections: Vec<Section>,
     /// Of each of them the cells that it crosses.
@@ -214,6 +216,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         waters: Vec::new(),
         still_water: None,
         initial_velocity: Vec::new(),
+        earlier_time: None,
         sections: Vec::new(),
         crossed: Vec::new(),
         channels: Vec::new(),
@@ -299,8 +302,10 @@ fn place_on_lattice(
     let is_complete = scenario.breach.is_some() == breach.is_some();
     let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, is_complete, findings);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
-    prepared.initial_velocity =
+    let earlier =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
+    prepared.earlier_time = earlier.as_ref().map(|state| state.time);
+    prepared.initial_velocity = earlier.map(|state| state.velocity).unwrap_or_default();
     let on_lattice = (&bed, &still_water, &prepared.walls[..]);
     plausible::check(&mut opened.placed, &prepared.forcing, scenario, on_lattice, findings);
     if let Some(breach) = &breach {

@@ -5,7 +5,7 @@
 
 use geo::MultiPolygon;
 
-use super::burn::strip;
+use super::burn::{lengths, strip};
 use super::earlier::how_it_ended;
 use super::findings::Findings;
 use super::outside::{Outside, partly_outside};
@@ -24,6 +24,9 @@ use crate::vector::Feature;
 /// Depth (m) that no river has, and that hardly any water has everywhere.
 const DEEPEST_RIVER: f64 = 100.0;
 const DEEPEST_WATER: f64 = 1000.0;
+
+/// A share by which the cells of a river may hold another volume before that is told.
+const TOLD_SIZE: f64 = 0.25;
 
 /// The place of water with a depth; map coordinates.
 #[derive(Debug)]
@@ -87,6 +90,13 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
                     "run it whole, from its start: give water with a level or a depth, and a later `time.end`",
                 );
             findings.add(&earlier.fields, problem);
+        }
+        for rain in scenario.rain.iter().filter(|rain| rain.value.initial_loss > 0.0) {
+            let message = "the initial loss of the rain is taken from the start of this run on";
+            let problem = Problem::warning(ProblemKind::Scenario, "losses-after-earlier-run", "", message)
+                .with_cause("if it rained in the earlier run, the ground has had its initial loss already")
+                .with_remedy("leave `rain.losses.initial` out, if so");
+            findings.add(rain, problem);
         }
         let told = how_it_ended(&earlier.fields.value);
         findings.add_all(&earlier.fields, told);
@@ -153,6 +163,31 @@ fn deep(depth: f64, is_river: bool) -> Option<Problem> {
     })
 }
 
+/// Tells where the cells of a river hold another volume than its length, width and depth (m); those of one cell have no width of their own.
+fn other_size(lines: &[(Vec<Vec2>, f64)], cells: usize, (depth, bed): (f64, &BedParticles)) -> Option<Problem> {
+    let lattice = &bed.lattice;
+    let on_terrain = |cell: &usize| bed.has_terrain(*cell);
+    let drawn = |(line, width): &(Vec<Vec2>, f64)| {
+        let local: Vec<Vec2> = line.iter().map(|place| lattice.to_local(*place)).collect();
+        let (inside, _) = lengths(&local, lattice);
+        width * inside.iter().filter(|(cell, _)| on_terrain(cell)).map(|(_, length)| length).sum::<f64>()
+    };
+    let (asked, has) = (depth * lines.iter().map(drawn).sum::<f64>(), depth * cells as f64 * lattice.cell_area());
+    let is_other = asked > 0.0 && (has / asked - 1.0).abs() > TOLD_SIZE;
+    is_other.then(|| {
+        let message = format!(
+            "the cells of this river hold {has:.3e} m³, {:.1} times what its length, width and depth give ({asked:.3e} m³)",
+            has / asked
+        );
+        input_warning("river-size", message)
+            .with_cause(format!(
+                "it takes whole cells of {} m, all that its axis crosses and those that link them, so that it is one stretch of water",
+                lattice.spacing
+            ))
+            .with_remedy("take a `resolution` of a fifth of its width or less, or give a depth that makes up for it")
+    })
+}
+
 /// Puts water with a depth on the cells that have none yet.
 pub(super) fn wet(
     opened: &Opened,
@@ -184,6 +219,7 @@ pub(super) fn wet(
             findings.add(&water.place, Problem { at: corner, ..problem });
         }
         if let (Place::River(lines), false) = (place, on_terrain.is_empty()) {
+            findings.add_all(&water.place, other_size(lines, on_terrain.len(), (water.depth.value, bed)));
             let pieces = lines.iter().flat_map(|(line, _)| line.windows(2));
             let local = pieces.map(|pair| [lattice.to_local(pair[0]), lattice.to_local(pair[1])]);
             let outside = Outside::beyond_reach(local, bed);

@@ -80,8 +80,8 @@ fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
     add("Program", summary["version"].as_str().map(|version| format!("floodsim {version}")));
     add("Command", summary["command"].as_str().map(str::to_string));
     let earlier = &summary["hot_start"];
-    let time = number(&earlier["time_s"]).map_or("its last frame".to_owned(), clock);
-    add("Gone on from", earlier["path"].as_str().map(|path| format!("{path}, {time}")));
+    let moment = earlier["path"].as_str().zip(number(&earlier["time_s"]));
+    add("Gone on from", moment.map(|(path, time)| format!("{path}, {}", clock(time))));
     add("Coordinate reference system", Some(run.crs.clone()));
     let (grid, metres) = (&run.grid, run.grid.cell);
     add("Grid of the maps", Some(format!("{} × {} cells of {metres} m", grid.columns, grid.rows)));

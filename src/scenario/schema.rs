@@ -26,7 +26,7 @@ use super::read::{FromNode, NonEmpty, Reader, section};
 use super::start::{FrameTime, check_alone, check_initial};
 use super::timed::{Changing, RatingFile};
 use super::tree::{Node, Value};
-use super::units::{INTENSITY, LENGTH};
+use super::units::{INTENSITY, LENGTH, TIME};
 use crate::error::{Problem, ProblemKind};
 
 section! {
@@ -497,7 +497,7 @@ section! {
 
 section! {
     /// Outputs.
-    OutputsSection, example "{every: 100 s}" {
+    OutputsSection, example "{every: 100 s}", check check_isochrones {
         /// Run folder; `runs/` and the name of the scenario, in the current folder, when absent.
         folder: Option<Text>,
         /// Edge of a cell of the maps; the resolution when absent.
@@ -525,6 +525,22 @@ section! {
         /// Rise of the level where there was water at the start; 0.10 m when absent.
         rise_on_wet: Option<Quantity<Length>>,
     }
+}
+
+/// An isochrone bounds what was reached since the one before it.
+fn check_isochrones(node: &Node, reader: &mut Reader) -> Option<()> {
+    let Some(Node { value: Value::List(items), .. }) = node.get("isochrones") else { return Some(()) };
+    let time = |item: &Node| if let Value::Text(text) = &item.value { TIME.parse(text).ok() } else { None };
+    for pair in items.windows(2) {
+        if let (Some(before), Some(after)) = (time(&pair[0]), time(&pair[1]))
+            && after <= before
+        {
+            let message = "the times of the isochrones must rise, and this one does not lie after the one before it";
+            reader.error(&pair[1], "conflict", message, "write each time once, the earliest first");
+            return None;
+        }
+    }
+    Some(())
 }
 
 fn check_thresholds(node: &Node, reader: &mut Reader) -> Option<()> {

@@ -208,6 +208,18 @@ fn empty_lists_are_refused() {
 }
 
 #[test]
+fn isochrones_out_of_order_or_twice_are_refused() {
+    for times in ["[1 min, 30 s, 1 h]", "[1 min, 60 s]"] {
+        let isochrones = format!("isochrones: {times}");
+        assert_change_refused(
+            "every: 100 s",
+            &isochrones,
+            &["error[conflict]", "the times of the isochrones must rise"],
+        );
+    }
+}
+
+#[test]
 fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     let numerics = |text: &str| format!("numerics: {{{text}}}");
     assert_change_refused(

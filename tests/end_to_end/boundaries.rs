@@ -539,6 +539,14 @@ fn places_that_do_not_fit_are_told_with_their_coordinates() {
     let scene = Scene::sound();
     scene.line("inflow.geojson", &[(1000.0, 2052.0), (1000.0, 2060.0)], "in");
     scene.assert_warned(&["lower-ground-beside", "may miss the river bed"]);
+    // The ground falls to the east along the sides that begin where this one ends: no bank.
+    let scene = Scene::with(&[("{line: inflow.geojson", "{side: west")]);
+    let row = (0..40).map(|column| format!("{}", 10.0 - 0.2 * f64::from(column))).collect::<Vec<_>>().join(" ");
+    let dem = std::fs::read_to_string(scene.path("dem.asc")).unwrap();
+    let header: Vec<&str> = dem.lines().take(6).collect();
+    scene.write("dem.asc", &format!("{}\n{}", header.join("\n"), format!("{row}\n").repeat(12)));
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+    assert!(check.code == 0 && !check.stdout.contains("lower-ground-beside"), "{}", check.stdout);
     let scene = Scene::sound();
     scene.line("sections.geojson", &[(1100.0, 2030.0), (1100.0, 2160.0)], "long");
     scene.assert_warned(&["section-outside", "100 m of the section `long` lie on no terrain"]);
