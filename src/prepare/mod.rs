@@ -31,6 +31,7 @@ mod rain_times;
 mod raster;
 mod roughness;
 mod series;
+mod series_times;
 mod shaped;
 mod sources;
 mod start;

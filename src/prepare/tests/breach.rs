@@ -296,6 +296,16 @@ fn growth_by_a_series_is_that_of_the_file() {
     let slow = growing("time_min,share_%\n0,0\n0.5,100\n");
     assert_eq!(slow.problems.iter().map(|problem| problem.code).collect::<Vec<_>>(), ["breach-unfinished"]);
     assert!((slow.forcing.breach.unwrap().share(15.0) - 0.5).abs() < 1e-15);
+    // Rows that are missing.
+    let rows = |is_kept: fn(i32) -> bool| {
+        (0..=20).filter(move |k| is_kept(*k)).map(|k| format!("{},{}\n", 0.4 * f64::from(k), f64::from(k) / 20.0))
+    };
+    let kept: String = rows(|k| !(5..9).contains(&k)).collect();
+    let gap = growing(&format!("time_s,share\n{kept}"));
+    let found: Vec<_> =
+        gap.problems.iter().map(|problem| (problem.code, problem.key.as_str(), problem.severity)).collect();
+    assert_eq!(found, [("series-gap", "breach.growth.share", Severity::Warning)]);
+    assert!(gap.forcing.breach.is_some());
 }
 
 #[test]
