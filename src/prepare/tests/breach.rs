@@ -259,6 +259,22 @@ fn water_above_the_crest_is_told_and_a_refused_dam_leaks_without_a_word() {
 }
 
 #[test]
+fn a_dam_that_is_to_break_far_above_its_crest_is_told() {
+    let fed = |scene: &mut Scene, level: f64| {
+        open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));
+        scene.scenario.breach.as_mut().unwrap().trigger = at_level(level, [1060.0, 2070.0]);
+    };
+    let above = told("trigger-above-crest", |scene| fed(scene, CREST + 1.5));
+    assert_eq!((above.severity, above.key.as_str()), (Severity::Warning, "breach.trigger.level"));
+    assert!(above.message.contains("1.5 m above its crest") && above.at.is_some() && above.remedy.is_some(), "{above}");
+    // Water that runs over it for some decimetres breaks a dam.
+    let mut overtopped = dam();
+    fed(&mut overtopped, CREST + 0.5);
+    let problems = prepare(&overtopped.scenario).problems;
+    assert!(problems.iter().all(|problem| problem.code != "trigger-above-crest"), "{problems:#?}");
+}
+
+#[test]
 fn doubtful_breaches_are_warnings() {
     let doubtful: [Unfit; 3] = [
         ("breach-coarse", "breach.shape.bottom_width", |_, b| width(b, 3.0)),
