@@ -8,6 +8,7 @@ mod burn;
 mod cf_time;
 mod channel_places;
 mod channels;
+mod crests;
 mod earlier;
 mod earlier_fields;
 mod earlier_structures;
