@@ -9,7 +9,7 @@ use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::vector::{FieldValue, Geometry, LayerAccess, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use geo::orient::{Direction, Orient};
-use geo::{Coord, LineString, Polygon};
+use geo::{Coord, CoordsIter, LineString, Polygon};
 
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform};
@@ -90,7 +90,6 @@ impl Feature {
 
     /// Every coordinate: polygons ring by ring, then lines, then points.
     fn coordinates(&self) -> impl Iterator<Item = Vec2> + '_ {
-        use geo::CoordsIter;
         let as_vec = |c: Coord<f64>| Vec2::new(c.x, c.y);
         self.polygons
             .iter()
@@ -224,8 +223,10 @@ fn take_apart(geometry: &Geometry, feature: &mut Feature) -> Result<(), String> 
             let mut rings = (0..geometry.geometry_count()).map(|i| line_string(&geometry.get_geometry(i)));
             if let Some(outer) = rings.next() {
                 // Files have their rings either way round; a union of polygons turned against each other would leave one of them out.
+                // One with a coordinate that is no number goes no way round; the check refuses it.
                 let polygon = Polygon::new(outer, rings.collect());
-                feature.polygons.push(polygon.orient(Direction::Default));
+                let is_finite = polygon.coords_iter().all(|place| place.x.is_finite() && place.y.is_finite());
+                feature.polygons.push(if is_finite { polygon.orient(Direction::Default) } else { polygon });
             }
         }
         OGRwkbGeometryType::wkbMultiPoint

@@ -111,7 +111,8 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
     /// lies below the one before counts from there.
     fn steps(&self, g: f64) -> impl Iterator<Item = (Below, f64)> {
         self.0.clone().scan((Below::default(), f64::NEG_INFINITY), move |(below, top), (width, bed)| {
-            *below = below.raised((bed - *top).max(0.0).min(f64::MAX), g);
+            let rise = if below.width > 0.0 { (bed - *top).max(0.0) } else { 0.0 };
+            *below = below.raised(rise, g);
             below.width += width;
             *top = top.max(bed);
             Some((*below, *top))
@@ -177,12 +178,11 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
             }
             let slope = discharge * below.width / (below.area * below.area) + (g * below.width / below.area).sqrt();
             let newton = level - excess / slope;
-            // Not a number compares as false.
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            if next == level || excess == 0.0 {
+            if newton.to_bits() == level.to_bits() {
                 break;
             }
-            level = next;
+            // Not a number compares as false.
+            level = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
         Some(level)
     }

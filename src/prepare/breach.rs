@@ -8,7 +8,7 @@ use super::grid::REACH;
 use super::outside::{Outside, all_outside, partly_outside};
 use super::{places, series};
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable, segments_cross};
@@ -33,6 +33,8 @@ const GROUND_IN_OPENING: f64 = 0.1;
 const BESIDE_DAM: f64 = 3.0;
 /// Water higher than the crest by this (m) runs over it.
 const OVER_CREST: f64 = 1e-3;
+/// A trigger higher than the crest by this (m) is hardly meant so: a dam that is overtopped breaks at a depth of some decimetres.
+const TRIGGER_OVER_CREST: f64 = 1.0;
 /// An end of a dam whose ground lies further below the crest than this (m) is open.
 const OPEN_END: f64 = 0.05;
 
@@ -535,7 +537,7 @@ fn warn_of_water_above(
     }
 }
 
-/// Refuses a level that no water of the run can reach, and an opening above all water; warns of water above the crest.
+/// Refuses a level that no water of the run can reach, and an opening above all water; warns of water and of a level above the crest.
 pub(super) fn check_level(
     scenario: &Scenario,
     breach: &Breach,
@@ -570,6 +572,19 @@ pub(super) fn check_level(
         };
         let problem = Problem::error(ProblemKind::Scenario, "level-never-reached", "", message)
             .with_remedy("lower it, add a boundary, a source or rain, or let the breach begin at a time")
+            .with_at(bed.lattice.to_map(place));
+        findings.add(source, problem);
+    } else if level > breach.crest + TRIGGER_OVER_CREST {
+        let message = format!(
+            "the dam is to break at {level} m, {} m above its crest of {} m",
+            readable(level - breach.crest),
+            breach.crest
+        );
+        let problem = input_warning("trigger-above-crest", message)
+            .with_cause("the water would have to run over the dam so deep first, if it ever stands so high")
+            .with_remedy(
+                "correct the level or the crest, their units or their datum; or let the breach begin at a time",
+            )
             .with_at(bed.lattice.to_map(place));
         findings.add(source, problem);
     }

@@ -84,7 +84,7 @@ fn sections(
     let rows = findings.take_all(file, series::rows_of(&file.value, &columns, [&LENGTH; 3], example))?;
     let name = file.value.display();
     let mut tables: Vec<Table> = Vec::new();
-    let mut faults = Vec::new();
+    let mut faults: Vec<Problem> = series::implausible(&rows, 1, &name.to_string()).into_iter().collect();
     for row in &rows {
         let [distance, elevation, width] = row.numbers;
         let at = format!("line {} of {name}", row.line);

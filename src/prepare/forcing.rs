@@ -25,9 +25,15 @@ const STEPPED: f64 = 0.1;
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
 
-pub(super) const COMING: Meaning = Meaning { dimension: &DISCHARGE, is_level: false };
-const LEVEL: Meaning = Meaning { dimension: &LENGTH, is_level: true };
-const FALLING: Meaning = Meaning { dimension: &INTENSITY, is_level: false };
+pub(super) const COMING: Meaning = Meaning {
+    dimension: &DISCHARGE,
+    negative: Some("give what comes in as a positive number; water that leaves needs a boundary of its own"),
+};
+const LEVEL: Meaning = Meaning { dimension: &LENGTH, negative: None };
+const FALLING: Meaning = Meaning {
+    dimension: &INTENSITY,
+    negative: Some("leave out the rows of a code for missing values; what the ground takes of the rain is `losses`"),
+};
 
 /// Everything that could be opened; map coordinates.
 #[derive(Debug, Default)]

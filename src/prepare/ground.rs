@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use geo::MultiPolygon;
 
 use super::burn::{strip, value_at};
+use super::crests::{Buried, Doubt, Height};
 use super::findings::Findings;
 use super::outside::{Outside, all_outside, partly_outside};
 use super::polygons::cells_inside;
@@ -29,13 +30,18 @@ const ROUGHNESS_NAMES: [&str; 3] = ["n", "manning", "manning_n"];
 /// Greatest n (s·m^(−1/3)): beyond it a value is something else.
 const GREATEST_ROUGHNESS: f64 = 0.5;
 
-/// Greatest height (m) of a building, and of a dam or the depth of a cut: what is more has another unit.
+/// Greatest height (m) of a building: what is more has another unit.
 const TALLEST_BUILDING: f64 = 1000.0;
-const TALLEST: f64 = 400.0;
+/// Height (m) of a building that is worth a question: few are higher.
+const TALL_BUILDING: f64 = 200.0;
 
 /// Moving particles carry water over a ridge that is narrower than so many spacings: their kernels reach over it from both sides.
 /// Behind a levee of 1, 2, 3 and 4 spacings that held a wave of 3 m, up to 0.15 m, 0.02 m, 1 mm and 1 µm were found, behind 5 nothing.
 const RIDGE_OF_MOVING: f64 = 5.0;
+
+/// What to do about some lines or buildings beside the terrain, among others on it.
+const CHECK_PLACES: &str =
+    "nothing, if the file is meant to reach further than the terrain; otherwise correct their coordinates";
 
 /// What could be opened; map coordinates.
 #[derive(Debug, Default)]
@@ -199,8 +205,9 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
     let lattice = bed.lattice.clone();
     let is_raised = breakline.mode == BreaklineMode::Raise;
     let mut outside: Vec<&Line> = Vec::new();
-    // The first that is higher or deeper than any dam or cut, with the place and its height there.
-    let mut doubtful: Option<(&Line, usize, f64)> = None;
+    // The first that is higher or deeper than dams and cuts are, and those of which a good part lies below the ground.
+    let mut doubtful: Option<(&Line, Doubt)> = None;
+    let mut buried: Vec<(&Line, Buried)> = Vec::new();
     // The straight pieces of the others.
     let mut pieces: Vec<[Vec2; 2]> = Vec::new();
     // Lines that change nothing, each with the place and the ground where it comes nearest to it.
@@ -213,21 +220,23 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
             .filter(|&cell| bed.has_terrain(cell))
             .map(|cell| (cell, value_at(lattice.centre(cell), &local, &line.levels)))
             .collect();
-        // How far the line lies on the idle side of the ground: below it when it raises, above it when it carves.
-        let idleness = |(cell, level): (&usize, &f64)| {
-            let below = bed.elevation[*cell] - level;
-            (*cell, if is_raised { below } else { -below })
+        // How far the line lies above the ground that it raises, or below that which it carves.
+        let height = |(cell, level): (&usize, &f64)| {
+            let above = level - bed.elevation[*cell];
+            (*cell, if is_raised { above } else { -above })
         };
-        let Some((cell, least)) = levels.iter().map(idleness).min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        let heights = || levels.iter().map(height);
+        let by_height = |a: &Height, b: &Height| a.1.total_cmp(&b.1);
+        let Some((least, most)) = heights().min_by(by_height).zip(heights().max_by(by_height)) else {
             outside.push(line);
             continue;
         };
-        if least >= 0.0 {
-            idle.push((line, cell, least));
+        if most.1 <= 0.0 {
+            idle.push((line, most.0, -most.1));
+        } else if is_raised {
+            buried.extend(Buried::of(&local, &line.levels, bed).map(|part| (line, part)));
         }
-        let reach = levels.iter().map(|(cell, level)| (*cell, (level - bed.elevation[*cell]).abs()));
-        let reach = reach.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|reach| least < 0.0 && reach.1 > TALLEST);
-        doubtful = doubtful.or(reach.map(|(cell, height)| (line, cell, height)));
+        doubtful = doubtful.or_else(|| Some((line, Doubt::of([least, most])?)));
         pieces.extend(local.windows(2).map(|pair| [pair[0], pair[1]]));
         for (cell, level) in levels {
             let change = if is_raised { Change::Raise(level) } else { Change::Carve(level) };
@@ -245,17 +254,19 @@ fn burn(breakline: &Breakline, lines: &[Line], bed: &mut BedParticles, changes: 
                 lines.len(),
                 first.number
             );
-            findings.add(source, input_warning("outside-terrain", message).with_at(at));
+            let problem = input_warning("outside-terrain", message).with_cause("they change no ground");
+            findings.add(source, problem.with_remedy(CHECK_PLACES).with_at(at));
         }
     }
-    if let Some((line, cell, height)) = doubtful {
-        let side = if is_raised { "above" } else { "below" };
-        let message = format!("feature {} of {name} lies {height:.0} m {side} the terrain", line.number);
-        let problem = input_warning("doubtful-level", message)
-            .with_cause(format!("no dam and no cut is higher than {TALLEST} m; another unit or datum, perhaps"))
-            .with_remedy("correct the level, its unit or its datum, or the place of the line")
-            .with_at(lattice.to_map(lattice.centre(cell)));
-        add_of_level(breakline, problem, findings);
+    let feature = |line: &Line| format!("feature {} of {name}", line.number);
+    if let Some((line, doubt)) = doubtful {
+        let problem = doubt.problem(&feature(line), if is_raised { "above" } else { "below" });
+        add_of_level(breakline, problem.with_at(lattice.to_map(lattice.centre(doubt.cell))), findings);
+    }
+    if let Some((line, part)) = buried.first() {
+        let others = if buried.len() > 1 { format!(" (one of {} such lines)", buried.len()) } else { String::new() };
+        let problem = part.problem(&format!("{}{others}", feature(line)));
+        add_of_level(breakline, problem.with_at(lattice.to_map(part.place)), findings);
     }
     let off = Outside::beyond_reach(pieces, bed);
     findings.add_all(source, partly_outside(source, off, lattice.spacing, "it changes no ground there"));
@@ -288,7 +299,7 @@ fn footprints(
     let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
     findings.add_all(source, places::left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));
     let mut found = Vec::new();
-    let (mut count, mut without, mut beyond) = (0, Vec::new(), Vec::new());
+    let (mut count, mut without, mut beyond, mut tall) = (0, Vec::new(), Vec::new(), Vec::new());
     for feature in features.iter().filter(|feature| !feature.polygons.is_empty()) {
         count += 1;
         let is_usable = sound(source, feature, findings);
@@ -307,7 +318,11 @@ fn footprints(
         match value {
             None => without.push(feature),
             Some(value) if !(least..=greatest).contains(&value) => beyond.push((feature, value)),
-            Some(value) => found.extend(is_usable.then(|| (MultiPolygon::new(feature.polygons.clone()), value))),
+            Some(value) => {
+                // A roughness is less.
+                tall.extend((value > TALL_BUILDING).then_some((feature, value)));
+                found.extend(is_usable.then(|| (MultiPolygon::new(feature.polygons.clone()), value)));
+            }
         }
     }
     if count == 0 {
@@ -328,6 +343,16 @@ fn footprints(
             _ => "give a height of 0 to 1000 m, in metres",
         };
         findings.add(source, input_error("building-range", message).with_remedy(remedy));
+    }
+    if let Some((first, value)) = tall.first() {
+        let message = format!(
+            "{} of {count} polygons of {name} are higher than {TALL_BUILDING} m, the first is feature {} with {value} m",
+            tall.len(),
+            first.number
+        );
+        let problem =
+            input_warning("doubtful-height", message).with_cause("hardly any building is; another unit, perhaps");
+        findings.add(source, problem.with_remedy("correct the heights, which count in metres above the ground"));
     }
     found
 }
@@ -397,7 +422,7 @@ fn build(
         let problem = if outside.len() == footprints.len() {
             input_error("outside-terrain", message).with_remedy("check that the file and the terrain have the same CRS")
         } else {
-            input_warning("outside-terrain", message)
+            input_warning("outside-terrain", message).with_remedy(CHECK_PLACES)
         };
         findings.add(source, problem.with_at(at));
     }

@@ -51,7 +51,8 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
         BedMovement::InPlace(Some(share)) => series::growth(share, findings).map(OpenedLaw::Share),
         BedMovement::Slide { path, velocity } => {
             // Behind its last row the velocity stays as it is; the line ends the slide.
-            let meaning = series::Meaning { dimension: &VELOCITY, is_level: false };
+            let negative = Some("give a velocity of 0 or more: the slide goes along its line, and not back");
+            let meaning = series::Meaning { dimension: &VELOCITY, negative };
             let velocity = series::series(velocity, meaning, 0.0, findings);
             let features = places::features(path, crs, scenario.reproject, findings)?;
             let lines: Vec<Vec<Vec2>> = features.iter().flat_map(lines_of).collect();

@@ -285,15 +285,17 @@ pub(super) fn check_gauges(
         return;
     }
     for gauge in gauges {
-        let (code, what) = if is_outside(gauge.position) {
-            ("gauge-outside-terrain", "lies outside the terrain")
+        let (code, what, remedy) = if is_outside(gauge.position) {
+            let remedy = "correct its coordinates, take it out, or give a terrain that holds it";
+            ("gauge-outside-terrain", "lies outside the terrain", remedy)
         } else if surface.elevation(gauge.position).is_none() {
-            ("gauge-on-nodata", "lies where the terrain has no data, or in a building,")
+            let remedy = "move it to ground that water can reach, or take it out";
+            ("gauge-on-nodata", "lies where the terrain has no data, or in a building,", remedy)
         } else {
             continue;
         };
         let problem =
             Problem::warning(ProblemKind::Input, code, "", format!("gauge `{}` {what} and will stay dry", gauge.id));
-        findings.add(source, problem.with_at(gauge.position));
+        findings.add(source, problem.with_remedy(remedy).with_at(gauge.position));
     }
 }

@@ -1,17 +1,15 @@
 //! Series and rating curves from CSV files: every row checked, each fault with its line.
 
 use crate::boundary::{Rating, Series};
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, Severity, input_error};
 use crate::geodata::{Table, read_text, readable_file};
-use crate::math::readable;
 use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
-use crate::scenario::{AfterEnd, ColumnUnit, TableFile, Timed};
+use crate::scenario::{ColumnUnit, TableFile, Timed};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 
 use super::findings::Findings;
+use super::series_times;
 
-/// A step of time longer than so many of the usual ones is a gap.
-const GAP: f64 = 10.0;
 /// So many faulty rows are named one by one.
 const NAMED_ROWS: usize = 5;
 
@@ -20,14 +18,17 @@ const NAMED_ROWS: usize = 5;
 pub(super) struct Meaning {
     /// Their dimension.
     pub dimension: &'static Dimension,
-    /// Whether they are levels, which may be negative; other quantities may not.
-    pub is_level: bool,
+    /// What to do about values below 0; none of levels, which may be negative.
+    pub negative: Option<&'static str>,
 }
 
-/// A row of a table: its line in the file and its numbers in SI units.
+/// A row of a table: its line in the file and its numbers.
 pub(super) struct Row<const COLUMNS: usize = 2> {
     pub line: usize,
+    /// In SI units.
     pub numbers: [f64; COLUMNS],
+    /// As the file has them.
+    pub written: [f64; COLUMNS],
 }
 
 /// The series of a quantity, which must hold from the start of the run to its end (s); none after an error.
@@ -40,27 +41,14 @@ pub(super) fn series(timed: &Timed, meaning: Meaning, end: f64, findings: &mut F
     let name = table.file.value.display();
     let mut faults = Vec::new();
     rises(&rows, &name.to_string(), "time", &mut faults);
-    if !meaning.is_level {
-        faults.extend(in_lines(
-            rows.iter().filter(|row| row.numbers[1] < 0.0).map(|row| (row.line, format!("{}", row.numbers[1]))),
-            "negative-value",
-            |count, lines| format!("{} a value below 0 in {name}: {lines}", rows_are(count)),
-            "give what comes in as a positive number; water that leaves needs a boundary of its own",
-        ));
-    }
-    if meaning.is_level {
-        let is_odd = |row: &&Row| !PLAUSIBLE_ELEVATION.contains(&row.numbers[1]);
-        faults.extend(in_lines(
-            rows.iter().filter(is_odd).map(|row| (row.line, format!("{}", row.numbers[1]))),
-            "implausible-level",
-            |count, lines| format!("{} a level that is none on Earth, in {name}: {lines}", rows_are(count)),
-            "leave out the rows of a code for missing values, or correct the unit or the datum",
-        ));
-    }
+    faults.extend(match meaning.negative {
+        Some(remedy) => negative(&rows, &name.to_string(), remedy),
+        None => implausible(&rows, 1, &name.to_string()),
+    });
     if faults.is_empty() {
-        faults.extend(coverage(&rows, &name.to_string(), (end, table.after_end)));
+        faults.extend(series_times::coverage(&rows, &name.to_string(), (end, table.after_end)));
     }
-    let is_sound = faults.iter().all(|fault| fault.severity == crate::error::Severity::Warning);
+    let is_sound = faults.iter().all(|fault| fault.severity == Severity::Warning);
     findings.add_all(&table.file, faults);
     let points: Vec<(f64, f64)> = rows.iter().map(|row| (row.numbers[0], row.numbers[1])).collect();
     if is_sound { Series::new(&points) } else { None }
@@ -72,6 +60,12 @@ pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Ratin
     let name = table.file.value.display();
     let mut faults = Vec::new();
     rises(&rows, &name.to_string(), "level", &mut faults);
+    faults.extend(implausible(&rows, 0, &name.to_string()));
+    faults.extend(negative(
+        &rows,
+        &name.to_string(),
+        "give what leaves as a positive number, and leave out the rows of a code for missing values",
+    ));
     faults.extend(in_lines(
         rows.windows(2).filter(|pair| pair[1].numbers[1] < pair[0].numbers[1]).map(|p| (p[1].line, String::new())),
         "falling-discharge",
@@ -131,9 +125,32 @@ pub(super) fn growth(table: &TableFile, findings: &mut Findings) -> Option<Serie
         }
     }
     let is_sound = faults.is_empty();
+    faults.extend(series_times::gap(&rows, &name.to_string(), 0.0).filter(|_| is_sound));
     findings.add_all(&table.file, faults);
     let points: Vec<(f64, f64)> = rows.iter().map(|row| (row.numbers[0], row.numbers[1])).collect();
     if is_sound { Series::new(&points) } else { None }
+}
+
+/// The problem of rows with a value below 0 in their second column.
+fn negative(rows: &[Row], name: &str, remedy: &str) -> Option<Problem> {
+    let below = rows.iter().filter(|row| row.numbers[1] < 0.0);
+    in_lines(
+        below.map(|row| (row.line, row.written[1].to_string())),
+        "negative-value",
+        |count, lines| format!("{} a value below 0 in {name}: {lines}", rows_are(count)),
+        remedy,
+    )
+}
+
+/// The problem of rows with a level in one of their columns that no ground and no water has.
+pub(super) fn implausible<const COLUMNS: usize>(rows: &[Row<COLUMNS>], column: usize, name: &str) -> Option<Problem> {
+    let odd = rows.iter().filter(|row| !PLAUSIBLE_ELEVATION.contains(&row.numbers[column]));
+    in_lines(
+        odd.map(|row| (row.line, row.written[column].to_string())),
+        "implausible-level",
+        |count, lines| format!("{} a level that is none on Earth, in {name}: {lines}", rows_are(count)),
+        "leave out the rows of a code for missing values, or correct the unit or the datum",
+    )
 }
 
 pub(super) fn rows_are(count: usize) -> String {
@@ -172,51 +189,6 @@ fn rises(rows: &[Row], name: &str, what: &str, faults: &mut Vec<Problem>) {
         },
         "sort the rows, and take out what stands there twice",
     ));
-}
-
-/// Whether rows that rise hold from the start of the run to its end, or are held on until then, and have no gap.
-fn coverage(rows: &[Row], name: &str, (end, after_end): (f64, Option<AfterEnd>)) -> Vec<Problem> {
-    let mut found = Vec::new();
-    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return found };
-    if first.numbers[0] > 0.0 {
-        let message = format!("{name} begins {} s after the start of the run (line {})", first.numbers[0], first.line);
-        let remedy = "add a row for time 0; times count from the start of the run";
-        found.push(input_error("series-starts-late", message).with_remedy(remedy));
-    }
-    if last.numbers[0] < end {
-        let ends = format!("{name} ends at {} s (line {}), before the run does at {end} s", last.numbers[0], last.line);
-        found.push(match after_end {
-            None => input_error("series-ends-early", ends).with_remedy(
-                "add rows up to the end, shorten `time.end`, correct the unit of the times, or write `after_end: hold` beside `series` where the last value holds on",
-            ),
-            Some(AfterEnd::Hold) => {
-                let held = readable(end - last.numbers[0]);
-                let message = format!("{ends}; its last value holds on for {held} s");
-                let remedy = "add rows where it is known how it went on";
-                Problem::warning(ProblemKind::Input, "series-held", "", message).with_remedy(remedy)
-            }
-        });
-    }
-    let mut steps: Vec<f64> = rows.windows(2).map(|pair| pair[1].numbers[0] - pair[0].numbers[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    if let Some(usual) = steps.get(steps.len() / 2).copied().filter(|_| steps.len() >= 4) {
-        for pair in rows.windows(2).filter(|pair| pair[1].numbers[0] - pair[0].numbers[0] > GAP * usual) {
-            let [from, to] = [pair[0].numbers[0], pair[1].numbers[0]];
-            let message = format!(
-                "{name} has a gap from {from} s (line {}) to {to} s (line {}), where a step of {} s is usual",
-                pair[0].line,
-                pair[1].line,
-                readable(usual)
-            );
-            let problem = Problem::warning(ProblemKind::Input, "series-gap", "", message);
-            found.push(
-                problem
-                    .with_cause("between rows the value is taken as linear")
-                    .with_remedy("fill the gap if it is not so"),
-            );
-        }
-    }
-    found
 }
 
 /// Two columns of a table in SI units, every row read.
@@ -270,15 +242,16 @@ pub(super) fn rows_of<const COLUMNS: usize>(
     if !faults.is_empty() {
         return Err(faults);
     }
-    let number = |fields: &[String], (column, factor): (usize, f64)| {
-        let value = fields.get(column)?.parse::<f64>().ok().filter(|value| value.is_finite())?;
-        Some(value * factor)
-    };
+    let number =
+        |fields: &[String], column: usize| fields.get(column)?.parse::<f64>().ok().filter(|value| value.is_finite());
     let (mut rows, mut faulty) = (Vec::with_capacity(parsed.rows.len()), Vec::new());
     for (line, fields) in &parsed.rows {
-        let numbers: Vec<f64> = found.iter().filter_map(|column| number(fields, *column)).collect();
-        match <[f64; COLUMNS]>::try_from(numbers) {
-            Ok(numbers) => rows.push(Row { line: *line, numbers }),
+        let written: Vec<f64> = found.iter().filter_map(|(column, _)| number(fields, *column)).collect();
+        match <[f64; COLUMNS]>::try_from(written) {
+            Ok(written) => {
+                let numbers = std::array::from_fn(|place| written[place] * found[place].1);
+                rows.push(Row { line: *line, numbers, written });
+            }
             Err(_) => faulty.push((*line, fields.join(" | "))),
         }
     }

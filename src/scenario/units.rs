@@ -8,7 +8,7 @@
 pub struct Dimension {
     /// Its name in messages, with the article, such as `a length`.
     pub name: &'static str,
-    /// Accepted units and their factors to SI; the first one is the SI unit itself.
+    /// Accepted units and their factors to SI; the first one is what messages suggest: the SI unit itself, but for rain.
     pub units: &'static [(&'static str, f64)],
     /// Whether a number without a unit is taken as SI.
     pub is_bare_allowed: bool,
@@ -62,8 +62,8 @@ pub static VELOCITY: Dimension = Dimension {
 pub static INTENSITY: Dimension = Dimension {
     name: "an intensity of rain",
     units: &[
-        ("m/s", 1.0),
         ("mm/h", 1e-3 / 3600.0),
+        ("m/s", 1.0),
         ("mm/min", 1e-3 / 60.0),
         ("mm/d", 1e-3 / 86_400.0),
         ("cm/h", 1e-2 / 3600.0),
@@ -264,6 +264,8 @@ mod tests {
         assert_eq!(error.code, "missing-unit");
         assert!(error.remedy.contains("`20 m`"), "{}", error.remedy);
         assert_eq!(TIME.parse("1 h 30").unwrap_err().code, "missing-unit");
+        let rain = INTENSITY.parse("20").unwrap_err();
+        assert!(rain.remedy.contains("`20 mm/h`"), "{}", rain.remedy);
     }
 
     #[test]

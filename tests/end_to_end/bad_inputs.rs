@@ -460,6 +460,7 @@ fn gauges_that_all_lie_outside_the_terrain_are_refused_and_a_single_one_is_warne
     assert_eq!(check.code, 0, "{}", check.stdout);
     assert!(check.stdout.contains("warning[gauge-outside-terrain] outputs.gauges (s.yaml:10:31)"), "{}", check.stdout);
     assert!(check.stdout.contains("gauge `B`") && !check.stdout.contains("gauge `A`"), "{}", check.stdout);
+    assert!(check.stdout.contains("remedy  correct its coordinates, take it out, or"), "{}", check.stdout);
 }
 
 #[test]

@@ -436,6 +436,42 @@ fn a_code_for_a_missing_level_is_refused() {
     let scene = Scene::with(&[("normal_depth: {slope: 0.04}", "stage: {series: stage.csv}")]);
     scene.write("stage.csv", "time_min,level_m\n0,3\n1,-9999\n2,3.1\n");
     scene.assert_refused(4, &["implausible-level", "one row has a level that is none on Earth", "line 3 (`-9999`)"]);
+    // In the unit of the file.
+    scene.write("stage.csv", "time_min,level_cm\n0,300\n1,2000000\n2,310\n");
+    scene.assert_refused(4, &["implausible-level", "line 3 (`2000000`)"]);
+    let scene = Scene::with(&[("normal_depth: {slope: 0.04}", "rating: {table: weir.csv}")]);
+    scene.write("weir.csv", "level_m,discharge_m3_s\n-9999,0\n8,1\n");
+    let place = "error[implausible-level] boundaries[1].rating.table (s.yaml:7:";
+    scene.assert_refused(4, &[place, "one row has a level that is none on Earth, in", "line 2 (`-9999`)"]);
+    scene.write("weir.csv", "level_m,discharge_m3_s\n2,0\n5,-9999\n8,1\n");
+    scene
+        .assert_refused(4, &["error[negative-value] boundaries[1].rating.table", "line 3 (`-9999`)", "missing values"]);
+}
+
+#[test]
+fn rows_that_are_missing_and_times_in_another_unit_are_told() {
+    let scene = Scene::sound();
+    let row = |k: usize| format!("{},{}\n", 0.1 * k as f64, k % 5);
+    let rows = |is_kept: fn(usize) -> bool| (0..25).filter(|k| is_kept(*k)).map(row).collect::<String>();
+    scene.write("q.csv", &format!("t,q\n{}", rows(|k| !(4..12).contains(&k))));
+    let place = "warning[series-gap] boundaries[0].discharge.series (s.yaml:6:";
+    scene.assert_warned(&[place, "has a gap from 18 s (line 5) to 72 s (line 6), where a step of 6 s is usual"]);
+    scene.write("q.csv", &format!("t,q\n{}", rows(|k| k != 4)));
+    scene.assert_silent_on(&["series-gap"]);
+    scene.write("q.csv", "t,q\n0,0\n30,12\n90,4\n130,4\n");
+    let place = "warning[series-far-beyond] boundaries[0].discharge.series (s.yaml:6:";
+    let texts = ["the run takes 1 of 4 rows", "is the unit of its times right? 130 is taken for 7800 s", "remedy"];
+    scene.assert_warned(&[&[place][..], &texts].concat());
+    scene.write("q.csv", "t,q\n0,0\n30,12\n39,4\n");
+    scene.assert_silent_on(&["series-far-beyond"]);
+}
+
+#[test]
+fn rain_below_0_is_told_in_the_unit_of_its_file() {
+    let scene = Scene::with(&[("resolution: 5 m", "rain: {rate: {series: rain.csv}}\nresolution: 5 m")]);
+    scene.write("rain.csv", "time_min,rain_mm_h\n0,5\n1,-20\n2,5\n");
+    let place = "error[negative-value] rain.rate.series (s.yaml:8:";
+    scene.assert_refused(4, &[place, "line 3 (`-20`)", "what the ground takes of the rain is `losses`"]);
 }
 
 #[test]

@@ -206,6 +206,18 @@ fn bad_channels_are_refused_where_they_stand() {
             "(s.yaml:8:",
             "has 1 rows, the first one 2",
         ),
+        (
+            IN_SECTIONS.to_vec(),
+            "distance_m,elevation_m,width_m\n0,11,10\n50,-9999,10\n100,10,10\n",
+            "(s.yaml:8:",
+            "a level that is none on Earth, in",
+        ),
+        (
+            IN_SECTIONS.to_vec(),
+            "distance_m,elevation_m,width_m\n0,11,10\n50,10.5,-9999\n100,10,10\n",
+            "(s.yaml:8:",
+            "line 3 of",
+        ),
         (IN_SECTIONS.to_vec(), "distance,elevation,width\n0,11,10\n", "(s.yaml:8:", "has no unit of"),
         (IN_SECTIONS.to_vec(), "distance_m,elevation_m,width_m\n0,11,10\n100,x,10\n", "(s.yaml:8:", "no 3 numbers"),
     ] {

@@ -53,6 +53,11 @@ impl Scene {
         ] {
             scene.features(&format!("{name}.geojson"), &[("LineString", &line, r#"{"crest": -9999}"#)]);
         }
+        scene.features("along.geojson", &[("LineString", "[[1000,2075],[1200,2075]]", "{}")]);
+        let lines = [across(1130.0, 2045.0, 2105.0), across(9130.0, 2045.0, 2105.0)];
+        scene.features("two.geojson", &[("LineString", &lines[0], "{}"), ("LineString", &lines[1], "{}")]);
+        let house = "[[[1010,2060],[1030,2060],[1030,2080],[1010,2080],[1010,2060]]]";
+        scene.features("house.geojson", &[("Polygon", house, "{}")]);
         scene.features("lock.geojson", &[("LineString", "[[1180,2075],[1210,2075]]", "{}")]);
         let outline = "[[[1199,2052],[1400,2052],[1400,2098],[1199,2098],[1199,2052]]]";
         scene.features("outlet.geojson", &[("Polygon", outline, "{}")]);
@@ -115,7 +120,7 @@ fn lines_that_leave_the_terrain_are_told_with_the_length_that_does() {
     let length: &[&str] =
         &["150 m of the lines of beyond.geojson lie on no terrain", "at      1130.0, 2150.0", "cause"];
     let wall = "structures: {walls: [{lines: beyond.geojson}]}";
-    let levee = "terrain: {layers: [{raster: dem.asc}], breaklines: [{lines: beyond.geojson, mode: raise, z: 8 m}]}";
+    let levee = "terrain: {layers: [{raster: dem.asc}], breaklines: [{lines: beyond.geojson, mode: raise, z: 21 m}]}";
     let river = "initial: [{river: beyond.geojson, depth: 1 m}]";
     let edge: &[&str] = &["250 m of the lines of edge.geojson lie on no terrain", "opens nothing there"];
     assert_said(&[
@@ -248,6 +253,13 @@ fn levels_and_depths_as_none_are_told() {
             "warning[doubtful-level] terrain.breaklines[0].z",
             &["m above the terrain", "at      1132.5"],
         ),
+        // In feet: 24 m are 78.7 ft.
+        (
+            &line("z: 78.7 m"),
+            "warning[doubtful-level] terrain.breaklines[0].z",
+            &["feature 1 of across.geojson lies 59 m or more above the terrain all along", "cause"],
+        ),
+        (&line("z: 65 m"), "", &[]),
         (&line("z: 21 m"), "", &[]),
         (&water("river: across.geojson, depth: 150 m"), "warning[deep-water] initial[0].depth", &["a river of 150 m"]),
         (&water("water: pond.geojson, depth: 9999 m"), "warning[deep-water] initial[0].depth", &["water of 9999 m"]),
@@ -256,6 +268,41 @@ fn levels_and_depths_as_none_are_told() {
             "structures: {buildings: {polygons: pond.geojson, mode: raise, height: 3000 m}}",
             "error[building-range] structures.buildings.polygons",
             &["with 3000"],
+        ),
+        (
+            "structures: {buildings: {polygons: house.geojson, mode: raise, height: 300 m}}",
+            "warning[doubtful-height] structures.buildings.polygons",
+            &["1 of 1 polygons of house.geojson are higher than 200 m, the first is feature 1 with 300 m"],
+        ),
+        ("structures: {buildings: {polygons: house.geojson, mode: raise, height: 200 m}}", "", &[]),
+    ]);
+}
+
+#[test]
+fn levees_that_lie_below_the_ground_in_part_are_told_with_the_length_that_does() {
+    let levee = |file: &str, z: &str| {
+        format!(
+            "terrain: {{layers: [{{raster: dem.asc}}], breaklines: [{{lines: {file}.geojson, mode: raise, z: {z}}}]}}"
+        )
+    };
+    let wall = |crest: &str| format!("structures: {{walls: [{{lines: along.geojson, crest: {crest}}}]}}");
+    let code = "warning[crest-below-terrain]";
+    // The ground falls from 5 m to 1 m; that of 28 of 40 cells lies higher than 2.2 m.
+    let told: &[&str] = &[
+        "140 m of 200 m of feature 1 of along.geojson lie below the terrain, by up to 3.00 m",
+        "at      1002.5",
+        "cause",
+    ];
+    assert_said(&[
+        (&levee("along", "2 m"), &format!("{code} terrain.breaklines[0].z"), told),
+        (&wall("2 m"), &format!("{code} structures.walls[0].crest"), told),
+        (&wall("4.8 m"), "", &[]),
+        // Both ends lie in the plateau.
+        (&levee("across", "8 m"), "", &[]),
+        (
+            &levee("two", "8 m"),
+            "warning[outside-terrain] terrain.breaklines[0].lines",
+            &["1 of 2 lines of two.geojson lie outside the terrain, the first is feature 2", "cause", "correct their"],
         ),
     ]);
 }

@@ -232,6 +232,9 @@ fn a_bed_that_does_not_fit_is_refused_with_its_place() {
     scene.assert_check(3, &["moves-after-end", "at 40 s", "at 30 s"]);
     let scene = Scene::new(&[("at: 5 s", "at: 25 s")]);
     scene.assert_check(0, &["warning[moves-at-end]", "it ends at 35 s"]);
+    let scene = Scene::new(&[]);
+    scene.write("share.csv", "time_s,share\n0,0\n1,.1\n2,.2\n3,.3\n4,.4\n5,.5\n9,.7\n10,.8\n11,.9\n12,1\n");
+    scene.assert_check(0, &["warning[series-gap] moving_bed[0].share.series", "from 5 s (line 7) to 9 s (line 8)"]);
     let scene = Scene::new(&[SLIDE]);
     scene.line("axis.geojson", &[(1015.0, 2050.0), (1015.0, 2098.0)]);
     scene.assert_check(0, &["warning[slide-volume]", "where it comes to rest", "1.2000e3 m³"]);

@@ -259,6 +259,22 @@ fn water_above_the_crest_is_told_and_a_refused_dam_leaks_without_a_word() {
 }
 
 #[test]
+fn a_dam_that_is_to_break_far_above_its_crest_is_told() {
+    let fed = |scene: &mut Scene, level: f64| {
+        open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));
+        scene.scenario.breach.as_mut().unwrap().trigger = at_level(level, [1060.0, 2070.0]);
+    };
+    let above = told("trigger-above-crest", |scene| fed(scene, CREST + 1.5));
+    assert_eq!((above.severity, above.key.as_str()), (Severity::Warning, "breach.trigger.level"));
+    assert!(above.message.contains("1.5 m above its crest") && above.at.is_some() && above.remedy.is_some(), "{above}");
+    // Water that runs over it for some decimetres breaks a dam.
+    let mut overtopped = dam();
+    fed(&mut overtopped, CREST + 0.5);
+    let problems = prepare(&overtopped.scenario).problems;
+    assert!(problems.iter().all(|problem| problem.code != "trigger-above-crest"), "{problems:#?}");
+}
+
+#[test]
 fn doubtful_breaches_are_warnings() {
     let doubtful: [Unfit; 3] = [
         ("breach-coarse", "breach.shape.bottom_width", |_, b| width(b, 3.0)),
@@ -296,6 +312,16 @@ fn growth_by_a_series_is_that_of_the_file() {
     let slow = growing("time_min,share_%\n0,0\n0.5,100\n");
     assert_eq!(slow.problems.iter().map(|problem| problem.code).collect::<Vec<_>>(), ["breach-unfinished"]);
     assert!((slow.forcing.breach.unwrap().share(15.0) - 0.5).abs() < 1e-15);
+    // Rows that are missing.
+    let rows = |is_kept: fn(i32) -> bool| {
+        (0..=20).filter(move |k| is_kept(*k)).map(|k| format!("{},{}\n", 0.4 * f64::from(k), f64::from(k) / 20.0))
+    };
+    let kept: String = rows(|k| !(5..9).contains(&k)).collect();
+    let gap = growing(&format!("time_s,share\n{kept}"));
+    let found: Vec<_> =
+        gap.problems.iter().map(|problem| (problem.code, problem.key.as_str(), problem.severity)).collect();
+    assert_eq!(found, [("series-gap", "breach.growth.share", Severity::Warning)]);
+    assert!(gap.forcing.breach.is_some());
 }
 
 #[test]
