@@ -49,11 +49,12 @@ STABILITY = {
     "long_calm": "calm --resolutions full",
     "long_variational": "clumping calm --resolutions full --vary formulation=variational",
 }
-# Experiments with measurements: resting particles at both resolutions, moving ones at the coarse one where they are quick.
+# Experiments with measurements: resting particles at both resolutions, moving ones where their bar is where that is a matter of minutes, and else at the coarse one.
 LABORATORY = {
     "resting": "--suite laboratory --resolutions full --vary motion=eulerian --threads 2",
     "field": "--suite field --resolutions full --vary motion=eulerian --threads 2",
-    "moving": "parma_partial_dam_break marin_box isolated_obstacle radial_dam_break --vary motion=lagrangian --threads 2",
+    "moving": "parma_partial_dam_break marin_box ea_test4 radial_dam_break --resolutions full --vary motion=lagrangian --threads 2",
+    "moving_coarse": "isolated_obstacle ea_test1 ea_test6b_scaled monai_valley merewether malpasset --vary motion=lagrangian --threads 2",
 }
 # What mixing by turbulence does to experiments and floods; no figures.
 TURBULENCE = "isolated_obstacle marin_box monai_valley merewether malpasset --resolutions full --vary motion=eulerian --vary turbulence=none,mixing_length --threads 2"

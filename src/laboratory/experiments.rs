@@ -14,7 +14,7 @@ pub fn named(name: &str) -> Option<&'static Experiment> {
     all().find(|experiment| experiment.name == name)
 }
 
-const NO_BAR: &str = "what moving ones make of its boundaries, sources or sections has no bar yet";
+const CHANNELS: &str = "channels in one dimension, which it is about, are not for moving particles";
 
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {
@@ -57,7 +57,7 @@ const EXPERIMENTS: &[Experiment] = &[
         about: "A level that rises over a sill and falls again leaves a pond at the level of the sill (test 1 of the Environment Agency).",
         data: &["ea_test1"],
         resolutions: [20.0, 10.0],
-        rests_because: NO_BAR,
+        rests_because: "",
         bar: "final levels within 0.02 m of the sill",
         judge: disconnected,
     },
@@ -68,7 +68,7 @@ const EXPERIMENTS: &[Experiment] = &[
         about: "A flood spreads over a dry plain (test 4 of the Environment Agency): symmetry, and arrival against published fronts.",
         data: &["ea_test4"],
         resolutions: [20.0, 10.0],
-        rests_because: NO_BAR,
+        rests_because: "",
         bar: "front symmetric within 1 %; arrival at P5 within 5 % of the published 1.0 to 1.2 h",
         judge: plain,
     },
@@ -90,7 +90,7 @@ const EXPERIMENTS: &[Experiment] = &[
         about: "The isolated obstacle twenty times as large, as rough as the flume by the law of Froude: against the scaled measurements, and against the run of the flume itself.",
         data: &["isolated_obstacle", "ea_test6b"],
         resolutions: [2.0, 1.0],
-        rests_because: NO_BAR,
+        rests_because: "",
         bar: "mean RMSE of the depth <= 0.40 m; depths those of the flume times 20 within 0.04 m on average",
         judge: obstacle::judge_scaled,
     },
@@ -112,7 +112,7 @@ const EXPERIMENTS: &[Experiment] = &[
         about: "A wave runs up a valley (Okushiri 1993 in a flume), levels at three gauges.",
         data: &["monai_valley"],
         resolutions: [0.028, 0.014],
-        rests_because: NO_BAR,
+        rests_because: "",
         bar: "RMSE of the level up to 25 s <= 0.006 m at each gauge",
         judge: monai,
     },
@@ -123,7 +123,7 @@ const EXPERIMENTS: &[Experiment] = &[
         about: "Dam break in a channel that widens from 0.4 m to 1.2 m (Rajar's channel A): reaches in one dimension joined to two, against two throughout.",
         data: &[],
         resolutions: [0.05, 0.025],
-        rests_because: NO_BAR,
+        rests_because: CHANNELS,
         bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
         judge: |run| rajar::compare(run, &rajar::A),
     },
@@ -134,7 +134,7 @@ const EXPERIMENTS: &[Experiment] = &[
         about: "The same in a channel that narrows to 0.2 m (Rajar's channel B).",
         data: &[],
         resolutions: [0.05, 0.025],
-        rests_because: NO_BAR,
+        rests_because: CHANNELS,
         bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
         judge: |run| rajar::compare(run, &rajar::B),
     },
@@ -145,7 +145,7 @@ const EXPERIMENTS: &[Experiment] = &[
         about: "The flood of 8 June 2007 between the houses of Merewether, five surveyed marks.",
         data: &["merewether"],
         resolutions: [2.0, 1.0],
-        rests_because: NO_BAR,
+        rests_because: "",
         bar: "mean absolute error at five marks <= 0.15 m",
         judge: merewether,
     },

@@ -154,10 +154,10 @@ fn a_suite_without_any_data_is_no_success() {
 }
 
 #[test]
-fn moving_particles_are_left_out_where_they_have_no_bar() {
+fn moving_particles_are_left_out_of_channels() {
     let (code, said, rows) = validate("rajar_a", &data(), "motion=lagrangian");
     assert_eq!((code, rows.len()), (2, 0), "{said}");
-    assert!(said.contains("skipped, because it is for resting particles: what moving ones make"), "{said}");
+    assert!(said.contains("skipped, because it is for resting particles: channels in one dimension"), "{said}");
     assert!(said.contains("nothing was run"), "{said}");
 }
 
