@@ -290,15 +290,18 @@ fn monai(run: &Run) -> Result<Finding, String> {
 }
 
 fn merewether(run: &Run) -> Result<Finding, String> {
-    let (mut errors, mut notes, mut panels) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut errors, mut of_reached, mut notes, mut panels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for gauge in ["obs0", "obs1", "obs2", "obs3", "obs4"] {
         let mark = run.mark(gauge, "observed_max_level_m")?;
         let bed = run.result(gauge, "bed_m")?.ok_or("the gauge has no bed")?;
         let computed: Series = run.series(gauge, "depth_m")?.into_iter().map(|(t, d)| (t, bed + d)).collect();
         let steady = mean(&computed, (900.0, 1000.0));
         let found = run.result(gauge, "max_level_m")?.unwrap_or(bed);
+        let depth = run.result(gauge, "max_depth_m")?.unwrap_or(0.0);
         errors.push((found - mark).abs());
-        notes.push(format!("{gauge} {found:.2} ({mark}), bed {bed:.2}, {steady:.2} in the end"));
+        // Where the water never arrives it is the bed that is compared with the mark.
+        of_reached.extend(run.result(gauge, "arrival_s")?.map(|_| (found - mark).abs()));
+        notes.push(format!("{gauge} {found:.2} ({mark}), bed {bed:.2}, {depth:.4} deep, {steady:.2} in the end"));
         panels.push(panel(run, gauge, vec![(0.0, mark), (1000.0, mark)], computed));
     }
     let error = mean_of(&errors);
@@ -306,7 +309,12 @@ fn merewether(run: &Run) -> Result<Finding, String> {
         norm: "mean_abs_marks",
         error: Some(error),
         is_met: Some(error <= 0.15),
-        note: format!("highest level in m (mark): {}", listed(&notes)),
+        note: format!(
+            "mean of the {} marks that 1 cm of water reaches {:.3} m; highest level in m (mark): {}",
+            of_reached.len(),
+            mean_of(&of_reached),
+            listed(&notes)
+        ),
         panels,
     })
 }
