@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::args::{CaseArguments, ResolutionsArgument, ValidateArguments};
 use super::print;
-use crate::error::Error;
-use crate::laboratory::{self, Experiment, run_experiment};
+use crate::error::{Error, Problem, ProblemKind};
+use crate::laboratory::{self, DATA, Experiment, Skipped, run_experiment};
 use crate::maps::comparison;
 use crate::scenario::read::nearest;
 use crate::validation::{
@@ -17,7 +17,8 @@ use crate::validation::{
 ///
 /// # Errors
 /// `Error::Usage` for wrong names, `Error::Output` for files, and `Error::Gate` where the default methods miss a bar: that of each run
-/// in every motion that was run, that of the better motion in all of them.
+/// in every motion that was run, that of the better motion in all of them; `Error::Problems` where the data of no experiment were there, and
+/// `Error::Usage` where no experiment is for the methods.
 pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     let (chosen, experiments) = chosen_of_all(&arguments.cases)?;
     if arguments.list {
@@ -26,10 +27,12 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     let results = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
     let mut rows: Vec<Row> = results.iter().flat_map(|result| result.result.rows.iter().cloned()).collect();
     let mut missed = missed_bars(&results);
-    for experiment in experiments {
-        let (found, is_missed) = run_in_laboratory(experiment, arguments)?;
-        rows.extend(found);
-        missed.extend(is_missed.then_some(experiment.name));
+    let mut left_out: Vec<(&Experiment, Skipped)> = Vec::new();
+    for &experiment in &experiments {
+        let found = run_in_laboratory(experiment, arguments)?;
+        rows.extend(found.rows);
+        missed.extend(found.is_missed.then_some(experiment.name));
+        left_out.extend(found.skipped.map(|why| (experiment, why)));
     }
     print(&table_of_rows(&rows))?;
     if let Some(file) = &arguments.json {
@@ -38,10 +41,36 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     if let Some(file) = &arguments.csv {
         write(file, &rows_as_csv(&rows))?;
     }
-    if missed.is_empty() {
-        Ok(())
-    } else {
-        Err(Error::Gate(format!("the default methods miss a bar of {}", missed.join(", "))))
+    if !missed.is_empty() {
+        return Err(Error::Gate(format!("the default methods miss a bar of {}", missed.join(", "))));
+    }
+    has_run(&experiments, &left_out, rows.is_empty())
+}
+
+/// Whether experiments came to judge anything: not where the data of none were there, nor where none is for the methods.
+fn has_run(experiments: &[&Experiment], left_out: &[(&Experiment, Skipped)], is_empty: bool) -> Result<(), Error> {
+    let with_data = experiments.iter().filter(|experiment| !experiment.data.is_empty()).count();
+    let without: Vec<&str> = left_out
+        .iter()
+        .filter(|(_, why)| matches!(why, Skipped::Data(_)))
+        .map(|(experiment, _)| experiment.name)
+        .collect();
+    if !without.is_empty() && without.len() == with_data {
+        let message = format!("the measurements of no experiment were there: {} not run", without.join(", "));
+        let cause = match std::env::var_os(DATA) {
+            Some(folder) => format!("`{}`, which {DATA} names, has no folders of theirs", Path::new(&folder).display()),
+            None => format!("{DATA} is not set"),
+        };
+        let remedy =
+            format!("set {DATA} to the folder of the data; scenarios/laboratory/README.md says what it must hold");
+        let problem = Problem::error(ProblemKind::Input, "no-data", DATA, message);
+        return Err(Error::Problems(vec![problem.with_cause(cause).with_remedy(remedy)]));
+    }
+    match left_out.last() {
+        Some((experiment, why)) if is_empty => {
+            Err(Error::Usage(format!("nothing was run: {} is left out, because {why}", experiment.name)))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -79,15 +108,26 @@ fn list_of_experiments(experiments: &[&Experiment]) -> String {
     experiments.iter().map(one).collect()
 }
 
-/// Runs an experiment with every choice of methods; its rows, and whether the default methods miss its bar.
-fn run_in_laboratory(experiment: &Experiment, arguments: &ValidateArguments) -> Result<(Vec<Row>, bool), Error> {
-    let (mut rows, mut is_missed) = (Vec::new(), false);
+/// What an experiment with every choice of methods gave.
+#[derive(Default)]
+struct Found {
+    rows: Vec<Row>,
+    /// Whether the default methods miss its bar.
+    is_missed: bool,
+    /// Why the last choice that was left out was.
+    skipped: Option<Skipped>,
+}
+
+/// Runs an experiment with every choice of methods.
+fn run_in_laboratory(experiment: &Experiment, arguments: &ValidateArguments) -> Result<Found, Error> {
+    let mut found = Found::default();
     for choice in chosen_methods(&arguments.cases)? {
         eprintln!("{}: {}", experiment.name, choice.label());
         let threads = arguments.cases.threads.get();
         let result = run_experiment(experiment, &choice, resolutions_of(arguments.resolutions), threads)?;
-        if let Some(why) = &result.skipped {
+        if let Some(why) = result.skipped {
             eprintln!("{}: {} skipped, because {why}", experiment.name, choice.label());
+            found.skipped = Some(why);
             continue;
         }
         if let Some(folder) = &arguments.figures {
@@ -98,10 +138,10 @@ fn run_in_laboratory(experiment: &Experiment, arguments: &ValidateArguments) -> 
             let figure = comparison(&title, "depth or level (m)", &result.panels);
             write(&folder.join(format!("{}_{}.svg", experiment.name, methods.join("_"))), &figure)?;
         }
-        is_missed |= choice.is_default && result.is_missed;
-        rows.extend(result.rows);
+        found.is_missed |= choice.is_default && result.is_missed;
+        found.rows.extend(result.rows);
     }
-    Ok((rows, is_missed))
+    Ok(found)
 }
 
 /// The cases that are named, or all of the suite.

@@ -12,6 +12,8 @@ pub type Series = Vec<(f64, f64)>;
 pub struct Run {
     /// The run folder.
     pub folder: PathBuf,
+    /// The folder of the scenarios.
+    pub scenarios: PathBuf,
     /// The folder of the data of the case.
     pub data: PathBuf,
     /// Spacing (m).

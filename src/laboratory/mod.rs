@@ -4,19 +4,20 @@
 //! Experiment ── its scenario, a resolution, methods ──→ pipeline::run ──→ run folder ── judge ──→ Row, panels of a figure
 //! ```
 //!
-//! The data lie in the folder that `FLOODSIM_DATA` names; a case whose data are not there is left out, and says so. What is read of a run
-//! is what a planner reads: `tables/gauges.csv` and `tables/gauge_series.csv`.
+//! The scenarios are in the program itself. The data lie in the folder that `FLOODSIM_DATA` names; a case whose data are not there is left out,
+//! and says so. What is read of a run is what a planner reads: `tables/gauges.csv` and `tables/gauge_series.csv`.
 
 mod experiments;
 mod gauges;
 mod obstacle;
 mod rajar;
 mod run;
+mod scenarios;
 mod wet_bed;
 
 pub use experiments::{all, named};
 pub use gauges::{Series, root_mean_square};
-pub use run::{ExperimentResult, run_experiment};
+pub use run::{DATA, ExperimentResult, Skipped, run_experiment};
 
 use crate::maps::GaugePanel;
 use crate::validation::Suite;
@@ -26,18 +27,18 @@ use gauges::Run;
 pub struct Experiment {
     /// The name on the command line.
     pub name: &'static str,
-    /// The file of its scenario, in `scenarios`.
+    /// The file of its scenario, in `scenarios` (carried by `scenarios.rs`).
     pub scenario: &'static str,
     /// The suite.
     pub suite: Suite,
     /// One sentence: what it tests, and against what.
     pub about: &'static str,
-    /// The folder of its data; empty where it needs none.
-    pub data: &'static str,
+    /// The folders of its data, that of the measurements first; none where it needs none.
+    pub data: &'static [&'static str],
     /// Resolutions (m), the coarsest first; the first one is that of tests.
     pub resolutions: [f64; 2],
-    /// Whether moving particles can run it: closed walls, no boundary with a condition.
-    pub can_move: bool,
+    /// Why moving particles are left out; empty where they run it.
+    pub rests_because: &'static str,
     /// What must hold at the finer resolution, in words; empty where there is nothing to hold it to.
     pub bar: &'static str,
     /// Looks at a run.

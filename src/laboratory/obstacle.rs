@@ -6,11 +6,8 @@
 //!
 //! With these, after Froude, and with every depth of the method scaled too, the equations of the flume and of a scene S times as large are the same.
 
-use std::path::Path;
-
 use super::Finding;
 use super::gauges::{Run, Series, arrival, listed, mean_of, panel, root_mean_square, value_at};
-use super::run::SCENARIOS;
 use crate::pipeline::{self, RunOptions};
 use crate::scenario::load;
 
@@ -79,7 +76,7 @@ pub(super) fn judge_scaled(run: &Run) -> Result<Finding, String> {
 
 /// Runs the flume with the methods and the number of cells of a run of the larger scene.
 fn flume(run: &Run) -> Result<Run, String> {
-    let scenario = Path::new(SCENARIOS).join("laboratory/isolated_obstacle.yaml");
+    let scenario = run.scenarios.join("laboratory/isolated_obstacle.yaml");
     let spacing = run.spacing / SCALE;
     let methods = run.overrides.iter().filter(|given| !given.starts_with("resolution=")).cloned();
     let overrides: Vec<String> = std::iter::once(format!("resolution={spacing} m")).chain(methods).collect();
@@ -93,5 +90,5 @@ fn flume(run: &Run) -> Result<Run, String> {
     };
     let loaded = load(&scenario, &overrides).map_err(|error| error.to_string())?;
     pipeline::run(&loaded.scenario, &options).map_err(|error| error.to_string())?;
-    Ok(Run { folder, data: run.data.clone(), spacing, overrides })
+    Ok(Run { folder, scenarios: run.scenarios.clone(), data: run.data.clone(), spacing, overrides })
 }

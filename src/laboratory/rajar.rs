@@ -3,11 +3,8 @@
 //! There are no measurements here, and neither the lengths nor the roughness of the experiment: the coupled run is held against the one that
 //! is two-dimensional throughout, along the axis of the channel, and so are the costs of their steps.
 
-use std::path::Path;
-
 use super::Finding;
 use super::gauges::Run;
-use super::run::SCENARIOS;
 use crate::error::Error;
 use crate::maps::{GaugeLine, GaugePanel, PanelAxis};
 use crate::pipeline::clock::processor_seconds;
@@ -58,7 +55,7 @@ pub(super) fn compare(run: &Run, flume: &Flume) -> Result<Finding, String> {
     let (mut notes, mut panels) = (Vec::new(), Vec::new());
     for depths in flume.depths {
         let follow_one = |model: &str, water: Vec<String>| {
-            let scenario = Path::new(SCENARIOS).join(format!("laboratory/rajar_{}{model}.yaml", flume.letter));
+            let scenario = run.scenarios.join(format!("laboratory/rajar_{}{model}.yaml", flume.letter));
             let overrides: Vec<String> = run.overrides.iter().cloned().chain(water).collect();
             load(&scenario, &overrides).and_then(|loaded| follow(&loaded.scenario)).map_err(|error| error.to_string())
         };

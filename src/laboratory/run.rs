@@ -1,9 +1,10 @@
 //! One experiment with chosen methods at its resolutions.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::gauges::Run;
-use super::{Experiment, Finding};
+use super::{Experiment, Finding, scenarios};
 use crate::error::{Error, Problem, Severity};
 use crate::maps::GaugePanel;
 use crate::pipeline::clock::processor_seconds;
@@ -12,10 +13,8 @@ use crate::scenario::load;
 use crate::scenario::methods::Motion;
 use crate::validation::{Choice, Resolutions, Row, Status};
 
-/// Where the scenarios lie, seen from the folder of the source code.
-pub(super) const SCENARIOS: &str = "scenarios";
 /// The environment variable that names the folder of the data.
-const DATA: &str = "FLOODSIM_DATA";
+pub const DATA: &str = "FLOODSIM_DATA";
 
 /// What came out of an experiment with one choice of methods.
 #[derive(Debug, Default)]
@@ -27,13 +26,30 @@ pub struct ExperimentResult {
     /// Whether the bar is missed.
     pub is_missed: bool,
     /// Why it was left out, where it was.
-    pub skipped: Option<String>,
+    pub skipped: Option<Skipped>,
+}
+
+/// Why an experiment was left out, in words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Skipped {
+    /// Its data are not there.
+    Data(String),
+    /// The methods are not for it.
+    Methods(String),
+}
+
+impl fmt::Display for Skipped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Skipped::Data(why) | Skipped::Methods(why) => f.write_str(why),
+        }
+    }
 }
 
 /// Runs an experiment; `threads` are those of each run.
 ///
 /// # Errors
-/// `Error::Internal` where there is no place for the run folders.
+/// `Error::Output` where there is no place for the scenarios.
 pub fn run_experiment(
     experiment: &Experiment,
     choice: &Choice,
@@ -41,30 +57,25 @@ pub fn run_experiment(
     threads: usize,
 ) -> Result<ExperimentResult, Error> {
     let mut result = ExperimentResult::default();
-    let scenario = Path::new(SCENARIOS).join(experiment.scenario);
-    // What needs no measurements has all that it needs beside its scenario.
-    let data = match experiment.data {
-        "" => Some(Path::new(SCENARIOS).to_owned()),
-        folder => std::env::var_os(DATA).map(|data| Path::new(&data).join(folder)),
-    };
-    result.skipped = match &data {
-        None => Some(format!("{DATA} does not name the folder of the data")),
-        Some(folder) if !folder.is_dir() => Some(format!("{DATA} holds no folder `{}`", experiment.data)),
-        _ if !scenario.is_file() => {
-            Some(format!("{} is not here: run it from the folder of the source", scenario.display()))
+    let data = match (data_of(experiment), choice.numerics.motion) {
+        (Err(why), _) => {
+            result.skipped = Some(Skipped::Data(why));
+            return Ok(result);
         }
-        _ if choice.numerics.motion == Motion::Lagrangian && !experiment.can_move => Some(
-            "it is for resting particles: what moving ones make of its boundaries, sources or sections has no bar yet"
-                .to_owned(),
-        ),
-        _ => None,
+        (Ok(_), Motion::Lagrangian) if !experiment.rests_because.is_empty() => {
+            let why = format!("it is for resting particles: {}", experiment.rests_because);
+            result.skipped = Some(Skipped::Methods(why));
+            return Ok(result);
+        }
+        (Ok(data), _) => data,
     };
-    let (None, Some(data)) = (&result.skipped, data) else { return Ok(result) };
     let number = match resolutions {
         Resolutions::Test => 1,
         Resolutions::Full => experiment.resolutions.len(),
     };
-    let folder = std::env::temp_dir().join(format!("floodsim-{}-{}", experiment.name, std::process::id()));
+    let place = std::env::temp_dir().join(format!("floodsim-{}-{}", experiment.name, std::process::id()));
+    let (folder, scenarios) = (place.join("run"), place.join("scenarios"));
+    scenarios::write_all(&scenarios)?;
     for (k, &spacing) in experiment.resolutions[..number].iter().enumerate() {
         let overrides: Vec<String> = std::iter::once(format!("resolution={spacing} m"))
             .chain(rests_alone(choice))
@@ -77,15 +88,27 @@ pub fn run_experiment(
             quiet: true,
             command: format!("floodsim validate {}", experiment.name),
         };
-        let place = Place { experiment, choice, spacing, is_finest: k + 1 == experiment.resolutions.len() };
-        let row = place.run(&scenario, &overrides, &options, (&folder, &data), &mut result);
-        result.is_missed |= place.is_finest && matches!(row.status, Status::FallShort);
+        let one = One { experiment, choice, is_finest: k + 1 == experiment.resolutions.len() };
+        let (scenarios, data) = (scenarios.clone(), data.clone());
+        let run = Run { folder: folder.clone(), scenarios, data, spacing, overrides };
+        let row = one.run(&run, &options, &mut result);
+        result.is_missed |= one.is_finest && matches!(row.status, Status::FallShort);
         result.is_missed |= row.status == Status::Fails;
         result.rows.push(row);
     }
     // What cannot be removed stays in the folder of the system for such files.
-    let _ = std::fs::remove_dir_all(&folder);
+    let _ = std::fs::remove_dir_all(&place);
     Ok(result)
+}
+
+/// The folder of the measurements of an experiment, empty where it needs no data; why it is left out where data are missing.
+fn data_of(experiment: &Experiment) -> Result<PathBuf, String> {
+    let Some(measurements) = experiment.data.first() else { return Ok(PathBuf::new()) };
+    let root = std::env::var_os(DATA).ok_or_else(|| format!("{DATA} does not name the folder of the data"))?;
+    match experiment.data.iter().find(|folder| !Path::new(&root).join(folder).is_dir()) {
+        Some(missing) => Err(format!("{DATA} holds no folder `{missing}`")),
+        None => Ok(Path::new(&root).join(measurements)),
+    }
 }
 
 /// What a scenario may ask for and moving particles do not have.
@@ -94,25 +117,18 @@ fn rests_alone(choice: &Choice) -> Option<String> {
 }
 
 /// A run among those of its experiment.
-struct Place<'a> {
+struct One<'a> {
     experiment: &'a Experiment,
     choice: &'a Choice,
-    spacing: f64,
     is_finest: bool,
 }
 
-impl Place<'_> {
-    fn run(
-        &self,
-        scenario: &Path,
-        overrides: &[String],
-        options: &RunOptions,
-        (folder, data): (&PathBuf, &PathBuf),
-        result: &mut ExperimentResult,
-    ) -> Row {
+impl One<'_> {
+    fn run(&self, run: &Run, options: &RunOptions, result: &mut ExperimentResult) -> Row {
         let before = processor_seconds();
-        let ended = load(scenario, overrides).and_then(|loaded| pipeline::run(&loaded.scenario, options));
-        let mut row = self.empty_row(processor_seconds() - before);
+        let scenario = run.scenarios.join(self.experiment.scenario);
+        let ended = load(&scenario, &run.overrides).and_then(|loaded| pipeline::run(&loaded.scenario, options));
+        let mut row = self.empty_row(run.spacing, processor_seconds() - before);
         let summary = match ended {
             Ok(summary) => summary,
             Err(error) => {
@@ -123,9 +139,7 @@ impl Place<'_> {
         row.particles = summary.manifest.particles.peak;
         row.particle_evaluations = summary.manifest.particle_evaluations;
         row.max_speed_m_s = summary.manifest.max_speed_m_s;
-        let run =
-            Run { folder: folder.clone(), data: data.clone(), spacing: self.spacing, overrides: overrides.to_vec() };
-        match (self.experiment.judge)(&run) {
+        match (self.experiment.judge)(run) {
             Ok(finding) => self.fill(&mut row, finding, result),
             Err(cause) => (row.status, row.note) = (Status::Fails, cause),
         }
@@ -151,14 +165,14 @@ impl Place<'_> {
         }
     }
 
-    fn empty_row(&self, cpu_s: f64) -> Row {
+    fn empty_row(&self, spacing: f64, cpu_s: f64) -> Row {
         let bar = match (self.experiment.bar, self.is_finest) {
             ("", _) => String::new(),
             (bar, true) => bar.to_owned(),
             (bar, false) => format!("{bar} (of the finer resolution)"),
         };
         let of = (self.experiment.suite.name(), self.experiment.name);
-        Row { cpu_s, bar, ..Row::new(of, &self.choice.numerics, self.spacing) }
+        Row { cpu_s, bar, ..Row::new(of, &self.choice.numerics, spacing) }
     }
 }
 

@@ -9,15 +9,15 @@ use floodsim::validation::{Row, Status, rows_from_csv};
 /// The folder of the data, by the variable `FLOODSIM_DATA`, or beside the repository.
 fn data() -> PathBuf {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    std::env::var_os("FLOODSIM_DATA").map_or_else(beside, PathBuf::from)
+    std::path::absolute(std::env::var_os("FLOODSIM_DATA").map_or_else(beside, PathBuf::from)).unwrap()
 }
 
-/// Exit code, what was said, and the rows of one experiment at its coarse resolution.
+/// Exit code, what was said, and the rows of one experiment at its coarse resolution, run from a folder that is not that of the source.
 fn validate(experiment: &str, data: &Path, methods: &str) -> (i32, String, Vec<Row>) {
     let folder = tempfile::tempdir().unwrap();
     let (csv, figures) = (folder.path().join("rows.csv"), folder.path().join("figures"));
     let output = Command::new(env!("CARGO_BIN_EXE_floodsim"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(&folder)
         .env("FLOODSIM_DATA", data)
         .args(["validate", experiment, "--threads", "2"])
         .args(methods.split(' ').flat_map(|family| ["--vary", family]))
@@ -132,19 +132,33 @@ fn the_flood_of_malpasset_comes_when_and_as_high_as_it_did() {
 fn without_data_a_case_is_left_out_in_plain_words() {
     let nowhere = tempfile::tempdir().unwrap();
     let (code, said, rows) = validate("marin_box", nowhere.path(), "motion=eulerian");
-    assert_eq!((code, rows.len()), (0, 0), "{said}");
+    assert_eq!((code, rows.len()), (4, 0), "{said}");
     assert!(said.contains("skipped, because FLOODSIM_DATA holds no folder `kleefsman_marin`"), "{said}");
 }
 
 #[test]
-fn moving_particles_are_left_out_where_they_have_no_bar() {
-    let Some(folder) = Some(data()).filter(|folder| folder.join("ea_test4").is_dir()) else {
-        println!("skipped, because the data of ea_test4 are not there");
-        return;
-    };
-    let (code, said, rows) = validate("ea_test4", &folder, "motion=lagrangian");
-    assert_eq!((code, rows.len()), (0, 0), "{said}");
-    assert!(said.contains("skipped, because it is for resting particles"), "{said}");
+fn a_suite_without_any_data_is_no_success() {
+    let nowhere = tempfile::tempdir().unwrap();
+    for data in [Some(nowhere.path()), None] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_floodsim"));
+        command.args(["validate", "--suite", "field"]).env_remove("FLOODSIM_DATA").current_dir(&nowhere);
+        let output = command.envs(data.map(|folder| ("FLOODSIM_DATA", folder))).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(4), "{said}");
+        assert!(
+            said.contains("error[no-data] FLOODSIM_DATA\n") && said.contains("merewether, malpasset not run"),
+            "{said}"
+        );
+        assert!(said.contains("remedy  set FLOODSIM_DATA to the folder of the data"), "{said}");
+    }
+}
+
+#[test]
+fn moving_particles_are_left_out_of_channels() {
+    let (code, said, rows) = validate("rajar_a", &data(), "motion=lagrangian");
+    assert_eq!((code, rows.len()), (2, 0), "{said}");
+    assert!(said.contains("skipped, because it is for resting particles: channels in one dimension"), "{said}");
+    assert!(said.contains("nothing was run"), "{said}");
 }
 
 #[test]
