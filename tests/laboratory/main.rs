@@ -163,12 +163,17 @@ fn moving_particles_are_left_out_of_channels() {
 
 #[test]
 fn reaches_in_one_dimension_give_what_two_give() {
-    for flume in ["rajar_a", "rajar_b"] {
+    for (flume, bound) in [("rajar_a", 0.045), ("rajar_b", 0.012)] {
         let (code, said, rows) = validate(flume, &data(), "motion=eulerian");
         assert_eq!((code, rows.len()), (0, 1), "{said}\n{rows:?}");
         // The bar asks for CPU time saved, too, which a busy machine may miss: it is told here, and the command holds the run to it.
-        // The bar of the difference is 0.05; measured are 0.024 in A and 0.004 in B (docs/validation/laboratory.md).
-        assert!(rows[0].error_depth.is_some_and(|error| error < 0.03), "{:?}", rows[0]);
+        // The bar of the difference is 0.05; measured are 0.043 in A, where the lower reach is off most, and 0.010 in B; along the axis below the
+        // dam 0.024 and 0.004 (docs/validation/laboratory.md).
+        assert!(rows[0].error_depth.is_some_and(|error| error < bound), "{:?}", rows[0]);
+        let along_the_axis = rows[0].note.split("coupled ").skip(1);
+        let along_the_axis: Vec<f64> =
+            along_the_axis.filter_map(|text| text.split(" %").next()?.parse().ok()).collect();
+        assert!(along_the_axis.len() == 2 && along_the_axis.iter().all(|percent| *percent < 3.0), "{:?}", rows[0]);
         assert!(rows[0].note.contains(" % saved of "), "{}", rows[0].note);
     }
 }
