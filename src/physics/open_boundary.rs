@@ -168,7 +168,7 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
             (low, high) = (high, high + 2.0 * (high - critical));
         }
         let mut level = clamp(before, low, high);
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..HALVINGS {
             let below = self.below(level, g);
             let excess = if below.area > 0.0 { excess(&below) } else { f64::NEG_INFINITY };
             if excess < 0.0 {
@@ -204,7 +204,7 @@ fn subcritical_celerity(critical: f64, invariant: f64) -> f64 {
 }
 
 /// Halvings of an interval of levels: a kilometre comes down to less than its rounding.
-const MOST_HALVINGS: usize = 64;
+pub const HALVINGS: usize = 64;
 
 /// Newton's method doubles its digits each time: from any start of the formulas here twenty are there long before.
 const MOST_ITERATIONS: usize = 40;

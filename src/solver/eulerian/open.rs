@@ -22,14 +22,14 @@ use super::{RestingMethods, Scale};
 use crate::boundary::{Condition, Rating};
 use crate::math::{Vec2, clamp, smaller};
 use crate::physics::limiter::van_leer;
-use crate::physics::open_boundary::{EdgeState, Section, at_depth, inflow, overfall, uniform_flow, waves_leave};
+use crate::physics::open_boundary::{
+    EdgeState, HALVINGS, Section, at_depth, inflow, overfall, uniform_flow, waves_leave,
+};
 use crate::scenario::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
 
 /// How far (in spacings) the faces lie that say which way an edge faces.
 const ABOUT: f64 = 2.5;
-/// Halvings of an interval of levels: a kilometre comes down to less than its rounding.
-const HALVINGS: usize = 64;
 
 /// A face of a boundary.
 #[derive(Clone, Debug)]
