@@ -25,7 +25,7 @@
 //! ```
 //!
 //! with κ over the cells that get water from j and those of ground above its level: 1 but beside walls, where A_j / κ_j stands for A_j in
-//! the mean columns, too. At a front, where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix
+//! the mean columns, too. Particles beyond open edges count in D_c and S_c, and give nothing. At a front, where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix
 //! scaling, which leave Ŵ² of an unevenness that W smooths by Ŵ; growing ω reach as far in five sweeps as twelve do with ω = 1.
 //!
 //! What a particle has to say about its cells is computed once and kept for all sweeps, for a rectangle of the lattice: four cells of a row
@@ -480,6 +480,19 @@ struct Band {
     spans: Vec<Span>,
 }
 
+/// Water of a particle beyond an open edge.
+#[derive(Clone, Copy, Debug)]
+pub struct WaterBeyond {
+    /// Local coordinates (m).
+    pub place: Vec2,
+    /// Its level (m).
+    pub level: f64,
+    /// Its plan area (m²; in one dimension length, m).
+    pub area: f64,
+    /// Smoothing length h (m).
+    pub smoothing_length: f64,
+}
+
 /// Grids moving particles again and again with the same buffers.
 #[derive(Clone, Debug)]
 pub struct Gridder {
@@ -493,6 +506,8 @@ pub struct Gridder {
     was_wet: Vec<bool>,
     /// Depth (m) of each cell that is in no particle; empty where there is none.
     beside: Vec<f64>,
+    /// Of cells near open edges, in ascending order, what the water beyond adds to the sums of the balance: Σ A w and Σ A w (η − z).
+    beyond: Vec<(usize, f64, f64)>,
     /// Of each chunk the weights for which there was no room, and the walls near a particle.
     overflows: Vec<(Vec<Weight>, Vec<u32>)>,
     /// Room of its own, where it is given none.
@@ -522,6 +537,7 @@ impl Gridder {
             factors: vec![1.0; cells],
             was_wet: vec![false; cells],
             beside: Vec::new(),
+            beyond: Vec::new(),
             overflows: Vec::new(),
             own: Default::default(),
             bands: bands.collect(),
@@ -535,6 +551,30 @@ impl Gridder {
         debug_assert!(depth.is_empty() || depth.len() == self.lattice.len());
         self.beside.clear();
         self.beside.extend_from_slice(depth);
+    }
+
+    /// Takes the water that stands beyond open edges, for the calls of `grid` to come: it gives nothing to the cells, but has a part in their
+    /// mean columns. Over a slope those of the water on the terrain alone, which stands to one side of the last cells, are off.
+    pub fn put_beyond(&mut self, (bed, walls): (&BedParticles, &Walls), particles: impl Iterator<Item = WaterBeyond>) {
+        let lattice = &bed.lattice;
+        self.beyond.clear();
+        for WaterBeyond { place, level, area, smoothing_length } in particles {
+            let support = support(smoothing_length, lattice.spacing);
+            let inverse_h = CubicSpline::SUPPORT / support;
+            let area = area * self.measures.kernel.at_zero(inverse_h);
+            let (south, north) = cells_within(place.y, support, lattice.spacing, lattice.rows);
+            let (west, east) = cells_within(place.x, support, lattice.spacing, lattice.columns);
+            for cell in (south..north).flat_map(|row| (west..east).map(move |column| lattice.index(column, row))) {
+                let (centre, column) = (lattice.centre(cell), level - bed.elevation[cell]);
+                let covered = area * self.measures.kernel.share((centre - place).norm(), inverse_h);
+                // Not a number (no terrain) compares as false.
+                if covered > 0.0 && column > 0.0 && bed.sill(place, centre) < level && !walls.is_walled(place, centre) {
+                    let weight = covered * column.sqrt();
+                    self.beyond.push((cell, weight, weight * column));
+                }
+            }
+        }
+        self.beyond.sort_by_key(|of_cell| of_cell.0);
     }
 
     /// Grids the particles over the bed, between the walls. The spans hold every cell with water now or after the call before.
@@ -590,7 +630,7 @@ impl Gridder {
     }
 
     fn fill_bands(&mut self, shares: &[Shares<'_>], bed: &BedParticles, particles: &FluidParticles, sweep: usize) {
-        let (beside, columns) = (&self.beside, bed.lattice.columns);
+        let (beside, beyond, columns) = (&self.beside, &self.beyond, bed.lattice.columns);
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
@@ -607,6 +647,7 @@ impl Gridder {
                 if sweep == 0 {
                     band.touch_all(&fields, shares);
                     cover(&band.particles, &mut fields, shares, &bed.elevation);
+                    fields.add_beyond(beyond);
                 } else if sweep < RELAXATIONS.len() {
                     fill(&band.particles, &mut fields, shares);
                 }
@@ -688,6 +729,19 @@ impl Fields<'_> {
     fn cells(&self) -> Range<usize> {
         let first = self.rows.start * self.columns;
         first..first + self.depth.len()
+    }
+
+    /// Adds the part of the water beyond open edges to the sums of the cells that have water.
+    fn add_beyond(&mut self, beyond: &[(usize, f64, f64)]) {
+        let cells = self.cells();
+        let from = beyond.partition_point(|of_cell| of_cell.0 < cells.start);
+        for &(cell, weight, column) in beyond[from..].iter().take_while(|of_cell| of_cell.0 < cells.end) {
+            let place = cell - cells.start;
+            if self.depth[place] > 0.0 {
+                self.weight[place] += weight;
+                self.column[place] += column;
+            }
+        }
     }
 }
 

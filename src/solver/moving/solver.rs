@@ -304,7 +304,8 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.water.phases.start();
         let fluid = self.water.lend();
         self.gridder.put_beside(self.water.on_dry_ground());
-        let MovingWater { bed, walls, particles, .. } = &self.water;
+        let MovingWater { bed, walls, particles, open, .. } = &self.water;
+        self.gridder.put_beyond((bed, walls), open.water_beyond());
         match self.formulation.spare_memory(particles.len()) {
             Some(spare) => self.gridder.grid_within(bed, walls, particles, spare),
             None => self.gridder.grid(bed, walls, particles),

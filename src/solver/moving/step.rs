@@ -83,8 +83,9 @@ pub fn leapfrog<F: Formulation>(
         let half_depth = depth_by_fraction(now.depth, growth, 0.5 * dt, least);
         Drift { from: now.position, to, half: HalfStep { velocity: half_velocity, depth: half_depth } }
     });
-    let outflow = take_out(water, halves, &left);
+    // Before those that leave join it: they have gone their way.
     water.open.drift(dt);
+    let outflow = take_out(water, halves, &left);
     formulation.evaluate(water);
     let halves = &*halves;
     finish::<F>(water, dt, |water, i, now| {

@@ -20,11 +20,13 @@
 //! buffer particle; where water leaves, B is what of the buffer particles stands before the face less what of the water stands beyond.
 //! Where the water turns B goes on from there, and a particle that goes out where water comes in is added to it.
 
+mod corners;
 mod faces;
 pub(super) mod look;
 
 use crate::bed::{BedParticles, BedPoint};
 use crate::boundary::{Condition, Edge, Walls, distance_to_segment};
+use crate::gridding::WaterBeyond;
 use crate::math::Vec2;
 use crate::neighbours::Found;
 use crate::particles::{FluidParticles, Particle};
@@ -34,6 +36,7 @@ use crate::solver::eulerian::Scale;
 use crate::solver::eulerian::open::{Faces, Inside, Of, Passing, pass};
 use crate::solver::moving::{Rates, smoothing_factor};
 use crate::solver::{FlowProblem, Passage, Way};
+use corners::Corners;
 use faces::{Face, faces_and_guides};
 use look::{Look, Seen};
 
@@ -56,6 +59,18 @@ struct Beyond {
     reach: f64,
     /// The share of the discharge of its boundary.
     share: f64,
+}
+
+impl Beyond {
+    /// Level (m) at an offset from the middle of the face, as (M62) has it.
+    fn level(&self, offset: Vec2) -> f64 {
+        self.surface + self.gradient.dot(offset)
+    }
+
+    /// ∇v·(x − x_f) of (M62).
+    fn change_of_velocity(&self, offset: Vec2) -> Vec2 {
+        Vec2::new(self.along_u.dot(offset), self.along_v.dot(offset))
+    }
 }
 
 /// A particle beyond an open boundary.
@@ -106,6 +121,7 @@ pub(in crate::solver) struct OpenBoundaries {
     /// B + P of each face (m³) through which water leaves, from the moment on at which it began to; none where it does not.
     phase: Vec<Option<f64>>,
     buffer: Vec<BufferParticle>,
+    corners: Corners,
     look: Look,
     farthest: Vec<f64>,
     crossing: Vec<(u32, f64, u32)>,
@@ -163,6 +179,7 @@ impl OpenBoundaries {
             crossed: vec![0.0; faces.len()],
             phase: vec![None; faces.len()],
             buffer: Vec::new(),
+            corners: Corners::new(&faces, 1e-6 * spacing),
             look: Look::new(&faces, lines.len(), dimension),
             farthest: Vec::new(),
             crossing: Vec::new(),
@@ -440,33 +457,54 @@ impl OpenBoundaries {
         self.renew_rows();
         self.find_returning();
         self.book_outflow(particles);
+        self.corners.fill(&self.faces, &self.beyond, &self.buffer, self.dimension);
         for particle in &self.buffer {
             if let Some(state) = &self.beyond[particle.face as usize] {
                 let offset = particle.position - self.faces[particle.face as usize].middle;
                 particles.push(&Particle {
                     position: particle.position,
-                    velocity: state.velocity + Vec2::new(state.along_u.dot(offset), state.along_v.dot(offset)),
+                    velocity: state.velocity + state.change_of_velocity(offset),
                     volume: particle.area * state.depth,
                     depth: state.depth,
                     smoothing_length: particle.smoothing_length,
                 });
             }
         }
+        for (particle, _) in self.corners.particles() {
+            particles.push(particle);
+        }
     }
 
-    /// Number of buffer particles.
+    /// Number of buffer particles, those beyond corners included.
     pub fn count(&self) -> usize {
-        self.buffer.len()
+        self.buffer.len() + self.corners.particles().len()
     }
 
     /// The bed under the buffer particles: what their level leaves below their depth.
     pub fn bed_points(&self) -> impl Iterator<Item = BedPoint> + '_ {
-        self.buffer.iter().filter_map(|particle| {
+        let of_rows = self.buffer.iter().filter_map(|particle| {
             let state = self.beyond[particle.face as usize]?;
             let face = &self.faces[particle.face as usize];
-            let level = state.surface + state.gradient.dot(particle.position - face.middle);
+            let level = state.level(particle.position - face.middle);
             Some(BedPoint { elevation: level - state.depth, slope: face.slope })
-        })
+        });
+        of_rows.chain(self.corners.particles().iter().map(|(_, bed)| *bed))
+    }
+
+    /// The water of the buffer particles, those beyond corners included.
+    pub fn water_beyond(&self) -> impl Iterator<Item = WaterBeyond> + '_ {
+        let of_rows = self.buffer.iter().filter_map(|particle| {
+            let BufferParticle { face, position: place, area, smoothing_length, .. } = *particle;
+            let level = self.beyond[face as usize]?.level(place - self.faces[face as usize].middle);
+            Some(WaterBeyond { place, level, area, smoothing_length })
+        });
+        let of_corners = self.corners.particles().iter().map(|(particle, bed)| WaterBeyond {
+            place: particle.position,
+            level: bed.elevation + particle.depth,
+            area: particle.volume / particle.depth,
+            smoothing_length: particle.smoothing_length,
+        });
+        of_rows.chain(of_corners)
     }
 
     /// Takes the buffer particles, those behind the first `fluid`, out of the water again after an evaluation.
@@ -548,10 +586,12 @@ impl OpenBoundaries {
     pub fn lend(&mut self, particles: &mut FluidParticles) {
         self.lent.clear();
         self.look.gather(particles);
+        // Of those that were counted some came in since.
+        self.find_returning();
         let fluid = particles.len();
         for index in 0..self.faces.len() {
             let mut owed = self.owed[index];
-            if self.leaves(index) {
+            if self.beyond[index].is_some_and(|beyond| beyond.outwards != 0.0) {
                 owed -= self.lend_before(index, particles);
             }
             let line = &self.lines[self.faces[index].line];
@@ -594,7 +634,7 @@ impl OpenBoundaries {
         }
     }
 
-    /// For a face through which water leaves particles give what stands beyond it, buffer particles what stands before it; returns
+    /// For a face through which water comes or leaves particles give what stands beyond it, buffer particles what stands before it; returns
     /// the volume (m³) that came so.
     fn lend_before(&mut self, index: usize, particles: &mut FluidParticles) -> f64 {
         let face = &self.faces[index];

@@ -42,6 +42,30 @@ fn a_lake_stays_at_rest_behind_edges_at_its_level() {
     }
 }
 
+/// Opens all four sides of a problem.
+fn open_all(problem: &mut FlowProblem, condition: Condition) {
+    let size = problem.bed.lattice.size();
+    let corners = [Vec2::ZERO, Vec2::new(size.x, 0.0), size, Vec2::new(0.0, size.y)];
+    let segments = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect();
+    problem.forcing.boundaries.push(Boundary { segments, condition });
+}
+
+#[test]
+fn a_lake_stays_at_rest_with_all_its_sides_open() {
+    for level in [2.0, 1234.5] {
+        for condition in [Condition::Stage(Series::constant(level)), Condition::Free] {
+            let bed = |place: Vec2| level - 2.0 + 2.5 * (noise(place) + 0.2);
+            let mut problem = problem((20, 16), 1.0, bed, |_| level);
+            open_all(&mut problem, condition);
+            let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+            run_until(&mut solver, 10.0);
+            let fastest = solver.state().particles.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            println!("level {level}: {fastest:e} m/s");
+            assert!(fastest < 1e-12, "level {level}: {fastest:e} m/s");
+        }
+    }
+}
+
 /// A valley 40 m wide that falls to the east.
 fn valley(place: Vec2) -> f64 {
     0.02 * (200.0 - place.x) + 0.01 * (place.y - 20.0).powi(2) + 0.1 * noise(place)
@@ -100,8 +124,9 @@ fn any_number_of_threads_gives_the_same_bits() {
     assert_eq!(one, state_after(5));
 }
 
-/// Uniform flow of depth 1 m in a channel that starts dry: greatest relative errors of depth and velocity after `end` (s).
-fn uniform(slope: f64, size: (usize, usize), spacing: f64, end: f64) -> (f64, f64) {
+/// Uniform flow of depth 1 m in a channel that starts dry: greatest relative errors of depth and velocity after `end` (s), of the particles
+/// and on the grid, there at several times while a row of particles crosses the edges.
+fn uniform(slope: f64, size: (usize, usize), spacing: f64, end: f64) -> [(f64, f64); 2] {
     let (n, depth): (f64, f64) = (0.03, 1.0);
     let velocity = slope.sqrt() / n * depth.powf(2.0 / 3.0);
     let is_fast = velocity > (G * depth).sqrt();
@@ -117,13 +142,20 @@ fn uniform(slope: f64, size: (usize, usize), spacing: f64, end: f64) -> (f64, f6
     run_until(&mut solver, end);
     let ledger = solver.ledger();
     assert!(ledger.relative_error().abs() < 1e-12, "{:e}", ledger.relative_error());
+    let off = |d: f64, v: Vec2| ((d / depth - 1.0).abs(), ((v.x / velocity - 1.0).abs()).max(v.y.abs() / velocity));
+    let worse = |worst: (f64, f64), error: (f64, f64)| (worst.0.max(error.0), worst.1.max(error.1));
     let particles = &solver.state().particles;
-    let errors = particles
-        .depth
-        .iter()
-        .zip(&particles.velocity)
-        .map(|(d, v)| ((d / depth - 1.0).abs(), ((v.x / velocity - 1.0).abs()).max(v.y.abs() / velocity)));
-    errors.fold((0.0, 0.0), |worst, error| (worst.0.max(error.0), worst.1.max(error.1)))
+    let of_particles =
+        particles.depth.iter().zip(&particles.velocity).map(|(d, v)| off(*d, *v)).fold((0.0, 0.0), worse);
+    let mut on_grid = (0.0, 0.0);
+    for k in 1..=16 {
+        run_until(&mut solver, end + 0.13 * f64::from(k) * spacing / velocity);
+        let water = solver.water();
+        on_grid = (0..size.0 * size.1).map(|cell| water.at(cell)).fold(on_grid, |worst, at| {
+            worse(worst, off(at.depth, Vec2::new(at.discharge_x, at.discharge_y) * (1.0 / at.depth)))
+        });
+    }
+    [of_particles, on_grid]
 }
 
 #[test]
@@ -131,8 +163,19 @@ fn uniform_flow_enters_and_leaves_as_manning_has_it() {
     for (slope, size, end) in
         [(0.001, (100, 1), 6000.0), (0.02, (100, 1), 600.0), (0.001, (50, 8), 3000.0), (0.02, (50, 8), 400.0)]
     {
-        let (depth, velocity) = uniform(slope, size, 4.0, end);
-        println!("slope {slope}, {size:?}: depth {depth:.1e}, velocity {velocity:.1e}");
+        let [(depth, velocity), (on_grid, _)] = uniform(slope, size, 4.0, end);
+        println!(
+            "slope {slope}, {size:?}: depth {depth:.1e}, velocity {velocity:.1e}; depth on the grid {on_grid:.1e}"
+        );
+        assert!(depth < 5e-3 && velocity < 5e-3, "slope {slope}: {depth:e}, {velocity:e}");
+    }
+}
+
+#[test]
+fn uniform_flow_is_on_the_grid_what_it_is_up_to_the_edges() {
+    for (slope, end) in [(0.001, 3000.0), (0.02, 400.0)] {
+        let [_, (depth, velocity)] = uniform(slope, (100, 10), 2.0, end);
+        println!("slope {slope}: depth {depth:.1e}, velocity {velocity:.1e}");
         assert!(depth < 5e-3 && velocity < 5e-3, "slope {slope}: {depth:e}, {velocity:e}");
     }
 }
@@ -175,9 +218,7 @@ fn waves_leave_through_a_free_edge() {
 fn a_wave_in_the_plane_leaves_on_all_sides() {
     let hump = |place: Vec2| 1.0 + 0.05 * (-(place - Vec2::new(20.0, 20.0)).norm_squared() / 16.0).exp();
     let mut problem = problem((40, 40), 1.0, |_| 0.0, hump);
-    let corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)].map(|(x, y)| Vec2::new(x, y));
-    let segments = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect();
-    problem.forcing.boundaries.push(Boundary { segments, condition: Condition::Free });
+    open_all(&mut problem, Condition::Free);
     let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
     run_until(&mut solver, 16.0);
     let left = solver.state().particles.depth.iter().map(|d| (d - 1.0).abs()).fold(0.0, f64::max) / 0.05;
@@ -363,4 +404,49 @@ fn a_supercritical_inflow_turns_subcritical_when_the_reach_fills_up() {
     assert!(solver.water().at(0).depth > 1.5, "{} m", solver.water().at(0).depth);
     let ledger = solver.ledger();
     assert!((ledger.inflow / 300.0 - 1.0).abs() < 1e-12 && ledger.relative_error().abs() < 1e-12);
+}
+
+/// A tide that rises from 0 to 1 m in ten minutes, along two sides that meet in a corner over ground that rises from there.
+fn tide_in_a_corner(cells: usize, slope: f64, floor: f64) -> FlowProblem {
+    let spacing = 5.0;
+    let mut problem = problem((cells, cells), spacing, |p| floor + slope * (p.x + p.y), |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.03);
+    problem.dry_depth = 1e-3;
+    let tide = |time: f64| 0.5 - 0.5 * (std::f64::consts::PI * time / 600.0).cos();
+    let points: Vec<(f64, f64)> = (0..=60).map(|i| f64::from(i) * 10.0).map(|t| (t, tide(t))).collect();
+    let far = cells as f64 * spacing;
+    let corners = [Vec2::new(0.0, far), Vec2::ZERO, Vec2::new(far, 0.0)];
+    let segments = corners.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    let condition = Condition::Stage(Series::new(&points).unwrap());
+    problem.forcing.boundaries.push(Boundary { segments, condition });
+    problem
+}
+
+#[test]
+fn a_tide_on_two_sides_of_a_corner_rises_in_it_as_beyond() {
+    for (floor, bound) in [(0.0, 0.06), (-0.5, 0.1)] {
+        let problem = tide_in_a_corner(24, 0.004, floor);
+        let bed = problem.bed.elevation.clone();
+        let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+        let (mut worst, mut of_particles) = (0.0_f64, 0.0_f64);
+        for k in 1..=20 {
+            let time = 30.0 * f64::from(k);
+            run_until(&mut solver, time);
+            let tide = 0.5 - 0.5 * (std::f64::consts::PI * time / 600.0).cos();
+            let water = solver.water();
+            let near = (0..24 * 24).filter(|cell| cell % 24 < 8 && cell / 24 < 8);
+            let levels = near.map(|cell| (water.at(cell).depth, bed[cell])).filter(|(depth, _)| *depth > 0.05);
+            let off = levels.map(|(depth, ground)| depth + ground - tide).fold(0.0, f64::max);
+            let state = solver.state();
+            let particles = &state.particles;
+            let is_near = |i: &usize| particles.position[*i].norm() < 40.0;
+            let level = |i: usize| particles.depth[i] + state.bed_at(particles.position[i]).elevation;
+            of_particles = (0..particles.len()).filter(is_near).map(|i| level(i) - tide).fold(of_particles, f64::max);
+            worst = worst.max(off);
+        }
+        let ledger = solver.ledger();
+        println!("ground from {floor} m: {worst:.3} m on the grid, {of_particles:.3} m of particles; {ledger:?}");
+        assert!(worst < bound, "ground from {floor} m: {worst} m");
+        assert!(ledger.relative_error().abs() < 1e-12);
+    }
 }
