@@ -8,7 +8,8 @@
 //!        side dry: d_iR = (√d_i + ½ φ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
 //! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
 //! (M15)  d_l = clamp(η_i + a_1 − z*, 0, d_iR)       d_r = clamp(η_j − a_2 − z*, 0, d_jR)
-//! (M16)  (F_d, F_n) = flux(d_l, u_i + b_1; d_r, u_j − b_2)
+//! (M75)  (d_l, u_l) ← the state over the sill that has the discharge of both sides and the head of the water before it
+//! (M16)  (F_d, F_n) = flux(d_l, u_l; d_r, u_r), u_l = u_i + b_1 and u_r = u_j − b_2 but for (M75)
 //! ```
 //!
 //! φ_i goes from van Leer's limiter (`VanLeer1974`) in thin water beside a step of the bed to the monotonised central mean
@@ -266,6 +267,40 @@ fn share_of_mean(particle: Half) -> f64 {
     if reach > 0.0 { particle.d / reach } else { 0.0 }
 }
 
+/// Depth (m) and velocity (m/s) over a sill of water that flows to it (M75).
+///
+/// - `d` (m), `u` (m/s): what is left of the depth above the sill, and the velocity towards it
+/// - `own` (m): the depth before the sill
+/// - `beyond` (m²/s): the discharge of the other side, away from the sill
+///
+/// Subcritical water speeds up on its way to the crest. Without losses the head stays,
+///
+/// ```text
+/// (M75)  d_s + q²/(2g d_s²) = E = d + u²/2g,  u_s = q/d_s,  q = min(own u, beyond, √g (⅔ E)^(3/2))
+/// ```
+///
+/// with the subcritical root, by two steps of Newton's method from d, which come from above. A broad crest lets no more pass than
+/// the last discharge, and no more goes over the sill than flows away beyond it. Where u² is not below g d, or q is no more than d u,
+/// the state stays as it is.
+#[inline(always)]
+fn on_crest((d, u): (f64, f64), own: f64, beyond: f64, g: f64) -> (f64, f64) {
+    let per_g = 1.0 / g;
+    let head = d + 0.5 * per_g * u * u;
+    let critical = head * (2.0 / 3.0);
+    let q = smaller(smaller(own * u, beyond), critical * (g * critical).sqrt());
+    let is_faster = d < own && u > 0.0 && u * u < g * d && q > d * u;
+    // The cube of the critical depth of q.
+    let cube = per_g * q * q;
+    let nearer = |depth: f64| {
+        let square = depth * depth;
+        let volume = square * depth;
+        let step = depth * (volume - head * square + 0.5 * cube) / (volume - cube);
+        clamp(depth - step, critical, depth)
+    };
+    let depth = nearer(nearer(d));
+    if is_faster { (depth, q / depth) } else { (d, u) }
+}
+
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
 fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
@@ -314,6 +349,17 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let sill = smaller(larger(eta_l - d_i, eta_r - d_j), ridge);
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
+    // Water goes over the sill to the one side or to the other.
+    let is_to_right = u_r > 0.0;
+    let (crest_d, crest_u) =
+        if is_to_right { on_crest((d_l, u_l), d_i, d_r * u_r, g) } else { on_crest((d_r, -u_r), d_j, -d_l * u_l, g) };
+    // What the upright side of the sill pushes back with: the flow that leaves is faster than the one before it.
+    let thrust = |before: f64| crest_d * crest_u * (crest_u - before);
+    let (d_l, u_l, d_r, u_r, thrust_i, thrust_j) = if is_to_right {
+        (crest_d, crest_u, d_r, u_r, thrust(u_l), 0.0)
+    } else {
+        (d_l, u_l, crest_d, -crest_u, 0.0, thrust(-u_r))
+    };
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let jump_t = j.v_t - i.v_t;
     let t_i = i.v_t + slopes * along(share_i) * limited(i.rise_t, jump_t, share_i);
@@ -328,8 +374,8 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
         larger(i.d, j.d)
     };
     let open = if giver > dry_depth { 1.0 } else { 0.0 };
-    let lost = open * (f_n - 0.5 * g * d_l * d_l) + 0.5 * g * (i.d + d_i) * a_1;
-    let gained = open * (f_n - 0.5 * g * d_r * d_r) - 0.5 * g * (j.d + d_j) * a_2;
+    let lost = open * (f_n - 0.5 * g * d_l * d_l - thrust_i) + 0.5 * g * (i.d + d_i) * a_1;
+    let gained = open * (f_n - 0.5 * g * d_r * d_r - thrust_j) - 0.5 * g * (j.d + d_j) * a_2;
     (open * f_d, open * f_d * v_t, lost, gained)
 }
 

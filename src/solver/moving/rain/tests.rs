@@ -98,7 +98,7 @@ fn rain_runs_off_a_slope_with_its_own_discharge() {
     let mut resting = EulerianSolver::new(slope(2.5));
     let mut moving = solver(slope(2.5), Dimension::Two, Integrator::Leapfrog);
     let mut left = (0.0, 0.0);
-    for end in [150.0, 300.0, 600.0, 900.0] {
+    for end in [150.0, 300.0, 600.0, 900.0, 1500.0] {
         run(&mut resting, end);
         let steps = run_until(&mut moving, end);
         let (a, b) = (moving.ledger(), resting.ledger());
@@ -106,9 +106,11 @@ fn rain_runs_off_a_slope_with_its_own_discharge() {
         assert!(a.relative_error().abs() < 1e-12);
         let on_grid = volume_on_grid(&mut moving);
         assert!((on_grid / a.stored - 1.0).abs() < 5e-3, "{on_grid} m3 on the grid of {}", a.stored);
-        if end < 600.0 {
+        // It is steady after a quarter of an hour: until then the slope keeps some hundredths of the rain.
+        if end < 1000.0 {
             left = (a.outflow, b.outflow);
-        } else {
+        }
+        if end >= 600.0 {
             assert!((a.stored / b.stored - 1.0).abs() < 0.1, "{} and {} m3 on the slope", a.stored, b.stored);
         }
     }
@@ -118,7 +120,7 @@ fn rain_runs_off_a_slope_with_its_own_discharge() {
     assert!((discharges[0] / discharges[1] - 1.0).abs() < 0.03, "{discharges:?}");
     let passages = moving.passages();
     let rain = passages.iter().find(|passage| passage.way == Way::Rain).unwrap();
-    assert!((rain.inflow / rain.asked.unwrap() - 1.0).abs() < 1e-12 && rain.inflow > 179.0, "{rain:?}");
+    assert!((rain.inflow / rain.asked.unwrap() - 1.0).abs() < 1e-12 && rain.inflow > 299.0, "{rain:?}");
 }
 
 #[test]
