@@ -271,23 +271,23 @@ fn share_of_mean(particle: Half) -> f64 {
 ///
 /// - `d` (m), `u` (m/s): what is left of the depth above the sill, and the velocity towards it
 /// - `own` (m): the depth before the sill
-/// - `beyond` (m²/s): the discharge of the other side, away from the sill
+/// - `beyond` (m/s): the velocity of the particle on the other side, away from the sill
 ///
 /// Subcritical water speeds up on its way to the crest. Without losses the head stays,
 ///
 /// ```text
-/// (M75)  d_s + q²/(2g d_s²) = E = d + u²/2g,  u_s = q/d_s,  q = min(own u, beyond, √g (⅔ E)^(3/2))
+/// (M75)  d_s + q²/(2g d_s²) = E = d + u²/2g,  u_s = q/d_s,  q = min(own u, d beyond, √g (⅔ E)^(3/2))
 /// ```
 ///
 /// with the subcritical root, by two steps of Newton's method from d, which come from above. A broad crest lets no more pass than
-/// the last discharge, and no more goes over the sill than flows away beyond it. Where u² is not below g d, or q is no more than d u,
-/// the state stays as it is.
+/// the last discharge, and by d alone the water is not faster than it is beyond the sill: what is still stays still. Where u² is not
+/// below g d, or q is no more than d u, the state stays as it is.
 #[inline(always)]
 fn on_crest((d, u): (f64, f64), own: f64, beyond: f64, g: f64) -> (f64, f64) {
     let per_g = 1.0 / g;
     let head = d + 0.5 * per_g * u * u;
     let critical = head * (2.0 / 3.0);
-    let q = smaller(smaller(own * u, beyond), critical * (g * critical).sqrt());
+    let q = smaller(smaller(own * u, d * beyond), critical * (g * critical).sqrt());
     let is_faster = d < own && u > 0.0 && u * u < g * d && q > d * u;
     // The cube of the critical depth of q.
     let cube = per_g * q * q;
@@ -349,10 +349,13 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let sill = smaller(larger(eta_l - d_i, eta_r - d_j), ridge);
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
-    // Water goes over the sill to the one side or to the other.
-    let is_to_right = u_r > 0.0;
-    let (crest_d, crest_u) =
-        if is_to_right { on_crest((d_l, u_l), d_i, d_r * u_r, g) } else { on_crest((d_r, -u_r), d_j, -d_l * u_l, g) };
+    // Water goes over the sill to the one side or to the other, or does not.
+    let (is_to_right, is_to_left) = (smaller(i.u, j.u) > 0.0, larger(i.u, j.u) < 0.0);
+    let (crest_d, crest_u) = if is_to_right {
+        on_crest((d_l, u_l), d_i, j.u, g)
+    } else {
+        on_crest((d_r, -u_r), d_j, if is_to_left { -i.u } else { 0.0 }, g)
+    };
     // What the upright side of the sill pushes back with: the flow that leaves is faster than the one before it.
     let thrust = |before: f64| crest_d * crest_u * (crest_u - before);
     let (d_l, u_l, d_r, u_r, thrust_i, thrust_j) = if is_to_right {
@@ -471,6 +474,32 @@ mod tests {
     const G: f64 = 9.81;
 
     #[test]
+    fn water_speeds_up_over_a_sill_without_losses() {
+        // 2 m of water at 0.5 m/s before a sill that leaves 1.2 m of it: E = 1.2 m + 0.0127 m, q = 1 m²/s.
+        let (d, u) = on_crest((1.2, 0.5), 2.0, 9.0, G);
+        assert!(
+            (d * u - 1.0).abs() < 1e-15 && (d + u * u / (2.0 * G) - 1.2 - 0.25 / (2.0 * G)).abs() < 1e-4,
+            "{d} m, {u} m/s"
+        );
+        // No more than critical flow, no faster than beyond, and nothing where there is no sill.
+        let (d, u) = on_crest((0.3, 0.5), 2.0, 9.0, G);
+        let critical = (0.3 + 0.25 / (2.0 * G)) * 2.0 / 3.0;
+        assert!((d * u - critical * (G * critical).sqrt()).abs() < 1e-15 && d > critical && d < 1.1 * critical);
+        let (d, u) = on_crest((1.2, 0.5), 2.0, 0.6, G);
+        assert!((d * u - 0.72).abs() < 1e-15);
+        for as_it_was in [
+            ((1.2, 0.5), 1.2, 9.0),
+            ((1.2, 0.5), 2.0, 0.4),
+            ((1.2, -0.5), 2.0, 9.0),
+            ((0.3, 2.0), 2.0, 9.0),
+            ((0.0, 0.5), 2.0, 9.0),
+        ] {
+            let (state, own, beyond) = as_it_was;
+            assert_eq!(on_crest(state, own, beyond, G), state);
+        }
+    }
+
+    #[test]
     fn equal_states_give_the_physical_flux() {
         let (f_d, f_n) = through_face(2.0, 1.5, 2.0, 1.5, G);
         assert!((f_d - 3.0).abs() < 1e-14);
@@ -515,6 +544,19 @@ mod tests {
             let (b_d, b_n) = through_face(d_r, -u_r, d_l, -u_l, G);
             // Rounding of terms as large as those of either side.
             prop_assert!((f_d + b_d).abs() <= 1e-10 && (f_n - b_n).abs() <= 1e-8);
+        }
+
+        #[test]
+        fn water_over_a_sill_is_a_subcritical_state_of_no_more_discharge(
+            own in 1e-9..50.0_f64, left in 0.0..1.0_f64, froude in 0.0..1.0_f64, beyond in 0.0..30.0_f64,
+        ) {
+            let d = own * left;
+            // Up to where the water above the sill is all but critical.
+            let u = froude * (G * d).sqrt();
+            let (depth, velocity) = on_crest((d, u), own, beyond, G);
+            prop_assert!(depth.is_finite() && velocity.is_finite() && depth >= 0.0 && depth <= d && velocity >= u, "{depth} m, {velocity} m/s");
+            prop_assert!(depth * velocity <= own * u * (1.0 + 1e-12) + 1e-300);
+            prop_assert!(velocity <= (G * depth).sqrt() * (1.0 + 1e-9), "{velocity} m/s in {depth} m");
         }
 
         #[test]

@@ -29,14 +29,14 @@ fn overflow(length: f64, head: f64) -> f64 {
 fn a_sill_is_overtopped_by_what_a_broad_crested_weir_lets_pass() {
     // Length, head, and the share that docs/theory.md tells.
     for (length, head, told) in [
-        (15.0, 0.25, 0.97),
-        (15.0, 0.5, 0.99),
+        (15.0, 0.25, 0.985),
+        (15.0, 0.5, 0.996),
         (15.0, 1.0, 1.0),
         (15.0, 2.0, 1.0),
         (2.5, 0.25, 1.0),
-        (2.5, 0.5, 0.99),
-        (2.5, 1.0, 0.99),
-        (2.5, 2.0, 0.91),
+        (2.5, 0.5, 0.995),
+        (2.5, 1.0, 0.98),
+        (2.5, 2.0, 0.93),
     ] {
         let q = overflow(length, head);
         // Critical depth on the crest, with the velocity head of the water before it.
@@ -454,6 +454,58 @@ fn water_enters_and_leaves_an_edge_askew_to_the_lattice_over_its_whole_width() {
         for (depth, _) in &outlet[1..5] {
             assert!((depth / uniform - 1.0).abs() < tolerance, "{degrees} degrees: {depth} m");
         }
+    }
+}
+
+/// Mean depth (m) over the middle 24 m, 150 to 250 m from the inlet, of 1 m deep uniform flow between banks that rise by `bank` (m) for each
+/// metre, in a channel 40 m wide at the bottom, turned by an angle (degrees) on cells of 2 m.
+fn between_banks(degrees: f64, bank: f64) -> f64 {
+    const SLOPE: f64 = 0.02;
+    const SPACING: f64 = 2.0;
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let own = |place: Vec2| {
+        let offset = place - Vec2::new(0.0, 40.0);
+        Vec2::new(cos * offset.x + sin * offset.y, cos * offset.y - sin * offset.x)
+    };
+    let bed = |place: Vec2| {
+        let own = own(place);
+        let beside = (own.y.abs() - 20.0).max(0.0);
+        -SLOPE * own.x + if beside > 0.0 { (bank * beside).min(6.0) } else { 0.0 }
+    };
+    let rows = (80.0 + 300.0 * sin / cos) / SPACING;
+    let mut problem = problem((150, rows as usize), SPACING, bed, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.03);
+    problem.dry_depth = 1e-3;
+    // What the bottom and both banks carry.
+    let discharge = Series::constant((40.0 + 2.0 * 0.375 / bank) * SLOPE.sqrt() / 0.03);
+    open(&mut problem, true, Condition::Discharge { discharge, level: None });
+    open(&mut problem, false, Condition::NormalDepth { slope: SLOPE });
+    let lattice = problem.bed.lattice.clone();
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 300.0);
+    let water = solver.water();
+    let is_there = |&cell: &usize| {
+        let own = own(lattice.centre(cell));
+        own.y.abs() < 12.0 && (150.0..250.0).contains(&own.x)
+    };
+    let depths: Vec<f64> = (0..lattice.len()).filter(is_there).map(|cell| water.at(cell).depth).collect();
+    depths.iter().sum::<f64>() / depths.len() as f64
+}
+
+#[test]
+fn banks_askew_to_the_lattice_hold_water_up_as_told() {
+    // Angle, rise of the banks, and by how much the water is too deep: what docs/theory.md tells.
+    for (degrees, bank, told) in [
+        (0.0, f64::INFINITY, 0.0),
+        (0.0, 0.5, 0.0),
+        (10.0, 0.5, 0.012),
+        (30.0, 0.5, 0.022),
+        (10.0, f64::INFINITY, 0.082),
+        (30.0, f64::INFINITY, 0.098),
+    ] {
+        let depth = between_banks(degrees, bank);
+        println!("{degrees} degrees, banks {bank}: {depth} m");
+        assert!((depth - 1.0 - told).abs() < 0.005, "{degrees} degrees, banks {bank}: {depth} m");
     }
 }
 
