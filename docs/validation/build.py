@@ -572,7 +572,7 @@ def turbulence_section():
     for row in rows("laboratory", "turbulence"):
         given, _, found_of = row["note"].partition("; ")
         found.setdefault((row["case"], row["spacing_m"]), {})[given.removeprefix("turbulence ")] = (row, found_of)
-    out = ["## Mixing by turbulence", "", "`numerics.turbulence` (theory, M71), the table [laboratory/turbulence.csv](laboratory/turbulence.csv), made by", f"`floodsim validate {TURBULENCE}`. Error in m, status, CPU seconds (from before the pass of mixing ran on lanes, which takes a tenth to a fifth of the time without it: `CHANGELOG.md`):", ""]
+    out = ["## Mixing by turbulence", "", "`numerics.turbulence` (theory, M71), the table [laboratory/turbulence.csv](laboratory/turbulence.csv), made by", f"`floodsim validate {TURBULENCE}`. Error in m, status, CPU seconds:", ""]
     cell = lambda row: f"{number(row['error_depth'])}; {row['status']}; {number(row['cpu_s'])} s"
     lines = [[case, spacing, cell(of["none"][0]), cell(of["mixing_length"][0])] for (case, spacing), of in found.items()]
     return out + list(table(["case", "resolution m", "none (default)", "mixing length"], lines))
