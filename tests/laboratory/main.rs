@@ -123,9 +123,10 @@ fn the_flood_of_merewether_reaches_its_marks() {
 #[test]
 fn the_flood_of_malpasset_comes_when_and_as_high_as_it_did() {
     let Some(rows) = rows("malpasset", "malpasset", "motion=eulerian") else { return };
-    // Measured at 40 m: 3.20 m at the gauges of the scale model, arrival 63 s off, which is short of the bar of 20 m.
+    // Measured at 40 m: 3.20 m at the gauges of the scale model, arrival 59 s off, which is short of the bar of 20 m.
     assert!(rows[0].error_depth.unwrap() < 3.4, "{:?}", rows[0]);
-    assert!(rows[0].note.contains("mean absolute error of arrival 6"), "{}", rows[0].note);
+    let arrival = rows[0].note.split("mean absolute error of arrival ").nth(1).unwrap().split(' ').next().unwrap();
+    assert!(arrival.parse::<f64>().unwrap() <= 60.0, "{}", rows[0].note);
 }
 
 #[test]
