@@ -8,7 +8,7 @@
 //!        side dry: d_iR = (√d_i + ½ φ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
 //! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
 //! (M15)  d_l = clamp(η_i + a_1 − z*, 0, d_iR)       d_r = clamp(η_j − a_2 − z*, 0, d_jR)
-//! (M75)  (d_l, u_l) ← the state over the sill that has the discharge of both sides and the head of the water before it
+//! (M75)  (d_l, u_l) ← the state over the sill by the head and the discharge of the water before it, no faster than beyond
 //! (M16)  (F_d, F_n) = flux(d_l, u_l; d_r, u_r), u_l = u_i + b_1 and u_r = u_j − b_2 but for (M75)
 //! ```
 //!
@@ -270,7 +270,7 @@ fn share_of_mean(particle: Half) -> f64 {
 /// Depth (m) and velocity (m/s) over a sill of water that flows to it (M75).
 ///
 /// - `d` (m), `u` (m/s): what is left of the depth above the sill, and the velocity towards it
-/// - `own` (m): the depth before the sill
+/// - `own` (m): the depth before the sill, `d` or more
 /// - `beyond` (m/s): the velocity of the particle on the other side, away from the sill
 ///
 /// Subcritical water speeds up on its way to the crest. Without losses the head stays,
@@ -288,7 +288,8 @@ fn on_crest((d, u): (f64, f64), own: f64, beyond: f64, g: f64) -> (f64, f64) {
     let head = d + 0.5 * per_g * u * u;
     let critical = head * (2.0 / 3.0);
     let q = smaller(smaller(own * u, d * beyond), critical * (g * critical).sqrt());
-    let is_faster = d < own && u > 0.0 && u * u < g * d && q > d * u;
+    // Not without a sill, own = d, and not away from it, u < 0: own u is no more than d u then.
+    let is_faster = u * u < g * d && q > d * u;
     // The cube of the critical depth of q.
     let cube = per_g * q * q;
     let nearer = |depth: f64| {
@@ -349,20 +350,15 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let sill = smaller(larger(eta_l - d_i, eta_r - d_j), ridge);
     let d_l = clamp(eta_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r - sill, 0.0, d_j);
-    // Water goes over the sill to the one side or to the other, or does not.
-    let (is_to_right, is_to_left) = (smaller(i.u, j.u) > 0.0, larger(i.u, j.u) < 0.0);
-    let (crest_d, crest_u) = if is_to_right {
-        on_crest((d_l, u_l), d_i, j.u, g)
-    } else {
-        on_crest((d_r, -u_r), d_j, if is_to_left { -i.u } else { 0.0 }, g)
-    };
+    // Water goes over the sill to the one side or to the other, or does not: seen from the side that it comes from.
+    let is_to_right = smaller(i.u, j.u) > 0.0;
+    let to_left = if larger(i.u, j.u) < 0.0 { -i.u } else { 0.0 };
+    let (d_before, u_before, own, beyond) = if is_to_right { (d_l, u_l, d_i, j.u) } else { (d_r, -u_r, d_j, to_left) };
+    let (crest_d, crest_u) = on_crest((d_before, u_before), own, beyond, g);
     // What the upright side of the sill pushes back with: the flow that leaves is faster than the one before it.
-    let thrust = |before: f64| crest_d * crest_u * (crest_u - before);
-    let (d_l, u_l, d_r, u_r, thrust_i, thrust_j) = if is_to_right {
-        (crest_d, crest_u, d_r, u_r, thrust(u_l), 0.0)
-    } else {
-        (d_l, u_l, crest_d, -crest_u, 0.0, thrust(-u_r))
-    };
+    let thrust = crest_d * crest_u * (crest_u - u_before);
+    let (d_l, u_l, thrust_i) = if is_to_right { (crest_d, crest_u, thrust) } else { (d_l, u_l, 0.0) };
+    let (d_r, u_r, thrust_j) = if is_to_right { (d_r, u_r, 0.0) } else { (crest_d, -crest_u, thrust) };
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let jump_t = j.v_t - i.v_t;
     let t_i = i.v_t + slopes * along(share_i) * limited(i.rise_t, jump_t, share_i);

@@ -406,13 +406,17 @@ fn a_supercritical_inflow_turns_subcritical_when_the_reach_fills_up() {
     assert!((ledger.inflow / 300.0 - 1.0).abs() < 1e-12 && ledger.relative_error().abs() < 1e-12);
 }
 
-/// A tide that rises from 0 to 1 m in ten minutes, along two sides that meet in a corner over ground that rises from there.
+/// A tide (m) that rises from 0 to 1 m in ten minutes.
+fn tide(time: f64) -> f64 {
+    0.5 - 0.5 * (std::f64::consts::PI * time / 600.0).cos()
+}
+
+/// That tide along two sides that meet in a corner over ground that rises from there.
 fn tide_in_a_corner(cells: usize, slope: f64, floor: f64) -> FlowProblem {
     let spacing = 5.0;
     let mut problem = problem((cells, cells), spacing, |p| floor + slope * (p.x + p.y), |_| f64::NEG_INFINITY);
     problem.bed.manning.fill(0.03);
     problem.dry_depth = 1e-3;
-    let tide = |time: f64| 0.5 - 0.5 * (std::f64::consts::PI * time / 600.0).cos();
     let points: Vec<(f64, f64)> = (0..=60).map(|i| f64::from(i) * 10.0).map(|t| (t, tide(t))).collect();
     let far = cells as f64 * spacing;
     let corners = [Vec2::new(0.0, far), Vec2::ZERO, Vec2::new(far, 0.0)];
@@ -432,7 +436,7 @@ fn a_tide_on_two_sides_of_a_corner_rises_in_it_as_beyond() {
         for k in 1..=20 {
             let time = 30.0 * f64::from(k);
             run_until(&mut solver, time);
-            let tide = 0.5 - 0.5 * (std::f64::consts::PI * time / 600.0).cos();
+            let tide = tide(time);
             let water = solver.water();
             let near = (0..24 * 24).filter(|cell| cell % 24 < 8 && cell / 24 < 8);
             let levels = near.map(|cell| (water.at(cell).depth, bed[cell])).filter(|(depth, _)| *depth > 0.05);
