@@ -329,9 +329,11 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
         let behind = larger(d - (2.0 * rise - jump), 0.0);
         let root = d.sqrt();
         let jump_root = across.sqrt() - root;
-        let gain_root = slopes * limited(0.5 * (root - behind.sqrt() + jump_root), jump_root, share);
+        let rise_root = 0.5 * (root - behind.sqrt() + jump_root);
+        let (rise, jump) = if is_drawn_out { (rise_root, jump_root) } else { (rise, jump) };
+        let gain = slopes * limited(rise, jump, share);
         // Without a slope nothing is gained, to the last digit.
-        if is_drawn_out { gain_root * (2.0 * root + gain_root) } else { slopes * limited(rise, jump, share) }
+        if is_drawn_out { gain * (2.0 * root + gain) } else { gain }
     };
     let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i), 0.0, 2.0 * i.d);
     let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j), 0.0, 2.0 * j.d);
