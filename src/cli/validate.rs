@@ -18,7 +18,7 @@ use crate::validation::{
 /// # Errors
 /// `Error::Usage` for wrong names, `Error::Output` for files, and `Error::Gate` where the default methods miss a bar: that of each run
 /// in every motion that was run, that of the better motion in all of them; `Error::Problems` where the data of no experiment were there, and
-/// `Error::Usage` where no experiment is for the methods.
+/// `Error::Usage` where nothing was run for another reason.
 pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     let (chosen, experiments) = chosen_of_all(&arguments.cases)?;
     if arguments.list {
@@ -44,7 +44,15 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     if !missed.is_empty() {
         return Err(Error::Gate(format!("the default methods miss a bar of {}", missed.join(", "))));
     }
-    has_run(&experiments, &left_out, rows.is_empty())
+    has_run(&experiments, &left_out, rows.is_empty())?;
+    match results.iter().find_map(|run| run.result.skipped.as_ref().map(|why| (run.case.name, why))) {
+        Some((name, why)) if rows.is_empty() => Err(nothing_was_run(name, why)),
+        _ => Ok(()),
+    }
+}
+
+fn nothing_was_run(name: &str, why: impl std::fmt::Display) -> Error {
+    Error::Usage(format!("nothing was run: {name} is left out, because {why}"))
 }
 
 /// Whether experiments came to judge anything: not where the data of none were there, nor where none is for the methods.
@@ -67,9 +75,7 @@ fn has_run(experiments: &[&Experiment], left_out: &[(&Experiment, Skipped)], is_
         return Err(Error::Problems(vec![problem.with_cause(cause).with_remedy(remedy)]));
     }
     match left_out.last() {
-        Some((experiment, why)) if is_empty => {
-            Err(Error::Usage(format!("nothing was run: {} is left out, because {why}", experiment.name)))
-        }
+        Some((experiment, why)) if is_empty => Err(nothing_was_run(experiment.name, why)),
         _ => Ok(()),
     }
 }
