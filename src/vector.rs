@@ -6,7 +6,9 @@
 use std::path::Path;
 
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
-use gdal::vector::{FieldValue, Geometry, LayerAccess, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z};
+use gdal::vector::{
+    FieldValue, Geometry, Layer, LayerAccess, OGRwkbGeometryType, geometry_type_flatten, geometry_type_has_z,
+};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use geo::orient::{Direction, Orient};
 use geo::{Coord, CoordsIter, LineString, Polygon};
@@ -54,9 +56,16 @@ pub struct Feature {
 }
 
 impl Feature {
-    /// The names of its attributes that hold something, for messages.
+    /// The names of its attributes that hold something, for messages; of a text that begins like a number but is none, the text, too.
     pub fn attribute_names(&self) -> String {
-        let names: Vec<&str> = self.attributes.iter().map(|(name, _)| name.as_str()).collect();
+        let is_number_like = |text: &str| text.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c));
+        let name = |(name, value): &(String, Value)| match value {
+            Value::Text(text) if is_number_like(text.trim()) && text.trim().parse::<f64>().is_err() => {
+                format!("{name} (the text `{text}`, which is no number)")
+            }
+            _ => name.clone(),
+        };
+        let names: Vec<String> = self.attributes.iter().map(name).collect();
         if names.is_empty() { "none that holds a value".to_owned() } else { names.join(", ") }
     }
 
@@ -110,7 +119,7 @@ pub struct VectorFile {
     presumed_degrees: bool,
 }
 
-/// Opens a vector file and reads a layer of it, the first one when no name is given.
+/// Opens a vector file and reads a layer of it; without a name the only one that draws something.
 ///
 /// # Errors
 /// The problem, without key and place.
@@ -154,7 +163,7 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
     let name = path.display();
     let found = match layer {
         Some(layer) => dataset.layer_by_name(layer),
-        None => dataset.layer(0),
+        None => dataset.layer(lone_layer(dataset, path)?),
     };
     let mut found = found.map_err(|_| {
         let names: Vec<String> = dataset.layers().map(|l| l.name()).collect();
@@ -188,6 +197,27 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
         features.push(feature);
     }
     Ok(VectorFile { features, crs, presumed_degrees: false })
+}
+
+/// The number of the layer of a file that is meant without a name: the only one that draws something, the first one where none does.
+fn lone_layer(dataset: &Dataset, path: &Path) -> Result<usize, Problem> {
+    let draws = |layer: &Layer| {
+        let kind = layer.defn().geometry_type();
+        kind != OGRwkbGeometryType::wkbNone && (dataset.layer_count() == 1 || layer.feature_count() > 0)
+    };
+    let drawn: Vec<(usize, String)> =
+        dataset.layers().enumerate().filter(|(_, layer)| draws(layer)).map(|(i, layer)| (i, layer.name())).collect();
+    let name = match &drawn[..] {
+        [] => return Ok(0),
+        [(lone, _)] => return Ok(*lone),
+        [(_, name), ..] => name,
+    };
+    let names: Vec<&str> = drawn.iter().map(|(_, name)| name.as_str()).collect();
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let message = format!("which layer of {} is meant is not known", path.display());
+    Err(input_error("several-layers", message)
+        .with_cause(format!("it has {}", names.join(", ")))
+        .with_remedy(format!("name one behind a colon, as in `{file}:{name}`")))
 }
 
 fn attribute_value(value: FieldValue) -> Option<Value> {

@@ -118,6 +118,33 @@ pub fn suggested_utm(longitude: f64, latitude: f64) -> String {
     format!("EPSG:{}", if latitude >= 0.0 { 32600 } else { 32700 } + zone)
 }
 
+/// How long 1 m on the ground is on the map at a place, to the east and to the north of the map; none where the system has no place on
+/// Earth there. By the ellipsoid of GRS 80, from which others differ by some 1e-4.
+pub fn map_scales(crs: &SpatialRef, place: Vec2) -> Option<[f64; 2]> {
+    const SEMI_MAJOR: f64 = 6_378_137.0;
+    const ECCENTRICITY_SQUARED: f64 = 0.006_694_38;
+    /// Half of the length that is compared (m).
+    const HALF: f64 = 500.0;
+    let degrees = spatial_ref("EPSG:4326").ok()?;
+    let scale = |step: Vec2| {
+        let mut ends = [place - step, place + step];
+        transform(&mut ends, crs, &degrees).ok()?;
+        let [longitudes, latitudes] = [ends.map(|end| end.x.to_radians()), ends.map(|end| end.y.to_radians())];
+        let (sine, cosine) = (0.5 * (latitudes[0] + latitudes[1])).sin_cos();
+        let shrink = 1.0 - ECCENTRICITY_SQUARED * sine * sine;
+        let meridian = SEMI_MAJOR * (1.0 - ECCENTRICITY_SQUARED) / (shrink * shrink.sqrt());
+        let parallel = SEMI_MAJOR / shrink.sqrt() * cosine;
+        let ground = (meridian * (latitudes[1] - latitudes[0])).hypot(parallel * (longitudes[1] - longitudes[0]));
+        Some(2.0 * HALF / ground).filter(|scale| scale.is_finite())
+    };
+    Some([scale(Vec2::new(HALF, 0.0))?, scale(Vec2::new(0.0, HALF))?])
+}
+
+/// The name of the vertical datum of a system, where it states one.
+pub fn vertical_datum(crs: &SpatialRef) -> Option<String> {
+    crs.get_attr_value("VERT_DATUM", 0).ok().flatten()
+}
+
 /// Points of one system in another.
 ///
 /// # Errors
@@ -167,6 +194,28 @@ mod tests {
         };
         assert!(wkt2.starts_with("PROJCRS["), "{wkt2}");
         assert_eq!(authority.as_deref(), Some("EPSG:27572"));
+    }
+
+    #[test]
+    fn the_scale_of_a_map_is_that_of_its_projection() {
+        let scales = |code: &str, longitude: f64, latitude: f64| {
+            let crs = spatial_ref(code).unwrap();
+            let mut place = [Vec2::new(longitude, latitude)];
+            transform(&mut place, &spatial_ref("EPSG:4326").unwrap(), &crs).unwrap();
+            map_scales(&crs, place[0]).unwrap()
+        };
+        // 0.9996 on the central meridian; to the north of 47.8 degrees 1/cos of it, by the sphere that Web Mercator takes for the ellipsoid.
+        assert!(scales("EPSG:25832", 9.0, 47.8).iter().all(|scale| (scale - 0.9996).abs() < 1e-6));
+        let mercator = scales("EPSG:3857", 11.5, 47.8);
+        assert!((mercator[0] - 1.486).abs() < 2e-3 && (mercator[1] - 1.491).abs() < 2e-3, "{mercator:?}");
+        assert!(scales("EPSG:3857", 11.5, 0.0).iter().all(|scale| (scale - 1.0).abs() < 7e-3));
+    }
+
+    #[test]
+    fn a_vertical_datum_is_named_where_there_is_one() {
+        let datum = |code: &str| vertical_datum(&spatial_ref(code).unwrap());
+        assert_eq!(datum("EPSG:25832"), None);
+        assert!(datum("EPSG:25832+5783").is_some() && datum("EPSG:25832+5783") != datum("EPSG:25832+7837"));
     }
 
     #[test]

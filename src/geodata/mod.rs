@@ -1,4 +1,4 @@
-//! The rim to GDAL that terrain, vectors and writers share: its messages, coordinate reference systems, and the three
+//! The rim to GDAL that terrain, vectors and writers share: its messages, coordinate reference systems, and the four
 //! functions that the gdal crate does not wrap.
 
 pub mod cf_axes;
@@ -9,11 +9,12 @@ mod text;
 mod unwrapped;
 
 pub use crs::{
-    Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, suggested_utm, transform,
+    Crs, CrsProblem, describe, is_metric, map_scales, run_crs_of, same_horizontal, spatial_ref, suggested_utm,
+    transform, vertical_datum,
 };
 pub use messages::{alone, capture};
 pub use text::{Table, TextError, read_text};
-pub use unwrapped::{horizontal_part, warp_to_memory};
+pub use unwrapped::{horizontal_part, is_alpha, warp_to_memory};
 
 use std::path::Path;
 

@@ -50,7 +50,7 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
 }
 
 impl Table {
-    /// Splits text into rows. Lines that are empty or start with `#` are left out.
+    /// Splits text into rows. Lines that are empty, hold separators alone or start with `#` are left out.
     ///
     /// The first line is a header when `is_header` says so of its fields; a line `sep=;` before it, as spreadsheets write and read it,
     /// names the separator.
@@ -65,7 +65,9 @@ impl Table {
             lines.next_if(|(_, line)| Separator::named(line).is_some()).and_then(|(_, line)| Separator::named(line));
         let first = lines.peek().map_or(Separator::Blank, |(_, line)| Separator::of(line));
         let separator = named.unwrap_or(first);
-        let mut rows = lines.map(|(number, line)| (number, separator.split(line)));
+        // Spreadsheets end a table with rows of separators alone.
+        let rows = lines.map(|(number, line)| (number, separator.split(line)));
+        let mut rows = rows.filter(|(_, fields)| fields.iter().any(|field| !field.is_empty()));
         let Some(first) = rows.next() else {
             return Table { header: None, rows: Vec::new() };
         };
@@ -165,6 +167,11 @@ mod tests {
             assert_eq!(rows(text), vec![expected.to_vec()], "{text:?}");
         }
         assert_eq!(rows("sep=ab\n1,2"), vec![vec!["sep=ab"], vec!["1,2"]]);
+    }
+
+    #[test]
+    fn rows_of_separators_alone_are_left_out() {
+        assert_eq!(rows("1;2\n;\n3;\n;;;\n"), vec![vec!["1", "2"], vec!["3", ""]]);
     }
 
     #[test]

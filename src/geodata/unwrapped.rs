@@ -1,9 +1,14 @@
-//! GDAL functions that the gdal crate does not wrap: warping by `gdalwarp` arguments, and the horizontal part of a CRS.
-#![expect(unsafe_code, reason = "GDALWarp and OSRDemoteTo2D have no safe wrapper in the gdal crate")]
+//! GDAL functions that the gdal crate does not wrap: warping by `gdalwarp` arguments, the horizontal part of a CRS, and
+//! what a band of a picture is for.
+#![expect(
+    unsafe_code,
+    reason = "GDALWarp and OSRDemoteTo2D have no safe wrapper in the gdal crate, and that of the colour panics at new ones"
+)]
 
 use std::ffi::{CString, c_char};
 
 use gdal::Dataset;
+use gdal::raster::RasterBand;
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 
 /// Warps a raster with the arguments of the `gdalwarp` program into a new raster in memory.
@@ -46,4 +51,11 @@ pub fn horizontal_part(crs: &SpatialRef) -> SpatialRef {
     }
     flat.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
     flat
+}
+
+/// Whether a band says of each cell how opaque it is: at 0 there is nothing, as beside a raster that `gdalwarp -dstalpha` turned.
+pub fn is_alpha(band: &RasterBand) -> bool {
+    // SAFETY: the band is open as long as it is borrowed, and the handle goes no further.
+    let colour = unsafe { gdal_sys::GDALGetRasterColorInterpretation(band.c_rasterband()) };
+    colour == gdal_sys::GDALColorInterp::GCI_AlphaBand
 }

@@ -239,6 +239,14 @@ impl RunManifest {
         text.push('\n');
         folder.write("run.json", text.as_bytes())
     }
+
+    /// Says in `run.json` that an error ended the run, as far as that can still be written; hands on the error.
+    pub fn failed(&mut self, folder: &RunFolder, error: Error) -> Error {
+        self.status = "failed".to_owned();
+        self.exit_code = Some(error.exit_code() as u8);
+        let _ = self.write(folder);
+        error
+    }
 }
 
 #[cfg(test)]

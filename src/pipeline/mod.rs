@@ -165,7 +165,8 @@ impl Run<'_> {
         let provenance = self.provenance();
         let has_plane = !grid.is_empty();
         let start_fields = || FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance);
-        let mut fields = has_plane.then(start_fields).transpose()?;
+        let mut fields =
+            has_plane.then(start_fields).transpose().map_err(|error| self.manifest.failed(&self.folder, error))?;
         let mut progress = Progress::new(self.scenario.end_time, &lattice, show);
         let outputs = &self.scenario.outputs;
         let count = self.prepared.sections.len();
@@ -174,7 +175,8 @@ impl Run<'_> {
         let named = (&self.prepared.crs, &provenance);
         let mut channels = Channels::start((self.scenario, &profiles), solver.as_ref(), &self.folder, named)?;
         let recorders = (&mut recorder, &mut sections, &mut channels);
-        let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
+        let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress);
+        let early = early.map_err(|error| self.manifest.failed(&self.folder, error))?;
         self.clock.lap(COMPUTE);
         let ledger = solver.ledger();
         self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.prepared);
@@ -184,8 +186,9 @@ impl Run<'_> {
         let recording = recorder.finish();
         let (section_results, section_samples) = sections.finish(&recording.section_arrivals);
         if let Some(fields) = fields {
-            fields.finish()?;
-            self.write_plane(&grid, &provenance, &recording, &section_results)?;
+            let written =
+                fields.finish().and_then(|()| self.write_plane(&grid, &provenance, &recording, &section_results));
+            written.map_err(|error| self.manifest.failed(&self.folder, error))?;
         }
         let (crs, sections) = (&self.prepared.crs, &self.prepared.sections);
         write_sections(&self.folder, crs, &provenance, sections, &section_results, &section_samples)?;

@@ -16,6 +16,8 @@ use crate::scenario::{Gaps, Scenario, Sourced};
 
 /// Holes that are listed with their place.
 const LISTED: usize = 5;
+/// Share of the terrain below which a part of it belongs to a ragged outline.
+const LEAST_PART: f64 = 0.01;
 /// A seam is so many cells wide at most on either side of a cell.
 const SEAM: isize = 5;
 
@@ -71,34 +73,82 @@ pub(super) fn treat(
     }
 }
 
-/// Tells of cells without data between two parts of the terrain, where a layer is cut: they would stand as a wall in the flood.
+/// Tells of cells without data between two parts of the terrain: they would stand as a wall in the flood. Where no layer is cut only
+/// those between parts that hang together nowhere, because the outline of a survey is ragged.
 pub(super) fn check_seams(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
-    let Some(clip) = scenario.layers.iter().find_map(|layer| layer.value.clip()) else { return };
+    let gaps = scenario.ground.gaps.as_ref().map(|gaps| &gaps.value);
+    let clip = scenario.layers.iter().find_map(|layer| layer.value.clip());
+    let (Some(last), false) = (scenario.layers.last(), clip.is_none() && gaps == Some(&Gaps::Wall)) else { return };
     let lattice = &bed.lattice;
-    let is_terrain = |column: isize, row: isize| {
+    // What a layer that is cut leaves may be small.
+    let parts = parts(bed, if clip.is_some() { 0.0 } else { LEAST_PART });
+    let part = |column: isize, row: isize| {
         let inside = (0..lattice.columns as isize).contains(&column) && (0..lattice.rows as isize).contains(&row);
-        inside && bed.has_terrain(lattice.index(column as usize, row as usize))
+        inside.then(|| parts[lattice.index(column as usize, row as usize)]).flatten()
     };
     let is_seam = |cell: &usize| {
         let (column, row) = lattice.column_row(*cell);
         let (column, row) = (column as isize, row as isize);
-        let meets = |dc: isize, dr: isize| (1..=SEAM).any(|k| is_terrain(column + k * dc, row + k * dr));
-        !bed.has_terrain(*cell) && ((meets(1, 0) && meets(-1, 0)) || (meets(0, 1) && meets(0, -1)))
+        let nearest = |dc: isize, dr: isize| (1..=SEAM).find_map(|k| part(column + k * dc, row + k * dr));
+        let divides = |dc: isize, dr: isize| match (nearest(dc, dr), nearest(-dc, -dr)) {
+            (Some(one), Some(other)) => clip.is_some() || one != other,
+            _ => false,
+        };
+        !bed.has_terrain(*cell) && (divides(1, 0) || divides(0, 1))
     };
     let seam: Vec<usize> = (0..lattice.len()).filter(is_seam).collect();
     let Some(&middle) = seam.get(seam.len() / 2) else { return };
-    let kind = match scenario.ground.gaps.as_ref().map(|gaps| &gaps.value) {
-        Some(Gaps::Refuse) => Problem::error,
-        _ => Problem::warning,
-    };
+    let kind = if gaps == Some(&Gaps::Refuse) { Problem::error } else { Problem::warning };
     let message = format!("{} cells between parts of the terrain have no data, and are walls", seam.len());
-    let problem = kind(ProblemKind::Input, "seam-without-data", "", message)
-        .with_cause("a layer that is cut ends at the outline of its polygon, a raster half a cell before it")
-        .with_remedy(
-            "let the layers overlap: draw the polygon of `clip` two cells of the layer wider, or put a layer below",
-        )
-        .with_at(lattice.to_map(lattice.centre(middle)));
-    findings.add(clip, problem);
+    let problem =
+        kind(ProblemKind::Input, "seam-without-data", "", message).with_at(lattice.to_map(lattice.centre(middle)));
+    match clip {
+        Some(clip) => findings.add(
+            clip,
+            problem.with_cause("a layer that is cut ends at the outline of its polygon, a raster half a cell before it").with_remedy(
+                "let the layers overlap: draw the polygon of `clip` two cells of the layer wider, or put a layer below",
+            ),
+        ),
+        None => findings.add(
+            last,
+            problem.with_cause("layers, or the tiles of a mosaic, that do not meet").with_remedy(
+                "give layers that meet or overlap, put one below that covers the seam, or write `terrain.gaps: wall` where it is meant so",
+            ),
+        ),
+    }
+}
+
+/// Of each cell the part of the terrain that it belongs to, within which water gets everywhere over faces; none without terrain, and in
+/// a part of less than this share of it.
+fn parts(bed: &BedParticles, least_share: f64) -> Vec<Option<usize>> {
+    let lattice = &bed.lattice;
+    let mut parts = vec![None; lattice.len()];
+    let mut seen: Vec<bool> = (0..lattice.len()).map(|cell| !bed.has_terrain(cell)).collect();
+    let least = least_share * seen.iter().filter(|seen| !**seen).count() as f64;
+    for start in 0..lattice.len() {
+        if std::mem::replace(&mut seen[start], true) {
+            continue;
+        }
+        let mut part = vec![start];
+        let mut next = 0;
+        while let Some(&cell) = part.get(next) {
+            next += 1;
+            let (column, row) = lattice.column_row(cell);
+            let beside = around(cell, lattice).filter(|&other| {
+                let (other_column, other_row) = lattice.column_row(other);
+                other_column == column || other_row == row
+            });
+            for other in beside {
+                if !std::mem::replace(&mut seen[other], true) {
+                    part.push(other);
+                }
+            }
+        }
+        if part.len() as f64 >= least {
+            part.into_iter().for_each(|cell| parts[cell] = Some(start));
+        }
+    }
+    parts
 }
 
 /// Number and sizes of holes in words, the largest first.
@@ -201,6 +251,17 @@ mod tests {
         assert!(holes(&bed(&[])).is_empty());
         // By a corner it goes on to the edge.
         assert!(holes(&bed(&[(1, 1), (0, 0)])).is_empty());
+    }
+
+    #[test]
+    fn parts_hang_together_over_faces() {
+        let cut: Vec<(usize, usize)> = (0..6).map(|row| (if row < 3 { 2 } else { 3 }, row)).collect();
+        let found = parts(&bed(&cut), 0.0);
+        // By the corner between (2, 2) and (3, 3) no water gets through.
+        assert_eq!((found[0], found[6], found[5 * 7 + 2], found[2]), (Some(0), Some(3), Some(0), None));
+        assert!(parts(&bed(&cut[1..]), 0.0).iter().flatten().all(|part| *part == 0));
+        // Fifteen cells of 36 are less than half.
+        assert_eq!(parts(&bed(&cut), 0.5)[..7], [None, None, None, Some(3), Some(3), Some(3), Some(3)]);
     }
 
     #[test]

@@ -6,7 +6,10 @@ use super::findings::Findings;
 use super::polygons::cells_inside;
 use super::water;
 use crate::error::{Problem, ProblemKind};
-use crate::geodata::{Crs, CrsProblem, describe, is_metric, run_crs_of, same_horizontal, spatial_ref, transform};
+use crate::geodata::{
+    Crs, CrsProblem, describe, is_metric, map_scales, run_crs_of, same_horizontal, spatial_ref, suggested_utm,
+    transform, vertical_datum,
+};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{CrsChoice, LayerMode, Scenario, Sourced, TerrainLayer, VectorSource};
@@ -43,6 +46,7 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>
     let Some(run) = &crs else {
         return (None, None);
     };
+    check_vertical_datums(&opened, findings);
     let all_opened = opened.len() == scenario.layers.len();
     let layers: Vec<Option<Layer>> = opened
         .into_iter()
@@ -64,7 +68,69 @@ pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>
     let overlays = scenario.layers.iter().map(overlay);
     let complete: Option<Vec<(Layer, Overlay)>> =
         layers.into_iter().zip(overlays).map(|(layer, overlay)| Some((layer?, overlay))).collect();
-    (crs, complete.filter(|_| all_opened).and_then(Terrain::with_overlays))
+    let terrain = complete.filter(|_| all_opened).and_then(Terrain::with_overlays);
+    if let (Crs::Projected(run), Some(terrain)) = (run, &terrain)
+        && let Some(problem) = distorted(run, terrain.extent())
+    {
+        match (&scenario.crs.value, scenario.layers.first()) {
+            (CrsChoice::FromTerrain, Some(first)) => findings.add(first, problem),
+            _ => findings.add(&scenario.crs, problem),
+        }
+    }
+    (crs, terrain)
+}
+
+/// Warns of layers without an offset that state another vertical datum than the first that states one.
+fn check_vertical_datums(opened: &[Opened], findings: &mut Findings) {
+    let mut first: Option<(String, &Sourced<TerrainLayer>)> = None;
+    for file in opened {
+        let (Opened::Raster(source, _) | Opened::Survey(source, _)) = file;
+        let Some(datum) = file.crs().and_then(vertical_datum) else { continue };
+        let Some((earlier, layer)) = &first else {
+            first = Some((datum, source));
+            continue;
+        };
+        let (TerrainLayer::Raster { offset, .. } | TerrainLayer::Points { offset, .. }) = &source.value;
+        if *earlier != datum && offset.abs() < f64::MIN_POSITIVE {
+            let message = format!("this layer counts its heights from `{datum}`, {} from `{earlier}`", layer.key);
+            let problem = Problem::warning(ProblemKind::Input, "different-vertical-datum", "", message)
+                .with_cause("heights are taken as they stand: no datum is converted, and a step is left along the seam")
+                .with_remedy("give the layer its `offset`, or convert it beforehand with `gdalwarp -s_srs -t_srs`");
+            findings.add(*source, problem);
+        }
+    }
+}
+
+/// A length on the map may differ by this share from that on the ground: plane surveys differ by less, and maps of continents by more.
+const DISTORTED: f64 = 0.01;
+/// Beyond this share the system is none to compute in.
+const TOO_DISTORTED: f64 = 0.05;
+
+/// Tells where lengths on the map are not those on the ground, in the middle of the terrain.
+fn distorted(run: &SpatialRef, (low, high): (Vec2, Vec2)) -> Option<Problem> {
+    let middle = (low + high) * 0.5;
+    let [east, north] = map_scales(run, middle)?;
+    let worst = (east - 1.0).abs().max((north - 1.0).abs());
+    let kind = match worst {
+        _ if worst > TOO_DISTORTED => Problem::error,
+        _ if worst > DISTORTED => Problem::warning,
+        _ => return None,
+    };
+    let mut place = [middle];
+    let utm = spatial_ref("EPSG:4326").and_then(|degrees| transform(&mut place, run, &degrees));
+    let utm =
+        utm.map_or(String::new(), |()| format!(", for example `crs: {}` (UTM)", suggested_utm(place[0].x, place[0].y)));
+    let message = format!(
+        "1 m on the ground is {east:.3} m to the east and {north:.3} m to the north in {}: lengths, areas and volumes are not true",
+        describe(run)
+    );
+    let problem = kind(ProblemKind::Input, "distorted-crs", "", message)
+        .with_cause("a projection for maps of the world or of a continent, or one of another region");
+    Some(
+        problem
+            .with_remedy(format!("set `terrain.reproject: true` and `crs:` to a system of the place{utm}"))
+            .with_at(middle),
+    )
 }
 
 /// How a layer meets those under it.

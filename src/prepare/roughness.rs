@@ -116,7 +116,8 @@ fn areas(
             None => {
                 let message = format!("polygon {} of {name} has no roughness", feature.number);
                 let remedy = "give it an attribute `n` with its Manning roughness";
-                findings.add(file, input_error("no-roughness", message).with_remedy(remedy));
+                let cause = format!("its attributes: {}", feature.attribute_names());
+                findings.add(file, input_error("no-roughness", message).with_cause(cause).with_remedy(remedy));
             }
         }
     }

@@ -255,11 +255,16 @@ pub(super) fn rows_of<const COLUMNS: usize>(
             Err(_) => faulty.push((*line, fields.join(" | "))),
         }
     }
+    let has_moments = faulty.iter().any(|(_, text)| text.contains(':'));
     faults.extend(in_lines(
         faulty.into_iter(),
         "not-a-number",
         |count, lines| format!("{} no {number_of_columns} numbers in {name}: {lines}", rows_are(count)),
-        "write numbers with a point as decimal sign, and leave out rows without a value",
+        if has_moments {
+            "write times as numbers that count from the start of the run, not as dates or times of day"
+        } else {
+            "write numbers with a point as decimal sign, and leave out rows without a value"
+        },
     ));
     if rows.is_empty() && faults.is_empty() {
         faults.push(input_error("empty-table", format!("{name} has no rows")).with_remedy("give it at least one row"));
@@ -297,6 +302,22 @@ pub(super) fn choose(
             Some(own) => (own / factor - 1.0).abs() > 1e-9,
             None => dimension.name != LENGTH.name && names_a_length(&header[index]),
         };
+        // Names end with `_s` that are no times, such as `q_m3_s`.
+        let named = |field: &&String| dimension.name != TIME.name && unit_in_name(field, dimension).is_some();
+        if column.name.is_none()
+            && unit_in_name(&header[index], dimension).is_none()
+            && let Some(other) = header.iter().find(named)
+        {
+            let message = format!("which column of {name} is meant is not known: `{}` or `{other}`", header[index]);
+            return Err(Box::new(
+                input_error("which-column", message)
+                    .with_cause(format!(
+                        "without a name column {} counts, and the unit stands at another one",
+                        place + 1
+                    ))
+                    .with_remedy("name it in the scenario (`column`; of a rating curve `level` or `discharge`), or take the other one out of the file"),
+            ));
+        }
         if contradicts {
             let message =
                 format!("the column `{}` of {name} names another unit than the scenario, `{unit}`", header[index]);

@@ -1,4 +1,5 @@
-//! ESRI ASCII grids: finds the words that are no numbers, which GDAL reads as 0 without a warning.
+//! ESRI ASCII grids: finds the words that are no numbers, which GDAL reads as 0 without a warning,
+//! and counts the values, of which GDAL leaves out what is too many.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -19,11 +20,11 @@ pub(super) struct Broken {
     pub word: String,
 }
 
-/// Finds the values that are not finite numbers; `nan` passes where the header declares it as nodata.
+/// Finds the values that are not finite numbers, and counts all; `nan` passes where the header declares it as nodata.
 ///
 /// # Errors
 /// When the file cannot be read as a plain file, as within an archive.
-pub(super) fn broken_values(path: &Path) -> std::io::Result<Option<Broken>> {
+pub(super) fn broken_values(path: &Path) -> std::io::Result<(Option<Broken>, usize)> {
     let mut reader = BufReader::new(File::open(path)?);
     let (mut bytes, mut in_header, mut nan_is_nodata) = (Vec::new(), true, false);
     let (mut index, mut broken) = (0, None::<Broken>);
@@ -46,7 +47,7 @@ pub(super) fn broken_values(path: &Path) -> std::io::Result<Option<Broken>> {
         }
         bytes.clear();
     }
-    Ok(broken)
+    Ok((broken, index))
 }
 
 /// Whether a word is a finite number, with a point or a comma as decimal sign, which GDAL takes both.
@@ -63,7 +64,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("grid.asc");
         std::fs::write(&path, format!("ncols 3\r\nNROWS 2\ncellsize 1\n{header}\n{values}")).unwrap();
-        broken_values(&path).unwrap()
+        let (broken, count) = broken_values(&path).unwrap();
+        assert_eq!(count, values.split_ascii_whitespace().count());
+        broken
     }
 
     #[test]

@@ -12,13 +12,16 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, metres_of, raster_variables, split_variable};
 use crate::geodata::cf_valid::{Bounds, bounds_of};
 use crate::geodata::{
-    Crs, CrsProblem, alone, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
-    transform, warp_to_memory,
+    Crs, CrsProblem, alone, capture, describe, is_alpha, is_metric, readable_file, same_horizontal, spatial_ref,
+    suggested_utm, transform, warp_to_memory,
 };
 use crate::math::{Vec2, in_bytes};
 
 /// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
 pub const PLAUSIBLE_ELEVATION: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
+
+/// Share of a cell by which no cell of a grid is off that counts as straight.
+const STRAIGHT: f64 = 1e-3;
 
 /// The code of the warning of values that the file itself calls invalid.
 const BEYOND_BOUNDS: &str = "outside-valid-range";
@@ -123,6 +126,12 @@ impl Drop for Closing {
 
 fn is_netcdf(dataset: &Dataset) -> bool {
     dataset.driver().short_name() == "netCDF"
+}
+
+/// The number of the band that says where there is nothing; the last one beside others, where there is one.
+fn alpha_band(dataset: &Dataset) -> Option<usize> {
+    let last = dataset.raster_count();
+    (last > 1 && dataset.rasterband(last).is_ok_and(|band| is_alpha(&band))).then_some(last)
 }
 
 /// Refuses a NetCDF file without a variable of that name.
@@ -241,10 +250,11 @@ impl RasterFile {
             .with_remedy("georeference it, for example by `gdal_translate -a_ullr`"));
         }
         let mut warnings = Vec::new();
-        if dataset.raster_count() > 1 {
-            let message =
-                format!("{name} has {} bands; the first one is taken as the elevation", dataset.raster_count());
-            warnings.push(Problem::warning(ProblemKind::Input, "several-bands", "", message));
+        let bands = dataset.raster_count() - usize::from(alpha_band(&dataset).is_some());
+        if bands > 1 {
+            let message = format!("{name} has {bands} bands; the first one is taken as the elevation");
+            let remedy = "write the band that is meant to a file of its own: `gdal_translate -b NUMBER FILE OUT`";
+            warnings.push(Problem::warning(ProblemKind::Input, "several-bands", "", message).with_remedy(remedy));
         }
         Ok(RasterFile { dataset, geo_transform, crs, bounds, warnings })
     }
@@ -348,8 +358,10 @@ impl RasterFile {
     /// Whether the raster must be warped; refuses it when it would have to and may not.
     fn needs_warp(&mut self, request: &RasterRequest, run_crs: &Crs) -> Result<bool, Problem> {
         let name = request.path.display();
-        let [_, _, b, _, d, _] = self.geo_transform;
-        let rotated = b != 0.0 || d != 0.0;
+        let [_, a, b, _, d, e] = self.geo_transform;
+        let (columns, rows) = self.dataset.raster_size();
+        // What the last cells are off by: some programs leave a rounding there.
+        let rotated = (b * rows as f64).abs() > STRAIGHT * a.abs() || (d * columns as f64).abs() > STRAIGHT * e.abs();
         match (run_crs, &self.crs) {
             (Crs::Local, Some(crs)) => {
                 if is_metric(crs) == Err(CrsProblem::Geographic) {
@@ -431,14 +443,22 @@ impl RasterFile {
             } else {
                 Some(band.open_mask_band()?.read_as::<u8>((0, 0), (columns, rows), (columns, rows), None)?)
             };
+            // GDAL makes a mask of an alpha band of small integers alone.
+            let alpha = alpha_band(dataset)
+                .map(|alpha| dataset.rasterband(alpha)?.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None))
+                .transpose()?;
+            let is_clear = |cell: usize| {
+                mask.as_ref().is_some_and(|mask| mask.data()[cell] == 0)
+                    || alpha.as_ref().is_some_and(|alpha| alpha.data()[cell] <= 0.0)
+            };
             Ok::<_, gdal::errors::GdalError>((
                 buffer.data().to_vec(),
-                mask.map(|mask| mask.data().to_vec()),
+                (0..columns * rows).map(is_clear).collect::<Vec<bool>>(),
                 band.no_data_value(),
                 (band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0)),
             ))
         });
-        let (mut values, mask, no_data, (scale, offset)) = result.map_err(|error| {
+        let (mut values, is_clear, no_data, (scale, offset)) = result.map_err(|error| {
             because(input_error("unreadable-raster", format!("{name} opens, but its values cannot be read")), messages)
                 .with_remedy(format!("the file is damaged or cut short ({error}); copy or export it again"))
         })?;
@@ -447,7 +467,7 @@ impl RasterFile {
         let is_no_data = no_data_test(no_data, self.dataset.rasterband(number).ok().map(|b| b.band_type().name()));
         let mut broken: Option<Broken> = None;
         for (i, value) in values.iter_mut().enumerate() {
-            if is_no_data(*value) || mask.as_ref().is_some_and(|mask| mask[i] == 0) {
+            if is_no_data(*value) || is_clear[i] {
                 *value = f64::NAN;
             } else if *value < least || *value > most {
                 *value = f64::NAN;
@@ -460,8 +480,14 @@ impl RasterFile {
         }
         self.tell_of_bounds(beyond, request);
         if self.dataset.driver().short_name() == "AAIGrid"
-            && let Ok(words) = broken_values(request.path)
+            && let Ok((words, count)) = broken_values(request.path)
         {
+            if count > columns * rows {
+                let message = format!("{name} holds {count} values, more than the {columns} by {rows} of its header");
+                return Err(input_error("too-many-values", message)
+                    .with_cause("read by such a header, the rows would be shifted against each other, or some left out")
+                    .with_remedy("correct `ncols` and `nrows`, or export the file again"));
+            }
             broken = words.or(broken);
         }
         broken.map_or(Ok(values), |broken| Err(self.not_a_number(&name.to_string(), &broken, no_data)))

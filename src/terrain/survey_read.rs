@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gdal::spatial_ref::SpatialRef;
 
-use super::SurveyPoint;
+use super::{PLAUSIBLE_ELEVATION, SurveyPoint};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Table, TextError, read_text, readable_file};
 use crate::math::Vec2;
@@ -40,7 +40,8 @@ pub fn read_survey(path: &Path) -> Result<SurveyFile, Problem> {
             .with_remedy("give it lines with x, y and z"));
     }
     let (points, warning) = without_duplicates(path, points);
-    Ok(SurveyFile { points, crs, warnings: warning.into_iter().collect() })
+    let warnings = doubtful(path, &points).into_iter().chain(warning).collect();
+    Ok(SurveyFile { points, crs, warnings })
 }
 
 fn from_text(path: &Path) -> Result<Vec<SurveyPoint>, Problem> {
@@ -82,7 +83,10 @@ fn shortened(line: &str) -> String {
 }
 
 fn from_vector(path: &Path) -> Result<(Vec<SurveyPoint>, Option<SpatialRef>), Problem> {
-    let file = vector::open(path, None)?;
+    // The key takes no name of a layer.
+    let remedy = "write the layer of the points to a file of its own with `ogr2ogr OUT FILE LAYER`";
+    let alone = |problem: Problem| if problem.code == "several-layers" { problem.with_remedy(remedy) } else { problem };
+    let file = vector::open(path, None).map_err(alone)?;
     let mut points = Vec::new();
     for feature in &file.features {
         let attribute = ELEVATION_NAMES.iter().find_map(|name| feature.number(name));
@@ -105,6 +109,23 @@ fn from_vector(path: &Path) -> Result<(Vec<SurveyPoint>, Option<SpatialRef>), Pr
         }
     }
     Ok((points, file.crs))
+}
+
+/// Warns of elevations that Earth does not have.
+fn doubtful(path: &Path, points: &[SurveyPoint]) -> Option<Problem> {
+    let odd: Vec<&SurveyPoint> = points.iter().filter(|p| !PLAUSIBLE_ELEVATION.contains(&p.elevation)).collect();
+    let first = odd.first()?;
+    let message = format!(
+        "{} has {} elevations outside {} to {} m, the first is {} m",
+        path.display(),
+        odd.len(),
+        PLAUSIBLE_ELEVATION.start(),
+        PLAUSIBLE_ELEVATION.end(),
+        first.elevation
+    );
+    let problem = Problem::warning(ProblemKind::Input, "doubtful-elevation", "", message)
+        .with_cause("a code for a missing value, perhaps, or another unit than metres");
+    Some(problem.with_remedy("take these points out of the file, or correct them").with_at(first.position))
 }
 
 /// Every place once, the first point of a place winning; warns when elevations differ.

@@ -509,6 +509,21 @@ fn an_output_folder_that_may_not_be_written_is_refused() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_run_whose_files_find_no_room_says_so_in_its_summary() {
+    let scene = Scene::sound();
+    // No file may grow beyond 20 blocks of 512 bytes, which `run.json` does not.
+    let limited = "trap '' XFSZ; ulimit -f 20; exec \"$0\" s.yaml --out out";
+    let program = assert_cmd::cargo::cargo_bin("floodsim");
+    let mut shell = std::process::Command::new("sh");
+    let output = shell.args(["-c", limited]).arg(program).current_dir(scene.folder.path()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(8) && said.contains("failed to write out/fields.partial.nc"), "{said}");
+    let summary = std::fs::read_to_string(scene.path("out/run.json")).unwrap();
+    assert!(summary.contains(r#""status": "failed""#) && summary.contains(r#""exit_code": 8"#), "{summary}");
+}
+
 #[test]
 fn an_output_folder_with_files_is_left_alone_without_overwrite() {
     let scene = Scene::sound();
