@@ -12,7 +12,7 @@ use super::shaped::{Change, Changes};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
-use crate::scenario::{Gaps, Scenario, Sourced};
+use crate::scenario::{Gaps, Scenario};
 
 /// Holes that are listed with their place.
 const LISTED: usize = 5;
@@ -21,14 +21,12 @@ const LEAST_PART: f64 = 0.01;
 /// A seam is so many cells wide at most on either side of a cell.
 const SEAM: isize = 5;
 
-/// Treats the holes of the bed as the scenario says.
-pub(super) fn treat(
-    gaps: Option<&Sourced<Gaps>>,
-    bed: &mut BedParticles,
-    changes: &mut Changes,
-    findings: &mut Findings,
-) {
-    let Some(source) = gaps.filter(|gaps| gaps.value != Gaps::Wall) else { return };
+/// Treats the holes of the bed as the scenario says; where it says nothing they are walls, which is told.
+pub(super) fn treat(scenario: &Scenario, bed: &mut BedParticles, changes: &mut Changes, findings: &mut Findings) {
+    let Some(source) = &scenario.ground.gaps else { return tell_of_walls(scenario, bed, findings) };
+    if source.value == Gaps::Wall {
+        return;
+    }
     let mut holes = holes(bed);
     holes.sort_by_key(|hole| std::cmp::Reverse(hole.len()));
     let Some(largest) = holes.first() else { return };
@@ -71,6 +69,22 @@ pub(super) fn treat(
             }
         }
     }
+}
+
+/// Tells of holes that are walls because nothing else is said.
+fn tell_of_walls(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
+    let mut holes = holes(bed);
+    holes.sort_by_key(|hole| std::cmp::Reverse(hole.len()));
+    let (Some(largest), Some(last)) = (holes.first(), scenario.layers.last()) else { return };
+    let message = format!("water goes around {}", described(&holes, &bed.lattice));
+    let problem = Problem::warning(ProblemKind::Input, "terrain-gaps", "", message)
+        .with_cause("cells without data are walls where `terrain.gaps` says nothing")
+        .with_remedy(format!(
+            "add a layer below, write `terrain.gaps: {{fill: idw, max_cells: {}}}` to fill them, or `terrain.gaps: wall` where it is meant so",
+            largest.len()
+        ))
+        .with_at(bed.lattice.to_map(bed.lattice.centre(largest[largest.len() / 2])));
+    findings.add(last, problem);
 }
 
 /// Tells of cells without data between two parts of the terrain: they would stand as a wall in the flood. Where no layer is cut only

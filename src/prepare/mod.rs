@@ -280,7 +280,7 @@ fn place_on_lattice(
     };
     let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.roughness.manning.unwrap_or(0.0));
     let mut changes = Changes::default();
-    gaps::treat(scenario.ground.gaps.as_ref(), &mut bed, &mut changes, findings);
+    gaps::treat(scenario, &mut bed, &mut changes, findings);
     gaps::check_seams(scenario, &bed, findings);
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     ground::on_lattice(ground, scenario, &mut bed, &mut changes, findings);

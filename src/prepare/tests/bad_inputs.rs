@@ -7,7 +7,7 @@ use crate::error::{Problem, ProblemKind, Severity};
 use crate::math::Vec2;
 use crate::output::OutputCrs;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::{CrsChoice, LayerMode, OpenBoundary, PointInterpolation, Side, TerrainLayer};
+use crate::scenario::{CrsChoice, Gaps, LayerMode, OpenBoundary, PointInterpolation, Side, TerrainLayer};
 
 /// The only finding.
 fn only(prepared: &Prepared) -> &Problem {
@@ -332,14 +332,16 @@ fn a_polygon_outside_the_terrain_and_one_partly_outside_are_refused() {
 #[test]
 fn a_hole_in_the_terrain_under_the_water_is_an_error_and_a_frayed_edge_a_warning() {
     let hole = |c: usize, r: usize| if (c, r) == (14, 14) { -9999.0 } else { basin_elevation(centre_of(c, r)) };
-    let scene = with_terrain(&Tiff { no_data: Some(-9999.0), ..Tiff::default() }, hole);
+    let mut scene = with_terrain(&Tiff { no_data: Some(-9999.0), ..Tiff::default() }, hole);
+    scene.scenario.ground.gaps = Some(sourced("terrain.gaps", Gaps::Wall));
     let prepared = prepare(&scene.scenario);
     let problem = only(&prepared);
     assert_error(problem, ProblemKind::Input, "nodata-in-water", "initial[0].reservoir");
     assert!(problem.message.contains("25 m²") && problem.message.contains("1 cells"), "{problem}");
     assert_eq!(problem.at, Some(centre_of(14, 14)));
     let frayed = |c: usize, r: usize| if (c, r) == (9, 9) { -9999.0 } else { basin_elevation(centre_of(c, r)) };
-    let scene = with_terrain(&Tiff { no_data: Some(-9999.0), ..Tiff::default() }, frayed);
+    let mut scene = with_terrain(&Tiff { no_data: Some(-9999.0), ..Tiff::default() }, frayed);
+    scene.scenario.ground.gaps = Some(sourced("terrain.gaps", Gaps::Wall));
     let prepared = prepare(&scene.scenario);
     assert_eq!((only(&prepared).code, prepared.has_errors()), ("polygon-beyond-data", false));
 }
@@ -445,7 +447,8 @@ fn gauges_off_the_terrain_are_warned_of_and_bad_tables_located() {
     scene.write("gauges.csv", "id,x,y\nA,1075,2075\nA,1076,2075\n");
     assert_error(only(&prepare(&scene.scenario)), ProblemKind::Input, "duplicate-gauge", "outputs.gauges");
     let hole = |c: usize, r: usize| if (c, r) == (30, 15) { -9999.0 } else { basin_elevation(centre_of(c, r)) };
-    let scene = with_terrain(&Tiff { no_data: Some(-9999.0), ..Tiff::default() }, hole);
+    let mut scene = with_terrain(&Tiff { no_data: Some(-9999.0), ..Tiff::default() }, hole);
+    scene.scenario.ground.gaps = Some(sourced("terrain.gaps", Gaps::Wall));
     scene.write("gauges.csv", "id,x,y\nA,1152.5,2072.5\n");
     assert_eq!(only(&prepare(&scene.scenario)).code, "gauge-on-nodata");
 }
