@@ -9,7 +9,7 @@
 //! as long as the water does not come in faster than waves run. It holds beyond as well; one condition more gives the state there:
 //!
 //! ```text
-//! (M41)  held depth d:        u = R − 2 √(g d)                       not above the critical outflow c = u = R/3, not below −c
+//! (M41)  held depth d_h:      d = d_h outwards, d + u²/2g = d_h inwards  not above the critical outflow c = u = R/3, not below −c
 //! (M42)  held discharge −q:   2 c³ − R c² − g q = 0                  c not below that of critical flow, (g q)^(1/3)
 //! (M43)  uniform flow:        √S d^(2/3) / n + 2 √(g d) = R          critical outflow where that would be faster
 //! (M44)  rest at depth d_0:   u − 2 c = −2 c_0                       the invariant that arrives from beyond
@@ -52,10 +52,24 @@ pub fn overfall(invariant: f64, g: f64) -> EdgeState {
     EdgeState::of(critical, critical, g)
 }
 
-/// (M41): the depth `held` (m, 0 or more), whether water comes or goes; critical flow where that is all that can pass.
-pub fn at_depth(held: f64, invariant: f64, g: f64) -> EdgeState {
-    let celerity = (g * held).sqrt().max(invariant / 3.0);
-    EdgeState::of(celerity, (invariant - 2.0 * celerity).max(-celerity), g)
+/// (M41): still water of depth `held` (m, 0 or more) beyond. What leaves passes the edge at that depth, or as critical flow where that is all that
+/// can pass. What comes in, by the way that the edge faces with `cosine` of it across the face, pays for its velocity with its level: by a level
+/// held against the stream an eddy would gain in each round the energy with which it comes in, and grow until it is critical.
+pub fn at_depth(held: f64, cosine: f64, invariant: f64, g: f64) -> EdgeState {
+    let rest = (g * held).sqrt();
+    if invariant >= 2.0 * rest {
+        let celerity = rest.max(invariant / 3.0);
+        return EdgeState::of(celerity, invariant - 2.0 * celerity, g);
+    }
+    // c² + k u²/2 = g held with u = R − 2 c, and at critical inflow with u = −c.
+    let k = 1.0 / (cosine * cosine);
+    let critical = rest / (1.0 + 0.5 * k).sqrt();
+    if invariant <= critical {
+        return EdgeState::of(critical, -critical, g);
+    }
+    let root = ((1.0 + 2.0 * k) * rest * rest - 0.5 * k * invariant * invariant).sqrt();
+    let celerity = (k * invariant + root) / (1.0 + 2.0 * k);
+    EdgeState::of(celerity, invariant - 2.0 * celerity, g)
 }
 
 /// (M42): the discharge `q` (m²/s, 0 or more) comes in; `held` (m) is the depth that counts where it comes in faster than waves run.
@@ -258,7 +272,7 @@ mod tests {
                 let inside = EdgeState { depth, outwards };
                 let r = inside.invariant(G);
                 let states = [
-                    at_depth(1.1 * depth, r, G),
+                    at_depth(1.1 * depth, 1.0, r, G),
                     inflow(0.2 * depth, None, r, G),
                     uniform_flow(1e-3, G * 9e-4, r, G),
                     waves_leave(1.05 * depth, r, G),
@@ -276,7 +290,10 @@ mod tests {
         let (depth, velocity) = (1.3, -0.7);
         let r = EdgeState { depth, outwards: velocity }.invariant(G);
         assert!(close(inflow(-depth * velocity, None, r, G).depth, depth));
-        assert!(close(at_depth(depth, r, G).outwards, velocity));
+        for cosine in [1.0, 0.8, 0.5_f64.sqrt()] {
+            let still = depth + (velocity / cosine) * (velocity / cosine) / (2.0 * G);
+            assert!(close(at_depth(still, cosine, r, G).outwards, velocity), "{cosine}");
+        }
         let (slope, n): (f64, f64) = (2e-3, 0.03);
         let uniform = slope.sqrt() / n * depth.cbrt().powi(2);
         let r = EdgeState { depth, outwards: uniform }.invariant(G);
@@ -356,10 +373,13 @@ mod tests {
     #[test]
     fn nothing_leaves_faster_than_critical_and_nothing_comes_in_faster() {
         let r = EdgeState { depth: 1.0, outwards: 0.5 }.invariant(G);
-        let fall = at_depth(0.0, r, G);
+        let fall = at_depth(0.0, 1.0, r, G);
         assert!(close(fall.outwards, (G * fall.depth).sqrt()) && close(fall.invariant(G), r));
-        let flood = at_depth(2.0, 0.0, G);
-        assert!(close(flood.outwards, -(G * 2.0).sqrt()));
+        let flood = at_depth(2.0, 1.0, 0.0, G);
+        assert!(close(flood.depth, 4.0 / 3.0) && close(flood.outwards, -(G * flood.depth).sqrt()), "a broad crest");
+        let askew = at_depth(2.0, 0.8, 0.0, G);
+        let head = askew.depth + (askew.outwards / 0.8).powi(2) / (2.0 * G);
+        assert!(close(head, 2.0) && close(askew.outwards, -(G * askew.depth).sqrt()));
         let fan = waves_leave(2.0, 0.0, G);
         assert!(
             close(fan.depth, 8.0 / 9.0) && close(fan.outwards, -(G * fan.depth).sqrt()),
@@ -373,7 +393,7 @@ mod tests {
     fn still_water_stays_still() {
         let (depth, n) = (1.7, 0.03);
         let r = EdgeState { depth, outwards: 0.0 }.invariant(G);
-        assert!(at_depth(depth, r, G).outwards.abs() < 1e-14);
+        assert!(at_depth(depth, 1.0, r, G).outwards.abs() < 1e-14);
         assert!(waves_leave(depth, r, G).outwards.abs() < 1e-14);
         assert!(close(inflow(0.0, None, r, G).depth, depth));
         assert_eq!(uniform_flow(1e-3, G * n * n, -1.0, G).depth.to_bits(), 0.0_f64.to_bits());

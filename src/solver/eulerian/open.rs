@@ -338,9 +338,9 @@ pub(in crate::solver) fn pass(
             passing.extend(inside.iter().map(|inside| {
                 let held = (level - inside.sill).max(0.0);
                 if inside.is_wet {
-                    inside.between(at_depth(held, inside.invariant, g), g)
+                    inside.between(at_depth(held, inside.cosine, inside.invariant, g), g)
                 } else if held > scale.dry_depth {
-                    Passing::of(at_depth(held, 0.0, g), g)
+                    Passing::of(at_depth(held, inside.cosine, 0.0, g), g)
                 } else {
                     inside.closed(g)
                 }
@@ -487,7 +487,7 @@ impl Inside {
     fn below(&self, level: f64, g: f64) -> EdgeState {
         let fall = overfall(self.invariant, g);
         let still = 0.25 * self.invariant * self.invariant / g;
-        at_depth(clamp(level - self.sill, smaller(fall.depth, still), still), self.invariant, g)
+        at_depth(clamp(level - self.sill, smaller(fall.depth, still), still), 1.0, self.invariant, g)
     }
 }
 

@@ -39,9 +39,8 @@ fn a_sill_is_overtopped_by_what_a_broad_crested_weir_lets_pass() {
         (2.5, 2.0, 0.93),
     ] {
         let q = overflow(length, head);
-        // Critical depth on the crest, with the velocity head of the water before it.
-        let energy = head + (q / (2.0 + head)).powi(2) / (2.0 * G);
-        let share = q / ((2.0_f64 / 3.0 * energy).powf(1.5) * G.sqrt());
+        // Critical depth on the crest; the level is that of the water at rest, so that the head holds that of the velocity.
+        let share = q / ((2.0_f64 / 3.0 * head).powf(1.5) * G.sqrt());
         println!("{length} m long, {head} m over it: {q} m²/s, {share} of the weir");
         let bounds = told - 0.01..told + 0.01;
         assert!(bounds.contains(&share), "{length} m long, {head} m over it: {q} m²/s, {share} of the weir");
@@ -74,6 +73,34 @@ fn a_lake_stays_at_rest_behind_edges_at_its_level() {
             assert!(fastest < 1e-12, "level {level}: {fastest:e} m/s");
         }
     }
+}
+
+#[test]
+fn a_bay_before_a_held_level_comes_to_rest() {
+    let mut problem = problem((30, 30), 5.0, |place| 0.5 * noise(place) - 1.75, |_| 0.0);
+    problem.bed.manning.fill(0.02);
+    open(&mut problem, true, Condition::Stage(Series::constant(1.0)));
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 2500.0);
+    let fastest = solver.choose_step().max_speed;
+    println!("{fastest} m/s");
+    // With the level held against what comes in, an eddy at the edge grows to more than 5 m/s.
+    assert!(fastest < 0.25, "{fastest} m/s");
+}
+
+#[test]
+fn over_the_crest_of_falling_ground_a_held_level_sends_critical_flow() {
+    let mut problem = problem((40, 2), 2.5, |place| -0.05 * place.x, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(0.01);
+    open(&mut problem, true, Condition::Stage(Series::constant(0.9)));
+    open(&mut problem, false, Condition::NormalDepth { slope: 0.05 });
+    let mut solver = EulerianSolver::new(problem);
+    run_until(&mut solver, 100.0);
+    let before = solver.ledger().inflow;
+    run_until(&mut solver, 200.0);
+    let share = (solver.ledger().inflow - before) / 500.0 / (0.6_f64.powf(1.5) * G.sqrt());
+    println!("{share} of a broad-crested weir");
+    assert!((share - 1.0).abs() < 0.05, "{share} of a broad-crested weir");
 }
 
 /// A valley 40 m wide that falls to the east.
