@@ -5,7 +5,7 @@
 //! ```
 //!
 //! with x_w a particle of the wall, two to a spacing Δ, and n the normal of the wall away from particle i: three rows of fictitious particles as
-//! far apart as the lattice, after the modified virtual boundary particles of `Vacondio2012`. They act on particle i alone, have its depth,
+//! far apart as the lattice, after the modified virtual boundary particles of `VacondioRogers2012`. They act on particle i alone, have its depth,
 //! bed and surface, and its velocity turned round, tangentially too. **Weak spot**: they copy one particle instead of continuing the
 //! arrangement of all, and corners are covered twice in part, not at all elsewhere.
 

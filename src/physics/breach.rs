@@ -2,10 +2,10 @@
 //! its bottom, and h (m), its height, which here stands for the depth of that water too.
 //!
 //! ```text
-//! Froehlich2008   B = 0.27 K V_w^0.32 h^0.04      K = 1.3 | 1.0   t = 63.2 √(V_w/(g h²)) s          m = 1.0 | 0.7
-//! Froehlich1995   B = 0.1803 K V_w^0.32 h^0.19    K = 1.4 | 1.0   t = 0.00254 V_w^0.53 h^−0.90 h    m = 1.4 | 0.9
-//! MacDonald1984   V_e = 0.0261 (V_w h)^0.769 m³                   t = 0.0179 V_e^0.364 h            m = 0.5
-//! VonThun1990     B = 2.5 h + C(V_w)                              t = 0.015 h to 0.020 h + 0.25 h   m = 1.0
+//! Froehlich2008   B = 0.27 K V_w^0.32 h^0.04      K = 1.3 | 1.0   t = 63.2 √(V_w/(g h²)) s             m = 1.0 | 0.7
+//! Froehlich1995   B = 0.1803 K V_w^0.32 h^0.19    K = 1.4 | 1.0   t = 0.00254 V_w^0.53 h^−0.90 hours   m = 1.4 | 0.9
+//! MacDonald1984   V_e = 0.0261 (V_w h)^0.769 m³                   t = 0.0179 V_e^0.364 hours           m = 0.5
+//! VonThun1990     B = 2.5 h + C(V_w)                              t = 0.015 h to 0.020 h + 0.25 hours  m = 1.0
 //! ```
 //!
 //! B is the mean width, m the slope of the sides (horizontal to vertical); left of the bar overtopping, right of it piping.

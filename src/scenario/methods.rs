@@ -39,7 +39,7 @@ family! {
     /// How the shallow-water equations become sums over particles.
     Formulation {
         #[default]
-        Balanced = "balanced": "the defaults: resting particles, slopes as sharp as the bed allows; nothing of the stability suite fails with them",
+        Balanced = "balanced": "carried depth, pair faces with hydrostatic reconstruction; a lake at rest stays at rest on any bed",
         Variational = "variational": "summation depth with variable smoothing length: the classic SPH form of the shallow-water equations",
     }
 }

@@ -56,8 +56,8 @@ const SLIVER: f64 = 1e-12;
 ///
 /// A dry side has the velocity that the water reaches at its tip, which makes c* vanish. c* is exact between two rarefactions and
 /// right to the third order of the strength of a shock; a strong one on the far side decides nothing, because the flow at the
-/// face is then critical, (u_l + 2 c_l)/3 > c*. A shock on the near side, c* > c_l, is on one side of the face or the other by its
-/// speed u_l − (c_l + c*)/2; the share of this flux is c_l/c* then, and the rest that of HLL.
+/// face is then critical, (u_l + 2 c_l)/3 > c*. A shock on the near side, c* > c_l, counts as on one side of the face or the other by
+/// the sign of u_l − (c_l + c*)/2 (its own speed is u_l − (3 c* − c_l)/2, to first order of its strength); the share of this flux is c_l/c* then, and the rest that of HLL.
 #[inline(always)]
 pub(crate) fn through_face(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) {
     let (d_l, d_r) = (if d_l > SLIVER * d_r { d_l } else { 0.0 }, if d_r > SLIVER * d_l { d_r } else { 0.0 });

@@ -1,7 +1,7 @@
 //! Corrected gradients from the pair faces, and the open length of each particle's outline.
 //!
 //! ```text
-//! G_ij = (|W'(r, h_i)| + |W'(r, h_j)|) / 2
+//! G_ij = −(W'(r, h_i) + W'(r, h_j)) / 2
 //! M_i  = Σ A_j G_ij r e eᵀ,   L_i = f(M_i)   (`moving::correction`)
 //! ∇q_i = L_i Σ A_j (q_j − q_i) G_ij e
 //! S₀_i = −2 A_i Σ A_j G_ij e

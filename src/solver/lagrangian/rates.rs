@@ -11,7 +11,7 @@
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
 //! D2 = (1 − χ) A_j G_ij (e·L_i e)(b_1 − b_2) where the pair leaves each other, u_j > u_i; otherwise 0
 //! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))
-//! θ = min(d_i, d_j) / max(d_i, d_j);   d' = d_i where ΣAW < 1, otherwise min(d_i, ΣAWd / ΣAW)
+//! θ = min(d_i, d_j) / max(d_i, d_j);   d' = d_i where ΣAW < σ, otherwise min(d_i, ΣAWd / ΣAW)
 //! s_i = greatest of Δu where the pair leaves each other, of (u_i + b_1) − (u_j − b_2) where it approaches, and 0
 //! ```
 //!
@@ -81,7 +81,7 @@ const DRY_FACE: f64 = 1e-9;
 struct Sums {
     /// Σ 2 A_j G_ij (L e) [p* − g d_l²/2 + g d_i a_1] (m³/s²·1/m).
     force: Vec2,
-    /// Σ A_j G_ij [θ D3 + (1 − θ) D1] (1/s).
+    /// Σ [θ (D3 + D2) + (1 − θ) D1] (1/s).
     divergence: f64,
     /// Σ A_j G_ij (e·L e) d_l c_l / d_i (1/s): how hard the faces resist a motion of i alone.
     stiffness: f64,

@@ -1,8 +1,8 @@
 //! Steady flow over a bump, and along a slope with friction.
 //!
-//! Moving particles have no inflow. The flow starts from its exact steady state in a channel so long that nothing from its closed ends
+//! Without inflow and outflow: the flow starts from its exact steady state in a channel so long that nothing from its closed ends
 //! comes into the window of comparison before the end: what is measured is how far the state that the method keeps is from the
-//! exact one. Resting particles with inflow and outflow: `open_channels.rs`.
+//! exact one. With inflow and outflow: `open_channels.rs`.
 
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;

@@ -1,9 +1,9 @@
 //! The water before the faces of open boundaries, as the moving particles tell it.
 //!
-//! A quantity q of the particles p that reach the face x_f by their own support goes there along the plane that fits them best,
+//! A quantity q of the particles p that reach the face x_f by twice their own support goes there along the plane that fits them best,
 //!
 //! ```text
-//! (M61)  q_f = q̄ + ∇q·(x_f − x̄),   ∇q = f(C) Σ w (x − x̄)(q − q̄) / Σ w,   C = Σ w (x − x̄)(x − x̄)ᵀ / Σ w,   w = A W(|x_p − x_f|, h_p)
+//! (M61)  q_f = q̄ + ∇q·(x_f − x̄),   ∇q = f(C) Σ w (x − x̄)(q − q̄) / Σ w,   C = Σ w (x − x̄)(x − x̄)ᵀ / Σ w,   w = A W(|x_p − x_f|, 2 h_p)
 //! ```
 //!
 //! with bars for means with the weights w: exact for a plane. f(C) is the inverse of C where the particles tell a slope, and falls

@@ -1,6 +1,6 @@
 //! Where methods fail: harsh problems, each run held to what physics allows (see `validation::judge` for the criteria of all).
 //!
-//! No boundary of the core feeds an inflow yet: flows that need one start from their exact state in a channel so long that nothing from
+//! No inflow feeds them: flows that need one start from their exact state in a channel so long that nothing from
 //! its closed ends comes into the window before the end.
 
 mod beds;
