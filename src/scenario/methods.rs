@@ -69,7 +69,7 @@ family! {
     Reconstruction {
         #[default]
         Limited = "limited": "levels, depths and normal velocities carried to the face along gradients that a limiter bounds",
-        Sharp = "sharp": "superbee gradients, of the tangential velocity, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for resting particles alone",
+        Sharp = "sharp": "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for resting particles alone",
         None = "none": "the values of the two particles; default with artificial viscosity",
     }
 }

@@ -14,8 +14,8 @@
 //!
 //! φ_i goes from van Leer's limiter (`VanLeer1974`) in thin water beside a step of the bed to the monotonised central mean
 //! (`VanLeer1977`) on level ground. The water that passes takes the tangential velocity of the particle that it leaves,
-//! by the sign of F_d, with its slope in the same measure (decision 0012). With the sharp reconstruction φ is superbee, with
-//! none a, b and the slopes of d are 0; with `lax_friedrichs` the flux of that name stands in (M16).
+//! by the sign of F_d, with its slope in the same measure (decision 0012). With the sharp reconstruction superbee stands for the mean, and for
+//! φ of velocities (decision 0029); with none a, b and the slopes of d are 0; with `lax_friedrichs` the flux of that name stands in (M16).
 //!
 //! (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the
 //! mirrored value of the reconstruction positive.
@@ -310,14 +310,14 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
     let limited = |rise: f64, jump: f64, share: f64| {
         let other = 2.0 * rise - jump;
-        0.5 * if IS_SHARP {
-            superbee(other, jump)
-        } else {
-            let careful = van_leer(other, jump);
-            careful + share * (monotonised_central(other, jump) - careful)
-        }
+        let careful = van_leer(other, jump);
+        let sharper = if IS_SHARP { superbee(other, jump) } else { monotonised_central(other, jump) };
+        0.5 * (careful + share * (sharper - careful))
     };
-    // Superbee slopes count in full, others as far as the bed lets them be sharp.
+    let of_velocity = |rise: f64, jump: f64, share: f64| {
+        if IS_SHARP { 0.5 * superbee(2.0 * rise - jump, jump) } else { limited(rise, jump, share) }
+    };
+    // Superbee slopes of the velocity count in full, others as far as the bed lets them be sharp.
     let along = |share: f64| if IS_SHARP { 1.0 } else { share };
     let half_i = |rise: f64, jump: f64| slopes * limited(rise, jump, share_i);
     let half_j = |rise: f64, jump: f64| slopes * limited(rise, jump, share_j);
@@ -338,8 +338,8 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i), 0.0, 2.0 * i.d);
     let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
-    let u_l = i.u + half_i(i.rise_u, jump_u);
-    let u_r = j.u - half_j(j.rise_u, jump_u);
+    let u_l = i.u + slopes * of_velocity(i.rise_u, jump_u, share_i);
+    let u_r = j.u - slopes * of_velocity(j.rise_u, jump_u, share_j);
     // From levels, which are equal to the last digit in a lake at rest.
     let (eta_l, eta_r) = (i.z + i.d + a_1, j.z + j.d - a_2);
     let ridge = larger(i.z, j.z);
@@ -363,8 +363,8 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let (d_r, u_r, thrust_j) = if is_to_right { (d_r, u_r, 0.0) } else { (crest_d, -crest_u, thrust) };
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let jump_t = j.v_t - i.v_t;
-    let t_i = i.v_t + slopes * along(share_i) * limited(i.rise_t, jump_t, share_i);
-    let t_j = j.v_t - slopes * along(share_j) * limited(j.rise_t, jump_t, share_j);
+    let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i);
+    let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j);
     let v_t = if f_d > 0.0 { t_i } else { t_j };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 {

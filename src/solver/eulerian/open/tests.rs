@@ -3,6 +3,7 @@
 use crate::boundary::{Boundary, Condition, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::scenario::methods::{Reconstruction, Stabilisation, Turbulence};
 use crate::solver::testing::{open, run_until, still_water as problem};
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
@@ -101,6 +102,41 @@ fn over_the_crest_of_falling_ground_a_held_level_sends_critical_flow() {
     let share = (solver.ledger().inflow - before) / 500.0 / (0.6_f64.powf(1.5) * G.sqrt());
     println!("{share} of a broad-crested weir");
     assert!((share - 1.0).abs() < 0.05, "{share} of a broad-crested weir");
+}
+
+/// The greatest depth and discharge by those of uniform flow, of a front down a dry slope of 1 in 20 with bed steps of four depths from cell to cell.
+fn down_a_steep_slope(reconstruction: Reconstruction) -> (f64, f64) {
+    let (slope, n, depth, spacing) = (0.05_f64, 0.035, 0.25_f64, 20.0);
+    let mut problem = problem((60, 2), spacing, |place| -slope * place.x, |_| f64::NEG_INFINITY);
+    problem.bed.manning.fill(n);
+    let uniform = depth.powf(5.0 / 3.0) * slope.sqrt() / n;
+    let discharge = Series::constant(uniform * 2.0 * spacing);
+    open(&mut problem, true, Condition::Discharge { discharge, level: Some(Series::constant(depth)) });
+    open(&mut problem, false, Condition::NormalDepth { slope });
+    let mut solver = EulerianSolver::with_methods(problem, Stabilisation::Hllc, reconstruction, Turbulence::None);
+    let mut greatest = (0.0_f64, 0.0_f64);
+    while solver.time() < 2.0 * 60.0 * spacing * depth / uniform {
+        let choice = solver.choose_step();
+        solver.advance(choice.time_step).unwrap();
+        let water = solver.water();
+        greatest = water.cells().take(50).skip(20).fold(greatest, |greatest, cell| {
+            (greatest.0.max(cell.depth / depth), greatest.1.max(cell.discharge_x / uniform))
+        });
+    }
+    greatest
+}
+
+#[test]
+fn fronts_down_steep_slopes_are_too_high_by_what_is_told() {
+    for (reconstruction, bounds) in [(Reconstruction::Limited, (1.20, 1.33)), (Reconstruction::Sharp, (1.30, 1.50))] {
+        let (depth, discharge) = down_a_steep_slope(reconstruction);
+        println!("{reconstruction:?}: {depth} of the uniform depth, {discharge} of the discharge");
+        // The exact front rises to uniform flow and never above it.
+        assert!(
+            depth < bounds.0 && discharge < bounds.1,
+            "{reconstruction:?}: {depth} of the depth, {discharge} of the discharge"
+        );
+    }
 }
 
 /// A valley 40 m wide that falls to the east.
