@@ -7,6 +7,7 @@ use super::print;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::laboratory::{self, DATA, Experiment, Skipped, run_experiment};
 use crate::maps::comparison;
+use crate::pipeline::thread_pool;
 use crate::scenario::read::nearest;
 use crate::validation::{
     Case, CaseResult, Choice, Resolutions, Row, Scope, Suite, Varied, cases, choices, list_of_cases, rows_as_csv,
@@ -195,10 +196,7 @@ pub fn run_cases(
     }
     let choices = chosen_methods(arguments)?;
     let resolutions = resolutions_of(resolutions);
-    let threads = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.threads.get())
-        .build()
-        .map_err(|cause| Error::Internal(format!("the threads could not be started: {cause}")))?;
+    let threads = thread_pool(Some(arguments.threads.get()))?;
     let mut runs = Vec::new();
     for &case in cases {
         for choice in &choices {

@@ -80,8 +80,15 @@ pub fn run(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Erro
     thread_pool(options.threads)?.install(|| run_on_threads(scenario, options))
 }
 
+/// More threads than this no machine has; to start them would take minutes.
+const MOST_THREADS: usize = 1024;
+
 /// So many threads, or all of the machine.
 pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
+    if let Some(threads) = threads.filter(|&threads| threads > MOST_THREADS) {
+        let most = format!("{MOST_THREADS} are the most, and no more than the machine has cores are of use");
+        return Err(Error::Usage(format!("--threads {threads}: {most}")));
+    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()

@@ -12,6 +12,9 @@ use crate::scenario::EarlierRun;
 
 /// From here on a value is the one that NetCDF itself puts where nothing was written.
 const UNWRITTEN: f64 = 9e36;
+/// Deeper (m) is no sea, and faster (m/s) no water: a file with such values is damaged.
+const DEEPEST: f64 = 11_000.0;
+const FASTEST: f64 = 1000.0;
 /// Share of a cell by which its coordinates may miss those of the file.
 const SAME_PLACE: f64 = 1e-6;
 
@@ -171,9 +174,9 @@ pub(super) fn read(
     let (depth, level) = (frame("depth")?, frame("water_level")?);
     let (u, v) = (frame("velocity_x")?, frame("velocity_y")?);
     let unsound = |cell: &usize| {
-        depth[*cell].is_infinite()
+        depth[*cell] > DEEPEST
             || depth[*cell] < 0.0
-            || (depth[*cell] > 0.0 && !(u[*cell].is_finite() && v[*cell].is_finite()))
+            || (depth[*cell] > 0.0 && !(u[*cell].abs() <= FASTEST && v[*cell].abs() <= FASTEST))
     };
     if let Some(cell) = (0..lattice.len()).find(unsound) {
         let cause = format!("depth {} m, velocity {}, {} m/s in one cell", depth[cell], u[cell], v[cell]);

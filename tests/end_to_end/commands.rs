@@ -18,6 +18,12 @@ fn wrong_usage_exits_with_2_and_says_so_on_stderr() {
 }
 
 #[test]
+fn more_threads_than_any_machine_has_are_refused_at_once() {
+    let most = || predicate::str::contains("1024 are the most");
+    floodsim().args(["validate", "lake_bump", "--threads", "5000"]).assert().code(2).stderr(most());
+}
+
+#[test]
 fn the_help_lists_commands_and_exit_codes_without_colours() {
     let help = predicate::str::contains("Exit codes:")
         .and(predicate::str::contains("check"))

@@ -209,6 +209,18 @@ fn a_frame_that_is_not_whole_is_refused() {
 }
 
 #[test]
+fn values_that_no_water_has_are_damage() {
+    let mut scene = Scene::sound();
+    for (name, value) in [("depth", 1e6), ("velocity_x", -2e4), ("velocity_y", f32::INFINITY)] {
+        let damaged = |own: &str, column: usize, row: usize| {
+            if own == name && (column, row) == (14, 14) { value } else { as_written(own, column, row) }
+        };
+        go_on(&mut scene, "fields.nc", &[0.0, 10.0], damaged);
+        assert_refused(&scene, "not-a-fields-file");
+    }
+}
+
+#[test]
 fn water_in_channels_is_not_lost() {
     let mut scene = Scene::sound();
     go_on(&mut scene, "fields.nc", &[0.0, 10.0], as_written);
