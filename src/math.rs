@@ -144,9 +144,12 @@ impl Sym2 {
 
 /// Whether two straight pieces of line cross.
 ///
-/// A point of `a` that lies on the line of `b` belongs to its left side, so that a wall through a row of particles parts them
-/// from exactly one of their two neighbour rows; the ends of `b` belong to it.
+/// A point of `a` that lies on the line of `b` belongs to its northern side (of one due north to its western one), however `b` was
+/// drawn, so that walls through a row of particles part them from exactly one and the same of their two neighbour rows; the ends of
+/// `b` belong to it.
 pub fn segments_cross(a: [Vec2; 2], b: [Vec2; 2]) -> bool {
+    let is_eastward = b[0].x < b[1].x || (b[0].x <= b[1].x && b[0].y <= b[1].y);
+    let b = if is_eastward { b } else { [b[1], b[0]] };
     let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
     let side = |origin: Vec2, along: Vec2, point: Vec2| along.cross(point - origin);
     let (a0, a1) = (side(b[0], along_b, a[0]), side(b[0], along_b, a[1]));
@@ -259,6 +262,20 @@ mod tests {
         let east = segments_cross([Vec2::ZERO, Vec2::new(1.0, 0.0)], wall);
         let west = segments_cross([Vec2::new(-1.0, 0.0), Vec2::ZERO], wall);
         assert!(east != west);
+    }
+
+    #[test]
+    fn walls_drawn_either_way_cut_a_particle_on_them_off_on_one_side() {
+        let at = |x: f64, y: f64| Vec2::new(x, y);
+        for (along, across) in
+            [(at(1.0, 0.0), at(0.0, 1.0)), (at(0.0, 1.0), at(-1.0, 0.0)), (at(1.0, -1.0), at(1.0, 1.0))]
+        {
+            let wall = [along * -2.0, along * 2.0];
+            for wall in [wall, [wall[1], wall[0]]] {
+                assert!(!segments_cross([Vec2::ZERO, across], wall), "{wall:?}");
+                assert!(segments_cross([across * -1.0, Vec2::ZERO], wall), "{wall:?}");
+            }
+        }
     }
 
     #[test]

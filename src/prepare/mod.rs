@@ -36,6 +36,7 @@ mod series_times;
 mod shaped;
 mod sources;
 mod start;
+mod wall_gaps;
 mod water;
 
 use std::collections::BTreeSet;
@@ -289,6 +290,7 @@ fn place_on_lattice(
         let drawn = drawn.unwrap_or_default();
         prepared.walls.extend(places::on_lattice(source, &drawn, &bed, places::NOT_HELD, findings));
     }
+    wall_gaps::check(scenario, &prepared.walls, &bed, findings);
     if let Some(breach) = &breach {
         breach::check_way(scenario, breach, &bed, &prepared.walls, findings);
     }

@@ -11,13 +11,16 @@ use std::collections::BTreeSet;
 
 use super::scan::BodyScan;
 use crate::bed::BedParticles;
-use crate::math::Vec2;
+use crate::math::{Vec2, segments_cross};
 
 /// Cells beyond the polygon up to which ground below the level can be a pocket.
 const REACH_OF_POCKETS: usize = 2;
 /// Steps from open ground farther out within which ground below the level is open, too: back to the polygon, and one to
 /// spare for the way round a corner.
 const STEPS_FROM_OPEN: usize = REACH_OF_POCKETS + 2;
+
+/// Cells of a body before an opening that are part of it: a gap that a dam leaves in raster ground is some cells long.
+const APPROACH: usize = 4;
 
 /// A gap in the rim of a body of still water.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +67,7 @@ impl<'a> Filling<'a> {
 
     fn is_walled(&self, cell: usize, other: usize) -> bool {
         let path = [self.bed.lattice.centre(cell), self.bed.lattice.centre(other)];
-        self.walls.iter().any(|wall| is_crossing(path, *wall))
+        self.walls.iter().any(|wall| segments_cross(path, *wall))
     }
 
     /// The neighbours to which water of a cell can pass, as far as walls go.
@@ -79,7 +82,8 @@ impl<'a> Filling<'a> {
 
     /// The neighbours into which a filled cell would run out.
     pub fn gaps(&self, cell: usize, level: f64) -> impl Iterator<Item = usize> + '_ {
-        self.neighbours(cell).filter(move |&other| self.is_gap(other, level))
+        // Most neighbours are none, and walls are many.
+        self.around(cell).filter(move |&other| self.is_gap(other, level) && !self.is_walled(cell, other))
     }
 
     fn is_gap(&self, cell: usize, level: f64) -> bool {
@@ -157,6 +161,24 @@ impl<'a> Filling<'a> {
         pockets
     }
 
+    /// The cells of a body before the places where it would run out into open ground or meets another body.
+    ///
+    /// - `reached`: the cells that its polygon touches and those of its pockets
+    pub fn approach(&self, number: u32, level: f64, reached: &[usize]) -> BTreeSet<usize> {
+        let holds = |cell: usize| self.body[cell] == Some(number);
+        let is_open = |other: usize| self.is_gap(other, level) || self.body[other].is_some_and(|body| body != number);
+        let is_at_opening = |&cell: &usize| {
+            holds(cell) && self.around(cell).any(|other| is_open(other) && !self.is_walled(cell, other))
+        };
+        let mut newest: Vec<usize> = reached.iter().copied().filter(is_at_opening).collect();
+        let mut approach: BTreeSet<usize> = newest.iter().copied().collect();
+        for _ in 1..APPROACH {
+            let next = newest.iter().flat_map(|&cell| self.neighbours(cell));
+            newest = next.filter(|&other| holds(other) && approach.insert(other)).collect();
+        }
+        approach
+    }
+
     /// The gaps of a body with the given filled cells, deepest first.
     pub fn leaks(&self, level: f64, cells: &[usize]) -> Vec<Leak> {
         let mut outside: Vec<usize> = cells.iter().flat_map(|&cell| self.gaps(cell, level)).collect();
@@ -191,33 +213,5 @@ impl<'a> Filling<'a> {
         }
         leaks.sort_by(|a, b| b.depth.total_cmp(&a.depth));
         leaks
-    }
-}
-
-/// Whether two straight pieces have a point in common.
-fn is_crossing([a, b]: [Vec2; 2], [c, d]: [Vec2; 2]) -> bool {
-    let are_apart = |p: f64, q: f64, r: f64, s: f64| p.max(q) < r.min(s) || r.max(s) < p.min(q);
-    if are_apart(a.x, b.x, c.x, d.x) || are_apart(a.y, b.y, c.y, d.y) {
-        return false;
-    }
-    let side = |from: Vec2, to: Vec2, point: Vec2| (to - from).cross(point - from);
-    side(a, b, c) * side(a, b, d) <= 0.0 && side(c, d, a) * side(c, d, b) <= 0.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn crossing_includes_touching_and_excludes_the_rest() {
-        let path = [Vec2::new(0.0, 0.0), Vec2::new(2.0, 0.0)];
-        let wall = |x1, y1, x2, y2| [Vec2::new(x1, y1), Vec2::new(x2, y2)];
-        assert!(is_crossing(path, wall(1.0, -1.0, 1.0, 1.0)));
-        assert!(is_crossing(path, wall(1.0, 0.0, 1.0, 1.0)));
-        assert!(is_crossing(path, wall(1.0, 0.0, 5.0, 0.0)));
-        assert!(!is_crossing(path, wall(3.0, 0.0, 5.0, 0.0)));
-        assert!(!is_crossing(path, wall(1.0, 0.1, 1.0, 1.0)));
-        assert!(!is_crossing(path, wall(3.0, -1.0, 3.0, 1.0)));
-        assert!(!is_crossing(path, wall(1.9, 1.0, 4.0, -1.0)));
     }
 }

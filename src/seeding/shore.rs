@@ -14,9 +14,12 @@
 //! V' = V + f (V_whole − V),   f = min(1, Σ V without terrain / Σ (V_whole − V))
 //! ```
 //!
-//! Left as they are: cells that the rim cuts beside open ground or another body, where a raised bed would be a sill in open
-//! water, and at a wall, where a cell is filled whole or not at all by the side on which its centre lies; and dry cells beside
-//! ground below the level, which hold the water back.
+//! Left as they are: cells that the rim cuts beside open ground or another body, and those on the way there (`Filling::approach`),
+//! where a raised bed would be a sill in open water: the opening of a dam would be narrower up to the rim than beyond it. So are
+//! cells that the rim cuts at a wall, where a cell is filled whole or not at all by the side on which its centre lies, and dry cells
+//! beside ground below the level, which hold the water back.
+
+use std::collections::BTreeSet;
 
 use super::leaks::Filling;
 use super::scan::{BodyScan, CellPart, volume_of_whole_cell};
@@ -50,6 +53,7 @@ pub(super) fn fit_bed_to_water(
     surface: &impl Surface,
 ) -> Shore {
     let area = filling.bed.lattice.cell_area();
+    let approach = filling.approach(number, level, reached);
     // Cells with their beds before; those at the edge of the terrain with the room (m³) of their uncovered parts.
     let (mut set, mut edge) = (Vec::new(), Vec::new());
     let mut without_terrain = 0.0;
@@ -59,7 +63,7 @@ pub(super) fn fit_bed_to_water(
             without_terrain += part.volume;
             continue;
         }
-        if !is_to_be_set((number, level), cell, part, filling) {
+        if !is_to_be_set((number, level), cell, part, (filling, &approach)) {
             continue;
         }
         let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
@@ -107,14 +111,20 @@ fn is_pocket(number: u32, cell: usize, scan: &BodyScan, filling: &Filling) -> bo
 }
 
 /// Whether the bed of a cell is to be set.
-fn is_to_be_set((number, level): (u32, f64), cell: usize, part: CellPart, filling: &Filling) -> bool {
+fn is_to_be_set(
+    (number, level): (u32, f64),
+    cell: usize,
+    part: CellPart,
+    (filling, approach): (&Filling, &BTreeSet<usize>),
+) -> bool {
     let is_beside_other_water = || {
         let is_other = |body: Option<u32>| body.is_some_and(|body| body != number);
         filling.neighbours(cell).any(|other| is_other(filling.body[other]))
     };
     let is_enclosed = || !filling.is_at_wall(cell) && filling.gaps(cell, level).next().is_none();
     match filling.body[cell] {
-        Some(body) if body == number => !part.is_cut() || (is_enclosed() && !is_beside_other_water()),
+        Some(body) if body == number && part.is_cut() => is_enclosed() && !is_beside_other_water(),
+        Some(body) if body == number => !approach.contains(&cell),
         Some(_) => false,
         None => {
             let is_beside_water = || filling.neighbours(cell).any(|other| filling.body[other] == Some(number));

@@ -261,3 +261,57 @@ fn edge_of_the_terrain_holds_what_the_polygon_draws_beyond_it() {
     assert!(books.integral_m3 > 0.0 && books.relative_error().abs() < 0.02, "{books:?}");
     assert_consistent(&bed, &still, &bodies);
 }
+
+#[test]
+fn dam_through_a_row_of_centres_holds_however_it_is_drawn() {
+    // Cells of 4 m with centres at y = 2: the dam stands on those, the lake north of it begins at y = 3 with 2 m of depth.
+    let surface = Formula(|p: Vec2| if p.y < 80.0 && p.x.abs() < 80.0 { 0.0 } else { 5.0 });
+    let corners = [(-80.0, 3.0), (80.0, 3.0), (80.0, 80.0), (-80.0, 80.0)];
+    let bodies = [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 2.0)];
+    let piece = |from: f64, to: f64| [Vec2::new(from, 2.0), Vec2::new(to, 2.0)];
+    let drawn = [
+        vec![piece(-90.0, 90.0)],
+        vec![piece(90.0, -90.0)],
+        vec![piece(-90.0, 2.0), piece(90.0, 2.0)],
+        vec![piece(2.0, -90.0), piece(2.0, 90.0)],
+    ];
+    for dam in drawn {
+        let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
+        let dam: Vec<[Vec2; 2]> = dam.iter().map(|piece| piece.map(|p| bed.lattice.to_local(p))).collect();
+        let still = fill_still_water(&bodies, &mut bed, &surface, &dam);
+        assert_eq!(still.volumes[0].leaks, [], "{dam:?}");
+        for cell in 0..bed.lattice.len() {
+            let centre = bed.lattice.to_map(bed.lattice.centre(cell));
+            let is_lake = centre.y > 1.0 && bed.elevation[cell] < 2.0;
+            assert_eq!(still.body[cell].is_some(), is_lake, "{centre:?}, {dam:?}");
+        }
+    }
+}
+
+#[test]
+fn opening_in_raster_ground_is_as_wide_before_the_rim_as_beyond_it() {
+    // A ridge of 20 m with a gap of two cells of 10 m; between the centres of the cells the raster rises from 0 m to 10 m.
+    let height = |x: f64, y: f64| {
+        let is_high = (x.abs() < 10.0 && y.abs() > 10.0) || x < -140.0 || y.abs() > 100.0;
+        if is_high { 10.0 } else { 0.0 }
+    };
+    let surface = |p: Vec2| {
+        let (x, y) = ((p.x / 10.0 - 0.5).floor() * 10.0 + 5.0, (p.y / 10.0 - 0.5).floor() * 10.0 + 5.0);
+        let (s, t) = ((p.x - x) / 10.0, (p.y - y) / 10.0);
+        let south = height(x, y) * (1.0 - s) + height(x + 10.0, y) * s;
+        let north = height(x, y + 10.0) * (1.0 - s) + height(x + 10.0, y + 10.0) * s;
+        south * (1.0 - t) + north * t
+    };
+    for rim in [-10.0, -5.0, 0.0, 5.0] {
+        let corners = [(-140.0, -100.0), (rim, -100.0), (rim, 100.0), (-140.0, 100.0)];
+        let bodies = [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 2.0)];
+        let (bed, still) = fill(surface, &lattice(30, 10.0), &bodies);
+        for cell in 0..bed.lattice.len() {
+            let centre = bed.lattice.to_map(bed.lattice.centre(cell));
+            if centre.x.abs() < 30.0 && centre.y.abs() < 10.0 {
+                assert_eq!(bed.elevation[cell].to_bits(), 0.0f64.to_bits(), "rim at {rim}: {centre:?}");
+            }
+        }
+        assert!(still.volumes[0].relative_error().abs() < 0.03, "{:?}", still.volumes[0]);
+    }
+}

@@ -142,6 +142,10 @@ pub struct MovingWater {
     rainfall: Rainfall,
 }
 
+/// How far walls stand aside of where they are drawn, in spacings: a particle on a wall would be seen from both of its sides, and let
+/// the water through. It belongs to the northern side, as in [`crate::math::segments_cross`].
+const ASIDE: Vec2 = Vec2 { x: 1e-8, y: -1e-6 };
+
 impl MovingWater {
     /// Particles at rest on the bed of a problem.
     ///
@@ -158,7 +162,12 @@ impl MovingWater {
         let support = ChosenKernel::new(methods.kernel, dimension).support();
         let (open, guides) = OpenBoundaries::new(problem, &edges, dimension, support);
         edges.extend(guides);
-        edges.extend(problem.walls.iter().map(|&[start, end]| Edge { start, end, is_open: false }));
+        let aside = |place: Vec2| place + ASIDE * lattice.spacing;
+        edges.extend(problem.walls.iter().map(|&[start, end]| Edge {
+            start: aside(start),
+            end: aside(end),
+            is_open: false,
+        }));
         if dimension == Dimension::One {
             edges.retain(|edge| (edge.end - edge.start).x.abs() < 1e-6 * (edge.end - edge.start).norm());
         }
@@ -330,4 +339,32 @@ fn channel_ends(problem: &FlowProblem, is_open: impl Fn(Vec2, Vec2) -> bool) -> 
             Edge { start: Vec2::new(x, -size.y), end: Vec2::new(x, 2.0 * size.y), is_open }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scene::{problem, solver};
+    use super::*;
+    use crate::scenario::methods::Integrator;
+    use crate::solver::FlowSolver;
+
+    #[test]
+    fn a_lake_behind_walls_through_its_particles_stays_at_rest() {
+        // Particles at 0.5 m, 1.5 m, ...: the walls go through those of a row, of a column and of a diagonal, and meet on particles.
+        let places = [(12.5, 0.0), (12.5, 6.5), (8.5, 10.5), (0.0, 10.5)].map(|(x, y)| Vec2::new(x, y));
+        let pieces = [[places[0], places[1]], [places[2], places[1]], [places[2], places[3]]];
+        let is_lake = |p: Vec2| p.x < 12.6 && p.y < 10.4 && p.x + p.y < 18.9;
+        for is_turned in [false, true] {
+            let mut problem = problem((20, 16), 1.0, |_| 0.0, |p| if is_lake(p) { 2.0 } else { 0.0 });
+            problem.walls = pieces.map(|[start, end]| if is_turned { [end, start] } else { [start, end] }).to_vec();
+            let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+            let mut fastest = 0.0_f64;
+            for _ in 0..100 {
+                let choice = solver.choose_step();
+                fastest = fastest.max(choice.max_speed);
+                solver.advance(choice.time_step).unwrap();
+            }
+            assert!(fastest < 1e-9, "{is_turned}: {fastest:e} m/s");
+        }
+    }
 }
