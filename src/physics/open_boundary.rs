@@ -72,6 +72,13 @@ pub fn at_depth(held: f64, cosine: f64, invariant: f64, g: f64) -> EdgeState {
     EdgeState::of(celerity, invariant - 2.0 * celerity, g)
 }
 
+/// The depth `held` (m, 0 or more), whether water comes or goes; critical flow where that is all that can pass. Before buffer particles
+/// [`at_depth`] breaks runs down (decision 0028).
+pub fn at_depth_both_ways(held: f64, invariant: f64, g: f64) -> EdgeState {
+    let celerity = (g * held).sqrt().max(invariant / 3.0);
+    EdgeState::of(celerity, (invariant - 2.0 * celerity).max(-celerity), g)
+}
+
 /// (M42): the discharge `q` (m²/s, 0 or more) comes in; `held` (m) is the depth that counts where it comes in faster than waves run.
 ///
 /// Water inside that stands so high that it would drive a bore out against the inflow makes it subcritical.

@@ -23,7 +23,7 @@ use crate::boundary::{Condition, Rating};
 use crate::math::{Vec2, clamp, smaller};
 use crate::physics::limiter::van_leer;
 use crate::physics::open_boundary::{
-    EdgeState, HALVINGS, Section, at_depth, inflow, overfall, uniform_flow, waves_leave,
+    EdgeState, HALVINGS, Section, at_depth, at_depth_both_ways, inflow, overfall, uniform_flow, waves_leave,
 };
 use crate::scenario::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
@@ -110,6 +110,8 @@ pub(crate) struct OpenBoundaries {
 pub(in crate::solver) enum Faces {
     /// Those of an edge of the plane, each with its own water.
     OfAnEdge,
+    /// Those before which buffer particles of moving water stand: a level is held both ways there (decision 0028).
+    BeforeBuffers,
     /// Strips of one section with one level and one velocity, the lowest ones first.
     OfASection,
 }
@@ -335,12 +337,16 @@ pub(in crate::solver) fn pass(
         }
         Condition::Stage(series) => {
             let level = value(series) - datum;
+            let state = |held: f64, cosine: f64, invariant: f64| match faces {
+                Faces::BeforeBuffers => at_depth_both_ways(held, invariant, g),
+                Faces::OfAnEdge | Faces::OfASection => at_depth(held, cosine, invariant, g),
+            };
             passing.extend(inside.iter().map(|inside| {
                 let held = (level - inside.sill).max(0.0);
                 if inside.is_wet {
-                    inside.between(at_depth(held, inside.cosine, inside.invariant, g), g)
+                    inside.between(state(held, inside.cosine, inside.invariant), g)
                 } else if held > scale.dry_depth {
-                    Passing::of(at_depth(held, inside.cosine, 0.0, g), g)
+                    Passing::of(state(held, inside.cosine, 0.0), g)
                 } else {
                     inside.closed(g)
                 }

@@ -359,7 +359,7 @@ impl OpenBoundaries {
             line.inside.extend(range.clone().map(|i| inside(&self.faces[i], &self.seen[i], &self.scale)));
             pass(
                 &line.condition,
-                (Faces::OfAnEdge, &line.inside),
+                (Faces::BeforeBuffers, &line.inside),
                 (&self.scale, 0.0),
                 (now, Of::Mean),
                 &mut line.passing,
@@ -687,7 +687,7 @@ impl OpenBoundaries {
             if !matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_)) {
                 continue;
             }
-            pass(&line.condition, (Faces::OfAnEdge, &line.inside), (&self.scale, 0.0), of, &mut line.passing);
+            pass(&line.condition, (Faces::BeforeBuffers, &line.inside), (&self.scale, 0.0), of, &mut line.passing);
             for (index, passing) in line.faces.clone().zip(&line.passing) {
                 let Some(state) = passing.beyond.filter(|state| state.outwards < 0.0) else { continue };
                 let now = self.beyond[index].map_or(0.0, |beyond| beyond.outwards);
