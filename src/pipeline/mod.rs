@@ -160,9 +160,31 @@ enum Early {
     Signal(i32),
 }
 
+/// What a run came to.
+struct Computed {
+    ledger: Ledger,
+    recording: Recording,
+    sections: Vec<SectionResult>,
+    channel_gauges: Vec<ChannelGaugeResult>,
+    early: Option<Early>,
+}
+
 impl Run<'_> {
-    /// Computes, writes everything, and judges the result.
-    fn execute(mut self, mut solver: Box<dyn FlowSolver>, bed: BedParticles, show: bool) -> Result<RunSummary, Error> {
+    /// Computes, writes everything, and judges the result; `run.json` says so where files cannot be written.
+    fn execute(mut self, solver: Box<dyn FlowSolver>, bed: BedParticles, show: bool) -> Result<RunSummary, Error> {
+        match self.compute_and_write(solver, bed, show) {
+            Ok(computed) => self.finish(computed),
+            Err(error) => Err(self.manifest.failed(&self.folder, error)),
+        }
+    }
+
+    /// Computes, and writes all results but `run.json`.
+    fn compute_and_write(
+        &mut self,
+        mut solver: Box<dyn FlowSolver>,
+        bed: BedParticles,
+        show: bool,
+    ) -> Result<Computed, Error> {
         self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
         self.manifest.write(&self.folder)?;
         let lattice = bed.lattice.clone();
@@ -172,8 +194,7 @@ impl Run<'_> {
         let provenance = self.provenance();
         let has_plane = !grid.is_empty();
         let start_fields = || FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance);
-        let mut fields =
-            has_plane.then(start_fields).transpose().map_err(|error| self.manifest.failed(&self.folder, error))?;
+        let mut fields = has_plane.then(start_fields).transpose()?;
         let mut progress = Progress::new(self.scenario.end_time, &lattice, show);
         let outputs = &self.scenario.outputs;
         let count = self.prepared.sections.len();
@@ -182,8 +203,7 @@ impl Run<'_> {
         let named = (&self.prepared.crs, &provenance);
         let mut channels = Channels::start((self.scenario, &profiles), solver.as_ref(), &self.folder, named)?;
         let recorders = (&mut recorder, &mut sections, &mut channels);
-        let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress);
-        let early = early.map_err(|error| self.manifest.failed(&self.folder, error))?;
+        let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         self.clock.lap(COMPUTE);
         let ledger = solver.ledger();
         self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.prepared);
@@ -193,9 +213,8 @@ impl Run<'_> {
         let recording = recorder.finish();
         let (section_results, section_samples) = sections.finish(&recording.section_arrivals);
         if let Some(fields) = fields {
-            let written =
-                fields.finish().and_then(|()| self.write_plane(&grid, &provenance, &recording, &section_results));
-            written.map_err(|error| self.manifest.failed(&self.folder, error))?;
+            fields.finish()?;
+            self.write_plane(&grid, &provenance, &recording, &section_results)?;
         }
         let (crs, sections) = (&self.prepared.crs, &self.prepared.sections);
         write_sections(&self.folder, crs, &provenance, sections, &section_results, &section_samples)?;
@@ -204,7 +223,7 @@ impl Run<'_> {
         write_mass_balance(&self.folder, &recording)?;
         write_passages(&self.folder, &self.manifest.boundaries)?;
         self.clock.lap("outputs");
-        self.finish(ledger, &recording, (section_results, in_channels.gauge_results), early)
+        Ok(Computed { ledger, recording, sections: section_results, channel_gauges: in_channels.gauge_results, early })
     }
 
     /// The maps, and all else that is drawn or read on the plane.
@@ -293,10 +312,7 @@ impl Run<'_> {
     /// Fills in the manifest, closes the run, and says how it went.
     fn finish(
         mut self,
-        ledger: Ledger,
-        recording: &Recording,
-        (sections, channel_gauges): (Vec<SectionResult>, Vec<ChannelGaugeResult>),
-        early: Option<Early>,
+        Computed { ledger, recording, sections, channel_gauges, early }: Computed,
     ) -> Result<RunSummary, Error> {
         let grid_error = recording
             .mass_balance
@@ -347,7 +363,7 @@ impl Run<'_> {
             manifest: self.manifest,
             seeded: self.seeded,
             moving: self.moving,
-            gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results.clone()).collect(),
+            gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results).collect(),
             sections: self.prepared.sections.into_iter().zip(sections).collect(),
             channel_gauges,
         })

@@ -23,26 +23,31 @@ const SEAM: isize = 5;
 
 /// Treats the holes of the bed as the scenario says; where it says nothing they are walls, which is told.
 pub(super) fn treat(scenario: &Scenario, bed: &mut BedParticles, changes: &mut Changes, findings: &mut Findings) {
-    let Some(source) = &scenario.ground.gaps else { return tell_of_walls(scenario, bed, findings) };
-    if source.value == Gaps::Wall {
+    let gaps = scenario.ground.gaps.as_ref();
+    if gaps.is_some_and(|gaps| gaps.value == Gaps::Wall) {
         return;
     }
     let mut holes = holes(bed);
     holes.sort_by_key(|hole| std::cmp::Reverse(hole.len()));
-    let Some(largest) = holes.first() else { return };
+    let (Some(largest), Some(last)) = (holes.first(), scenario.layers.last()) else { return };
     let error = |code, message: String| Problem::error(ProblemKind::Input, code, "", message);
-    let place = |hole: &[usize]| bed.lattice.to_map(bed.lattice.centre(hole[hole.len() / 2]));
-    let at = place(largest);
+    let at = bed.lattice.to_map(bed.lattice.centre(largest[largest.len() / 2]));
+    let remedy = format!(
+        "add a layer below, write `terrain.gaps: {{fill: idw, max_cells: {}}}` to fill them, or `terrain.gaps: wall` to keep them as walls",
+        largest.len()
+    );
+    let Some(source) = gaps else {
+        let message = format!("water goes around {}", described(&holes, &bed.lattice));
+        let problem = Problem::warning(ProblemKind::Input, "terrain-gaps", "", message)
+            .with_cause("cells without data are walls where `terrain.gaps` says nothing");
+        findings.add(last, problem.with_remedy(remedy).with_at(at));
+        return;
+    };
     match source.value {
         Gaps::Wall => {}
         Gaps::Refuse => {
-            let problem = error("terrain-gaps", format!("the terrain has {}", described(&holes, &bed.lattice)))
-                .with_remedy(format!(
-                    "add a layer below, write `gaps: {{fill: idw, max_cells: {}}}` to fill them, or `gaps: wall` to keep them as walls",
-                    largest.len()
-                ))
-                .with_at(at);
-            findings.add(source, problem);
+            let problem = error("terrain-gaps", format!("the terrain has {}", described(&holes, &bed.lattice)));
+            findings.add(source, problem.with_remedy(remedy).with_at(at));
         }
         Gaps::Fill { max_cells } => {
             let too_large: Vec<Vec<usize>> = holes.iter().filter(|hole| hole.len() > max_cells).cloned().collect();
@@ -69,22 +74,6 @@ pub(super) fn treat(scenario: &Scenario, bed: &mut BedParticles, changes: &mut C
             }
         }
     }
-}
-
-/// Tells of holes that are walls because nothing else is said.
-fn tell_of_walls(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
-    let mut holes = holes(bed);
-    holes.sort_by_key(|hole| std::cmp::Reverse(hole.len()));
-    let (Some(largest), Some(last)) = (holes.first(), scenario.layers.last()) else { return };
-    let message = format!("water goes around {}", described(&holes, &bed.lattice));
-    let problem = Problem::warning(ProblemKind::Input, "terrain-gaps", "", message)
-        .with_cause("cells without data are walls where `terrain.gaps` says nothing")
-        .with_remedy(format!(
-            "add a layer below, write `terrain.gaps: {{fill: idw, max_cells: {}}}` to fill them, or `terrain.gaps: wall` where it is meant so",
-            largest.len()
-        ))
-        .with_at(bed.lattice.to_map(bed.lattice.centre(largest[largest.len() / 2])));
-    findings.add(last, problem);
 }
 
 /// Tells of cells without data between two parts of the terrain: they would stand as a wall in the flood. Where no layer is cut only
@@ -132,35 +121,20 @@ pub(super) fn check_seams(scenario: &Scenario, bed: &BedParticles, findings: &mu
     }
 }
 
-/// Of each cell the part of the terrain that it belongs to, within which water gets everywhere over faces; none without terrain, and in
+/// Of each cell the part of the terrain that it belongs to, by its first cell, within which water gets everywhere over faces; none without terrain, and in
 /// a part of less than this share of it.
 fn parts(bed: &BedParticles, least_share: f64) -> Vec<Option<usize>> {
     let lattice = &bed.lattice;
+    let is_terrain = |cell: usize| bed.has_terrain(cell);
+    let share_a_face = |cell: usize, other: usize| {
+        let ((column, row), (other_column, other_row)) = (lattice.column_row(cell), lattice.column_row(other));
+        column == other_column || row == other_row
+    };
+    let regions = regions(lattice, is_terrain, share_a_face);
+    let least = least_share * regions.iter().map(Vec::len).sum::<usize>() as f64;
     let mut parts = vec![None; lattice.len()];
-    let mut seen: Vec<bool> = (0..lattice.len()).map(|cell| !bed.has_terrain(cell)).collect();
-    let least = least_share * seen.iter().filter(|seen| !**seen).count() as f64;
-    for start in 0..lattice.len() {
-        if std::mem::replace(&mut seen[start], true) {
-            continue;
-        }
-        let mut part = vec![start];
-        let mut next = 0;
-        while let Some(&cell) = part.get(next) {
-            next += 1;
-            let (column, row) = lattice.column_row(cell);
-            let beside = around(cell, lattice).filter(|&other| {
-                let (other_column, other_row) = lattice.column_row(other);
-                other_column == column || other_row == row
-            });
-            for other in beside {
-                if !std::mem::replace(&mut seen[other], true) {
-                    part.push(other);
-                }
-            }
-        }
-        if part.len() as f64 >= least {
-            part.into_iter().for_each(|cell| parts[cell] = Some(start));
-        }
+    for region in regions.iter().filter(|region| region.len() as f64 >= least) {
+        region.iter().for_each(|&cell| parts[cell] = Some(region[0]));
     }
     parts
 }
@@ -188,32 +162,42 @@ fn described(holes: &[Vec<usize>], lattice: &Lattice) -> String {
 /// The holes, each with its cells in ascending order.
 fn holes(bed: &BedParticles) -> Vec<Vec<usize>> {
     let lattice = &bed.lattice;
-    let mut seen: Vec<bool> = (0..lattice.len()).map(|cell| bed.has_terrain(cell)).collect();
-    let mut holes = Vec::new();
+    let is_at_edge = |cell: &usize| {
+        let (column, row) = lattice.column_row(*cell);
+        column == 0 || row == 0 || column + 1 == lattice.columns || row + 1 == lattice.rows
+    };
+    let mut holes = regions(lattice, |cell| !bed.has_terrain(cell), |_, _| true);
+    holes.retain(|hole| !hole.iter().any(is_at_edge));
+    holes.iter_mut().for_each(|hole| hole.sort_unstable());
+    holes
+}
+
+/// The regions of cells of a kind that hang together, by their first cells: of neighbours, corners included, those that `meet`.
+fn regions(
+    lattice: &Lattice,
+    is_of_kind: impl Fn(usize) -> bool,
+    meet: impl Fn(usize, usize) -> bool,
+) -> Vec<Vec<usize>> {
+    let mut seen: Vec<bool> = (0..lattice.len()).map(|cell| !is_of_kind(cell)).collect();
+    let mut regions = Vec::new();
     for start in 0..lattice.len() {
         if std::mem::replace(&mut seen[start], true) {
             continue;
         }
-        let mut hole = vec![start];
+        let mut region = vec![start];
         let mut next = 0;
-        while let Some(&cell) = hole.get(next) {
+        while let Some(&cell) = region.get(next) {
             next += 1;
             for other in around(cell, lattice) {
-                if !std::mem::replace(&mut seen[other], true) {
-                    hole.push(other);
+                if !seen[other] && meet(cell, other) {
+                    seen[other] = true;
+                    region.push(other);
                 }
             }
         }
-        let is_at_edge = |cell: &usize| {
-            let (column, row) = lattice.column_row(*cell);
-            column == 0 || row == 0 || column + 1 == lattice.columns || row + 1 == lattice.rows
-        };
-        if !hole.iter().any(is_at_edge) {
-            hole.sort_unstable();
-            holes.push(hole);
-        }
+        regions.push(region);
     }
-    holes
+    regions
 }
 
 /// The up to eight neighbours of a cell.

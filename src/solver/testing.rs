@@ -42,6 +42,17 @@ pub(super) fn open(problem: &mut FlowProblem, is_west: bool, condition: Conditio
     open_part(problem, is_west, (0.0, 1.0), condition);
 }
 
+/// Takes so many steps; returns the greatest speed (m/s) before any of them.
+pub(super) fn run_steps(solver: &mut impl FlowSolver, steps: usize) -> f64 {
+    let mut fastest = 0.0_f64;
+    for _ in 0..steps {
+        let choice = solver.choose_step();
+        fastest = fastest.max(choice.max_speed);
+        solver.advance(choice.time_step).expect("a stable run");
+    }
+    fastest
+}
+
 /// Runs until a time (s); returns the number of steps.
 pub(super) fn run_until(solver: &mut impl FlowSolver, end: f64) -> usize {
     let mut steps = 0;

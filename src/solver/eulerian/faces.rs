@@ -319,9 +319,8 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     };
     // Superbee slopes of the velocity count in full, others as far as the bed lets them be sharp.
     let along = |share: f64| if IS_SHARP { 1.0 } else { share };
-    let half_i = |rise: f64, jump: f64| slopes * limited(rise, jump, share_i);
-    let half_j = |rise: f64, jump: f64| slopes * limited(rise, jump, share_j);
-    let (a_1, a_2) = (half_i(i.rise_eta, jump_eta), half_j(j.rise_eta, jump_eta));
+    let a_1 = slopes * limited(i.rise_eta, jump_eta, share_i);
+    let a_2 = slopes * limited(j.rise_eta, jump_eta, share_j);
     let is_drawn_out = !IS_SHARP && (j.u > i.u || smaller(i.d, j.d) <= dry_depth);
     // What the depth gains from a particle to the face, given the depth across the face and the increment towards it.
     let gain = |d: f64, across: f64, rise: f64, share: f64| {

@@ -346,7 +346,7 @@ mod tests {
     use super::scene::{problem, solver};
     use super::*;
     use crate::scenario::methods::Integrator;
-    use crate::solver::FlowSolver;
+    use crate::solver::testing::run_steps;
 
     #[test]
     fn a_lake_behind_walls_through_its_particles_stays_at_rest() {
@@ -358,12 +358,7 @@ mod tests {
             let mut problem = problem((20, 16), 1.0, |_| 0.0, |p| if is_lake(p) { 2.0 } else { 0.0 });
             problem.walls = pieces.map(|[start, end]| if is_turned { [end, start] } else { [start, end] }).to_vec();
             let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
-            let mut fastest = 0.0_f64;
-            for _ in 0..100 {
-                let choice = solver.choose_step();
-                fastest = fastest.max(choice.max_speed);
-                solver.advance(choice.time_step).unwrap();
-            }
+            let fastest = run_steps(&mut solver, 100);
             assert!(fastest < 1e-9, "{is_turned}: {fastest:e} m/s");
         }
     }

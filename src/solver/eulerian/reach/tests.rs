@@ -3,7 +3,7 @@
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Resistance, Series, Strip};
 use crate::error::FailurePlace;
 use crate::math::Vec2;
-use crate::solver::testing::still_water as plane;
+use crate::solver::testing::{run_steps, run_until, still_water as plane};
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver, edge_faces};
 
 const G: f64 = 9.81;
@@ -39,23 +39,6 @@ fn join(problem: &mut FlowProblem, mut channel: Channel, is_west: bool, (from, t
     let faces = faces.filter(|(_, middle)| (middle.x - x).abs() < 1e-9 && (from..=to).contains(&middle.y)).collect();
     channel.near = ChannelEnd::Joined(faces);
     problem.forcing.channels.push(channel);
-}
-
-fn run(solver: &mut EulerianSolver, steps: usize) -> f64 {
-    let mut fastest = 0.0_f64;
-    for _ in 0..steps {
-        let choice = solver.choose_step();
-        fastest = fastest.max(choice.max_speed);
-        solver.advance(choice.time_step).expect("a stable run");
-    }
-    fastest
-}
-
-fn run_until(solver: &mut EulerianSolver, end: f64) {
-    while solver.time() < end - 1e-12 {
-        let choice = solver.choose_step();
-        solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
-    }
 }
 
 /// Repeatable noise between −0.5 and 0.5.
@@ -115,7 +98,7 @@ fn still_water_rests_in_channels_of_any_width_and_bed() {
             let mut problem = alone(Channel { far: end.clone(), ..channel.clone() });
             problem.forcing.channels[0].sections[0].level = 0.5;
             let mut solver = EulerianSolver::new(problem);
-            let fastest = run(&mut solver, 400);
+            let fastest = run_steps(&mut solver, 400);
             assert!(fastest < 1e-12, "{name}, {end:?}: {fastest:e} m/s");
         }
     }
@@ -130,7 +113,7 @@ fn a_bore_through_changing_sections_keeps_its_volume() {
     let sections = (0..60).map(|i| trapezoid(1.0, bed(i as f64), level(i as f64), 0.02));
     for channel in [rectangle, of_sections(1.0, sections.collect())] {
         let mut solver = EulerianSolver::new(alone(channel));
-        run(&mut solver, 1000);
+        run_steps(&mut solver, 1000);
         let error = solver.ledger().relative_error();
         assert!(error.abs() < 1e-13, "{error:e}");
     }
@@ -337,7 +320,7 @@ fn a_lake_rests_across_a_junction() {
         // All under water, and with dry ground on both sides of the junction.
         for level in [1.0, 0.05] {
             let mut solver = EulerianSolver::new(rough_plane(is_west, |_| level, level));
-            let fastest = run(&mut solver, 300);
+            let fastest = run_steps(&mut solver, 300);
             assert!(fastest < 1e-12, "{level}: {fastest:e} m/s");
         }
     }
@@ -350,7 +333,7 @@ fn water_goes_both_ways_and_none_is_lost() {
         for (in_plane, in_channel) in [(2.0, -1.0), (-1.0, 2.0), (2.0, 0.5), (0.5, 2.0)] {
             let mut solver = EulerianSolver::new(rough_plane(is_west, |_| in_plane, in_channel));
             let before = volume_of_channel(&solver);
-            run(&mut solver, 300);
+            run_steps(&mut solver, 300);
             let after = volume_of_channel(&solver);
             assert!((after > before) == (in_plane > in_channel), "{in_plane}, {in_channel}: {before} to {after}");
             let error = solver.ledger().relative_error();
@@ -372,7 +355,7 @@ fn the_strips_of_a_trapezoid_meet_cells_of_their_height() {
     };
     join(&mut problem, of_sections(1.0, (0..20).map(|_| section()).collect()), true, (8.0, 16.0));
     let mut solver = EulerianSolver::new(problem);
-    assert!(run(&mut solver, 200) < 1e-12);
+    assert!(run_steps(&mut solver, 200) < 1e-12);
     assert!(solver.ledger().relative_error().abs() < 1e-13);
 }
 

@@ -8,7 +8,7 @@ use crate::scenario::methods::Integrator;
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::Rates;
 use crate::solver::moving::scene::{G, problem, solver};
-use crate::solver::testing::{open, open_part, run_until};
+use crate::solver::testing::{open, open_part, run_steps, run_until};
 use crate::solver::{FlowProblem, FlowSolver};
 
 fn noise(place: Vec2) -> f64 {
@@ -30,12 +30,7 @@ fn a_lake_stays_at_rest_behind_edges_at_its_level() {
             open(&mut problem, true, condition.clone());
             open_part(&mut problem, false, (0.3, 0.7), condition.clone());
             let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
-            let mut fastest = 0.0_f64;
-            for _ in 0..100 {
-                let choice = solver.choose_step();
-                fastest = fastest.max(choice.max_speed);
-                solver.advance(choice.time_step).unwrap();
-            }
+            let fastest = run_steps(&mut solver, 100);
             assert!(fastest < 1e-12, "level {level}, {condition:?}: {fastest:e} m/s");
             assert!(solver.ledger().relative_error().abs() < 1e-15, "{:?}", solver.ledger());
         }
