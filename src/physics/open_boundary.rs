@@ -12,7 +12,7 @@
 //! (M41)  held depth d_h:      d = d_h outwards, d + u²/2g = d_h inwards  not above the critical outflow c = u = R/3, not below −c
 //! (M42)  held discharge −q:   2 c³ − R c² − g q = 0                  c not below that of critical flow, (g q)^(1/3)
 //! (M43)  uniform flow:        √S d^(2/3) / n + 2 √(g d) = R          critical outflow where that would be faster
-//! (M44)  rest at depth d_0:   u − 2 c = −2 c_0                       the invariant that arrives from beyond
+//! (M44)  rest at depth d_0:   u = 2 cos θ (c − c_0)                  a simple wave that leaves at the angle θ to the outward normal
 //! ```
 //!
 //! A section with one level η and one velocity, of area A and width T at its surface, has ω in place of 2 c:
@@ -24,7 +24,7 @@
 //! Where the state has the same R as that inside, the flux of (M16) between both is that of the state itself to first order, and
 //! that of the inside where water leaves faster than waves run. Sources: `Toro2001`. Not here: which face has which condition.
 
-use crate::math::clamp;
+use crate::math::{clamp, larger, smaller};
 
 /// Depth (m) and velocity outwards (m/s) on one side of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -251,15 +251,30 @@ pub fn uniform_flow(slope: f64, friction: f64, invariant: f64, g: f64) -> EdgeSt
     if velocity > c { overfall(invariant, g) } else { EdgeState::of(c, velocity, g) }
 }
 
-/// (M44): still water of depth `rest` (m, positive) beyond; what comes in is not faster than the middle of the wave that it sends.
-pub fn waves_leave(rest: f64, invariant: f64, g: f64) -> EdgeState {
+/// (M44): still water of depth `rest` (m, positive) beyond, into which waves leave by the way that the water before the edge tells, with its velocity
+/// `along` the edge (m/s); what comes in is not faster than the middle of the wave that it sends.
+pub fn waves_leave(rest: f64, before: EdgeState, along: f64, g: f64) -> EdgeState {
     let c_0 = (g * rest).sqrt();
-    let (celerity, outwards) = ((0.25 * (invariant + 2.0 * c_0)).max(0.0), 0.5 * (invariant - 2.0 * c_0));
+    let cosine = cosine_of_wave(c_0, before, along, g);
+    let invariant = before.invariant(g);
+    let celerity = (0.5 * (invariant + 2.0 * cosine * c_0) / (1.0 + cosine)).max(0.0);
+    let outwards = cosine * (invariant - 2.0 * c_0) / (1.0 + cosine);
     if outwards < -celerity {
-        let critical = 2.0 / 3.0 * c_0;
+        let critical = 2.0 * cosine * c_0 / (1.0 + 2.0 * cosine);
         return EdgeState::of(critical, -critical, g);
     }
     EdgeState::of(celerity, outwards, g)
+}
+
+/// cos θ of a simple wave with this state on its way out into still water of celerity `rest` (m/s). Its velocity has its direction and the size
+/// 2 |c − c_0|; as far as the size is another one, as in a current along the edge, the direction says nothing, and θ is taken for 0.
+fn cosine_of_wave(rest: f64, before: EdgeState, along: f64, g: f64) -> f64 {
+    let (speed, of_wave) = (before.outwards.hypot(along), 2.0 * ((g * before.depth).sqrt() - rest));
+    if before.outwards * of_wave <= 0.0 {
+        return 1.0;
+    }
+    let (less, more) = (smaller(speed, of_wave.abs()), larger(speed, of_wave.abs()));
+    1.0 - less / more * (1.0 - before.outwards.abs() / speed)
 }
 
 #[cfg(test)]
@@ -282,7 +297,8 @@ mod tests {
                     at_depth(1.1 * depth, 1.0, r, G),
                     inflow(0.2 * depth, None, r, G),
                     uniform_flow(1e-3, G * 9e-4, r, G),
-                    waves_leave(1.05 * depth, r, G),
+                    waves_leave(1.05 * depth, inside, 0.0, G),
+                    waves_leave(0.95 * depth, inside, 0.6, G),
                     overfall(r, G),
                 ];
                 for state in states {
@@ -387,7 +403,7 @@ mod tests {
         let askew = at_depth(2.0, 0.8, 0.0, G);
         let head = askew.depth + (askew.outwards / 0.8).powi(2) / (2.0 * G);
         assert!(close(head, 2.0) && close(askew.outwards, -(G * askew.depth).sqrt()));
-        let fan = waves_leave(2.0, 0.0, G);
+        let fan = waves_leave(2.0, EdgeState { depth: 0.0, outwards: 0.0 }, 0.0, G);
         assert!(
             close(fan.depth, 8.0 / 9.0) && close(fan.outwards, -(G * fan.depth).sqrt()),
             "the front of a dam break"
@@ -399,10 +415,31 @@ mod tests {
     #[test]
     fn still_water_stays_still() {
         let (depth, n) = (1.7, 0.03);
-        let r = EdgeState { depth, outwards: 0.0 }.invariant(G);
+        let still = EdgeState { depth, outwards: 0.0 };
+        let r = still.invariant(G);
         assert!(at_depth(depth, 1.0, r, G).outwards.abs() < 1e-14);
-        assert!(waves_leave(depth, r, G).outwards.abs() < 1e-14);
+        assert!(waves_leave(depth, still, 0.0, G).outwards.abs() < 1e-14);
         assert!(close(inflow(0.0, None, r, G).depth, depth));
         assert_eq!(uniform_flow(1e-3, G * n * n, -1.0, G).depth.to_bits(), 0.0_f64.to_bits());
+    }
+
+    #[test]
+    fn simple_waves_leave_at_any_angle_as_if_there_were_no_edge() {
+        let rest = 1.7;
+        for height in [-0.4, -0.01, 0.02, 0.8] {
+            for degrees in [0.0_f64, 20.0, 47.0, 61.0, 80.0] {
+                let depth = rest + height;
+                let speed = 2.0 * ((G * depth).sqrt() - (G * rest).sqrt());
+                let (sine, cosine) = degrees.to_radians().sin_cos();
+                let before = EdgeState { depth, outwards: speed * cosine };
+                let beyond = waves_leave(rest, before, speed * sine, G);
+                let is_same = close(beyond.depth, depth) && close(beyond.outwards, before.outwards);
+                assert!(is_same, "{height} m at {degrees} degrees: {beyond:?} beyond {before:?}");
+            }
+        }
+        // A current along the edge is no wave: what leaves does so straight ahead.
+        let before = EdgeState { depth: 1.75, outwards: 0.05 };
+        let (beyond, straight) = (waves_leave(1.75, before, 3.0, G), waves_leave(1.75, before, 0.0, G));
+        assert!(close(beyond.depth, straight.depth) && close(beyond.outwards, straight.outwards));
     }
 }

@@ -277,17 +277,19 @@ impl Run<'_> {
             }
             steps.count(&choice, solver.particles());
             let (time, volumes) = (solver.time(), books(solver));
-            recorder.set_bed(solver.bed_now());
-            let water = solver.water();
-            let before = Instant::now();
-            recorder.step(time, &water, volumes, &mut push)?;
-            recording += before.elapsed().as_secs_f64();
+            let received = signal.load(Ordering::Relaxed);
+            if solver.is_record_due(end) || received != 0 {
+                recorder.set_bed(solver.bed_now());
+                let water = solver.water();
+                let before = Instant::now();
+                recorder.step(time, &water, volumes, &mut push)?;
+                recording += before.elapsed().as_secs_f64();
+            }
             sections.step(time, solver.sections().iter().map(|flow| (flow.discharge, flow.volume)));
             if let Some(channels) = channels {
                 channels.step(solver)?;
             }
             progress.show(time, solver.particles(), &choice, volumes.error_relative);
-            let received = signal.load(Ordering::Relaxed);
             if received != 0 {
                 early = Some(Early::Signal(received as i32));
                 break;

@@ -186,6 +186,14 @@ pub trait FlowSolver: Send {
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure>;
     /// The water on the lattice now. Moving particles are gridded here, with their volume conserved.
     fn water(&mut self) -> WaterOnLattice<'_>;
+    /// After how many steps the water on the lattice is to be recorded: each one, unless it costs about as much as a step to draw it.
+    fn steps_of_a_record(&self) -> u64 {
+        1
+    }
+    /// Whether the water on the lattice is to be recorded now, in a run that ends at a time (s).
+    fn is_record_due(&self, end: f64) -> bool {
+        self.steps().is_multiple_of(self.steps_of_a_record()) || self.time() >= end
+    }
     /// The volumes.
     fn ledger(&self) -> Ledger;
     /// What passed the cross-sections of the problem; nothing where the core knows none.

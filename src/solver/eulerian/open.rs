@@ -77,6 +77,8 @@ pub(in crate::solver) struct Inside {
     width: f64,
     /// cos θ: how much of the way that the edge faces is across the face.
     cosine: f64,
+    /// Velocity along the face (m/s).
+    along: f64,
 }
 
 /// What passes a face, outwards, the signal speed there, and the state beyond; none where the face is as a wall.
@@ -363,8 +365,8 @@ pub(in crate::solver) fn pass(
         }
         Condition::Free => passing.extend(inside.iter().map(|inside| {
             match inside.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
-                Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.invariant, g), g),
-                Some(rest) => Passing::of(waves_leave(rest, 0.0, g), g),
+                Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.face, inside.along, g), g),
+                Some(rest) => Passing::of(waves_leave(rest, inside.face, 0.0, g), g),
                 None if inside.is_wet && inside.face.outwards > 0.0 => Passing::of(inside.face, g),
                 None => inside.closed(g),
             }
@@ -382,7 +384,16 @@ impl Face {
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];
         let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
-        Inside { rest: self.rest, friction, cosine: self.facing.0, ..Inside::before(at(self.cell), behind, scale) }
+        let (row, column) = self.cell;
+        let before = &state.primitive[row];
+        let along = turned_by(self.direction, before.velocity_x[column], before.velocity_y[column]).1;
+        Inside {
+            rest: self.rest,
+            friction,
+            cosine: self.facing.0,
+            along,
+            ..Inside::before(at(self.cell), behind, scale)
+        }
     }
 }
 
@@ -403,6 +414,7 @@ impl Inside {
             rest: None,
             width: 1.0,
             cosine: 1.0,
+            along: 0.0,
         };
         if !is_wet {
             return dry;
@@ -442,6 +454,7 @@ impl Inside {
             rest: None,
             width: 1.0,
             cosine: 1.0,
+            along: 0.0,
         }
     }
 
@@ -453,6 +466,11 @@ impl Inside {
     /// Width of the face in spacings.
     pub(in crate::solver) fn width(&self) -> f64 {
         self.width
+    }
+
+    /// The same face with a velocity along it (m/s).
+    pub(in crate::solver) fn flowing_along(self, along: f64) -> Self {
+        Inside { along, ..self }
     }
 
     /// The same face with another width (spacings), roughness g n² (m^(1/3)) and level at rest (m).

@@ -22,6 +22,8 @@ const ACCELERATION_SHARE: f64 = 0.8;
 const COLLAPSED_SHARE: f64 = 1e-5;
 /// Particles are brought into the order of the cells every so many steps.
 const STEPS_PER_SORT: u64 = 8;
+/// Steps between two records of the grid. Signals cross 0.6 spacings in a step and water less; the recorder draws straight lines between.
+const STEPS_OF_A_RECORD: u64 = 3;
 
 /// Moving particles in a given formulation.
 pub struct MovingSolver<F: Formulation> {
@@ -313,6 +315,10 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.water.take_back(fluid);
         self.water.phases.end("gridding");
         self.gridder.water()
+    }
+
+    fn steps_of_a_record(&self) -> u64 {
+        STEPS_OF_A_RECORD
     }
 
     fn ledger(&self) -> Ledger {

@@ -97,7 +97,9 @@ pub fn steps(solver: &mut dyn FlowSolver, count: usize) {
         if let Err(failure) = solver.advance(step) {
             panic!("the dam break of the benches broke down: {failure}");
         }
-        std::hint::black_box(solver.water().spans.len());
+        if solver.is_record_due(f64::INFINITY) {
+            std::hint::black_box(solver.water().spans.len());
+        }
     }
 }
 
