@@ -507,11 +507,21 @@ impl RasterFile {
         let cause = no_data.map_or("the file declares no nodata value".to_string(), |value| {
             format!("the file declares {value} as nodata, not these")
         });
+        // To declare them in place of the nodata value that is there would make elevations of the cells that have that.
+        let remedy = no_data.map_or(
+            "mark them as nodata with `gdal_edit.py -a_nodata nan`, in a text with `NODATA_value nan`; or write numbers in their place".to_string(),
+            |value| {
+                let value = value.to_string().to_lowercase();
+                format!(
+                    "write {value} in their place, in a text with an editor, otherwise with `gdal_calc.py -A FILE --outfile OUT --NoDataValue {value} --calc \"where(isfinite(A), A, {value})\"`"
+                )
+            },
+        );
         let [x, a, b, y, d, e] = self.geo_transform;
         let (column, row) = (column as f64 + 0.5, row as f64 + 0.5);
         input_error("not-a-number", message)
             .with_cause(cause)
-            .with_remedy("mark them as nodata with `gdal_edit.py -a_nodata nan` or, in a text, by its NODATA_value; or fill them with `gdal_fillnodata.py`")
+            .with_remedy(remedy)
             .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row))
     }
 
