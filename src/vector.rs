@@ -14,7 +14,9 @@ use geo::orient::{Direction, Orient};
 use geo::{Coord, CoordsIter, LineString, Polygon};
 
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::geodata::{Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform};
+use crate::geodata::{
+    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform, vertical_unit,
+};
 use crate::math::Vec2;
 
 /// No coordinate in metres or degrees is larger.
@@ -47,9 +49,9 @@ pub struct Feature {
     pub polygons: Vec<Polygon<f64>>,
     /// Polylines.
     pub lines: Vec<LineString<f64>>,
-    /// Of each polyline the z coordinates of its vertices; none where it has none.
+    /// Of each polyline the z coordinates (m) of its vertices; none where it has none.
     pub heights: Vec<Vec<f64>>,
-    /// Points with their z coordinate, if they have one.
+    /// Points with their z coordinate (m), if they have one.
     pub points: Vec<(Vec2, Option<f64>)>,
     /// Names and values of the attributes, unset ones left out.
     pub attributes: Vec<(String, Value)>,
@@ -196,6 +198,7 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
         crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
         crs
     });
+    let height_unit = crs.as_ref().and_then(vertical_unit).map_or(1.0, |(_, metres)| metres);
     let mut features = Vec::new();
     for (index, source) in found.features().enumerate() {
         let mut feature = Feature { number: index + 1, ..Feature::default() };
@@ -207,6 +210,8 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
                     )
             })?;
         }
+        feature.heights.iter_mut().flatten().for_each(|height| *height *= height_unit);
+        feature.points.iter_mut().filter_map(|(_, height)| height.as_mut()).for_each(|height| *height *= height_unit);
         // A feature of a GeoJSON need not have the attributes of the others; a number that it lacks reads as 0, its text as none.
         let has = |field| source.field_as_string(field).is_ok_and(|text| text.is_some_and(|text| !text.is_empty()));
         let fields = source.fields().enumerate().filter(|(field, _)| has(*field));
@@ -455,6 +460,18 @@ mod tests {
             let codes: Vec<&str> = warnings.iter().map(|problem| problem.code).collect();
             let told: &[&str] = if encoding == "UTF-8" || is_stated { &[] } else { &["assumed-encoding"] };
             assert_eq!(codes, told, "{encoding}");
+        }
+    }
+
+    #[test]
+    fn heights_count_in_the_vertical_unit_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        // NAVD88 in metres, in feet and in US survey feet.
+        for (vertical, unit) in [("", 1.0), ("+5703", 1.0), ("+8228", 0.3048), ("+6360", 1200.0 / 3937.0)] {
+            let path = folder.path().join(format!("a{vertical}.gpkg"));
+            write_point(&path, ("GPKG", None), &format!("EPSG:26915{vertical}"));
+            let height = open(&path, None).unwrap().features[0].points[0].1.unwrap();
+            assert!((height - 100.0 * unit).abs() < 1e-6, "{vertical}: {height}");
         }
     }
 

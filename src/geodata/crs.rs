@@ -145,6 +145,13 @@ pub fn vertical_datum(crs: &SpatialRef) -> Option<String> {
     crs.get_attr_value("VERT_DATUM", 0).ok().flatten()
 }
 
+/// The name of the vertical unit of a system and how many metres it has, where it states one.
+pub fn vertical_unit(crs: &SpatialRef) -> Option<(String, f64)> {
+    let text = |child| crs.get_attr_value("VERT_CS|UNIT", child).ok().flatten();
+    let factor = text(1)?.parse().ok().filter(|factor: &f64| factor.is_finite() && *factor > 0.0)?;
+    Some((text(0)?, factor))
+}
+
 /// Points of one system in another.
 ///
 /// # Errors

@@ -122,6 +122,9 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
     let (mut lines, mut without) = (Vec::new(), Vec::new());
     let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length);
     findings.add_all(source, places::left_out(source, &features, "line", has_line));
+    if let RiverWidth::Field(field) = width {
+        findings.add_all(source, places::unit_of_attribute(source, &[field], &features, scenario));
+    }
     for feature in &features {
         let width = match width {
             RiverWidth::Cell => Some(0.0),

@@ -13,7 +13,7 @@ use crate::geodata::cf_axes::{self, gdal_name, metres_of, raster_variables, spli
 use crate::geodata::cf_valid::{Bounds, bounds_of};
 use crate::geodata::{
     Crs, CrsProblem, alone, capture, describe, is_alpha, is_metric, readable_file, same_horizontal, spatial_ref,
-    suggested_utm, transform, warp_to_memory,
+    suggested_utm, transform, vertical_unit, warp_to_memory,
 };
 use crate::math::{Vec2, in_bytes};
 
@@ -547,15 +547,20 @@ impl RasterFile {
         self.dataset.rasterband(1).map(|band| band.unit()).unwrap_or_default().trim().to_owned()
     }
 
-    /// Refuses heights whose unit in the file is another than that of the scenario (so many metres).
+    /// Refuses heights whose unit in the file, or in its reference system, is another than that of the scenario (so many metres).
     ///
     /// # Errors
     /// The problem, without key and place.
     pub fn check_unit_of_heights(&self, unit: f64, path: &Path) -> Result<(), Problem> {
         /// The two feet differ by 2e-6, which no terrain knows.
         const SAME: f64 = 1e-5;
-        let written = self.unit();
-        let own = metres_of(&written);
+        let mut written = self.unit();
+        let mut own = metres_of(&written);
+        if written.is_empty()
+            && let Some((name, metres)) = self.crs.as_ref().and_then(vertical_unit)
+        {
+            (written, own) = (name, Some(metres));
+        }
         if written.is_empty() || own.is_some_and(|own| (own / unit - 1.0).abs() < SAME) {
             return Ok(());
         }
