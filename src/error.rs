@@ -27,6 +27,8 @@ pub enum ExitCode {
     Gate = 7,
     /// Output could not be written.
     Output = 8,
+    /// Stopped by SIGHUP with its results closed.
+    HungUp = 129,
     /// Stopped by SIGINT with its results closed.
     Interrupted = 130,
     /// Stopped by SIGTERM with its results closed.
@@ -243,7 +245,7 @@ pub enum Error {
     /// A signal stopped the run; what was computed is closed and readable.
     #[error("stopped by signal {signal} at t = {time:.1} s; the results up to there are complete in {}", .folder.display())]
     Stopped {
-        /// 2 (SIGINT) or 15 (SIGTERM).
+        /// 1 (SIGHUP), 2 (SIGINT) or 15 (SIGTERM).
         signal: i32,
         /// Simulated time reached (s).
         time: f64,
@@ -283,6 +285,7 @@ impl Error {
             Error::Numerical(_) => ExitCode::Numerical,
             Error::Gate(_) => ExitCode::Gate,
             Error::Output { .. } => ExitCode::Output,
+            Error::Stopped { signal: 1, .. } => ExitCode::HungUp,
             Error::Stopped { signal: 15, .. } => ExitCode::Terminated,
             Error::Stopped { .. } => ExitCode::Interrupted,
             Error::Internal(_) => ExitCode::Internal,

@@ -14,7 +14,9 @@ use geo::orient::{Direction, Orient};
 use geo::{Coord, CoordsIter, LineString, Polygon};
 
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::geodata::{Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform};
+use crate::geodata::{
+    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform, vertical_unit,
+};
 use crate::math::Vec2;
 
 /// No coordinate in metres or degrees is larger.
@@ -47,9 +49,9 @@ pub struct Feature {
     pub polygons: Vec<Polygon<f64>>,
     /// Polylines.
     pub lines: Vec<LineString<f64>>,
-    /// Of each polyline the z coordinates of its vertices; none where it has none.
+    /// Of each polyline the z coordinates (m) of its vertices; none where it has none.
     pub heights: Vec<Vec<f64>>,
-    /// Points with their z coordinate, if they have one.
+    /// Points with their z coordinate (m), if they have one.
     pub points: Vec<(Vec2, Option<f64>)>,
     /// Names and values of the attributes, unset ones left out.
     pub attributes: Vec<(String, Value)>,
@@ -67,6 +69,14 @@ impl Feature {
         };
         let names: Vec<String> = self.attributes.iter().map(name).collect();
         if names.is_empty() { "none that holds a value".to_owned() } else { names.join(", ") }
+    }
+
+    /// Whether a name or a text of its attributes has letters that are none in UTF-8.
+    fn has_unknown_letters(&self) -> bool {
+        let is_unknown = |text: &str| text.contains(char::REPLACEMENT_CHARACTER);
+        self.attributes
+            .iter()
+            .any(|(name, value)| is_unknown(name) || matches!(value, Value::Text(text) if is_unknown(text)))
     }
 
     /// An attribute by its name, whatever its case, or by the first ten letters that a Shapefile leaves of it.
@@ -117,6 +127,8 @@ pub struct VectorFile {
     pub crs: Option<SpatialRef>,
     /// Whether the file states no CRS and GDAL took it for degrees, as it does for a GeoJSON.
     presumed_degrees: bool,
+    /// Whether the file states no encoding of its text, and that of old Windows programs was taken.
+    presumed_encoding: bool,
 }
 
 /// Opens a vector file and reads a layer of it; without a name the only one that draws something.
@@ -126,11 +138,11 @@ pub struct VectorFile {
 pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
     readable_file(path)?;
     let name = path.display();
-    let options = DatasetOptions {
-        open_flags: GdalOpenFlags::GDAL_OF_VECTOR | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
-        ..DatasetOptions::default()
+    let open_with = |open_options| {
+        let open_flags = GdalOpenFlags::GDAL_OF_VECTOR | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR;
+        Dataset::open_ex(path, DatasetOptions { open_flags, open_options, ..DatasetOptions::default() })
     };
-    let (result, messages) = capture(|| Dataset::open_ex(path, options));
+    let (result, messages) = capture(|| open_with(None));
     let dataset = result.map_err(|_| {
         let problem = input_error("not-a-vector", format!("{name} is not a vector file that GDAL can read"))
             .with_remedy("name a GeoJSON, GeoPackage or Shapefile; `ogrinfo FILE` shows whether GDAL reads it");
@@ -138,6 +150,13 @@ pub fn open(path: &Path, layer: Option<&str>) -> Result<VectorFile, Problem> {
     })?;
     let (result, messages) = capture(|| read_layer(&dataset, path, layer));
     let mut file = result?;
+    if dataset.driver().short_name() == "ESRI Shapefile" && file.features.iter().any(Feature::has_unknown_letters) {
+        let (result, _) =
+            capture(|| open_with(Some(&["ENCODING=CP1252"])).map(|dataset| read_layer(&dataset, path, layer)));
+        if let Ok(read) = result {
+            file = VectorFile { presumed_encoding: true, ..read? };
+        }
+    }
     if file.features.is_empty() && !messages.is_empty() {
         return Err(input_error("not-a-vector", format!("no feature of {name} could be read"))
             .with_cause(messages.join("; "))
@@ -179,6 +198,7 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
         crs.set_axis_mapping_strategy(AxisMappingStrategy::TraditionalGisOrder);
         crs
     });
+    let height_unit = crs.as_ref().and_then(vertical_unit).map_or(1.0, |(_, metres)| metres);
     let mut features = Vec::new();
     for (index, source) in found.features().enumerate() {
         let mut feature = Feature { number: index + 1, ..Feature::default() };
@@ -190,13 +210,15 @@ fn read_layer(dataset: &Dataset, path: &Path, layer: Option<&str>) -> Result<Vec
                     )
             })?;
         }
+        feature.heights.iter_mut().flatten().for_each(|height| *height *= height_unit);
+        feature.points.iter_mut().filter_map(|(_, height)| height.as_mut()).for_each(|height| *height *= height_unit);
         // A feature of a GeoJSON need not have the attributes of the others; a number that it lacks reads as 0, its text as none.
         let has = |field| source.field_as_string(field).is_ok_and(|text| text.is_some_and(|text| !text.is_empty()));
         let fields = source.fields().enumerate().filter(|(field, _)| has(*field));
         feature.attributes = fields.filter_map(|(_, (name, value))| Some((name, attribute_value(value?)?))).collect();
         features.push(feature);
     }
-    Ok(VectorFile { features, crs, presumed_degrees: false })
+    Ok(VectorFile { features, crs, presumed_degrees: false, presumed_encoding: false })
 }
 
 /// The number of the layer of a file that is meant without a name: the only one that draws something, the first one where none does.
@@ -291,6 +313,14 @@ impl VectorFile {
     ) -> Result<(Vec<Feature>, Vec<Problem>), Problem> {
         let name = path.display();
         let mut warnings = Vec::new();
+        if self.presumed_encoding {
+            let message = format!(
+                "the letters of {name} are none of UTF-8, and it names no other encoding: they are taken as Windows-1252"
+            );
+            warnings.push(Problem::warning(ProblemKind::Input, "assumed-encoding", "", message).with_remedy(
+                "put a .cpg file of the same name beside it that names the encoding, such as `ISO-8859-1` or `CP1250`",
+            ));
+        }
         match (run, &self.crs) {
             (Crs::Local, Some(crs)) if !self.presumed_degrees => {
                 if is_metric(crs) == Err(CrsProblem::Geographic) {
@@ -388,6 +418,61 @@ mod tests {
         assert_eq!(features[0].attribute("empty"), None);
         assert_eq!(features[1].attributes, []);
         assert_eq!(feature.polygons[0].exterior().0.len(), 5);
+    }
+
+    /// Writes a point at a height with the attributes `Höhe` and `Ort` to a file of some format.
+    fn write_point(path: &Path, (driver, options): (&str, Option<&[&str]>), crs: &str) {
+        use gdal::vector::{Feature, LayerOptions, OGRFieldType};
+        let mut dataset = gdal::DriverManager::get_driver_by_name(driver).unwrap().create_vector_only(path).unwrap();
+        let srs = spatial_ref(crs).unwrap();
+        let layer = LayerOptions { name: "a", srs: Some(&srs), ty: OGRwkbGeometryType::wkbPoint25D, options };
+        let layer = dataset.create_layer(layer).unwrap();
+        layer.create_defn_fields(&[("Höhe", OGRFieldType::OFTReal), ("Ort", OGRFieldType::OFTString)]).unwrap();
+        let mut feature = Feature::new(layer.defn()).unwrap();
+        feature.set_geometry(Geometry::from_wkt("POINT Z (500000 5300000 100)").unwrap()).unwrap();
+        feature.set_field_double(0, 2.9).unwrap();
+        feature.set_field_string(1, "Mühle").unwrap();
+        feature.create(&layer).unwrap();
+        drop(feature);
+        dataset.close().unwrap();
+    }
+
+    #[test]
+    fn letters_of_a_shapefile_that_does_not_say_how_they_are_encoded_are_read_and_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.shp");
+        let (crs, run) = ("EPSG:25832", Crs::Projected(spatial_ref("EPSG:25832").unwrap()));
+        for (encoding, is_stated) in [("ISO-8859-1", true), ("ISO-8859-1", false), ("UTF-8", false)] {
+            write_point(&path, ("ESRI Shapefile", Some(&[format!("ENCODING={encoding}").as_str()])), crs);
+            if !is_stated {
+                let _ = std::fs::remove_file(path.with_extension("cpg"));
+                let mut table = std::fs::read(path.with_extension("dbf")).unwrap();
+                table[29] = 0;
+                std::fs::write(path.with_extension("dbf"), table).unwrap();
+            }
+            let (features, warnings) = open(&path, None).unwrap().in_run_crs(&path, &run, false).unwrap();
+            assert_eq!(
+                features[0].number("höhe").or(features[0].number("Höhe")),
+                Some(2.9),
+                "{encoding}: {features:?}"
+            );
+            assert_eq!(features[0].attribute("ort"), Some(&Value::Text("Mühle".to_owned())));
+            let codes: Vec<&str> = warnings.iter().map(|problem| problem.code).collect();
+            let told: &[&str] = if encoding == "UTF-8" || is_stated { &[] } else { &["assumed-encoding"] };
+            assert_eq!(codes, told, "{encoding}");
+        }
+    }
+
+    #[test]
+    fn heights_count_in_the_vertical_unit_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        // NAVD88 in metres, in feet and in US survey feet.
+        for (vertical, unit) in [("", 1.0), ("+5703", 1.0), ("+8228", 0.3048), ("+6360", 1200.0 / 3937.0)] {
+            let path = folder.path().join(format!("a{vertical}.gpkg"));
+            write_point(&path, ("GPKG", None), &format!("EPSG:26915{vertical}"));
+            let height = open(&path, None).unwrap().features[0].points[0].1.unwrap();
+            assert!((height - 100.0 * unit).abs() < 1e-6, "{vertical}: {height}");
+        }
     }
 
     #[test]

@@ -23,7 +23,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("bed", &["math", "lattice", "error", "physics::kernel", "scenario::methods", "terrain"]),
     ("seeding", &["math", "lattice", "error", "bed", "particles", "scenario::methods"]),
     ("gridding", &["math", "lattice", "bed", "boundary", "particles", "physics"]),
-    ("geodata", &["math", "error", "output"]),
+    ("geodata", &["math", "error"]),
     ("vector", &["math", "error", "geodata"]),
     ("terrain", &["math", "error", "geodata", "vector", "scenario::PointInterpolation"]),
     (

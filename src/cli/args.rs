@@ -21,6 +21,7 @@ Exit codes:
     6  numerical failure
     7  finished, but a quality gate failed
     8  output could not be written
+  129  stopped by SIGHUP, with the results so far closed; under nohup a run goes on
   130  stopped by SIGINT, with the results so far closed
   143  stopped by SIGTERM, with the results so far closed
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::ChartArguments;
 use super::print;
-use super::validate::{chosen_cases, run_cases, write};
+use super::validate::{chosen_cases, make_folder, run_cases, write};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::maps::{ChartLine, ChartPeers, ChartPoint, speed_against_accuracy};
 use crate::validation::{Peer, Row, peers_from_csv, rows_as_csv, rows_from_csv};
@@ -29,6 +29,7 @@ pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
         Some(file) => std::fs::read_to_string(file)
             .map_err(|cause| Error::Usage(format!("{} cannot be read: {cause}", file.display())))?,
         None => {
+            make_folder(folder)?;
             let runs = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
             rows_as_csv(&runs.into_iter().flat_map(|run| run.result.rows).collect::<Vec<_>>())
         }
@@ -36,8 +37,7 @@ pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
     // The figures show what the table says, to its last digit.
     let source = arguments.from.as_ref().unwrap_or(&table).display();
     let rows = rows_from_csv(&text).map_err(|fault| Error::Usage(format!("{source}: {fault}")))?;
-    std::fs::create_dir_all(folder)
-        .map_err(|cause| Error::Output { path: folder.clone(), cause: cause.to_string() })?;
+    make_folder(folder)?;
     write(&table, &text)?;
     let mut files = vec![table];
     // A lake at rest is right or wrong: no figure.

@@ -1,6 +1,6 @@
 //! `floodsim validate`: the built-in cases with chosen methods, as a table, JSON or CSV.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::args::{CaseArguments, ResolutionsArgument, ValidateArguments};
 use super::print;
@@ -25,6 +25,8 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     if arguments.list {
         return print(&(list_of_cases(chosen.into_iter()) + &list_of_experiments(&experiments)));
     }
+    arguments.json.iter().chain(&arguments.csv).try_for_each(|file| check_writable(file))?;
+    arguments.figures.iter().try_for_each(|folder| make_folder(folder))?;
     let results = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
     let mut rows: Vec<Row> = results.iter().flat_map(|result| result.result.rows.iter().cloned()).collect();
     let mut missed = missed_bars(&results);
@@ -138,8 +140,6 @@ fn run_in_laboratory(experiment: &Experiment, arguments: &ValidateArguments) -> 
             continue;
         }
         if let Some(folder) = &arguments.figures {
-            let failed = |cause: std::io::Error| Error::Output { path: folder.clone(), cause: cause.to_string() };
-            std::fs::create_dir_all(folder).map_err(failed)?;
             let methods: Vec<&str> = choice.given.iter().map(|(_, member)| member.as_str()).collect();
             let title = format!("{}, {}", experiment.name.replace('_', " "), methods.join(", "));
             let figure = comparison(&title, "depth or level (m)", &result.panels);
@@ -261,9 +261,33 @@ fn as_json(rows: &[Row]) -> Result<String, Error> {
 
 /// Writes a file that is complete when it has its name.
 pub fn write(file: &Path, text: &str) -> Result<(), Error> {
+    let partial = partial(file);
+    std::fs::write(&partial, text).and_then(|()| std::fs::rename(&partial, file)).map_err(|cause| failed(file, cause))
+}
+
+/// Refuses a file that [`write`] could not write, before what it is to hold is computed.
+fn check_writable(file: &Path) -> Result<(), Error> {
+    if file.exists() && !file.is_file() {
+        return Err(failed(file, "there is something else than a file"));
+    }
+    let partial = partial(file);
+    let tried = std::fs::File::create(&partial).and_then(|_| std::fs::remove_file(&partial));
+    tried.map_err(|cause| failed(file, cause))
+}
+
+/// Makes a folder in which files can be written.
+pub fn make_folder(folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|cause| failed(folder, cause))?;
+    check_writable(&folder.join("figure"))
+}
+
+/// The name of a file until it is complete.
+fn partial(file: &Path) -> PathBuf {
     let mut partial = file.as_os_str().to_owned();
     partial.push(".part");
-    let failed = |cause: std::io::Error| Error::Output { path: file.to_owned(), cause: cause.to_string() };
-    std::fs::write(&partial, text).map_err(failed)?;
-    std::fs::rename(&partial, file).map_err(failed)
+    partial.into()
+}
+
+fn failed(path: &Path, cause: impl std::fmt::Display) -> Error {
+    Error::Output { path: path.to_owned(), cause: cause.to_string() }
 }

@@ -4,7 +4,6 @@ use gdal::spatial_ref::{AxisMappingStrategy, CoordTransform, SpatialRef};
 
 use super::{capture, horizontal_part};
 use crate::math::Vec2;
-use crate::output::OutputCrs;
 
 /// The coordinate reference system of a run while its inputs are opened.
 #[derive(Clone, Debug)]
@@ -27,11 +26,11 @@ pub enum CrsProblem {
 }
 
 impl Crs {
-    /// What the writers need.
-    pub fn to_output(&self) -> OutputCrs {
+    /// Its text as WKT2:2019, and its code where it has one; none of plain metres.
+    pub fn written(&self) -> Option<(String, Option<String>)> {
         match self {
-            Crs::Local => OutputCrs::Local,
-            Crs::Projected(crs) => OutputCrs::Projected { wkt2: wkt2(crs), authority: authority(crs) },
+            Crs::Local => None,
+            Crs::Projected(crs) => Some((wkt2(crs), authority(crs))),
         }
     }
 
@@ -145,6 +144,13 @@ pub fn vertical_datum(crs: &SpatialRef) -> Option<String> {
     crs.get_attr_value("VERT_DATUM", 0).ok().flatten()
 }
 
+/// The name of the vertical unit of a system and how many metres it has, where it states one.
+pub fn vertical_unit(crs: &SpatialRef) -> Option<(String, f64)> {
+    let text = |child| crs.get_attr_value("VERT_CS|UNIT", child).ok().flatten();
+    let factor = text(1)?.parse().ok().filter(|factor: &f64| factor.is_finite() && *factor > 0.0)?;
+    Some((text(0)?, factor))
+}
+
 /// Points of one system in another.
 ///
 /// # Errors
@@ -187,11 +193,9 @@ mod tests {
     }
 
     #[test]
-    fn the_output_carries_wkt2_and_the_code() {
-        let OutputCrs::Projected { wkt2, authority } = Crs::Projected(spatial_ref("EPSG:27572").unwrap()).to_output()
-        else {
-            panic!("a projected system was given");
-        };
+    fn a_system_is_written_as_wkt2_with_its_code() {
+        assert_eq!(Crs::Local.written(), None);
+        let (wkt2, authority) = Crs::Projected(spatial_ref("EPSG:27572").unwrap()).written().unwrap();
         assert!(wkt2.starts_with("PROJCRS["), "{wkt2}");
         assert_eq!(authority.as_deref(), Some("EPSG:27572"));
     }

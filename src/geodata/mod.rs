@@ -10,7 +10,7 @@ mod unwrapped;
 
 pub use crs::{
     Crs, CrsProblem, describe, is_metric, map_scales, run_crs_of, same_horizontal, spatial_ref, suggested_utm,
-    transform, vertical_datum,
+    transform, vertical_datum, vertical_unit,
 };
 pub use messages::{alone, capture};
 pub use text::{Table, TextError, read_text};

@@ -28,7 +28,8 @@ pub enum TextError {
 /// Greatest length of an unpacked text file (bytes): guards against a small archive that unpacks without end.
 const MAX_TEXT: u64 = 8 << 30;
 
-/// The text of a file, unpacked if it is gzipped; a byte order mark is dropped.
+/// The text of a file, unpacked if it is gzipped; a byte order mark is dropped, and lines that end with a carriage return alone get the
+/// usual end.
 ///
 /// # Errors
 /// When the file cannot be read, or is no text.
@@ -46,7 +47,8 @@ pub fn read_text(path: &Path) -> Result<String, TextError> {
     }
     // A header with an accented letter in an old code page does not spoil the numbers below it.
     let text = String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
-    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+    let text = text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text);
+    Ok(if text.contains('\n') { text } else { text.replace('\r', "\n") })
 }
 
 impl Table {
@@ -167,6 +169,21 @@ mod tests {
             assert_eq!(rows(text), vec![expected.to_vec()], "{text:?}");
         }
         assert_eq!(rows("sep=ab\n1,2"), vec![vec!["sep=ab"], vec!["1,2"]]);
+    }
+
+    #[test]
+    fn lines_end_as_on_any_machine() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        for end in ["\n", "\r\n", "\r"] {
+            std::fs::write(&path, ["a,b", "1,2", "3,4", ""].join(end)).unwrap();
+            let table = Table::parse(&read_text(&path).unwrap(), |_| true);
+            assert_eq!(table.header, Some(vec!["a".to_owned(), "b".to_owned()]), "{end:?}");
+            assert_eq!(
+                table.rows,
+                [(2, vec!["1".to_owned(), "2".to_owned()]), (3, vec!["3".to_owned(), "4".to_owned()])]
+            );
+        }
     }
 
     #[test]

@@ -15,6 +15,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
 use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, Severity};
 use crate::math::readable;
@@ -465,12 +467,21 @@ fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) ->
     }
 }
 
-/// A cell that holds the number of SIGINT or SIGTERM once it came, 0 before.
+/// A cell that holds the number of SIGHUP, SIGINT or SIGTERM once it came, 0 before.
 fn watch_signals() -> Result<Arc<AtomicUsize>, Error> {
     let received = Arc::new(AtomicUsize::new(0));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+    let hang_up = Some(SIGHUP).filter(|_| is_stopped_by_hang_up());
+    for signal in [SIGINT, SIGTERM].into_iter().chain(hang_up) {
         signal_hook::flag::register_usize(signal, Arc::clone(&received), signal as usize)
             .map_err(|cause| Error::Internal(format!("signal {signal} cannot be watched: {cause}")))?;
     }
     Ok(received)
+}
+
+/// Whether SIGHUP is not ignored, as `nohup` has it: that run is to outlive its terminal, and to watch the signal would end it. Where
+/// the system does not tell, the signal is left as it is.
+fn is_stopped_by_hang_up() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 0)
 }

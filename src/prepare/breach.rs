@@ -65,6 +65,9 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
         return None;
     };
     let names = breach.crest_field.as_deref().map_or(CREST_NAMES.to_vec(), |field| vec![field]);
+    if breach.crest.is_none() {
+        findings.add_all(&breach.dam, places::unit_of_attribute(&breach.dam, &names, &features, scenario));
+    }
     let attribute = || names.iter().find_map(|name| feature.number(name)).filter(|level| level.is_finite());
     let Some(crest) = breach.crest.as_ref().map(|crest| crest.value).or_else(attribute) else {
         let problem = input_error("no-crest", format!("neither the scenario nor {name} gives the crest of the dam"))

@@ -33,7 +33,7 @@ pub(super) struct State {
 fn not_fields(path: &Path, cause: String) -> Problem {
     input_error("not-a-fields-file", format!("{} is no `fields.nc` of a run", path.display()))
         .with_cause(cause)
-        .with_remedy("name the file `fields.nc` of a finished run")
+        .with_remedy("name the file `fields.nc` of a finished run; where it is that, it is damaged: copy it again")
 }
 
 pub(super) fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {

@@ -117,6 +117,9 @@ fn lines(breakline: &Breakline, crs: Option<&Crs>, scenario: &Scenario, findings
     let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
     let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length) || !feature.polygons.is_empty();
     findings.add_all(source, places::left_out(source, &features, "line", has_line));
+    if let LineLevel::Field(field) = &breakline.level {
+        findings.add_all(source, places::unit_of_attribute(source, &[field], &features, scenario));
+    }
     let mut lines = Vec::new();
     let mut without_level: Vec<&Feature> = Vec::new();
     let mut count = 0;
@@ -298,6 +301,10 @@ fn footprints(
     let name = source.value.path.display();
     let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
     findings.add_all(source, places::left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));
+    if let BuildingMode::Raise { height: None, field } = &buildings.mode {
+        let names = field.as_deref().map_or(HEIGHT_NAMES.to_vec(), |field| vec![field]);
+        findings.add_all(source, places::unit_of_attribute(source, &names, &features, scenario));
+    }
     let mut found = Vec::new();
     let (mut count, mut without, mut beyond, mut tall) = (0, Vec::new(), Vec::new(), Vec::new());
     for feature in features.iter().filter(|feature| !feature.polygons.is_empty()) {

@@ -210,7 +210,9 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         problems: Vec::new(),
         terrain,
         lattice: None,
-        crs: crs.map_or(OutputCrs::Local, |crs| crs.to_output()),
+        crs: crs
+            .and_then(|crs| crs.written())
+            .map_or(OutputCrs::Local, |(wkt2, authority)| OutputCrs::Projected { wkt2, authority }),
         walls: Vec::new(),
         open_edges: OpenEdges::default(),
         raised: Vec::new(),

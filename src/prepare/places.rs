@@ -3,12 +3,14 @@
 use super::findings::Findings;
 use super::grid::{REACH, faces_opened, open_side};
 use super::outside::{Outside, all_outside, partly_outside};
+use super::series::{names_a_length, unit_in_name};
 use crate::bed::{BedParticles, Surface};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::math::Vec2;
 use crate::output::Gauge;
-use crate::scenario::{OpenBoundary, Scenario, Sourced, VectorSource};
+use crate::scenario::units::LENGTH;
+use crate::scenario::{OpenBoundary, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::solver::OpenEdges;
 use crate::vector::{self, Feature};
 
@@ -54,6 +56,35 @@ pub(super) fn left_out(
     let message = format!("{count} of {} features of {name} hold no {wanted}: feature {numbers}{more}", features.len());
     let problem = input_warning("left-out", message).with_cause("they are left out");
     Some(problem.with_remedy(format!("take them out of the file, or draw them with a {wanted}")))
+}
+
+/// What is wrong or doubtful about the unit of lengths that an attribute holds, the first of some names that a feature has: they are
+/// read in metres.
+pub(super) fn unit_of_attribute(
+    source: &Sourced<VectorSource>,
+    names: &[&str],
+    features: &[Feature],
+    scenario: &Scenario,
+) -> Option<Problem> {
+    let name = names.iter().find(|name| features.iter().any(|feature| feature.number(name).is_some()))?;
+    let attribute = format!("the attribute `{name}` of {}", source.value.path.display());
+    let lower = name.to_lowercase();
+    if names_a_length(&lower) {
+        let message = format!("{attribute} names a unit, and its values would be read as metres");
+        return Some(
+            input_error("unit-of-attribute", message)
+                .with_remedy("bring them to metres, in an attribute of another name"),
+        );
+    }
+    let unit_of_terrain = |layer: &Sourced<TerrainLayer>| match &layer.value {
+        TerrainLayer::Raster { unit, .. } => Some(*unit).filter(|unit| (unit - 1.0).abs() > 1e-9),
+        TerrainLayer::Points { .. } => None,
+    };
+    let unit = scenario.layers.iter().find_map(unit_of_terrain).filter(|_| unit_in_name(&lower, &LENGTH).is_none())?;
+    let message = format!("{attribute} is read in metres, and the terrain counts in units of {unit} m");
+    Some(input_warning("unit-of-attribute", message).with_remedy(format!(
+        "nothing, if its values are in metres (`{name}_m` would say so); otherwise bring them to metres"
+    )))
 }
 
 /// Whether a line has a length.

@@ -11,9 +11,11 @@ use super::findings::Findings;
 use super::rain::Losses;
 use super::rain_times::{self, Start};
 use super::series::{choose, in_lines, rows_are};
-use crate::error::{Problem, ProblemKind, input_error};
+use super::series_times::takes_little;
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::cf_axes::{check_axes_are_known, check_order, gdal_name, is_netcdf, split_variable, text_of};
 use crate::geodata::{Crs, Table, read_text, readable_file};
+use crate::math::readable;
 use crate::scenario::units::{INTENSITY, LENGTH, TIME};
 use crate::scenario::{ColumnUnit, RainUnit, Scenario, Sourced, Stamp, VectorSource};
 use crate::terrain::RasterFile;
@@ -78,6 +80,10 @@ pub(super) fn open(
     let intervals = findings.take(asked.file, intervals(&times, asked.stamp, &name))?;
     let gaps = coverage(&intervals, losses.until, times.bounds.is_some(), &name);
     findings.add_all(asked.file, gaps);
+    // The times of a NetCDF file have their unit beside them.
+    if matches!(rasters, Rasters::Files(_)) {
+        findings.add_all(asked.file, far_beyond(&intervals, losses.until, &name));
+    }
     Some(Opened { intervals, rasters, unit, losses, crs: crs?.clone() })
 }
 
@@ -398,6 +404,24 @@ fn coverage(intervals: &[(f64, f64)], until: f64, has_bounds: bool, name: &str) 
     found
 }
 
+/// Warns of a list of which the rain (until a time, s) takes so little that its times may have another unit.
+fn far_beyond(intervals: &[(f64, f64)], until: f64, name: &str) -> Option<Problem> {
+    let last = intervals.last()?.1;
+    let taken = intervals.partition_point(|(from, _)| *from < until);
+    takes_little(taken, until, last).then(|| {
+        let message = format!(
+            "of {name} the run takes {taken} of {} rasters: the rain ends at {} s, the last raster at {} s, {:.0} times as late",
+            intervals.len(),
+            readable(until),
+            readable(last),
+            last / until
+        );
+        input_warning("series-far-beyond", message)
+            .with_cause("is the unit of its times right? it ends the name of their column")
+            .with_remedy("nothing, if the run is to see so little of it; otherwise correct that name, or `time.end`")
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -469,6 +493,22 @@ mod tests {
             intervals(&Times { times: vec![3.0], bounds: Some(vec![(0.0, 6.0)]) }, None, "x").unwrap(),
             [(0.0, 6.0)]
         );
+    }
+
+    #[test]
+    fn a_list_that_goes_on_far_beyond_the_rain_is_asked_about() {
+        // Every five minutes for two hours, taken for hours.
+        let every = |step: f64| (0..24).map(|k| (step * f64::from(k), step * f64::from(k + 1))).collect::<Vec<_>>();
+        let problem = far_beyond(&every(5.0 * 3600.0), 7200.0, "x").unwrap();
+        assert_eq!(
+            (problem.code, problem.message.as_str()),
+            (
+                "series-far-beyond",
+                "of x the run takes 1 of 24 rasters: the rain ends at 7200 s, the last raster at 432000 s, 60 times as late"
+            )
+        );
+        assert!(far_beyond(&every(300.0), 7200.0, "x").is_none() && far_beyond(&every(300.0), 600.0, "x").is_none());
+        assert!(far_beyond(&every(300.0), 0.0, "x").is_none());
     }
 
     #[test]

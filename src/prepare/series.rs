@@ -342,7 +342,7 @@ pub(super) fn choose(
 }
 
 /// The factor of the unit at the end of a column's name: `q [m3/s]`, `q (m3/s)` or `q_m3_s`.
-fn unit_in_name(name: &str, dimension: &Dimension) -> Option<f64> {
+pub(super) fn unit_in_name(name: &str, dimension: &Dimension) -> Option<f64> {
     let inside = name.strip_suffix([']', ')']).and_then(|rest| rest.rsplit_once(['[', '(']));
     if let Some((_, unit)) = inside {
         return dimension.factor_of(unit.trim());
@@ -352,7 +352,7 @@ fn unit_in_name(name: &str, dimension: &Dimension) -> Option<f64> {
 }
 
 /// Whether a column's name ends with a unit of length, such as `rain_mm`; `m` and `in` end other names, too.
-fn names_a_length(name: &str) -> bool {
+pub(super) fn names_a_length(name: &str) -> bool {
     ["mm", "cm", "dm", "km", "ft"].iter().any(|unit| {
         let ends = [format!("_{unit}"), format!("[{unit}]"), format!("({unit})")];
         ends.iter().any(|end| name.ends_with(end))

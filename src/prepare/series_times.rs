@@ -47,13 +47,17 @@ pub(super) fn coverage(rows: &[Row], name: &str, (end, after_end): (f64, Option<
     found
 }
 
+/// Whether a run to an end (s) takes so few rows of a series, and so little of its time up to its last row (s), that the unit is worth a question.
+pub(super) fn takes_little(taken: usize, end: f64, last: f64) -> bool {
+    end > 0.0 && last > LONG * end && taken < FEW_ROWS
+}
+
 /// Warns of a series of which the run takes so little that its times may have another unit; not where its values stay as they are.
 fn far_beyond(rows: &[Row], name: &str, end: f64) -> Option<Problem> {
     let last = rows.last()?;
     let taken = rows.partition_point(|row| row.numbers[0] < end);
     let is_constant = |rows: &[Row]| rows.windows(2).all(|pair| is_same(pair[0].numbers[1], pair[1].numbers[1]));
-    let is_long = end > 0.0 && last.numbers[0] > LONG * end;
-    (is_long && taken < FEW_ROWS && !is_constant(&rows[taken.saturating_sub(1)..])).then(|| {
+    (takes_little(taken, end, last.numbers[0]) && !is_constant(&rows[taken.saturating_sub(1)..])).then(|| {
         let message = format!(
             "of {name} the run takes {taken} of {} rows: it ends at {} s, the series at {} s (line {}), {:.0} times as late",
             rows.len(),

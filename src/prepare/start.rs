@@ -122,6 +122,9 @@ fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings:
     let (mut lines, mut without) = (Vec::new(), Vec::new());
     let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length);
     findings.add_all(source, places::left_out(source, &features, "line", has_line));
+    if let RiverWidth::Field(field) = width {
+        findings.add_all(source, places::unit_of_attribute(source, &[field], &features, scenario));
+    }
     for feature in &features {
         let width = match width {
             RiverWidth::Cell => Some(0.0),
@@ -163,13 +166,13 @@ fn deep(depth: f64, is_river: bool) -> Option<Problem> {
     })
 }
 
-/// Tells where the cells of a river hold another volume than its length, width and depth (m); those of one cell have no width of their own.
+/// Tells where the cells of a river hold another volume than its lines (local coordinates, m), each with its width, and its depth (m) give;
+/// those of one cell have no width of their own.
 fn other_size(lines: &[(Vec<Vec2>, f64)], cells: usize, (depth, bed): (f64, &BedParticles)) -> Option<Problem> {
     let lattice = &bed.lattice;
     let on_terrain = |cell: &usize| bed.has_terrain(*cell);
     let drawn = |(line, width): &(Vec<Vec2>, f64)| {
-        let local: Vec<Vec2> = line.iter().map(|place| lattice.to_local(*place)).collect();
-        let (inside, _) = lengths(&local, lattice);
+        let (inside, _) = lengths(line, lattice);
         width * inside.iter().filter(|(cell, _)| on_terrain(cell)).map(|(_, length)| length).sum::<f64>()
     };
     let (asked, has) = (depth * lines.iter().map(drawn).sum::<f64>(), depth * cells as f64 * lattice.cell_area());
@@ -199,18 +202,19 @@ pub(super) fn wet(
     let lattice = &bed.lattice;
     for (water, place) in scenario.start.depths.iter().zip(&opened.0) {
         let Some(place) = place else { continue };
-        let (cells, corner) = match place {
+        let local = |(line, width): &(Vec<Vec2>, f64)| (line.iter().map(|p| lattice.to_local(*p)).collect(), *width);
+        let (cells, river, corner) = match place {
             Place::Area(area) => {
                 use geo::CoordsIter;
-                (cells_inside(area, lattice), area.coords_iter().next().map(|c| Vec2::new(c.x, c.y)))
+                (cells_inside(area, lattice), None, area.coords_iter().next().map(|c| Vec2::new(c.x, c.y)))
             }
             Place::River(lines) => {
-                let local = |line: &[Vec2]| line.iter().map(|place| lattice.to_local(*place)).collect::<Vec<_>>();
-                let cells = lines.iter().flat_map(|(line, width)| strip(&local(line), *width, lattice)).collect();
-                (cells, lines.first().map(|(line, _)| line[0]))
+                let river: Vec<(Vec<Vec2>, f64)> = lines.iter().map(local).collect();
+                let cells = river.iter().flat_map(|(line, width)| strip(line, *width, lattice)).collect();
+                (cells, Some(river), lines.first().map(|(line, _)| line[0]))
             }
         };
-        findings.add_all(&water.depth, deep(water.depth.value, matches!(place, Place::River(_))));
+        findings.add_all(&water.depth, deep(water.depth.value, river.is_some()));
         let on_terrain: Vec<usize> = cells.into_iter().filter(|&cell| bed.has_terrain(cell)).collect();
         if on_terrain.is_empty() {
             let name = water.place.value.path.display();
@@ -218,11 +222,10 @@ pub(super) fn wet(
                 .with_remedy("check that the file and the terrain have the same CRS, or take a finer `resolution`");
             findings.add(&water.place, Problem { at: corner, ..problem });
         }
-        if let (Place::River(lines), false) = (place, on_terrain.is_empty()) {
-            findings.add_all(&water.place, other_size(lines, on_terrain.len(), (water.depth.value, bed)));
-            let pieces = lines.iter().flat_map(|(line, _)| line.windows(2));
-            let local = pieces.map(|pair| [lattice.to_local(pair[0]), lattice.to_local(pair[1])]);
-            let outside = Outside::beyond_reach(local, bed);
+        if let Some(river) = river.filter(|_| !on_terrain.is_empty()) {
+            findings.add_all(&water.place, other_size(&river, on_terrain.len(), (water.depth.value, bed)));
+            let pieces = river.iter().flat_map(|(line, _)| line.windows(2)).map(|pair| [pair[0], pair[1]]);
+            let outside = Outside::beyond_reach(pieces, bed);
             findings.add_all(&water.place, partly_outside(&water.place, outside, lattice.spacing, "it is dry there"));
         }
         for cell in on_terrain {

@@ -4,7 +4,7 @@ use geo::Area;
 
 use super::StillBody;
 use super::findings::Findings;
-use super::places::{features, left_out};
+use super::places::{features, left_out, unit_of_attribute};
 use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
 use crate::bed::{BedParticles, Surface};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
@@ -70,6 +70,7 @@ pub(super) fn bodies(
         warn_of_other_levels(water, level, &features, findings);
         return vec![body(features.into_iter().flat_map(|feature| feature.polygons).collect(), level.value)];
     }
+    findings.add_all(source, unit_of_attribute(source, &level_names(water), &features, scenario));
     let mut bodies = Vec::new();
     for feature in features {
         match level_of(water, &feature) {

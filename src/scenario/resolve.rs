@@ -662,6 +662,20 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
     }
 
     #[test]
+    fn intervals_longer_than_the_run_and_cells_finer_than_the_resolution_are_told() {
+        let codes = |from: &str, to: &str| -> Vec<(&str, String)> {
+            assert!(TEN_LINES.contains(from), "{from}");
+            let warnings = loaded(&TEN_LINES.replace(from, to), &[]).unwrap().warnings;
+            warnings.into_iter().map(|problem| (problem.code, problem.key)).collect()
+        };
+        let told = |code: &'static str, key: &str| vec![(code, key.to_owned())];
+        assert_eq!(codes("every: 100 s", "every: 67 min"), told("longer-than-run", "outputs.every"));
+        assert_eq!(codes("every: 100 s", "gauges_every: 2 h"), told("longer-than-run", "outputs.gauges_every"));
+        assert_eq!(codes("cell: 20 m", "cell: 19 m"), told("finer-than-resolution", "outputs.cell"));
+        assert_eq!(codes("cell: 20 m, every: 100 s", "cell: 30 m, every: 4000 s"), []);
+    }
+
+    #[test]
     fn a_doubtful_roughness_is_a_warning() {
         let text = TEN_LINES.replace("0.033", "0.002");
         assert_eq!(loaded(&text, &[]).unwrap().warnings[0].code, "roughness");

@@ -26,7 +26,7 @@ use super::read::{FromNode, NonEmpty, Reader, section};
 use super::start::{FrameTime, check_alone, check_initial};
 use super::timed::{Changing, RatingFile};
 use super::tree::{Node, Value};
-use super::units::{INTENSITY, LENGTH, TIME};
+use super::units::{Dimension, INTENSITY, LENGTH, TIME};
 use crate::error::{Problem, ProblemKind};
 
 section! {
@@ -424,6 +424,7 @@ pub(super) fn has(section: &Node, key: &str) -> bool {
 
 /// Refuses what moving particles or channels alone do not have, and a scenario without any water.
 fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
+    tell_of_outputs(node, reader);
     check_alone(node, reader)?;
     let is_placed = has(node, "terrain") || channels_alone::check(node, reader).is_some();
     let boundaries = match node.get("boundaries").map(|list| &list.value) {
@@ -524,6 +525,31 @@ section! {
         thresholds: Option<NonEmpty<Quantity<Length>>>,
         /// Rise of the level where there was water at the start; 0.10 m when absent.
         rise_on_wet: Option<Quantity<Length>>,
+    }
+}
+
+/// Warns of intervals of the outputs longer than the run, and of cells finer than what was computed.
+fn tell_of_outputs(node: &Node, reader: &mut Reader) {
+    let Some(outputs) = node.get("outputs") else { return };
+    let quantity = |node: Option<&Node>, dimension: &Dimension| match &node?.value {
+        Value::Text(text) => dimension.parse(text).ok(),
+        _ => None,
+    };
+    let end = quantity(node.get("time").and_then(|time| time.get("end")), &TIME);
+    for (key, what) in [("every", "frames"), ("gauges_every", "rows of the series")] {
+        if let Some(interval) = outputs.get(key)
+            && quantity(Some(interval), &TIME).zip(end).is_some_and(|(interval, end)| interval > end)
+        {
+            let message =
+                format!("this interval is longer than the run: the only {what} are those of its start and its end");
+            reader.warning(interval, "longer-than-run", message, "give a shorter interval, or leave it out");
+        }
+    }
+    if let Some(cell) = outputs.get("cell")
+        && quantity(Some(cell), &LENGTH).zip(quantity(node.get("resolution"), &LENGTH)).is_some_and(|(c, r)| c < r)
+    {
+        let message = "the cells of the maps are finer than the resolution, and show nothing that was not computed";
+        reader.warning(cell, "finer-than-resolution", message, "leave `cell` out, or take a finer `resolution`");
     }
 }
 

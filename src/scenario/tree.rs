@@ -108,12 +108,12 @@ pub fn parse(text: &str, file: &Path) -> Result<(Node, Vec<Problem>), Box<Proble
     let mut problems = Vec::new();
     let raw = match read_raw(text, DuplicateKeyPolicy::Error) {
         Err(error) if is_duplicate_key(&error) => {
-            problems.push(syntax_problem(&error, file));
+            problems.push(syntax_problem(&error, text, file));
             read_raw(text, DuplicateKeyPolicy::FirstWins)
         }
         other => other,
     };
-    let raw = raw.map_err(|error| Box::new(syntax_problem(&error, file)))?;
+    let raw = raw.map_err(|error| Box::new(syntax_problem(&error, text, file)))?;
     Ok((Node::build(raw, String::new(), Some(file)), problems))
 }
 
@@ -138,7 +138,7 @@ fn is_duplicate_key(error: &serde_yaml::Error) -> bool {
     matches!(error.without_snippet(), serde_yaml::Error::DuplicateMappingKey { .. })
 }
 
-fn syntax_problem(error: &serde_yaml::Error, file: &Path) -> Problem {
+fn syntax_problem(error: &serde_yaml::Error, text: &str, file: &Path) -> Problem {
     let place = error.location().and_then(|location| place_in(file, location));
     let said = error.without_snippet().to_string();
     // The place is told once, in front.
@@ -158,11 +158,22 @@ fn syntax_problem(error: &serde_yaml::Error, file: &Path) -> Problem {
                 .with_cause(said)
                 .with_remedy("write the scenario out plainly, without aliases")
         }
+        _ if place.as_ref().is_some_and(|place| is_bare_variable(text, place)) => {
+            problem("syntax", "this is not valid YAML".to_owned())
+                .with_cause("within braces or brackets, `{` of a `${NAME}` without quotes begins a section")
+                .with_remedy("put the whole path in quotes, as in `\"${NAME}/dem.tif\"`")
+        }
         _ => problem("syntax", "this is not valid YAML".to_owned())
             .with_cause(said)
             .with_remedy("look at the indentation, brackets and quotes here and in the line above"),
     };
     problem.with_place(place)
+}
+
+/// Whether a text has the brace of an environment variable at a place.
+fn is_bare_variable(text: &str, place: &Place) -> bool {
+    let line = text.lines().nth(place.line - 1).unwrap_or_default();
+    place.column > 1 && line.chars().skip(place.column - 2).take(2).eq("${".chars())
 }
 
 fn place_in(file: &Path, location: Location) -> Option<Place> {
@@ -363,6 +374,22 @@ mod tests {
             assert!(problem.place.is_some(), "{problem}");
             assert!(problem.to_string().len() < 1000, "{problem}");
         }
+    }
+
+    #[test]
+    fn a_variable_without_quotes_within_brackets_is_told() {
+        for (text, column) in
+            [("a: {b: ${X}/c.tif}", 9), ("a: [${X}/c.tif]", 6), ("\u{e4}: {b: \"${X}\", c: ${X}}", 20)]
+        {
+            let problem = parse(text, Path::new("s.yaml")).unwrap_err();
+            assert_eq!(problem.place.as_ref().map(|place| place.column), Some(column), "{text}: {problem}");
+            assert!(
+                problem.remedy.as_ref().is_some_and(|remedy| remedy.contains("quotes, as in")),
+                "{text}: {problem}"
+            );
+        }
+        let other = parse("a: {b: \"${X}\"", Path::new("s.yaml")).unwrap_err();
+        assert!(other.remedy.is_some_and(|remedy| remedy.contains("indentation")));
     }
 
     #[test]

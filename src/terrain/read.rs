@@ -13,7 +13,7 @@ use crate::geodata::cf_axes::{self, gdal_name, metres_of, raster_variables, spli
 use crate::geodata::cf_valid::{Bounds, bounds_of};
 use crate::geodata::{
     Crs, CrsProblem, alone, capture, describe, is_alpha, is_metric, readable_file, same_horizontal, spatial_ref,
-    suggested_utm, transform, warp_to_memory,
+    suggested_utm, transform, vertical_unit, warp_to_memory,
 };
 use crate::math::{Vec2, in_bytes};
 
@@ -507,11 +507,21 @@ impl RasterFile {
         let cause = no_data.map_or("the file declares no nodata value".to_string(), |value| {
             format!("the file declares {value} as nodata, not these")
         });
+        // To declare them in place of the nodata value that is there would make elevations of the cells that have that.
+        let remedy = no_data.map_or(
+            "mark them as nodata with `gdal_edit.py -a_nodata nan`, in a text with `NODATA_value nan`; or write numbers in their place".to_string(),
+            |value| {
+                let value = value.to_string().to_lowercase();
+                format!(
+                    "write {value} in their place, in a text with an editor, otherwise with `gdal_calc.py -A FILE --outfile OUT --NoDataValue {value} --calc \"where(isfinite(A), A, {value})\"`"
+                )
+            },
+        );
         let [x, a, b, y, d, e] = self.geo_transform;
         let (column, row) = (column as f64 + 0.5, row as f64 + 0.5);
         input_error("not-a-number", message)
             .with_cause(cause)
-            .with_remedy("mark them as nodata with `gdal_edit.py -a_nodata nan` or, in a text, by its NODATA_value; or fill them with `gdal_fillnodata.py`")
+            .with_remedy(remedy)
             .with_at(Vec2::new(x + a * column + b * row, y + d * column + e * row))
     }
 
@@ -537,15 +547,20 @@ impl RasterFile {
         self.dataset.rasterband(1).map(|band| band.unit()).unwrap_or_default().trim().to_owned()
     }
 
-    /// Refuses heights whose unit in the file is another than that of the scenario (so many metres).
+    /// Refuses heights whose unit in the file, or in its reference system, is another than that of the scenario (so many metres).
     ///
     /// # Errors
     /// The problem, without key and place.
     pub fn check_unit_of_heights(&self, unit: f64, path: &Path) -> Result<(), Problem> {
         /// The two feet differ by 2e-6, which no terrain knows.
         const SAME: f64 = 1e-5;
-        let written = self.unit();
-        let own = metres_of(&written);
+        let mut written = self.unit();
+        let mut own = metres_of(&written);
+        if written.is_empty()
+            && let Some((name, metres)) = self.crs.as_ref().and_then(vertical_unit)
+        {
+            (written, own) = (name, Some(metres));
+        }
         if written.is_empty() || own.is_some_and(|own| (own / unit - 1.0).abs() < SAME) {
             return Ok(());
         }

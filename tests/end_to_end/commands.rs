@@ -96,6 +96,23 @@ fn validate_prints_a_table_and_writes_its_rows() {
 }
 
 #[test]
+fn what_cannot_be_written_is_told_before_anything_is_computed() {
+    let folder = TempDir::new().unwrap();
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    for output in [
+        &["validate", "ritter", "--json", "no/such.json"][..],
+        &["validate", "ritter", "--csv", "."],
+        &["validate", "ritter", "--figures", "file"],
+        &["chart", "ritter", "--out", "file/charts"],
+    ] {
+        let refused = floodsim().current_dir(&folder).args(output).assert().code(8).stdout("");
+        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(said.starts_with("error: failed to write") && said.lines().count() == 1, "{said}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
 fn validate_refuses_wrong_names_with_the_nearest_one() {
     for (arguments, near) in [
         (["validate", "riter"].as_slice(), "ritter"),

@@ -96,6 +96,25 @@ impl Scene {
         dataset.close().unwrap();
     }
 
+    /// Writes the terrain as an ESRI ASCII grid, `dem.asc`, with so many columns by its header.
+    fn grid(&self, columns: usize) {
+        let rows: Vec<String> =
+            (0..ROWS).map(|r| (0..COLUMNS).map(|c| format!("{} ", elevation(c, r))).collect()).collect();
+        let south = NORTH - ROWS as f64 * CELL;
+        let header = format!("ncols {columns}\nnrows {ROWS}\nxllcorner {WEST}\nyllcorner {south}\ncellsize {CELL}\n");
+        self.write("dem.asc", &format!("{header}{}", rows.join("\n")));
+    }
+
+    /// Writes `pond.geojson`, the outline around the basin with some attributes.
+    fn pond(&self, attributes: &str) {
+        let (west, east, south, north) = (WEST + 45.0, WEST + 105.0, NORTH - 105.0, NORTH - 45.0);
+        let ring = format!("[[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]]");
+        let crs = r#""crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25832"}}"#;
+        let geometry = format!(r#"{{"type":"Polygon","coordinates":{ring}}}"#);
+        let feature = format!(r#"{{"type":"Feature","properties":{{{attributes}}},"geometry":{geometry}}}"#);
+        self.write("pond.geojson", &format!(r#"{{"type":"FeatureCollection",{crs},"features":[{feature}]}}"#));
+    }
+
     /// What `check` says of the scenario with texts replaced: its exit code and its words.
     fn check(&self, changes: &[(&str, &str)]) -> (i32, String) {
         self.write("s.yaml", &changed(SCENARIO, changes));
@@ -192,17 +211,10 @@ fn where_an_alpha_band_is_clear_there_is_no_data() {
 #[test]
 fn a_grid_with_more_values_than_its_header_says_is_refused() {
     let scene = Scene::sound();
-    let rows: Vec<String> =
-        (0..ROWS).map(|r| (0..COLUMNS).map(|c| format!("{} ", elevation(c, r))).collect()).collect();
-    let south = NORTH - ROWS as f64 * CELL;
-    let write = |columns: usize| {
-        let header = format!("ncols {columns}\nnrows {ROWS}\nxllcorner {WEST}\nyllcorner {south}\ncellsize {CELL}\n");
-        scene.write("dem.asc", &format!("{header}{}", rows.join("\n")));
-    };
     let asc = [("dem.tif", "dem.asc"), ("title", "crs: EPSG:25832\ntitle")];
-    write(COLUMNS);
+    scene.grid(COLUMNS);
     scene.assert_said(&asc, 0, &["0 errors"]);
-    write(COLUMNS - 1);
+    scene.grid(COLUMNS - 1);
     scene.assert_said(&asc, 4, &["error[too-many-values]", "1200 values, more than the 39 by 30 of its header"]);
 }
 
@@ -234,21 +246,41 @@ fn codes_for_missing_values_among_survey_points_are_told() {
 #[test]
 fn a_level_written_as_text_is_shown() {
     let scene = Scene::sound();
-    let (west, east, south, north) = (WEST + 45.0, WEST + 105.0, NORTH - 105.0, NORTH - 45.0);
-    let ring = format!("[[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]]");
-    let crs = r#""crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25832"}}"#;
-    let write = |level: &str| {
-        let geometry = format!(r#"{{"type":"Polygon","coordinates":{ring}}}"#);
-        let feature = format!(r#"{{"type":"Feature","properties":{{"level":{level}}},"geometry":{geometry}}}"#);
-        scene.write("pond.geojson", &format!(r#"{{"type":"FeatureCollection",{crs},"features":[{feature}]}}"#));
-    };
     let own = [("pond.gpkg, level: 5 m", "pond.geojson")];
-    write(r#""5.0""#);
+    scene.pond(r#""level": "5.0""#);
     scene.assert_silent(&own);
     for text in ["5,0", "5 m"] {
-        write(&format!("{text:?}"));
+        scene.pond(&format!(r#""level": {text:?}"#));
         scene.assert_said(&own, 4, &["error[no-level]", &format!("level (the text `{text}`, which is no number)")]);
     }
+}
+
+#[test]
+fn the_vertical_unit_of_a_reference_system_is_not_passed_over() {
+    let scene = Scene::sound();
+    scene.grid(COLUMNS);
+    let feet = SpatialRef::from_definition("EPSG:25832+6360").unwrap();
+    scene.write("dem.prj", &feet.to_wkt().unwrap());
+    let refused = ["error[unit-of-elevation] terrain.layers[0].raster", "say `unit: us_ft`"];
+    scene.assert_said(&[("dem.tif", "dem.asc")], 4, &refused);
+    scene.assert_silent(&[("dem.tif", "dem.asc, unit: us_ft")]);
+}
+
+#[test]
+fn an_attribute_in_feet_is_not_read_as_metres() {
+    let scene = Scene::sound();
+    scene.pond(r#""level_ft": 5.0, "level": 5.0, "level_m": 5.0"#);
+    let by = |field: &str| format!("pond.geojson, level_field: {field}");
+    let in_feet = ("dem.tif", "dem.tif, unit: ft");
+    let refused = ["error[unit-of-attribute] initial[0].water", "`level_ft` of pond.geojson"];
+    scene.assert_said(&[("pond.gpkg, level: 5 m", &by("level_ft"))], 4, &refused);
+    scene.assert_said(&[("pond.gpkg, level: 5 m", &by("LEVEL_FT"))], 4, &["error[unit-of-attribute]"]);
+    scene.assert_silent(&[("pond.gpkg, level: 5 m", &by("level"))]);
+    let asked = ["warning[unit-of-attribute] initial[0].water", "units of 0.3048 m", "`level_m` would say so"];
+    scene.assert_said(&[("pond.gpkg, level: 5 m", &by("level")), in_feet], 0, &asked);
+    scene.assert_silent(&[("pond.gpkg, level: 5 m", &by("level_m")), in_feet]);
+    // An attribute that is not used is not looked at.
+    scene.assert_silent(&[("pond.gpkg, level: 5 m", "pond.geojson"), in_feet]);
 }
 
 #[test]

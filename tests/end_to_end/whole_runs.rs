@@ -386,8 +386,12 @@ fn the_maps_are_the_same_for_any_interval_of_frames() {
 
 /// Starts a long run of the demonstration and waits until it has written its first frames.
 fn start_long_run(folder: &Path) -> Child {
+    start_long_run_by(folder, Command::new(assert_cmd::cargo::cargo_bin("floodsim")))
+}
+
+/// The same by a command that is the program, or becomes it.
+fn start_long_run_by(folder: &Path, mut command: Command) -> Child {
     let arguments = ["run", &shipped("demo"), "--out", "out", "--set", "time.end=10 h", "--set", "outputs.every=1 s"];
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin("floodsim"));
     command.current_dir(folder).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().unwrap();
     let start = Instant::now();
@@ -424,6 +428,31 @@ fn a_terminated_run_closes_its_files_and_says_so() {
         assert!(report.stderr.contains("warning: the run was stopped at"), "{}", report.stderr);
         let page = std::fs::read_to_string(out.join("report/index.html")).unwrap();
         assert!(page.contains("<p class=\"status bad\"><b>the run was stopped at"));
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_hang_up_stops_a_run_that_is_not_to_outlive_its_terminal() {
+    let send = |signal: &str, child: &Child| {
+        let kill = format!("kill -{signal} {}", child.id());
+        assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+    };
+    for (disposition, code) in [("--default-signal=HUP", 129), ("--ignore-signal=HUP", 143)] {
+        let folder = TempDir::new().unwrap();
+        let mut command = Command::new("env");
+        command.arg(disposition).arg(assert_cmd::cargo::cargo_bin("floodsim"));
+        let mut child = start_long_run_by(folder.path(), command);
+        send("HUP", &child);
+        if code == 143 {
+            std::thread::sleep(Duration::from_secs(1));
+            assert!(child.try_wait().unwrap().is_none(), "the run under nohup ended");
+            send("TERM", &child);
+        }
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+        let out = folder.path().join("out");
+        assert_eq!((&manifest(&out)["status"], &manifest(&out)["exit_code"]), (&"stopped".into(), &code.into()));
+        assert!(!out.join("fields.partial.nc").exists() && out.join("maps.nc").exists());
     }
 }
 

@@ -138,16 +138,20 @@ fn files_that_are_missing_empty_or_no_rasters_are_all_reported_at_once() {
 
 #[test]
 fn values_that_are_no_numbers_are_counted_and_located() {
-    let scene = with_terrain(&Tiff { no_data: Some(-9999.0), ..Tiff::default() }, |c, r| match (c, r) {
-        (3, 2) => f32::NAN,
-        (5, 7) => f32::INFINITY,
-        _ => 1.0,
-    });
-    let prepared = prepare(&scene.scenario);
-    let problem = only(&prepared);
-    assert_error(problem, ProblemKind::Input, "not-a-number", "terrain.layers[0].raster");
-    assert!(problem.message.contains("2 values") && problem.message.contains("column 4, row 3"), "{problem}");
-    assert_eq!(problem.at, Some(centre_of(3, 2)));
+    // Beside a nodata value, to declare others would make elevations of it.
+    for (no_data, remedy) in [(Some(-9999.0), "write -9999 in their place"), (None, "`gdal_edit.py -a_nodata nan`")] {
+        let scene = with_terrain(&Tiff { no_data, ..Tiff::default() }, |c, r| match (c, r) {
+            (3, 2) => f32::NAN,
+            (5, 7) => f32::INFINITY,
+            _ => 1.0,
+        });
+        let prepared = prepare(&scene.scenario);
+        let problem = only(&prepared);
+        assert_error(problem, ProblemKind::Input, "not-a-number", "terrain.layers[0].raster");
+        assert!(problem.message.contains("2 values") && problem.message.contains("column 4, row 3"), "{problem}");
+        assert!(problem.remedy.as_ref().is_some_and(|said| said.contains(remedy)), "{problem}");
+        assert_eq!(problem.at, Some(centre_of(3, 2)));
+    }
 }
 
 #[test]
