@@ -1,7 +1,7 @@
 //! The sections of a reach: what a mean depth is as a level, and as a hydraulic radius; their strips as rows of the plane.
 
 use super::super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow};
-use crate::boundary::{Channel, wetted_perimeter};
+use crate::boundary::{Channel, ChannelSection, wetted_perimeter};
 
 /// The strips of all particles and faces; those of particle i stand from i·`strips` on.
 pub(super) struct Ground {
@@ -19,6 +19,16 @@ pub(super) struct Ground {
     /// g n² (m^(1/3)) of each particle.
     pub friction: Vec<f64>,
     perimeter: Vec<Vec<(f64, f64)>>,
+    banks: Vec<Vec<Bank>>,
+}
+
+/// Where a section parts into the channel below and plains beside it.
+struct Bank {
+    /// Depth above the lowest strip (m), and wetted perimeter of what lies below (m).
+    depth: f64,
+    perimeter: f64,
+    /// The first strip of the plains.
+    strip: usize,
 }
 
 impl Ground {
@@ -39,6 +49,7 @@ impl Ground {
             whole: (0..particles).map(of_strips).collect(),
             friction: channel.sections.iter().map(|section| gravity * section.manning * section.manning).collect(),
             perimeter: channel.sections.iter().map(|section| section.perimeter.clone()).collect(),
+            banks: channel.sections.iter().map(banks).collect(),
         }
     }
 
@@ -99,11 +110,52 @@ impl Ground {
         if self.strips == 1 { mean_depth } else { (level - self.bed[particle * self.strips + strip]).max(0.0) }
     }
 
-    /// Hydraulic radius (m): area by wetted perimeter.
+    /// Hydraulic radius (m): area by wetted perimeter, and over banks that which carries what the parts carry (M54).
     pub fn radius(&self, particle: usize, mean_depth: f64, level: f64) -> f64 {
-        let perimeter = wetted_perimeter(&self.perimeter[particle], level - self.lowest(particle));
-        mean_depth * (self.whole[particle] / perimeter)
+        let depth = level - self.lowest(particle);
+        let perimeter = wetted_perimeter(&self.perimeter[particle], depth);
+        let banks = &self.banks[particle];
+        let covered = &banks[..banks.partition_point(|bank| bank.depth < depth)];
+        if covered.is_empty() {
+            return mean_depth * (self.whole[particle] / perimeter);
+        }
+        let at = particle * self.strips;
+        let area_of = |from: usize, to: usize| -> f64 {
+            let strips = self.bed[at + from..at + to].iter().zip(&self.width[at + from..at + to]);
+            strips.map(|(bed, width)| width * (level - bed).max(0.0)).sum()
+        };
+        let ends = covered.iter().map(|bank| (bank.strip, bank.perimeter)).chain([(self.strips, perimeter)]);
+        let (mut begin, mut carried) = ((0, 0.0), 0.0);
+        for end in ends {
+            let (area, wetted) = (area_of(begin.0, end.0), end.1 - begin.1);
+            if wetted > 0.0 {
+                carried += area * (area / wetted).powf(2.0 / 3.0);
+            }
+            begin = end;
+        }
+        (carried / (mean_depth * self.whole[particle])).powf(1.5)
     }
+}
+
+/// The rows of a section above which it would carry less the higher the water stands, by the radius of all of it:
+/// d(A R^(2/3))/dη < 0, that is 5 T P < 2 A dP/dη, with A, P and the width T of what lies between the bank before and the row.
+fn banks(section: &ChannelSection) -> Vec<Bank> {
+    /// Far above the rounding of elevations, far below the height of a strip (m).
+    const TOUCH: f64 = 1e-6;
+    let lowest = section.strips[0].bed;
+    let mut banks: Vec<Bank> = Vec::new();
+    for rows in section.perimeter.windows(2) {
+        let ((depth, perimeter), (next, longer)) = (rows[0], rows[1]);
+        let (first, below) = banks.last().map_or((0, 0.0), |bank| (bank.strip, bank.perimeter));
+        let strip = section.strips.partition_point(|strip| strip.bed - lowest < depth - TOUCH);
+        let part = &section.strips[first.min(strip)..strip];
+        let width: f64 = part.iter().map(|strip| strip.width).sum();
+        let area: f64 = part.iter().map(|strip| strip.width * (depth + lowest - strip.bed)).sum();
+        if 5.0 * width * (perimeter - below) * (next - depth) < 2.0 * area * (longer - perimeter) {
+            banks.push(Bank { depth, perimeter, strip });
+        }
+    }
+    banks
 }
 
 /// One strip of all particles, as a row of the plane: what the pairs see, and what passes between the particles.

@@ -10,8 +10,8 @@
 //!
 //! with fluxes and states of (M12) to (M16): a strip of all particles is a row on which the passes of [`super::gradient`] and
 //! [`super::faces`] run. What the brackets leave of two faces of different width is the pressure of the side walls, so that still
-//! water stays still whatever the widths. Friction takes the hydraulic radius A/P for the depth. Where the last particle meets
-//! the plane: [`junction`].
+//! water stays still whatever the widths. Friction takes the hydraulic radius A/P for the depth, over banks that of the channel and
+//! that of the plains. Where the last particle meets the plane: [`junction`].
 //!
 //! Deliberately absent: bends, confluences, lateral inflow, structures in the channel.
 
