@@ -62,12 +62,16 @@ impl BreakingDam {
         true
     }
 
-    /// A step (s) from a time on, shortened so that it ends where the breach begins.
-    pub fn step_until_trigger(&self, time: f64, step: f64) -> f64 {
-        match (self.opened, self.breach.trigger) {
-            (None, Trigger::At(at)) if at > time && at < time + step => at - time,
-            _ => step,
-        }
+    /// A step (s) from a time on, shortened so that it ends where the breach begins, and where it has grown: a step sees the bed of its
+    /// beginning, and one that is longer than the growth would see the dam stand.
+    pub fn step_until_change(&self, time: f64, step: f64) -> f64 {
+        let change = match (self.opened, self.breach.trigger) {
+            (None, Trigger::At(at)) => at,
+            (None, Trigger::Level { .. }) => return step,
+            (Some(_), _) if self.share >= 1.0 => return step,
+            (Some(opened), _) => opened + self.breach.duration,
+        };
+        if change > time && change < time + step { change - time } else { step }
     }
 
     /// The cells of the dam and their bed (m) now.

@@ -53,9 +53,9 @@ impl Breaking {
         }
     }
 
-    /// A step (s) from a time on, shortened so that it ends where the breach begins.
-    pub fn step_until_trigger(&self, time: f64, step: f64) -> f64 {
-        self.dam.step_until_trigger(time, step)
+    /// A step (s) from a time on, shortened so that it ends where the breach begins or has grown.
+    pub fn step_until_change(&self, time: f64, step: f64) -> f64 {
+        self.dam.step_until_change(time, step)
     }
 
     /// The cells of the dam and their bed (m) now.

@@ -323,7 +323,7 @@ impl FlowSolver for EulerianSolver {
         }
         choice.time_step = self.inputs.longest_step(scale, self.time, choice.time_step);
         if let Some(breaking) = &self.breaking {
-            choice.time_step = breaking.step_until_trigger(self.time, choice.time_step);
+            choice.time_step = breaking.step_until_change(self.time, choice.time_step);
         }
         if let Some(moving) = &self.moving_bed {
             choice.time_step = moving.longest_step(&self.scale, self.time, choice.time_step);

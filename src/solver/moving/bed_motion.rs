@@ -109,7 +109,7 @@ impl ChangingBed {
 
     /// A step (s) from a time on, so short that a slide goes no further than `reach` (m), and that it ends where a change begins.
     pub fn longest_step(&self, reach: f64, time: f64, step: f64) -> f64 {
-        let step = self.dam.as_ref().map_or(step, |dam| dam.step_until_trigger(time, step));
+        let step = self.dam.as_ref().map_or(step, |dam| dam.step_until_change(time, step));
         self.ground.as_ref().map_or(step, |ground| ground.longest_step(reach, time, step))
     }
 

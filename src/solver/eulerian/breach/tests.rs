@@ -1,6 +1,6 @@
 //! Dams that break across a rough valley: rest before, the same water as without a dam, volumes in the books.
 
-use crate::boundary::{GrowthLaw, Opening, PointSource, Series, Trigger};
+use crate::boundary::{Breach, GrowthLaw, Opening, PointSource, Series, Trigger};
 use crate::lattice::WaterInCell;
 use crate::math::Vec2;
 use crate::solver::changing_bed::scenes::valley::{
@@ -46,6 +46,23 @@ fn a_whole_dam_that_goes_at_the_start_leaves_the_bits_of_the_run_without_it() {
         solver.water().cells().map(bits).collect()
     };
     assert!(bits(&mut with) == bits(&mut without));
+}
+
+#[test]
+fn growth_within_a_step_is_the_dam_gone_at_once() {
+    let end = |law: GrowthLaw, duration: f64| {
+        let breach = Breach { duration, ..breach(Trigger::At(0.0), Opening::Whole, law) };
+        let mut solver = EulerianSolver::new(problem(Some(breach)));
+        run(&mut solver, 30.0, |_| {});
+        solver.water().depths()
+    };
+    let at_once = end(GrowthLaw::Instantaneous, 1.0);
+    for law in [GrowthLaw::Linear, GrowthLaw::Sine] {
+        let grown = end(law, 1e-3);
+        let off = grown.iter().zip(&at_once).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("{off:e} m");
+        assert!(off < 1e-2, "{off} m");
+    }
 }
 
 #[test]
