@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::burn::{Foot, crossed, foot_of, strip};
+use super::crests::Buried;
 use super::findings::Findings;
 use super::grid::REACH;
 use super::outside::{Outside, all_outside, partly_outside};
@@ -118,11 +119,11 @@ pub(super) fn on_lattice(
         let problem = input_error("crest-below-terrain", message)
             .with_remedy("correct the level, its unit or its datum, or the place of the line")
             .with_at(at(&lowest));
-        match &written.crest {
-            Some(crest) => findings.add(crest, problem),
-            None => findings.add(&written.dam, problem),
-        }
+        add_of_crest(written, problem, findings);
         return None;
+    }
+    if let Some(part) = Buried::of(&line, &vec![opened.crest; line.len()], bed) {
+        add_of_crest(written, part.problem("the dam").with_at(lattice.to_map(part.place)), findings);
     }
     warn_of_open_ends(&cells, written, opened.crest, lattice, findings);
     let length = line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
@@ -207,6 +208,14 @@ pub(super) fn section(
         id.push('_');
     }
     Section { id, line }
+}
+
+/// Reports a problem of the crest where that is written.
+fn add_of_crest(written: &Written, problem: Problem, findings: &mut Findings) {
+    match &written.crest {
+        Some(crest) => findings.add(crest, problem),
+        None => findings.add(&written.dam, problem),
+    }
 }
 
 /// The first and the last cell along the dam.

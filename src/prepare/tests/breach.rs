@@ -259,6 +259,16 @@ fn water_above_the_crest_is_told_and_a_refused_dam_leaks_without_a_word() {
 }
 
 #[test]
+fn a_dam_that_lies_below_the_ground_on_most_of_its_way_is_told() {
+    // 50 m of 150 m cross the basin; the plateau of 20 m lies on both sides of it.
+    let part = told("crest-below-terrain", |scene| scene.line("dam.geojson", &[(1077.5, 2005.0), (1077.5, 2145.0)]));
+    assert_eq!((part.severity, part.key.as_str()), (Severity::Warning, "breach.crest"));
+    let place = part.at.unwrap();
+    assert!(part.message.contains("90 m of 140 m of the dam lie below the terrain, by up to 10.00 m"), "{part}");
+    assert!((place.x - 1077.5).abs() < 2.5 && !(2050.0..2100.0).contains(&place.y), "{part}");
+}
+
+#[test]
 fn a_dam_that_is_to_break_far_above_its_crest_is_told() {
     let fed = |scene: &mut Scene, level: f64| {
         open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));
