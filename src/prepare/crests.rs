@@ -65,6 +65,12 @@ fn depths_along(line: &[Vec2], levels: &[f64], bed: &BedParticles) -> Vec<(f64, 
     parts
 }
 
+/// Length (m) over which a line (local coordinates, m) of one level (m) stands above the ground.
+pub(super) fn length_above_ground(line: &[Vec2], level: f64, bed: &BedParticles) -> f64 {
+    let parts = depths_along(line, &vec![level; line.len()], bed);
+    parts.iter().filter(|part| part.1 < 0.0).map(|part| part.0).sum()
+}
+
 /// The part of a levee that lies below the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Buried {

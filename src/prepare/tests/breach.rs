@@ -269,6 +269,23 @@ fn a_dam_that_lies_below_the_ground_on_most_of_its_way_is_told() {
 }
 
 #[test]
+fn a_breach_wider_than_the_dam_stands_free_is_refused_with_both_lengths() {
+    let widened = |bottom: f64| {
+        let mut scene = dam();
+        width(scene.scenario.breach.as_mut().unwrap(), bottom);
+        prepare(&scene.scenario).problems
+    };
+    // 50 m of the dam cross the basin; sides of 0.5 to 1 over 8 m make the breach 8 m wider at the crest.
+    let problems = widened(48.0 + 1.0 / 3.0);
+    assert_eq!(problems.iter().map(|problem| problem.code).collect::<Vec<_>>(), ["breach-wider-than-dam"]);
+    let said = "56.3 m wide at the crest, and the dam is 68.0 m long, and stands above the ground over 50.0 m of it";
+    assert!(problems[0].severity == Severity::Error && problems[0].message.contains(said), "{}", problems[0]);
+    let cause = problems[0].cause.as_deref().unwrap();
+    assert!(cause.starts_with("bottom width 48.3333 m, sides 0.5 to 1"), "{cause}");
+    assert_eq!(widened(42.0), []);
+}
+
+#[test]
 fn a_dam_that_is_to_break_far_above_its_crest_is_told() {
     let fed = |scene: &mut Scene, level: f64| {
         open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));
