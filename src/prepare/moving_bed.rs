@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::findings::Findings;
+use super::outside::{Outside, all_outside};
 use super::{places, raster, series, sources::lines_of};
 use crate::bed::BedParticles;
 use crate::boundary::edge_faces;
@@ -272,6 +273,10 @@ fn slide(
         let message = "the slide does not move before the run ends".to_owned();
         let problem = input_error("slide-rests", message);
         findings.add(line, problem.with_remedy("give it a velocity above 0, and a line of some length"));
+        return None;
+    }
+    if Outside::beyond_reach(slide.path.windows(2).map(|pair| [pair[0], pair[1]]), ground).is_all() {
+        all_outside(line, lattice.to_map(slide.path[0]), findings);
         return None;
     }
     let all = swept(&slide, distance, lattice);

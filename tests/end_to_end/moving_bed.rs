@@ -216,10 +216,14 @@ fn a_bed_that_does_not_fit_is_refused_with_its_place() {
         &["missing-unit", "moving_bed[0].velocity"],
     );
     let away = |scene: &Scene| {
-        scene.line("axis.geojson", &[(1000.0, 2000.0), (900.0, 2000.0)]);
+        scene.line("axis.geojson", &[(1015.0, 2050.0), (900.0, 2050.0)]);
         scene.write("velocity.csv", "time_s,v_m_s\n0,20\n");
     };
     refused(&[SLIDE], &away, &["slide-outside", "where it comes to rest"]);
+    // A slide far from its line would go the way of it all the same.
+    let far = |scene: &Scene| scene.line("axis.geojson", &[(5015.0, 2050.0), (5100.0, 2050.0)]);
+    let outside = "error[outside-terrain] moving_bed[0].path";
+    refused(&[SLIDE], &far, &[outside, "axis.geojson lie outside the terrain", "5015.0, 2050.0", "the same CRS"]);
     let two = r#"{"type":"MultiLineString","coordinates":[[[1000,2000],[1010,2000]],[[1000,2010],[1010,2010]]]}"#;
     refused(&[SLIDE], &|scene| scene.write("axis.geojson", two), &["slide-lines", "holds 2 lines"]);
     let boundary = ("resolution: 5 m", "boundaries: [{side: east, stage: 100 m}]\nresolution: 5 m");
