@@ -270,6 +270,23 @@ fn a_line_that_does_not_fit_its_slide_is_told() {
 }
 
 #[test]
+fn a_velocity_that_ends_above_0_before_the_slide_rests_is_told() {
+    let held = |rows: &str, expected: &[&str]| {
+        let scene = Scene::new(&[SLIDE]);
+        scene.write("velocity.csv", &format!("time_s,v_m_s\n{rows}\n"));
+        scene.assert_check(0, expected);
+    };
+    let code = "warning[series-held] moving_bed[0].velocity.series";
+    // 12 m of 85 m in 2 s, and the rest at 12 m/s; at 1 m/s it moves on until the run ends at 30 s.
+    held("0,0\n2,12", &[code, "ends at 2 s, before the slide rests; its last value of 12 m/s holds on for 6.08333 s"]);
+    held("0,0\n2,1", &[code, "its last value of 1 m/s holds on for 28 s", "remedy  add rows"]);
+    // It comes to the end of its line, or to rest on its way, or the rows go on until the run ends.
+    for rows in ["0,20\n6,20", "0,0\n2,12\n4,0", "0,1\n30,1"] {
+        held(rows, &["0 errors, 0 warnings"]);
+    }
+}
+
+#[test]
 fn a_change_finer_than_the_lattice_is_told_with_its_volumes() {
     let scene = Scene::new(&[]);
     let grid = |cell: u32, value: &dyn Fn(f64, f64) -> f64| {
