@@ -68,6 +68,24 @@ impl Run {
         Ok(table.rows.iter().filter_map(|(_, fields)| place(fields)).collect())
     }
 
+    /// The rows of a map of `maps.nc`, those of the north first; NaN where it has no value.
+    ///
+    /// # Errors
+    /// A message where the file lacks it.
+    pub fn map(&self, name: &str) -> Result<Vec<Vec<f64>>, String> {
+        let path = self.folder.join("maps.nc");
+        let failed = |cause: netcdf::Error| format!("`{name}` of {} cannot be read: {cause}", path.display());
+        let file = netcdf::open(&path).map_err(failed)?;
+        let variable = file.variable(name).ok_or_else(|| format!("there is no map `{name}`"))?;
+        let values = variable.get_values::<f64, _>(..).map_err(failed)?;
+        let fill =
+            variable.attribute_value("_FillValue").and_then(Result::ok).and_then(|fill| f64::try_from(fill).ok());
+        // A fill value is stored, not computed: equal bits mean missing.
+        let value = |value: &f64| if Some(value.to_bits()) == fill.map(f64::to_bits) { f64::NAN } else { *value };
+        let columns = variable.dimensions().last().map_or(1, netcdf::Dimension::len).max(1);
+        Ok(values.chunks(columns).map(|row| row.iter().map(value).collect()).collect())
+    }
+
     /// A measured series: two columns of a file of the data.
     ///
     /// # Errors
@@ -134,6 +152,18 @@ pub fn arrival(series: &Series, rise: f64) -> Option<f64> {
     series.iter().find(|(_, value)| value - start > rise).map(|point| point.0)
 }
 
+/// How far a map is from its mirror image about its middle row, |a/b − 1| of each cell a and its image b: at most, and on average. Infinite
+/// where one of the two has a value alone, and for a map without values.
+pub fn asymmetry(rows: &[Vec<f64>]) -> [f64; 2] {
+    let pairs = rows.iter().zip(rows.iter().rev()).flat_map(|(row, image)| row.iter().zip(image));
+    let apart = pairs.filter(|(a, b)| !(a.is_nan() && b.is_nan())).map(|(a, b)| {
+        let off = if (a - b).abs() <= 0.0 { 0.0 } else { (a / b - 1.0).abs() };
+        if off.is_nan() { f64::INFINITY } else { off }
+    });
+    let apart: Vec<f64> = apart.collect();
+    if apart.is_empty() { [f64::INFINITY; 2] } else { [apart.iter().copied().fold(0.0, f64::max), mean_of(&apart)] }
+}
+
 /// A panel with what was measured and what a run makes of it.
 pub fn panel(run: &Run, title: &str, measured: Series, computed: Series) -> GaugePanel {
     let computed = vec![GaugeLine { name: run.resolution(), points: computed }];
@@ -163,6 +193,16 @@ mod tests {
         assert!((error - (25.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert_eq!(root_mean_square(&computed, &measured, (11.0, 12.0)), None);
         assert_eq!((value_at(&computed, 20.0), value_at(&Vec::new(), 1.0)), (Some(10.0), None));
+    }
+
+    #[test]
+    fn one_cell_off_its_mirror_image_makes_a_map_unsymmetric() {
+        let map = |cell: f64| [vec![2.0, f64::NAN], vec![5.0, 0.0], vec![cell, f64::NAN]];
+        assert!(asymmetry(&map(2.0)).iter().all(|off| off.abs() <= 0.0));
+        let [worst, mean] = asymmetry(&map(2.5));
+        // 0.25 and 0.2, and the middle row is its own image.
+        assert!((worst - 0.25).abs() < 1e-15 && (mean - 0.45 / 4.0).abs() < 1e-15, "{worst} {mean}");
+        assert_eq!((asymmetry(&map(f64::NAN))[0], asymmetry(&[vec![f64::NAN]])[0]), (f64::INFINITY, f64::INFINITY));
     }
 
     #[test]

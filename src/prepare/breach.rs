@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::burn::{Foot, crossed, foot_of, strip};
+use super::crests::{Buried, length_above_ground};
 use super::findings::Findings;
 use super::grid::REACH;
 use super::outside::{Outside, all_outside, partly_outside};
@@ -113,22 +114,24 @@ pub(super) fn on_lattice(
     if opened.crest <= lowest.ground {
         let message = format!(
             "the crest of {} m lies below all terrain along the dam ({:.2} m at least)",
-            opened.crest, lowest.ground
+            readable(opened.crest),
+            lowest.ground
         );
         let problem = input_error("crest-below-terrain", message)
             .with_remedy("correct the level, its unit or its datum, or the place of the line")
             .with_at(at(&lowest));
-        match &written.crest {
-            Some(crest) => findings.add(crest, problem),
-            None => findings.add(&written.dam, problem),
-        }
+        add_of_crest(written, problem, findings);
         return None;
+    }
+    if let Some(part) = Buried::of(&line, &vec![opened.crest; line.len()], bed) {
+        add_of_crest(written, part.problem("the dam").with_at(lattice.to_map(part.place)), findings);
     }
     warn_of_open_ends(&cells, written, opened.crest, lattice, findings);
     let length = line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+    let free = length_above_ground(&line, opened.crest, bed);
     let opening = match &written.shape {
         None => Some(Opening::Whole),
-        Some(shape) => trapezoid(shape, opened, &cells, (&line, length), lattice, findings),
+        Some(shape) => trapezoid(shape, opened, &cells, (&line, [length, free]), lattice, findings),
     };
     let trigger = trigger(scenario, &written.trigger, bed, findings);
     let share = written.share.as_ref().map(|table| (table, series::growth(table, findings)));
@@ -209,6 +212,14 @@ pub(super) fn section(
     Section { id, line }
 }
 
+/// Reports a problem of the crest where that is written.
+fn add_of_crest(written: &Written, problem: Problem, findings: &mut Findings) {
+    match &written.crest {
+        Some(crest) => findings.add(crest, problem),
+        None => findings.add(&written.dam, problem),
+    }
+}
+
 /// The first and the last cell along the dam.
 fn ends(cells: &[DamCell]) -> [Option<&DamCell>; 2] {
     let by_station = |a: &&DamCell, b: &&DamCell| a.station.total_cmp(&b.station);
@@ -261,12 +272,12 @@ fn by_formula(written: &Written, crest: f64, gravity: f64) -> Written {
     }
 }
 
-/// The opening of a shape, if it fits the dam.
+/// The opening of a shape, if it fits the dam, of which the length (m) is given, and that over which it stands above the ground.
 fn trapezoid(
     shape: &BreachShape,
     dam: &Opened,
     cells: &[DamCell],
-    (line, length): (&[Vec2], f64),
+    (line, [length, free]): (&[Vec2], [f64; 2]),
     lattice: &Lattice,
     findings: &mut Findings,
 ) -> Option<Opening> {
@@ -287,20 +298,29 @@ fn trapezoid(
         }
     };
     if invert >= dam.crest {
-        let message = format!("the invert of {invert} m is not below the crest of {} m", dam.crest);
+        let message =
+            format!("the invert of {} m is not below the crest of {} m", readable(invert), readable(dam.crest));
         let problem = Problem::error(ProblemKind::Scenario, "invert-above-crest", "", message);
         findings.add(&shape.invert, problem.with_remedy("correct the level, its unit or its datum"));
         return None;
     }
     let top = width + 2.0 * slope * (dam.crest - invert);
-    if top > length {
-        let message = format!("the breach is {top:.1} m wide at the crest, and the dam is {length:.1} m long");
+    // The ground meets the crest within a cell.
+    if top > length || top > free + lattice.spacing {
+        let stands = if free + lattice.spacing < length {
+            format!(", and stands above the ground over {free:.1} m of it")
+        } else {
+            String::new()
+        };
+        let message = format!("the breach is {top:.1} m wide at the crest, and the dam is {length:.1} m long{stands}");
         let problem = Problem::error(ProblemKind::Scenario, "breach-wider-than-dam", "", message)
             .with_cause(format!(
-                "bottom width {width} m, sides {slope} to 1 over {:.2} m of height",
+                "bottom width {} m, sides {} to 1 over {:.2} m of height",
+                readable(width),
+                readable(slope),
                 dam.crest - invert
             ))
-            .with_remedy("take a narrower one; without `shape` the whole dam goes");
+            .with_remedy("take a narrower one, or correct the crest; without `shape` the whole dam goes");
         findings.add(&shape.bottom_width, problem);
         return None;
     }
@@ -321,8 +341,11 @@ fn trapezoid(
     if let Some(ground) = under.iter().min_by(|a, b| a.ground.total_cmp(&b.ground))
         && invert < ground.ground
     {
-        let message =
-            format!("the invert of {invert} m lies below the terrain under the breach, {:.2} m", ground.ground);
+        let message = format!(
+            "the invert of {} m lies below the terrain under the breach, {:.2} m",
+            readable(invert),
+            ground.ground
+        );
         let problem = input_error("invert-below-terrain", message)
             .with_remedy(format!(
                 "take at least {:.2} m, or put the breach elsewhere with `position`",
@@ -337,9 +360,10 @@ fn trapezoid(
         && above.len() as f64 > GROUND_IN_OPENING * under.len() as f64
     {
         let message = format!(
-            "{} of {} cells of the bottom of the breach end on the terrain above the invert of {invert} m, the highest at {:.2} m",
+            "{} of {} cells of the bottom of the breach end on the terrain above the invert of {} m, the highest at {:.2} m",
             above.len(),
             under.len(),
+            readable(invert),
             highest.ground
         );
         let problem = Problem::warning(ProblemKind::Input, "terrain-in-breach", "", message)

@@ -52,6 +52,25 @@ impl Doubt {
     }
 }
 
+/// The parts of a line (local coordinates, m) with the level of each vertex (m) on terrain: the length of each (m), how far (m) it lies
+/// below the ground, and its middle.
+fn depths_along(line: &[Vec2], levels: &[f64], bed: &BedParticles) -> Vec<(f64, f64, Vec2)> {
+    let mut parts = Vec::new();
+    for (piece, ends) in line.windows(2).zip(levels.windows(2)) {
+        parts.extend(cut([piece[0], piece[1]], &bed.lattice).into_iter().filter_map(|part| {
+            let cell = bed.lattice.cell_at(part.middle).filter(|cell| bed.has_terrain(*cell))?;
+            Some((part.length, bed.elevation[cell] - value_at(part.middle, piece, ends), part.middle))
+        }));
+    }
+    parts
+}
+
+/// Length (m) over which a line (local coordinates, m) of one level (m) stands above the ground.
+pub(super) fn length_above_ground(line: &[Vec2], level: f64, bed: &BedParticles) -> f64 {
+    let parts = depths_along(line, &vec![level; line.len()], bed);
+    parts.iter().filter(|part| part.1 < 0.0).map(|part| part.0).sum()
+}
+
 /// The part of a levee that lies below the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Buried {
@@ -66,13 +85,7 @@ pub(super) struct Buried {
 impl Buried {
     /// The part of a line (local coordinates, m) with the level of each vertex (m), where it is more than its ends in higher ground.
     pub fn of(line: &[Vec2], levels: &[f64], bed: &BedParticles) -> Option<Buried> {
-        let mut parts: Vec<(f64, f64, Vec2)> = Vec::new();
-        for (piece, ends) in line.windows(2).zip(levels.windows(2)) {
-            parts.extend(cut([piece[0], piece[1]], &bed.lattice).into_iter().filter_map(|part| {
-                let cell = bed.lattice.cell_at(part.middle).filter(|cell| bed.has_terrain(*cell))?;
-                Some((part.length, bed.elevation[cell] - value_at(part.middle, piece, ends), part.middle))
-            }));
-        }
+        let parts = depths_along(line, levels, bed);
         let is_below = |part: &(f64, f64, Vec2)| part.1 > BURIED;
         let lengths = |parts: &[(f64, f64, Vec2)]| {
             let below: f64 = parts.iter().filter(|part| is_below(part)).map(|part| part.0).sum();
@@ -103,7 +116,7 @@ impl Buried {
             self.length, self.whole, self.depth
         );
         input_warning("crest-below-terrain", message)
-            .with_cause("a levee or a wall lies above the ground on most of its way")
+            .with_cause("a levee, a wall or a dam lies above the ground on most of its way")
             .with_remedy(
                 "right where higher ground takes its place; elsewhere correct the level, its unit or its datum",
             )

@@ -3,15 +3,16 @@
 use std::collections::BTreeSet;
 
 use super::findings::Findings;
+use super::outside::{Outside, all_outside};
 use super::{places, raster, series, sources::lines_of};
 use crate::bed::BedParticles;
 use crate::boundary::edge_faces;
-use crate::error::{Problem, ProblemKind, input_error};
+use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Vec2, readable};
 use crate::scenario::units::VELOCITY;
-use crate::scenario::{BedMovement, MovingBed, Scenario};
+use crate::scenario::{BedMovement, MovingBed, Scenario, Timed};
 use crate::solver::{BedLaw, BedMotion, Forcing, Patch, Series, Slide};
 use crate::terrain::Raster;
 
@@ -266,13 +267,21 @@ fn slide(
     };
     let path: Vec<Vec2> = path.into_iter().map(|place| lattice.to_local(place)).collect();
     let slide = Slide { thickness, path, velocity };
-    let distance = slide.distance(scenario.end_time - written.at.value);
-    let BedMovement::Slide { path: line, .. } = &written.law else { return None };
+    let lasts = scenario.end_time - written.at.value;
+    let distance = slide.distance(lasts);
+    let BedMovement::Slide { path: line, velocity: of_time } = &written.law else { return None };
     if distance <= 0.0 {
         let message = "the slide does not move before the run ends".to_owned();
         let problem = input_error("slide-rests", message);
         findings.add(line, problem.with_remedy("give it a velocity above 0, and a line of some length"));
         return None;
+    }
+    if Outside::beyond_reach(slide.path.windows(2).map(|pair| [pair[0], pair[1]]), ground).is_all() {
+        all_outside(line, lattice.to_map(slide.path[0]), findings);
+        return None;
+    }
+    if let Timed::Series(table) = of_time {
+        findings.add_all(&table.file, held(&slide, lasts, &table.file.value.display().to_string()));
     }
     let all = swept(&slide, distance, lattice);
     let thickness_at = |cell: usize, offset: Vec2| slide.thickness.at(lattice.centre(cell) - offset);
@@ -303,6 +312,24 @@ fn slide(
     let cells = all.into_iter().filter(|&cell| ground.has_terrain(cell));
     let cells = cells.map(|cell| (cell, thickness_at(cell, Vec2::ZERO))).collect();
     Some(BedMotion { begin: written.at.value, cells, law: BedLaw::Slide(slide) })
+}
+
+/// The warning of a series that ends while its slide still moves, before that comes to the end of its line and the run to its own
+/// (s since the beginning of the slide).
+fn held(slide: &Slide, end: f64, name: &str) -> Option<Problem> {
+    let (last, velocity) = slide.velocity.points().last()?;
+    let left = slide.length() - slide.distance(last);
+    let time = (left / velocity).min(end - last.max(0.0));
+    (velocity > 0.0 && left > 0.0 && time > 0.0).then(|| {
+        let message = format!(
+            "{name} ends at {} s, before the slide rests; its last value of {} m/s holds on for {} s",
+            readable(last),
+            readable(velocity),
+            readable(time)
+        );
+        let remedy = "add rows up to where it rests, the last of them with a velocity of 0";
+        input_warning("series-held", message).with_remedy(remedy)
+    })
 }
 
 /// Warns of a line that does not begin on its slide, and of one up which the slide would run.

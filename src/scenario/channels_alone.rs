@@ -61,3 +61,12 @@ pub(super) fn check(node: &Node, reader: &mut Reader) -> Option<()> {
     }
     is_fit.then_some(())
 }
+
+/// Whether there are channels alone, each with its own roughness.
+pub(super) fn are_rough(node: &Node) -> bool {
+    let channels = match node.get("channels").map(|list| &list.value) {
+        Some(Value::List(channels)) => channels.as_slice(),
+        _ => return false,
+    };
+    !has(node, "terrain") && !channels.is_empty() && channels.iter().all(|channel| has(channel, "manning"))
+}

@@ -96,8 +96,8 @@ pub enum CrsChoice {
     Named(String),
 }
 
-/// Roughness of the ground after Manning (s·m^(−1/3)).
-#[derive(Clone, Debug, PartialEq)]
+/// Roughness of the ground after Manning (s·m^(−1/3)); nothing where there are channels alone, each with its own.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Roughness {
     /// n where no file says it: everywhere without a raster, the default beside one.
     pub manning: Option<f64>,

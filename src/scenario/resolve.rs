@@ -172,7 +172,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         layers,
         reproject,
         ground,
-        roughness: roughness(written.roughness),
+        roughness: written.roughness.map(roughness).unwrap_or_default(),
         initial: bodies.into_iter().filter_map(initial_water).collect(),
         start,
         walls: walls.into_iter().filter(|wall| !wall.has_crest()).map(|wall| wall.lines.0).collect(),
@@ -690,7 +690,7 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
             assert!(properties.get(key).is_some(), "{key}");
         }
         assert_eq!(schema.get("additionalProperties"), Some(&serde_json::Value::Bool(false)));
-        assert!(schema.get("required").unwrap().as_array().unwrap().iter().any(|key| key == "roughness"));
+        assert!(schema.get("required").unwrap().as_array().unwrap().iter().any(|key| key == "resolution"));
         assert!(schema.to_value().pointer("/$defs/BoundaryEntry/properties/type").is_some());
     }
 

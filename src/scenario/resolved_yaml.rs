@@ -172,6 +172,9 @@ impl Scenario {
     }
 
     fn write_roughness(&self, text: &mut String) -> std::fmt::Result {
+        if self.roughness == Roughness::default() {
+            return Ok(());
+        }
         let Roughness { manning, raster, table, polygons } = &self.roughness;
         writeln!(text, "roughness:")?;
         if let Some(raster) = raster {

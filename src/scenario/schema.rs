@@ -40,8 +40,8 @@ section! {
         crs: Option<Text>,
         /// Terrain: a raster file, or layers; not needed where there are channels.
         terrain: Option<Terrain>,
-        /// Roughness of the ground.
-        roughness: Roughness,
+        /// Roughness of the ground; not needed where there are channels alone, each with its own.
+        roughness: Option<Roughness>,
         /// Structures that hold or divert water.
         structures: Option<Structures>,
         /// Bodies of still water at the start; needed unless water comes by a boundary, a source or rain.
@@ -427,6 +427,10 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     tell_of_outputs(node, reader);
     check_alone(node, reader)?;
     let is_placed = has(node, "terrain") || channels_alone::check(node, reader).is_some();
+    let is_rough = has(node, "roughness")
+        || channels_alone::are_rough(node)
+        || Roughness::when_absent(node, "roughness", reader).is_some();
+    let is_whole = is_placed && is_rough;
     let boundaries = match node.get("boundaries").map(|list| &list.value) {
         Some(Value::List(entries)) => entries.as_slice(),
         _ => &[],
@@ -442,7 +446,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     let formulation = meant(numerics, "formulation", Formulation::default())?;
     let usual = if formulation == Formulation::Variational { Motion::Lagrangian } else { Motion::default() };
     if meant(numerics, "motion", usual)? == Motion::Eulerian {
-        return is_placed.then_some(());
+        return is_whole.then_some(());
     }
     // An entry that says nothing of the water beyond is told so by the reader of boundaries.
     let has_condition = |entry: &Node| {
@@ -460,7 +464,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         .chain(node.get("rain").filter(|_| is_summed).map(|rain| (rain, "rain")))
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
-    let mut is_fit = is_placed;
+    let mut is_fit = is_whole;
     for (key, what, otherwise) in [
         ("breach", "dam that breaks", "for a dam that is gone at the start, take `breach` out"),
         ("moving_bed", "moving bed", "or take this out"),

@@ -4,7 +4,8 @@
 //! V = ∫ max(level − terrain, 0) dA
 //! ```
 //!
-//! It is taken on scan lines at least eightfold denser than the lattice, with pieces cut to the polygon.
+//! It is taken on scan lines at least eightfold denser than the lattice, with pieces cut to the polygon, and without the cells of blocked
+//! buildings.
 
 use rayon::prelude::*;
 
@@ -87,6 +88,10 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
             subtract(inside, &later);
         }
     };
+    // A blocked building has its place in the water, and holds none of it.
+    let is_blocked: Vec<bool> = (first_column..end_column)
+        .map(|column| bed.sealed.binary_search(&lattice.index(column, row)).is_ok())
+        .collect();
     let mut parts = vec![CellPart::default(); end_column - first_column];
     let mut inside = Vec::new();
     let middle = (row as f64 + 0.5) * lattice.spacing;
@@ -111,6 +116,9 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
                 scan.area += area;
                 let part = &mut parts[piece / SUBDIVISION - first_column];
                 part.coverage += area / lattice.cell_area();
+                if is_blocked[piece / SUBDIVISION - first_column] {
+                    continue;
+                }
                 match elevation_near(surface, lattice.to_map(Vec2::new(0.5 * (west + east), y)), step) {
                     Some(elevation) => {
                         let volume = (level - elevation).max(0.0) * area;

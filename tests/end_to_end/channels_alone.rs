@@ -405,6 +405,28 @@ fn what_needs_terrain_is_refused_where_it_stands() {
 }
 
 #[test]
+fn channels_alone_with_their_own_roughness_need_no_other() {
+    let (rough, length) = ("roughness: {manning: 0.03}\n", "length: 2 km");
+    let own = [(rough, ""), (length, "length: 2 km\n    manning: 0.03"), ("end: 3 h", "end: 1 h")];
+    let scene = Scene::of(&changed(SCENARIO, &own));
+    assert_eq!(scene.check(), (0, "s.yaml: 0 errors, 0 warnings\n".to_owned()));
+    let (_, out) = scene.run();
+    let other = Scene::of(&changed(SCENARIO, &[("end: 3 h", "end: 1 h")]));
+    let tables = [out.clone(), other.run().1].map(|out| std::fs::read(out.join("tables/channels.csv")).unwrap());
+    assert_eq!(tables[0], tables[1]);
+    let resolved = std::fs::read_to_string(out.join("scenario.resolved.yaml")).unwrap();
+    assert!(!resolved.contains("roughness"), "{resolved}");
+    scene.write("s.yaml", &resolved);
+    assert_eq!(scene.check().0, 0);
+    // A channel without its own, or terrain beside the channels, needs one.
+    let terrain = ("floodsim: 1\n", "floodsim: 1\nterrain: dem.tif\n");
+    for changes in [vec![own[0]], vec![own[0], own[1], terrain]] {
+        let (code, said) = Scene::of(&changed(SCENARIO, &changes)).check();
+        assert!(code == 3 && said.contains("error[missing-key] roughness"), "{said}");
+    }
+}
+
+#[test]
 fn bad_gauges_and_lines_are_refused_where_they_stand() {
     let lines = "gauges: [{id: weir, distance: 803 m}, {id: mouth, distance: 2 km}]";
     for (changes, expected) in [

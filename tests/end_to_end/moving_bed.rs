@@ -216,10 +216,14 @@ fn a_bed_that_does_not_fit_is_refused_with_its_place() {
         &["missing-unit", "moving_bed[0].velocity"],
     );
     let away = |scene: &Scene| {
-        scene.line("axis.geojson", &[(1000.0, 2000.0), (900.0, 2000.0)]);
+        scene.line("axis.geojson", &[(1015.0, 2050.0), (900.0, 2050.0)]);
         scene.write("velocity.csv", "time_s,v_m_s\n0,20\n");
     };
     refused(&[SLIDE], &away, &["slide-outside", "where it comes to rest"]);
+    // A slide far from its line would go the way of it all the same.
+    let far = |scene: &Scene| scene.line("axis.geojson", &[(5015.0, 2050.0), (5100.0, 2050.0)]);
+    let outside = "error[outside-terrain] moving_bed[0].path";
+    refused(&[SLIDE], &far, &[outside, "axis.geojson lie outside the terrain", "5015.0, 2050.0", "the same CRS"]);
     let two = r#"{"type":"MultiLineString","coordinates":[[[1000,2000],[1010,2000]],[[1000,2010],[1010,2010]]]}"#;
     refused(&[SLIDE], &|scene| scene.write("axis.geojson", two), &["slide-lines", "holds 2 lines"]);
     let boundary = ("resolution: 5 m", "boundaries: [{side: east, stage: 100 m}]\nresolution: 5 m");
@@ -263,6 +267,23 @@ fn a_line_that_does_not_fit_its_slide_is_told() {
     scene.grid("slide.asc", |x, y| if (105.0..125.0).contains(&x) && (40.0..60.0).contains(&y) { 3.0 } else { 0.0 });
     scene.line("axis.geojson", &[(1115.0, 2050.0), (1065.0, 2050.0)]);
     scene.assert_check(0, &["0 errors, 0 warnings"]);
+}
+
+#[test]
+fn a_velocity_that_ends_above_0_before_the_slide_rests_is_told() {
+    let held = |rows: &str, expected: &[&str]| {
+        let scene = Scene::new(&[SLIDE]);
+        scene.write("velocity.csv", &format!("time_s,v_m_s\n{rows}\n"));
+        scene.assert_check(0, expected);
+    };
+    let code = "warning[series-held] moving_bed[0].velocity.series";
+    // 12 m of 85 m in 2 s, and the rest at 12 m/s; at 1 m/s it moves on until the run ends at 30 s.
+    held("0,0\n2,12", &[code, "ends at 2 s, before the slide rests; its last value of 12 m/s holds on for 6.08333 s"]);
+    held("0,0\n2,1", &[code, "its last value of 1 m/s holds on for 28 s", "remedy  add rows"]);
+    // It comes to the end of its line, or to rest on its way, or the rows go on until the run ends.
+    for rows in ["0,20\n6,20", "0,0\n2,12\n4,0", "0,1\n30,1"] {
+        held(rows, &["0 errors, 0 warnings"]);
+    }
 }
 
 #[test]

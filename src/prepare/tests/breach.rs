@@ -259,6 +259,33 @@ fn water_above_the_crest_is_told_and_a_refused_dam_leaks_without_a_word() {
 }
 
 #[test]
+fn a_dam_that_lies_below_the_ground_on_most_of_its_way_is_told() {
+    // 50 m of 150 m cross the basin; the plateau of 20 m lies on both sides of it.
+    let part = told("crest-below-terrain", |scene| scene.line("dam.geojson", &[(1077.5, 2005.0), (1077.5, 2145.0)]));
+    assert_eq!((part.severity, part.key.as_str()), (Severity::Warning, "breach.crest"));
+    let place = part.at.unwrap();
+    assert!(part.message.contains("90 m of 140 m of the dam lie below the terrain, by up to 10.00 m"), "{part}");
+    assert!((place.x - 1077.5).abs() < 2.5 && !(2050.0..2100.0).contains(&place.y), "{part}");
+}
+
+#[test]
+fn a_breach_wider_than_the_dam_stands_free_is_refused_with_both_lengths() {
+    let widened = |bottom: f64| {
+        let mut scene = dam();
+        width(scene.scenario.breach.as_mut().unwrap(), bottom);
+        prepare(&scene.scenario).problems
+    };
+    // 50 m of the dam cross the basin; sides of 0.5 to 1 over 8 m make the breach 8 m wider at the crest.
+    let problems = widened(48.0 + 1.0 / 3.0);
+    assert_eq!(problems.iter().map(|problem| problem.code).collect::<Vec<_>>(), ["breach-wider-than-dam"]);
+    let said = "56.3 m wide at the crest, and the dam is 68.0 m long, and stands above the ground over 50.0 m of it";
+    assert!(problems[0].severity == Severity::Error && problems[0].message.contains(said), "{}", problems[0]);
+    let cause = problems[0].cause.as_deref().unwrap();
+    assert!(cause.starts_with("bottom width 48.3333 m, sides 0.5 to 1"), "{cause}");
+    assert_eq!(widened(42.0), []);
+}
+
+#[test]
 fn a_dam_that_is_to_break_far_above_its_crest_is_told() {
     let fed = |scene: &mut Scene, level: f64| {
         open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));

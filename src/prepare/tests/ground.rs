@@ -225,6 +225,22 @@ fn no_water_gets_into_a_blocked_building_and_no_boundary_opens_it() {
 }
 
 #[test]
+fn the_water_of_a_lake_is_that_beside_its_blocked_buildings() {
+    let volume = |is_built: bool| {
+        let mut scene = Scene::sound();
+        scene.polygon("buildings.geojson", &[(1060.0, 2060.0), (1070.0, 2060.0), (1070.0, 2075.0), (1060.0, 2075.0)]);
+        if is_built {
+            buildings(&mut scene, BuildingMode::Block);
+        }
+        prepare(&scene.scenario).still_water.unwrap().volumes.swap_remove(0)
+    };
+    let (open, built) = (volume(false), volume(true));
+    // 150 m² in a lake of 5 m.
+    assert!((open.integral_m3 - built.integral_m3 - 750.0).abs() < 1e-6, "{open:?} {built:?}");
+    assert!(built.relative_error().abs() <= open.relative_error().abs() + 1e-9, "{open:?} {built:?}");
+}
+
+#[test]
 fn a_building_whose_cells_do_not_hang_together_is_told() {
     let oblique = |width: f64| [(1057.0, 2056.0), (1095.0, 2070.0), (1095.0, 2070.0 + width), (1057.0, 2056.0 + width)];
     for (width, is_told) in [(1.5, true), (6.0, false)] {
