@@ -19,6 +19,7 @@
 //!
 //! ```text
 //! (M73)  R = u + ω,   ω(η) = ∫ √(g T/A) dη                           held discharge −Q:  ω − Q/A = R, η not below critical flow, g A³ = Q² T
+//! (M76)  ω(η) = (R + ω_0)/2,   u = ω(η) − ω_0                        rest at level η_0: waves leave; u between ∓√(g A/T)
 //! ```
 //!
 //! Where the state has the same R as that inside, the flux of (M16) between both is that of the state itself to first order, and
@@ -115,15 +116,23 @@ struct Below {
 impl Below {
     /// Goes on upwards, by so many metres between walls that stand upright.
     fn raised(self, by: f64, g: f64) -> Self {
-        let celerity = |area: f64| if self.width > 0.0 { (g * area / self.width).sqrt() } else { 0.0 };
-        let area = self.area + self.width * by;
+        let raised = Below { area: self.area + self.width * by, ..self };
         Below {
-            area,
             // √(g T/A) dη is 2 d√(g A/T) as long as T stays.
-            omega: self.omega + 2.0 * (celerity(area) - celerity(self.area)),
-            moment: self.moment + 0.5 * (self.area + area) * by,
-            ..self
+            omega: self.omega + 2.0 * (raised.celerity(g) - self.celerity(g)),
+            moment: self.moment + 0.5 * (self.area + raised.area) * by,
+            ..raised
         }
+    }
+
+    /// Speed of waves (m/s), √(g A/T).
+    fn celerity(&self, g: f64) -> f64 {
+        if self.width > 0.0 { (g * self.area / self.width).sqrt() } else { 0.0 }
+    }
+
+    /// How far above its level (m) the speed of waves is this one (m/s), between walls that stand upright.
+    fn rise_to(&self, celerity: f64, g: f64) -> f64 {
+        celerity * celerity / g - self.area / self.width
     }
 }
 
@@ -172,6 +181,49 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
             (Some(fast), _) => fast,
             (None, slow) => slow.unwrap_or(critical),
         }
+    }
+
+    /// (M76): level (m) and velocity outwards (m/s) of a simple wave that leaves into water at rest at a level (m), before water of a level (m) and
+    /// a velocity outwards (m/s), if there is any; slower than waves run, or as fast.
+    pub fn waves_leave(&self, rest: f64, before: Option<(f64, f64)>, g: f64) -> (f64, f64) {
+        let still = self.below(rest, g).omega;
+        let (top, outwards) = before.unwrap_or((f64::NEG_INFINITY, 0.0));
+        let invariant = outwards + self.below(top, g).omega;
+        let wave = self.level_of(0.5 * (invariant + still), g);
+        if invariant > still {
+            let level = wave.max(self.critical_of(invariant, top, g));
+            return (level, invariant - self.below(level, g).omega);
+        }
+        let level = wave.max(self.critical_of(still, rest, g));
+        (level, self.below(level, g).omega - still)
+    }
+
+    /// Whether water of a level (m) leaves with a velocity outwards (m/s) that no wave comes up against.
+    pub fn is_swept(&self, (level, outwards): (f64, f64), g: f64) -> bool {
+        outwards >= self.below(level, g).celerity(g)
+    }
+
+    /// The level (m) at which ω has a value (m/s); that of the lowest bed where it is none.
+    fn level_of(&self, omega: f64, g: f64) -> f64 {
+        let mut reached = f64::NEG_INFINITY;
+        for (below, bed) in self.steps(g) {
+            if reached > f64::NEG_INFINITY && below.omega >= omega {
+                break;
+            }
+            let celerity = below.celerity(g) + 0.5 * (omega - below.omega);
+            reached = if below.width > 0.0 { bed + below.rise_to(celerity.max(0.0), g).max(0.0) } else { bed };
+        }
+        reached
+    }
+
+    /// The highest level (m), up to that of water slower than waves, at which ω + √(g A/T) is an invariant (m/s): critical flow at the end of a
+    /// wave that lowers that water.
+    fn critical_of(&self, invariant: f64, top: f64, g: f64) -> f64 {
+        let levels = self.steps(g).filter_map(|(below, bed)| {
+            let celerity = (invariant - below.omega + 2.0 * below.celerity(g)) / 3.0;
+            (below.width > 0.0 && celerity >= below.celerity(g)).then(|| bed + below.rise_to(celerity, g))
+        });
+        levels.filter(|level| *level <= top).last().unwrap_or(f64::NEG_INFINITY)
     }
 
     /// The level above the critical one at which ω − Q/A is the invariant, by Newton's method within bounds; none where it lies lower.
@@ -391,6 +443,49 @@ mod tests {
         // 9.81 A³ = Q² T on the plains, and in the main channel.
         assert!(close(section.inflow(140.0, None, None, G), 2.0 + ((140.0 * 140.0 * 40.0 / G).cbrt() - 20.0) / 40.0));
         assert!(close(section.inflow(30.0, None, None, G), (9.0 / G).cbrt()));
+    }
+
+    #[test]
+    fn a_section_of_one_strip_lets_waves_out_as_a_face_does() {
+        let (bed, rest) = (0.4, 1.7);
+        let section = Section(std::iter::once((7.0, bed)));
+        for depth in [0.0, 0.3, 1.7, 2.9] {
+            for outwards in [-3.0, -0.2, 0.0, 0.4, 2.0] {
+                let inside = EdgeState { depth, outwards };
+                let face = waves_leave(rest, EdgeState { outwards, ..inside }, 0.0, G);
+                let (level, velocity) = section.waves_leave(rest + bed, Some((depth + bed, outwards)), G);
+                // A face leaves outflow faster than waves to the flux of (M16).
+                let fall = overfall(inside.invariant(G), G);
+                let face = if face.outwards > fall.outwards.max(0.0) { fall } else { face };
+                let is_same = (level - bed - face.depth).abs() < 1e-12 && (velocity - face.outwards).abs() < 1e-12;
+                assert!(is_same, "{inside:?}: {level} m, {velocity} m/s, {face:?}");
+            }
+        }
+        let (level, velocity) = section.waves_leave(rest + bed, None, G);
+        assert!(close(level - bed, rest * 4.0 / 9.0) && close(velocity, -(G * (level - bed)).sqrt()));
+    }
+
+    #[test]
+    fn simple_waves_leave_a_compound_section_as_if_there_were_no_end() {
+        let section = Section(COMPOUND.into_iter());
+        let froude = |(level, outwards): (f64, f64)| outwards / section.below(level, G).celerity(G);
+        for rest in [0.7, 1.9, 2.05, 4.0] {
+            let still = section.below(rest, G).omega;
+            for level in [0.6, 1.9, 1.99, 2.01, 2.3, 4.5] {
+                let wave = (level, section.below(level, G).omega - still);
+                let beyond = section.waves_leave(rest, Some(wave), G);
+                if froude(wave) > 1.0 {
+                    assert!(section.is_swept(wave, G));
+                    continue;
+                }
+                if level > section.critical_of(still, rest, G) {
+                    assert!(close(beyond.0, wave.0) && close(beyond.1, wave.1), "{wave:?} into {rest} m: {beyond:?}");
+                }
+                assert!(froude(beyond).abs() <= 1.0 + 1e-9, "{wave:?} into {rest} m: {beyond:?}");
+            }
+            let (level, outwards) = section.waves_leave(rest, None, G);
+            assert!(close(froude((level, outwards)), -1.0) && close(section.below(level, G).omega - outwards, still));
+        }
     }
 
     #[test]

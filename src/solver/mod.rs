@@ -167,7 +167,7 @@ pub struct ChannelSample {
     pub level: f64,
     /// Velocity towards the near end (m/s).
     pub velocity: f64,
-    /// Discharge towards the near end (m³/s).
+    /// Mean discharge of the last step towards the near end (m³/s).
     pub discharge: f64,
 }
 

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean over the
-//! step. Through the strips of a section it comes in at one level and one velocity, those of the section as a whole. All other conditions pass the flux of (M16). Where the edge runs askew to the lattice its faces are steps, each turned by θ
+//! step. Through the strips of a section it comes in at one level and one velocity, those of the section as a whole, by which waves leave, too. All other conditions pass the flux of (M16). Where the edge runs askew to the lattice its faces are steps, each turned by θ
 //! from the way that the edge faces: what comes in has the velocity of that way, and uniform flow is that of the slope along it. Boundaries
 //! are few: their faces are worked off one after another.
 
@@ -363,6 +363,7 @@ pub(in crate::solver) fn pass(
             let level = rated_level(rating, inside, datum, scale);
             passing.extend(inside.iter().map(|inside| inside.leaving(|| inside.below(level, g), g)));
         }
+        Condition::Free if faces == Faces::OfASection => waves_leave_section(inside, scale, passing),
         Condition::Free => passing.extend(inside.iter().map(|inside| {
             match inside.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
                 Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.face, inside.along, g), g),
@@ -528,17 +529,48 @@ impl Passing {
     }
 }
 
+/// The strips of a section that have a width.
+fn wide(inside: &[Inside]) -> impl Iterator<Item = &Inside> + Clone {
+    inside.iter().filter(|strip| strip.width > 0.0)
+}
+
+/// The section at a face.
+fn section(inside: &[Inside]) -> Section<impl Iterator<Item = (f64, f64)> + Clone> {
+    Section(wide(inside).map(|strip| (strip.width, strip.sill)))
+}
+
+/// Level (m) and velocity outwards (m/s) of the water before a section, if there is any.
+fn before_section(inside: &[Inside]) -> Option<(f64, f64)> {
+    let lowest = wide(inside).find(|strip| strip.is_wet);
+    lowest.map(|strip| (strip.sill + strip.face.depth, strip.face.outwards))
+}
+
 /// A discharge `total` (m²/s times spacings) that comes in through the strips of a section, with the level (m) that counts where it is
 /// faster than waves.
 fn through_section(total: f64, given: Option<f64>, inside: &[Inside], g: f64, passing: &mut Vec<Passing>) {
-    let strips = Section(inside.iter().filter(|strip| strip.width > 0.0).map(|strip| (strip.width, strip.sill)));
-    let lowest = inside.iter().find(|strip| strip.width > 0.0 && strip.is_wet);
-    let before = lowest.map(|strip| (strip.sill + strip.face.depth, strip.face.outwards));
+    let (strips, before) = (section(inside), before_section(inside));
     let level = strips.inflow(total, given, before, g);
     let depth = |strip: &Inside| (level - strip.sill).max(0.0);
     let area: f64 = inside.iter().map(|strip| strip.width * depth(strip)).sum();
     let outwards = if area > 0.0 { -total / area } else { 0.0 };
     passing.extend(inside.iter().map(|strip| Passing::of(EdgeState { depth: depth(strip), outwards }, g)));
+}
+
+/// Waves that leave a section as a whole into water at rest (M76); where there was none at the start the flow goes on as it arrives.
+fn waves_leave_section(inside: &[Inside], scale: &Scale, passing: &mut Vec<Passing>) {
+    let g = scale.gravity;
+    let (strips, before) = (section(inside), before_section(inside));
+    let lowest = wide(inside).next();
+    let rest = lowest.and_then(|strip| strip.rest.filter(|level| level - strip.sill > scale.dry_depth));
+    let Some(rest) = rest.filter(|_| before.is_none_or(|before| !strips.is_swept(before, g))) else {
+        passing.extend(inside.iter().map(|strip| {
+            if strip.is_wet && strip.face.outwards > 0.0 { Passing::of(strip.face, g) } else { strip.closed(g) }
+        }));
+        return;
+    };
+    let (level, outwards) = strips.waves_leave(rest, before, g);
+    let beyond = |strip: &Inside| EdgeState { depth: (level - strip.sill).max(0.0), outwards };
+    passing.extend(inside.iter().map(|strip| Passing::of(beyond(strip), g)));
 }
 
 /// The shares of a discharge (M45).

@@ -76,6 +76,8 @@ pub(super) struct Reach {
     primitive: Vec<Primitive>,
     rows: Vec<StripRow>,
     faces: Vec<Face>,
+    /// Volume (m³/s) that passed each face in the latest step, towards the near end.
+    passed: Vec<f64>,
     /// The far and the near end.
     ends: [End; 2],
     /// Volume (m³) that came in and left by each end.
@@ -238,6 +240,7 @@ impl Reach {
             primitive: vec![Primitive::default(); particles],
             rows,
             faces: vec![Face::default(); particles + 1],
+            passed: vec![0.0; particles + 1],
             ground,
             water,
             ends,
@@ -379,6 +382,10 @@ impl Reach {
             let (leaves, comes) = junction.rates(state);
             self.faces[last + 1].volume = scale.spacing * (leaves - comes);
         }
+        for (passed, face) in self.passed.iter_mut().zip(&self.faces) {
+            let before = if stage == Stage::First { 0.0 } else { *passed };
+            *passed = before + 0.5 * face.volume;
+        }
         let half = 0.5 * (time_step / scale.spacing);
         for i in 0..=last {
             let (left, right) = (self.faces[i], self.faces[i + 1]);
@@ -428,12 +435,13 @@ impl Reach {
         Some((widening * (speed + (scale.gravity * deepest).sqrt()), speed))
     }
 
+    /// The water of all particles; their discharge is the mean of what passed the faces of each in the latest step (M52).
     fn samples(&self) -> Vec<ChannelSample> {
         let sample = |(i, water): (usize, &Primitive)| ChannelSample {
             depth: self.ground.strip_depth(i, 0, water.depth, water.level),
             level: water.level + self.datum,
             velocity: water.velocity,
-            discharge: water.velocity * water.depth * self.ground.whole[i],
+            discharge: 0.5 * (self.passed[i] + self.passed[i + 1]),
         };
         self.primitive.iter().enumerate().map(sample).collect()
     }
