@@ -49,12 +49,13 @@ struct Face {
     rest: Option<f64>,
 }
 
-/// A particle near a face: its depth (m), bed (m) and velocity outwards (m/s).
+/// A particle near a face: its depth (m), bed (m) and velocity outwards and along the face (m/s).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
     pub depth: f64,
     pub bed: f64,
     pub outwards: f64,
+    pub along: f64,
 }
 
 /// What is known at a face.
@@ -344,7 +345,7 @@ pub(in crate::solver) fn pass(
                 Faces::OfAnEdge | Faces::OfASection => at_depth(held, cosine, invariant, g),
             };
             passing.extend(inside.iter().map(|inside| {
-                let held = (level - inside.sill).max(0.0);
+                let held = inside.depth_at(level);
                 if inside.is_wet {
                     inside.between(state(held, inside.cosine, inside.invariant), g)
                 } else if held > scale.dry_depth {
@@ -368,8 +369,7 @@ pub(in crate::solver) fn pass(
             match inside.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
                 Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.face, inside.along, g), g),
                 Some(rest) => Passing::of(waves_leave(rest, inside.face, 0.0, g), g),
-                None if inside.is_wet && inside.face.outwards > 0.0 => Passing::of(inside.face, g),
-                None => inside.closed(g),
+                None => inside.going_on(g),
             }
         })),
     }
@@ -380,28 +380,20 @@ impl Face {
         let at = |(row, column): (usize, usize)| {
             let water = &state.primitive[row];
             let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
-            let normal = turned_by(self.direction, u, v).0;
-            Near { depth: water.depth[column], bed: state.ground[row].bed[column], outwards: self.sign * normal }
+            let (normal, along) = turned_by(self.direction, u, v);
+            let (depth, bed) = (water.depth[column], state.ground[row].bed[column]);
+            Near { depth, bed, outwards: self.sign * normal, along }
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];
         let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
-        let (row, column) = self.cell;
-        let before = &state.primitive[row];
-        let along = turned_by(self.direction, before.velocity_x[column], before.velocity_y[column]).1;
-        Inside {
-            rest: self.rest,
-            friction,
-            cosine: self.facing.0,
-            along,
-            ..Inside::before(at(self.cell), behind, scale)
-        }
+        Inside { rest: self.rest, friction, cosine: self.facing.0, ..Inside::before(at(self.cell), behind, scale) }
     }
 }
 
 impl Inside {
     /// The water at a face of one spacing before which there is a particle, and behind it up to two others.
     pub(super) fn before(here: Near, behind: [Option<Near>; 2], scale: &Scale) -> Self {
-        let Near { depth, bed, outwards } = here;
+        let Near { depth, bed, outwards, along } = here;
         let is_wet = depth > scale.dry_depth;
         let dry = Inside {
             depth,
@@ -415,7 +407,7 @@ impl Inside {
             rest: None,
             width: 1.0,
             cosine: 1.0,
-            along: 0.0,
+            along,
         };
         if !is_wet {
             return dry;
@@ -440,8 +432,9 @@ impl Inside {
         Inside { face, rise, sill, invariant: face.invariant(scale.gravity), ..dry }
     }
 
-    /// The water at a face as an interpolation finds it, over a bed at `sill` (m); dry where it finds none.
-    pub(in crate::solver) fn at_face(face: Option<EdgeState>, sill: f64, gravity: f64) -> Self {
+    /// The water at a face as an interpolation finds it, with its velocity `along` the face (m/s), over a bed at `sill` (m); dry where it finds
+    /// none.
+    pub(in crate::solver) fn at_face(face: Option<EdgeState>, along: f64, sill: f64, gravity: f64) -> Self {
         let water = face.unwrap_or(EdgeState { depth: 0.0, outwards: 0.0 });
         Inside {
             depth: water.depth,
@@ -455,7 +448,7 @@ impl Inside {
             rest: None,
             width: 1.0,
             cosine: 1.0,
-            along: 0.0,
+            along,
         }
     }
 
@@ -467,11 +460,6 @@ impl Inside {
     /// Width of the face in spacings.
     pub(in crate::solver) fn width(&self) -> f64 {
         self.width
-    }
-
-    /// The same face with a velocity along it (m/s).
-    pub(in crate::solver) fn flowing_along(self, along: f64) -> Self {
-        Inside { along, ..self }
     }
 
     /// The same face with another width (spacings), roughness g n² (m^(1/3)) and level at rest (m).
@@ -499,6 +487,16 @@ impl Inside {
         }
         let passing = self.between(beyond(), g);
         if passing.mass > 0.0 { passing } else { self.closed(g) }
+    }
+
+    /// What passes where the flow goes on as it arrives, outwards only.
+    fn going_on(&self, g: f64) -> Passing {
+        if self.is_wet && self.face.outwards > 0.0 { Passing::of(self.face, g) } else { self.closed(g) }
+    }
+
+    /// Depth (m) at the face under a level (m).
+    fn depth_at(&self, level: f64) -> f64 {
+        (level - self.sill).max(0.0)
     }
 
     /// The face as a wall.
@@ -550,10 +548,9 @@ fn before_section(inside: &[Inside]) -> Option<(f64, f64)> {
 fn through_section(total: f64, given: Option<f64>, inside: &[Inside], g: f64, passing: &mut Vec<Passing>) {
     let (strips, before) = (section(inside), before_section(inside));
     let level = strips.inflow(total, given, before, g);
-    let depth = |strip: &Inside| (level - strip.sill).max(0.0);
-    let area: f64 = inside.iter().map(|strip| strip.width * depth(strip)).sum();
+    let area: f64 = inside.iter().map(|strip| strip.width * strip.depth_at(level)).sum();
     let outwards = if area > 0.0 { -total / area } else { 0.0 };
-    passing.extend(inside.iter().map(|strip| Passing::of(EdgeState { depth: depth(strip), outwards }, g)));
+    passing.extend(inside.iter().map(|strip| Passing::of(EdgeState { depth: strip.depth_at(level), outwards }, g)));
 }
 
 /// Waves that leave a section as a whole into water at rest (M76); where there was none at the start the flow goes on as it arrives.
@@ -563,14 +560,11 @@ fn waves_leave_section(inside: &[Inside], scale: &Scale, passing: &mut Vec<Passi
     let lowest = wide(inside).next();
     let rest = lowest.and_then(|strip| strip.rest.filter(|level| level - strip.sill > scale.dry_depth));
     let Some(rest) = rest.filter(|_| before.is_none_or(|before| !strips.is_swept(before, g))) else {
-        passing.extend(inside.iter().map(|strip| {
-            if strip.is_wet && strip.face.outwards > 0.0 { Passing::of(strip.face, g) } else { strip.closed(g) }
-        }));
+        passing.extend(inside.iter().map(|strip| strip.going_on(g)));
         return;
     };
     let (level, outwards) = strips.waves_leave(rest, before, g);
-    let beyond = |strip: &Inside| EdgeState { depth: (level - strip.sill).max(0.0), outwards };
-    passing.extend(inside.iter().map(|strip| Passing::of(beyond(strip), g)));
+    passing.extend(inside.iter().map(|strip| Passing::of(EdgeState { depth: strip.depth_at(level), outwards }, g)));
 }
 
 /// The shares of a discharge (M45).

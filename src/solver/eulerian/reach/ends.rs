@@ -104,7 +104,7 @@ impl Reach {
         let by_shape = |depth: f64| if radius > 0.0 { (depth / radius).powf(4.0 / 3.0) } else { 1.0 };
         let near = |particle: usize, k: usize| {
             let (depth, bed, velocity) = self.strip(particle, k);
-            Near { depth, bed, outwards: sign * velocity }
+            Near { depth, bed, outwards: sign * velocity, along: 0.0 }
         };
         let inside = |k: usize| {
             let behind = [inwards(1), inwards(2)].map(|place| place.filter(|_| is_carried).map(|i| near(i, k)));

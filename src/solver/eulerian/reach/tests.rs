@@ -18,6 +18,13 @@ fn alone(channel: Channel) -> FlowProblem {
     problem
 }
 
+/// A channel alone into which a discharge (m³/s) comes at its far end, and which goes on beyond its near end on a slope.
+fn fed(mut channel: Channel, discharge: f64, slope: f64) -> EulerianSolver {
+    channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(discharge), level: None });
+    channel.near = ChannelEnd::Open(Condition::NormalDepth { slope });
+    EulerianSolver::new(alone(channel))
+}
+
 /// A rectangular channel by functions of the distance from its far end (m).
 fn channel(
     particles: usize,
@@ -170,10 +177,8 @@ fn uniform_flow_takes_the_depth_of_its_hydraulic_radius() {
     let radius = area / (2.0 + 2.0 * depth * 2.0_f64.sqrt());
     let sections = (0..100).map(|i| trapezoid(2.0, bed(2.0 * i as f64 + 1.0), bed(2.0 * i as f64 + 1.0) + 0.5, n));
     let in_strips = (of_sections(2.0, sections.collect()), area * radius.powf(2.0 / 3.0) * slope.sqrt() / n);
-    for (k, (mut channel, discharge)) in [rows(false), rows(true), in_strips].into_iter().enumerate() {
-        channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(discharge), level: None });
-        channel.near = ChannelEnd::Open(Condition::NormalDepth { slope });
-        let mut solver = EulerianSolver::new(alone(channel));
+    for (k, (channel, discharge)) in [rows(false), rows(true), in_strips].into_iter().enumerate() {
+        let mut solver = fed(channel, discharge, slope);
         run_until(&mut solver, 3000.0);
         // Where it comes in and where it leaves, too.
         for sample in &solver.channels()[0] {
@@ -201,10 +206,7 @@ fn all_of_a_discharge_comes_in_through_sections_with_strips_of_no_width() {
             let whole: f64 = strips.iter().map(|strip| strip.width).sum();
             ChannelSection { strips, perimeter: vec![(0.0, width(0)), (1.0, whole + 2.0)], manning: 0.03, level: bed }
         };
-        let mut channel = of_sections(5.0, (0..40).map(section).collect());
-        channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(2.0), level: None });
-        channel.near = ChannelEnd::Open(Condition::NormalDepth { slope: 0.002 });
-        let mut solver = EulerianSolver::new(alone(channel));
+        let mut solver = fed(of_sections(5.0, (0..40).map(section).collect()), 2.0, 0.002);
         run_until(&mut solver, 600.0);
         let ledger = solver.ledger();
         assert!((ledger.inflow / 1200.0 - 1.0).abs() < 1e-9, "{number}: {ledger:?}");
@@ -239,10 +241,7 @@ fn a_discharge_that_fills_the_plains_beside_a_dry_channel_settles_at_its_normal_
         }
         ChannelSection { strips, perimeter, manning, level: bed }
     };
-    let mut channel = of_sections(10.0, (0..60).map(section).collect());
-    channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(discharge), level: None });
-    channel.near = ChannelEnd::Open(Condition::NormalDepth { slope });
-    let mut solver = EulerianSolver::new(alone(channel));
+    let mut solver = fed(of_sections(10.0, (0..60).map(section).collect()), discharge, slope);
     run_until(&mut solver, 1800.0);
     // Q = Σ A R^(2/3) √S/n of the channel below and above 2 m and of the plains, by hand: 3.182 m (3.283 m by the radius of the whole).
     for sample in &solver.channels()[0] {
@@ -272,10 +271,7 @@ fn a_channel_between_plains_has_one_normal_depth_whatever_the_start() {
             let perimeter = vec![(0.0, narrow), (deep, at_banks), (deep, at_rim), (deep + 1.0, at_rim + 2.0)];
             ChannelSection { strips, perimeter, manning, level: bed + start }
         };
-        let mut channel = of_sections(10.0, (0..60).map(section).collect());
-        channel.far = ChannelEnd::Open(Condition::Discharge { discharge: Series::constant(discharge), level: None });
-        channel.near = ChannelEnd::Open(Condition::NormalDepth { slope });
-        let mut solver = EulerianSolver::new(alone(channel));
+        let mut solver = fed(of_sections(10.0, (0..60).map(section).collect()), discharge, slope);
         run_until(&mut solver, 6000.0);
         for sample in &solver.channels()[0] {
             assert!((sample.depth / depth - 1.0).abs() < 0.002, "{depth} m from {start} m: {sample:?}");

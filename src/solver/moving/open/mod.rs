@@ -726,9 +726,9 @@ fn inside(face: &Face, seen: &Seen, scale: &Scale) -> Inside {
     let depth = seen.surface - face.sill;
     let is_wet = seen.is_water() && depth > scale.dry_depth;
     let state = is_wet.then(|| EdgeState { depth, outwards: seen.velocity.dot(face.outwards) });
-    let water = Inside::at_face(state, face.sill, scale.gravity);
     let along = seen.velocity.cross(face.outwards);
-    water.with(face.width_in(scale.spacing), face.friction, face.rest).flowing_along(along)
+    let water = Inside::at_face(state, along, face.sill, scale.gravity);
+    water.with(face.width_in(scale.spacing), face.friction, face.rest)
 }
 
 /// The state that buffer particles carry: that beyond, or that of the water before the face where it leaves faster than waves run and
