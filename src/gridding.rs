@@ -430,15 +430,6 @@ struct Measures {
     cell_area: f64,
 }
 
-/// What decides how full each cell may be: sums at first, then what they come down to.
-#[derive(Clone, Debug, Default)]
-struct Balance {
-    /// Σ A w (m^½); how far the particles cover the cell, from 0 to 1.
-    weight: Vec<f64>,
-    /// Σ A w (η − z) (m^3/2); the mean column D_c (m), not a number where there is none.
-    column: Vec<f64>,
-}
-
 /// Coverage and mean column of a cell from its sums.
 fn balance(weight: &mut f64, column: &mut f64) {
     let mean = *column / *weight;
@@ -499,7 +490,6 @@ pub struct Gridder {
     measures: Measures,
     lattice: Lattice,
     water: FlatWater,
-    balance: Balance,
     /// f_c.
     factors: Vec<f64>,
     /// Whether a cell had water after the call before.
@@ -533,7 +523,6 @@ impl Gridder {
             measures: Measures { kernel: Smoothing::new(dimension), cell_area },
             lattice: lattice.clone(),
             water: FlatWater::dry(lattice),
-            balance: Balance { weight: vec![0.0; cells], column: vec![0.0; cells] },
             factors: vec![1.0; cells],
             was_wet: vec![false; cells],
             beside: Vec::new(),
@@ -636,13 +625,11 @@ impl Gridder {
             .par_iter_mut()
             .zip(self.water.depth.par_chunks_mut(cells))
             .zip(self.water.discharge_x.par_chunks_mut(cells).zip(self.water.discharge_y.par_chunks_mut(cells)))
-            .zip(self.balance.weight.par_chunks_mut(cells).zip(self.balance.column.par_chunks_mut(cells)))
             .zip(self.factors.par_chunks_mut(cells).zip(self.was_wet.par_chunks_mut(cells)))
             .enumerate()
-            .for_each(|(number, (((waters, discharges), (weight, column)), (factors, was_wet)))| {
-                let ((band, depth), (discharge_x, discharge_y)) = (waters, discharges);
+            .for_each(|(number, (((band, depth), (weight_or_flow_x, column_or_flow_y)), (factors, was_wet)))| {
                 let rows = number * BAND..number * BAND + depth.len() / columns.max(1);
-                let mut fields = Fields { rows, columns, depth, discharge_x, discharge_y, weight, column, factors };
+                let mut fields = Fields { rows, columns, depth, weight_or_flow_x, column_or_flow_y, factors };
                 band.empty(&mut fields, sweep);
                 if sweep == 0 {
                     band.touch_all(&fields, shares);
@@ -686,20 +673,14 @@ impl Gridder {
         let reaches: Vec<Reach> = reaches.collect();
         self.stray_volume = reaches.iter().map(|reach| reach.stray_volume).sum();
         let band_cells = BAND * columns.max(1);
-        self.bands
-            .par_iter_mut()
-            .zip(self.balance.weight.par_chunks_mut(band_cells).zip(self.balance.column.par_chunks_mut(band_cells)))
-            .zip(self.factors.par_chunks_mut(band_cells))
-            .enumerate()
-            .for_each(|(number, ((band, (weight, column)), factors))| {
+        self.bands.par_iter_mut().zip(self.factors.par_chunks_mut(band_cells)).enumerate().for_each(
+            |(number, (band, factors))| {
                 band.take_particles(number * BAND..(number + 1) * BAND, all, &reaches);
                 for (i, &(from, to)) in band.touched.iter().enumerate() {
-                    let row = i * columns + from..i * columns + to;
-                    weight[row.clone()].fill(0.0);
-                    column[row.clone()].fill(0.0);
-                    factors[row].fill(1.0);
+                    factors[i * columns + from..i * columns + to].fill(1.0);
                 }
-            });
+            },
+        );
     }
 }
 
@@ -717,10 +698,12 @@ struct Fields<'a> {
     rows: Range<usize>,
     columns: usize,
     depth: &'a mut [f64],
-    discharge_x: &'a mut [f64],
-    discharge_y: &'a mut [f64],
-    weight: &'a mut [f64],
-    column: &'a mut [f64],
+    /// What decides how full each cell may be, Σ A w (m^½) at first, then how far the particles cover the cell, from 0 to 1; in the last
+    /// sweep the discharge to the east (m²/s).
+    weight_or_flow_x: &'a mut [f64],
+    /// Σ A w (η − z) (m^3/2) at first, then the mean column D_c (m), not a number where there is none; in the last sweep the discharge to
+    /// the north (m²/s).
+    column_or_flow_y: &'a mut [f64],
     factors: &'a mut [f64],
 }
 
@@ -738,8 +721,8 @@ impl Fields<'_> {
         for &(cell, weight, column) in beyond[from..].iter().take_while(|of_cell| of_cell.0 < cells.end) {
             let place = cell - cells.start;
             if self.depth[place] > 0.0 {
-                self.weight[place] += weight;
-                self.column[place] += column;
+                self.weight_or_flow_x[place] += weight;
+                self.column_or_flow_y[place] += column;
             }
         }
     }
@@ -770,8 +753,8 @@ fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>], elevatio
     for_each_row(particles, (fields.rows.clone(), fields.columns), shares, |_, share, weights, place| {
         let Share { scale, area, level, .. } = *share;
         let cells = place..place + weights.len();
-        let (depth, sum) = (&mut fields.depth[cells.clone()], &mut fields.weight[cells.clone()]);
-        let (column, elevation) = (&mut fields.column[cells.clone()], &elevation[cells]);
+        let (depth, sum) = (&mut fields.depth[cells.clone()], &mut fields.weight_or_flow_x[cells.clone()]);
+        let (column, elevation) = (&mut fields.column_or_flow_y[cells.clone()], &elevation[cells]);
         let (fours, rest) = weights.as_chunks::<LANES>();
         let (depths, last_depths) = depth.as_chunks_mut::<LANES>();
         let (sums, last_sums) = sum.as_chunks_mut::<LANES>();
@@ -830,8 +813,8 @@ fn fill_with_discharges(particles: &[u32], fields: &mut Fields, fluid: &FluidPar
             let velocity = fluid.velocity[j];
             let cells = place..place + weights.len();
             let (depths, last_depths) = fields.depth[cells.clone()].as_chunks_mut::<LANES>();
-            let (flows_x, last_flows_x) = fields.discharge_x[cells.clone()].as_chunks_mut::<LANES>();
-            let (flows_y, last_flows_y) = fields.discharge_y[cells].as_chunks_mut::<LANES>();
+            let (flows_x, last_flows_x) = fields.weight_or_flow_x[cells.clone()].as_chunks_mut::<LANES>();
+            let (flows_y, last_flows_y) = fields.column_or_flow_y[cells].as_chunks_mut::<LANES>();
             let (weights, rest) = weights.as_chunks::<LANES>();
             for (((weight, depth), flow_x), flow_y) in weights.iter().zip(depths).zip(flows_x).zip(flows_y) {
                 let share = times([scale; LANES], widened(weight));
@@ -872,14 +855,15 @@ impl Band {
         }
     }
 
-    /// Empties the cells that the last filling touched; in the first sweep also forgets where that was.
+    /// Empties the cells that the last filling touched, before the last one also of what decided how full they may be; in the first sweep
+    /// forgets where that was.
     fn empty(&mut self, fields: &mut Fields, sweep: usize) {
         for (i, &(from, to)) in self.touched.iter().enumerate() {
             let row = i * fields.columns + from..i * fields.columns + to;
             fields.depth[row.clone()].fill(0.0);
-            if sweep == 0 {
-                fields.discharge_x[row.clone()].fill(0.0);
-                fields.discharge_y[row].fill(0.0);
+            if sweep == 0 || sweep == RELAXATIONS.len() {
+                fields.weight_or_flow_x[row.clone()].fill(0.0);
+                fields.column_or_flow_y[row].fill(0.0);
             }
         }
         if sweep == 0 {
@@ -893,7 +877,7 @@ impl Band {
         for (i, &(from, to)) in self.touched.iter().enumerate() {
             let row = i * fields.columns + from..i * fields.columns + to;
             let factors = &fields.factors[row.clone()];
-            for water in [&mut fields.depth, &mut fields.discharge_x, &mut fields.discharge_y] {
+            for water in [&mut fields.depth, &mut fields.weight_or_flow_x, &mut fields.column_or_flow_y] {
                 water[row.clone()].iter_mut().zip(factors).for_each(|(water, factor)| *water *= factor);
             }
         }
@@ -912,7 +896,8 @@ impl Band {
     fn improve(&self, fields: &mut Fields, sweep: usize) {
         for (i, &(from, to)) in self.touched.iter().enumerate() {
             let row = i * fields.columns + from..i * fields.columns + to;
-            let (part, mean) = (&mut fields.weight[row.clone()], &mut fields.column[row.clone()]);
+            let part = &mut fields.weight_or_flow_x[row.clone()];
+            let mean = &mut fields.column_or_flow_y[row.clone()];
             if sweep == 0 {
                 part.iter_mut().zip(mean.iter_mut()).for_each(|(part, mean)| balance(part, mean));
             }
