@@ -5,7 +5,7 @@ mod ridge;
 mod sample;
 mod store;
 
-pub use place::{derive_shape, derive_slopes_around, place_bed};
+pub use place::{derive_curvatures, derive_slopes, derive_slopes_around, place_bed};
 pub use ridge::Ridges;
 pub use sample::BedPoint;
 pub use store::BedParticles;

@@ -1,4 +1,4 @@
-//! Terrain to riverbed particles: elevation by one of three methods, then slope and curvature from the elevations used.
+//! Terrain to riverbed particles: elevation by one of three methods, then the slope from the elevations used, and the curvature where a solver asks for it.
 //!
 //! With the cubic B-spline W of smoothing length h, ξ the offset to a neighbour, and Δ the spacing of the lattice:
 //!
@@ -46,7 +46,7 @@ const SINGULAR: f64 = 1e-9;
 
 /// The riverbed particles of a lattice.
 ///
-/// - `surface`: the terrain; a cell whose centre has no terrain gets the elevation NaN, and slope and curvature zero
+/// - `surface`: the terrain; a cell whose centre has no terrain gets the elevation NaN and the slope zero
 /// - `method`: how elevations are taken from the terrain
 /// - `manning` (s·m^(−1/3)): the roughness of every particle
 ///
@@ -79,28 +79,43 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
             };
         }
     });
-    derive_shape(&mut bed);
+    derive_slopes(&mut bed);
     bed
 }
 
-/// Slopes and curvatures of all riverbed particles from their elevations.
-pub fn derive_shape(bed: &mut BedParticles) {
+/// Slopes of all riverbed particles from their elevations.
+pub fn derive_slopes(bed: &mut BedParticles) {
     let (lattice, elevation) = (&bed.lattice, &bed.elevation);
-    if lattice.is_empty() {
-        return;
-    }
-    let slope_stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
-    let curvature_stencil = stencil(CURVATURE_SUPPORT, |q| CubicSpline.shape(q));
-    bed.slope.par_chunks_mut(lattice.columns).zip(bed.curvature.par_chunks_mut(lattice.columns)).enumerate().for_each(
-        |(row, (slopes, curvatures))| {
-            for (column, (slope, curvature)) in slopes.iter_mut().zip(curvatures).enumerate() {
-                if !elevation[lattice.index(column, row)].is_nan() {
-                    *slope = slope_at(lattice, elevation, column, row, &slope_stencil);
-                    *curvature = curvature_at(lattice, elevation, column, row, &curvature_stencil);
-                }
+    let stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
+    for_each_on_terrain(lattice, elevation, &mut bed.slope, |column, row| {
+        slope_at(lattice, elevation, column, row, &stencil)
+    });
+}
+
+/// Curvatures of all riverbed particles from their elevations.
+pub fn derive_curvatures(bed: &mut BedParticles) {
+    let (lattice, elevation) = (&bed.lattice, &bed.elevation);
+    let stencil = stencil(CURVATURE_SUPPORT, |q| CubicSpline.shape(q));
+    bed.curvature.resize(lattice.len(), Sym2::default());
+    for_each_on_terrain(lattice, elevation, &mut bed.curvature, |column, row| {
+        curvature_at(lattice, elevation, column, row, &stencil)
+    });
+}
+
+/// Sets the value of each cell with terrain by its column and row.
+fn for_each_on_terrain<T: Send>(
+    lattice: &Lattice,
+    elevation: &[f64],
+    values: &mut [T],
+    find: impl Fn(usize, usize) -> T + Sync,
+) {
+    values.par_chunks_mut(lattice.columns.max(1)).enumerate().for_each(|(row, values)| {
+        for (column, value) in values.iter_mut().enumerate() {
+            if !elevation[lattice.index(column, row)].is_nan() {
+                *value = find(column, row);
             }
-        },
-    );
+        }
+    });
 }
 
 /// Slopes at and beside some cells whose elevation changed; curvatures stay as they are.

@@ -4,7 +4,7 @@ use super::ridge::Ridges;
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
 
-/// The riverbed particles of a lattice. All vectors have `lattice.len()` entries.
+/// The riverbed particles of a lattice. Vectors with a number for each particle have `lattice.len()` entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BedParticles {
     /// Where the particles lie: at the centres of the cells.
@@ -13,7 +13,7 @@ pub struct BedParticles {
     pub elevation: Vec<f64>,
     /// Bed slope ∇z_b (dimensionless).
     pub slope: Vec<Vec2>,
-    /// Curvature, the Hessian of z_b (1/m).
+    /// Curvature, the Hessian of z_b (1/m); empty until somebody needs it: steep beds alone do.
     pub curvature: Vec<Sym2>,
     /// Manning roughness n (s·m^(−1/3)).
     pub manning: Vec<f64>,
@@ -40,7 +40,7 @@ impl BedParticles {
             && steps.into_iter().any(|step| self.lattice.cell_at(midpoint + step).is_some_and(is_sealed))
     }
 
-    /// A bed from elevations alone, with zero slope and curvature and one roughness: for tests and made cases.
+    /// A bed from elevations alone, with zero slope and one roughness: for tests and made cases.
     pub fn from_elevation(lattice: Lattice, elevation: Vec<f64>, manning: f64) -> Self {
         debug_assert_eq!(lattice.len(), elevation.len());
         let cells = lattice.len();
@@ -48,7 +48,7 @@ impl BedParticles {
             lattice,
             elevation,
             slope: vec![Vec2::ZERO; cells],
-            curvature: vec![Sym2::default(); cells],
+            curvature: Vec::new(),
             manning: vec![manning; cells],
             sealed: Vec::new(),
             ridges: Ridges::default(),

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::open_edges::distance_to_face;
-use super::{BedMotion, Breach, Channel, Series};
+use super::{BedMotion, Breach, Channel, Pieces, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -75,8 +74,8 @@ impl Rating {
 /// An open part of the edge of the terrain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boundary {
-    /// Straight pieces of its lines, in local coordinates (m).
-    pub segments: Vec<[Vec2; 2]>,
+    /// Those of its lines.
+    pub pieces: Pieces,
     /// What is known there.
     pub condition: Condition,
 }
@@ -189,11 +188,9 @@ impl Forcing {
         if self.channel_joins_at(midpoint) {
             return None;
         }
-        let distance = |boundary: &Boundary| {
-            let each = boundary.segments.iter().filter_map(|piece| distance_to_face(piece, midpoint, normal));
-            each.fold(f64::INFINITY, f64::min)
-        };
-        let near = self.boundaries.iter().map(distance).enumerate().filter(|(_, distance)| *distance <= self.reach);
+        let face = (midpoint, normal);
+        let distance = |boundary: &Boundary| boundary.pieces.distance_to_face(self.reach, face);
+        let near = self.boundaries.iter().enumerate().filter_map(|(index, one)| Some((index, distance(one)?)));
         near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))).map(|(index, _)| index)
     }
 
@@ -258,7 +255,7 @@ mod tests {
     #[test]
     fn a_face_belongs_to_the_nearest_boundary() {
         let line = |x: f64| Boundary {
-            segments: vec![[Vec2::new(x, 0.0), Vec2::new(x, 10.0)]],
+            pieces: vec![[Vec2::new(x, 0.0), Vec2::new(x, 10.0)]].into(),
             condition: Condition::NormalDepth { slope: 0.1 },
         };
         let east = Vec2::new(1.0, 0.0);

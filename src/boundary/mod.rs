@@ -18,7 +18,7 @@ pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted
 pub use forcing::{Boundary, Condition, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};
 pub use moving_bed::{BedLaw, BedMotion, Patch, Progress, Slide};
-pub use open_edges::{OpenEdges, opens};
+pub use open_edges::{OpenEdges, Pieces};
 pub use outline::outline;
 pub use series::Series;
 pub use wall::{Edge, Path, Walls, distance_to_segment};

@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn lines_open_the_faces_within_reach() {
         let east = OpenEdges {
-            segments: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]],
+            pieces: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]].into(),
             reach: 0.5,
             whole_outline: false,
         };

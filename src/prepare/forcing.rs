@@ -10,7 +10,7 @@ use super::series::{self, Meaning};
 use super::{places, sources};
 use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Rain, Strip, edge_faces, opens};
+use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Pieces, Rain, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -298,24 +298,24 @@ fn boundaries(
     // Of each boundary that has a line and a condition: its place in the scenario, and what it would open alone.
     let mut placed: Vec<(&Sourced<crate::scenario::Boundary>, Vec<usize>)> = Vec::new();
     for (index, (source, (lines, condition))) in scenario.boundaries.iter().zip(&opened.boundaries).enumerate() {
-        let segments = match (&source.value.place, lines) {
+        let pieces: Pieces = match (&source.value.place, lines) {
             (OpenBoundary::Side(Side::All), _) => edges.iter().map(|(_, midpoint)| [*midpoint; 2]).collect(),
             (OpenBoundary::Side(side), _) => {
                 let mut open = OpenEdges::default();
                 let passed_over = open_side(&mut open, *side, lattice, bed);
                 warn_of_steps(source, passed_over, lattice, findings);
-                open.segments
+                open.pieces
             }
             (OpenBoundary::Lines(lines_source), Some(lines)) => {
-                places::on_lattice(lines_source, lines, ground, places::NOT_OPEN, findings)
+                places::on_lattice(lines_source, lines, ground, places::NOT_OPEN, findings).into_iter().collect()
             }
             (OpenBoundary::Lines(_), None) => continue,
         };
-        if segments.is_empty() && !edges.is_empty() {
+        if pieces.is_empty() && !edges.is_empty() {
             continue;
         }
         let is_near = |&(cell, midpoint): &(usize, Vec2)| {
-            opens(&segments, forcing.reach, (midpoint, midpoint - lattice.centre(cell)))
+            pieces.distance_to_face(forcing.reach, (midpoint, midpoint - lattice.centre(cell))).is_some()
         };
         let near: Vec<usize> = (0..edges.len()).filter(|&face| is_near(&edges[face])).collect();
         if near.is_empty() {
@@ -325,17 +325,11 @@ fn boundaries(
                     forcing.reach
                 ))
                 .with_remedy("draw it along the edge of the terrain data; water that comes in elsewhere is a source");
-            findings.add(
-                source,
-                match segments.first() {
-                    Some(piece) => problem.with_at(lattice.to_map(piece[0])),
-                    None => problem,
-                },
-            );
+            findings.add(source, Problem { at: pieces.place().map(|place| lattice.to_map(place)), ..problem });
             continue;
         }
         for (other, faces) in &placed {
-            let shared: Vec<usize> = near.iter().copied().filter(|face| faces.contains(face)).collect();
+            let shared: Vec<usize> = near.iter().copied().filter(|face| faces.binary_search(face).is_ok()).collect();
             if shared.len() as f64 > SHARED * near.len().min(faces.len()) as f64 {
                 let message =
                     format!("this boundary overlaps `{}` along {} faces of the edge", other.key, shared.len());
@@ -348,7 +342,7 @@ fn boundaries(
         if let Some(condition) = condition {
             check_ground(source, condition, &near, (&edges, lattice, bed), findings);
             check_inflow(source, condition, (&near, &edges), scenario, (lattice, bed), findings);
-            forcing.boundaries.push(Boundary { segments, condition: condition.clone() });
+            forcing.boundaries.push(Boundary { pieces, condition: condition.clone() });
             let faces = near.iter().map(|face| edges[*face]).collect();
             with_condition.push(Placed { index, faces });
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::GapReport;
-use crate::boundary::{edge_faces, opens};
+use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes, readable};
@@ -178,7 +178,7 @@ pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed
         if chain.clone().any(|line| first[line].is_some_and(|depth| depth <= outermost + 1)) {
             let faces: Vec<Vec2> = chain.filter_map(face).collect();
             opened += faces.len();
-            open.segments.extend(shortened(&faces));
+            open.pieces.extend(shortened(&faces));
         } else {
             passed_over.extend(
                 chain.filter(|&line| first[line].is_some_and(|depth| depth <= outermost + NEAR)).filter_map(face),
@@ -229,9 +229,9 @@ fn shortened(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
 }
 
 /// Number of edge faces (of the lattice or of areas without terrain) that the given lines open.
-pub(super) fn faces_opened(segments: &[[Vec2; 2]], lattice: &Lattice, bed: &[f64]) -> usize {
+pub(super) fn faces_opened(pieces: &Pieces, lattice: &Lattice, bed: &[f64]) -> usize {
     let is_open = |&(cell, midpoint): &(usize, Vec2)| {
-        opens(segments, REACH * lattice.spacing, (midpoint, midpoint - lattice.centre(cell)))
+        pieces.distance_to_face(REACH * lattice.spacing, (midpoint, midpoint - lattice.centre(cell))).is_some()
     };
     edge_faces(lattice, bed).par_iter().filter(|face| is_open(face)).count()
 }
@@ -239,7 +239,6 @@ pub(super) fn faces_opened(segments: &[[Vec2; 2]], lattice: &Lattice, bed: &[f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundary::distance_to_segment;
     use crate::terrain::Raster;
 
     fn terrain(cell: f64, columns: usize, rows: usize) -> Terrain {
@@ -291,7 +290,7 @@ mod tests {
         for (side, faces) in [(Side::North, 12), (Side::South, 12), (Side::East, 9), (Side::West, 9)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
-            assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
+            assert_eq!(faces_opened(&open.pieces, &lattice, &bed), faces, "{side:?}");
         }
         // The terrain ends within the last row and the last column: nothing around the corner opens.
         let within = |cell: usize| lattice.column_row(cell).0 < 11 && lattice.column_row(cell).1 < 8;
@@ -299,7 +298,7 @@ mod tests {
         for (side, faces) in [(Side::North, 11), (Side::South, 11), (Side::East, 8), (Side::West, 8)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
-            assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
+            assert_eq!(faces_opened(&open.pieces, &lattice, &bed), faces, "{side:?}");
         }
     }
 
@@ -316,7 +315,7 @@ mod tests {
         for (side, faces) in [(Side::East, 4), (Side::West, 9), (Side::North, 7), (Side::South, 7)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
-            assert_eq!(faces_opened(&open.segments, &lattice, &bed), faces, "{side:?}");
+            assert_eq!(faces_opened(&open.pieces, &lattice, &bed), faces, "{side:?}");
         }
     }
 
@@ -338,9 +337,8 @@ mod tests {
                 // A place on the outline of the turned rectangle, along its southern or its eastern side.
                 let own = Vec2::new(across, along);
                 let place = Vec2::new(cos * own.x - sin * own.y, sin * own.x + cos * own.y) + Vec2::new(60.0, 50.0);
-                open.segments
-                    .iter()
-                    .any(|piece| distance_to_segment(place, piece[0], piece[1]) <= REACH * lattice.spacing)
+                let normal = place - Vec2::new(60.0, 50.0);
+                open.pieces.distance_to_face(REACH * lattice.spacing, (place, normal)).is_some()
             };
             let south = (-36..=36).filter(|&x| opened(f64::from(x), -24.0)).count();
             let (east, west) = ((-18..=24).filter(|&y| opened(40.0, f64::from(y))).count(), opened(-40.0, 0.0));

@@ -171,15 +171,15 @@ pub(super) fn open_edges(
                 open_side(&mut open, *side, lattice, bed);
             }
             (OpenBoundary::Lines(source), Some(drawn)) => {
-                let local = on_lattice(source, drawn, ground, NOT_OPEN, findings);
-                if !local.is_empty() && faces_opened(&local, lattice, bed) == 0 {
+                let drawn = on_lattice(source, drawn, ground, NOT_OPEN, findings);
+                if !drawn.is_empty() && faces_opened(&drawn.clone().into(), lattice, bed) == 0 {
                     let message = format!("the lines of {} open no edge of the terrain", source.value.path.display());
                     let problem = Problem::warning(ProblemKind::Input, "opens-nothing", "", message)
                         .with_cause(format!("no edge face along them lies within {} m", REACH * lattice.spacing))
                         .with_remedy("draw them along the edge of the terrain data");
                     findings.add(source, problem);
                 }
-                open.segments.extend(local);
+                open.pieces.extend(drawn);
             }
             (OpenBoundary::Lines(_), None) => {}
         }

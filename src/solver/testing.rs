@@ -1,7 +1,7 @@
 //! Problems for the tests of the cores.
 
 use super::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
-use crate::bed::{BedParticles, derive_shape};
+use crate::bed::{BedParticles, derive_slopes};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -16,7 +16,7 @@ pub(super) fn still_water(
     let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
     let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
     let mut bed = BedParticles::from_elevation(lattice, elevation, 0.0);
-    derive_shape(&mut bed);
+    derive_slopes(&mut bed);
     FlowProblem {
         bed,
         walls: Vec::new(),
@@ -34,7 +34,7 @@ pub(super) fn open_part(problem: &mut FlowProblem, is_west: bool, part: (f64, f6
     let size = problem.bed.lattice.size();
     let x = if is_west { 0.0 } else { size.x };
     let segments = vec![[Vec2::new(x, part.0 * size.y), Vec2::new(x, part.1 * size.y)]];
-    problem.forcing.boundaries.push(Boundary { segments, condition });
+    problem.forcing.boundaries.push(Boundary { pieces: segments.into(), condition });
 }
 
 /// Opens the western or eastern side of a problem.

@@ -1,6 +1,6 @@
 //! The variational form in the plane: a circular dam break between two walls of symmetry, and a closed box.
 
-use floodsim::bed::derive_shape;
+use floodsim::bed::derive_slopes;
 use floodsim::math::{Sym2, Vec2};
 use floodsim::particles::FluidSeed;
 use floodsim::physics::dimension::Dimension;
@@ -89,7 +89,7 @@ fn energy_changes(bed_slope: BedSlope) -> (f64, f64) {
     let (centre, curvature) = (Vec2::new(50.0, 40.0), Sym2 { xx: 0.05, xy: 0.01, yy: 0.04 });
     let bowl = |p: Vec2| 0.5 * (p - centre).dot(curvature.apply(p - centre));
     let mut problem = problem(200, 160, SPACING, bowl);
-    derive_shape(&mut problem.bed);
+    derive_slopes(&mut problem.bed);
     // A lone particle spreads over the whole bowl, some 1e-6 m deep, and must not count as dry.
     problem.dry_depth = 1e-9;
     let position = centre + Vec2::new(-20.0, 3.0);

@@ -429,7 +429,7 @@ fn open_edges_come_from_sides_and_lines_and_a_line_that_opens_nothing_is_told() 
     ];
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
-    assert_eq!((prepared.open_edges.segments.len(), prepared.open_edges.reach), (2, 7.5));
+    assert_eq!((prepared.open_edges.pieces.len(), prepared.open_edges.reach), (2, 7.5));
     scene.line("sea.geojson", &[(1150.0, 2020.0), (1150.0, 2060.0)]);
     assert_eq!(only(&prepare(&scene.scenario)).code, "opens-nothing");
     scene.scenario.open = vec![OpenBoundary::Side(Side::All)];

@@ -47,6 +47,8 @@ struct Face {
     facing: (f64, f64),
     /// Level (m) of the water at the start, counted as in the solver; none where it was dry.
     rest: Option<f64>,
+    /// Whether water may come in here while the particle is dry.
+    gives: bool,
 }
 
 /// A particle near a face: its depth (m), bed (m) and velocity outwards and along the face (m/s).
@@ -95,6 +97,8 @@ pub(in crate::solver) struct Passing {
 struct Line {
     condition: Condition,
     faces: Vec<Face>,
+    /// Those of the faces that give water or have some before them, what is known at each, and what passes.
+    at_work: Vec<u32>,
     inside: Vec<Inside>,
     passing: Vec<Passing>,
     /// Volume (m³) that came in and left.
@@ -131,6 +135,7 @@ impl OpenBoundaries {
         let line = |condition: &Condition| Line {
             condition: condition.clone(),
             faces: Vec::new(),
+            at_work: Vec::new(),
             inside: Vec::new(),
             passing: Vec::new(),
             booked: (0.0, 0.0),
@@ -153,19 +158,17 @@ impl OpenBoundaries {
 
     /// The cells (row, column) to which water may come by a boundary while they are dry.
     pub fn inlets(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.lines.iter().flat_map(|line| {
-            let feeds = matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_));
-            line.faces.iter().filter(move |face| feeds || face.rest.is_some()).map(|face| face.cell)
-        })
+        self.lines.iter().flat_map(|line| line.faces.iter().filter(|face| face.gives).map(|face| face.cell))
     }
 
-    /// Fluxes of the faces in a step from one time to another (s).
+    /// Fluxes of the faces in a step from one time to another (s); those that are not at work stay the walls that they are to [`Walls`].
     pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, step: (f64, f64)) {
         let datum = self.datum;
         for line in &mut self.lines {
             line.look(state, scale, methods);
             pass(&line.condition, (Faces::OfAnEdge, &line.inside), (scale, datum), (step, Of::Mean), &mut line.passing);
-            for ((face, inside), passing) in line.faces.iter().zip(&line.inside).zip(&line.passing) {
+            for ((&face, inside), passing) in line.at_work.iter().zip(&line.inside).zip(&line.passing) {
+                let face = &line.faces[face as usize];
                 let water = &state.primitive[face.cell.0];
                 let (u, v) = (water.velocity_x[face.cell.1], water.velocity_y[face.cell.1]);
                 let tangent = turned_by(face.direction, u, v).1;
@@ -187,7 +190,7 @@ impl OpenBoundaries {
     pub fn book(&mut self, state: &State, carried: f64) -> (f64, f64) {
         let (mut coming, mut leaving) = (0.0, 0.0);
         for line in &mut self.lines {
-            for face in &line.faces {
+            for face in line.at_work.iter().map(|&face| &line.faces[face as usize]) {
                 let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
                 if outwards > 0.0 {
                     leaving += outwards;
@@ -230,9 +233,9 @@ impl OpenBoundaries {
                 (step, Of::Largest),
                 &mut line.passing,
             );
-            for (face, passing) in line.faces.iter().zip(&line.passing) {
+            for (&face, passing) in line.at_work.iter().zip(&line.passing) {
                 if passing.speed > fastest.0 {
-                    fastest = (passing.speed, face.cell);
+                    fastest = (passing.speed, line.faces[face as usize].cell);
                 }
             }
         }
@@ -274,7 +277,9 @@ fn face(
     let depth = state.water[cell.0].depth[cell.1];
     let rest = (depth > problem.dry_depth).then(|| state.ground[cell.0].bed[cell.1] + depth);
     let further = behind.and_then(next);
-    Some((line, Face { owner, direction, cell, behind, further, sign, facing: (1.0, 0.0), rest }))
+    let condition = &problem.forcing.boundaries[line].condition;
+    let gives = matches!(condition, Condition::Discharge { .. } | Condition::Stage(_)) || rest.is_some();
+    Some((line, Face { owner, direction, cell, behind, further, sign, facing: (1.0, 0.0), rest, gives }))
 }
 
 impl Line {
@@ -302,8 +307,13 @@ impl Line {
     /// Reads the water before the faces.
     fn look(&mut self, state: &State, scale: &Scale, methods: RestingMethods) {
         let is_carried = methods.reconstruction != Reconstruction::None;
+        let has_water = |face: &Face| state.primitive[face.cell.0].depth[face.cell.1] > scale.dry_depth;
+        let faces = (0..).zip(&self.faces).filter(|(_, face)| face.gives || has_water(face));
+        self.at_work.clear();
+        self.at_work.extend(faces.map(|(number, _)| number));
+        let faces = self.at_work.iter().map(|&face| &self.faces[face as usize]);
         self.inside.clear();
-        self.inside.extend(self.faces.iter().map(|face| face.look(state, scale, is_carried)));
+        self.inside.extend(faces.map(|face| face.look(state, scale, is_carried)));
     }
 }
 

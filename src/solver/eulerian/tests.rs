@@ -108,7 +108,7 @@ fn what_leaves_through_an_open_edge_is_booked() {
     }
     let (width, height) = (120.0, 100.0);
     problem.open_edges = OpenEdges {
-        segments: vec![[Vec2::new(width, 0.0), Vec2::new(width, height)]],
+        pieces: vec![[Vec2::new(width, 0.0), Vec2::new(width, height)]].into(),
         reach: 1.1,
         whole_outline: false,
     };
@@ -127,7 +127,7 @@ fn no_boundary_opens_a_sealed_cell() {
     let elevation: Vec<f64> = (0..grid.len()).map(|i| if hole.contains(&i) { f64::NAN } else { 0.0 }).collect();
     let depth: Vec<f64> = elevation.iter().map(|z| if z.is_nan() { 0.0 } else { 1.0 }).collect();
     let around = [centre, centre];
-    let uniform_flow = Boundary { segments: vec![around], condition: Condition::NormalDepth { slope: 0.01 } };
+    let uniform_flow = Boundary { pieces: vec![around].into(), condition: Condition::NormalDepth { slope: 0.01 } };
     for (is_sealed, has_condition) in [(false, false), (false, true), (true, false), (true, true)] {
         let mut problem = problem(grid.clone(), elevation.clone(), depth.clone());
         if is_sealed {
@@ -136,7 +136,7 @@ fn no_boundary_opens_a_sealed_cell() {
         if has_condition {
             problem.forcing = Forcing { boundaries: vec![uniform_flow.clone()], reach: 4.0, ..Forcing::default() };
         } else {
-            problem.open_edges = OpenEdges { segments: vec![around], reach: 4.0, whole_outline: false };
+            problem.open_edges = OpenEdges { pieces: vec![around].into(), reach: 4.0, whole_outline: false };
         }
         let mut solver = EulerianSolver::new(problem);
         run(&mut solver, 20);

@@ -31,7 +31,7 @@ use rayon::prelude::*;
 use sections::Sections;
 use springs::Springs;
 
-use crate::bed::{BedParticles, BedPoint};
+use crate::bed::{BedParticles, BedPoint, derive_curvatures};
 use crate::boundary::{Edge, Walls, outline};
 use crate::math::{Sym2, Vec2};
 use crate::particles::{FluidParticles, FluidSeed, Line};
@@ -177,8 +177,8 @@ impl MovingWater {
             (WallMethod::VirtualParticles, Dimension::Two) => walls.with_virtual_particles(lattice.spacing),
         };
         let mut bed = problem.bed.clone();
-        if methods.bed_slope == BedSlope::Hydrostatic {
-            bed.curvature = Vec::new();
+        if methods.bed_slope == BedSlope::Steep {
+            derive_curvatures(&mut bed);
         }
         // Water that comes in is as wide as a cell.
         let cell = (!problem.forcing.is_still()).then(|| dimension.area(lattice.spacing));

@@ -1,6 +1,6 @@
 //! Water that enters and leaves through open boundaries: uniform flow, waves that leave, a tide, a hydrograph on dry ground.
 
-use crate::bed::derive_shape;
+use crate::bed::derive_slopes;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
@@ -98,14 +98,14 @@ fn channel(
 ) -> FlowProblem {
     let mut problem = flat_strip(length, spacing, bed);
     // Between the last particle of the riverbed and the edge the bed goes on by its slope.
-    derive_shape(&mut problem.bed);
+    derive_slopes(&mut problem.bed);
     let size = problem.bed.lattice.size();
     // The faces along the channel lie half a spacing away.
     problem.forcing.reach = 0.3 * spacing;
     for (x, condition) in [(0.0, west), (size.x, east)] {
         if let Some(condition) = condition {
             let segments = vec![[Vec2::new(x, 0.0), Vec2::new(x, size.y)]];
-            problem.forcing.boundaries.push(Boundary { segments, condition });
+            problem.forcing.boundaries.push(Boundary { pieces: segments.into(), condition });
         }
     }
     problem

@@ -221,7 +221,7 @@ fn uniform(slope: f64, length: f64, spacing: f64, (end, has_condition): (f64, bo
         open(&mut problem, false, Condition::NormalDepth { slope });
     } else {
         let edge = [Vec2::new(length, 0.0), Vec2::new(length, spacing)];
-        problem.open_edges = OpenEdges { segments: vec![edge], reach: 1.1, whole_outline: false };
+        problem.open_edges = OpenEdges { pieces: vec![edge].into(), reach: 1.1, whole_outline: false };
     }
     let mut solver = EulerianSolver::new(problem);
     run_until(&mut solver, end);
@@ -400,7 +400,7 @@ fn hump_before_an_edge(height: f64, longer: usize, condition: Condition, angles:
     let mut problem = problem((columns, rows), 1.0, |_| 0.0, hump);
     let side = |x: f64| vec![[Vec2::new(x, 0.0), Vec2::new(x, rows as f64)]];
     let edges = [(0.0, Condition::Free), (columns as f64, condition)];
-    let boundary = |(x, condition)| Boundary { segments: side(x), condition };
+    let boundary = |(x, condition)| Boundary { pieces: side(x).into(), condition };
     problem.forcing.boundaries.extend(edges.map(boundary));
     let cells: Vec<usize> =
         angles.iter().map(|angle| (60.0 * angle.to_radians().tan()) as usize * columns + 147).collect();
@@ -451,8 +451,8 @@ fn a_hydrograph_over_a_ragged_edge_is_booked_and_both_directions_are_alike() {
     let notch = vec![[at(30.0, 0.0), at(30.0, 30.0)], [at(30.0, 30.0), at(0.0, 30.0)]];
     let far = vec![[at(120.0, 0.0), at(120.0, 120.0)], [at(120.0, 120.0), at(0.0, 120.0)]];
     let discharge = Condition::Discharge { discharge: Series::constant(5.0), level: None };
-    problem.forcing.boundaries.push(Boundary { segments: notch, condition: discharge });
-    problem.forcing.boundaries.push(Boundary { segments: far, condition: Condition::NormalDepth { slope: 0.01 } });
+    problem.forcing.boundaries.push(Boundary { pieces: notch.into(), condition: discharge });
+    problem.forcing.boundaries.push(Boundary { pieces: far.into(), condition: Condition::NormalDepth { slope: 0.01 } });
     problem.forcing.rain = Some(Rain::Uniform(Series::constant(1e-5)));
     let mut solver = EulerianSolver::new(problem);
     run_until(&mut solver, 600.0);
@@ -489,11 +489,11 @@ fn askew(degrees: f64, spacing: f64, distance: f64) -> [(f64, f64); 6] {
     problem.forcing.reach = 1.5 * spacing;
     let end = |x: f64| vec![[28.0, -28.0].map(|y| middle + Vec2::new(cos * x - sin * y, sin * x + cos * y))];
     let discharge = Condition::Discharge { discharge: Series::constant(60.0), level: None };
-    problem.forcing.boundaries.push(Boundary { segments: end(-100.0), condition: discharge });
+    problem.forcing.boundaries.push(Boundary { pieces: end(-100.0).into(), condition: discharge });
     problem
         .forcing
         .boundaries
-        .push(Boundary { segments: end(100.0), condition: Condition::NormalDepth { slope: SLOPE } });
+        .push(Boundary { pieces: end(100.0).into(), condition: Condition::NormalDepth { slope: SLOPE } });
     let lattice = problem.bed.lattice.clone();
     let mut solver = EulerianSolver::new(problem);
     run_until(&mut solver, 900.0);
@@ -594,8 +594,8 @@ fn what_leaves_over_an_edge_inside_the_lattice_has_left() {
         }
         let edge = vec![[Vec2::new(95.0, 0.0), Vec2::new(95.0, 22.5)]];
         match condition {
-            Some(condition) => problem.forcing.boundaries.push(Boundary { segments: edge, condition }),
-            None => problem.open_edges = OpenEdges { segments: edge, reach: 0.5, whole_outline: false },
+            Some(condition) => problem.forcing.boundaries.push(Boundary { pieces: edge.into(), condition }),
+            None => problem.open_edges = OpenEdges { pieces: edge.into(), reach: 0.5, whole_outline: false },
         }
         let mut solver = EulerianSolver::new(problem);
         run_until(&mut solver, 60.0);

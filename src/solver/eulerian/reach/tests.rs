@@ -291,7 +291,10 @@ fn fall_into_a_plane(spacing: f64) -> EulerianSolver {
     join(&mut problem, reach, true, (0.0, 40.0));
     let x = problem.bed.lattice.size().x;
     let edge = vec![[Vec2::new(x, 0.0), Vec2::new(x, 40.0)]];
-    problem.forcing.boundaries.push(Boundary { segments: edge, condition: Condition::NormalDepth { slope: 0.01 } });
+    problem
+        .forcing
+        .boundaries
+        .push(Boundary { pieces: edge.into(), condition: Condition::NormalDepth { slope: 0.01 } });
     EulerianSolver::new(problem)
 }
 

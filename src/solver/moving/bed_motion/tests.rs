@@ -1,6 +1,6 @@
 //! Beds that change under moving particles: the scenes of the resting ones.
 
-use crate::bed::derive_shape;
+use crate::bed::derive_slopes;
 use crate::boundary::{
     BedLaw, BedMotion, Breach, DamCell, GrowthLaw, Opening, Patch, PointSource, Rain, Series, Slide, Trigger,
 };
@@ -31,7 +31,7 @@ fn solver(problem: FlowProblem) -> LagrangianSolver {
 /// The valley with the dam of a breach, its slopes derived.
 fn valley(breach: Option<Breach>) -> FlowProblem {
     let mut problem = valley::problem(breach);
-    derive_shape(&mut problem.bed);
+    derive_slopes(&mut problem.bed);
     problem
 }
 
@@ -66,7 +66,7 @@ fn thick_dam(mut breach: Breach, crest: f64, thickness: usize) -> FlowProblem {
     for cell in &breach.cells {
         problem.bed.elevation[cell.cell] = breach.bed(cell, 0.0);
     }
-    derive_shape(&mut problem.bed);
+    derive_slopes(&mut problem.bed);
     problem
 }
 

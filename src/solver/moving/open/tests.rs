@@ -41,8 +41,8 @@ fn a_lake_stays_at_rest_behind_edges_at_its_level() {
 fn open_all(problem: &mut FlowProblem, condition: Condition) {
     let size = problem.bed.lattice.size();
     let corners = [Vec2::ZERO, Vec2::new(size.x, 0.0), size, Vec2::new(0.0, size.y)];
-    let segments = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect();
-    problem.forcing.boundaries.push(Boundary { segments, condition });
+    let pieces = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect();
+    problem.forcing.boundaries.push(Boundary { pieces, condition });
 }
 
 #[test]
@@ -319,8 +319,8 @@ fn what_drifted_past_a_bend_of_the_outline_comes_in_by_the_face_nearest_to_it_or
     let bed = |p: Vec2| if p.y < if p.x > 9.0 { 2.0 } else { 1.0 } { f64::NAN } else { -5.0 };
     let mut problem = problem((18, 18), 1.0, bed, |_| 0.0);
     let line = [Vec2::new(0.0, 1.0), Vec2::new(9.0, 1.0), Vec2::new(9.0, 2.0), Vec2::new(18.0, 2.0)];
-    let segments = line.windows(2).map(|ends| [ends[0], ends[1]]).collect();
-    problem.forcing.boundaries = vec![Boundary { segments, condition: Condition::Stage(Series::constant(0.0)) }];
+    let pieces = line.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    problem.forcing.boundaries = vec![Boundary { pieces, condition: Condition::Stage(Series::constant(0.0)) }];
     let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
     run_until(&mut solver, 0.1);
     let water = solver.state_mut();
@@ -415,9 +415,9 @@ fn tide_in_a_corner(cells: usize, slope: f64, floor: f64) -> FlowProblem {
     let points: Vec<(f64, f64)> = (0..=60).map(|i| f64::from(i) * 10.0).map(|t| (t, tide(t))).collect();
     let far = cells as f64 * spacing;
     let corners = [Vec2::new(0.0, far), Vec2::ZERO, Vec2::new(far, 0.0)];
-    let segments = corners.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    let pieces = corners.windows(2).map(|ends| [ends[0], ends[1]]).collect();
     let condition = Condition::Stage(Series::new(&points).unwrap());
-    problem.forcing.boundaries.push(Boundary { segments, condition });
+    problem.forcing.boundaries.push(Boundary { pieces, condition });
     problem
 }
 
