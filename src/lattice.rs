@@ -4,6 +4,8 @@
 //! Local coordinates have their origin in the south-western corner of the lattice; only `terrain` and `output` know map
 //! coordinates (a national grid's six or seven digits would eat the digits that the core needs).
 
+use bytemuck::Zeroable;
+
 use crate::math::Vec2;
 
 /// A lattice of square cells.
@@ -94,7 +96,7 @@ pub struct Span {
 }
 
 /// The water of one cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Zeroable)]
 pub struct WaterInCell {
     /// Water depth (m).
     pub depth: f64,

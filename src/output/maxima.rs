@@ -13,9 +13,12 @@
 //! last fall below τ, and missing while the place is still under water.
 //!
 //! One record for a cell is one cache line. A cell in still or slowly falling water costs a few comparisons a step: times
-//! under water are booked when they end, not step by step. Each cell is written by one thread and reads only itself, so
+//! under water are booked when they end, not step by step. Records of cells that stay dry are zero in every bit and never
+//! touched, so that they take no memory: the system gives it at the first touch. Each cell is written by one thread and reads only itself, so
 //! the bits do not depend on the number of threads.
 
+use bytemuck::Zeroable;
+use bytemuck::allocation::zeroed_vec;
 use rayon::prelude::*;
 
 use super::WET_DEPTH;
@@ -28,24 +31,47 @@ const PARALLEL_CELLS: usize = 4096;
 /// Rows that a thread takes at least.
 const PARALLEL_ROWS: usize = 8;
 
+/// A time that may not have come yet: all bits are 0 until then.
+#[derive(Clone, Copy, Debug, Zeroable)]
+#[repr(transparent)]
+struct Moment(u64);
+
+impl Moment {
+    const NEVER: u64 = f64::NAN.to_bits();
+
+    /// A time (s), not NaN.
+    fn at(time: f64) -> Self {
+        Moment(time.to_bits() ^ Self::NEVER)
+    }
+
+    /// The time (s); NaN where it has not come.
+    fn time(self) -> f64 {
+        f64::from_bits(self.0 ^ Self::NEVER)
+    }
+
+    fn has_come(self) -> bool {
+        self.0 != 0
+    }
+}
+
 /// What is kept of one cell besides the thresholds; the squares spare a root at each step.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(align(64))]
 struct CellRecord {
     previous: WaterInCell,
     max_depth: f64,
-    time_of_max_depth: f64,
+    time_of_max_depth: Moment,
     max_speed_squared: f64,
     max_discharge_squared: f64,
     hazard_class: u8,
 }
 
-/// What is kept of one cell for one threshold; times are NaN until they happen. Whether the cell is under water tells its depth.
-#[derive(Clone, Copy, Debug)]
+/// What is kept of one cell for one threshold. Whether the cell is under water tells its depth.
+#[derive(Clone, Copy, Debug, Zeroable)]
 struct ThresholdRecord {
-    arrival: f64,
-    /// Time of the latest rise or fall through the threshold (s).
-    latest_crossing: f64,
+    arrival: Moment,
+    /// The latest rise or fall through the threshold.
+    latest_crossing: Moment,
     /// Time under water that has ended (s).
     duration: f64,
 }
@@ -91,15 +117,14 @@ impl Maxima {
     /// An empty record for `cells` cells in rows of `columns`; `thresholds` (m) must not be empty.
     pub(super) fn new(cells: usize, columns: usize, thresholds: &[f64], rise_on_wet: f64) -> Self {
         assert!(!thresholds.is_empty(), "invariant: a resolved scenario has at least one threshold");
-        let never = ThresholdRecord { arrival: f64::NAN, latest_crossing: f64::NAN, duration: 0.0 };
         Maxima {
             // Rows of no cells are none to go through, but rows all the same.
             columns: columns.max(1),
             thresholds: thresholds.to_vec(),
             rise_on_wet,
             initial_depth: vec![0.0; cells],
-            cells: vec![CellRecord { time_of_max_depth: f64::NAN, ..CellRecord::default() }; cells],
-            crossings: vec![never; cells * thresholds.len()],
+            cells: zeroed_vec(cells),
+            crossings: zeroed_vec(cells * thresholds.len()),
         }
     }
 
@@ -112,9 +137,9 @@ impl Maxima {
                 for (which, &threshold) in self.thresholds.iter().enumerate() {
                     if depth >= threshold {
                         let crossing = &mut self.crossings[index * self.thresholds.len() + which];
-                        crossing.latest_crossing = time;
+                        crossing.latest_crossing = Moment::at(time);
                         if depth >= arrival_depth(threshold, depth, self.rise_on_wet) {
-                            crossing.arrival = time;
+                            crossing.arrival = Moment::at(time);
                         }
                     }
                 }
@@ -165,7 +190,7 @@ impl Maxima {
         let cell = &self.cells[index];
         Seen {
             max_depth: cell.max_depth,
-            time_of_max_depth: cell.time_of_max_depth,
+            time_of_max_depth: cell.time_of_max_depth.time(),
             max_speed: cell.max_speed_squared.sqrt(),
             max_depth_velocity: cell.max_discharge_squared.sqrt(),
             hazard_class: cell.hazard_class,
@@ -177,9 +202,9 @@ impl Maxima {
         let record = &self.crossings[index * self.thresholds.len() + which];
         let is_under_water = self.cells[index].previous.depth >= self.thresholds[which];
         ThresholdSeen {
-            arrival: record.arrival,
-            duration: record.duration + if is_under_water { time - record.latest_crossing } else { 0.0 },
-            recession: if is_under_water { f64::NAN } else { record.latest_crossing },
+            arrival: record.arrival.time(),
+            duration: record.duration + if is_under_water { time - record.latest_crossing.time() } else { 0.0 },
+            recession: if is_under_water { f64::NAN } else { record.latest_crossing.time() },
         }
     }
 }
@@ -218,12 +243,12 @@ impl Rules<'_> {
         if depth > cell.max_depth {
             for (crossing, &threshold) in crossings.iter_mut().zip(self.thresholds) {
                 let arrival_depth = arrival_depth(threshold, initial_depth, self.rise_on_wet);
-                if crossing.arrival.is_nan() && depth >= arrival_depth && self.after > self.before {
-                    crossing.arrival = self.crossing(arrival_depth, previous, depth);
+                if !crossing.arrival.has_come() && depth >= arrival_depth && self.after > self.before {
+                    crossing.arrival = Moment::at(self.crossing(arrival_depth, previous, depth));
                 }
             }
             cell.max_depth = depth;
-            cell.time_of_max_depth = self.after;
+            cell.time_of_max_depth = Moment::at(self.after);
         }
         if depth > WET_DEPTH {
             let discharge_squared = discharge_x * discharge_x + discharge_y * discharge_y;
@@ -240,9 +265,9 @@ impl Rules<'_> {
     fn book_crossing(&self, threshold: f64, previous: f64, depth: f64, crossing: &mut ThresholdRecord) {
         let time = self.crossing(threshold, previous, depth);
         if depth < threshold {
-            crossing.duration += time - crossing.latest_crossing;
+            crossing.duration += time - crossing.latest_crossing.time();
         }
-        crossing.latest_crossing = time;
+        crossing.latest_crossing = Moment::at(time);
     }
 }
 

@@ -13,7 +13,7 @@ use crate::scenario::{Limits, Side};
 use crate::solver::OpenEdges;
 use crate::terrain::{Layer, Terrain};
 
-/// Memory (bytes) that a cell takes in the whole run: riverbed 56, water and its rates about 200, maps and frames about 150.
+/// Memory (bytes) that a cell takes in the whole run, at most: riverbed 32, water and its rates about 200, maps and frames about 150.
 pub const BYTES_PER_CELL: f64 = 400.0;
 /// Memory (bytes) that a moving particle takes: state, rates, neighbours and their sorted copy.
 pub const BYTES_PER_FLUID_PARTICLE: f64 = 300.0;
