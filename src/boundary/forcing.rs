@@ -270,6 +270,20 @@ mod tests {
     }
 
     #[test]
+    fn a_line_opens_the_faces_beside_it_and_none_beyond_its_ends() {
+        // Two pieces that meet at an angle, from 20 to 50 m; faces of 10 m, whose midpoints lie at 5 m, 15 m, ...
+        let corner = Vec2::new(1.0, 33.0);
+        let pieces = vec![[Vec2::new(0.0, 20.0), corner], [corner, Vec2::new(0.0, 50.0)]];
+        let boundary = Boundary { pieces: pieces.into(), condition: Condition::Free };
+        let forcing = Forcing { boundaries: vec![boundary], reach: 15.0, ..Forcing::default() };
+        let is_open = |y: f64| forcing.boundary_at(Vec2::new(0.0, y), Vec2::new(1.0, 0.0)).is_some();
+        assert_eq!(
+            [5.0, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0].map(is_open),
+            [false, false, true, true, true, false, false]
+        );
+    }
+
+    #[test]
     fn edges_are_faces_between_terrain_and_none() {
         let lattice = Lattice { origin: Vec2::ZERO, columns: 3, rows: 3, spacing: 2.0 };
         let mut bed = vec![0.0; 9];

@@ -1,6 +1,8 @@
 //! Where water may leave the terrain.
 
-use rstar::primitives::Line;
+use std::collections::HashMap;
+
+use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
 
 use super::wall::distance_to_segment;
@@ -8,16 +10,19 @@ use crate::math::Vec2;
 
 /// A line is square to a face where the cosine between the face and the line is below this: six degrees off.
 const SQUARE: f64 = 0.1;
-/// Pieces are looked for within so many times the reach, so that rounding leaves none out.
-const ROUNDING: f64 = 1.0 + 1e-9;
+/// What counts as rounding of a place, in reaches.
+const ROUNDING: f64 = 1e-9;
 
 /// Straight pieces of lines in local coordinates (m), found by their place: an outline has as many of them as edge faces.
 #[derive(Clone, Debug, Default)]
-pub struct Pieces(RTree<Line<[f64; 2]>>);
+pub struct Pieces(RTree<Piece>);
+
+/// A piece, and whether its line ends at each of its ends.
+type Piece = GeomWithData<Line<[f64; 2]>, [bool; 2]>;
 
 impl FromIterator<[Vec2; 2]> for Pieces {
     fn from_iter<I: IntoIterator<Item = [Vec2; 2]>>(pieces: I) -> Self {
-        Pieces(RTree::bulk_load(pieces.into_iter().map(line).collect()))
+        Pieces(RTree::bulk_load(with_ends(pieces)))
     }
 }
 
@@ -29,13 +34,14 @@ impl From<Vec<[Vec2; 2]>> for Pieces {
 
 impl Extend<[Vec2; 2]> for Pieces {
     fn extend<I: IntoIterator<Item = [Vec2; 2]>>(&mut self, pieces: I) {
-        pieces.into_iter().for_each(|piece| self.0.insert(line(piece)));
+        with_ends(pieces).into_iter().for_each(|piece| self.0.insert(piece));
     }
 }
 
 impl PartialEq for Pieces {
     fn eq(&self, other: &Self) -> bool {
-        self.0.iter().eq(other.0.iter())
+        let both = |piece: &Piece| (*piece.geom(), piece.data);
+        self.0.iter().map(both).eq(other.0.iter().map(both))
     }
 }
 
@@ -50,18 +56,38 @@ impl Pieces {
         self.len() == 0
     }
 
+    /// Takes others in.
+    pub fn join(&mut self, others: &Pieces) {
+        others.0.iter().for_each(|piece| self.0.insert(*piece));
+    }
+
     /// Where one of them begins.
     pub fn place(&self) -> Option<Vec2> {
-        self.0.iter().next().map(|piece| Vec2::new(piece.from[0], piece.from[1]))
+        self.0.iter().next().map(|piece| place(piece.geom().from))
     }
 
     /// Distance (m) of the nearest piece that opens an edge face within a reach (m); the face is given by its midpoint and its normal in
-    /// either direction.
-    pub fn distance_to_face(&self, reach: f64, (midpoint, normal): (Vec2, Vec2)) -> Option<f64> {
-        let aside = Vec2::new(reach, reach) * ROUNDING;
+    /// either direction. A line opens the faces beside it, and none whose midpoint lies beyond its ends.
+    pub fn distance_to_face(&self, reach: f64, face: (Vec2, Vec2)) -> Option<f64> {
+        self.nearest(reach, face, |piece, midpoint| !is_beyond_end(piece, midpoint, ROUNDING * reach))
+    }
+
+    /// The same with the faces beyond its ends: of a line that ends between the midpoints of two faces it tells which is nearer.
+    pub fn distance_beyond_ends(&self, reach: f64, face: (Vec2, Vec2)) -> Option<f64> {
+        self.nearest(reach, face, |_, _| true)
+    }
+
+    fn nearest(
+        &self,
+        reach: f64,
+        (midpoint, normal): (Vec2, Vec2),
+        counts: impl Fn(&Piece, Vec2) -> bool,
+    ) -> Option<f64> {
+        let aside = Vec2::new(reach, reach) * (1.0 + ROUNDING);
         let around = AABB::from_corners(coordinates(midpoint - aside), coordinates(midpoint + aside));
         let near = self.0.locate_in_envelope_intersecting(&around);
-        near.filter_map(|piece| distance_to_face(piece, midpoint, normal)).filter(|far| *far <= reach).reduce(f64::min)
+        let along_face = near.filter(|piece| !is_square(piece, normal) && counts(piece, midpoint));
+        along_face.map(|piece| distance(piece, midpoint)).filter(|far| *far <= reach).reduce(f64::min)
     }
 }
 
@@ -69,23 +95,56 @@ fn coordinates(place: Vec2) -> [f64; 2] {
     [place.x, place.y]
 }
 
-fn line([start, end]: [Vec2; 2]) -> Line<[f64; 2]> {
-    Line::new(coordinates(start), coordinates(end))
+fn place([x, y]: [f64; 2]) -> Vec2 {
+    Vec2::new(x, y)
 }
 
-/// Distance (m) of a straight piece of a line from an edge face that it may open; none from a face square to it, which lies around the
-/// corner where the line is drawn up to one. A piece without length may open any.
-fn distance_to_face(piece: &Line<[f64; 2]>, midpoint: Vec2, normal: Vec2) -> Option<f64> {
-    let [start, end] = [piece.from, piece.to].map(|[x, y]| Vec2::new(x, y));
-    let across = (end - start).perpendicular();
-    let is_square = across.dot(normal).abs() < SQUARE * across.norm() * normal.norm();
-    (!is_square).then(|| distance_to_segment(midpoint, start, end))
+/// The ends of lines are those places at which a single piece ends.
+fn with_ends(pieces: impl IntoIterator<Item = [Vec2; 2]>) -> Vec<Piece> {
+    let bits = |place: Vec2| [place.x.to_bits(), place.y.to_bits()];
+    let pieces: Vec<[Vec2; 2]> = pieces.into_iter().collect();
+    let mut meeting: HashMap<[u64; 2], u32> = HashMap::new();
+    pieces.iter().flatten().for_each(|&end| *meeting.entry(bits(end)).or_default() += 1);
+    let piece = |[start, end]: [Vec2; 2]| {
+        let is_last = [start, end].map(|place| start == end || meeting[&bits(place)] == 1);
+        GeomWithData::new(Line::new(coordinates(start), coordinates(end)), is_last)
+    };
+    pieces.into_iter().map(piece).collect()
+}
+
+/// Share of the way along a piece at which it is nearest to a place, below 0 or above 1 beyond its ends, and its length (m).
+fn share_along(piece: &Piece, to: Vec2) -> (f64, f64) {
+    let start = place(piece.geom().from);
+    let along = place(piece.geom().to) - start;
+    ((to - start).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE), along.norm())
+}
+
+fn distance(piece: &Piece, to: Vec2) -> f64 {
+    let (start, end) = (place(piece.geom().from), place(piece.geom().to));
+    distance_to_segment(to, start, end)
+}
+
+/// Whether a place lies farther than so much (m) beyond an end of a line; beside a piece without length all other places do.
+fn is_beyond_end(piece: &Piece, to: Vec2, rounding: f64) -> bool {
+    let (share, length) = share_along(piece, to);
+    if length <= 0.0 {
+        return distance(piece, to) > rounding;
+    }
+    let [first, last] = piece.data;
+    (first && -share * length > rounding) || (last && (share - 1.0) * length > rounding)
+}
+
+/// Whether a piece is square to an edge face: that lies around the corner where the line is drawn up to one. A piece without length is
+/// square to none.
+fn is_square(piece: &Piece, normal: Vec2) -> bool {
+    let across = (place(piece.geom().to) - place(piece.geom().from)).perpendicular();
+    across.dot(normal).abs() < SQUARE * across.norm() * normal.norm()
 }
 
 /// Water that leaves the terrain through an open edge is booked; at all other edges the terrain ends at a wall.
 ///
-/// Edges of the lattice and of no-data areas are walls. A lattice or no-data edge face is open when its midpoint lies
-/// within `reach` of one of these lines.
+/// Edges of the lattice and of no-data areas are walls. A lattice or no-data edge face is open when its midpoint lies beside one of
+/// these lines, within `reach`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OpenEdges {
     /// Those of the lines.

@@ -1,7 +1,7 @@
 //! Boundaries with a condition, rain and cross-sections: their files, and where they lie on the terrain.
 
 use super::findings::Findings;
-use super::grid::{REACH, open_side};
+use super::grid::{REACH, faces_opened, open_side};
 use super::levels::{self, Inlet};
 use super::outside::{IN_PART, Outside};
 use super::plausible::Placed;
@@ -298,7 +298,7 @@ fn boundaries(
     // Of each boundary that has a line and a condition: its place in the scenario, and what it would open alone.
     let mut placed: Vec<(&Sourced<crate::scenario::Boundary>, Vec<usize>)> = Vec::new();
     for (index, (source, (lines, condition))) in scenario.boundaries.iter().zip(&opened.boundaries).enumerate() {
-        let pieces: Pieces = match (&source.value.place, lines) {
+        let mut pieces: Pieces = match (&source.value.place, lines) {
             (OpenBoundary::Side(Side::All), _) => edges.iter().map(|(_, midpoint)| [*midpoint; 2]).collect(),
             (OpenBoundary::Side(side), _) => {
                 let mut open = OpenEdges::default();
@@ -314,10 +314,7 @@ fn boundaries(
         if pieces.is_empty() && !edges.is_empty() {
             continue;
         }
-        let is_near = |&(cell, midpoint): &(usize, Vec2)| {
-            pieces.distance_to_face(forcing.reach, (midpoint, midpoint - lattice.centre(cell))).is_some()
-        };
-        let near: Vec<usize> = (0..edges.len()).filter(|&face| is_near(&edges[face])).collect();
+        let near = faces_opened(&mut pieces, &edges, lattice);
         if near.is_empty() {
             let problem = input_error("opens-nothing", "this boundary touches no edge of the terrain".to_owned())
                 .with_cause(format!(

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::GapReport;
-use crate::boundary::{Pieces, edge_faces};
+use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes, readable};
@@ -178,7 +178,7 @@ pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed
         if chain.clone().any(|line| first[line].is_some_and(|depth| depth <= outermost + 1)) {
             let faces: Vec<Vec2> = chain.filter_map(face).collect();
             opened += faces.len();
-            open.pieces.extend(shortened(&faces));
+            open.pieces.extend(through(&faces));
         } else {
             passed_over.extend(
                 chain.filter(|&line| first[line].is_some_and(|depth| depth <= outermost + NEAR)).filter_map(face),
@@ -203,19 +203,13 @@ fn chains(first: &[Option<usize>]) -> Vec<Range<usize>> {
     chains
 }
 
-/// Pieces through the midpoints of the faces of a chain, from 0.95 of a step behind the first one to as much before the last one; a face
-/// around the corner is farther away than the reach then, (1.45² + 0.5²)^½ > 1.5. Straight runs are one piece.
-fn shortened(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
-    let [first, .., last] = faces else { return faces.iter().map(|&face| [face; 2]).collect() };
-    let [_, inner @ .., _] = faces else { return Vec::new() };
-    let Some((from, to)) = inner.first().zip(inner.last()) else {
-        return vec![[(*first + *last) * 0.5; 2]];
-    };
-    let mut corners = vec![*from + (*first - *from) * 0.05];
-    corners.extend_from_slice(inner);
-    corners.push(*to + (*last - *to) * 0.05);
+/// Pieces through the midpoints of the faces of a chain. Straight runs are one piece.
+fn through(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
+    if let [face] = faces {
+        return vec![[*face; 2]];
+    }
     let mut pieces: Vec<[Vec2; 2]> = Vec::new();
-    for pair in corners.windows(2) {
+    for pair in faces.windows(2) {
         let is_straight = |piece: &[Vec2; 2]| {
             let (a, b) = (piece[1] - piece[0], pair[1] - pair[0]);
             (a.x * b.y - a.y * b.x).abs() < 1e-9 * a.norm() * b.norm()
@@ -228,17 +222,26 @@ fn shortened(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
     pieces
 }
 
-/// Number of edge faces (of the lattice or of areas without terrain) that the given lines open.
-pub(super) fn faces_opened(pieces: &Pieces, lattice: &Lattice, bed: &[f64]) -> usize {
-    let is_open = |&(cell, midpoint): &(usize, Vec2)| {
-        pieces.distance_to_face(REACH * lattice.spacing, (midpoint, midpoint - lattice.centre(cell))).is_some()
-    };
-    edge_faces(lattice, bed).par_iter().filter(|face| is_open(face)).count()
+/// The edge faces that lines open, by their places in a list of cells and midpoints (local coordinates, m), in ascending order. A line
+/// between the midpoints of two faces opens the nearer one, whose midpoint joins the pieces.
+pub(super) fn faces_opened(pieces: &mut Pieces, edges: &[(usize, Vec2)], lattice: &Lattice) -> Vec<usize> {
+    let reach = REACH * lattice.spacing;
+    let face = |index: usize| (edges[index].1, edges[index].1 - lattice.centre(edges[index].0));
+    let is_open = |&index: &usize| pieces.distance_to_face(reach, face(index)).is_some();
+    let open: Vec<usize> = (0..edges.len()).into_par_iter().filter(is_open).collect();
+    if !open.is_empty() {
+        return open;
+    }
+    let distance = |index: usize| Some((pieces.distance_beyond_ends(reach, face(index))?, index));
+    let nearest = (0..edges.len()).filter_map(distance).min_by(|a, b| a.0.total_cmp(&b.0));
+    pieces.extend(nearest.map(|(_, index)| [edges[index].1; 2]));
+    nearest.into_iter().map(|(_, index)| index).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boundary::edge_faces;
     use crate::terrain::Raster;
 
     fn terrain(cell: f64, columns: usize, rows: usize) -> Terrain {
@@ -290,7 +293,7 @@ mod tests {
         for (side, faces) in [(Side::North, 12), (Side::South, 12), (Side::East, 9), (Side::West, 9)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
-            assert_eq!(faces_opened(&open.pieces, &lattice, &bed), faces, "{side:?}");
+            assert_eq!(faces_opened(&mut open.pieces, &edge_faces(&lattice, &bed), &lattice).len(), faces, "{side:?}");
         }
         // The terrain ends within the last row and the last column: nothing around the corner opens.
         let within = |cell: usize| lattice.column_row(cell).0 < 11 && lattice.column_row(cell).1 < 8;
@@ -298,8 +301,26 @@ mod tests {
         for (side, faces) in [(Side::North, 11), (Side::South, 11), (Side::East, 8), (Side::West, 8)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
-            assert_eq!(faces_opened(&open.pieces, &lattice, &bed), faces, "{side:?}");
+            assert_eq!(faces_opened(&mut open.pieces, &edge_faces(&lattice, &bed), &lattice).len(), faces, "{side:?}");
         }
+    }
+
+    #[test]
+    fn a_line_opens_as_many_faces_as_it_is_long_and_one_at_least() {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 12, rows: 20, spacing: 5.0 };
+        let edges = edge_faces(&lattice, &vec![0.0; lattice.len()]);
+        // Drawn 3 m beside the edge.
+        let opened = |from: f64, to: f64| {
+            let mut pieces = Pieces::from(vec![[Vec2::new(-3.0, from), Vec2::new(-3.0, to)]]);
+            let open = faces_opened(&mut pieces, &edges, &lattice);
+            assert_eq!(faces_opened(&mut pieces, &edges, &lattice), open, "the pieces say the same");
+            open.iter().map(|&index| edges[index].1.y).collect::<Vec<_>>()
+        };
+        assert_eq!(opened(40.0, 60.0), [42.5, 47.5, 52.5, 57.5]);
+        assert_eq!(opened(41.0, 52.5), [42.5, 47.5, 52.5]);
+        // Between two midpoints.
+        assert_eq!(opened(43.0, 46.0), [42.5]);
+        assert_eq!(opened(43.0, 47.4), [47.5]);
     }
 
     #[test]
@@ -315,7 +336,7 @@ mod tests {
         for (side, faces) in [(Side::East, 4), (Side::West, 9), (Side::North, 7), (Side::South, 7)] {
             let mut open = OpenEdges::default();
             open_side(&mut open, side, &lattice, &bed);
-            assert_eq!(faces_opened(&open.pieces, &lattice, &bed), faces, "{side:?}");
+            assert_eq!(faces_opened(&mut open.pieces, &edge_faces(&lattice, &bed), &lattice).len(), faces, "{side:?}");
         }
     }
 

@@ -5,6 +5,7 @@ use super::grid::{REACH, faces_opened, open_side};
 use super::outside::{Outside, all_outside, partly_outside};
 use super::series::{names_a_length, unit_in_name};
 use crate::bed::{BedParticles, Surface};
+use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::math::Vec2;
@@ -172,14 +173,15 @@ pub(super) fn open_edges(
             }
             (OpenBoundary::Lines(source), Some(drawn)) => {
                 let drawn = on_lattice(source, drawn, ground, NOT_OPEN, findings);
-                if !drawn.is_empty() && faces_opened(&drawn.clone().into(), lattice, bed) == 0 {
+                let mut pieces = Pieces::from(drawn);
+                if !pieces.is_empty() && faces_opened(&mut pieces, &edge_faces(lattice, bed), lattice).is_empty() {
                     let message = format!("the lines of {} open no edge of the terrain", source.value.path.display());
                     let problem = Problem::warning(ProblemKind::Input, "opens-nothing", "", message)
                         .with_cause(format!("no edge face along them lies within {} m", REACH * lattice.spacing))
                         .with_remedy("draw them along the edge of the terrain data");
                     findings.add(source, problem);
                 }
-                open.pieces.extend(drawn);
+                open.pieces.join(&pieces);
             }
             (OpenBoundary::Lines(_), None) => {}
         }

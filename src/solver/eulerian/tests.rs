@@ -2,6 +2,7 @@
 
 use super::EulerianSolver;
 use crate::bed::BedParticles;
+use crate::boundary::Pieces;
 use crate::lattice::{Lattice, WaterInCell};
 use crate::math::Vec2;
 use crate::solver::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
@@ -126,8 +127,9 @@ fn no_boundary_opens_a_sealed_cell() {
     let hole: Vec<usize> = (0..grid.len()).filter(|&i| (grid.centre(i) - centre).norm() < 3.0).collect();
     let elevation: Vec<f64> = (0..grid.len()).map(|i| if hole.contains(&i) { f64::NAN } else { 0.0 }).collect();
     let depth: Vec<f64> = elevation.iter().map(|z| if z.is_nan() { 0.0 } else { 1.0 }).collect();
-    let around = [centre, centre];
-    let uniform_flow = Boundary { pieces: vec![around].into(), condition: Condition::NormalDepth { slope: 0.01 } };
+    let corners = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)].map(|(x, y)| centre + Vec2::new(x, y));
+    let around: Pieces = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect();
+    let uniform_flow = Boundary { pieces: around.clone(), condition: Condition::NormalDepth { slope: 0.01 } };
     for (is_sealed, has_condition) in [(false, false), (false, true), (true, false), (true, true)] {
         let mut problem = problem(grid.clone(), elevation.clone(), depth.clone());
         if is_sealed {
@@ -136,7 +138,7 @@ fn no_boundary_opens_a_sealed_cell() {
         if has_condition {
             problem.forcing = Forcing { boundaries: vec![uniform_flow.clone()], reach: 4.0, ..Forcing::default() };
         } else {
-            problem.open_edges = OpenEdges { pieces: vec![around].into(), reach: 4.0, whole_outline: false };
+            problem.open_edges = OpenEdges { pieces: around.clone(), reach: 4.0, whole_outline: false };
         }
         let mut solver = EulerianSolver::new(problem);
         run(&mut solver, 20);
