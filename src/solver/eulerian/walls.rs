@@ -1,8 +1,8 @@
 //! Faces that are no ordinary pairs: walls and open edges.
 //!
-//! A wall face is the mirror problem of each of its two particles: no volume passes, and the normal momentum is that of the
-//! Riemann problem between (d, u) and (d, −u). It stands between terrain and no terrain, and where a wall polyline
-//! crosses the line between two particles. An open face stands between terrain and no terrain, lets water out and
+//! Through a wall face no volume passes, and its pressure is that of still water as deep as the particle before it, g d²/2, whatever the
+//! velocity: what runs against the wall rises before it (decision 0032). It stands between terrain and no terrain, and where a wall
+//! polyline crosses the line between two particles. An open face stands between terrain and no terrain, lets water out and
 //! none in; beyond it the bed goes on falling as it does before it, and where it does not fall the water drops over the edge.
 //! Faces at which more is known of the water beyond are in [`super::open`].
 
@@ -125,7 +125,7 @@ impl Walls {
         });
     }
 
-    /// Fluxes of the special faces.
+    /// Fluxes of the special faces. Those of a wall are 0: they count beyond the pressure of still water.
     pub fn apply(&self, state: &mut State, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
@@ -135,21 +135,19 @@ impl Walls {
                 let out = &mut flux[face.direction];
                 let i = face.column;
                 (out.mass[i], out.tangential[i], out.normal_left[i], out.normal_right[i]) = (0.0, 0.0, 0.0, 0.0);
+                if !face.open {
+                    continue;
+                }
                 let particle = |(row, column): (usize, usize)| Particle::new(&primitive[row], column, face.direction);
                 let (a, b) = (particle(left), particle(right));
-                if face.open {
-                    if a.depth > scale.dry_depth {
-                        let (mass, normal) = leaving(a.depth, a.normal, &Beyond::new(ground, left, right), scale);
-                        (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
-                        out.normal_left[i] = normal;
-                    } else if b.depth > scale.dry_depth {
-                        let (mass, normal) = leaving(b.depth, -b.normal, &Beyond::new(ground, right, left), scale);
-                        (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
-                        out.normal_right[i] = normal;
-                    }
-                } else {
-                    out.normal_left[i] = mirrored(a.depth, a.normal, scale.gravity);
-                    out.normal_right[i] = mirrored(b.depth, -b.normal, scale.gravity);
+                if a.depth > scale.dry_depth {
+                    let (mass, normal) = leaving(a.depth, a.normal, &Beyond::new(ground, left, right), scale);
+                    (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
+                    out.normal_left[i] = normal;
+                } else if b.depth > scale.dry_depth {
+                    let (mass, normal) = leaving(b.depth, -b.normal, &Beyond::new(ground, right, left), scale);
+                    (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
+                    out.normal_right[i] = normal;
                 }
             }
         });
@@ -181,11 +179,6 @@ impl Particle {
     }
 }
 
-/// Normal momentum that a particle loses to its mirror, beyond the pressure of still water.
-pub(super) fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
-    if depth > 0.0 { through_face(depth, towards, depth, -towards, g).1 - 0.5 * g * depth * depth } else { 0.0 }
-}
-
 /// Volume flux and normal momentum of water leaving over an open face behind which the bed falls by `drop` (m).
 ///
 /// The state outside is the same depth at the velocity of uniform flow on that slope, and a dry bed where the bed does not fall:
@@ -201,11 +194,7 @@ fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f
         (0.0, 0.0)
     };
     let (mass, momentum) = through_face(depth, outwards, outside_depth, outside_velocity, g);
-    if mass > 0.0 {
-        (mass, momentum - 0.5 * g * depth * (depth + ground.drop))
-    } else {
-        (0.0, mirrored(depth, outwards, g))
-    }
+    if mass > 0.0 { (mass, momentum - 0.5 * g * depth * (depth + ground.drop)) } else { (0.0, 0.0) }
 }
 
 /// The ground behind an open face.
@@ -297,15 +286,4 @@ fn crossed_faces(problem: &FlowProblem, state: &State) -> Vec<Vec<u8>> {
         }
     }
     cut
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn still_water_leans_on_a_wall_without_momentum() {
-        assert!(mirrored(3.0, 0.0, 9.81).abs() <= 0.0);
-        assert!(mirrored(3.0, 1.0, 9.81) > 0.0);
-    }
 }
