@@ -99,12 +99,13 @@ fn place([x, y]: [f64; 2]) -> Vec2 {
     Vec2::new(x, y)
 }
 
-/// The ends of lines are those places at which a single piece ends.
+/// The ends of lines are those places at which a single piece that has a length ends.
 fn with_ends(pieces: impl IntoIterator<Item = [Vec2; 2]>) -> Vec<Piece> {
     let bits = |place: Vec2| [place.x.to_bits(), place.y.to_bits()];
     let pieces: Vec<[Vec2; 2]> = pieces.into_iter().collect();
     let mut meeting: HashMap<[u64; 2], u32> = HashMap::new();
-    pieces.iter().flatten().for_each(|&end| *meeting.entry(bits(end)).or_default() += 1);
+    let long = pieces.iter().filter(|[start, end]| start != end);
+    long.flatten().for_each(|&end| *meeting.entry(bits(end)).or_default() += 1);
     let piece = |[start, end]: [Vec2; 2]| {
         let is_last = [start, end].map(|place| start == end || meeting[&bits(place)] == 1);
         GeomWithData::new(Line::new(coordinates(start), coordinates(end)), is_last)

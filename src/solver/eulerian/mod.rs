@@ -30,6 +30,7 @@ mod primitive;
 mod reach;
 mod sections;
 mod spans;
+mod stairs;
 mod state;
 mod update;
 mod walls;
@@ -149,7 +150,7 @@ impl EulerianSolver {
         if let Some(moving) = &mut moving_bed {
             moving.follow(&mut state, 0.0, scale.dry_depth);
         }
-        let walls = Walls::new(&problem, &state);
+        let walls = Walls::new(&problem, &state, reconstruction);
         let open = OpenBoundaries::new(&problem, &state, &walls);
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);

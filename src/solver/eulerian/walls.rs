@@ -1,9 +1,10 @@
 //! Faces that are no ordinary pairs: walls and open edges.
 //!
-//! Through a wall face no volume passes, and its pressure is that of still water as deep as the particle before it, g d²/2, whatever the
-//! velocity: what runs against the wall rises before it (decision 0032). It stands between terrain and no terrain, and where a wall
-//! polyline crosses the line between two particles. An open face stands between terrain and no terrain, lets water out and
-//! none in; beyond it the bed goes on falling as it does before it, and where it does not fall the water drops over the edge.
+//! A wall face is the mirror problem of each of its two particles: no volume passes, and the normal momentum is that of the
+//! Riemann problem between (d, u) and (d, −u). It stands between terrain and no terrain, and where a wall polyline
+//! crosses the line between two particles. A stair ([`super::stairs`]) has the pressure of still water alone, as ground has that
+//! rises out of the water. An open face stands between terrain and no terrain, lets water out and none in; beyond it the bed goes
+//! on falling as it does before it, and where it does not fall the water drops over the edge.
 //! Faces at which more is known of the water beyond are in [`super::open`].
 
 use rayon::prelude::*;
@@ -11,8 +12,10 @@ use rayon::prelude::*;
 use super::Scale;
 use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::spans::ActiveSet;
+use super::stairs::is_stair;
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
 use crate::math::{Vec2, segments_cross};
+use crate::scenario::methods::Reconstruction;
 use crate::solver::FlowProblem;
 
 /// One special face, in the row of its owner.
@@ -21,6 +24,8 @@ struct SpecialFace {
     column: usize,
     direction: usize,
     open: bool,
+    /// Whether it belongs to a stair, as its owner and as the other particle have it before them.
+    stair: [bool; 2],
 }
 
 /// A cell with at least one special face: bit k is set for the k-th of [`NEIGHBOURS`].
@@ -34,6 +39,11 @@ struct WallCell {
 
 /// Offsets (column, row) of the four neighbours.
 const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
+/// The bit of a neighbour at an offset (column, row).
+fn bit_of(offset: (isize, isize)) -> u8 {
+    NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1 << k)
+}
 
 /// The special faces of every padded row.
 pub(crate) struct Walls {
@@ -51,7 +61,8 @@ fn shift(index: usize, offset: isize) -> usize {
 }
 
 impl Walls {
-    pub fn new(problem: &FlowProblem, state: &State) -> Self {
+    /// The walls of a problem. With the sharp reconstruction none is a stair: it makes noise in basins, from which thrusts take.
+    pub fn new(problem: &FlowProblem, state: &State, reconstruction: Reconstruction) -> Self {
         let spacing = problem.bed.lattice.spacing;
         let mut walls = Walls { faces: vec![Vec::new(); state.rows + 2], cells: vec![Vec::new(); state.rows + 2] };
         let mut blocked = vec![vec![(0u8, 0u8); state.columns + 2]; state.rows + 2];
@@ -77,17 +88,22 @@ impl Walls {
                     let goes_on = is_edge_of_run && problem.forcing.boundary_at(middle, normal).is_some();
                     let joins = problem.forcing.channel_joins_at(middle);
                     let open = is_edge_of_run && !goes_on && !joins && problem.open_edges.is_open(middle, normal);
-                    walls.faces[row].push(SpecialFace { column, direction, open });
-                    let mark =
-                        |offset: (isize, isize)| NEIGHBOURS.iter().position(|n| *n == offset).map_or(0, |k| 1u8 << k);
-                    blocked[row][column].0 |= mark((dc, dr));
-                    blocked[r][c].0 |= mark((-dc, -dr));
+                    walls.faces[row].push(SpecialFace { column, direction, open, stair: [false; 2] });
+                    blocked[row][column].0 |= bit_of((dc, dr));
+                    blocked[r][c].0 |= bit_of((-dc, -dr));
                     if goes_on || open {
-                        blocked[row][column].1 |= mark((dc, dr));
-                        blocked[r][c].1 |= mark((-dc, -dr));
+                        blocked[row][column].1 |= bit_of((dc, dr));
+                        blocked[r][c].1 |= bit_of((-dc, -dr));
                     }
                 }
             }
+        }
+        if reconstruction != Reconstruction::Sharp {
+            walls.find_stairs(|(row, column), out| {
+                let cell = blocked.get(row).and_then(|cells| cells.get(column));
+                let is_wall = |(blocked, onward): &(u8, u8)| blocked & !onward & bit_of(out) != 0;
+                cell.is_some_and(is_wall) && state.has_terrain(row, column)
+            });
         }
         for (row, columns) in blocked.iter().enumerate() {
             for (column, &(blocked, onward)) in columns.iter().enumerate() {
@@ -97,6 +113,18 @@ impl Walls {
             }
         }
         walls
+    }
+
+    /// Marks the faces of walls that are stairs.
+    fn find_stairs(&mut self, is_wall: impl Fn((usize, usize), (isize, isize)) -> bool) {
+        for (row, faces) in self.faces.iter_mut().enumerate() {
+            for face in faces {
+                let (dc, dr) = step(face.direction);
+                let (left, right) = ((row, face.column), (shift(row, dr), shift(face.column, dc)));
+                let is_stair = |cell, out| is_wall(cell, out) && is_stair(cell, out, &is_wall);
+                face.stair = [is_stair(left, (dc, dr)), is_stair(right, (-dc, -dr))];
+            }
+        }
     }
 
     /// Whether water may leave by an edge without a condition.
@@ -125,7 +153,7 @@ impl Walls {
         });
     }
 
-    /// Fluxes of the special faces. Those of a wall are 0: they count beyond the pressure of still water.
+    /// Fluxes of the special faces.
     pub fn apply(&self, state: &mut State, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
@@ -135,19 +163,24 @@ impl Walls {
                 let out = &mut flux[face.direction];
                 let i = face.column;
                 (out.mass[i], out.tangential[i], out.normal_left[i], out.normal_right[i]) = (0.0, 0.0, 0.0, 0.0);
-                if !face.open {
-                    continue;
-                }
                 let particle = |(row, column): (usize, usize)| Particle::new(&primitive[row], column, face.direction);
                 let (a, b) = (particle(left), particle(right));
-                if a.depth > scale.dry_depth {
-                    let (mass, normal) = leaving(a.depth, a.normal, &Beyond::new(ground, left, right), scale);
-                    (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
-                    out.normal_left[i] = normal;
-                } else if b.depth > scale.dry_depth {
-                    let (mass, normal) = leaving(b.depth, -b.normal, &Beyond::new(ground, right, left), scale);
-                    (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
-                    out.normal_right[i] = normal;
+                if face.open {
+                    if a.depth > scale.dry_depth {
+                        let (mass, normal) = leaving(a.depth, a.normal, &Beyond::new(ground, left, right), scale);
+                        (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
+                        out.normal_left[i] = normal;
+                    } else if b.depth > scale.dry_depth {
+                        let (mass, normal) = leaving(b.depth, -b.normal, &Beyond::new(ground, right, left), scale);
+                        (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
+                        out.normal_right[i] = normal;
+                    }
+                } else {
+                    let thrust = |is_stair: bool, depth: f64, towards: f64| {
+                        if is_stair { 0.0 } else { mirrored(depth, towards, scale.gravity) }
+                    };
+                    out.normal_left[i] = thrust(face.stair[0], a.depth, a.normal);
+                    out.normal_right[i] = thrust(face.stair[1], b.depth, -b.normal);
                 }
             }
         });
@@ -179,6 +212,11 @@ impl Particle {
     }
 }
 
+/// Normal momentum that a particle loses to its mirror, beyond the pressure of still water.
+pub(super) fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
+    if depth > 0.0 { through_face(depth, towards, depth, -towards, g).1 - 0.5 * g * depth * depth } else { 0.0 }
+}
+
 /// Volume flux and normal momentum of water leaving over an open face behind which the bed falls by `drop` (m).
 ///
 /// The state outside is the same depth at the velocity of uniform flow on that slope, and a dry bed where the bed does not fall:
@@ -194,7 +232,11 @@ fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f
         (0.0, 0.0)
     };
     let (mass, momentum) = through_face(depth, outwards, outside_depth, outside_velocity, g);
-    if mass > 0.0 { (mass, momentum - 0.5 * g * depth * (depth + ground.drop)) } else { (0.0, 0.0) }
+    if mass > 0.0 {
+        (mass, momentum - 0.5 * g * depth * (depth + ground.drop))
+    } else {
+        (0.0, mirrored(depth, outwards, g))
+    }
 }
 
 /// The ground behind an open face.
@@ -286,4 +328,15 @@ fn crossed_faces(problem: &FlowProblem, state: &State) -> Vec<Vec<u8>> {
         }
     }
     cut
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn still_water_leans_on_a_wall_without_momentum() {
+        assert!(mirrored(3.0, 0.0, 9.81).abs() <= 0.0);
+        assert!(mirrored(3.0, 1.0, 9.81) > 0.0);
+    }
 }

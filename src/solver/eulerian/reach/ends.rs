@@ -1,6 +1,7 @@
 //! The ends of a reach: walls, and open ones beyond which something is known, by the conditions of [`super::super::open`].
 
 use super::super::open::{Faces, Inside, Near, Of, Passing, pass};
+use super::super::walls::mirrored;
 use super::super::{RestingMethods, Scale};
 use super::junction::Junction;
 use super::{Face, Reach, larger_or_nan};
@@ -66,10 +67,25 @@ impl Reach {
                     }
                     face
                 }
-                End::Wall | End::Joined(_) => Face::default(),
+                End::Wall => self.wall(end, sign, scale.gravity),
+                End::Joined(_) => Face::default(),
             };
             self.faces[end * (last + 1)] = face;
         }
+    }
+
+    /// The mirror problem of a particle at an end.
+    fn wall(&self, end: usize, sign: f64, gravity: f64) -> Face {
+        let strips = self.ground.strips;
+        let particle = if end == 0 { 0 } else { self.water.len() - 1 };
+        let at = end * self.water.len() * strips;
+        let momentum: f64 = (0..strips)
+            .map(|k| {
+                let (depth, _, velocity) = self.strip(particle, k);
+                self.ground.face_width[at + k] * mirrored(depth, sign * velocity, gravity)
+            })
+            .sum();
+        Face { volume: 0.0, lost: momentum, gained: momentum }
     }
 
     /// Reads the water before an open end.
