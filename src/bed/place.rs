@@ -1,4 +1,5 @@
-//! Terrain to riverbed particles: elevation by one of three methods, then the slope from the elevations used, and the curvature where a solver asks for it.
+//! Terrain to riverbed particles: elevation by one of three methods, then the slope from the elevations used, and the curvature where
+//! a solver asks for it.
 //!
 //! With the cubic B-spline W of smoothing length h, ξ the offset to a neighbour, and Δ the spacing of the lattice:
 //!

@@ -14,8 +14,8 @@
 //!
 //! One record for a cell is one cache line. A cell in still or slowly falling water costs a few comparisons a step: times
 //! under water are booked when they end, not step by step. Records of cells that stay dry are zero in every bit and never
-//! touched, so that they take no memory: the system gives it at the first touch. Each cell is written by one thread and reads only itself, so
-//! the bits do not depend on the number of threads.
+//! touched, so that they take no memory: the system gives it at the first touch. Each cell is written by one thread and reads
+//! only itself, so the bits do not depend on the number of threads.
 
 use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;

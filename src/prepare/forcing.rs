@@ -307,7 +307,7 @@ fn boundaries(
                 open.pieces
             }
             (OpenBoundary::Lines(lines_source), Some(lines)) => {
-                places::on_lattice(lines_source, lines, ground, places::NOT_OPEN, findings).into_iter().collect()
+                places::on_lattice(lines_source, lines, ground, places::NOT_OPEN, findings).into()
             }
             (OpenBoundary::Lines(_), None) => continue,
         };

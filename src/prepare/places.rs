@@ -172,8 +172,7 @@ pub(super) fn open_edges(
                 open_side(&mut open, *side, lattice, bed);
             }
             (OpenBoundary::Lines(source), Some(drawn)) => {
-                let drawn = on_lattice(source, drawn, ground, NOT_OPEN, findings);
-                let mut pieces = Pieces::from(drawn);
+                let mut pieces = Pieces::from(on_lattice(source, drawn, ground, NOT_OPEN, findings));
                 if !pieces.is_empty() && faces_opened(&mut pieces, &edge_faces(lattice, bed), lattice).is_empty() {
                     let message = format!("the lines of {} open no edge of the terrain", source.value.path.display());
                     let problem = Problem::warning(ProblemKind::Input, "opens-nothing", "", message)

@@ -98,7 +98,7 @@ struct Line {
     condition: Condition,
     faces: Vec<Face>,
     /// Those of the faces that give water or have some before them, what is known at each, and what passes.
-    at_work: Vec<u32>,
+    at_work: Vec<usize>,
     inside: Vec<Inside>,
     passing: Vec<Passing>,
     /// Volume (m³) that came in and left.
@@ -168,7 +168,7 @@ impl OpenBoundaries {
             line.look(state, scale, methods);
             pass(&line.condition, (Faces::OfAnEdge, &line.inside), (scale, datum), (step, Of::Mean), &mut line.passing);
             for ((&face, inside), passing) in line.at_work.iter().zip(&line.inside).zip(&line.passing) {
-                let face = &line.faces[face as usize];
+                let face = &line.faces[face];
                 let water = &state.primitive[face.cell.0];
                 let (u, v) = (water.velocity_x[face.cell.1], water.velocity_y[face.cell.1]);
                 let tangent = turned_by(face.direction, u, v).1;
@@ -190,7 +190,7 @@ impl OpenBoundaries {
     pub fn book(&mut self, state: &State, carried: f64) -> (f64, f64) {
         let (mut coming, mut leaving) = (0.0, 0.0);
         for line in &mut self.lines {
-            for face in line.at_work.iter().map(|&face| &line.faces[face as usize]) {
+            for face in line.at_work.iter().map(|&face| &line.faces[face]) {
                 let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
                 if outwards > 0.0 {
                     leaving += outwards;
@@ -235,7 +235,7 @@ impl OpenBoundaries {
             );
             for (&face, passing) in line.at_work.iter().zip(&line.passing) {
                 if passing.speed > fastest.0 {
-                    fastest = (passing.speed, line.faces[face as usize].cell);
+                    fastest = (passing.speed, line.faces[face].cell);
                 }
             }
         }
@@ -308,10 +308,10 @@ impl Line {
     fn look(&mut self, state: &State, scale: &Scale, methods: RestingMethods) {
         let is_carried = methods.reconstruction != Reconstruction::None;
         let has_water = |face: &Face| state.primitive[face.cell.0].depth[face.cell.1] > scale.dry_depth;
-        let faces = (0..).zip(&self.faces).filter(|(_, face)| face.gives || has_water(face));
+        let is_at_work = |&face: &usize| self.faces[face].gives || has_water(&self.faces[face]);
         self.at_work.clear();
-        self.at_work.extend(faces.map(|(number, _)| number));
-        let faces = self.at_work.iter().map(|&face| &self.faces[face as usize]);
+        self.at_work.extend((0..self.faces.len()).filter(is_at_work));
+        let faces = self.at_work.iter().map(|&face| &self.faces[face]);
         self.inside.clear();
         self.inside.extend(faces.map(|face| face.look(state, scale, is_carried)));
     }

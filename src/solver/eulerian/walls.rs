@@ -136,7 +136,7 @@ impl Walls {
     pub fn is_blocked(&self, (row, column): (usize, usize), offset: (isize, isize)) -> bool {
         let cells = &self.cells[row];
         let Ok(found) = cells.binary_search_by_key(&column, |cell| cell.column) else { return false };
-        NEIGHBOURS.iter().position(|n| *n == offset).is_some_and(|k| cells[found].blocked & (1 << k) != 0)
+        cells[found].blocked & bit_of(offset) != 0
     }
 
     /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
