@@ -19,6 +19,7 @@
 //! Deliberately absent: moving particles, sensors, a floor for the depth. Source of the scheme: `Audusse2004`,
 //! `ChenNoelle2017`, `Vila1999`.
 
+mod apertures;
 mod breach;
 mod faces;
 mod gradient;

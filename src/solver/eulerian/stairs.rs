@@ -4,31 +4,35 @@
 //! of the mirror problem on all of them the wall would brake it like a saw (decision 0032).
 
 /// An offset (column, row) to a neighbour.
-type Offset = (isize, isize);
+pub(super) type Offset = (isize, isize);
 
 /// Faces along a wall, to either side, among which a step makes it a stair: a wall at 4° to the lattice has one in 16.
-const REACH: usize = 8;
+pub(super) const REACH: usize = 8;
 
 /// The place at an offset (column, row) from a place (row, column).
-fn beside((row, column): (usize, usize), (dc, dr): Offset) -> (usize, usize) {
+pub(super) fn beside((row, column): (usize, usize), (dc, dr): Offset) -> (usize, usize) {
     ((row as isize + dr) as usize, (column as isize + dc) as usize)
 }
 
-fn back((dc, dr): Offset) -> Offset {
+pub(super) fn back((dc, dr): Offset) -> Offset {
     (-dc, -dr)
 }
 
 /// A face of a wall: the cell (row, column) before it, the way out of it, and one of the two ways along the wall.
 #[derive(Clone, Copy)]
-struct WallFace {
-    cell: (usize, usize),
-    out: Offset,
-    along: Offset,
+pub(super) struct WallFace {
+    pub cell: (usize, usize),
+    pub out: Offset,
+    pub along: Offset,
 }
 
 impl WallFace {
+    pub fn new(cell: (usize, usize), out: Offset) -> Self {
+        WallFace { cell, out, along: (out.1, out.0) }
+    }
+
     /// The next face on the way along the wall, round a corner where there is one.
-    fn next(self, is_wall: &impl Fn((usize, usize), Offset) -> bool) -> Option<Self> {
+    pub fn next(self, is_wall: &impl Fn((usize, usize), Offset) -> bool) -> Option<Self> {
         let WallFace { cell, out, along } = self;
         let ahead = beside(cell, along);
         let next = if is_wall(cell, along) {
@@ -41,7 +45,7 @@ impl WallFace {
         is_wall(next.cell, next.out).then_some(next)
     }
 
-    fn turned_back(self) -> Self {
+    pub fn turned_back(self) -> Self {
         WallFace { along: back(self.along), ..self }
     }
 
@@ -59,7 +63,7 @@ impl WallFace {
 /// - `cell` (row, column), `out`: the cell before the face, and the way from it to the face
 /// - `is_wall`: whether a wall stands before a cell on a way out of it
 pub(super) fn is_stair(cell: (usize, usize), out: Offset, is_wall: &impl Fn((usize, usize), Offset) -> bool) -> bool {
-    let face = WallFace { cell, out, along: (out.1, out.0) };
+    let face = WallFace::new(cell, out);
     [face, face.turned_back()].into_iter().any(|face| {
         let mut along = std::iter::successors(Some(face), |face| face.next(is_wall)).take(REACH + 1);
         along.any(|face| face.is_step(is_wall))

@@ -108,6 +108,13 @@ impl FaceRow {
         let zeros = || vec![0.0; len];
         FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() }
     }
+
+    /// Multiplies all that passes a face.
+    pub fn scale(&mut self, column: usize, share: f64) {
+        for fluxes in [&mut self.mass, &mut self.tangential, &mut self.normal_left, &mut self.normal_right] {
+            fluxes[column] *= share;
+        }
+    }
 }
 
 /// What flows through the faces of one direction, per metre of face; the cell itself is the owner, "left".

@@ -3,16 +3,19 @@
 //! A wall face is the mirror problem of each of its two particles: no volume passes, and the normal momentum is that of the
 //! Riemann problem between (d, u) and (d, −u). It stands between terrain and no terrain, and where a wall polyline
 //! crosses the line between two particles. A stair ([`super::stairs`]) has the pressure of still water alone, as ground has that
-//! rises out of the water. An open face stands between terrain and no terrain, lets water out and none in; beyond it the bed goes
+//! rises out of the water, and of the faces beside it so much counts that water runs along the wall ([`super::apertures`]). An open face stands between terrain and no terrain, lets water out and none in; beyond it the bed goes
 //! on falling as it does before it, and where it does not fall the water drops over the edge.
 //! Faces at which more is known of the water beyond are in [`super::open`].
+
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
 use super::Scale;
+use super::apertures::{Aperture, apertures};
 use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::spans::ActiveSet;
-use super::stairs::is_stair;
+use super::stairs::{self, is_stair};
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
 use crate::math::{Vec2, segments_cross};
 use crate::scenario::methods::Reconstruction;
@@ -28,13 +31,36 @@ struct SpecialFace {
     stair: [bool; 2],
 }
 
-/// A cell with at least one special face: bit k is set for the k-th of [`NEIGHBOURS`].
-#[derive(Clone, Copy, Debug)]
-struct WallCell {
-    column: usize,
+/// The special faces of a cell: bit k is set for the k-th of [`NEIGHBOURS`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Beside {
     blocked: u8,
     /// The blocked ones beyond which the water goes on as it is before them.
     onward: u8,
+    /// The blocked ones that belong to a stair.
+    stair: u8,
+}
+
+impl Beside {
+    /// Whether a wall stands on the way to the neighbour at an offset (column, row).
+    fn is_wall(self, offset: (isize, isize)) -> bool {
+        self.blocked & !self.onward & bit_of(offset) != 0
+    }
+}
+
+/// A cell with at least one special face.
+#[derive(Clone, Copy, Debug)]
+struct WallCell {
+    column: usize,
+    beside: Beside,
+}
+
+/// How much of an ordinary face beside a stair counts, in the row of its owner.
+#[derive(Clone, Copy, Debug)]
+struct PartOfFace {
+    column: usize,
+    direction: usize,
+    share: f64,
 }
 
 /// Offsets (column, row) of the four neighbours.
@@ -49,6 +75,7 @@ fn bit_of(offset: (isize, isize)) -> u8 {
 pub(crate) struct Walls {
     faces: Vec<Vec<SpecialFace>>,
     cells: Vec<Vec<WallCell>>,
+    parts: Vec<Vec<PartOfFace>>,
 }
 
 /// Offset (column, row) from the owner of a face to its other particle.
@@ -64,8 +91,8 @@ impl Walls {
     /// The walls of a problem. With the sharp reconstruction none is a stair: it makes noise in basins, from which thrusts take.
     pub fn new(problem: &FlowProblem, state: &State, reconstruction: Reconstruction) -> Self {
         let spacing = problem.bed.lattice.spacing;
-        let mut walls = Walls { faces: vec![Vec::new(); state.rows + 2], cells: vec![Vec::new(); state.rows + 2] };
-        let mut blocked = vec![vec![(0u8, 0u8); state.columns + 2]; state.rows + 2];
+        let mut faces = vec![Vec::new(); state.rows + 2];
+        let mut beside = vec![vec![Beside::default(); state.columns + 2]; state.rows + 2];
         let cut = crossed_faces(problem, state);
         for row in 0..=state.rows {
             for column in 0..state.columns + 2 {
@@ -88,43 +115,26 @@ impl Walls {
                     let goes_on = is_edge_of_run && problem.forcing.boundary_at(middle, normal).is_some();
                     let joins = problem.forcing.channel_joins_at(middle);
                     let open = is_edge_of_run && !goes_on && !joins && problem.open_edges.is_open(middle, normal);
-                    walls.faces[row].push(SpecialFace { column, direction, open, stair: [false; 2] });
-                    blocked[row][column].0 |= bit_of((dc, dr));
-                    blocked[r][c].0 |= bit_of((-dc, -dr));
+                    faces[row].push(SpecialFace { column, direction, open, stair: [false; 2] });
+                    beside[row][column].blocked |= bit_of((dc, dr));
+                    beside[r][c].blocked |= bit_of((-dc, -dr));
                     if goes_on || open {
-                        blocked[row][column].1 |= bit_of((dc, dr));
-                        blocked[r][c].1 |= bit_of((-dc, -dr));
+                        beside[row][column].onward |= bit_of((dc, dr));
+                        beside[r][c].onward |= bit_of((-dc, -dr));
                     }
                 }
             }
         }
-        if reconstruction != Reconstruction::Sharp {
-            walls.find_stairs(|(row, column), out| {
-                let cell = blocked.get(row).and_then(|cells| cells.get(column));
-                let is_wall = |(blocked, onward): &(u8, u8)| blocked & !onward & bit_of(out) != 0;
-                cell.is_some_and(is_wall) && state.has_terrain(row, column)
-            });
-        }
-        for (row, columns) in blocked.iter().enumerate() {
-            for (column, &(blocked, onward)) in columns.iter().enumerate() {
-                if blocked != 0 && state.has_terrain(row, column) {
-                    walls.cells[row].push(WallCell { column, blocked, onward });
-                }
-            }
-        }
-        walls
-    }
-
-    /// Marks the faces of walls that are stairs.
-    fn find_stairs(&mut self, is_wall: impl Fn((usize, usize), (isize, isize)) -> bool) {
-        for (row, faces) in self.faces.iter_mut().enumerate() {
-            for face in faces {
-                let (dc, dr) = step(face.direction);
-                let (left, right) = ((row, face.column), (shift(row, dr), shift(face.column, dc)));
-                let is_stair = |cell, out| is_wall(cell, out) && is_stair(cell, out, &is_wall);
-                face.stair = [is_stair(left, (dc, dr)), is_stair(right, (-dc, -dr))];
-            }
-        }
+        let parts = if reconstruction == Reconstruction::Sharp {
+            vec![Vec::new(); state.rows + 2]
+        } else {
+            find_stairs(&mut faces, &mut beside, state)
+        };
+        let cells_of_row = |(row, cells): (usize, &Vec<Beside>)| {
+            let cells = cells.iter().enumerate().map(|(column, &beside)| WallCell { column, beside });
+            cells.filter(|cell| cell.beside.blocked != 0 && state.has_terrain(row, cell.column)).collect()
+        };
+        Walls { faces, cells: beside.iter().enumerate().map(cells_of_row).collect(), parts }
     }
 
     /// Whether water may leave by an edge without a condition.
@@ -136,11 +146,11 @@ impl Walls {
     pub fn is_blocked(&self, (row, column): (usize, usize), offset: (isize, isize)) -> bool {
         let cells = &self.cells[row];
         let Ok(found) = cells.binary_search_by_key(&column, |cell| cell.column) else { return false };
-        cells[found].blocked & bit_of(offset) != 0
+        cells[found].beside.blocked & bit_of(offset) != 0
     }
 
     /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
-    /// is mirrored; over an open one they go on as they come from the other side of the cell.
+    /// is mirrored; over a stair it does not change either, and over an open face all goes on as it comes from the other side of the cell.
     pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
@@ -156,7 +166,11 @@ impl Walls {
     /// Fluxes of the special faces.
     pub fn apply(&self, state: &mut State, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
-        state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
+        let special = self.faces.par_iter().zip(&self.parts);
+        state.flux.par_iter_mut().zip(special).enumerate().with_min_len(4).for_each(|(row, (flux, (faces, parts)))| {
+            for part in parts {
+                flux[part.direction].scale(part.column, part.share);
+            }
             for face in faces {
                 let (dc, dr) = step(face.direction);
                 let (left, right) = ((row, face.column), (shift(row, dr), shift(face.column, dc)));
@@ -271,11 +285,12 @@ fn correct(
     let mut sums = [Vec2::ZERO; 4];
     for (k, &(dc, dr)) in NEIGHBOURS.iter().enumerate() {
         let e = Vec2::new(dc as f64, dr as f64);
-        let is_onward = cell.onward & (1 << k) != 0;
+        let Beside { blocked, onward, stair } = cell.beside;
+        let is_onward = onward & (1 << k) != 0;
         // The neighbours stand in pairs.
-        let differences = if is_onward && cell.blocked & (1 << (k ^ 1)) != 0 {
+        let differences = if stair & (1 << k) != 0 || is_onward && blocked & (1 << (k ^ 1)) != 0 {
             [0.0; 4]
-        } else if cell.blocked & (1 << k) != 0 && !is_onward {
+        } else if blocked & (1 << k) != 0 && !is_onward {
             let turned = e * (-2.0 * velocity.dot(e));
             [0.0, 0.0, turned.x, turned.y]
         } else {
@@ -302,6 +317,63 @@ fn correct(
     (out.depth_x[i], out.depth_y[i]) = (sums[1].x, sums[1].y);
     (out.u_x[i], out.u_y[i]) = (sums[2].x, sums[2].y);
     (out.v_x[i], out.v_y[i]) = (sums[3].x, sums[3].y);
+}
+
+/// Marks the faces of walls that are stairs, and tells how much of the faces beside them counts: a face gets what stairs on either side of it make of it
+/// together, of each side the mean of what its faces say.
+fn find_stairs(faces: &mut [Vec<SpecialFace>], beside: &mut [Vec<Beside>], state: &State) -> Vec<Vec<PartOfFace>> {
+    let mut found = Vec::new();
+    let mut changes = BTreeMap::<(usize, usize, usize), [Mean; 2]>::new();
+    let is_wall = |(row, column): (usize, usize), out| {
+        let cell = beside.get(row).and_then(|cells| cells.get(column));
+        cell.is_some_and(|cell| cell.is_wall(out)) && state.has_terrain(row, column)
+    };
+    for (row, faces) in faces.iter_mut().enumerate() {
+        for face in faces {
+            let (dc, dr) = step(face.direction);
+            let sides = [((row, face.column), (dc, dr)), ((shift(row, dr), shift(face.column, dc)), (-dc, -dr))];
+            for (is_marked, (cell, out)) in face.stair.iter_mut().zip(sides) {
+                if !is_wall(cell, out) || !is_stair(cell, out, &is_wall) {
+                    continue;
+                }
+                *is_marked = true;
+                found.push((cell, out));
+                for Aperture { cell, way, is_wall_beyond, share } in apertures(cell, out, &is_wall) {
+                    let direction = if way.0 != 0 { EAST } else { NORTH };
+                    let (row, column) = if way == step(direction) { cell } else { stairs::beside(cell, way) };
+                    let changes = changes.entry((row, column, direction)).or_default();
+                    changes[usize::from(is_wall_beyond)].add(share - 1.0);
+                }
+            }
+        }
+    }
+    for ((row, column), out) in found {
+        beside[row][column].stair |= bit_of(out);
+    }
+    let mut parts = vec![Vec::new(); faces.len()];
+    for ((row, column, direction), changes) in changes {
+        let share = (1.0 + changes[0].value() + changes[1].value()).max(0.0);
+        parts[row].push(PartOfFace { column, direction, share });
+    }
+    parts
+}
+
+/// The mean of some numbers, 0 of none.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mean {
+    sum: f64,
+    count: f64,
+}
+
+impl Mean {
+    fn add(&mut self, number: f64) {
+        self.sum += number;
+        self.count += 1.0;
+    }
+
+    fn value(&self) -> f64 {
+        if self.count > 0.0 { self.sum / self.count } else { 0.0 }
+    }
 }
 
 /// For every padded cell a bit for each of its faces that a wall polyline crosses.

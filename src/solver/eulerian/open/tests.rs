@@ -517,10 +517,9 @@ fn water_enters_and_leaves_an_edge_askew_to_the_lattice_over_its_whole_width() {
     for degrees in [0.0, 10.0, 30.0] {
         let (inlet, outlet) = (askew(degrees, 5.0, -80.0), askew(degrees, 5.0, 90.0));
         println!("{degrees} degrees: {inlet:.2?}, {outlet:.2?}");
-        // Beside the steps of the banks water is slow, and more passes in the middle.
-        let tolerance = if degrees > 0.0 { 0.1 } else { 1e-3 };
+        let tolerance = if degrees > 0.0 { 0.06 } else { 1e-3 };
         for (_, discharge) in &inlet[1..5] {
-            assert!((discharge - 1.0).abs() < 2.5 * tolerance, "{degrees} degrees: {discharge} m²/s");
+            assert!((discharge - 1.0).abs() < 1.5 * tolerance, "{degrees} degrees: {discharge} m²/s");
         }
         for (depth, _) in &outlet[1..5] {
             assert!((depth / uniform - 1.0).abs() < tolerance, "{degrees} degrees: {depth} m");
@@ -528,9 +527,9 @@ fn water_enters_and_leaves_an_edge_askew_to_the_lattice_over_its_whole_width() {
     }
 }
 
-/// Mean depth (m) over the middle 24 m, 150 to 250 m from the inlet, of 1 m deep uniform flow on a slope between banks that rise by `bank` (m)
-/// for each metre, or where there is none between walls, in a channel 40 m wide at the bottom, turned by an angle (degrees) on cells of 2 m.
-fn between_banks(degrees: f64, slope: f64, bank: Option<f64>) -> f64 {
+/// Mean depth (m) over the middle 60 % of the width, 150 to 250 m from the inlet, of 1 m deep uniform flow on a slope between banks that rise by
+/// `bank` (m) for each metre, or where there is none between walls, in a channel of a width (m) at the bottom, turned by an angle (degrees) on cells of 2 m.
+fn between_banks(degrees: f64, slope: f64, bank: Option<f64>, width: f64) -> f64 {
     const SPACING: f64 = 2.0;
     let (sin, cos) = degrees.to_radians().sin_cos();
     let own = |place: Vec2| {
@@ -539,7 +538,7 @@ fn between_banks(degrees: f64, slope: f64, bank: Option<f64>) -> f64 {
     };
     let bed = |place: Vec2| {
         let own = own(place);
-        let beside = (own.y.abs() - 20.0).max(0.0);
+        let beside = (own.y.abs() - 0.5 * width).max(0.0);
         let above = if beside > 0.0 { bank.map_or(f64::NAN, |bank| (bank * beside).min(6.0)) } else { 0.0 };
         -slope * own.x + above
     };
@@ -548,7 +547,7 @@ fn between_banks(degrees: f64, slope: f64, bank: Option<f64>) -> f64 {
     problem.bed.manning.fill(0.03);
     problem.dry_depth = 1e-3;
     // What the bottom and both banks carry.
-    let discharge = Series::constant((40.0 + bank.map_or(0.0, |bank| 2.0 * 0.375 / bank)) * slope.sqrt() / 0.03);
+    let discharge = Series::constant((width + bank.map_or(0.0, |bank| 2.0 * 0.375 / bank)) * slope.sqrt() / 0.03);
     open(&mut problem, true, Condition::Discharge { discharge, level: None });
     open(&mut problem, false, Condition::NormalDepth { slope });
     let lattice = problem.bed.lattice.clone();
@@ -557,7 +556,7 @@ fn between_banks(degrees: f64, slope: f64, bank: Option<f64>) -> f64 {
     let water = solver.water();
     let is_there = |&cell: &usize| {
         let own = own(lattice.centre(cell));
-        own.y.abs() < 12.0 && (150.0..250.0).contains(&own.x)
+        own.y.abs() < 0.3 * width && (150.0..250.0).contains(&own.x)
     };
     let depths: Vec<f64> = (0..lattice.len()).filter(is_there).map(|cell| water.at(cell).depth).collect();
     depths.iter().sum::<f64>() / depths.len() as f64
@@ -574,14 +573,33 @@ fn banks_askew_to_the_lattice_hold_water_up_as_told() {
         (30.0, 0.02, Some(0.5), 0.022),
         (10.0, 0.02, upright, 0.082),
         (30.0, 0.02, upright, 0.098),
-        (0.0, 0.005, None, 0.0),
-        (10.0, 0.005, None, 0.053),
-        (30.0, 0.005, None, 0.067),
-        (45.0, 0.005, None, 0.009),
     ] {
-        let depth = between_banks(degrees, slope, bank);
+        let depth = between_banks(degrees, slope, bank, 40.0);
         println!("{degrees} degrees, slope {slope}, banks {bank:?}: {depth} m");
         assert!((depth - 1.0 - told).abs() < 0.005, "{degrees} degrees, slope {slope}, banks {bank:?}: {depth} m");
+    }
+}
+
+#[test]
+fn walls_askew_to_the_lattice_do_not_hold_water_up() {
+    // Angle, width and slope; at 45° the cells between the walls are 41.0 and 12.7 m wide.
+    for (degrees, width, slope, told) in [
+        (0.0, 40.0, 0.005, 0.0),
+        (5.0, 40.0, 0.005, 0.0),
+        (10.0, 40.0, 0.005, 0.0),
+        (20.0, 40.0, 0.005, 0.0),
+        (30.0, 40.0, 0.005, 0.0),
+        (30.0, 40.0, 0.02, 0.0),
+        (45.0, 40.0, 0.005, (40.0_f64 / 41.0).powf(0.6) - 1.0),
+        (10.0, 12.0, 0.005, 0.0),
+        (20.0, 12.0, 0.005, 0.0),
+        (30.0, 12.0, 0.005, 0.0),
+        (40.0, 12.0, 0.005, 0.0),
+        (45.0, 12.0, 0.005, (12.0_f64 / 12.7).powf(0.6) - 1.0),
+    ] {
+        let depth = between_banks(degrees, slope, None, width);
+        println!("{degrees} degrees, {width} m wide, slope {slope}: {depth:.4} m");
+        assert!((depth - 1.0 - told).abs() < 0.012, "{degrees} degrees, {width} m wide, slope {slope}: {depth} m");
     }
 }
 
