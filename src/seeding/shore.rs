@@ -106,7 +106,7 @@ pub(super) fn fit_bed_to_water(
 }
 
 /// Whether a cell outside the polygon is filled.
-fn is_pocket(number: u32, cell: usize, scan: &BodyScan, filling: &Filling) -> bool {
+pub(super) fn is_pocket(number: u32, cell: usize, scan: &BodyScan, filling: &Filling) -> bool {
     filling.body[cell] == Some(number) && scan.part(cell).coverage <= 0.0
 }
 

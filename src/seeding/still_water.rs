@@ -13,10 +13,13 @@
 //! 2. The bed of the filled cells, and of those that the shore cuts, is set so that each holds its share of the integral
 //!    (`shore.rs`): the volume is then met cell by cell, and the lake is level.
 //! 3. Where the rim lies in open water, as along a dam that is taken away, a set bed would be a sill. There the volume is met
-//!    by taking in cells that the rim cuts (those covered most come first) or leaving them out (those covered least).
+//!    by taking in cells that the rim cuts (those covered most come first) or leaving them out (those covered least), the
+//!    latter beside open ground only: a lake is filled up to its pockets, and holds what they hold.
 //!
 //! What is left is in the books: cells at a wall, filled whole or not at all, and a body of a few cells in open water.
 //! Where bodies overlap the later one wins.
+
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
@@ -24,7 +27,7 @@ use super::StillBody;
 use super::leaks::{Filling, Leak};
 use super::scan::{BodyScan, scan_body};
 use super::scan_line::ScanLines;
-use super::shore::fit_bed_to_water;
+use super::shore::{fit_bed_to_water, is_pocket};
 use crate::bed::{BedParticles, Surface, derive_slopes};
 use crate::math::Vec2;
 
@@ -173,6 +176,13 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
         .collect();
     rim.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     let before: Vec<Option<u32>> = rim.iter().map(|&(cell, _)| filling.body[cell]).collect();
+    let held: BTreeSet<usize> =
+        rim.iter().map(|&(cell, _)| cell).filter(|&cell| filling.body[cell] == Some(number)).collect();
+    // Dry ground between the lake and a pocket, or beside what was left out, would be a trench in the lake.
+    let is_beside_open_ground = |filling: &Filling, cell: usize| {
+        filling.gaps(cell, level).any(|other| !held.contains(&other))
+            && !filling.neighbours(cell).any(|other| is_pocket(number, other, scan, filling))
+    };
     let filled = reached.iter().filter(|&&cell| filling.body[cell] == Some(number));
     let mut surplus = filled.map(|&cell| volume_of(filling, cell, level)).sum::<f64>() - scan.integral;
     loop {
@@ -190,7 +200,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
                 filling.body[cell].is_none()
                     && filling.neighbours(cell).any(|other| filling.body[other] == Some(number))
             } else {
-                filling.body[cell] == Some(number) && filling.gaps(cell, level).next().is_some()
+                filling.body[cell] == Some(number) && is_beside_open_ground(filling, cell)
             };
             if is_useful && is_possible {
                 filling.body[cell] = is_taking_in.then_some(number);

@@ -208,6 +208,25 @@ fn pocket_left_out_by_the_rim_is_filled() {
 }
 
 #[test]
+fn lake_with_a_rim_inside_its_shore_and_an_open_dam_is_filled_up_to_the_shore() {
+    // A trough whose shore lies at |x| = 33.3 m; the polygon ends one cell or two before it, and at the dam at y = 0.
+    let trough = |p: Vec2| 0.3 * p.x.abs();
+    for half_width in [31.0, 31.4, 30.6, 29.3] {
+        let corners = [(-half_width, -60.0), (half_width, -60.0), (half_width, 0.0), (-half_width, 0.0)];
+        let bodies = [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 10.0)];
+        let (bed, still) = fill(trough, &lattice(60, 2.0), &bodies);
+        let books = &still.volumes[0];
+        assert!(books.pocket_cells > 0 && books.leaks.len() == 1, "{books:?}");
+        for cell in (0..bed.lattice.len()).filter(|&cell| bed.elevation[cell] < 10.0) {
+            let centre = bed.lattice.to_map(bed.lattice.centre(cell));
+            let is_filled = still.body[cell].is_some();
+            // Up to two cells from the dam the ground beside the polygon is the open ground before it.
+            assert!(is_filled || centre.y > -4.0, "rim at {half_width}: dry at {centre:?} within the lake");
+        }
+    }
+}
+
+#[test]
 fn body_of_a_few_cells_says_that_it_misses() {
     let bodies = [body(regular(Vec2::new(0.4, 0.3), 3.0, 4, 0.0), 1.0)];
     let (_, still) = fill(|_| 0.0, &lattice(10, 5.0), &bodies);
