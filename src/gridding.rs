@@ -490,8 +490,6 @@ pub struct Gridder {
     measures: Measures,
     lattice: Lattice,
     water: FlatWater,
-    /// f_c.
-    factors: Vec<f64>,
     /// Whether a cell had water after the call before.
     was_wet: Vec<bool>,
     /// Depth (m) of each cell that is in no particle; empty where there is none.
@@ -501,7 +499,7 @@ pub struct Gridder {
     /// Of each chunk the weights for which there was no room, and the walls near a particle.
     overflows: Vec<(Vec<Weight>, Vec<u32>)>,
     /// Room of its own, where it is given none.
-    own: [Vec<Line>; 2],
+    own: ([Vec<Line>; 2], Vec<f64>),
     bands: Vec<Band>,
     spans: Vec<Span>,
     stray_volume: f64,
@@ -523,7 +521,6 @@ impl Gridder {
             measures: Measures { kernel: Smoothing::new(dimension), cell_area },
             lattice: lattice.clone(),
             water: FlatWater::dry(lattice),
-            factors: vec![1.0; cells],
             was_wet: vec![false; cells],
             beside: Vec::new(),
             beyond: Vec::new(),
@@ -568,23 +565,25 @@ impl Gridder {
 
     /// Grids the particles over the bed, between the walls. The spans hold every cell with water now or after the call before.
     pub fn grid(&mut self, bed: &BedParticles, walls: &Walls, particles: &FluidParticles) -> WaterOnLattice<'_> {
-        let mut own = std::mem::take(&mut self.own);
-        own.iter_mut().for_each(|lines| lines.resize(particles.len(), Line::default()));
-        self.grid_within(bed, walls, particles, own.each_mut().map(|lines| &mut lines[..]));
-        self.own = own;
+        let (mut lines, mut factors) = std::mem::take(&mut self.own);
+        lines.iter_mut().for_each(|lines| lines.resize(particles.len(), Line::default()));
+        factors.resize(self.lattice.len(), 1.0);
+        self.grid_within(bed, walls, particles, (lines.each_mut().map(|lines| &mut lines[..]), &mut factors));
+        self.own = (lines, factors);
         self.water()
     }
 
-    /// The same, in memory that is lent: twice a line for each particle, whatever is in it.
+    /// The same, in memory that is lent: twice a line for each particle, and a number for each cell, whatever is in them.
     pub fn grid_within(
         &mut self,
         bed: &BedParticles,
         walls: &Walls,
         particles: &FluidParticles,
-        [shares, weights]: [&mut [Line]; 2],
+        ([shares, weights], factors): ([&mut [Line]; 2], &mut [f64]),
     ) -> WaterOnLattice<'_> {
         debug_assert_eq!(bed.lattice, self.lattice);
         debug_assert!(shares.len() == particles.len() && weights.len() == particles.len());
+        debug_assert_eq!(factors.len(), self.lattice.len());
         let measures = self.measures;
         let mut overflows = std::mem::take(&mut self.overflows);
         overflows.resize_with(particles.len().div_ceil(CHUNK), Default::default);
@@ -598,14 +597,14 @@ impl Gridder {
                 shares
             })
             .collect();
-        self.sort_into_bands(&shares, &bed.lattice, particles);
+        self.sort_into_bands(&shares, particles);
         for sweep in 0..=RELAXATIONS.len() {
             if sweep > 0 {
-                let factors = (&self.factors[..], bed.lattice.columns);
+                let factors = (&*factors, bed.lattice.columns);
                 let shares = shares.par_iter_mut().enumerate();
                 shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
             }
-            self.fill_bands(&shares, bed, particles, sweep);
+            self.fill_bands(&shares, bed, (particles, factors), sweep);
         }
         self.overflows = overflows;
         self.spans.clear();
@@ -618,21 +617,27 @@ impl Gridder {
         WaterOnLattice { rows: &self.water, lattice: &self.lattice, spans: &self.spans }
     }
 
-    fn fill_bands(&mut self, shares: &[Shares<'_>], bed: &BedParticles, particles: &FluidParticles, sweep: usize) {
+    fn fill_bands(
+        &mut self,
+        shares: &[Shares<'_>],
+        bed: &BedParticles,
+        (particles, factors): (&FluidParticles, &mut [f64]),
+        sweep: usize,
+    ) {
         let (beside, beyond, columns) = (&self.beside, &self.beyond, bed.lattice.columns);
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
             .zip(self.water.depth.par_chunks_mut(cells))
             .zip(self.water.discharge_x.par_chunks_mut(cells).zip(self.water.discharge_y.par_chunks_mut(cells)))
-            .zip(self.factors.par_chunks_mut(cells).zip(self.was_wet.par_chunks_mut(cells)))
+            .zip(factors.par_chunks_mut(cells).zip(self.was_wet.par_chunks_mut(cells)))
             .enumerate()
             .for_each(|(number, (((band, depth), (weight_or_flow_x, column_or_flow_y)), (factors, was_wet)))| {
                 let rows = number * BAND..number * BAND + depth.len() / columns.max(1);
                 let mut fields = Fields { rows, columns, depth, weight_or_flow_x, column_or_flow_y, factors };
                 band.empty(&mut fields, sweep);
                 if sweep == 0 {
-                    band.touch_all(&fields, shares);
+                    band.touch_all(&mut fields, shares);
                     cover(&band.particles, &mut fields, shares, &bed.elevation);
                     fields.add_beyond(beyond);
                 } else if sweep < RELAXATIONS.len() {
@@ -654,10 +659,8 @@ impl Gridder {
         self.stray_volume
     }
 
-    /// Lists, for each band, the particles that reach into it, in ascending order; sums the stray volume; forgets the factors
-    /// of the call before.
-    fn sort_into_bands(&mut self, all: &[Shares<'_>], lattice: &Lattice, particles: &FluidParticles) {
-        let columns = lattice.columns;
+    /// Lists, for each band, the particles that reach into it, in ascending order; sums the stray volume.
+    fn sort_into_bands(&mut self, all: &[Shares<'_>], particles: &FluidParticles) {
         let reaches = all.par_iter().enumerate().map(|(chunk, shares)| {
             let mut reach = Reach { first: usize::MAX, end: 0, stray_volume: 0.0 };
             for (Share { patch, .. }, volume) in shares.of.iter().zip(&particles.volume[chunk * CHUNK..]) {
@@ -672,15 +675,10 @@ impl Gridder {
         });
         let reaches: Vec<Reach> = reaches.collect();
         self.stray_volume = reaches.iter().map(|reach| reach.stray_volume).sum();
-        let band_cells = BAND * columns.max(1);
-        self.bands.par_iter_mut().zip(self.factors.par_chunks_mut(band_cells)).enumerate().for_each(
-            |(number, (band, factors))| {
-                band.take_particles(number * BAND..(number + 1) * BAND, all, &reaches);
-                for (i, &(from, to)) in band.touched.iter().enumerate() {
-                    factors[i * columns + from..i * columns + to].fill(1.0);
-                }
-            },
-        );
+        self.bands
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(number, band)| band.take_particles(number * BAND..(number + 1) * BAND, all, &reaches));
     }
 }
 
@@ -843,8 +841,8 @@ impl Band {
         }
     }
 
-    /// Notes which columns the particles touch.
-    fn touch_all(&mut self, fields: &Fields, shares: &[Shares<'_>]) {
+    /// Notes which columns the particles touch, and begins there with factors of 1.
+    fn touch_all(&mut self, fields: &mut Fields, shares: &[Shares<'_>]) {
         for &particle in &self.particles {
             let patch = &shares[particle as usize / CHUNK].of[particle as usize % CHUNK].patch;
             let (from, to) = (patch.column as usize, patch.column as usize + patch.columns as usize);
@@ -852,6 +850,9 @@ impl Band {
                 let touched = &mut self.touched[row - fields.rows.start];
                 *touched = if touched.0 == touched.1 { (from, to) } else { (touched.0.min(from), touched.1.max(to)) };
             }
+        }
+        for (i, &(from, to)) in self.touched.iter().enumerate() {
+            fields.factors[i * fields.columns + from..i * fields.columns + to].fill(1.0);
         }
     }
 

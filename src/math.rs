@@ -101,7 +101,8 @@ impl Div<f64> for Vec2 {
 }
 
 /// A symmetric 2 by 2 matrix.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Sym2 {
     /// First diagonal entry.
     pub xx: f64,

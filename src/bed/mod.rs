@@ -1,11 +1,11 @@
-//! The riverbed as particles: elevation, slope and curvature on the lattice, and the bed between the particles.
+//! The riverbed as particles: elevation, roughness and curvature on the lattice, and the bed between the particles.
 
 mod place;
 mod ridge;
 mod sample;
 mod store;
 
-pub use place::{derive_curvatures, derive_slopes, derive_slopes_around, place_bed};
+pub use place::{derive_curvatures, place_bed};
 pub use ridge::Ridges;
 pub use sample::BedPoint;
 pub use store::BedParticles;

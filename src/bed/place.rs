@@ -1,5 +1,5 @@
-//! Terrain to riverbed particles: elevation by one of three methods, then the slope from the elevations used, and the curvature where
-//! a solver asks for it.
+//! Terrain to riverbed particles: elevation by one of three methods; slopes and curvatures from the elevations used, where somebody asks
+//! for them.
 //!
 //! With the cubic B-spline W of smoothing length h, ξ the offset to a neighbour, and Δ the spacing of the lattice:
 //!
@@ -47,13 +47,14 @@ const SINGULAR: f64 = 1e-9;
 
 /// The riverbed particles of a lattice.
 ///
-/// - `surface`: the terrain; a cell whose centre has no terrain gets the elevation NaN and the slope zero
+/// - `surface`: the terrain; a cell whose centre has no terrain gets the elevation NaN
 /// - `method`: how elevations are taken from the terrain
 /// - `manning` (s·m^(−1/3)): the roughness of every particle
 ///
 /// The same bits for any number of threads.
 pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, manning: f64) -> BedParticles {
     let mut bed = BedParticles::from_elevation(lattice.clone(), vec![f64::NAN; lattice.len()], manning);
+    bed.is_sloped = true;
     if lattice.is_empty() {
         return bed;
     }
@@ -80,17 +81,7 @@ pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, m
             };
         }
     });
-    derive_slopes(&mut bed);
     bed
-}
-
-/// Slopes of all riverbed particles from their elevations.
-pub fn derive_slopes(bed: &mut BedParticles) {
-    let (lattice, elevation) = (&bed.lattice, &bed.elevation);
-    let stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
-    for_each_on_terrain(lattice, elevation, &mut bed.slope, |column, row| {
-        slope_at(lattice, elevation, column, row, &stencil)
-    });
 }
 
 /// Curvatures of all riverbed particles from their elevations.
@@ -117,26 +108,6 @@ fn for_each_on_terrain<T: Send>(
             }
         }
     });
-}
-
-/// Slopes at and beside some cells whose elevation changed; curvatures stay as they are.
-pub fn derive_slopes_around(bed: &mut BedParticles, changed: impl Iterator<Item = usize>) {
-    let reach = HEIGHT_SUPPORT.floor() as usize;
-    let (columns, rows) = (bed.lattice.columns, bed.lattice.rows);
-    let mut cells = Vec::new();
-    for cell in changed {
-        let (column, row) = bed.lattice.column_row(cell);
-        for row in row.saturating_sub(reach)..(row + reach + 1).min(rows) {
-            cells.extend((column.saturating_sub(reach)..(column + reach + 1).min(columns)).map(|c| row * columns + c));
-        }
-    }
-    cells.sort_unstable();
-    cells.dedup();
-    let stencil = stencil(HEIGHT_SUPPORT, gradient_weight);
-    for cell in cells.into_iter().filter(|&cell| !bed.elevation[cell].is_nan()) {
-        let (column, row) = bed.lattice.column_row(cell);
-        bed.slope[cell] = slope_at(&bed.lattice, &bed.elevation, column, row, &stencil);
-    }
 }
 
 /// |W'|/q of the cubic B-spline without its constant, for q = r/h > 0.
@@ -339,6 +310,17 @@ fn solve_cholesky<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]
 }
 
 impl BedParticles {
+    /// Slope ∇z_b (dimensionless) of a riverbed particle with terrain; zero where the bed goes on level. It is found anew at each call,
+    /// since few places ask for it: those beside a hole or the edge of the lattice.
+    #[cold]
+    pub fn slope(&self, cell: usize) -> Vec2 {
+        if !self.is_sloped {
+            return Vec2::ZERO;
+        }
+        let (column, row) = self.lattice.column_row(cell);
+        slope_at(&self.lattice, &self.elevation, column, row, &stencil(HEIGHT_SUPPORT, gradient_weight))
+    }
+
     /// Whether no ground stands above a level (m) on the straight way from a place (local, m) to the centre of a cell, both left out.
     pub fn is_in_sight(&self, place: Vec2, level: f64, cell: usize) -> bool {
         let lattice = &self.lattice;

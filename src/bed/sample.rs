@@ -48,6 +48,7 @@ impl BedParticles {
     fn corners(&self, home: usize, west: f64, south: f64) -> [f64; 4] {
         let lattice = &self.lattice;
         let (home_column, home_row) = lattice.column_row(home);
+        let mut slope = None;
         [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(east, north)| {
             let column = if lattice.columns == 1 { 0.0 } else { west + east };
             let row = if lattice.rows == 1 { 0.0 } else { south + north };
@@ -56,7 +57,7 @@ impl BedParticles {
             let known = on_lattice.then(|| self.elevation[lattice.index(column as usize, row as usize)]);
             known.filter(|elevation| !elevation.is_nan()).unwrap_or_else(|| {
                 let offset = Vec2::new(column - home_column as f64, row - home_row as f64) * lattice.spacing;
-                self.elevation[home] + self.slope[home].dot(offset)
+                self.elevation[home] + slope.get_or_insert_with(|| self.slope(home)).dot(offset)
             })
         })
     }
@@ -73,7 +74,7 @@ mod tests {
         let mut elevation: Vec<f64> = (0..lattice.len()).map(|i| plane(lattice.centre(i))).collect();
         elevation[lattice.index(3, 2)] = f64::NAN;
         let mut bed = BedParticles::from_elevation(lattice, elevation, 0.03);
-        bed.slope.fill(Vec2::new(0.5, -0.25));
+        bed.is_sloped = true;
         bed
     }
 

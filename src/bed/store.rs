@@ -11,8 +11,8 @@ pub struct BedParticles {
     pub lattice: Lattice,
     /// Bed elevation z_b (m); NaN where there is no terrain: the edge of such an area is a wall.
     pub elevation: Vec<f64>,
-    /// Bed slope ∇z_b (dimensionless).
-    pub slope: Vec<Vec2>,
+    /// Whether the bed goes on as its particles slope ([`BedParticles::slope`]) where one of them is missing; a made bed may go on level.
+    pub is_sloped: bool,
     /// Curvature, the Hessian of z_b (1/m); empty until somebody needs it: steep beds alone do.
     pub curvature: Vec<Sym2>,
     /// Manning roughness n (s·m^(−1/3)).
@@ -40,14 +40,14 @@ impl BedParticles {
             && steps.into_iter().any(|step| self.lattice.cell_at(midpoint + step).is_some_and(is_sealed))
     }
 
-    /// A bed from elevations alone, with zero slope and one roughness: for tests and made cases.
+    /// A bed from elevations alone, which goes on level beside its particles, with one roughness: for tests and made cases.
     pub fn from_elevation(lattice: Lattice, elevation: Vec<f64>, manning: f64) -> Self {
         debug_assert_eq!(lattice.len(), elevation.len());
         let cells = lattice.len();
         BedParticles {
             lattice,
             elevation,
-            slope: vec![Vec2::ZERO; cells],
+            is_sloped: false,
             curvature: Vec::new(),
             manning: vec![manning; cells],
             sealed: Vec::new(),

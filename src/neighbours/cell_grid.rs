@@ -85,10 +85,11 @@ struct Level {
 
 /// Sixteen candidates side by side in the order of the cells, and which of them are near.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C, packed(2))]
 pub struct Span {
     first: u32,
     /// One bit for each of them.
-    near: u32,
+    near: u16,
 }
 
 /// What a search finds; scratch space.
@@ -388,13 +389,13 @@ fn collect_one_by_one(grid: &CellGrid, level: &Level, block: &Block, centre: &Ce
     for row in block.rows.start..block.rows.end {
         let run = grid.run(level, &block.columns, row);
         for first in run.clone().step_by(LANES) {
-            let mut near = 0;
+            let mut near = 0_u16;
             for k in first..(first + LANES).min(run.end) {
                 let dx = grid.x[k].wrapping_sub(centre.x) as f32;
                 let dy = grid.y[k].wrapping_sub(centre.y) as f32;
                 let reach_squared = grid.reach_squared[k].max(centre.reach_squared);
                 let is_near = (dx * dx + dy * dy < reach_squared) & (grid.order[k] != centre.except);
-                near |= u32::from(is_near) << (k - first);
+                near |= u16::from(is_near) << (k - first);
             }
             if near != 0 {
                 spans.push(Span { first: first as u32, near });
@@ -471,7 +472,7 @@ mod lanes {
                 let reach_squared = _mm512_max_ps(bytemuck::must_cast(*others_squared), reach_squared);
                 let near = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(in_run, distance_squared, reach_squared);
                 let near = _mm512_mask_cmpneq_epi32_mask(near, bytemuck::must_cast(*order), except);
-                aside[end] = Span { first: first as u32, near: u32::from(near) };
+                aside[end] = Span { first: first as u32, near };
                 end += usize::from(near != 0);
                 if end == ASIDE {
                     spans.extend_from_slice(&aside);
@@ -493,9 +494,9 @@ mod lanes {
             else {
                 break;
             };
-            *found =
-                bytemuck::must_cast(_mm512_maskz_compress_epi32(span.near as u16, bytemuck::must_cast(*candidates)));
-            count += span.near.count_ones() as usize;
+            *found = bytemuck::must_cast(_mm512_maskz_compress_epi32(span.near, bytemuck::must_cast(*candidates)));
+            let near = span.near;
+            count += near.count_ones() as usize;
         }
         count
     }

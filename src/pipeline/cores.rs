@@ -65,10 +65,10 @@ impl Core {
                 numerics.turbulence,
             ))),
             (Formulation::Balanced, Motion::Lagrangian) => {
-                Core::Moving(Box::new(LagrangianSolver::with_methods(problem, &seeds(), methods, dimension)))
+                Core::Moving(Box::new(LagrangianSolver::with_methods(problem, seeds(), methods, dimension)))
             }
             (Formulation::Variational, _) => {
-                Core::Moving(Box::new(VariationalSolver::with_methods(problem, &seeds(), methods, dimension)))
+                Core::Moving(Box::new(VariationalSolver::with_methods(problem, seeds(), methods, dimension)))
             }
         }
     }

@@ -10,7 +10,7 @@ use super::earlier_fields::{State, on_lattice, open_fields, read, record, same_c
 use super::earlier_structures::other_structures;
 use super::findings::Findings;
 use super::shaped::Changes;
-use crate::bed::{BedParticles, derive_slopes};
+use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::output::OutputCrs;
 use crate::scenario::Scenario;
@@ -183,7 +183,6 @@ fn lay(
             }
         }
     }
-    derive_slopes(bed);
     Ok((changed > 0).then(|| {
         let message = format!("the bed of {changed} wet cells is that of {name}, by {:+.3} m at most", largest.0);
         Problem::warning(ProblemKind::Input, "bed-of-earlier-run", "", message)

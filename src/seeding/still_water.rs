@@ -28,7 +28,7 @@ use super::leaks::{Filling, Leak};
 use super::scan::{BodyScan, scan_body};
 use super::scan_line::ScanLines;
 use super::shore::{fit_bed_to_water, is_pocket};
-use crate::bed::{BedParticles, Surface, derive_slopes};
+use crate::bed::{BedParticles, Surface};
 use crate::math::Vec2;
 
 /// What the seeded volume may differ from the integral, relative.
@@ -120,7 +120,6 @@ pub fn fill_still_water(
         volumes.push(adjust(number as u32, body.level, scan, &mut filling, surface));
     }
     let body = filling.body;
-    derive_slopes(bed);
     let depth = body
         .par_iter()
         .zip(&bed.elevation)

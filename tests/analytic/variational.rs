@@ -1,6 +1,5 @@
 //! The variational form in the plane: a circular dam break between two walls of symmetry, and a closed box.
 
-use floodsim::bed::derive_slopes;
 use floodsim::math::{Sym2, Vec2};
 use floodsim::particles::FluidSeed;
 use floodsim::physics::dimension::Dimension;
@@ -57,7 +56,7 @@ fn channel_of_one_row_pushes_nothing_across_over_an_uneven_bed() {
     let middle = 0.5 * lattice.size().y;
     let methods = MovingMethods::new(Integrator::Leapfrog, Stabilisation::ArtificialViscosity);
     let seeds = line_seeds(&problem);
-    let mut solver = VariationalSolver::with_methods(problem, &seeds, methods, Dimension::One);
+    let mut solver = VariationalSolver::with_methods(problem, seeds, methods, Dimension::One);
     run_steps(&mut solver, 300);
     // Nothing acts across: neither force nor rounding.
     let particles = &solver.state().particles;
@@ -89,14 +88,14 @@ fn energy_changes(bed_slope: BedSlope) -> (f64, f64) {
     let (centre, curvature) = (Vec2::new(50.0, 40.0), Sym2 { xx: 0.05, xy: 0.01, yy: 0.04 });
     let bowl = |p: Vec2| 0.5 * (p - centre).dot(curvature.apply(p - centre));
     let mut problem = problem(200, 160, SPACING, bowl);
-    derive_slopes(&mut problem.bed);
+    problem.bed.is_sloped = true;
     // A lone particle spreads over the whole bowl, some 1e-6 m deep, and must not count as dry.
     problem.dry_depth = 1e-9;
     let position = centre + Vec2::new(-20.0, 3.0);
     let seeds = vec![FluidSeed { position, volume: 0.01, depth: 0.01 }];
     let methods =
         MovingMethods { bed_slope, ..MovingMethods::new(Integrator::Leapfrog, Stabilisation::ArtificialViscosity) };
-    let mut solver = VariationalSolver::with_methods(problem, &seeds, methods, Dimension::Two);
+    let mut solver = VariationalSolver::with_methods(problem, seeds, methods, Dimension::Two);
     let energies = |solver: &VariationalSolver| {
         let particles = &solver.state().particles;
         let (x, v) = (particles.position[0] - centre, particles.velocity[0]);

@@ -38,7 +38,7 @@ fn solver_with_virtual_particles(problem: FlowProblem, jitter: f64, level: impl 
         wall: WallMethod::VirtualParticles,
         ..MovingMethods::new(Integrator::Leapfrog, Stabilisation::TwoShocks)
     };
-    LagrangianSolver::with_methods(problem, &seeds, methods, Dimension::Two)
+    LagrangianSolver::with_methods(problem, seeds, methods, Dimension::Two)
 }
 
 /// A bent dam from side to side.

@@ -107,7 +107,7 @@ impl Balanced {
         standing.edge = open_share(cover[0].max(cover[1]));
         if standing.edge > 0.0 {
             let wet = places.map(|place| self.share_below(water, me, place));
-            standing.push = outward * (push * open_share((cover[0] / wet[0]).max(cover[1] / wet[1])));
+            standing.push = push * open_share((cover[0] / wet[0]).max(cover[1] / wet[1]));
         }
     }
 

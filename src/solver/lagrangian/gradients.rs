@@ -21,33 +21,33 @@
 use rayon::prelude::*;
 
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_states, measure_and_cover, total};
-use super::{Balanced, Gradients, Local, Standing, State};
+use super::{Balanced, Begun, Gradients, Standing, State};
 use crate::bed::BedParticles;
 use crate::boundary::Isometry;
 use crate::math::{Sym2, Vec2};
 use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, Rates, Seen, correction};
 
 impl Balanced {
-    /// Fills `gradients`, `locals` and the smoothing lengths of the next evaluation.
+    /// Fills `gradients`, `edges`, what the rates are begun with, and the smoothing lengths of the next evaluation.
     pub(super) fn find_gradients(&mut self, water: &mut MovingWater) {
         let particles = water.particles.len();
         let mut gradients = std::mem::take(&mut self.gradients);
-        let mut locals = std::mem::take(&mut self.locals);
+        let mut edges = std::mem::take(&mut self.edges);
         let mut lengths = std::mem::take(&mut water.particles.smoothing_length);
         let mut rates = std::mem::take(&mut water.rates);
         let around = &*water;
         gradients.resize(particles, Gradients::default());
-        locals.resize(particles, Local::default());
+        edges.resize(particles, 0.0);
         rates.resize(particles, Rates::default());
         gradients
             .par_chunks_mut(CHUNK)
-            .zip(locals.par_chunks_mut(CHUNK))
+            .zip(edges.par_chunks_mut(CHUNK))
             .zip(lengths.par_chunks_mut(CHUNK))
-            .zip(rates.par_chunks_mut(CHUNK))
+            .zip(bytemuck::cast_slice_mut::<_, Begun>(&mut rates).par_chunks_mut(CHUNK))
             .enumerate()
             .for_each_init(
                 || (Pairs::new(), [Sums::default(); CHUNK], Glance::default(), Vec::new()),
-                |(pairs, sums, glance, list), (chunk, (((gradients, locals), lengths), rates))| {
+                |(pairs, sums, glance, list), (chunk, (((gradients, edges), lengths), begun))| {
                     let first = chunk * CHUNK;
                     let sums = &mut sums[..gradients.len()];
                     for (k, sums) in sums.iter_mut().enumerate() {
@@ -64,7 +64,7 @@ impl Balanced {
                     // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
                     for (k, sums) in sums.iter().enumerate() {
                         let me = &self.states[first + k];
-                        (gradients[k], locals[k].correction) = finish(sums);
+                        (gradients[k], begun[k].correction) = finish(sums);
                         lengths[k] = self.next_smoothing_length(me, sums);
                     }
                     for (k, sums) in sums.iter().enumerate() {
@@ -74,13 +74,18 @@ impl Balanced {
                         let mut standing = Standing { openness, ..Standing::default() };
                         self.find_free_edge(around, first + k, list, glance, &mut standing);
                         standing.out_of_step = self.out_of_step(me, sums, &standing);
-                        locals[k].edge = standing.edge;
-                        rates[k] = begun(&standing);
+                        edges[k] = standing.edge;
+                        begun[k] = Begun {
+                            correction: begun[k].correction,
+                            openness: standing.openness,
+                            out_of_step: standing.out_of_step,
+                            push: standing.push,
+                        };
                     }
                 },
             );
         self.gradients = gradients;
-        self.locals = locals;
+        self.edges = edges;
         water.particles.smoothing_length = lengths;
         water.rates = rates;
     }
@@ -113,16 +118,6 @@ fn finish(sums: &Sums) -> (Gradients, Sym2) {
         v: correction.apply(sums.v),
     };
     (gradients, correction)
-}
-
-/// What the rates are begun with, each in the place of the rate that comes of it.
-fn begun(standing: &Standing) -> Rates {
-    Rates {
-        acceleration: standing.push,
-        depth_rate: standing.out_of_step,
-        shift: standing.openness,
-        ..Rates::default()
-    }
 }
 
 /// The sums over the pairs of one particle.

@@ -61,13 +61,16 @@ struct Gradients {
     v: Vec2,
 }
 
-/// What only the particle itself needs for its faces.
-#[derive(Clone, Copy, Debug, Default)]
-struct Local {
+/// What the first pass over the neighbours finds for the second one, kept in the memory of the rates until these are known.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Begun {
     /// L, the inverse of the first moment of the pair faces.
     correction: Sym2,
-    /// χ, 1 at a free edge.
-    edge: f64,
+    /// As in `Standing`, the push without its direction, which is that of the openness.
+    openness: Vec2,
+    out_of_step: f64,
+    push: f64,
 }
 
 /// What the neighbourhood of a particle says of where it stands.
@@ -79,8 +82,8 @@ struct Standing {
     out_of_step: f64,
     /// χ, 1 at a free edge.
     edge: f64,
-    /// Acceleration (m/s²) by the water's own weight at a free edge.
-    push: Vec2,
+    /// Acceleration (m/s²) outwards by the water's own weight at a free edge.
+    push: f64,
 }
 
 /// The Riemann solvers that give p* and u* of a face.
@@ -114,7 +117,8 @@ pub struct Balanced {
     full: f64,
     states: Vec<State>,
     gradients: Vec<Gradients>,
-    locals: Vec<Local>,
+    /// χ of each particle.
+    edges: Vec<f64>,
 }
 
 /// Moving particles in the balanced formulation.
@@ -125,7 +129,7 @@ impl LagrangianSolver {
     ///
     /// The depths of `seeds` must be level minus `problem.bed.at(position)` for a lake to be at rest.
     pub fn new(problem: FlowProblem, seeds: Vec<FluidSeed>, integrator: Integrator) -> Self {
-        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, Stabilisation::TwoShocks), Dimension::Two)
+        Self::with_methods(problem, seeds, MovingMethods::new(integrator, Stabilisation::TwoShocks), Dimension::Two)
     }
 
     /// Water in the plane, or in a channel of unit width along x (a lattice of one row, walls at its two ends), by the given methods.
@@ -135,7 +139,7 @@ impl LagrangianSolver {
     /// refused.
     pub fn with_methods(
         problem: FlowProblem,
-        seeds: &[FluidSeed],
+        seeds: Vec<FluidSeed>,
         methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
@@ -150,7 +154,7 @@ impl LagrangianSolver {
             factor: smoothing_factor(dimension),
             states: Vec::new(),
             gradients: Vec::new(),
-            locals: Vec::new(),
+            edges: Vec::new(),
         };
         Self::with_formulation(problem, seeds, balanced, methods, dimension)
     }

@@ -27,6 +27,7 @@ pub(super) type Lanes = [f64; LANES];
 ///
 /// What fills up the last group are pairs of the particle with itself that have no area: they add nothing to any sum.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
 pub(super) struct Group {
     pub state: StateLanes,
     pub gradients: GradientLanes,

@@ -53,7 +53,7 @@
 use rayon::prelude::*;
 
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, greatest, measure, total};
-use super::{Balanced, Faces, Gradients, Local, State};
+use super::{Balanced, Begun, Faces, Gradients, State};
 use crate::bed::BedParticles;
 use crate::boundary::Isometry;
 use crate::math::{Sym2, Vec2, clamp, larger, smaller};
@@ -75,6 +75,15 @@ const ENOUGH_CONTACT: f64 = 2.0;
 const FREE_FROUDE_SQUARED: f64 = 0.25;
 /// A face with less water (m) than this is dry.
 const DRY_FACE: f64 = 1e-9;
+
+/// What only the particle itself needs for its faces.
+#[derive(Clone, Copy, Debug)]
+struct Local {
+    /// L, the inverse of the first moment of the pair faces.
+    correction: Sym2,
+    /// χ, 1 at a free edge.
+    edge: f64,
+}
 
 /// The sums over the pair faces of one particle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -105,18 +114,20 @@ impl Balanced {
                 let sums = &mut sums[..rates.len()];
                 for (k, sums) in sums.iter_mut().enumerate() {
                     let i = chunk * CHUNK + k;
-                    *sums = self.sums_of(water_ref, i, water_ref.neighbours.of(i, list), pairs);
+                    let begun: Begun = bytemuck::must_cast(rates[k]);
+                    let seen = water_ref.neighbours.of(i, list);
+                    *sums = self.sums_of(water_ref, i, begun.correction, seen, pairs);
                 }
                 // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
                 for (k, (rates, sums)) in rates.iter_mut().zip(sums).enumerate() {
-                    *rates = self.rates_of(water_ref, chunk * CHUNK + k, sums, rates);
+                    *rates = self.rates_of(water_ref, chunk * CHUNK + k, sums, &bytemuck::must_cast(*rates));
                 }
             },
         );
         water.rates = rates;
     }
 
-    fn sums_of(&self, water: &MovingWater, i: usize, seen: Seen<'_>, pairs: &mut Pairs) -> Sums {
+    fn sums_of(&self, water: &MovingWater, i: usize, correction: Sym2, seen: Seen<'_>, pairs: &mut Pairs) -> Sums {
         let around = Around {
             states: &self.states,
             gradients: &self.gradients,
@@ -127,21 +138,23 @@ impl Balanced {
             gravity: water.gravity,
             ridges: self.ridges_near(water, self.states[i].position),
         };
-        sum_faces(pairs, i, &self.locals[i], seen, &around)
+        sum_faces(pairs, i, &Local { correction, edge: self.edges[i] }, seen, &around)
     }
 
-    fn rates_of(&self, water: &MovingWater, i: usize, sums: &Sums, begun: &Rates) -> Rates {
-        let (me, mine, local) = (&self.states[i], &self.gradients[i], &self.locals[i]);
+    fn rates_of(&self, water: &MovingWater, i: usize, sums: &Sums, begun: &Begun) -> Rates {
+        let (me, mine, edge) = (&self.states[i], &self.gradients[i], self.edges[i]);
         let approach = sums.closing.max(sums.stir);
         let divergence = mine.u.x + mine.v.y + sums.divergence;
-        let inside = 1.0 - local.edge;
-        let shift = sums.closing.max(approach * begun.shift.norm().min(1.0));
-        let relaxation = RELAXATION * begun.depth_rate * sums.stir * me.inverse_h;
+        let inside = 1.0 - edge;
+        let openness = begun.openness.norm();
+        let shift = sums.closing.max(approach * openness.min(1.0));
+        let push = if begun.push > 0.0 { begun.openness / openness * begun.push } else { Vec2::ZERO };
+        let relaxation = RELAXATION * begun.out_of_step * sums.stir * me.inverse_h;
         let unsupported = self.unsupported(water, me, sums.contact);
         Rates {
-            acceleration: begun.acceleration - sums.force / me.depth - unsupported,
+            acceleration: push - sums.force / me.depth - unsupported,
             depth_rate: relaxation - me.depth * divergence,
-            shift: begun.shift * (SHIFT * shift * inside),
+            shift: begun.openness * (SHIFT * shift * inside),
             approach,
             // The faces slow a lonely motion at the rate Σ A_j G_ij (e·L e) d_l c_l / d_i, of which leapfrog with predicted
             // velocity stands 1/Δt. Inside the water dim c_i over this rate is about h; beside an edge, where L is large,

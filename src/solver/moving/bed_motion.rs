@@ -11,11 +11,10 @@ use rayon::prelude::*;
 use super::dam_walls::DamWalls;
 use super::open::look::Look;
 use super::{CHUNK, MovingWater};
-use crate::bed::derive_slopes_around;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
+use crate::solver::BedBooks;
 use crate::solver::changing_bed::{BreakingDam, MovingGround};
-use crate::solver::{BedBooks, FlowProblem};
 
 /// All of the bed that changes.
 #[derive(Debug)]
@@ -31,8 +30,11 @@ pub(super) struct ChangingBed {
 
 impl ChangingBed {
     /// None where nothing changes. Sets the bed of the start, as far as no level decides about it.
-    pub fn new(problem: &FlowProblem, water: &mut MovingWater, dimension: Dimension) -> Option<Self> {
-        let (dam, ground) = (BreakingDam::new(problem), MovingGround::new(problem));
+    pub fn new(
+        (dam, ground): (Option<BreakingDam>, Option<MovingGround>),
+        water: &mut MovingWater,
+        dimension: Dimension,
+    ) -> Option<Self> {
         if dam.is_none() && ground.is_none() {
             return None;
         }
@@ -77,7 +79,6 @@ impl ChangingBed {
         {
             dam.bed().iter().for_each(|&(cell, bed)| water.bed.elevation[cell] = bed);
             dam.standing().for_each(|(cell, stands)| water.bed.mark_ridge(cell, stands));
-            derive_slopes_around(&mut water.bed, dam.bed().iter().map(|(cell, _)| *cell));
             has_changed = true;
         }
         if let Some(ground) = &mut self.ground
@@ -86,7 +87,6 @@ impl ChangingBed {
             let before = elevations(water);
             let bed = ground.bed();
             ground.rises().for_each(|(k, _)| water.bed.elevation[bed[k].0] = bed[k].1);
-            derive_slopes_around(&mut water.bed, ground.rises().map(|(k, _)| bed[k].0));
             for volume in moved(water, &before) {
                 ground.book(volume);
             }

@@ -120,10 +120,10 @@ mod tests {
                 FluidSeed { position, volume: depth, depth }
             })
             .collect();
-        solver(problem, &seeds)
+        solver(problem, seeds)
     }
 
-    fn solver(problem: FlowProblem, seeds: &[FluidSeed]) -> LagrangianSolver {
+    fn solver(problem: FlowProblem, seeds: Vec<FluidSeed>) -> LagrangianSolver {
         let methods = MovingMethods::new(Integrator::Leapfrog, Stabilisation::TwoShocks);
         LagrangianSolver::with_methods(problem, seeds, methods, Dimension::One)
     }
@@ -180,7 +180,7 @@ mod tests {
         let mut problem = still_water((24, 1), 1.0, |_| 0.0, |_| LEVEL);
         problem.walls.push([Vec2::new(6.0, -1.0), Vec2::new(6.0, 2.0)]);
         let seed = |x| FluidSeed { position: Vec2::new(x, 0.5), volume: LEVEL, depth: LEVEL };
-        let mut solver = solver(problem, &[seed(5.9), seed(6.1)]);
+        let mut solver = solver(problem, vec![seed(5.9), seed(6.1)]);
         solver.state_mut().merge();
         assert_eq!(solver.particles(), 2);
     }

@@ -129,8 +129,10 @@ pub struct MovingWater {
     pub rates: Vec<Rates>,
     /// Who is near whom.
     pub neighbours: Neighbours,
-    /// The riverbed.
+    /// The riverbed, without its roughness.
     pub bed: BedParticles,
+    /// Manning roughness (s·m^(−1/3)) of each riverbed particle, or a single number where it is the same everywhere.
+    manning: Vec<f64>,
     /// Walls and open edges.
     pub walls: Walls,
     /// Where the time of the steps goes.
@@ -150,17 +152,17 @@ impl MovingWater {
     /// Particles at rest on the bed of a problem.
     ///
     /// In one dimension the point of a wall and its mirror show the same: there walls are mirrors whatever `wall` says.
-    pub fn new(problem: &FlowProblem, seeds: &[FluidSeed], dimension: Dimension, methods: MovingMethods) -> Self {
+    pub fn new(problem: FlowProblem, seeds: &[FluidSeed], dimension: Dimension, methods: MovingMethods) -> Self {
         let lattice = &problem.bed.lattice;
         let is_open = |place: Vec2, normal: Vec2| {
             problem.open_edges.is_open(place, normal) || problem.forcing.boundary_at(place, normal).is_some()
         };
         let mut edges = match dimension {
-            Dimension::One => channel_ends(problem, is_open),
+            Dimension::One => channel_ends(&problem, is_open),
             Dimension::Two => outline(&problem.bed, is_open),
         };
         let support = ChosenKernel::new(methods.kernel, dimension).support();
-        let (open, guides) = OpenBoundaries::new(problem, &edges, dimension, support);
+        let (open, guides) = OpenBoundaries::new(&problem, &edges, dimension, support);
         edges.extend(guides);
         let aside = |place: Vec2| place + ASIDE * lattice.spacing;
         edges.extend(problem.walls.iter().map(|&[start, end]| Edge {
@@ -176,12 +178,19 @@ impl MovingWater {
             (WallMethod::Mirror, _) | (_, Dimension::One) => walls,
             (WallMethod::VirtualParticles, Dimension::Two) => walls.with_virtual_particles(lattice.spacing),
         };
-        let mut bed = problem.bed.clone();
+        let (springs, sections) = (Springs::new(&problem, dimension), Sections::new(&problem, dimension));
+        let rainfall = Rainfall::new(&problem, dimension);
+        let mut bed = problem.bed;
+        let mut manning = std::mem::take(&mut bed.manning);
+        if manning.iter().all(|n| n.to_bits() == manning[0].to_bits()) {
+            manning.truncate(1);
+            manning.shrink_to_fit();
+        }
         if methods.bed_slope == BedSlope::Steep {
             derive_curvatures(&mut bed);
         }
         // Water that comes in is as wide as a cell.
-        let cell = (!problem.forcing.is_still()).then(|| dimension.area(lattice.spacing));
+        let cell = (!problem.forcing.is_still()).then(|| dimension.area(bed.lattice.spacing));
         let areas = || seeds.iter().map(|seed| seed.volume / seed.depth).chain(cell);
         MovingWater {
             dimension,
@@ -194,11 +203,12 @@ impl MovingWater {
             neighbours: Neighbours::default(),
             walls,
             bed,
+            manning,
             phases: Phases::default(),
             open,
-            springs: Springs::new(problem, dimension),
-            sections: Sections::new(problem, dimension),
-            rainfall: Rainfall::new(problem, dimension),
+            springs,
+            sections,
+            rainfall,
         }
     }
 
@@ -282,19 +292,20 @@ impl MovingWater {
         }
         let lattice = &self.bed.lattice;
         let (column, row) = ((place.x / lattice.spacing).floor(), (place.y / lattice.spacing).floor());
-        let mut nearest = (f64::INFINITY, BedPoint { elevation: f64::INFINITY, slope: Vec2::ZERO });
+        let mut nearest = (f64::INFINITY, None);
         for offset in 0..25 {
             let centre =
                 Vec2::new(column + f64::from(offset % 5) - 1.5, row + f64::from(offset / 5) - 1.5) * lattice.spacing;
             let Some(index) = lattice.cell_at(centre).filter(|&index| self.bed.has_terrain(index)) else { continue };
             let distance = (place - centre).norm();
             if distance < nearest.0 {
-                let slope = self.bed.slope[index];
-                nearest =
-                    (distance, BedPoint { elevation: self.bed.elevation[index] + slope.dot(place - centre), slope });
+                nearest = (distance, Some((index, place - centre)));
             }
         }
-        nearest.1
+        nearest.1.map_or(BedPoint { elevation: f64::INFINITY, slope: Vec2::ZERO }, |(index, offset)| {
+            let slope = self.bed.slope(index);
+            BedPoint { elevation: self.bed.elevation[index] + slope.dot(offset), slope }
+        })
     }
 
     /// Passes the bed under every particle to `take`, chunk by chunk; that under buffer particles, which stand behind the water, is what
@@ -325,7 +336,8 @@ impl MovingWater {
 
     /// Manning roughness (s·m^(−1/3)) at a place.
     pub fn manning_at(&self, place: Vec2) -> f64 {
-        self.bed.lattice.cell_at(place).map_or(0.0, |cell| self.bed.manning[cell])
+        let of_cell = |cell: usize| if let [everywhere] = self.manning[..] { everywhere } else { self.manning[cell] };
+        self.bed.lattice.cell_at(place).map_or(0.0, of_cell)
     }
 }
 

@@ -94,6 +94,7 @@ struct ChunkNeighbours {
 /// Scratch space of a search; one for each thread.
 #[derive(Clone, Debug, Default)]
 struct SearchScratch {
+    spans: Vec<Span>,
     found: Found,
     seen: Vec<Image>,
     images: ImageScratch,
@@ -102,22 +103,25 @@ struct SearchScratch {
 impl ChunkNeighbours {
     fn clear(&mut self) {
         self.starts.clear();
-        self.spans.clear();
         self.indices.clear();
         self.transforms.clear();
     }
 
-    /// Makes room for the next of `count` particles, with little to spare: there are many chunks.
-    fn make_room(&mut self, done: usize, count: usize) {
-        const ENOUGH: usize = 32;
-        let here = self.spans.len();
-        if self.spans.capacity() - here < ENOUGH {
-            self.spans.reserve_exact((here * count / done.max(1)).saturating_sub(here).max(2 * ENOUGH));
+    /// Takes the spans that were found. Room is made in pieces of one size, so that what one chunk gives back serves another: there
+    /// are many chunks, and all of them change when the particles are sorted.
+    fn keep(&mut self, spans: &[Span]) {
+        const PIECE: usize = 64;
+        if self.spans.capacity() < spans.len() {
+            self.spans = Vec::new();
+            self.spans.reserve_exact(spans.len().next_multiple_of(PIECE));
         }
+        self.spans.clear();
+        self.spans.extend_from_slice(spans);
     }
 
-    fn end(&mut self) {
-        self.starts.push([self.spans.len() as u32, self.indices.len() as u32]);
+    /// Ends what a particle sees, so many spans being found so far.
+    fn end(&mut self, spans: usize) {
+        self.starts.push([spans as u32, self.indices.len() as u32]);
     }
 }
 
@@ -132,32 +136,35 @@ impl SearchScratch {
         supports: &[f64],
         walls: &Walls,
     ) {
-        let SearchScratch { found, seen, images } = self;
+        let SearchScratch { spans, found, seen, images } = self;
         let largest_support = grid.largest_support();
         chunk.clear();
+        spans.clear();
         chunk.starts.reserve_exact(count + 1);
-        chunk.end();
+        chunk.end(0);
         for i in first..first + count {
             let (place, support) = (positions[i], supports[i]);
-            chunk.make_room(i - first, count);
             if walls.is_clear(place, largest_support) {
-                grid.spans_within(place, support, i as u32, &mut chunk.spans);
-                chunk.end();
+                grid.spans_within(place, support, i as u32, spans);
+                chunk.end(spans.len());
                 continue;
             }
             let found = &*grid.within(place, support, found);
             let reach = found.iter().fold(support, |reach, &j| reach.max(supports[j as usize]));
             if walls.is_clear(place, reach) {
-                grid.spans_within(place, support, i as u32, &mut chunk.spans);
+                grid.spans_within(place, support, i as u32, spans);
             } else {
                 let from = Viewpoint { place, support, particle: Some(i as u32) };
                 seen.clear();
                 walls.see(&from, found, positions, supports, images, seen);
+                chunk.indices.reserve_exact(seen.len());
+                chunk.transforms.reserve_exact(seen.len());
                 chunk.indices.extend(seen.iter().map(|image| image.index));
                 chunk.transforms.extend(seen.iter().map(|image| image.transform));
             }
-            chunk.end();
+            chunk.end(spans.len());
         }
+        chunk.keep(spans);
     }
 }
 

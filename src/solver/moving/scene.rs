@@ -34,5 +34,5 @@ pub fn seeds(problem: &FlowProblem, dimension: Dimension) -> Vec<FluidSeed> {
 pub fn solver(problem: FlowProblem, dimension: Dimension, integrator: Integrator) -> LagrangianSolver {
     let seeds = seeds(&problem, dimension);
     let methods = MovingMethods::new(integrator, Stabilisation::TwoShocks);
-    LagrangianSolver::with_methods(problem, &seeds, methods, dimension)
+    LagrangianSolver::with_methods(problem, seeds, methods, dimension)
 }

@@ -13,6 +13,7 @@ use crate::particles::FluidSeed;
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
+use crate::solver::changing_bed::{BreakingDam, MovingGround};
 use crate::solver::phases::Phases;
 use crate::solver::{BedBooks, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit};
 
@@ -40,7 +41,6 @@ pub struct MovingSolver<F: Formulation> {
     last_choice: Option<StepChoice>,
     halves: Vec<HalfStep>,
     beginnings: Vec<Beginning>,
-    water_order: Vec<u32>,
     gridder: Gridder,
     /// Whether the grid shows the water as it is now.
     is_gridded: bool,
@@ -50,18 +50,19 @@ impl<F: Formulation> MovingSolver<F> {
     /// Particles at rest, with their first rates.
     pub(in crate::solver) fn with_formulation(
         problem: FlowProblem,
-        seeds: &[FluidSeed],
+        seeds: Vec<FluidSeed>,
         formulation: F,
         methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
-        let mut water = MovingWater::new(&problem, seeds, dimension, methods);
-        let changing_bed = ChangingBed::new(&problem, &mut water, dimension);
         let stored = seeds.iter().fold(0.0, |sum, seed| sum + seed.volume);
-        let gridder = Gridder::new(&problem.bed.lattice, dimension);
         let courant = problem.courant;
+        let changes = (BreakingDam::new(&problem), MovingGround::new(&problem));
+        let mut water = MovingWater::new(problem, &seeds, dimension, methods);
         // The first evaluation needs memory.
-        drop(problem);
+        drop(seeds);
+        let changing_bed = ChangingBed::new(changes, &mut water, dimension);
+        let gridder = Gridder::new(&water.bed.lattice, dimension);
         let mut solver = MovingSolver {
             water,
             changing_bed,
@@ -76,7 +77,6 @@ impl<F: Formulation> MovingSolver<F> {
             last_choice: None,
             halves: Vec::new(),
             beginnings: Vec::new(),
-            water_order: Vec::new(),
             gridder,
             is_gridded: false,
         };
@@ -158,14 +158,19 @@ impl<F: Formulation> MovingSolver<F> {
         let particles = &mut self.water.particles;
         let count = particles.len();
         let cells = self.water.neighbours.order();
-        self.water_order.clear();
-        self.water_order.extend(cells.iter().copied().filter(|&j| (j as usize) < count));
-        if self.water_order.len() != count {
+        let water: Vec<u32>;
+        let order = if cells.len() == count {
+            cells
+        } else {
+            water = cells.iter().copied().filter(|&j| (j as usize) < count).collect();
+            &water
+        };
+        if order.len() != count {
             return;
         }
         // The half step of before is over.
         self.halves.resize(count, HalfStep::default());
-        let (order, scratch) = (&self.water_order[..], bytemuck::cast_slice_mut(&mut self.halves));
+        let scratch = bytemuck::cast_slice_mut(&mut self.halves);
         let arrays: [(&mut [f64], usize); 6] = [
             (bytemuck::cast_slice_mut(&mut particles.position), 2),
             (bytemuck::cast_slice_mut(&mut particles.velocity), 2),
@@ -180,13 +185,13 @@ impl<F: Formulation> MovingSolver<F> {
     }
 }
 
-/// Numbers that a particle has room for in the memory by which it is sorted.
-const SORTED_AT_ONCE: usize = size_of::<HalfStep>() / size_of::<f64>();
+/// Numbers that a particle has room for in the memory by which it is sorted and gridded.
+const OF_A_HALF_STEP: usize = size_of::<HalfStep>() / size_of::<f64>();
 
 /// Brings the numbers of particles, so many of each, into an order.
 fn sort_numbers(numbers: &mut [f64], of_each: usize, order: &[u32], scratch: &mut [f64]) {
-    for from in (0..of_each).step_by(SORTED_AT_ONCE) {
-        let part = from..of_each.min(from + SORTED_AT_ONCE);
+    for from in (0..of_each).step_by(OF_A_HALF_STEP) {
+        let part = from..of_each.min(from + OF_A_HALF_STEP);
         for (sorted, &j) in scratch.chunks_exact_mut(part.len()).zip(order) {
             sorted.copy_from_slice(&numbers[j as usize * of_each..][part.clone()]);
         }
@@ -309,7 +314,13 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         let MovingWater { bed, walls, particles, open, .. } = &self.water;
         self.gridder.put_beyond((bed, walls), open.water_beyond());
         match self.formulation.spare_memory(particles.len()) {
-            Some(spare) => self.gridder.grid_within(bed, walls, particles, spare),
+            Some(lines) => {
+                // The half step of before is over here, too.
+                let cells = bed.lattice.len();
+                self.halves.resize(particles.len().max(cells.div_ceil(OF_A_HALF_STEP)), HalfStep::default());
+                let numbers: &mut [f64] = bytemuck::cast_slice_mut(&mut self.halves);
+                self.gridder.grid_within(bed, walls, particles, (lines, &mut numbers[..cells]))
+            }
             None => self.gridder.grid(bed, walls, particles),
         };
         self.water.take_back(fluid);

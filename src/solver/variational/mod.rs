@@ -59,13 +59,13 @@ impl VariationalSolver {
         integrator: Integrator,
         stabilisation: Stabilisation,
     ) -> Self {
-        Self::with_methods(problem, &seeds, MovingMethods::new(integrator, stabilisation), Dimension::Two)
+        Self::with_methods(problem, seeds, MovingMethods::new(integrator, stabilisation), Dimension::Two)
     }
 
     /// Water in the plane, or in a channel of unit width along x (a lattice of one row, walls at its two ends), by the given methods.
     pub fn with_methods(
         problem: FlowProblem,
-        seeds: &[FluidSeed],
+        seeds: Vec<FluidSeed>,
         methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {

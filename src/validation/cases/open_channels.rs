@@ -1,6 +1,5 @@
 //! Water that enters and leaves through open boundaries: uniform flow, waves that leave, a tide, a hydrograph on dry ground.
 
-use crate::bed::derive_slopes;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
@@ -98,7 +97,7 @@ fn channel(
 ) -> FlowProblem {
     let mut problem = flat_strip(length, spacing, bed);
     // Between the last particle of the riverbed and the edge the bed goes on by its slope.
-    derive_slopes(&mut problem.bed);
+    problem.bed.is_sloped = true;
     let size = problem.bed.lattice.size();
     // The faces along the channel lie half a spacing away.
     problem.forcing.reach = 0.3 * spacing;

@@ -1,6 +1,5 @@
 //! Beds that change under moving particles: the scenes of the resting ones.
 
-use crate::bed::derive_slopes;
 use crate::boundary::{
     BedLaw, BedMotion, Breach, DamCell, GrowthLaw, Opening, Patch, PointSource, Rain, Series, Slide, Trigger,
 };
@@ -21,7 +20,7 @@ fn solver_by(problem: FlowProblem, dimension: Dimension, integrator: Integrator)
 fn solver_with(problem: FlowProblem, dimension: Dimension, methods: MovingMethods) -> LagrangianSolver {
     let seeds = seeds(&problem, dimension);
     let courant = LagrangianSolver::default_courant(methods.integrator);
-    LagrangianSolver::with_methods(FlowProblem { courant, ..problem }, &seeds, methods, dimension)
+    LagrangianSolver::with_methods(FlowProblem { courant, ..problem }, seeds, methods, dimension)
 }
 
 fn solver(problem: FlowProblem) -> LagrangianSolver {
@@ -31,7 +30,7 @@ fn solver(problem: FlowProblem) -> LagrangianSolver {
 /// The valley with the dam of a breach, its slopes derived.
 fn valley(breach: Option<Breach>) -> FlowProblem {
     let mut problem = valley::problem(breach);
-    derive_slopes(&mut problem.bed);
+    problem.bed.is_sloped = true;
     problem
 }
 
@@ -66,7 +65,7 @@ fn thick_dam(mut breach: Breach, crest: f64, thickness: usize) -> FlowProblem {
     for cell in &breach.cells {
         problem.bed.elevation[cell.cell] = breach.bed(cell, 0.0);
     }
-    derive_slopes(&mut problem.bed);
+    problem.bed.is_sloped = true;
     problem
 }
 

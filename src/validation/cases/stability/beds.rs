@@ -133,7 +133,7 @@ fn steep_film(spacing: f64) -> Setup {
     const WINDOW: std::ops::Range<f64> = 20.0..40.0;
     const END: f64 = 5.0;
     let mut problem = strip(LENGTH, spacing, |place| SLOPE * (LENGTH - place.x));
-    problem.bed.slope.fill(Vec2::new(-SLOPE, 0.0));
+    problem.bed.is_sloped = true;
     problem.bed.manning.fill(ROUGHNESS);
     fill(&mut problem, |_| FILM);
     let seeds = cell_seeds(&problem);
