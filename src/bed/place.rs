@@ -19,6 +19,8 @@
 //! take out: its supports hold too few samples for a plane, and the height falls back to the pointwise one. The
 //! curvature needs 2.83 Δ, because a quadratic on one side of an edge needs three columns.
 
+use std::sync::LazyLock;
+
 use rayon::prelude::*;
 
 use super::{BedParticles, Surface};
@@ -216,6 +218,9 @@ fn stencil(support: f64, weight: fn(f64) -> f64) -> Vec<Neighbour> {
     neighbours
 }
 
+/// The neighbours that decide a slope.
+static SLOPE_STENCIL: LazyLock<Vec<Neighbour>> = LazyLock::new(|| stencil(HEIGHT_SUPPORT, gradient_weight));
+
 /// The neighbours of a cell that have terrain: offset in spacings, difference of elevation (m), weight.
 fn neighbours<'a>(
     lattice: &'a Lattice,
@@ -318,7 +323,7 @@ impl BedParticles {
             return Vec2::ZERO;
         }
         let (column, row) = self.lattice.column_row(cell);
-        slope_at(&self.lattice, &self.elevation, column, row, &stencil(HEIGHT_SUPPORT, gradient_weight))
+        slope_at(&self.lattice, &self.elevation, column, row, &SLOPE_STENCIL)
     }
 
     /// Whether no ground stands above a level (m) on the straight way from a place (local, m) to the centre of a cell, both left out.

@@ -83,10 +83,6 @@ fn step(direction: usize) -> (isize, isize) {
     if direction == EAST { (1, 0) } else { (0, 1) }
 }
 
-fn shift(index: usize, offset: isize) -> usize {
-    (index as isize + offset) as usize
-}
-
 impl Walls {
     /// The walls of a problem. With the sharp reconstruction none is a stair: it makes noise in basins, from which thrusts take.
     pub fn new(problem: &FlowProblem, state: &State, reconstruction: Reconstruction) -> Self {
@@ -173,7 +169,7 @@ impl Walls {
             }
             for face in faces {
                 let (dc, dr) = step(face.direction);
-                let (left, right) = ((row, face.column), (shift(row, dr), shift(face.column, dc)));
+                let (left, right) = ((row, face.column), stairs::beside((row, face.column), (dc, dr)));
                 let out = &mut flux[face.direction];
                 let i = face.column;
                 (out.mass[i], out.tangential[i], out.normal_left[i], out.normal_right[i]) = (0.0, 0.0, 0.0, 0.0);
@@ -295,7 +291,7 @@ fn correct(
             [0.0, 0.0, turned.x, turned.y]
         } else {
             let sign = if is_onward { -1 } else { 1 };
-            let (j_row, j) = (shift(row, sign * dr), shift(i, sign * dc));
+            let (j_row, j) = stairs::beside((row, i), (sign * dc, sign * dr));
             let there = &primitive[j_row];
             let differences = [
                 super::gradient::surface_difference(
@@ -331,7 +327,8 @@ fn find_stairs(faces: &mut [Vec<SpecialFace>], beside: &mut [Vec<Beside>], state
     for (row, faces) in faces.iter_mut().enumerate() {
         for face in faces {
             let (dc, dr) = step(face.direction);
-            let sides = [((row, face.column), (dc, dr)), ((shift(row, dr), shift(face.column, dc)), (-dc, -dr))];
+            let cell = (row, face.column);
+            let sides = [(cell, (dc, dr)), (stairs::beside(cell, (dc, dr)), (-dc, -dr))];
             for (is_marked, (cell, out)) in face.stair.iter_mut().zip(sides) {
                 if !is_wall(cell, out) || !is_stair(cell, out, &is_wall) {
                     continue;
