@@ -17,6 +17,12 @@ pub trait Surface: Sync {
     /// Elevation (m) at a place, or `None` where there is no terrain.
     fn elevation(&self, map: Vec2) -> Option<f64>;
 
+    /// Elevation (m) at a place, of which the means over cells of a spacing (m) are those of the terrain's own values; the elevation
+    /// itself where it has none.
+    fn mean_preserving_elevation(&self, map: Vec2, _spacing: f64) -> Option<f64> {
+        self.elevation(map)
+    }
+
     /// Appends the terrain's own points (centres of raster cells, survey points) within `radius` (m) of a place, each with
     /// its elevation (m). Points without data are left out. The order is the same at every call.
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>);
@@ -25,6 +31,10 @@ pub trait Surface: Sync {
 impl Surface for crate::terrain::Terrain {
     fn elevation(&self, map: Vec2) -> Option<f64> {
         crate::terrain::Terrain::elevation(self, map)
+    }
+
+    fn mean_preserving_elevation(&self, map: Vec2, spacing: f64) -> Option<f64> {
+        crate::terrain::Terrain::mean_preserving_elevation(self, map, spacing)
     }
 
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {

@@ -97,6 +97,10 @@ impl Surface for Shaped<'_> {
         self.changed(map, self.terrain.elevation(map))
     }
 
+    fn mean_preserving_elevation(&self, map: Vec2, spacing: f64) -> Option<f64> {
+        self.changed(map, self.terrain.mean_preserving_elevation(map, spacing))
+    }
+
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {
         let first = out.len();
         self.terrain.samples(centre, radius, out);

@@ -144,7 +144,7 @@ pub(super) fn volume_of_whole_cell(level: f64, cell: usize, bed: &BedParticles, 
     let depth = |piece: usize| {
         let (x, y) = ((piece % SUBDIVISION) as f64 + 0.5, (piece / SUBDIVISION) as f64 + 0.5);
         let place = lattice.to_map(south_west + Vec2::new(x, y) * step);
-        surface.elevation(place).map_or(0.0, |elevation| (level - elevation).max(0.0))
+        surface.mean_preserving_elevation(place, lattice.spacing).map_or(0.0, |elevation| (level - elevation).max(0.0))
     };
     (0..SUBDIVISION * SUBDIVISION).map(depth).sum::<f64>() * step * step
 }
@@ -168,7 +168,7 @@ fn elevation_near(surface: &impl Surface, place: Vec2, step: f64) -> Option<f64>
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), elevation| (sum + elevation, count + 1.0));
         (count > 0.0).then(|| sum / count)
     };
-    surface.elevation(place).or_else(|| (1..=SUBDIVISION).find_map(nearest))
+    surface.mean_preserving_elevation(place, cell).or_else(|| (1..=SUBDIVISION).find_map(nearest))
 }
 
 /// Bounds of the bands of a row, in ascending order, for each of which one scan line stands.

@@ -13,6 +13,9 @@ pub use survey_read::{SurveyFile, read_survey};
 
 use crate::math::Vec2;
 
+/// Cells of a raster larger than a spacing by less than this fraction are of that spacing.
+const SPACING_ROUNDING: f64 = 1e-6;
+
 /// One source of elevations.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "a terrain has a few layers")]
@@ -29,6 +32,16 @@ impl Layer {
         match self {
             Layer::Raster(raster) => raster.elevation(map),
             Layer::Survey(survey) => survey.elevation(map),
+        }
+    }
+
+    /// Elevation (m) where the layer has data; see [`Terrain::mean_preserving_elevation`].
+    fn mean_preserving_elevation(&self, map: Vec2, spacing: f64) -> Option<f64> {
+        match self {
+            Layer::Raster(raster) if raster.cell_x.max(raster.cell_y) <= spacing * (1.0 + SPACING_ROUNDING) => {
+                raster.mean_preserving_elevation(map)
+            }
+            _ => self.elevation(map),
         }
     }
 
@@ -95,16 +108,22 @@ impl Terrain {
         self.top(map).map(|(_, elevation)| elevation)
     }
 
-    /// Index of the layer that counts at a place, and its elevation there.
-    fn top(&self, map: Vec2) -> Option<(usize, f64)> {
-        self.top_of_first(self.layers.len(), map)
+    /// Elevation (m) at a place, for means over cells of a spacing (m): that of [`Raster::mean_preserving_elevation`] where the cells of
+    /// the raster are no larger, so that the means are those of its values; bilinear as ever where they are.
+    pub fn mean_preserving_elevation(&self, map: Vec2, spacing: f64) -> Option<f64> {
+        let read = |layer: &Layer| layer.mean_preserving_elevation(map, spacing);
+        self.top_of_first(self.layers.len(), &read).map(|(_, elevation)| elevation)
     }
 
-    /// The same among the lowest `count` layers.
-    fn top_of_first(&self, count: usize, map: Vec2) -> Option<(usize, f64)> {
-        let own =
-            self.layers[..count].iter().enumerate().rev().find_map(|(i, layer)| Some((i, layer.elevation(map)?)))?;
-        let others = || self.top_of_first(own.0, map);
+    /// Index of the layer that counts at a place, and its elevation there.
+    fn top(&self, map: Vec2) -> Option<(usize, f64)> {
+        self.top_of_first(self.layers.len(), &|layer| layer.elevation(map))
+    }
+
+    /// The same among the lowest `count` layers, by the elevation that is read from each.
+    fn top_of_first(&self, count: usize, read: &impl Fn(&Layer) -> Option<f64>) -> Option<(usize, f64)> {
+        let own = self.layers[..count].iter().enumerate().rev().find_map(|(i, layer)| Some((i, read(layer)?)))?;
+        let others = || self.top_of_first(own.0, read);
         let beaten = match self.overlays[own.0] {
             Overlay::Replace => None,
             Overlay::Min => others().filter(|other| other.1 < own.1),

@@ -99,6 +99,39 @@ impl Raster {
         Some(towards(towards(own, beside_x, weight_x), towards(beside_y, across, weight_x), weight_y))
     }
 
+    /// Elevation (m) of planes whose means over the cells are the values; none where the cell that holds the place has no data.
+    ///
+    /// ```text
+    /// z = z_c + s·ξ,   s_x = minmod(z_c − z_west, z_east − z_c)/Δx,   s_y alike      (M78)
+    /// ```
+    ///
+    /// A plane is exact. Beside an upright step it is level, as far as the step and no further, where a bilinear elevation cuts half of
+    /// a cell off what lies below; beside cells without data, too, so that a lake there holds what the cells say. At the edge of the
+    /// raster the differences are those on the other side of the cell.
+    pub fn mean_preserving_elevation(&self, map: Vec2) -> Option<f64> {
+        let (column, row) = self.cell_at(map)?;
+        let own = self.value(column, row);
+        if own.is_nan() {
+            return None;
+        }
+        let offset = map - self.centre(column, row);
+        let value = |east: isize, south: isize| {
+            let (c, r) = (column.checked_add_signed(east)?, row.checked_add_signed(south)?);
+            (c < self.columns && r < self.rows).then(|| self.value(c, r))
+        };
+        // Not a number, beside a cell without data, compares as false.
+        let lesser = |a: f64, b: f64| if a * b > 0.0 { minmod(a, b) } else { 0.0 };
+        let rise = |east: isize, south: isize| match (value(-east, -south), value(east, south)) {
+            (Some(before), Some(after)) => lesser(own - before, after - own),
+            (None, Some(after)) => value(2 * east, 2 * south).map_or(0.0, |next| lesser(after - own, next - after)),
+            (Some(before), None) => {
+                value(-2 * east, -2 * south).map_or(0.0, |next| lesser(own - before, before - next))
+            }
+            (None, None) => 0.0,
+        };
+        Some(own + rise(1, 0) * offset.x / self.cell_x + rise(0, -1) * offset.y / self.cell_y)
+    }
+
     /// The cells whose centres lie within a rectangle (map coordinates), as ranges of columns and rows.
     pub fn cells_within(&self, min: Vec2, max: Vec2) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
         let index = |value: f64, limit: usize| (value.ceil().max(0.0) as usize).min(limit);
@@ -189,6 +222,38 @@ mod tests {
         // Halfway from cell (0, 1) towards the hole in cell (1, 1) only the own cell counts on that row.
         let beside_hole = raster.centre(0, 1) + Vec2::new(4.0, 0.0);
         assert!((raster.elevation(beside_hole).unwrap() - raster.value(0, 1)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn planes_that_keep_the_means_are_exact_for_a_plane_and_level_beside_a_step_and_a_hole() {
+        let mut raster = plane();
+        let expected = |place: Vec2| 0.5 * place.x - 0.25 * place.y;
+        for corner in [Vec2::new(1000.0, 2000.0), Vec2::new(1040.0, 1940.0), Vec2::new(1017.0, 1981.0)] {
+            assert!((raster.mean_preserving_elevation(corner).unwrap() - expected(corner)).abs() < 1e-10);
+        }
+        assert_eq!(raster.mean_preserving_elevation(Vec2::new(999.9, 1990.0)), None);
+        let mean = |raster: &Raster, column: usize, row: usize| {
+            let piece = |i: usize| Vec2::new((i % 4) as f64 - 1.5, (i / 4) as f64 - 1.5) * 2.5;
+            let at = |i: usize| raster.mean_preserving_elevation(raster.centre(column, row) + piece(i)).unwrap();
+            (0..16).map(at).sum::<f64>() / 16.0
+        };
+        raster.values[5] -= 50.0;
+        for (column, row) in [(0, 1), (1, 1), (2, 1), (1, 0)] {
+            assert!((mean(&raster, column, row) - raster.value(column, row)).abs() < 1e-10);
+        }
+        // At the edge of the trench, and all over its bottom.
+        let bottom = raster.centre(1, 1);
+        assert!(
+            (raster.mean_preserving_elevation(bottom + Vec2::new(4.9, 9.9)).unwrap() - raster.value(1, 1)).abs()
+                < 1e-10
+        );
+        raster.values[5] = f64::NAN;
+        assert_eq!(raster.mean_preserving_elevation(bottom), None);
+        let beside = raster.centre(2, 1);
+        assert!(
+            (raster.mean_preserving_elevation(beside + Vec2::new(4.0, 0.0)).unwrap() - raster.value(2, 1)).abs()
+                < 1e-10
+        );
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::bed::place_bed;
 use crate::lattice::Lattice;
 use crate::scenario::methods::BedMethod;
 use crate::seeding::lattice::lattice_filling;
+use crate::terrain::{Layer, Raster, Terrain};
 
 /// Terrain given by a formula.
 pub(crate) struct Formula<F: Fn(Vec2) -> f64 + Sync>(pub F);
@@ -223,6 +224,31 @@ fn lake_with_a_rim_inside_its_shore_and_an_open_dam_is_filled_up_to_the_shore() 
             // Up to two cells from the dam the ground beside the polygon is the open ground before it.
             assert!(is_filled || centre.y > -4.0, "rim at {half_width}: dry at {centre:?} within the lake");
         }
+    }
+}
+
+#[test]
+fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
+    // Ten cells of a raster wide: half a cell less at each bank is a tenth of it.
+    let (columns, rows, cell) = (60, 30, 2.0);
+    let values = (0..columns * rows).map(|i| if (10..20).contains(&(i / columns)) { 0.0 } else { 6.0 }).collect();
+    let raster = Raster { columns, rows, west: 0.0, north: 60.0, cell_x: cell, cell_y: cell, values };
+    let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
+    let bodies = [body(regular(Vec2::new(60.0, 30.0), 200.0, 4, 0.0), 1.5)];
+    for coarseness in [1, 2, 5] {
+        let lattice = Lattice {
+            origin: Vec2::ZERO,
+            columns: columns / coarseness,
+            rows: rows / coarseness,
+            spacing: cell * coarseness as f64,
+        };
+        let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
+        let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
+        let still = fill_still_water(&bodies, &mut bed, &terrain, &[]);
+        let books = &still.volumes[0];
+        let volume = 1.5 * 20.0 * 120.0;
+        assert!((books.integral_m3 / volume - 1.0).abs() < 1e-9 && (books.seeded_m3 / volume - 1.0).abs() < 1e-9);
+        assert_eq!(bed.elevation, dry.elevation);
     }
 }
 
