@@ -4,6 +4,9 @@
 //! V = ∫ max(level − terrain, 0) dA
 //! ```
 //!
+//! In a cell in which the terrain reaches the level between the centres of a raster, but not by the values of its cells, the latter
+//! count (M78): beside an upright bank the former would take half a cell of the raster from the water.
+//!
 //! It is taken on scan lines at least eightfold denser than the lattice, with pieces cut to the polygon, and without the cells of blocked
 //! buildings.
 
@@ -93,6 +96,8 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
         .map(|column| bed.sealed.binary_search(&lattice.index(column, row)).is_ok())
         .collect();
     let mut parts = vec![CellPart::default(); end_column - first_column];
+    // The volumes (m³) by the means of the raster's cells, none where the shore is in the cell by these, too.
+    let mut by_means = vec![Some(0.0); end_column - first_column];
     let mut inside = Vec::new();
     let middle = (row as f64 + 0.5) * lattice.spacing;
     stretches(middle, &mut inside);
@@ -114,22 +119,30 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
                 }
                 let area = (east - west).max(0.0) * height;
                 scan.area += area;
-                let part = &mut parts[piece / SUBDIVISION - first_column];
+                let i = piece / SUBDIVISION - first_column;
+                let part = &mut parts[i];
                 part.coverage += area / lattice.cell_area();
-                if is_blocked[piece / SUBDIVISION - first_column] {
+                if is_blocked[i] {
                     continue;
                 }
-                match elevation_near(surface, lattice.to_map(Vec2::new(0.5 * (west + east), y)), step) {
+                let place = lattice.to_map(Vec2::new(0.5 * (west + east), y));
+                match elevation_near(surface, place, step) {
                     Some(elevation) => {
-                        let volume = (level - elevation).max(0.0) * area;
-                        scan.integral += volume;
-                        part.volume += volume;
+                        part.volume += (level - elevation).max(0.0) * area;
                         part.has_shore |= elevation >= level && area > 0.0;
+                        let mean = surface.mean_preserving_elevation(place, lattice.spacing).unwrap_or(elevation);
+                        by_means[i] = by_means[i].filter(|_| mean < level).map(|volume| volume + (level - mean) * area);
                     }
                     None => scan.area_without_terrain += area,
                 }
             }
         }
+    }
+    for (part, volume) in parts.iter_mut().zip(&by_means) {
+        if let (true, &Some(volume)) = (part.has_shore, volume) {
+            part.volume = volume;
+        }
+        scan.integral += part.volume;
     }
     let covered = parts.into_iter().enumerate().filter(|(_, part)| part.coverage > 0.0 || part.holds_centre);
     scan.cells = covered.map(|(i, part)| (lattice.index(first_column + i, row), part)).collect();
@@ -141,12 +154,18 @@ pub(super) fn volume_of_whole_cell(level: f64, cell: usize, bed: &BedParticles, 
     let lattice = &bed.lattice;
     let step = lattice.spacing / SUBDIVISION as f64;
     let south_west = lattice.centre(cell) - Vec2::new(lattice.spacing, lattice.spacing) * 0.5;
-    let depth = |piece: usize| {
-        let (x, y) = ((piece % SUBDIVISION) as f64 + 0.5, (piece / SUBDIVISION) as f64 + 0.5);
-        let place = lattice.to_map(south_west + Vec2::new(x, y) * step);
-        surface.mean_preserving_elevation(place, lattice.spacing).map_or(0.0, |elevation| (level - elevation).max(0.0))
+    let sum_of = |elevation_at: &dyn Fn(Vec2) -> Option<f64>| {
+        let depth = |piece: usize| {
+            let (x, y) = ((piece % SUBDIVISION) as f64 + 0.5, (piece / SUBDIVISION) as f64 + 0.5);
+            let place = lattice.to_map(south_west + Vec2::new(x, y) * step);
+            elevation_at(place).map_or(0.0, |elevation| level - elevation)
+        };
+        let depths = || (0..SUBDIVISION * SUBDIVISION).map(depth);
+        (depths().map(|depth| depth.max(0.0)).sum::<f64>() * step * step, depths().any(|depth| depth < 0.0))
     };
-    (0..SUBDIVISION * SUBDIVISION).map(depth).sum::<f64>() * step * step
+    let (volume, has_shore) = sum_of(&|place| surface.elevation(place));
+    let (by_means, has_shore_by_means) = sum_of(&|place| surface.mean_preserving_elevation(place, lattice.spacing));
+    if has_shore && !has_shore_by_means { by_means } else { volume }
 }
 
 /// Elevation at a place (map), or the mean of the planes on which the terrain ends to the west, east, south and north
@@ -168,7 +187,7 @@ fn elevation_near(surface: &impl Surface, place: Vec2, step: f64) -> Option<f64>
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), elevation| (sum + elevation, count + 1.0));
         (count > 0.0).then(|| sum / count)
     };
-    surface.mean_preserving_elevation(place, cell).or_else(|| (1..=SUBDIVISION).find_map(nearest))
+    surface.elevation(place).or_else(|| (1..=SUBDIVISION).find_map(nearest))
 }
 
 /// Bounds of the bands of a row, in ascending order, for each of which one scan line stands.
