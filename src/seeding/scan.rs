@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::scan_line::{Interval, ScanLines, subtract};
 use crate::bed::{BedParticles, Surface};
+use crate::lattice::Lattice;
 use crate::math::Vec2;
 
 /// Fewest scan lines, and pieces of a scan line, for each cell.
@@ -83,33 +84,72 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
     let lattice = &bed.lattice;
     let (first_column, end_column) = lines[0].columns;
     let step = lattice.spacing / SUBDIVISION as f64;
-    let (mut crossings, mut later) = (Vec::new(), Vec::new());
-    let mut stretches = |y: f64, inside: &mut Vec<Interval>| {
-        lines[0].intervals(y, &mut crossings, inside);
-        for other in &lines[1..] {
-            other.intervals(y, &mut crossings, &mut later);
-            subtract(inside, &later);
-        }
-    };
     // A blocked building has its place in the water, and holds none of it.
     let is_blocked: Vec<bool> = (first_column..end_column)
         .map(|column| bed.sealed.binary_search(&lattice.index(column, row)).is_ok())
         .collect();
     let mut parts = vec![CellPart::default(); end_column - first_column];
-    // The volumes (m³) by the means of the raster's cells, none where the shore is in the cell by these, too.
-    let mut by_means = vec![Some(0.0); end_column - first_column];
-    let mut inside = Vec::new();
-    let middle = (row as f64 + 0.5) * lattice.spacing;
-    stretches(middle, &mut inside);
+    let inside = stretches(lines, (row as f64 + 0.5) * lattice.spacing);
     for (i, part) in parts.iter_mut().enumerate() {
         let centre = ((first_column + i) as f64 + 0.5) * lattice.spacing;
         part.holds_centre = inside.iter().any(|&(from, to)| from <= centre && centre < to);
     }
     let mut scan = BodyScan::default();
+    for_each_piece(lines, lattice, row, |i, place, area| {
+        scan.area += area;
+        let part = &mut parts[i];
+        part.coverage += area / lattice.cell_area();
+        if is_blocked[i] {
+            return;
+        }
+        match elevation_near(surface, place, step) {
+            Some(elevation) => {
+                part.volume += (level - elevation).max(0.0) * area;
+                part.has_shore |= elevation >= level && area > 0.0;
+            }
+            None => scan.area_without_terrain += area,
+        }
+    });
+    if parts.iter().any(|part| part.has_shore) {
+        // None where the shore is in the cell by the means, too, and where it is not by the elevation.
+        let mut by_means: Vec<Option<f64>> =
+            parts.iter().zip(&is_blocked).map(|(part, &blocked)| (part.has_shore && !blocked).then_some(0.0)).collect();
+        for_each_piece(lines, lattice, row, |i, place, area| {
+            let Some(volume) = by_means[i] else { return };
+            let mean = surface.mean_preserving_elevation(place, lattice.spacing);
+            if let Some(elevation) = mean.or_else(|| elevation_near(surface, place, step)) {
+                by_means[i] = (elevation < level).then_some(volume + (level - elevation) * area);
+            }
+        });
+        for (part, volume) in parts.iter_mut().zip(by_means) {
+            part.volume = volume.unwrap_or(part.volume);
+        }
+    }
+    scan.integral = parts.iter().map(|part| part.volume).sum();
+    let covered = parts.into_iter().enumerate().filter(|(_, part)| part.coverage > 0.0 || part.holds_centre);
+    scan.cells = covered.map(|(i, part)| (lattice.index(first_column + i, row), part)).collect();
+    scan
+}
+
+/// Where a line from west to east (local, m) lies inside the first polygon and in none of the others.
+fn stretches(lines: &[ScanLines], y: f64) -> Vec<Interval> {
+    let (mut crossings, mut inside, mut later) = (Vec::new(), Vec::new(), Vec::new());
+    lines[0].intervals(y, &mut crossings, &mut inside);
+    for other in &lines[1..] {
+        other.intervals(y, &mut crossings, &mut later);
+        subtract(&mut inside, &later);
+    }
+    inside
+}
+
+/// Visits the pieces of what is covered of a row: the number of the cell from the first column on, the middle of the piece (map), its
+/// area (m²).
+fn for_each_piece(lines: &[ScanLines], lattice: &Lattice, row: usize, mut visit: impl FnMut(usize, Vec2, f64)) {
+    let (first_column, end_column) = lines[0].columns;
+    let step = lattice.spacing / SUBDIVISION as f64;
     for band in bands(lines, lattice.spacing, row).windows(2) {
         let (y, height) = (0.5 * (band[0] + band[1]), band[1] - band[0]);
-        stretches(y, &mut inside);
-        for &(from, to) in &inside {
+        for (from, to) in stretches(lines, y) {
             let first_piece = ((from / step).floor() as usize).max(first_column * SUBDIVISION);
             for piece in first_piece..end_column * SUBDIVISION {
                 let west = from.max(piece as f64 * step);
@@ -117,36 +157,11 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
                 if west >= to {
                     break;
                 }
-                let area = (east - west).max(0.0) * height;
-                scan.area += area;
-                let i = piece / SUBDIVISION - first_column;
-                let part = &mut parts[i];
-                part.coverage += area / lattice.cell_area();
-                if is_blocked[i] {
-                    continue;
-                }
                 let place = lattice.to_map(Vec2::new(0.5 * (west + east), y));
-                match elevation_near(surface, place, step) {
-                    Some(elevation) => {
-                        part.volume += (level - elevation).max(0.0) * area;
-                        part.has_shore |= elevation >= level && area > 0.0;
-                        let mean = surface.mean_preserving_elevation(place, lattice.spacing).unwrap_or(elevation);
-                        by_means[i] = by_means[i].filter(|_| mean < level).map(|volume| volume + (level - mean) * area);
-                    }
-                    None => scan.area_without_terrain += area,
-                }
+                visit(piece / SUBDIVISION - first_column, place, (east - west).max(0.0) * height);
             }
         }
     }
-    for (part, volume) in parts.iter_mut().zip(&by_means) {
-        if let (true, &Some(volume)) = (part.has_shore, volume) {
-            part.volume = volume;
-        }
-        scan.integral += part.volume;
-    }
-    let covered = parts.into_iter().enumerate().filter(|(_, part)| part.coverage > 0.0 || part.holds_centre);
-    scan.cells = covered.map(|(i, part)| (lattice.index(first_column + i, row), part)).collect();
-    scan
 }
 
 /// Integral of level minus terrain over a whole cell, where positive (m³).
@@ -154,18 +169,24 @@ pub(super) fn volume_of_whole_cell(level: f64, cell: usize, bed: &BedParticles, 
     let lattice = &bed.lattice;
     let step = lattice.spacing / SUBDIVISION as f64;
     let south_west = lattice.centre(cell) - Vec2::new(lattice.spacing, lattice.spacing) * 0.5;
-    let sum_of = |elevation_at: &dyn Fn(Vec2) -> Option<f64>| {
-        let depth = |piece: usize| {
+    let volume_and_shore = |elevation_at: &dyn Fn(Vec2) -> Option<f64>| {
+        let (mut sum, mut has_shore) = (0.0, false);
+        for piece in 0..SUBDIVISION * SUBDIVISION {
             let (x, y) = ((piece % SUBDIVISION) as f64 + 0.5, (piece / SUBDIVISION) as f64 + 0.5);
-            let place = lattice.to_map(south_west + Vec2::new(x, y) * step);
-            elevation_at(place).map_or(0.0, |elevation| level - elevation)
-        };
-        let depths = || (0..SUBDIVISION * SUBDIVISION).map(depth);
-        (depths().map(|depth| depth.max(0.0)).sum::<f64>() * step * step, depths().any(|depth| depth < 0.0))
+            if let Some(elevation) = elevation_at(lattice.to_map(south_west + Vec2::new(x, y) * step)) {
+                sum += (level - elevation).max(0.0);
+                has_shore |= elevation >= level;
+            }
+        }
+        (sum * step * step, has_shore)
     };
-    let (volume, has_shore) = sum_of(&|place| surface.elevation(place));
-    let (by_means, has_shore_by_means) = sum_of(&|place| surface.mean_preserving_elevation(place, lattice.spacing));
-    if has_shore && !has_shore_by_means { by_means } else { volume }
+    let (volume, has_shore) = volume_and_shore(&|place| surface.elevation(place));
+    if !has_shore {
+        return volume;
+    }
+    let (by_means, has_shore_by_means) =
+        volume_and_shore(&|place| surface.mean_preserving_elevation(place, lattice.spacing));
+    if has_shore_by_means { volume } else { by_means }
 }
 
 /// Elevation at a place (map), or the mean of the planes on which the terrain ends to the west, east, south and north

@@ -115,17 +115,17 @@ impl Raster {
             return None;
         }
         let offset = map - self.centre(column, row);
+        // A cell without data counts as level with this one.
         let value = |east: isize, south: isize| {
             let (c, r) = (column.checked_add_signed(east)?, row.checked_add_signed(south)?);
-            (c < self.columns && r < self.rows).then(|| self.value(c, r))
+            let value = (c < self.columns && r < self.rows).then(|| self.value(c, r))?;
+            Some(if value.is_nan() { own } else { value })
         };
-        // Not a number, beside a cell without data, compares as false.
-        let lesser = |a: f64, b: f64| if a * b > 0.0 { minmod(a, b) } else { 0.0 };
         let rise = |east: isize, south: isize| match (value(-east, -south), value(east, south)) {
-            (Some(before), Some(after)) => lesser(own - before, after - own),
-            (None, Some(after)) => value(2 * east, 2 * south).map_or(0.0, |next| lesser(after - own, next - after)),
+            (Some(before), Some(after)) => minmod(own - before, after - own),
+            (None, Some(after)) => value(2 * east, 2 * south).map_or(0.0, |next| minmod(after - own, next - after)),
             (Some(before), None) => {
-                value(-2 * east, -2 * south).map_or(0.0, |next| lesser(own - before, before - next))
+                value(-2 * east, -2 * south).map_or(0.0, |next| minmod(own - before, before - next))
             }
             (None, None) => 0.0,
         };
