@@ -54,6 +54,8 @@ const SMALLEST_SUPPORT: f64 = 1.5;
 const BAND: usize = 16;
 /// Particles whose shares are kept together.
 const CHUNK: usize = 256;
+/// Chunks that a thread takes in one go, at most: what it has taken no other thread can take off it, which waits in the end.
+const CHUNKS_AT_ONCE: usize = 8;
 /// ω of each sweep that evens out the grid after the first filling. A sweep leaves 1 − ω (1 − Ŵ²) of an unevenness that the kernel smooths
 /// by Ŵ: the first ω is for that of single cells, the last ones are for what is wide.
 const RELAXATIONS: [f64; 5] = [1.0, 1.2, 1.7, 2.6, 5.0];
@@ -591,6 +593,7 @@ impl Gridder {
         let chunks = of.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).zip(&mut overflows);
         let mut shares: Vec<Shares<'_>> = chunks
             .enumerate()
+            .with_max_len(CHUNKS_AT_ONCE)
             .map(|(chunk, ((of, weights), (overflow, near)))| {
                 let mut shares = Shares { of, weights: bytemuck::cast_slice_mut(weights), overflow, near, used: 0 };
                 weigh_chunk(&mut shares, &measures, (bed, walls), particles, chunk * CHUNK);
@@ -601,7 +604,7 @@ impl Gridder {
         for sweep in 0..=RELAXATIONS.len() {
             if sweep > 0 {
                 let factors = (&*factors, bed.lattice.columns);
-                let shares = shares.par_iter_mut().enumerate();
+                let shares = shares.par_iter_mut().enumerate().with_max_len(CHUNKS_AT_ONCE);
                 shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
             }
             self.fill_bands(&shares, bed, (particles, factors), sweep);
@@ -632,6 +635,7 @@ impl Gridder {
             .zip(self.water.discharge_x.par_chunks_mut(cells).zip(self.water.discharge_y.par_chunks_mut(cells)))
             .zip(factors.par_chunks_mut(cells).zip(self.was_wet.par_chunks_mut(cells)))
             .enumerate()
+            .with_max_len(1)
             .for_each(|(number, (((band, depth), (weight_or_flow_x, column_or_flow_y)), (factors, was_wet)))| {
                 let rows = number * BAND..number * BAND + depth.len() / columns.max(1);
                 let mut fields = Fields { rows, columns, depth, weight_or_flow_x, column_or_flow_y, factors };
@@ -678,6 +682,7 @@ impl Gridder {
         self.bands
             .par_iter_mut()
             .enumerate()
+            .with_max_len(1)
             .for_each(|(number, band)| band.take_particles(number * BAND..(number + 1) * BAND, all, &reaches));
     }
 }

@@ -189,12 +189,12 @@ impl Mirror<'_> {
 
 impl Marks {
     /// Takes the particles found, without any mark.
-    fn fill(&mut self, found: &[u32], positions: &[Vec2], supports: &[f64], support: f64) {
+    fn fill(&mut self, found: &[u32], positions: &[Vec2], supports: &[f32], support: f64) {
         self.x.clear();
         self.y.clear();
         self.reach_squared.clear();
         for &j in found {
-            let (position, reach) = (positions[j as usize], support.max(supports[j as usize]));
+            let (position, reach) = (positions[j as usize], support.max(f64::from(supports[j as usize])));
             self.x.push(position.x);
             self.y.push(position.y);
             self.reach_squared.push(reach * reach);
@@ -301,7 +301,7 @@ impl Walls {
         from: &Viewpoint,
         found: &[u32],
         positions: &[Vec2],
-        supports: &[f64],
+        supports: &[f32],
         scratch: &mut ImageScratch,
         seen: &mut Vec<Image>,
     ) {
@@ -365,7 +365,7 @@ impl Walls {
         support: f64,
         found: &[u32],
         positions: &[Vec2],
-        supports: &[f64],
+        supports: &[f32],
         scratch: &mut ImageScratch,
     ) {
         scratch.marks.fill(found, positions, supports, support);
@@ -519,7 +519,7 @@ mod tests {
 
     /// What every particle sees within `support` (m): whose image, and where.
     fn all_seen(walls: &Walls, positions: &[Vec2], support: f64) -> Vec<Vec<(u32, Vec2)>> {
-        let supports = vec![support; positions.len()];
+        let supports = vec![support as f32; positions.len()];
         let found: Vec<u32> = (0..positions.len() as u32).collect();
         let (mut scratch, mut seen) = (ImageScratch::default(), Vec::new());
         let place = |image: &Image| walls.isometries()[image.transform as usize].point(positions[image.index as usize]);

@@ -110,7 +110,7 @@ mod tests {
         let found: Vec<u32> = (0..positions.len() as u32).collect();
         let from = Viewpoint { place: positions[0], support, particle: Some(0) };
         let (mut scratch, mut seen) = (ImageScratch::default(), Vec::new());
-        walls.see(&from, &found, positions, &vec![support; positions.len()], &mut scratch, &mut seen);
+        walls.see(&from, &found, positions, &vec![support as f32; positions.len()], &mut scratch, &mut seen);
         let turned = seen.iter().filter(|image| image.transform != 0);
         turned
             .map(|image| {

@@ -137,20 +137,20 @@ impl CellGrid {
     ///
     /// - `positions` (m), finite
     /// - `supports` (m), above 0: a pair counts as near when its distance is below the larger support
-    pub fn build(&mut self, positions: &[Vec2], supports: &[f64]) {
+    pub fn build(&mut self, positions: &[Vec2], supports: &[f32]) {
         debug_assert_eq!(positions.len(), supports.len());
         self.lay_out_levels(positions, supports);
         self.find_cells(positions, supports);
         self.place(positions, supports);
     }
 
-    fn lay_out_levels(&mut self, positions: &[Vec2], supports: &[f64]) {
+    fn lay_out_levels(&mut self, positions: &[Vec2], supports: &[f32]) {
         let extent = positions.par_iter().zip(supports).with_min_len(PARALLEL_PARTICLES);
-        let extent = extent.fold(Extent::default, |extent, (&p, &s)| extent.around(Extent::of(p, s)));
+        let extent = extent.fold(Extent::default, |extent, (&p, &s)| extent.around(Extent::of(p, f64::from(s))));
         let Extent { low, high, smallest, largest } = extent.reduce(Extent::default, Extent::around);
         self.levels.clear();
-        self.starts.clear();
         if positions.is_empty() {
+            self.starts.clear();
             return;
         }
         self.origin = low;
@@ -191,7 +191,7 @@ impl CellGrid {
         self.starts.len().div_ceil(BANDS).next_power_of_two().trailing_zeros()
     }
 
-    fn find_cells(&mut self, positions: &[Vec2], supports: &[f64]) {
+    fn find_cells(&mut self, positions: &[Vec2], supports: &[f32]) {
         let shift = self.band_shift();
         let (levels, origin) = (&self.levels, self.origin);
         let last = levels.len().saturating_sub(1);
@@ -201,10 +201,12 @@ impl CellGrid {
         self.censuses.resize(positions.len().div_ceil(PARALLEL_PARTICLES), [0; BANDS]);
         let blocks = self.keys.par_chunks_mut(PARALLEL_PARTICLES).zip(&mut self.censuses);
         let blocks = blocks.zip(positions.par_chunks(PARALLEL_PARTICLES).zip(supports.par_chunks(PARALLEL_PARTICLES)));
+        let blocks = blocks.with_max_len(1);
         let largest = blocks.map(|((keys, census), (positions, supports))| {
             let mut largest = [0.0_f64; LEVELS];
             *census = [0; BANDS];
             for ((key, position), &support) in keys.iter_mut().zip(positions).zip(supports) {
+                let support = f64::from(support);
                 let index = level_of(support);
                 let level = &levels[index];
                 let column = (((position.x - origin.x) * level.per_column) as usize).min(level.columns - 1);
@@ -223,7 +225,7 @@ impl CellGrid {
 
     /// Lays the particles into their cells. Each band of cells takes its own out of those blocks that have any: few, because particles
     /// are nearly in the order of the cells.
-    fn place(&mut self, positions: &[Vec2], supports: &[f64]) {
+    fn place(&mut self, positions: &[Vec2], supports: &[f32]) {
         // Sixteen candidates are read at a time, also from the last ones on.
         let padded = positions.len() + LANES;
         self.order.resize(padded, 0);
@@ -249,7 +251,7 @@ impl CellGrid {
                 reach_squared: reach_squared.split_off_mut(..particles).unwrap_or_default(),
             }
         });
-        bands.into_par_iter().for_each(|band| {
+        bands.into_par_iter().with_max_len(1).for_each(|band| {
             let blocks = || {
                 let of_band = censuses.iter().enumerate().filter(|(_, census)| census[band.index] > 0);
                 let particles = of_band.flat_map(|(block, _)| {
@@ -275,7 +277,7 @@ impl CellGrid {
                 let place = (positions[j] - origin) * scale;
                 band.order[k] = j as u32;
                 (band.x[k], band.y[k]) = (place.x as i32, place.y as i32);
-                band.reach_squared[k] = reach_squared_of(supports[j] * scale);
+                band.reach_squared[k] = reach_squared_of(f64::from(supports[j]) * scale);
             }
             // Placing moved every start to the end of its cell, which is the start of the next one: shift back.
             let cells = band.starts.len();
@@ -475,13 +477,21 @@ mod lanes {
                 aside[end] = Span { first: first as u32, near };
                 end += usize::from(near != 0);
                 if end == ASIDE {
-                    spans.extend_from_slice(&aside);
-                    end = 0;
+                    append(&aside, &mut end, spans);
                 }
                 first += LANES;
             }
         }
-        spans.extend_from_slice(&aside[..end]);
+        append(&aside, &mut end, spans);
+    }
+
+    /// Appends the first spans of those kept aside. All are copied, which takes less time than a copy of any length.
+    #[inline(always)]
+    fn append(aside: &[Span; ASIDE], end: &mut usize, spans: &mut Vec<Span>) {
+        let count = spans.len() + *end;
+        spans.extend_from_slice(aside);
+        spans.truncate(count);
+        *end = 0;
     }
 
     #[target_feature(enable = "avx512f,popcnt")]
@@ -517,24 +527,25 @@ mod tests {
 
     type List = fn(&[u32], &[Span], &mut [u32]) -> usize;
 
-    fn check(positions: &[Vec2], supports: &[f64]) {
+    fn check(positions: &[Vec2], supports: &[f32]) {
         let mut grid = CellGrid::default();
         grid.build(positions, supports);
         let (mut spans, mut found) = (Vec::new(), Vec::new());
         for (i, &position) in positions.iter().enumerate() {
-            let all = within_brute_force(positions, supports, position, supports[i]);
+            let support = f64::from(supports[i]);
+            let all = within_brute_force(positions, supports, position, support);
             for except in [None, Some(i as u32)] {
                 let expected: Vec<u32> = all.iter().copied().filter(|&j| Some(j) != except).collect();
                 for (collect, list) in [(collect as Collect, list as List), (collect_one_by_one, list_one_by_one)] {
                     spans.clear();
-                    grid.spans_by(collect, position, supports[i], except.unwrap_or(u32::MAX), &mut spans);
+                    grid.spans_by(collect, position, support, except.unwrap_or(u32::MAX), &mut spans);
                     found.resize(LANES * spans.len(), 0);
                     let count = list(&grid.order, &spans, &mut found);
                     found.truncate(count);
                     found.sort_unstable();
                     assert!(found.iter().all(|j| expected.contains(j)), "particle {i}");
                     for j in expected.iter().filter(|j| !found.contains(j)) {
-                        let reach = supports[i].max(supports[*j as usize]);
+                        let reach = support.max(f64::from(supports[*j as usize]));
                         let rim = reach * (1.0 - 2.0 * ROUNDING) - 4.0 / grid.scale;
                         assert!((positions[*j as usize] - position).norm() > rim, "{i} and {j}");
                     }
@@ -548,7 +559,7 @@ mod tests {
         let mut next = numbers(1);
         for (count, spread) in [(1, 1.0_f64), (2, 60.0), (300, 1.0), (300, 60.0), (300, 3000.0)] {
             let positions: Vec<Vec2> = (0..count).map(|_| Vec2::new(100.0 * next() - 50.0, 40.0 * next())).collect();
-            let supports: Vec<f64> = (0..count).map(|_| 0.05 * spread.powf(next()) + 0.5).collect();
+            let supports: Vec<f32> = (0..count).map(|_| (0.05 * spread.powf(next()) + 0.5) as f32).collect();
             check(&positions, &supports);
         }
     }

@@ -22,10 +22,8 @@ use rayon::prelude::*;
 
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_states, measure_and_cover, total};
 use super::{Balanced, Begun, Gradients, Standing, State};
-use crate::bed::BedParticles;
-use crate::boundary::Isometry;
 use crate::math::{Sym2, Vec2};
-use crate::solver::moving::{CHUNK, ChosenKernel, Glance, MovingWater, Rates, Seen, correction};
+use crate::solver::moving::{CHUNK, CHUNKS_AT_ONCE, ChosenKernel, Glance, MovingWater, Rates, correction};
 
 impl Balanced {
     /// Fills `gradients`, `edges`, what the rates are begun with, and the smoothing lengths of the next evaluation.
@@ -45,22 +43,23 @@ impl Balanced {
             .zip(lengths.par_chunks_mut(CHUNK))
             .zip(bytemuck::cast_slice_mut::<_, Begun>(&mut rates).par_chunks_mut(CHUNK))
             .enumerate()
+            .with_max_len(CHUNKS_AT_ONCE)
             .for_each_init(
                 || (Pairs::new(), [Sums::default(); CHUNK], Glance::default(), Vec::new()),
                 |(pairs, sums, glance, list), (chunk, (((gradients, edges), lengths), begun))| {
                     let first = chunk * CHUNK;
                     let sums = &mut sums[..gradients.len()];
-                    for (k, sums) in sums.iter_mut().enumerate() {
-                        *sums = sum_pairs(
-                            pairs,
-                            first + k,
-                            around.neighbours.of(first + k, list),
-                            &self.states,
-                            around.walls.isometries(),
-                            &self.kernel,
-                            self.ridges_near(around, self.states[first + k].position),
-                        );
+                    sums.fill(Sums::default());
+                    for i in first..first + sums.len() {
+                        let ridges = self.ridges_near(around, self.states[i].position);
+                        for block in around.neighbours.of(i, list).blocks(BLOCK) {
+                            if !pairs.has_room_for(block) {
+                                sum_pairs(pairs, first, sums, &self.states, &self.kernel);
+                            }
+                            gather_states(pairs, i, block, &self.states, around.walls.isometries(), ridges);
+                        }
                     }
+                    sum_pairs(pairs, first, sums, &self.states, &self.kernel);
                     // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
                     for (k, sums) in sums.iter().enumerate() {
                         let me = &self.states[first + k];
@@ -142,27 +141,20 @@ struct Sums {
     weighted_area: f64,
 }
 
+/// Adds what is in work to the sums of a chunk, whose first particle is `first`, and ends the work.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn sum_pairs(
-    pairs: &mut Pairs,
-    i: usize,
-    seen: Seen<'_>,
-    states: &[State],
-    isometries: &[Isometry],
-    kernel: &ChosenKernel,
-    ridges: Option<&BedParticles>,
-) -> Sums {
-    let (mut sums, me) = (Sums::default(), &states[i]);
-    for block in seen.blocks(BLOCK) {
-        gather_states(pairs, me, block, states, isometries, ridges);
-        measure_and_cover(pairs, me, kernel);
+fn sum_pairs(pairs: &mut Pairs, first: usize, sums: &mut [Sums], states: &[State], kernel: &ChosenKernel) {
+    measure_and_cover(pairs, states, kernel);
+    for k in 0..pairs.count() {
+        let (i, groups) = pairs.of(k);
+        let (me, sums) = (&states[i], &mut sums[i - first]);
         // On the stack, where they stay in registers.
         let [mut weights, mut weighted_area, mut partition, mut depth_sum] = [[0.0; LANES]; 4];
         let [mut moment_xx, mut moment_xy, mut moment_yy, mut closure_x] = [[0.0; LANES]; 4];
         let [mut closure_y, mut surface_x_sum, mut surface_y_sum, mut depth_x_sum] = [[0.0; LANES]; 4];
         let [mut depth_y_sum, mut u_x_sum, mut u_y_sum, mut v_x_sum] = [[0.0; LANES]; 4];
         let [mut v_y_sum] = [[0.0; LANES]; 1];
-        for Group { state, r, e_x, e_y, weight, share, covered, .. } in pairs.groups() {
+        for Group { state, r, e_x, e_y, weight, share, covered, .. } in groups {
             for k in 0..LANES {
                 let (slope_x, slope_y) = (weight[k] * e_x[k], weight[k] * e_y[k]);
                 let (stretch_x, stretch_y) = (slope_x * r[k], slope_y * r[k]);
@@ -200,5 +192,5 @@ fn sum_pairs(
         sums.u += Vec2::new(total(u_x_sum), total(u_y_sum));
         sums.v += Vec2::new(total(v_x_sum), total(v_y_sum));
     }
-    sums
+    pairs.clear();
 }

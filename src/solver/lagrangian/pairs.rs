@@ -1,4 +1,4 @@
-//! The pairs of one particle in groups of eight: what the loops over neighbours read and write, one column for each quantity.
+//! The pairs of some particles in groups of eight: what the loops over neighbours read and write, one column for each quantity.
 //!
 //! Neighbours are gathered in blocks, so that nothing is allocated and everything stays in the first level of the cache; the
 //! loops over a block have no branch, and run on as many lanes as the processor has. All sums are taken in the same order
@@ -43,8 +43,9 @@ pub(super) struct Group {
     /// Depths (m) at the face, above its sill.
     pub d_l: Lanes,
     pub d_r: Lanes,
-    /// √(g d_l) (m/s).
+    /// √(g d_l), √(g d_r) (m/s).
     pub c_l: Lanes,
+    pub c_r: Lanes,
     /// Velocities (m/s) along e: of both particles, and of both sides of the face.
     pub own_u: Lanes,
     pub other_u: Lanes,
@@ -94,37 +95,91 @@ pub(super) struct GradientLanes {
     pub v_y: Lanes,
 }
 
-/// The pairs of one particle in work: a block of its neighbours.
+/// The groups of one particle, or of a block of its neighbours, among those in work.
+#[derive(Clone, Copy, Debug, Default)]
+struct Member {
+    particle: usize,
+    first: usize,
+    end: usize,
+}
+
+/// The pairs in work: those of some particles, one after the other. Each of the loops over them waits for its own steps, the less the
+/// more groups it has before it.
 #[derive(Clone, Debug)]
 pub(super) struct Pairs {
     groups: [Group; GROUPS],
-    /// Groups in work.
+    members: [Member; GROUPS],
+    /// Members in work.
     count: usize,
 }
 
 impl Pairs {
     pub(super) fn new() -> Self {
-        Pairs { groups: [Group::default(); GROUPS], count: 0 }
+        Pairs { groups: [Group::default(); GROUPS], members: [Member::default(); GROUPS], count: 0 }
     }
 
-    /// The groups in work.
+    /// The groups of a member, to be filled.
     #[inline(always)]
-    pub(super) fn groups(&self) -> &[Group] {
-        &self.groups[..self.count]
+    fn groups_of_mut(&mut self, member: Member) -> &mut [Group] {
+        &mut self.groups[member.first..member.end]
     }
 
-    /// The groups in work, to be filled.
+    /// How many particles, or blocks of neighbours, are in work.
     #[inline(always)]
-    pub(super) fn groups_mut(&mut self) -> &mut [Group] {
-        &mut self.groups[..self.count]
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The particle and the groups of one of them. (A loop over these numbers, not a closure for each of them, which would run
+    /// without the lanes of its caller.)
+    #[inline(always)]
+    pub(super) fn of(&mut self, k: usize) -> (usize, &mut [Group]) {
+        let Member { particle, first, end } = self.members[k];
+        (particle, &mut self.groups[first..end])
+    }
+
+    /// Number of groups in work.
+    #[inline(always)]
+    fn end(&self) -> usize {
+        self.members[..self.count].last().map_or(0, |member| member.end)
+    }
+
+    /// All groups in work, to be filled.
+    #[inline(always)]
+    pub(super) fn all_groups_mut(&mut self) -> &mut [Group] {
+        let end = self.end();
+        &mut self.groups[..end]
+    }
+
+    /// Whether there is room for a block of neighbours.
+    #[inline(always)]
+    pub(super) fn has_room_for(&self, block: Seen<'_>) -> bool {
+        self.end() + block.groups().len() <= GROUPS
+    }
+
+    /// Ends the work.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Takes a particle in with a block of its neighbours, for which there is room.
+    #[inline(always)]
+    fn admit(&mut self, particle: usize, block: Seen<'_>) -> Member {
+        let first = self.end();
+        let member = Member { particle, first, end: first + block.groups().len() };
+        self.members[self.count] = member;
+        self.count += 1;
+        member
     }
 
     /// Takes from the area of each pair what ridges hide of it; apart, so that the loop above stays as short without them.
     #[cold]
-    fn hide(&mut self, me: &State, block: Seen<'_>, states: &[State], bed: &BedParticles) {
+    fn hide(&mut self, member: Member, block: Seen<'_>, states: &[State], bed: &BedParticles) {
+        let me = states[member.particle];
         for (k, image) in block.iter().enumerate() {
-            let (state, lane) = (&mut self.groups[k / LANES].state, k % LANES);
-            let in_sight = share_in_sight(bed, me, &states[image.index as usize]);
+            let (state, lane) = (&mut self.groups[member.first + k / LANES].state, k % LANES);
+            let in_sight = share_in_sight(bed, &me, &states[image.index as usize]);
             state.area[lane] *= in_sight;
             if in_sight <= 0.0 {
                 (state.x[lane], state.y[lane]) = (me.position.x, me.position.y);
@@ -138,25 +193,35 @@ impl Pairs {
     /// Distances, directions and weights from places, areas and smoothing lengths. `COVERS`: also the weight w of each
     /// pair's area, and A_j W(r, h_i).
     #[inline(always)]
-    fn measure_with<S: Shape, const COVERS: bool>(&mut self, me: &State, kernel: &Smoothing<S>) {
-        let Vec2 { x: own_x, y: own_y } = me.position;
-        for Group { state, r, e_x, e_y, weight, share, covered, .. } in self.groups_mut() {
-            for k in 0..LANES {
-                let (x, y) = (state.x[k] - own_x, state.y[k] - own_y);
-                let (area, other_inverse_h) = (state.area[k], state.inverse_h[k]);
-                let distance = (x * x + y * y).sqrt();
-                let inverse = 1.0 / larger(distance, f64::MIN_POSITIVE);
-                let slopes = kernel.slope(distance, me.inverse_h) + kernel.slope(distance, other_inverse_h);
-                r[k] = distance;
-                e_x[k] = x * inverse;
-                e_y[k] = y * inverse;
-                weight[k] = -0.5 * area * slopes;
-                if COVERS {
-                    // The pairs that fill up have no area and must not count.
-                    let is_real = if area > 0.0 { 1.0 } else { 0.0 };
-                    share[k] = is_real * kernel.share(distance, smaller(me.inverse_h, other_inverse_h));
-                    covered[k] = area * kernel.value(distance, me.inverse_h);
-                }
+    fn measure_with<S: Shape, const COVERS: bool>(&mut self, states: &[State], kernel: &Smoothing<S>) {
+        for k in 0..self.count {
+            let (i, groups) = self.of(k);
+            measure_from::<S, COVERS>(&states[i], groups, kernel);
+        }
+    }
+}
+
+#[inline(always)]
+fn measure_from<S: Shape, const COVERS: bool>(me: &State, groups: &mut [Group], kernel: &Smoothing<S>) {
+    let Vec2 { x: own_x, y: own_y } = me.position;
+    for Group { state, r, e_x, e_y, weight, share, covered, .. } in groups {
+        for k in 0..LANES {
+            let (x, y) = (state.x[k] - own_x, state.y[k] - own_y);
+            let (area, other_inverse_h) = (state.area[k], state.inverse_h[k]);
+            let squared = x * x + y * y;
+            // 1/r by a division that does not wait for the root.
+            let distance = squared.sqrt();
+            let inverse = distance * (1.0 / larger(squared, f64::MIN_POSITIVE));
+            let slopes = kernel.slope(distance, me.inverse_h) + kernel.slope(distance, other_inverse_h);
+            r[k] = distance;
+            e_x[k] = x * inverse;
+            e_y[k] = y * inverse;
+            weight[k] = -0.5 * area * slopes;
+            if COVERS {
+                // The pairs that fill up have no area and must not count.
+                let is_real = if area > 0.0 { 1.0 } else { 0.0 };
+                share[k] = is_real * kernel.share(distance, smaller(me.inverse_h, other_inverse_h));
+                covered[k] = area * kernel.value(distance, me.inverse_h);
             }
         }
     }
@@ -214,37 +279,37 @@ fn turned_group<T: Line>(block: Seen<'_>, first: usize, lines: [&T; LANES], isom
     })
 }
 
-/// Gathers the states of one block of neighbours, `BLOCK` at most; beside `ridges` with the share of their area that is in sight.
+/// Gathers the states of one block of a particle's neighbours; beside `ridges` with the share of their area that is in sight.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 pub(super) fn gather_states(
     pairs: &mut Pairs,
-    me: &State,
+    particle: usize,
     block: Seen<'_>,
     states: &[State],
     isometries: &[Isometry],
     ridges: Option<&BedParticles>,
 ) {
-    let indices = block.groups();
-    pairs.count = indices.len();
-    for (number, (group, indices)) in pairs.groups.iter_mut().zip(indices).enumerate() {
+    let member = pairs.admit(particle, block);
+    for (number, (group, indices)) in pairs.groups_of_mut(member).iter_mut().zip(block.groups()).enumerate() {
         let turned = block.has_images().then_some((block, number * LANES, isometries));
         group.state = bytemuck::must_cast(columns_of_group!(indices, states, turned));
     }
-    if let Some(last) = pairs.groups_mut().last_mut() {
+    if let Some(last) = pairs.groups_of_mut(member).last_mut() {
         let real = block.in_last_group() as u64;
         for lane in 0..LANES {
             last.state.area[lane] = if (lane as u64) < real { last.state.area[lane] } else { 0.0 };
         }
     }
     if let Some(bed) = ridges {
-        pairs.hide(me, block, states, bed);
+        pairs.hide(member, block, states, bed);
     }
 }
 
-/// Gathers the gradients of the same neighbours, turned as the particle sees them.
+/// Gathers the gradients of the neighbours whose states were gathered last, turned as the particle sees them.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 pub(super) fn gather_gradients(pairs: &mut Pairs, block: Seen<'_>, gradients: &[Gradients], isometries: &[Isometry]) {
-    for (number, (group, indices)) in pairs.groups.iter_mut().zip(block.groups()).enumerate() {
+    let Some(&member) = pairs.members[..pairs.count].last() else { return };
+    for (number, (group, indices)) in pairs.groups_of_mut(member).iter_mut().zip(block.groups()).enumerate() {
         let turned = block.has_images().then_some((block, number * LANES, isometries));
         group.gradients = bytemuck::must_cast(columns_of_group!(indices, gradients, turned));
     }
@@ -302,14 +367,14 @@ fn transposed_by_lanes<T: Line>(rows: [&T; LANES]) -> [[f64; LANES]; LANES] {
 
 /// Distances, directions and weights of all pairs, by the chosen kernel.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-pub(super) fn measure(pairs: &mut Pairs, me: &State, kernel: &ChosenKernel) {
-    with_kernel!(kernel, kernel => pairs.measure_with::<_, false>(me, kernel));
+pub(super) fn measure(pairs: &mut Pairs, states: &[State], kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.measure_with::<_, false>(states, kernel));
 }
 
 /// The same, and the weight w of each pair's area, and A_j W(r, h_i).
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-pub(super) fn measure_and_cover(pairs: &mut Pairs, me: &State, kernel: &ChosenKernel) {
-    with_kernel!(kernel, kernel => pairs.measure_with::<_, true>(me, kernel));
+pub(super) fn measure_and_cover(pairs: &mut Pairs, states: &[State], kernel: &ChosenKernel) {
+    with_kernel!(kernel, kernel => pairs.measure_with::<_, true>(states, kernel));
 }
 
 /// The sum over the lanes.
@@ -346,18 +411,19 @@ mod tests {
         let indices: Vec<u32> = (0..13).map(|k| (k * 7) % 40).collect();
         let mirror = Isometry { image_of_x: Vec2::new(-1.0, 0.0), shift: Vec2::new(5.0, 0.0), ..Isometry::IDENTITY };
         for transforms in [vec![], vec![0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 1, 0]] {
-            let (mut pairs, me) = (Pairs::new(), &states[3]);
+            let mut pairs = Pairs::new();
             let mut padded = indices.clone();
             let seen = Seen::filled_up(&mut padded, 13, &transforms, 3);
-            gather_states(&mut pairs, me, seen, &states, &[Isometry::IDENTITY, mirror], None);
-            assert_eq!(pairs.groups().len(), 2);
+            gather_states(&mut pairs, 3, seen, &states, &[Isometry::IDENTITY, mirror], None);
+            let (_, groups) = pairs.of(0);
+            assert_eq!(groups.len(), 2);
             for (k, &j) in indices.iter().enumerate() {
                 let mut other = states[j as usize];
                 if seen.transform(k) == 1 {
                     other.position.x = 5.0 - other.position.x;
                     other.velocity.x = -other.velocity.x;
                 }
-                let (gathered, lane) = (&pairs.groups()[k / LANES].state, k % LANES);
+                let (gathered, lane) = (&groups[k / LANES].state, k % LANES);
                 let gathered = [
                     (gathered.x[lane], other.position.x),
                     (gathered.y[lane], other.position.y),
@@ -371,7 +437,7 @@ mod tests {
                 let (found, expected): (Vec<f64>, Vec<f64>) = gathered.into_iter().unzip();
                 assert_eq!(found, expected, "{k}");
             }
-            assert_eq!(pairs.groups()[1].state.area[5..], [0.0; 3], "what fills up does not count");
+            assert_eq!(groups[1].state.area[5..], [0.0; 3], "what fills up does not count");
         }
     }
 

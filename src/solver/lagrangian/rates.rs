@@ -54,14 +54,12 @@ use rayon::prelude::*;
 
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, greatest, measure, total};
 use super::{Balanced, Begun, Faces, Gradients, State};
-use crate::bed::BedParticles;
-use crate::boundary::Isometry;
 use crate::math::{Sym2, Vec2, clamp, larger, smaller};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
 use crate::scenario::methods::Reconstruction;
-use crate::solver::moving::{CHUNK, ChosenKernel, MovingWater, Rates, Seen, correction, is_inverted};
+use crate::solver::moving::{CHUNK, CHUNKS_AT_ONCE, ChosenKernel, MovingWater, Rates, correction, is_inverted};
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
@@ -75,15 +73,6 @@ const ENOUGH_CONTACT: f64 = 2.0;
 const FREE_FROUDE_SQUARED: f64 = 0.25;
 /// A face with less water (m) than this is dry.
 const DRY_FACE: f64 = 1e-9;
-
-/// What only the particle itself needs for its faces.
-#[derive(Clone, Copy, Debug)]
-struct Local {
-    /// L, the inverse of the first moment of the pair faces.
-    correction: Sym2,
-    /// χ, 1 at a free edge.
-    edge: f64,
-}
 
 /// The sums over the pair faces of one particle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -108,37 +97,44 @@ impl Balanced {
         let mut rates = std::mem::take(&mut water.rates);
         rates.resize(water.particles.len(), Rates::default());
         let water_ref = &*water;
-        rates.par_chunks_mut(CHUNK).enumerate().for_each_init(
+        rates.par_chunks_mut(CHUNK).enumerate().with_max_len(CHUNKS_AT_ONCE).for_each_init(
             || (Pairs::new(), [Sums::default(); CHUNK], Vec::new()),
             |(pairs, sums, list), (chunk, rates)| {
-                let sums = &mut sums[..rates.len()];
-                for (k, sums) in sums.iter_mut().enumerate() {
-                    let i = chunk * CHUNK + k;
-                    let begun: Begun = bytemuck::must_cast(rates[k]);
-                    let seen = water_ref.neighbours.of(i, list);
-                    *sums = self.sums_of(water_ref, i, begun.correction, seen, pairs);
+                let (first, sums) = (chunk * CHUNK, &mut sums[..rates.len()]);
+                sums.fill(Sums::default());
+                let around = self.around(water_ref, first, bytemuck::cast_slice(rates));
+                for i in first..first + sums.len() {
+                    let ridges = self.ridges_near(water_ref, self.states[i].position);
+                    for block in water_ref.neighbours.of(i, list).blocks(BLOCK) {
+                        if !pairs.has_room_for(block) {
+                            sum_faces(pairs, sums, &around);
+                        }
+                        gather_states(pairs, i, block, &self.states, water_ref.walls.isometries(), ridges);
+                        gather_gradients(pairs, block, &self.gradients, water_ref.walls.isometries());
+                    }
                 }
+                sum_faces(pairs, sums, &around);
                 // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
                 for (k, (rates, sums)) in rates.iter_mut().zip(sums).enumerate() {
-                    *rates = self.rates_of(water_ref, chunk * CHUNK + k, sums, &bytemuck::must_cast(*rates));
+                    *rates = self.rates_of(water_ref, first + k, sums, &bytemuck::must_cast(*rates));
                 }
             },
         );
         water.rates = rates;
     }
 
-    fn sums_of(&self, water: &MovingWater, i: usize, correction: Sym2, seen: Seen<'_>, pairs: &mut Pairs) -> Sums {
-        let around = Around {
+    fn around<'a>(&'a self, water: &MovingWater, first: usize, begun: &'a [Begun]) -> Around<'a> {
+        Around {
+            first,
+            begun,
+            edges: &self.edges[first..],
             states: &self.states,
             gradients: &self.gradients,
-            isometries: water.walls.isometries(),
             kernel: &self.kernel,
             faces: self.faces,
             reconstruction: self.reconstruction,
             gravity: water.gravity,
-            ridges: self.ridges_near(water, self.states[i].position),
-        };
-        sum_faces(pairs, i, &Local { correction, edge: self.edges[i] }, seen, &around)
+        }
     }
 
     fn rates_of(&self, water: &MovingWater, i: usize, sums: &Sums, begun: &Begun) -> Rates {
@@ -184,16 +180,20 @@ impl Balanced {
     }
 }
 
-/// What the pair faces of a particle need beside the particle itself.
+/// What the pair faces of the particles of a chunk need.
 struct Around<'a> {
+    /// The first particle of the chunk.
+    first: usize,
+    /// Of each particle of the chunk.
+    begun: &'a [Begun],
+    /// χ, 1 at a free edge, from the chunk on.
+    edges: &'a [f64],
     states: &'a [State],
     gradients: &'a [Gradients],
-    isometries: &'a [Isometry],
     kernel: &'a ChosenKernel,
     faces: Faces,
     reconstruction: Reconstruction,
     gravity: f64,
-    ridges: Option<&'a BedParticles>,
 }
 
 /// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e; 0 without
@@ -213,114 +213,54 @@ fn half_slope(along: f64, difference: f64) -> f64 {
     if behind * difference > 0.0 { slope } else { 0.0 }
 }
 
-/// Sums over the faces by the chosen Riemann solver, with or without limited slopes.
+/// Adds what is in work to the sums of the chunk, by the chosen Riemann solver, with or without limited slopes, and ends the work.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn sum_faces(pairs: &mut Pairs, i: usize, local: &Local, seen: Seen<'_>, around: &Around<'_>) -> Sums {
+fn sum_faces(pairs: &mut Pairs, sums: &mut [Sums], around: &Around<'_>) {
     match (around.faces, around.reconstruction != Reconstruction::None) {
-        (Faces::TwoShocks, true) => sum_faces_by::<TwoShocks, true>(pairs, i, local, seen, around),
-        (Faces::TwoShocks, false) => sum_faces_by::<TwoShocks, false>(pairs, i, local, seen, around),
-        (Faces::Hllc, true) => sum_faces_by::<Hllc, true>(pairs, i, local, seen, around),
-        (Faces::Hllc, false) => sum_faces_by::<Hllc, false>(pairs, i, local, seen, around),
-        (Faces::LaxFriedrichs, true) => sum_faces_by::<LaxFriedrichs, true>(pairs, i, local, seen, around),
-        (Faces::LaxFriedrichs, false) => sum_faces_by::<LaxFriedrichs, false>(pairs, i, local, seen, around),
+        (Faces::TwoShocks, true) => sum_faces_by::<TwoShocks, true>(pairs, sums, around),
+        (Faces::TwoShocks, false) => sum_faces_by::<TwoShocks, false>(pairs, sums, around),
+        (Faces::Hllc, true) => sum_faces_by::<Hllc, true>(pairs, sums, around),
+        (Faces::Hllc, false) => sum_faces_by::<Hllc, false>(pairs, sums, around),
+        (Faces::LaxFriedrichs, true) => sum_faces_by::<LaxFriedrichs, true>(pairs, sums, around),
+        (Faces::LaxFriedrichs, false) => sum_faces_by::<LaxFriedrichs, false>(pairs, sums, around),
     }
 }
 
 #[inline(always)]
-fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(
-    pairs: &mut Pairs,
-    i: usize,
-    local: &Local,
-    seen: Seen<'_>,
-    around: &Around<'_>,
-) -> Sums {
-    let mut sums = Sums::default();
-    let (me, mine, g) = (&around.states[i], &around.gradients[i], around.gravity);
-    let (l, inside) = (local.correction, 1.0 - local.edge);
-    let (c_i, inverse_depth) = ((g * me.depth).sqrt(), 1.0 / me.depth);
-    for block in seen.blocks(BLOCK) {
-        gather_states(pairs, me, block, around.states, around.isometries, around.ridges);
-        gather_gradients(pairs, block, around.gradients, around.isometries);
-        measure(pairs, me, around.kernel);
-        reconstruct::<IS_LIMITED>(pairs, me, mine);
-        solve::<F>(pairs, g);
-        // On the stack, where they stay in registers.
-        let [mut force_x, mut force_y, mut divergence, mut stiffness] = [[0.0; LANES]; 4];
-        let [mut contact_xx, mut contact_xy, mut contact_yy, mut closing, mut stir] = [[0.0; LANES]; 5];
-        for group in pairs.groups() {
-            let Group { state, r, e_x, e_y, weight, own_depth, d_l, d_r, c_l, .. } = group;
-            let Group { own_u, other_u, u_l, p_star, u_star, slope, surface_jump, velocity_jump, .. } = group;
-            let depth = &state.depth;
-            for k in 0..LANES {
-                let (ex, ey, d_l) = (e_x[k], e_y[k], d_l[k]);
-                let (u_i, du, u_mean) = (own_u[k], other_u[k] - own_u[k], 0.5 * (own_u[k] + other_u[k]));
-                let (is_left_wet, is_right_wet) = (d_l > DRY_FACE, d_r[k] > DRY_FACE);
-                let u_wet = u_mean + (u_star[k] - u_mean) * (d_l / own_depth[k]);
-                let u_open = larger(u_i, smaller(u_l[k], u_mean));
-                let u_right = if is_right_wet { u_wet } else { u_open };
-                let u_face = if is_left_wet { u_right } else { u_i };
-                let p_right = if is_right_wet { p_star[k] } else { 0.0 };
-                let p_star = if is_left_wet { p_right } else { 0.0 };
-                let contact = if is_right_wet { weight[k] * r[k] } else { 0.0 };
-                let contact = if is_left_wet { contact } else { 0.0 };
-                let (shallow, deep) = (smaller(me.depth, depth[k]), larger(me.depth, depth[k]));
-                let inverse = 1.0 / (deep * (me.depth + depth[k]));
-                let theta = shallow * (me.depth + depth[k]) * inverse;
-                let c_mean = 0.5 * (c_i + (g * depth[k]).sqrt());
-                let (l_x, l_y) = (l.xx * ex + l.xy * ey, l.xy * ex + l.yy * ey);
-                let e_l_e = l_x * ex + l_y * ey;
-                let by_velocity = 2.0 * e_l_e * (u_face - u_mean);
-                let by_surface = -c_mean * surface_jump[k] * 2.0 * shallow * deep * inverse * inverse_depth;
-                let leaving = if du > 0.0 { inside * e_l_e * velocity_jump[k] } else { 0.0 };
-                let pressure = 2.0 * weight[k] * (p_star - 0.5 * g * d_l * d_l + g * me.depth * slope[k]);
-                force_x[k] += pressure * l_x;
-                force_y[k] += pressure * l_y;
-                divergence[k] += weight[k] * (theta * (by_surface + leaving) + (1.0 - theta) * by_velocity);
-                stiffness[k] += weight[k] * e_l_e * d_l * c_l[k] * inverse_depth;
-                contact_xx[k] += contact * ex * ex;
-                contact_xy[k] += contact * ex * ey;
-                contact_yy[k] += contact * ey * ey;
-                closing[k] = larger(closing[k], -du);
-                stir[k] = larger(stir[k], group.stir[k]);
-            }
-        }
-        sums.force += Vec2::new(total(force_x), total(force_y));
-        sums.divergence += total(divergence);
-        sums.stiffness += total(stiffness);
-        sums.contact.xx += total(contact_xx);
-        sums.contact.xy += total(contact_xy);
-        sums.contact.yy += total(contact_yy);
-        sums.closing = larger(sums.closing, greatest(closing));
-        sums.stir = larger(sums.stir, greatest(stir));
+fn sum_faces_by<F: FaceSolver, const IS_LIMITED: bool>(pairs: &mut Pairs, sums: &mut [Sums], around: &Around<'_>) {
+    let g = around.gravity;
+    measure(pairs, around.states, around.kernel);
+    let (states, gradients) = (around.states, around.gradients);
+    for k in 0..pairs.count() {
+        let (i, groups) = pairs.of(k);
+        reconstruct_levels::<IS_LIMITED>(groups, &states[i], &gradients[i]);
     }
-    sums
+    for k in 0..pairs.count() {
+        let (i, groups) = pairs.of(k);
+        reconstruct_velocities::<IS_LIMITED>(groups, &states[i], &gradients[i], g);
+    }
+    solve::<F>(pairs.all_groups_mut(), g);
+    for k in 0..pairs.count() {
+        let (i, groups) = pairs.of(k);
+        add_up(&mut sums[i - around.first], groups, i, around);
+    }
+    pairs.clear();
 }
 
-// Three loops over the pairs instead of one: the steps of a pair wait for each other, and short loops keep many pairs on their way.
+// Four loops over the pairs, and that of `measure`, instead of one: the steps of a pair wait for each other, and short loops keep many pairs on their way.
 
-/// The first: the states on both sides of each face from limited slopes.
+/// The first: levels and depths on both sides of each face from limited slopes.
 #[inline(always)]
-fn reconstruct<const IS_LIMITED: bool>(pairs: &mut Pairs, me: &State, mine: &Gradients) {
-    for group in pairs.groups_mut() {
-        let Group { state, gradients: theirs, r, e_x, e_y, .. } = group;
-        let Group { own_depth, d_l, d_r, own_u, other_u, u_l, u_r, .. } = group;
-        let Group { slope, surface_jump, velocity_jump, stir, .. } = group;
+fn reconstruct_levels<const IS_LIMITED: bool>(groups: &mut [Group], me: &State, mine: &Gradients) {
+    for group in groups {
+        let Group { state, gradients: theirs, r, e_x, e_y, own_depth, d_l, d_r, slope, surface_jump, .. } = group;
         for k in 0..LANES {
-            let (ex, ey, r) = (e_x[k], e_y[k], r[k]);
-            let (x, y) = (r * ex, r * ey);
-            let u_i = me.velocity.x * ex + me.velocity.y * ey;
-            let u_j = state.velocity_x[k] * ex + state.velocity_y[k] * ey;
-            let (d_eta, d_d, du) = (state.surface[k] - me.surface, state.depth[k] - me.depth, u_j - u_i);
+            let (x, y) = (r[k] * e_x[k], r[k] * e_y[k]);
+            let (d_eta, d_d) = (state.surface[k] - me.surface, state.depth[k] - me.depth);
             let (a_1, a_2) = half_slopes::<IS_LIMITED>(
                 mine.surface.x * x + mine.surface.y * y,
                 theirs.surface_x[k] * x + theirs.surface_y[k] * y,
                 d_eta,
-            );
-            // e·(∇v e): the gradient of u along e.
-            let (b_1, b_2) = half_slopes::<IS_LIMITED>(
-                (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
-                (theirs.u_x[k] * x + theirs.u_y[k] * y) * ex + (theirs.v_x[k] * x + theirs.v_y[k] * y) * ey,
-                du,
             );
             let (s_1, s_2) = half_slopes::<IS_LIMITED>(
                 mine.depth.x * x + mine.depth.y * y,
@@ -335,25 +275,103 @@ fn reconstruct<const IS_LIMITED: bool>(pairs: &mut Pairs, me: &State, mine: &Gra
             own_depth[k] = d_ir;
             d_l[k] = clamp(eta_l - z_star, 0.0, d_ir);
             d_r[k] = clamp(eta_r - z_star, 0.0, d_jr);
-            (own_u[k], other_u[k]) = (u_i, u_j);
-            (u_l[k], u_r[k]) = (u_i + b_1, u_j - b_2);
             slope[k] = a_1;
             surface_jump[k] = d_eta - a_1 - a_2;
+        }
+    }
+}
+
+/// The second: velocities on both sides from limited slopes, and the celerities, whose roots are taken meanwhile.
+#[inline(always)]
+fn reconstruct_velocities<const IS_LIMITED: bool>(groups: &mut [Group], me: &State, mine: &Gradients, gravity: f64) {
+    for group in groups {
+        let Group { state, gradients: theirs, r, e_x, e_y, d_l, d_r, c_l, c_r, .. } = group;
+        let Group { own_u, other_u, u_l, u_r, velocity_jump, stir, .. } = group;
+        for k in 0..LANES {
+            (c_l[k], c_r[k]) = ((gravity * d_l[k]).sqrt(), (gravity * d_r[k]).sqrt());
+            let (ex, ey) = (e_x[k], e_y[k]);
+            let (x, y) = (r[k] * ex, r[k] * ey);
+            let u_i = me.velocity.x * ex + me.velocity.y * ey;
+            let u_j = state.velocity_x[k] * ex + state.velocity_y[k] * ey;
+            let du = u_j - u_i;
+            // e·(∇v e): the gradient of u along e.
+            let (b_1, b_2) = half_slopes::<IS_LIMITED>(
+                (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
+                (theirs.u_x[k] * x + theirs.u_y[k] * y) * ex + (theirs.v_x[k] * x + theirs.v_y[k] * y) * ey,
+                du,
+            );
+            (own_u[k], other_u[k]) = (u_i, u_j);
+            (u_l[k], u_r[k]) = (u_i + b_1, u_j - b_2);
             velocity_jump[k] = b_1 - b_2;
             stir[k] = if du > 0.0 { du } else { b_1 + b_2 - du };
         }
     }
 }
 
-/// The second: the Riemann problem of each face.
+/// The third: the Riemann problem of each face.
 #[inline(always)]
-fn solve<F: FaceSolver>(pairs: &mut Pairs, gravity: f64) {
-    for Group { d_l, d_r, u_l, u_r, c_l, p_star, u_star, .. } in pairs.groups_mut() {
+fn solve<F: FaceSolver>(groups: &mut [Group], gravity: f64) {
+    for Group { d_l, d_r, u_l, u_r, c_l, c_r, p_star, u_star, .. } in groups {
         for k in 0..LANES {
-            let left = Side { d: d_l[k], c: (gravity * d_l[k]).sqrt(), u: u_l[k] };
-            let right = Side { d: d_r[k], c: (gravity * d_r[k]).sqrt(), u: u_r[k] };
+            let left = Side { d: d_l[k], c: c_l[k], u: u_l[k] };
+            let right = Side { d: d_r[k], c: c_r[k], u: u_r[k] };
             (p_star[k], u_star[k]) = F::star(left, right, gravity);
-            c_l[k] = left.c;
         }
     }
+}
+
+/// The last: adds the pairs of a particle to its sums.
+#[inline(always)]
+fn add_up(sums: &mut Sums, groups: &[Group], i: usize, around: &Around<'_>) {
+    let (me, k, g) = (&around.states[i], i - around.first, around.gravity);
+    let (l, inside) = (around.begun[k].correction, 1.0 - around.edges[k]);
+    let (c_i, inverse_depth) = ((g * me.depth).sqrt(), 1.0 / me.depth);
+    // On the stack, where they stay in registers.
+    let [mut force_x, mut force_y, mut divergence, mut stiffness] = [[0.0; LANES]; 4];
+    let [mut contact_xx, mut contact_xy, mut contact_yy, mut closing, mut stir] = [[0.0; LANES]; 5];
+    for group in groups {
+        let Group { state, r, e_x, e_y, weight, own_depth, d_l, d_r, c_l, .. } = group;
+        let Group { own_u, other_u, u_l, p_star, u_star, slope, surface_jump, velocity_jump, .. } = group;
+        let depth = &state.depth;
+        for k in 0..LANES {
+            let (ex, ey, d_l) = (e_x[k], e_y[k], d_l[k]);
+            let (u_i, du, u_mean) = (own_u[k], other_u[k] - own_u[k], 0.5 * (own_u[k] + other_u[k]));
+            let (is_left_wet, is_right_wet) = (d_l > DRY_FACE, d_r[k] > DRY_FACE);
+            let u_wet = u_mean + (u_star[k] - u_mean) * (d_l / own_depth[k]);
+            let u_open = larger(u_i, smaller(u_l[k], u_mean));
+            let u_right = if is_right_wet { u_wet } else { u_open };
+            let u_face = if is_left_wet { u_right } else { u_i };
+            let p_right = if is_right_wet { p_star[k] } else { 0.0 };
+            let p_star = if is_left_wet { p_right } else { 0.0 };
+            let contact = if is_right_wet { weight[k] * r[k] } else { 0.0 };
+            let contact = if is_left_wet { contact } else { 0.0 };
+            let (shallow, deep) = (smaller(me.depth, depth[k]), larger(me.depth, depth[k]));
+            let inverse = 1.0 / (deep * (me.depth + depth[k]));
+            let theta = shallow * (me.depth + depth[k]) * inverse;
+            let c_mean = 0.5 * (c_i + (g * depth[k]).sqrt());
+            let (l_x, l_y) = (l.xx * ex + l.xy * ey, l.xy * ex + l.yy * ey);
+            let e_l_e = l_x * ex + l_y * ey;
+            let by_velocity = 2.0 * e_l_e * (u_face - u_mean);
+            let by_surface = -c_mean * surface_jump[k] * 2.0 * shallow * deep * inverse * inverse_depth;
+            let leaving = if du > 0.0 { inside * e_l_e * velocity_jump[k] } else { 0.0 };
+            let pressure = 2.0 * weight[k] * (p_star - 0.5 * g * d_l * d_l + g * me.depth * slope[k]);
+            force_x[k] += pressure * l_x;
+            force_y[k] += pressure * l_y;
+            divergence[k] += weight[k] * (theta * (by_surface + leaving) + (1.0 - theta) * by_velocity);
+            stiffness[k] += weight[k] * e_l_e * d_l * c_l[k] * inverse_depth;
+            contact_xx[k] += contact * ex * ex;
+            contact_xy[k] += contact * ex * ey;
+            contact_yy[k] += contact * ey * ey;
+            closing[k] = larger(closing[k], -du);
+            stir[k] = larger(stir[k], group.stir[k]);
+        }
+    }
+    sums.force += Vec2::new(total(force_x), total(force_y));
+    sums.divergence += total(divergence);
+    sums.stiffness += total(stiffness);
+    sums.contact.xx += total(contact_xx);
+    sums.contact.xy += total(contact_xy);
+    sums.contact.yy += total(contact_yy);
+    sums.closing = larger(sums.closing, greatest(closing));
+    sums.stir = larger(sums.stir, greatest(stir));
 }

@@ -21,7 +21,7 @@ mod step;
 pub use correction::{correction, is_inverted};
 pub(super) use kernel::with_kernel;
 pub use kernel::{ChosenKernel, smoothing_factor};
-pub use neighbours::{CHUNK, Glance, LANES, Neighbours, Seen};
+pub use neighbours::{CHUNK, CHUNKS_AT_ONCE, Glance, LANES, Neighbours, Seen};
 pub use solver::MovingSolver;
 
 use bytemuck::{Pod, Zeroable};

@@ -1,5 +1,7 @@
 //! Neighbours of all particles: what each one sees, itself in walls included, stored per chunk of particles.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::boundary::{Image, ImageScratch, Viewpoint, Walls};
@@ -8,6 +10,9 @@ use crate::neighbours::{CellGrid, Found, Span};
 
 /// Number of particles in a chunk: the unit of parallel work, fixed so that no result depends on the number of threads.
 pub const CHUNK: usize = 128;
+
+/// Chunks that a thread takes in one go, at most: what it has taken no other thread can take off it, which waits in the end.
+pub const CHUNKS_AT_ONCE: usize = 16;
 
 /// Neighbours that are worked on side by side.
 pub const LANES: usize = 8;
@@ -84,9 +89,11 @@ impl<'a> Seen<'a> {
 /// What the particles of one chunk see.
 #[derive(Clone, Debug, Default)]
 struct ChunkNeighbours {
-    /// Where the spans of each particle begin, and, beside a wall, what it sees in their place; and the ends of the last ones.
-    starts: Vec<[u32; 2]>,
+    /// Where the spans of each particle begin, and the end of the last ones.
+    starts: Vec<u32>,
     spans: Vec<Span>,
+    /// The particles beside walls, ascending by their places in the chunk, with the ends of what they see in place of spans.
+    beside_walls: Vec<[u32; 2]>,
     indices: Vec<u32>,
     transforms: Vec<u32>,
 }
@@ -103,6 +110,7 @@ struct SearchScratch {
 impl ChunkNeighbours {
     fn clear(&mut self) {
         self.starts.clear();
+        self.beside_walls.clear();
         self.indices.clear();
         self.transforms.clear();
     }
@@ -119,9 +127,24 @@ impl ChunkNeighbours {
         self.spans.extend_from_slice(spans);
     }
 
-    /// Ends what a particle sees, so many spans being found so far.
-    fn end(&mut self, spans: usize) {
-        self.starts.push([spans as u32, self.indices.len() as u32]);
+    /// Takes what the particle at place `k` of the chunk sees beside a wall.
+    fn keep_images(&mut self, k: usize, seen: &[Image]) {
+        self.indices.reserve_exact(seen.len());
+        self.transforms.reserve_exact(seen.len());
+        self.indices.extend(seen.iter().map(|image| image.index));
+        self.transforms.extend(seen.iter().map(|image| image.transform));
+        self.beside_walls.push([k as u32, self.indices.len() as u32]);
+    }
+
+    /// Where that lies; none for a particle that is clear of walls.
+    #[inline]
+    fn images_of(&self, k: usize) -> Option<Range<usize>> {
+        if self.beside_walls.is_empty() {
+            return None;
+        }
+        let place = self.beside_walls.binary_search_by_key(&(k as u32), |&[k, _]| k).ok()?;
+        let first = place.checked_sub(1).map_or(0, |before| self.beside_walls[before][1]);
+        Some(first as usize..self.beside_walls[place][1] as usize)
     }
 }
 
@@ -133,7 +156,7 @@ impl SearchScratch {
         grid: &CellGrid,
         (first, count): (usize, usize),
         positions: &[Vec2],
-        supports: &[f64],
+        supports: &[f32],
         walls: &Walls,
     ) {
         let SearchScratch { spans, found, seen, images } = self;
@@ -141,28 +164,25 @@ impl SearchScratch {
         chunk.clear();
         spans.clear();
         chunk.starts.reserve_exact(count + 1);
-        chunk.end(0);
+        chunk.starts.push(0);
         for i in first..first + count {
-            let (place, support) = (positions[i], supports[i]);
+            let (place, support) = (positions[i], f64::from(supports[i]));
             if walls.is_clear(place, largest_support) {
                 grid.spans_within(place, support, i as u32, spans);
-                chunk.end(spans.len());
+                chunk.starts.push(spans.len() as u32);
                 continue;
             }
             let found = &*grid.within(place, support, found);
-            let reach = found.iter().fold(support, |reach, &j| reach.max(supports[j as usize]));
+            let reach = found.iter().fold(support, |reach, &j| reach.max(f64::from(supports[j as usize])));
             if walls.is_clear(place, reach) {
                 grid.spans_within(place, support, i as u32, spans);
             } else {
                 let from = Viewpoint { place, support, particle: Some(i as u32) };
                 seen.clear();
                 walls.see(&from, found, positions, supports, images, seen);
-                chunk.indices.reserve_exact(seen.len());
-                chunk.transforms.reserve_exact(seen.len());
-                chunk.indices.extend(seen.iter().map(|image| image.index));
-                chunk.transforms.extend(seen.iter().map(|image| image.transform));
+                chunk.keep_images(i - first, seen);
             }
-            chunk.end(spans.len());
+            chunk.starts.push(spans.len() as u32);
         }
         chunk.keep(spans);
     }
@@ -180,19 +200,21 @@ pub struct Glance {
 #[derive(Clone, Debug, Default)]
 pub struct Neighbours {
     grid: CellGrid,
-    supports: Vec<f64>,
+    /// In single precision: a sliver of that size at the rim of a support is left out of the search anyway.
+    supports: Vec<f32>,
     chunks: Vec<ChunkNeighbours>,
 }
 
 impl Neighbours {
     /// Searches anew: j is seen by i when it is nearer than `reach` times the larger of the two smoothing lengths.
     pub fn search(&mut self, positions: &[Vec2], smoothing_lengths: &[f64], reach: f64, walls: &Walls) {
-        self.supports.clear();
-        self.supports.extend(smoothing_lengths.iter().map(|h| reach * h));
+        let supports = smoothing_lengths.par_iter().with_min_len(CHUNK).map(|h| (reach * h) as f32);
+        supports.collect_into_vec(&mut self.supports);
         self.grid.build(positions, &self.supports);
         self.chunks.resize_with(positions.len().div_ceil(CHUNK), ChunkNeighbours::default);
         let (grid, supports) = (&self.grid, &self.supports);
-        self.chunks.par_iter_mut().enumerate().for_each_init(SearchScratch::default, |scratch, (chunk, neighbours)| {
+        let chunks = self.chunks.par_iter_mut().enumerate().with_max_len(CHUNKS_AT_ONCE);
+        chunks.for_each_init(SearchScratch::default, |scratch, (chunk, neighbours)| {
             let first = chunk * CHUNK;
             let count = CHUNK.min(positions.len() - first);
             scratch.search(neighbours, grid, (first, count), positions, supports, walls);
@@ -203,14 +225,13 @@ impl Neighbours {
     #[inline]
     pub fn of<'a>(&'a self, i: usize, list: &'a mut Vec<u32>) -> Seen<'a> {
         let (chunk, k) = (&self.chunks[i / CHUNK], i % CHUNK);
-        let ([first_span, first], [end_of_spans, end]) = (chunk.starts[k], chunk.starts[k + 1]);
-        if first < end {
-            let images = first as usize..end as usize;
+        if let Some(images) = chunk.images_of(k) {
             list.clear();
             list.extend_from_slice(&chunk.indices[images.clone()]);
             return Seen::filled_up(list, images.len(), &chunk.transforms[images], i as u32);
         }
-        let count = self.grid.list(&chunk.spans[first_span as usize..end_of_spans as usize], list).len();
+        let spans = chunk.starts[k] as usize..chunk.starts[k + 1] as usize;
+        let count = self.grid.list(&chunk.spans[spans], list).len();
         Seen::filled_up(list, count, &[], i as u32)
     }
 
@@ -218,7 +239,7 @@ impl Neighbours {
     pub fn at<'a>(&self, place: Vec2, positions: &[Vec2], walls: &Walls, glance: &'a mut Glance) -> &'a [Image] {
         glance.seen.clear();
         let found = &*self.grid.within(place, 0.0, &mut glance.found);
-        let reach = found.iter().fold(0.0_f64, |reach, &j| reach.max(self.supports[j as usize]));
+        let reach = found.iter().fold(0.0_f64, |reach, &j| reach.max(f64::from(self.supports[j as usize])));
         if walls.is_clear(place, reach) {
             glance.seen.extend(found.iter().map(|&index| Image { index, transform: 0 }));
         } else {

@@ -192,12 +192,19 @@ const OF_A_HALF_STEP: usize = size_of::<HalfStep>() / size_of::<f64>();
 fn sort_numbers(numbers: &mut [f64], of_each: usize, order: &[u32], scratch: &mut [f64]) {
     for from in (0..of_each).step_by(OF_A_HALF_STEP) {
         let part = from..of_each.min(from + OF_A_HALF_STEP);
-        for (sorted, &j) in scratch.chunks_exact_mut(part.len()).zip(order) {
-            sorted.copy_from_slice(&numbers[j as usize * of_each..][part.clone()]);
-        }
-        for (sorted, numbers) in scratch.chunks_exact(part.len()).zip(numbers.chunks_exact_mut(of_each)) {
-            numbers[part.clone()].copy_from_slice(sorted);
-        }
+        let (old, length) = (&*numbers, part.len());
+        scratch.par_chunks_mut(CHUNK * length).zip(order.par_chunks(CHUNK)).for_each(|(scratch, order)| {
+            for (sorted, &j) in scratch.chunks_exact_mut(length).zip(order) {
+                sorted.copy_from_slice(&old[j as usize * of_each..][part.clone()]);
+            }
+        });
+        numbers.par_chunks_mut(CHUNK * of_each).zip(scratch.par_chunks(CHUNK * length)).for_each(
+            |(numbers, scratch)| {
+                for (numbers, sorted) in numbers.chunks_exact_mut(of_each).zip(scratch.chunks_exact(length)) {
+                    numbers[part.clone()].copy_from_slice(sorted);
+                }
+            },
+        );
     }
 }
 

@@ -8,7 +8,7 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::{CHUNK, Formulation, MovingWater};
+use super::{CHUNK, CHUNKS_AT_ONCE, Formulation, MovingWater};
 use crate::boundary::Path;
 use crate::math::Vec2;
 use crate::particles::retain_marked;
@@ -188,7 +188,7 @@ fn drift<F: Formulation>(
     let around = &*water;
     let places = position.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK));
     let sizes = depth.par_chunks_mut(CHUNK).zip(smoothing_length.par_chunks_mut(CHUNK));
-    let chunks = places.zip(sizes).zip(halves.par_chunks_mut(CHUNK)).enumerate();
+    let chunks = places.zip(sizes).zip(halves.par_chunks_mut(CHUNK)).enumerate().with_max_len(CHUNKS_AT_ONCE);
     let move_chunk = |near: &mut Vec<u32>, (chunk, (((position, velocity), (depth, smoothing_length)), halves))| {
         let (position, velocity): (&mut [Vec2], &mut [Vec2]) = (position, velocity);
         let (depth, smoothing_length): (&mut [f64], &mut [f64]) = (depth, smoothing_length);
@@ -247,21 +247,20 @@ fn finish<F: Formulation>(
     let mut velocity = std::mem::take(&mut water.particles.velocity);
     let mut depth = std::mem::take(&mut water.particles.depth);
     let around = &*water;
-    velocity.par_chunks_mut(CHUNK).zip(depth.par_chunks_mut(CHUNK)).enumerate().for_each(
-        |(chunk, (velocity, depth))| {
-            for k in 0..velocity.len() {
-                let i = chunk * CHUNK + k;
-                let mut now = Now { position: around.particles.position[i], velocity: velocity[k], depth: depth[k] };
-                let (v, d) = end_of_step(around, i, &now);
-                if F::CARRIES_DEPTH {
-                    now.depth = d;
-                }
-                depth[k] = now.depth;
-                let is_dry = now.depth <= around.dry_depth;
-                velocity[k] = if is_dry { Vec2::ZERO } else { Friction::under(around, &now).slow(v, dt) };
+    let chunks = velocity.par_chunks_mut(CHUNK).zip(depth.par_chunks_mut(CHUNK)).enumerate();
+    chunks.with_max_len(CHUNKS_AT_ONCE).for_each(|(chunk, (velocity, depth))| {
+        for k in 0..velocity.len() {
+            let i = chunk * CHUNK + k;
+            let mut now = Now { position: around.particles.position[i], velocity: velocity[k], depth: depth[k] };
+            let (v, d) = end_of_step(around, i, &now);
+            if F::CARRIES_DEPTH {
+                now.depth = d;
             }
-        },
-    );
+            depth[k] = now.depth;
+            let is_dry = now.depth <= around.dry_depth;
+            velocity[k] = if is_dry { Vec2::ZERO } else { Friction::under(around, &now).slow(v, dt) };
+        }
+    });
     water.particles.velocity = velocity;
     water.particles.depth = depth;
 }

@@ -57,7 +57,7 @@ pub(in crate::solver::moving) struct Look {
     /// Corners of the boxes around the faces of each boundary (m).
     boxes: Vec<[Vec2; 2]>,
     positions: Vec<Vec2>,
-    supports: Vec<f64>,
+    supports: Vec<f32>,
     indices: Vec<u32>,
     samples: Vec<Sample>,
     grid: CellGrid,
@@ -121,7 +121,7 @@ impl Look {
             };
             if self.boxes.iter().any(is_near) {
                 self.positions.push(place);
-                self.supports.push(support);
+                self.supports.push(support as f32);
                 self.indices.push(i as u32);
             }
         }
