@@ -72,7 +72,11 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     let attribute = || names.iter().find_map(|name| feature.number(name)).filter(|level| level.is_finite());
     let Some(crest) = breach.crest.as_ref().map(|crest| crest.value).or_else(attribute) else {
         let problem = input_error("no-crest", format!("neither the scenario nor {name} gives the crest of the dam"))
-            .with_cause(format!("looked for the attribute {}", names.join(", ")))
+            .with_cause(format!(
+                "looked for the attribute {}; its attributes: {}",
+                names.join(", "),
+                feature.attribute_names()
+            ))
             .with_remedy("add `crest: 105 m`, or name the attribute with `crest_field`");
         findings.add(&breach.dam, problem);
         return None;
