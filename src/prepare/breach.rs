@@ -72,7 +72,11 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     let attribute = || names.iter().find_map(|name| feature.number(name)).filter(|level| level.is_finite());
     let Some(crest) = breach.crest.as_ref().map(|crest| crest.value).or_else(attribute) else {
         let problem = input_error("no-crest", format!("neither the scenario nor {name} gives the crest of the dam"))
-            .with_cause(format!("looked for the attribute {}", names.join(", ")))
+            .with_cause(format!(
+                "looked for the attribute {}; its attributes: {}",
+                names.join(", "),
+                feature.attribute_names()
+            ))
             .with_remedy("add `crest: 105 m`, or name the attribute with `crest_field`");
         findings.add(&breach.dam, problem);
         return None;
@@ -182,7 +186,7 @@ pub(super) fn on_lattice(
 /// Name of the cross-section along the dam; an underscore more for each one of that name that the scenario has.
 const SECTION: &str = "breach";
 
-/// The cross-section along the dam, through which the flood passes: drawn so that what leaves the higher water counts as positive.
+/// The cross-section along the dam, through which the flood passes: drawn so that what leaves the lake counts as positive.
 pub(super) fn section(
     opened: &Opened,
     breach: &Breach,
@@ -193,16 +197,8 @@ pub(super) fn section(
     let lattice = &bed.lattice;
     let mut line = opened.line.clone();
     let local: Vec<Vec2> = line.iter().map(|place| lattice.to_local(*place)).collect();
-    let [start, end] = [local.first(), local.last()].map(|place| place.copied().unwrap_or_default());
-    let left = (end - start).perpendicular() * (1.0 / (end - start).norm().max(f64::MIN_POSITIVE));
-    let depth_beside = |cell: &DamCell, side: f64| {
-        let place = lattice.centre(cell.cell) + left * (side * BESIDE_DAM * lattice.spacing);
-        lattice.cell_at(place).map_or(0.0, |cell| water.depth[cell])
-    };
-    let rise_to_the_left: f64 =
-        breach.cells.iter().map(|cell| depth_beside(cell, 1.0) - depth_beside(cell, -1.0)).sum();
     // Water is counted towards the left of the line.
-    if rise_to_the_left > 0.0 {
+    if rise_to_the_left(&local, breach, bed, water) > 0.0 {
         line.reverse();
     }
     let mut id = SECTION.to_owned();
@@ -210,6 +206,29 @@ pub(super) fn section(
         id.push('_');
     }
     Section { id, line }
+}
+
+/// How much higher the lake stands on the left of the dam than what is on its right (m, summed along the dam): by the water of the start where it
+/// lies beside the dam, or else by the place whose level the dam waits for, or by the ground, which falls downstream.
+fn rise_to_the_left(line: &[Vec2], breach: &Breach, bed: &BedParticles, water: &StillWater) -> f64 {
+    let lattice = &bed.lattice;
+    let [start, end] = [line.first(), line.last()].map(|place| place.copied().unwrap_or_default());
+    let left = (end - start).perpendicular() * (1.0 / (end - start).norm().max(f64::MIN_POSITIVE));
+    let beside = |cell: &DamCell, side: f64| {
+        let place = lattice.centre(cell.cell) + left * (side * BESIDE_DAM * lattice.spacing);
+        lattice.cell_at(place).filter(|cell| bed.has_terrain(*cell))
+    };
+    let pairs: Vec<[usize; 2]> =
+        breach.cells.iter().filter_map(|cell| Some([beside(cell, 1.0)?, beside(cell, -1.0)?])).collect();
+    let is_wet = |pair: &&[usize; 2]| pair.iter().any(|cell| water.depth[*cell] > 0.0);
+    let has_water = pairs.iter().any(|pair| is_wet(&pair));
+    if let (Trigger::Level { place, .. }, false) = (&breach.trigger, has_water) {
+        let Foot { foot, direction, .. } = foot_of(*place, line);
+        return (*place - foot).dot(direction.perpendicular());
+    }
+    let level = |cell: usize| bed.elevation[cell] + water.depth[cell];
+    let counted = pairs.iter().filter(|pair| !has_water || is_wet(pair));
+    counted.map(|[on_left, on_right]| level(*on_left) - level(*on_right)).sum()
 }
 
 /// Reports a problem of the crest where that is written.

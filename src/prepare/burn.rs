@@ -121,20 +121,23 @@ pub(super) struct Foot {
     pub station: f64,
     /// Its distance (m) from the other place.
     pub distance: f64,
+    /// Where it lies.
+    pub foot: Vec2,
     /// The direction of the line there, of length 1.
     pub direction: Vec2,
 }
 
 /// The foot of a place on a line of two vertices or more, no two of them that follow each other the same.
 pub(super) fn foot_of(place: Vec2, line: &[Vec2]) -> Foot {
-    let mut best = Foot { station: 0.0, distance: f64::INFINITY, direction: Vec2::default() };
+    let mut best = Foot { station: 0.0, distance: f64::INFINITY, foot: Vec2::default(), direction: Vec2::default() };
     let mut before = 0.0;
     for piece in line.windows(2) {
         let along = piece[1] - piece[0];
         let (share, length) = (((place - piece[0]).dot(along) / along.norm_squared()).clamp(0.0, 1.0), along.norm());
-        let distance = (place - (piece[0] + along * share)).norm();
+        let foot = piece[0] + along * share;
+        let distance = (place - foot).norm();
         if distance < best.distance {
-            best = Foot { station: before + share * length, distance, direction: along * (1.0 / length) };
+            best = Foot { station: before + share * length, distance, foot, direction: along * (1.0 / length) };
         }
         before += length;
     }

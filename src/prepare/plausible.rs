@@ -17,6 +17,8 @@ const TORRENT: f64 = 100.0;
 const STEP: f64 = 0.01;
 /// Height (m) of a weir above ground that is dry at the start: less is a sill or a bank, more is rather another unit or datum.
 const HIGH_WEIR: f64 = 10.0;
+/// So many cells before an edge tell whether the ground rises towards it: fewer are a sill.
+const BEFORE_EDGE: usize = 10;
 
 /// A boundary with a condition on the lattice.
 #[derive(Debug)]
@@ -53,7 +55,8 @@ pub(super) fn check(
             }
             Condition::Rating(rating) => high_weir(rating, &boundary.faces, bed, still),
             Condition::Stage(level) => drowned(level, bed, still, scenario.end_time),
-            Condition::NormalDepth { .. } | Condition::Free => None,
+            Condition::NormalDepth { slope } => rising_ground(*slope, &boundary.faces, bed),
+            Condition::Free => None,
         };
         let first = boundary.faces.first().map(|face| bed.lattice.to_map(face.1));
         let problem = problem.map(|problem| Problem { at: problem.at.or(first), ..problem });
@@ -128,6 +131,29 @@ fn high_weir(rating: &Rating, faces: &[(usize, Vec2)], bed: &BedParticles, still
             .with_cause("until the water stands that high nothing leaves")
             .with_remedy("nothing, if a reservoir is to fill there; otherwise correct the levels of the table, their unit or their datum")
             .with_at(bed.lattice.to_map(place))
+    })
+}
+
+/// Warns of uniform flow down a slope where the lowest ground before the edge rises towards it from cell to cell.
+fn rising_ground(slope: f64, faces: &[(usize, Vec2)], bed: &BedParticles) -> Option<Problem> {
+    let lattice = &bed.lattice;
+    let behind = |(cell, face): &(usize, Vec2), cells: usize| {
+        let centre = lattice.centre(*cell);
+        let place = centre + (centre - *face) * (2.0 * cells as f64);
+        lattice.cell_at(place).filter(|cell| bed.has_terrain(*cell)).map(|cell| bed.elevation[cell])
+    };
+    let lowest = |cells: usize| faces.iter().filter_map(|face| behind(face, cells)).min_by(f64::total_cmp);
+    let grounds = (0..=BEFORE_EDGE).map(lowest).collect::<Option<Vec<f64>>>()?;
+    let (rise, length) = (grounds[0] - grounds[BEFORE_EDGE], BEFORE_EDGE as f64 * lattice.spacing);
+    grounds.windows(2).all(|pair| pair[1] < pair[0]).then(|| {
+        let message = format!(
+            "uniform flow is to leave down a slope of {}, and the ground rises towards the edge: {rise:.2} m over the last {} m",
+            readable(slope),
+            readable(length)
+        );
+        input_warning("rising-ground", message)
+            .with_cause("on ground that rises no flow is uniform: its depth at the edge is that of another slope than the terrain's")
+            .with_remedy("take `type: open`, over which water falls, or a rating curve or `stage` of what holds it; or move the edge to where the ground falls")
     })
 }
 

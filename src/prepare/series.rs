@@ -7,6 +7,7 @@ use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
 use crate::scenario::{ColumnUnit, TableFile, Timed};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 
+use super::cf_time::seconds_of;
 use super::findings::Findings;
 use super::series_times;
 
@@ -40,7 +41,7 @@ pub(super) fn series(timed: &Timed, meaning: Meaning, end: f64, findings: &mut F
     let rows = findings.take_all(&table.file, rows(table, [&TIME, meaning.dimension]))?;
     let name = table.file.value.display();
     let mut faults = Vec::new();
-    rises(&rows, &name.to_string(), "time", &mut faults);
+    rises(&rows, &name.to_string(), ("time", SORT), &mut faults);
     faults.extend(match meaning.negative {
         Some(remedy) => negative(&rows, &name.to_string(), remedy),
         None => implausible(&rows, 1, &name.to_string()),
@@ -59,7 +60,8 @@ pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Ratin
     let rows = findings.take_all(&table.file, rows(table, [&LENGTH, &DISCHARGE]))?;
     let name = table.file.value.display();
     let mut faults = Vec::new();
-    rises(&rows, &name.to_string(), "level", &mut faults);
+    let remedy = "give one discharge for each level, the levels rising: of a loop with a rising and a falling limb the mean of both, of a jump two rows a millimetre apart";
+    rises(&rows, &name.to_string(), ("level", remedy), &mut faults);
     faults.extend(implausible(&rows, 0, &name.to_string()));
     faults.extend(negative(
         &rows,
@@ -100,7 +102,7 @@ pub(super) fn growth(table: &TableFile, findings: &mut Findings) -> Option<Serie
         .take_all(&table.file, rows_of(&table.file.value, &table.columns, [&TIME, &SHARE], "time_min,share"))?;
     let name = table.file.value.display();
     let mut faults = Vec::new();
-    rises(&rows, &name.to_string(), "time", &mut faults);
+    rises(&rows, &name.to_string(), ("time", SORT), &mut faults);
     let shrunk = rows.windows(2).filter(|pair| pair[1].numbers[1] < pair[0].numbers[1]);
     faults.extend(in_lines(
         shrunk.map(|pair| (pair[1].line, format!("{} after {}", pair[1].numbers[1], pair[0].numbers[1]))),
@@ -178,8 +180,11 @@ pub(super) fn in_lines(
     Some(input_error(code, message(faulty.len(), &lines)).with_remedy(remedy))
 }
 
-/// Refuses a column that does not rise from row to row.
-fn rises(rows: &[Row], name: &str, what: &str, faults: &mut Vec<Problem>) {
+/// What to do about times that do not rise.
+const SORT: &str = "sort the rows, and take out what stands there twice";
+
+/// Refuses a column that does not rise from row to row; with what it is and what to do.
+fn rises(rows: &[Row], name: &str, (what, remedy): (&str, &str), faults: &mut Vec<Problem>) {
     let fallen = rows.windows(2).filter(|pair| pair[1].numbers[0] <= pair[0].numbers[0]);
     faults.extend(in_lines(
         fallen.map(|pair| (pair[1].line, String::new())),
@@ -187,7 +192,7 @@ fn rises(rows: &[Row], name: &str, what: &str, faults: &mut Vec<Problem>) {
         |count, lines| {
             format!("{} a {what} that is not above that of the row before, in {name}: {lines}", rows_are(count))
         },
-        "sort the rows, and take out what stands there twice",
+        remedy,
     ));
 }
 
@@ -224,7 +229,13 @@ pub(super) fn rows_of<const COLUMNS: usize>(
     for (place, (column, dimension)) in columns.iter().zip(dimensions).enumerate() {
         match choose(column, place, &header, dimension, &name.to_string()) {
             Ok(chosen) => found[place] = chosen,
-            Err(problem) => faults.push(*problem),
+            Err(problem) => {
+                let first =
+                    parsed.rows.first().filter(|_| problem.code == "missing-unit" && dimension.name == TIME.name);
+                let is_it = |field: &String| column.name.as_ref().is_some_and(|name| field.eq_ignore_ascii_case(name));
+                let at = header.iter().position(is_it).unwrap_or(place);
+                faults.push(first.and_then(|row| dates(row, at, &name.to_string())).unwrap_or(*problem));
+            }
         }
     }
     faults.extend(in_lines(
@@ -261,7 +272,7 @@ pub(super) fn rows_of<const COLUMNS: usize>(
         "not-a-number",
         |count, lines| format!("{} no {number_of_columns} numbers in {name}: {lines}", rows_are(count)),
         if has_moments {
-            "write times as numbers that count from the start of the run, not as dates or times of day"
+            COUNT_TIMES
         } else {
             "write numbers with a point as decimal sign, and leave out rows without a value"
         },
@@ -270,6 +281,16 @@ pub(super) fn rows_of<const COLUMNS: usize>(
         faults.push(input_error("empty-table", format!("{name} has no rows")).with_remedy("give it at least one row"));
     }
     if faults.is_empty() { Ok(rows) } else { Err(faults) }
+}
+
+/// What to do about times that are dates.
+const COUNT_TIMES: &str = "write times as numbers that count from the start of the run, not as dates or times of day, in a column with a unit such as `time_h`";
+
+/// The problem of a column of times without a unit that holds dates or times of day, as its first row (line and fields) tells: a unit would not help.
+fn dates((line, fields): &(usize, Vec<String>), column: usize, name: &str) -> Option<Problem> {
+    let text = fields.get(column).filter(|text| text.contains(':') || seconds_of(text).is_some())?;
+    let message = format!("the times of {name} are dates or times of day: line {line} (`{text}`)");
+    Some(input_error("dates-as-times", message).with_remedy(COUNT_TIMES))
 }
 
 /// The number of a column and the factor of its unit.

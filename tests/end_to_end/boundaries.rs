@@ -507,6 +507,12 @@ fn the_last_value_of_a_series_holds_on_where_the_scenario_says_so() {
 fn units_are_asked_for_and_checked() {
     let scene = Scene::with(&[("unit: m3/s, time_unit: min", "time_unit: min")]);
     scene.assert_refused(4, &["missing-unit", "the column `q`", "`q_m3_s`", "l/s"]);
+    let scene = Scene::with(&[("unit: m3/s, time_unit: min", "unit: m3/s")]);
+    for (first, second) in [("2026-06-01 06:00:00", "2026-06-01 09:00:00"), ("2026-06-01", "2026-06-02")] {
+        scene.write("q.csv", &format!("time,q\n{first},12\n{second},4\n"));
+        scene.assert_refused(4, &["dates-as-times", &format!("line 2 (`{first}`)"), "`time_h`", "s.yaml:6:"]);
+        scene.assert_silent_on(&["missing-unit"]);
+    }
     let scene = Scene::sound();
     scene.write("q.csv", "t_h,q\n0,0\n3,4\n");
     scene.assert_refused(4, &["contradicting-units", "the column `t_h`", "another unit than the scenario, `min`"]);
@@ -596,6 +602,8 @@ fn rating_curves_and_roughness_are_checked() {
         4,
         &["not-rising", "line 4", "falling-discharge", "line 3", "rating-start", "begins with 1 m3/s"],
     );
+    scene.write("weir.csv", "level_m,discharge_m3_s\n8,0\n9,5\n8.5,3\n");
+    scene.assert_refused(4, &["not-rising", "line 4", "of a loop with a rising and a falling limb the mean of both"]);
     let scene = Scene::with(&[("manning: 0.03", "manning: 0")]);
     scene.assert_refused(3, &["no-roughness", "boundaries[1].normal_depth.slope"]);
 }

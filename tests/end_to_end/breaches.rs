@@ -151,3 +151,16 @@ fn the_variational_formulation_knows_no_dam_that_breaks() {
     let check = floodsim(folder.path(), &["check", "s.yaml", "--set", "numerics={formulation: variational}"]);
     assert!(check.stdout.contains("error[method-combination] breach") && check.code == 3, "{}", check.stdout);
 }
+
+#[test]
+fn a_crest_written_as_a_text_is_told_as_such() {
+    let folder = scene();
+    let text = std::fs::read_to_string(folder.path().join("dam.geojson")).unwrap();
+    std::fs::write(folder.path().join("dam.geojson"), text.replace("{}", r#"{"crest_m":"110,5"}"#)).unwrap();
+    std::fs::write(folder.path().join("s.yaml"), SCENARIO.replace("  crest: 110.5 m\n", "")).unwrap();
+    let check = floodsim(folder.path(), &["check", "s.yaml"]);
+    assert_eq!(check.code, 4, "{}", check.stdout);
+    for part in ["error[no-crest] breach.dam", "crest_m (the text `110,5`, which is no number)"] {
+        assert!(check.stdout.contains(part), "check does not say `{part}`:\n{}", check.stdout);
+    }
+}

@@ -194,6 +194,13 @@ fn boundaries_that_are_hardly_meant_so_are_told() {
             &["the boundary is a wall"],
         ),
         (
+            "boundaries: [{side: west, normal_depth: {slope: 1 %}}]",
+            "warning[rising-ground] boundaries[0]",
+            &["down a slope of 0.01, and the ground rises towards the edge: 1.03 m over the last 50 m", "`type: open`"],
+        ),
+        ("boundaries: [{side: east, normal_depth: {slope: 1 %}}]", "", &[]),
+        ("boundaries: [{side: north, normal_depth: {slope: 1 %}}]", "", &[]),
+        (
             &inflow("1e6 m3/s"),
             "warning[huge-discharge] boundaries[0]",
             &["1000000 m3/s come in over 50 m of this boundary: critical flow would be 344 m deep"],

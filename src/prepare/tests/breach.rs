@@ -1,6 +1,6 @@
 //! A dam across the basin of the scene: its ridge, the lake behind it, and every way in which its breach may not fit.
 
-use super::scene::{Scene, sourced, vector};
+use super::scene::{Scene, Tiff, basin_elevation, centre_of, sourced, vector};
 use crate::error::{Problem, Severity};
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::methods::Motion;
@@ -67,6 +67,53 @@ fn the_dam_stands_on_the_lattice_and_holds_the_lake() {
     let Opening::Trapezoid { middle, .. } = breach.opening else { panic!("no trapezoid") };
     assert!((middle - 34.0).abs() < 1e-9);
     assert!(prepared.inputs.iter().any(|input| input.path.ends_with("dam.geojson")));
+}
+
+/// The ends, south to north where it is true, of the line through which the flood of a dam is measured, however the dam was drawn.
+fn measured_northwards(change: impl Fn(&mut Scene)) -> bool {
+    let northwards = [[2041.0, 2109.0], [2109.0, 2041.0]].map(|[from, to]| {
+        let mut scene = dam();
+        scene.line("dam.geojson", &[(1077.5, from), (1077.5, to)]);
+        change(&mut scene);
+        let line = prepare(&scene.scenario).sections.pop().unwrap().line;
+        line[0].y < line[1].y
+    });
+    assert_eq!(northwards[0], northwards[1], "it depends on how the dam was drawn");
+    northwards[0]
+}
+
+#[test]
+fn what_leaves_the_lake_counts_as_positive_whatever_lies_beside_the_dam_at_the_start() {
+    // The left side, towards which water is counted, is west of a line that runs north.
+    assert!(!measured_northwards(|_| {}), "the lake is in the west");
+    for (x, counts_west) in [(1060.0, false), (1095.0, true)] {
+        let empty = |scene: &mut Scene| {
+            scene.scenario.initial.clear();
+            let level = sourced("breach.trigger.level", 8.0);
+            let place = sourced("breach.trigger.at_point", [x, 2075.0]);
+            scene.scenario.breach.as_mut().unwrap().trigger = BreachTrigger::Level { level, place };
+        };
+        assert_eq!(measured_northwards(empty), counts_west, "a lake that fills around {x}");
+    }
+    // The floor lies 3 m lower in the west: water is deeper there and stands lower.
+    let deep = |scene: &mut Scene| {
+        Tiff { no_data: Some(-9999.0), ..Tiff::default() }.write(&scene.path("dem.tif"), |column, row| {
+            let place = centre_of(column, row);
+            (basin_elevation(place) - if place.x < 1075.0 && basin_elevation(place) <= 0.0 { 3.0 } else { 0.0 }) as f32
+        });
+    };
+    let tailwater = |scene: &mut Scene| {
+        deep(scene);
+        scene.scenario.initial[0].level = Some(sourced("initial[0].level", 4.5));
+        scene.polygon("tail.geojson", &[(1080.0, 2050.0), (1100.0, 2050.0), (1100.0, 2100.0), (1080.0, 2100.0)]);
+        scene.fill("tail.geojson", Some(5.0));
+    };
+    assert!(measured_northwards(tailwater), "the higher water is in the east");
+    let dry = |scene: &mut Scene| {
+        deep(scene);
+        scene.scenario.initial.clear();
+    };
+    assert!(measured_northwards(dry), "the ground falls to the west");
 }
 
 #[test]
