@@ -5,6 +5,7 @@ mod eulerian;
 pub mod lagrangian;
 pub mod moving;
 pub mod phases;
+mod scratch;
 #[cfg(test)]
 mod testing;
 pub mod variational;

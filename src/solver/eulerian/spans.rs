@@ -23,6 +23,8 @@ pub(crate) struct ActiveSet {
     /// Runs that are in work as if they were wet: water may come to them from elsewhere than their neighbours.
     fed: Vec<Vec<Run>>,
     pub work: Vec<Vec<Run>>,
+    /// That of the step before.
+    before: Vec<Vec<Run>>,
     /// Work of the step before together with that of now, as spans of the lattice: what a recorder has to look at.
     recorded: Vec<Span>,
     cells: usize,
@@ -36,6 +38,7 @@ impl ActiveSet {
             wet: vec![Vec::new(); state.rows + 2],
             fed,
             work: vec![Vec::new(); state.rows + 2],
+            before: vec![Vec::new(); state.rows + 2],
             recorded: Vec::new(),
             cells: 0,
             wet_cells: 0,
@@ -75,10 +78,9 @@ impl ActiveSet {
                 find_wet(&water[row].depth, run.clone(), dry_depth, wet);
             }
         });
-        let before = std::mem::take(&mut self.work);
-        self.work = vec![Vec::new(); before.len()];
+        std::mem::swap(&mut self.work, &mut self.before);
         self.spread(state.columns);
-        for (row, runs) in before.iter().enumerate() {
+        for (row, runs) in self.before.iter().enumerate() {
             if *runs != self.work[row] {
                 for run in runs {
                     for column in run.clone().filter(|column| !holds(&self.work[row], *column)) {

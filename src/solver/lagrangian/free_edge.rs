@@ -100,13 +100,13 @@ impl Balanced {
         if push == 0.0 {
             return;
         }
-        let places = [1.0, 2.0].map(|times| self.place_ahead(water, me, ahead * times));
+        let places = [1.0, 2.0].map(|times| self.place_ahead(water, me, ahead * times, glance));
         for (cover, &place) in cover.iter_mut().zip(&places) {
             *cover = cover.max(self.cover_at(water, place, glance));
         }
         standing.edge = open_share(cover[0].max(cover[1]));
         if standing.edge > 0.0 {
-            let wet = places.map(|place| self.share_below(water, me, place));
+            let wet = places.map(|place| self.share_below(water, me, place, glance));
             standing.push = push * open_share((cover[0] / wet[0]).max(cover[1] / wet[1]));
         }
     }
@@ -118,8 +118,8 @@ impl Balanced {
     }
 
     /// The place at an offset from a particle; of one behind a wall, the place before the wall whose image it is.
-    fn place_ahead(&self, water: &MovingWater, me: &State, ahead: Vec2) -> Vec2 {
-        water.walls.travel(me.position, me.position + ahead, &mut Vec::new()).position
+    fn place_ahead(&self, water: &MovingWater, me: &State, ahead: Vec2, glance: &mut Glance) -> Vec2 {
+        water.walls.travel(me.position, me.position + ahead, &mut glance.near).position
     }
 
     /// Σ A W over all particles that reach a place.
@@ -134,7 +134,7 @@ impl Balanced {
     }
 
     /// Kernel mean of the ground below the surface of `me` around a place, by the points of a hexagonal lattice.
-    fn share_below(&self, water: &MovingWater, me: &State, place: Vec2) -> f64 {
+    fn share_below(&self, water: &MovingWater, me: &State, place: Vec2, glance: &mut Glance) -> f64 {
         let (mut below, mut all) = (0.0, 0.0);
         for point in HEXAGON {
             if self.dimension == Dimension::One && point.y != 0.0 {
@@ -142,7 +142,7 @@ impl Balanced {
             }
             let offset = point * (SAMPLING / me.inverse_h);
             let weight = self.kernel.value(offset.norm(), me.inverse_h);
-            let sample = water.walls.travel(place, place + offset, &mut Vec::new()).position;
+            let sample = water.walls.travel(place, place + offset, &mut glance.near).position;
             all += weight;
             if water.bed_at(sample).elevation < me.surface {
                 below += weight;

@@ -44,49 +44,60 @@ impl Balanced {
             .zip(bytemuck::cast_slice_mut::<_, Begun>(&mut rates).par_chunks_mut(CHUNK))
             .enumerate()
             .with_max_len(CHUNKS_AT_ONCE)
-            .for_each_init(
-                || (Pairs::new(), [Sums::default(); CHUNK], Glance::default(), Vec::new()),
-                |(pairs, sums, glance, list), (chunk, (((gradients, edges), lengths), begun))| {
-                    let first = chunk * CHUNK;
-                    let sums = &mut sums[..gradients.len()];
-                    sums.fill(Sums::default());
-                    for i in first..first + sums.len() {
-                        let ridges = self.ridges_near(around, self.states[i].position);
-                        for block in around.neighbours.of(i, list).blocks(BLOCK) {
-                            if !pairs.has_room_for(block) {
-                                sum_pairs(pairs, first, sums, &self.states, &self.kernel);
-                            }
-                            gather_states(pairs, i, block, &self.states, around.walls.isometries(), ridges);
-                        }
-                    }
-                    sum_pairs(pairs, first, sums, &self.states, &self.kernel);
-                    // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
-                    for (k, sums) in sums.iter().enumerate() {
-                        let me = &self.states[first + k];
-                        (gradients[k], begun[k].correction) = finish(sums);
-                        lengths[k] = self.next_smoothing_length(me, sums);
-                    }
-                    for (k, sums) in sums.iter().enumerate() {
-                        let me = &self.states[first + k];
-                        // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
-                        let openness = sums.closure * (-2.0 * self.dimension.edge(me.area));
-                        let mut standing = Standing { openness, ..Standing::default() };
-                        self.find_free_edge(around, first + k, list, glance, &mut standing);
-                        standing.out_of_step = self.out_of_step(me, sums, &standing);
-                        edges[k] = standing.edge;
-                        begun[k] = Begun {
-                            correction: begun[k].correction,
-                            openness: standing.openness,
-                            out_of_step: standing.out_of_step,
-                            push: standing.push,
-                        };
-                    }
-                },
-            );
+            .for_each(|(chunk, (((gradients, edges), lengths), begun))| {
+                self.gradient_scratch.with(|scratch| {
+                    self.find_gradients_of(around, chunk * CHUNK, scratch, (gradients, edges, lengths, begun));
+                });
+            });
         self.gradients = gradients;
         self.edges = edges;
         water.particles.smoothing_length = lengths;
         water.rates = rates;
+    }
+
+    /// The same for the particles of a chunk, from `first` on.
+    fn find_gradients_of(
+        &self,
+        around: &MovingWater,
+        first: usize,
+        scratch: &mut GradientScratch,
+        found: (&mut [Gradients], &mut [f64], &mut [f64], &mut [Begun]),
+    ) {
+        let GradientScratch { pairs, sums, glance, list } = scratch;
+        let (gradients, edges, lengths, begun) = found;
+        let sums = &mut sums[..gradients.len()];
+        sums.fill(Sums::default());
+        for i in first..first + sums.len() {
+            let ridges = self.ridges_near(around, self.states[i].position);
+            for block in around.neighbours.of(i, list).blocks(BLOCK) {
+                if !pairs.has_room_for(block) {
+                    sum_pairs(pairs, first, sums, &self.states, &self.kernel);
+                }
+                gather_states(pairs, i, block, &self.states, around.walls.isometries(), ridges);
+            }
+        }
+        sum_pairs(pairs, first, sums, &self.states, &self.kernel);
+        // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
+        for (k, sums) in sums.iter().enumerate() {
+            let me = &self.states[first + k];
+            (gradients[k], begun[k].correction) = finish(sums);
+            lengths[k] = self.next_smoothing_length(me, sums);
+        }
+        for (k, sums) in sums.iter().enumerate() {
+            let me = &self.states[first + k];
+            // S₀ / A^((dim−1)/dim) = −2 A^(1/dim) Σ A_j G e, since A / A^((dim−1)/dim) = A^(1/dim).
+            let openness = sums.closure * (-2.0 * self.dimension.edge(me.area));
+            let mut standing = Standing { openness, ..Standing::default() };
+            self.find_free_edge(around, first + k, list, glance, &mut standing);
+            standing.out_of_step = self.out_of_step(me, sums, &standing);
+            edges[k] = standing.edge;
+            begun[k] = Begun {
+                correction: begun[k].correction,
+                openness: standing.openness,
+                out_of_step: standing.out_of_step,
+                push: standing.push,
+            };
+        }
     }
 
     fn out_of_step(&self, me: &State, sums: &Sums, standing: &Standing) -> f64 {
@@ -117,6 +128,26 @@ fn finish(sums: &Sums) -> (Gradients, Sym2) {
         v: correction.apply(sums.v),
     };
     (gradients, correction)
+}
+
+/// What a thread works in.
+#[derive(Debug)]
+pub(super) struct GradientScratch {
+    pairs: Pairs,
+    sums: [Sums; CHUNK],
+    glance: Glance,
+    list: Vec<u32>,
+}
+
+impl Default for GradientScratch {
+    fn default() -> Self {
+        GradientScratch {
+            pairs: Pairs::new(),
+            sums: [Sums::default(); CHUNK],
+            glance: Glance::default(),
+            list: Vec::new(),
+        }
+    }
 }
 
 /// The sums over the pairs of one particle.

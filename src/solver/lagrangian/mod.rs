@@ -25,6 +25,7 @@ use crate::particles::{FluidSeed, Line};
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
+use crate::solver::scratch::Scratch;
 
 /// Σ A W on a square lattice: not quite 1, and what particles that agree with their depths have.
 fn lattice_partition(kernel: &ChosenKernel, dimension: Dimension) -> f64 {
@@ -119,6 +120,8 @@ pub struct Balanced {
     gradients: Vec<Gradients>,
     /// χ of each particle.
     edges: Vec<f64>,
+    gradient_scratch: Scratch<gradients::GradientScratch>,
+    rate_scratch: Scratch<rates::RateScratch>,
 }
 
 /// Moving particles in the balanced formulation.
@@ -155,6 +158,8 @@ impl LagrangianSolver {
             states: Vec::new(),
             gradients: Vec::new(),
             edges: Vec::new(),
+            gradient_scratch: Scratch::default(),
+            rate_scratch: Scratch::default(),
         };
         Self::with_formulation(problem, seeds, balanced, methods, dimension)
     }

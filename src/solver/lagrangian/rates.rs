@@ -74,6 +74,20 @@ const FREE_FROUDE_SQUARED: f64 = 0.25;
 /// A face with less water (m) than this is dry.
 const DRY_FACE: f64 = 1e-9;
 
+/// What a thread works in.
+#[derive(Debug)]
+pub(super) struct RateScratch {
+    pairs: Pairs,
+    sums: [Sums; CHUNK],
+    list: Vec<u32>,
+}
+
+impl Default for RateScratch {
+    fn default() -> Self {
+        RateScratch { pairs: Pairs::new(), sums: [Sums::default(); CHUNK], list: Vec::new() }
+    }
+}
+
 /// The sums over the pair faces of one particle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
@@ -97,30 +111,33 @@ impl Balanced {
         let mut rates = std::mem::take(&mut water.rates);
         rates.resize(water.particles.len(), Rates::default());
         let water_ref = &*water;
-        rates.par_chunks_mut(CHUNK).enumerate().with_max_len(CHUNKS_AT_ONCE).for_each_init(
-            || (Pairs::new(), [Sums::default(); CHUNK], Vec::new()),
-            |(pairs, sums, list), (chunk, rates)| {
-                let (first, sums) = (chunk * CHUNK, &mut sums[..rates.len()]);
-                sums.fill(Sums::default());
-                let around = self.around(water_ref, first, bytemuck::cast_slice(rates));
-                for i in first..first + sums.len() {
-                    let ridges = self.ridges_near(water_ref, self.states[i].position);
-                    for block in water_ref.neighbours.of(i, list).blocks(BLOCK) {
-                        if !pairs.has_room_for(block) {
-                            sum_faces(pairs, sums, &around);
-                        }
-                        gather_states(pairs, i, block, &self.states, water_ref.walls.isometries(), ridges);
-                        gather_gradients(pairs, block, &self.gradients, water_ref.walls.isometries());
-                    }
-                }
-                sum_faces(pairs, sums, &around);
-                // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
-                for (k, (rates, sums)) in rates.iter_mut().zip(sums).enumerate() {
-                    *rates = self.rates_of(water_ref, first + k, sums, &bytemuck::must_cast(*rates));
-                }
-            },
-        );
+        rates.par_chunks_mut(CHUNK).enumerate().with_max_len(CHUNKS_AT_ONCE).for_each(|(chunk, rates)| {
+            self.rate_scratch.with(|scratch| self.find_rates_of(water_ref, chunk * CHUNK, scratch, rates));
+        });
         water.rates = rates;
+    }
+
+    /// The same for the particles of a chunk, from `first` on.
+    fn find_rates_of(&self, water: &MovingWater, first: usize, scratch: &mut RateScratch, rates: &mut [Rates]) {
+        let RateScratch { pairs, sums, list } = scratch;
+        let sums = &mut sums[..rates.len()];
+        sums.fill(Sums::default());
+        let around = self.around(water, first, bytemuck::cast_slice(rates));
+        for i in first..first + sums.len() {
+            let ridges = self.ridges_near(water, self.states[i].position);
+            for block in water.neighbours.of(i, list).blocks(BLOCK) {
+                if !pairs.has_room_for(block) {
+                    sum_faces(pairs, sums, &around);
+                }
+                gather_states(pairs, i, block, &self.states, water.walls.isometries(), ridges);
+                gather_gradients(pairs, block, &self.gradients, water.walls.isometries());
+            }
+        }
+        sum_faces(pairs, sums, &around);
+        // Apart from the sums: its steps wait for each other, and those of several particles go on side by side.
+        for (k, (rates, sums)) in rates.iter_mut().zip(sums).enumerate() {
+            *rates = self.rates_of(water, first + k, sums, &bytemuck::must_cast(*rates));
+        }
     }
 
     fn around<'a>(&'a self, water: &MovingWater, first: usize, begun: &'a [Begun]) -> Around<'a> {

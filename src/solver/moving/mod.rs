@@ -38,6 +38,7 @@ use crate::particles::{FluidParticles, FluidSeed, Line};
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
 use crate::solver::phases::Phases;
+use crate::solver::scratch::Scratch;
 use crate::solver::{FlowProblem, Passage, Way};
 
 /// The largest area of a particle over the largest one at the start: twelve times as wide in the plane.
@@ -142,6 +143,8 @@ pub struct MovingWater {
     springs: Springs,
     sections: Sections,
     rainfall: Rainfall,
+    /// Scratch space: the walls near a particle.
+    near_walls: Scratch<Vec<u32>>,
 }
 
 /// How far walls stand aside of where they are drawn, in spacings: a particle on a wall would be seen from both of its sides, and let
@@ -209,6 +212,7 @@ impl MovingWater {
             springs,
             sections,
             rainfall,
+            near_walls: Scratch::default(),
         }
     }
 

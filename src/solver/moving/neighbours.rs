@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::boundary::{Image, ImageScratch, Viewpoint, Walls};
 use crate::math::Vec2;
 use crate::neighbours::{CellGrid, Found, Span};
+use crate::solver::scratch::Scratch;
 
 /// Number of particles in a chunk: the unit of parallel work, fixed so that no result depends on the number of threads.
 pub const CHUNK: usize = 128;
@@ -101,42 +102,26 @@ struct ChunkNeighbours {
 /// Scratch space of a search; one for each thread.
 #[derive(Clone, Debug, Default)]
 struct SearchScratch {
-    spans: Vec<Span>,
+    /// As in `ChunkNeighbours`.
+    chunk: ChunkNeighbours,
     found: Found,
     seen: Vec<Image>,
     images: ImageScratch,
 }
 
+/// Replaces what a chunk keeps. Room is made in pieces of one size, so that what one chunk gives back serves another: there are many
+/// chunks, and all of them change when the particles are sorted.
+fn keep<T: Copy>(kept: &mut Vec<T>, found: &[T]) {
+    const PIECE: usize = 64;
+    kept.clear();
+    if kept.capacity() < found.len() {
+        kept.reserve_exact(found.len().next_multiple_of(PIECE));
+    }
+    kept.extend_from_slice(found);
+}
+
 impl ChunkNeighbours {
-    fn clear(&mut self) {
-        self.starts.clear();
-        self.beside_walls.clear();
-        self.indices.clear();
-        self.transforms.clear();
-    }
-
-    /// Takes the spans that were found. Room is made in pieces of one size, so that what one chunk gives back serves another: there
-    /// are many chunks, and all of them change when the particles are sorted.
-    fn keep(&mut self, spans: &[Span]) {
-        const PIECE: usize = 64;
-        if self.spans.capacity() < spans.len() {
-            self.spans = Vec::new();
-            self.spans.reserve_exact(spans.len().next_multiple_of(PIECE));
-        }
-        self.spans.clear();
-        self.spans.extend_from_slice(spans);
-    }
-
-    /// Takes what the particle at place `k` of the chunk sees beside a wall.
-    fn keep_images(&mut self, k: usize, seen: &[Image]) {
-        self.indices.reserve_exact(seen.len());
-        self.transforms.reserve_exact(seen.len());
-        self.indices.extend(seen.iter().map(|image| image.index));
-        self.transforms.extend(seen.iter().map(|image| image.transform));
-        self.beside_walls.push([k as u32, self.indices.len() as u32]);
-    }
-
-    /// Where that lies; none for a particle that is clear of walls.
+    /// Where lies what the particle at place `k` of the chunk sees beside a wall; none for a particle that is clear of walls.
     #[inline]
     fn images_of(&self, k: usize) -> Option<Range<usize>> {
         if self.beside_walls.is_empty() {
@@ -159,17 +144,20 @@ impl SearchScratch {
         supports: &[f32],
         walls: &Walls,
     ) {
-        let SearchScratch { spans, found, seen, images } = self;
+        let SearchScratch { chunk: ChunkNeighbours { starts, spans, beside_walls, indices, transforms }, .. } = self;
+        let (found, seen, images) = (&mut self.found, &mut self.seen, &mut self.images);
         let largest_support = grid.largest_support();
-        chunk.clear();
+        starts.clear();
         spans.clear();
-        chunk.starts.reserve_exact(count + 1);
-        chunk.starts.push(0);
+        beside_walls.clear();
+        indices.clear();
+        transforms.clear();
+        starts.push(0);
         for i in first..first + count {
             let (place, support) = (positions[i], f64::from(supports[i]));
             if walls.is_clear(place, largest_support) {
                 grid.spans_within(place, support, i as u32, spans);
-                chunk.starts.push(spans.len() as u32);
+                starts.push(spans.len() as u32);
                 continue;
             }
             let found = &*grid.within(place, support, found);
@@ -180,29 +168,38 @@ impl SearchScratch {
                 let from = Viewpoint { place, support, particle: Some(i as u32) };
                 seen.clear();
                 walls.see(&from, found, positions, supports, images, seen);
-                chunk.keep_images(i - first, seen);
+                indices.extend(seen.iter().map(|image| image.index));
+                transforms.extend(seen.iter().map(|image| image.transform));
+                beside_walls.push([(i - first) as u32, indices.len() as u32]);
             }
-            chunk.starts.push(spans.len() as u32);
+            starts.push(spans.len() as u32);
         }
-        chunk.keep(spans);
+        keep(&mut chunk.starts, starts);
+        keep(&mut chunk.spans, spans);
+        keep(&mut chunk.beside_walls, beside_walls);
+        keep(&mut chunk.indices, indices);
+        keep(&mut chunk.transforms, transforms);
     }
 }
 
 /// What reaches a bare place; scratch space.
 #[derive(Clone, Debug, Default)]
 pub struct Glance {
+    /// The walls near a way.
+    pub near: Vec<u32>,
     found: Found,
     seen: Vec<Image>,
     scratch: ImageScratch,
 }
 
 /// The neighbours of all particles.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Neighbours {
     grid: CellGrid,
     /// In single precision: a sliver of that size at the rim of a support is left out of the search anyway.
     supports: Vec<f32>,
     chunks: Vec<ChunkNeighbours>,
+    scratch: Scratch<SearchScratch>,
 }
 
 impl Neighbours {
@@ -214,10 +211,13 @@ impl Neighbours {
         self.chunks.resize_with(positions.len().div_ceil(CHUNK), ChunkNeighbours::default);
         let (grid, supports) = (&self.grid, &self.supports);
         let chunks = self.chunks.par_iter_mut().enumerate().with_max_len(CHUNKS_AT_ONCE);
-        chunks.for_each_init(SearchScratch::default, |scratch, (chunk, neighbours)| {
+        chunks.for_each(|(chunk, neighbours)| {
             let first = chunk * CHUNK;
             let count = CHUNK.min(positions.len() - first);
-            scratch.search(neighbours, grid, (first, count), positions, supports, walls);
+            let search = |scratch: &mut SearchScratch| {
+                scratch.search(neighbours, grid, (first, count), positions, supports, walls)
+            };
+            self.scratch.with(search);
         });
     }
 

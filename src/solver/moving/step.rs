@@ -189,7 +189,7 @@ fn drift<F: Formulation>(
     let places = position.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK));
     let sizes = depth.par_chunks_mut(CHUNK).zip(smoothing_length.par_chunks_mut(CHUNK));
     let chunks = places.zip(sizes).zip(halves.par_chunks_mut(CHUNK)).enumerate().with_max_len(CHUNKS_AT_ONCE);
-    let move_chunk = |near: &mut Vec<u32>, (chunk, (((position, velocity), (depth, smoothing_length)), halves))| {
+    let move_chunk = |(chunk, (((position, velocity), (depth, smoothing_length)), halves)), near: &mut Vec<u32>| {
         let (position, velocity): (&mut [Vec2], &mut [Vec2]) = (position, velocity);
         let (depth, smoothing_length): (&mut [f64], &mut [f64]) = (depth, smoothing_length);
         let halves: &mut [HalfStep] = halves;
@@ -213,7 +213,7 @@ fn drift<F: Formulation>(
         }
         left
     };
-    let left: Vec<Vec<u32>> = chunks.map_init(Vec::new, move_chunk).collect();
+    let left: Vec<Vec<u32>> = chunks.map(|chunk| around.near_walls.with(|near| move_chunk(chunk, near))).collect();
     let particles = &mut water.particles;
     (particles.position, particles.velocity) = (position, velocity);
     (particles.depth, particles.smoothing_length) = (depth, smoothing_length);
