@@ -112,6 +112,21 @@ fn a_dam_breaks_before_resting_and_moving_particles() {
 }
 
 #[test]
+fn a_list_of_breaches_is_refused_in_words_of_its_own() {
+    let folder = scene();
+    let text = SCENARIO.split("breach:").next().unwrap();
+    let dam = "{dam: dam.geojson, crest: 110.5 m}";
+    for (list, said) in [
+        (format!("[{dam}, {dam}]"), "`breach` is a list of 2, and one dam breaks in a run"),
+        (format!("[{dam}]"), "write its keys without the dash or the brackets"),
+    ] {
+        let text = format!("{text}breach: {list}\nresolution: 5 m\ntime: {{end: 80 s}}\n");
+        std::fs::write(folder.path().join("s.yaml"), text).unwrap();
+        crate::assert_check(folder.path(), 3, &["error[one-breach] breach (s.yaml:6:9)", said, "remedy"]);
+    }
+}
+
+#[test]
 fn a_breach_that_grows_begins_at_the_same_time_on_every_lattice() {
     let folder = TempDir::new().unwrap();
     let scenario = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/breach/scenario.yaml");
