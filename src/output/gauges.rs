@@ -173,7 +173,7 @@ impl GaugeRecorder {
 impl Reading {
     /// The cells around a place (local coordinates, m); none without terrain there.
     fn new(place: Vec2, lattice: &Lattice, bed_elevation: &[f64], parting: Parting<'_>) -> Option<Self> {
-        let home = lattice.cell_at(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
+        let home = lattice.cell_of(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
         let (column, row) = lattice.column_row(home);
         let h = SMOOTHING_RATIO * lattice.spacing;
         let mut weights = Vec::new();

@@ -332,7 +332,7 @@ fn place_on_lattice(
     prepared.forcing.breach = breach;
     prepared.forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (&bed, &prepared.forcing), findings);
     if let Some(source) = &scenario.outputs.gauges {
-        places::check_gauges(source, &prepared.gauges, terrain.extent(), &surface, findings);
+        places::check_gauges(source, &prepared.gauges, terrain.extent(), (&surface, &bed), findings);
     }
     prepared.needs = needs(scenario, (&bed, &still_water), &prepared.forcing.channels, findings);
     prepared.gap = grid::gap_report(terrain, &lattice);
