@@ -8,6 +8,9 @@ use bytemuck::Zeroable;
 
 use crate::math::Vec2;
 
+/// How far (in cells) beyond the outermost edge a place still lies on it: the round-off of map coordinates.
+const EDGE_TOLERANCE: f64 = 1e-6;
+
 /// A lattice of square cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
@@ -64,6 +67,18 @@ impl Lattice {
         let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
         // A cast rounds down here.
         inside.then(|| self.index(column as usize, row as usize))
+    }
+
+    /// The cell of a place given in local coordinates that may lie on the outermost edge of the lattice: there it belongs to the last
+    /// cell, as places on the edge of a raster do.
+    pub fn cell_of(&self, local: Vec2) -> Option<usize> {
+        let index = |place: f64, count: usize| {
+            let place = place / self.spacing;
+            let inside = count > 0 && (-EDGE_TOLERANCE..=count as f64 + EDGE_TOLERANCE).contains(&place);
+            // A cast rounds towards 0.
+            inside.then(|| (place as usize).min(count - 1))
+        };
+        Some(self.index(index(local.x, self.columns)?, index(local.y, self.rows)?))
     }
 
     /// Local coordinates to map coordinates (m).
@@ -244,5 +259,19 @@ mod tests {
         }
         assert_eq!(lattice.cell_at(Vec2::new(-0.1, 1.0)), None);
         assert_eq!(lattice.cell_at(Vec2::new(17.5, 1.0)), None);
+    }
+
+    #[test]
+    fn a_place_on_the_outermost_edge_belongs_to_the_last_cell() {
+        let lattice = Lattice { origin: Vec2::new(1e6, 2e6), columns: 7, rows: 5, spacing: 2.5 };
+        for (x, y, cell) in [(17.5, 1.0, 6), (1.0, 12.5, 28), (17.5, 12.5, 34), (0.0, 0.0, 0), (17.5 + 1e-9, 3.0, 13)] {
+            assert_eq!(lattice.cell_of(Vec2::new(x, y)), Some(cell), "{x}, {y}");
+        }
+        for (x, y) in [(17.51, 1.0), (-0.01, 1.0), (1.0, 12.51), (f64::NAN, 1.0)] {
+            assert_eq!(lattice.cell_of(Vec2::new(x, y)), None, "{x}, {y}");
+        }
+        for index in 0..lattice.len() {
+            assert_eq!(lattice.cell_of(lattice.centre(index)), Some(index));
+        }
     }
 }

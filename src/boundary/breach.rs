@@ -17,6 +17,13 @@
 //!
 //! with the ground z_g below the dam. Cells at the middle go down with the bottom, however narrow it is, so that the water comes when
 //! it would and runs out as far as it would on every lattice.
+//!
+//! Beside the dam the shore of its lake may have raised the bed to z_s (`seeding/shore.rs`). That would be a sill before the opening, so
+//! that it sinks with the dam, to the ground below:
+//!
+//! ```text
+//! z_b(t) = max(z_g, min(z_s, z_b of the dam at its station))
+//! ```
 
 use super::Series;
 use crate::math::Vec2;
@@ -32,6 +39,15 @@ pub struct DamCell {
     pub reach: f64,
     /// The ground below the dam (m), at which the opening ends in any case.
     pub ground: f64,
+}
+
+/// A cell beside a dam whose bed the shore of the lake raised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RimCell {
+    /// The cell, with the dam at its station and the ground below what was raised.
+    pub at: DamCell,
+    /// Its bed while the dam stands (m).
+    pub raised: f64,
 }
 
 /// When a breach begins.
@@ -84,6 +100,8 @@ pub enum GrowthLaw {
 pub struct Breach {
     /// The cells of the dam; their bed at the start is the crest.
     pub cells: Vec<DamCell>,
+    /// The cells beside it whose bed sinks with it.
+    pub rim: Vec<RimCell>,
     /// Level of the crest (m).
     pub crest: f64,
     /// When it begins.
@@ -97,6 +115,23 @@ pub struct Breach {
 }
 
 impl Breach {
+    /// The share of the growth at the start of a run: above 0 where the dam opens at once then, and never stands as it was.
+    pub fn share_at_start(&self) -> f64 {
+        match self.trigger {
+            Trigger::At(at) => self.share(-at),
+            Trigger::Level { .. } => 0.0,
+        }
+    }
+
+    /// Every cell whose bed changes, and its bed (m) at a share of the growth.
+    pub fn beds(&self, share: f64) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let dam = self.cells.iter().map(move |cell| (cell.cell, self.bed(cell, share)));
+        let beside = move |rim: &RimCell| {
+            if share > 0.0 { self.bed(&rim.at, share).min(rim.raised).max(rim.at.ground) } else { rim.raised }
+        };
+        dam.chain(self.rim.iter().map(move |rim| (rim.at.cell, beside(rim))))
+    }
+
     /// The share of the growth, 0 to 1, at a time (s) since the trigger; 0 before it.
     pub fn share(&self, since: f64) -> f64 {
         if since < 0.0 {
@@ -154,7 +189,8 @@ mod tests {
     use super::*;
 
     fn breach(opening: Opening, law: GrowthLaw) -> Breach {
-        Breach { cells: Vec::new(), crest: 110.0, trigger: Trigger::At(0.0), opening, law, duration: 100.0 }
+        let cells = Vec::new();
+        Breach { cells, rim: Vec::new(), crest: 110.0, trigger: Trigger::At(0.0), opening, law, duration: 100.0 }
     }
 
     const TRAPEZOID: Opening = Opening::Trapezoid { middle: 50.0, bottom_width: 20.0, side_slope: 0.5, invert: 100.0 };
@@ -236,6 +272,29 @@ mod tests {
         assert!((breach.bed(&high, 1.0) - 104.0).abs() <= 0.0);
         let hill = DamCell { ground: 120.0, ..at(50.0) };
         assert!((breach.bed(&hill, 0.0) - 120.0).abs() <= 0.0 && (breach.bed(&hill, 1.0) - 120.0).abs() <= 0.0);
+    }
+
+    #[test]
+    fn what_the_shore_raised_beside_a_dam_is_never_a_sill_before_its_opening() {
+        let rim = |station: f64| RimCell { at: at(station), raised: 106.0 };
+        let breach = Breach { rim: vec![rim(50.0), rim(20.0)], ..breach(TRAPEZOID, GrowthLaw::Linear) };
+        for (share, middle) in [(0.0, 106.0), (0.2, 106.0), (0.4, 106.0), (0.5, 105.0), (1.0, 100.0)] {
+            let beds: Vec<f64> = breach.beds(share).map(|(_, bed)| bed).collect();
+            assert!((beds[0] - middle).abs() < 1e-12 && (beds[1] - 106.0).abs() < 1e-12, "share {share}: {beds:?}");
+        }
+        let whole = Breach { opening: Opening::Whole, ..breach };
+        assert!(whole.beds(1.0).all(|(_, bed)| bed.to_bits() == at(0.0).ground.to_bits()));
+    }
+
+    #[test]
+    fn a_dam_stands_at_the_start_unless_it_opens_at_once_then() {
+        let at = |seconds: f64, law: GrowthLaw| Breach { trigger: Trigger::At(seconds), ..breach(Opening::Whole, law) };
+        let level = Trigger::Level { level: 105.0, place: Vec2::ZERO };
+        assert!((at(0.0, GrowthLaw::Instantaneous).share_at_start() - 1.0).abs() <= 0.0);
+        let waits = Breach { trigger: level, ..breach(Opening::Whole, GrowthLaw::Instantaneous) };
+        for breach in [at(0.0, GrowthLaw::Sine), at(1e-9, GrowthLaw::Instantaneous), waits] {
+            assert!(breach.share_at_start().abs() <= 0.0);
+        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ mod sight;
 mod virtual_particles;
 mod wall;
 
-pub use breach::{Breach, DamCell, GrowthLaw, Opening, Trigger};
+pub use breach::{Breach, DamCell, GrowthLaw, Opening, RimCell, Trigger};
 pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted_perimeter};
 pub use forcing::{Boundary, Condition, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces};
 pub use image::{Image, ImageScratch, Isometry, Viewpoint};

@@ -9,7 +9,10 @@
 //! and η not below z_b, where a gauge on a bank sees only the lower of its particles wet,
 //! with the cubic B-spline of h = 0.75 spacings (support 1.5 spacings, at least the four nearest particles), the particles
 //! beyond a wall left out, and so those of a levee, a dam or a raised building where the gauge stands beside it, or those beside it
-//! where the gauge stands on it: water at its foot is none on its crest. A gauge between two cells does not depend on which of them
+//! where the gauge stands on it: water at its foot is none on its crest. So are the cells below an upright bank of the terrain itself, a
+//! quay, on which the gauge stands, as long as their water stands below its ground. A bank is upright where the gauge's cell and the eight
+//! around it, all with terrain, fall into two terraces that lie more than three times as far apart as the upper one rises: on an even slope
+//! along the lattice they lie as far apart as that. A gauge between two cells does not depend on which of them
 //! happens to hold it, and moving and resting particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
 //! compute step, by the rules of the maps.
 
@@ -94,6 +97,10 @@ impl Parting<'_> {
 struct Reading {
     /// Cells and their weights, which sum to 1.
     weights: Vec<(usize, f64)>,
+    /// The cell that holds the gauge.
+    home: usize,
+    /// Level (m) below which the ground of a cell lies beneath the bank on which the gauge stands; lowest of all where there is none.
+    foot: f64,
     initial_depth: f64,
     last_depth: f64,
     result: GaugeResult,
@@ -124,8 +131,7 @@ impl GaugeRecorder {
     pub(super) fn set_bed(&mut self, cell: usize, bed_elevation: &[f64]) {
         for reading in self.readings.iter_mut().flatten() {
             if reading.weights.iter().any(|(near, _)| *near == cell) {
-                let bed = reading.weights.iter().map(|&(near, weight)| weight * bed_elevation[near]).sum();
-                reading.result.bed = Some(bed);
+                reading.set_bed(bed_elevation);
             }
         }
     }
@@ -173,7 +179,7 @@ impl GaugeRecorder {
 impl Reading {
     /// The cells around a place (local coordinates, m); none without terrain there.
     fn new(place: Vec2, lattice: &Lattice, bed_elevation: &[f64], parting: Parting<'_>) -> Option<Self> {
-        let home = lattice.cell_at(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
+        let home = lattice.cell_of(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
         let (column, row) = lattice.column_row(home);
         let h = SMOOTHING_RATIO * lattice.spacing;
         let mut weights = Vec::new();
@@ -191,10 +197,18 @@ impl Reading {
         for (_, weight) in &mut weights {
             *weight /= sum;
         }
-        let bed = weights.iter().map(|&(cell, weight)| weight * bed_elevation[cell]).sum();
-        let result =
-            GaugeResult { bed: Some(bed), max_depth: Some(0.0), max_speed: Some(0.0), ..GaugeResult::default() };
-        Some(Reading { weights, initial_depth: 0.0, last_depth: 0.0, result })
+        let result = GaugeResult { max_depth: Some(0.0), max_speed: Some(0.0), ..GaugeResult::default() };
+        let foot = f64::NEG_INFINITY;
+        let mut reading = Reading { weights, home, foot, initial_depth: 0.0, last_depth: 0.0, result };
+        reading.set_bed(bed_elevation);
+        Some(reading)
+    }
+
+    /// Takes the bed (m) of its cells.
+    fn set_bed(&mut self, bed_elevation: &[f64]) {
+        self.result.bed = Some(self.weights.iter().map(|&(cell, weight)| weight * bed_elevation[cell]).sum());
+        let grounds: Vec<f64> = self.weights.iter().map(|&(cell, _)| bed_elevation[cell]).collect();
+        self.foot = foot_of_bank(bed_elevation[self.home], &grounds);
     }
 
     fn bed(&self) -> f64 {
@@ -204,15 +218,23 @@ impl Reading {
     /// The kernel means of the water that `at` gives for a cell.
     fn mean(&self, bed_elevation: &[f64], at: impl Fn(usize) -> WaterInCell) -> Mean {
         let (mut depth, mut discharge) = (0.0, Vec2::ZERO);
-        let (mut level, mut wet) = (0.0, 0.0);
+        let (mut level, mut wet, mut left_out) = (0.0, 0.0, 0.0);
+        let own = bed_elevation[self.home];
         for &(cell, weight) in &self.weights {
             let water = at(cell);
+            if bed_elevation[cell] < self.foot && bed_elevation[cell] + water.depth < own {
+                left_out += weight;
+                continue;
+            }
             depth += weight * water.depth;
             discharge += Vec2::new(water.discharge_x, water.discharge_y) * weight;
             if water.depth > WET_DEPTH {
                 level += weight * (bed_elevation[cell] + water.depth);
                 wet += weight;
             }
+        }
+        if left_out > 0.0 {
+            (depth, discharge) = (depth / (1.0 - left_out), discharge / (1.0 - left_out));
         }
         let is_wet = depth > WET_DEPTH && wet > 0.0;
         Mean {
@@ -246,6 +268,26 @@ impl Reading {
         result.max_speed = result.max_speed.map(|greatest| greatest.max(speed));
         self.last_depth = now.depth;
     }
+}
+
+/// Cells around a gauge and its own.
+const ALL_AROUND: usize = 9;
+/// An upright bank is more than so many times as high as the terrace above it rises. On an even slope that is 1 at most; the natural banks at
+/// the gauges of Malpasset, in cells of 20 and of 40 m, reach 2.4.
+const UPRIGHT: f64 = 3.0;
+
+/// The lowest ground (m) of the terrace to which a ground belongs among those around it, where an upright bank falls from it to the others.
+/// Lower than all where there is none, or where it is not known all around.
+fn foot_of_bank(own: f64, grounds: &[f64]) -> f64 {
+    if grounds.len() < ALL_AROUND {
+        return f64::NEG_INFINITY;
+    }
+    let mut sorted = grounds.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let highest = sorted[sorted.len() - 1];
+    let height = |pair: &[f64]| pair[1] - pair[0];
+    let bank = sorted.windows(2).filter(|pair| pair[1] <= own).max_by(|a, b| height(a).total_cmp(&height(b)));
+    bank.filter(|pair| height(pair) > UPRIGHT * (highest - pair[1])).map_or(f64::NEG_INFINITY, |pair| pair[1])
 }
 
 /// The cubic B-spline over its value in the middle, at q = r/h.

@@ -1,12 +1,15 @@
 //! A dam that breaks: its file, its ridge on the lattice, and whether its opening fits it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::burn::{Foot, crossed, foot_of, strip};
 use super::crests::{Buried, length_above_ground};
 use super::findings::Findings;
+use super::gaps::around;
 use super::grid::REACH;
 use super::outside::{Outside, all_outside, partly_outside};
+use super::shaped::{Change, Changes};
+use super::water::{self, SourcedBody};
 use super::{places, series};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
@@ -21,7 +24,8 @@ use crate::scenario::{
     Scenario, Sourced,
 };
 use crate::seeding::StillWater;
-use crate::solver::{Breach, DamCell, GrowthLaw, Opening, Trigger};
+use crate::solver::{Breach, DamCell, GrowthLaw, Opening, RimCell, Trigger};
+use crate::terrain::Terrain;
 use crate::vector::Feature;
 
 /// Attributes that may hold the crest where the scenario names none.
@@ -36,6 +40,8 @@ const BESIDE_DAM: f64 = 3.0;
 const OVER_CREST: f64 = 1e-3;
 /// A trigger higher than the crest by this (m) is hardly meant so: a dam that is overtopped breaks at a depth of some decimetres.
 const TRIGGER_OVER_CREST: f64 = 1.0;
+/// A bed raised by no more than this (m) is rounding.
+const ROUND_OFF: f64 = 1e-9;
 /// An end of a dam whose ground lies further below the crest than this (m) is open.
 const OPEN_END: f64 = 0.05;
 
@@ -102,12 +108,8 @@ pub(super) fn on_lattice(
         Motion::Eulerian => crossed(&line, lattice),
         Motion::Lagrangian => strip(&line, 0.0, lattice),
     };
-    let dam_cell = |cell: usize| {
-        let Foot { station, direction, .. } = foot_of(lattice.centre(cell), &line);
-        let reach = 0.5 * lattice.spacing * (direction.x.abs() + direction.y.abs());
-        DamCell { cell, station, reach, ground: bed.elevation[cell] }
-    };
-    let cells: Vec<DamCell> = crossed.into_iter().filter(|cell| bed.has_terrain(*cell)).map(dam_cell).collect();
+    let on_terrain = crossed.into_iter().filter(|cell| bed.has_terrain(*cell));
+    let cells: Vec<DamCell> = on_terrain.map(|cell| dam_cell(cell, &line, lattice, bed.elevation[cell])).collect();
     let Some(lowest) = cells.iter().min_by(|a, b| a.ground.total_cmp(&b.ground)).copied() else {
         all_outside(&written.dam, opened.line[0], findings);
         return None;
@@ -166,6 +168,7 @@ pub(super) fn on_lattice(
     }
     let breach = Breach {
         cells,
+        rim: Vec::new(),
         crest: opened.crest,
         trigger: trigger?,
         opening: opening?,
@@ -177,10 +180,77 @@ pub(super) fn on_lattice(
         },
         duration: duration.as_ref().map_or(1.0, |duration| duration.value),
     };
-    for cell in &breach.cells {
-        bed.elevation[cell.cell] = breach.bed(cell, 0.0);
-    }
+    raise(&breach, breach.share_at_start(), bed);
     Some(breach)
+}
+
+/// A cell below the line of a dam (local coordinates, m), with its ground (m).
+fn dam_cell(cell: usize, line: &[Vec2], lattice: &Lattice, ground: f64) -> DamCell {
+    let Foot { station, direction, .. } = foot_of(lattice.centre(cell), line);
+    let reach = 0.5 * lattice.spacing * (direction.x.abs() + direction.y.abs());
+    DamCell { cell, station, reach, ground }
+}
+
+/// Raises the dam, as far as it stands at a share of its growth.
+fn raise(breach: &Breach, share: f64, bed: &mut BedParticles) {
+    breach.beds(share).for_each(|(cell, z_b)| bed.elevation[cell] = z_b);
+}
+
+/// Takes note of the cells that a dam raises at a share of its growth.
+fn note(breach: &Breach, share: f64, changes: &mut Changes) {
+    for cell in &breach.cells {
+        let z_b = breach.bed(cell, share);
+        if share <= 0.0 {
+            changes.note(cell.cell, Change::Raise(breach.crest));
+        } else if z_b > cell.ground {
+            changes.note(cell.cell, Change::Raise(z_b));
+        }
+    }
+}
+
+/// Fills the lake behind the dam, on the bed that the dam has at the start: one that goes at once then never stands, and its run is that
+/// without a dam. What leaks is told of the dam standing.
+pub(super) fn fill_behind(
+    breach: Option<&Breach>,
+    bodies: &[SourcedBody],
+    (terrain, walls, is_told): (&Terrain, &[[Vec2; 2]], bool),
+    (bed, changes): (&mut BedParticles, &mut Changes),
+    findings: &mut Findings,
+) -> StillWater {
+    let lattice = bed.lattice.clone();
+    let share = breach.map_or(0.0, Breach::share_at_start);
+    if let Some(breach) = breach.filter(|_| share > 0.0) {
+        let (mut standing, mut with_dam) = (bed.clone(), changes.clone());
+        raise(breach, 0.0, &mut standing);
+        note(breach, 0.0, &mut with_dam);
+        water::fill(bodies, &mut standing, &with_dam.on(terrain, &lattice), walls, is_told, findings);
+    }
+    breach.into_iter().for_each(|breach| note(breach, share, changes));
+    let is_told = is_told && share <= 0.0;
+    water::fill(bodies, bed, &changes.on(terrain, &lattice), walls, is_told, findings)
+}
+
+/// Takes the bed as the lake has shaped it: below a dam that is gone at the start, and beside one that stands, where what the shore raised
+/// would be a sill before its opening and sinks with it.
+///
+/// - `before`: the bed (m) before the lake was filled
+pub(super) fn settle(opened: &Opened, breach: &mut Breach, before: &[f64], bed: &BedParticles) {
+    let share = breach.share_at_start();
+    if share > 0.0 {
+        for cell in &mut breach.cells {
+            if before[cell.cell] <= cell.ground {
+                cell.ground = bed.elevation[cell.cell];
+            }
+        }
+        return;
+    }
+    let lattice = &bed.lattice;
+    let line: Vec<Vec2> = opened.line.iter().map(|place| lattice.to_local(*place)).collect();
+    let dam: BTreeSet<usize> = breach.cells.iter().map(|cell| cell.cell).collect();
+    let beside: BTreeSet<usize> = dam.iter().flat_map(|cell| around(*cell, lattice)).collect();
+    let is_raised = |cell: &usize| !dam.contains(cell) && bed.elevation[*cell] > before[*cell] + ROUND_OFF;
+    let rim = |cell: usize| RimCell { at: dam_cell(cell, &line, lattice, before[cell]), raised: bed.elevation[cell] };
+    breach.rim = beside.into_iter().filter(is_raised).map(rim).collect();
 }
 
 /// Name of the cross-section along the dam; an underscore more for each one of that name that the scenario has.

@@ -157,7 +157,9 @@ fn lay(
             bed.elevation[cell] = level - depth;
             continue;
         }
-        if breach.is_some_and(|breach| breach.cells.iter().any(|dam| dam.cell == cell)) {
+        if breach
+            .is_some_and(|breach| breach.cells.iter().any(|dam| dam.cell == cell && bed.elevation[cell] > dam.ground))
+        {
             let message = format!("{name} has water where the dam of `breach` stands, on a bed that is not its crest");
             let problem = input_error("water-in-dam", message)
                 .with_cause("the dam was not there in the earlier run, or it had broken")

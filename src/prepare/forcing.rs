@@ -1,5 +1,6 @@
 //! Boundaries with a condition, rain and cross-sections: their files, and where they lie on the terrain.
 
+use super::burn::crossed;
 use super::findings::Findings;
 use super::grid::{REACH, faces_opened, open_side};
 use super::levels::{self, Inlet};
@@ -14,7 +15,7 @@ use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Pieces, Rain, Str
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Vec2, readable, segments_cross};
 use crate::output::Section;
 use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, RainUnit, Scenario, Side, Sourced};
@@ -257,8 +258,9 @@ fn check_section(
     findings: &mut Findings,
 ) {
     let lattice = &ground.lattice;
-    let is_on_terrain = |place: Vec2| lattice.cell_at(place).is_some_and(|cell| ground.has_terrain(cell));
-    let outside = Outside::of(pieces_of(section, lattice), lattice, is_on_terrain);
+    let pieces = pieces_of(section, lattice);
+    let is_on_terrain = |place: Vec2| lattice.cell_of(place).is_some_and(|cell| ground.has_terrain(cell));
+    let outside = Outside::of(pieces.iter().copied(), lattice, is_on_terrain);
     if let Some((length, place)) = outside.part(lattice.spacing) {
         let message = format!("{length:.0} m of the section `{}` lie on no terrain", section.id);
         let problem = Problem::warning(ProblemKind::Input, "section-outside", "", message)
@@ -279,7 +281,29 @@ fn check_section(
             .with_remedy("draw it from bank to bank, or choose a finer `resolution`")
             .with_at(section.line[0]);
         findings.add(source, problem);
+    } else if !parts_cells(&pieces, ground) {
+        let message =
+            format!("the section `{}` parts no two cells of the terrain, and nothing would pass it", section.id);
+        let problem = input_error("section-on-edge", message)
+            .with_cause("it lies along the edge of the terrain; what passes that stands in `tables/boundaries.csv`")
+            .with_remedy(format!("draw it inside the terrain, at least {} m from its edge", readable(lattice.spacing)))
+            .with_at(section.line[0]);
+        findings.add(source, problem);
     }
+}
+
+/// Whether some of the pieces of a line (local coordinates, m) cross the way between two cells with terrain.
+fn parts_cells(pieces: &[[Vec2; 2]], ground: &BedParticles) -> bool {
+    let lattice = &ground.lattice;
+    let mut ways = pieces.iter().flat_map(|piece| {
+        let steps = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+        let from = crossed(piece, lattice).into_iter().filter(|cell| ground.has_terrain(*cell));
+        from.flat_map(move |cell| steps.map(|(x, y)| (piece, lattice.centre(cell), Vec2::new(x, y) * lattice.spacing)))
+    });
+    ways.any(|(piece, centre, step)| {
+        let other = lattice.cell_at(centre + step);
+        other.is_some_and(|other| ground.has_terrain(other)) && segments_cross([centre, centre + step], *piece)
+    })
 }
 
 /// The boundaries, and what is wrong with their places. Hands on those that have a condition.

@@ -201,7 +201,7 @@ fn regions(
 }
 
 /// The up to eight neighbours of a cell.
-fn around(cell: usize, lattice: &Lattice) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn around(cell: usize, lattice: &Lattice) -> impl Iterator<Item = usize> + '_ {
     let (column, row) = lattice.column_row(cell);
     let columns = column.saturating_sub(1)..(column + 2).min(lattice.columns);
     let rows = row.saturating_sub(1)..(row + 2).min(lattice.rows);

@@ -57,7 +57,7 @@ use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 pub use inputs::{InputFile, in_folder};
-use shaped::{Change, Changes};
+use shaped::Changes;
 use water::SourcedBody;
 
 /// Water that stands still at the start.
@@ -287,7 +287,7 @@ fn place_on_lattice(
     gaps::check_seams(scenario, &bed, findings);
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     ground::on_lattice(ground, scenario, &mut bed, &mut changes, findings);
-    let breach = breach::on_lattice(dam, scenario, &mut bed, findings);
+    let mut breach = breach::on_lattice(dam, scenario, &mut bed, findings);
     for (source, drawn) in scenario.walls.iter().zip(walls) {
         let drawn = drawn.unwrap_or_default();
         prepared.walls.extend(places::on_lattice(source, &drawn, &bed, places::NOT_HELD, findings));
@@ -300,17 +300,19 @@ fn place_on_lattice(
     prepared.forcing = forcing::on_lattice(opened, scenario, &bed, findings);
     (prepared.forcing.channels, prepared.channels) = channels::on_lattice(reaches, scenario, &bed, findings);
     water::check(&mut bodies, &bed, findings);
-    for (breach, cell) in breach.iter().flat_map(|breach| breach.cells.iter().map(move |cell| (breach, cell))) {
-        changes.note(cell.cell, Change::Raise(breach.crest));
-    }
+    let is_complete = scenario.breach.is_some() == breach.is_some();
+    let before = bed.elevation.clone();
+    let ground = (terrain, &prepared.walls[..], is_complete);
+    let mut still_water = breach::fill_behind(breach.as_ref(), &bodies, ground, (&mut bed, &mut changes), findings);
     prepared.raised = changes.raised().collect();
     let surface = changes.on(terrain, &lattice);
-    let is_complete = scenario.breach.is_some() == breach.is_some();
-    let mut still_water = water::fill(&bodies, &mut bed, &surface, &prepared.walls, is_complete, findings);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
     let earlier =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
     prepared.earlier_time = earlier.as_ref().map(|state| state.time);
+    if let (Some(dam), Some(breach)) = (dam, &mut breach) {
+        breach::settle(dam, breach, &before, &bed);
+    }
     prepared.initial_velocity = earlier.map(|state| state.velocity).unwrap_or_default();
     let on_lattice = (&bed, &still_water, &prepared.walls[..]);
     plausible::check(&mut opened.placed, &prepared.forcing, scenario, on_lattice, findings);
@@ -330,7 +332,7 @@ fn place_on_lattice(
     prepared.forcing.breach = breach;
     prepared.forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (&bed, &prepared.forcing), findings);
     if let Some(source) = &scenario.outputs.gauges {
-        places::check_gauges(source, &prepared.gauges, terrain.extent(), &surface, findings);
+        places::check_gauges(source, &prepared.gauges, terrain.extent(), (&surface, &bed), findings);
     }
     prepared.needs = needs(scenario, (&bed, &still_water), &prepared.forcing.channels, findings);
     prepared.gap = grid::gap_report(terrain, &lattice);

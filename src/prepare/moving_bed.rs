@@ -441,7 +441,7 @@ fn fits(
         let problem = input_error(code, format!("the bed moves {what}")).with_remedy(remedy);
         findings.add(&written.raster, problem.with_at(at(lattice, cell)));
     };
-    let dam = forcing.breach.iter().flat_map(|breach| &breach.cells).find_map(|cell| moves(cell.cell));
+    let dam = forcing.breach.iter().flat_map(|breach| breach.beds(0.0)).find_map(|(cell, _)| moves(cell));
     if let Some(cell) = dam {
         refuse(cell, "moves-dam", "under the dam of `breach`, whose own bed falls", "keep it off the dam");
         return false;

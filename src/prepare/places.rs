@@ -298,7 +298,7 @@ pub(super) fn check_gauges(
     source: &Sourced<VectorSource>,
     gauges: &[Gauge],
     (min, max): (Vec2, Vec2),
-    surface: &impl Surface,
+    (surface, bed): (&impl Surface, &BedParticles),
     findings: &mut Findings,
 ) {
     let is_outside = |Vec2 { x, y }: Vec2| x < min.x || y < min.y || x > max.x || y > max.y;
@@ -316,6 +316,8 @@ pub(super) fn check_gauges(
         findings.add(source, problem);
         return;
     }
+    let lattice = &bed.lattice;
+    let has_cell = |place: Vec2| lattice.cell_of(lattice.to_local(place)).is_some_and(|cell| bed.has_terrain(cell));
     for gauge in gauges {
         let (code, what, remedy) = if is_outside(gauge.position) {
             let remedy = "correct its coordinates, take it out, or give a terrain that holds it";
@@ -323,6 +325,9 @@ pub(super) fn check_gauges(
         } else if surface.elevation(gauge.position).is_none() {
             let remedy = "move it to ground that water can reach, or take it out";
             ("gauge-on-nodata", "lies where the terrain has no data, or in a building,", remedy)
+        } else if !has_cell(gauge.position) {
+            let remedy = "move it inwards by a cell, or take it out";
+            ("gauge-on-nodata", "lies at the edge of the terrain, in a cell whose centre has none,", remedy)
         } else {
             continue;
         };

@@ -10,6 +10,7 @@ use super::model::{Breach, BreachFormula, BreachMethod, BreachMode, BreachShape,
 use super::read::{FromNode, Reader, section};
 use super::timed::ShareSeries;
 use super::tree::{Node, Value};
+use crate::error::{Problem, ProblemKind};
 
 section! {
     /// A dam that breaks.
@@ -28,6 +29,35 @@ section! {
         growth: Option<Growth>,
         /// A formula that gives shape and growth.
         method: Option<MethodSection>,
+    }
+}
+
+/// The one dam that breaks: several are a list in other places, and are refused here in words of their own.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(transparent)]
+pub struct OneBreach(pub BreachSection);
+
+impl FromNode for OneBreach {
+    fn example() -> String {
+        BreachSection::example()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        let Value::List(dams) = &node.value else { return BreachSection::from_node(node, reader).map(OneBreach) };
+        let problem = Problem::error(
+            ProblemKind::Scenario,
+            "one-breach",
+            node.key.clone(),
+            format!("`breach` is a list of {}, and one dam breaks in a run", dams.len()),
+        );
+        let remedy = if dams.len() == 1 {
+            "write its keys without the dash or the brackets, for example `breach: {dam: dam.geojson, crest: 105 m}`"
+        } else {
+            "keep the dam that breaks first, and raise the others with `terrain.breaklines` (`mode: raise`); where one breaks after it, go on \
+             from a moment before that (`initial: [{fields: runs/first/fields.nc}]`) with that one under `breach`"
+        };
+        reader.report(node, problem.with_remedy(remedy));
+        None
     }
 }
 

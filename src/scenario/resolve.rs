@@ -180,7 +180,7 @@ fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
         boundaries,
         sources: sources(written.sources.unwrap_or_default()),
         rain: written.rain.and_then(rain),
-        breach: written.breach.and_then(breach::resolved),
+        breach: written.breach.and_then(|breach| breach::resolved(breach.0)),
         moving_bed: moving_bed::resolved(written.moving_bed.unwrap_or_default()),
         channels: channel::resolved(written.channels.unwrap_or_default()),
         outputs: outputs(written.outputs, &name, file, resolution.value, end_time),

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::breach::BreachSection;
+use super::breach::OneBreach;
 use super::channel::ChannelEntry;
 use super::channels_alone;
 use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
@@ -53,7 +53,7 @@ section! {
         /// Rain on the whole terrain.
         rain: Option<RainSection>,
         /// A dam that breaks.
-        breach: Option<BreachSection>,
+        breach: Option<OneBreach>,
         /// Parts of the bed that move: ground that rises or sinks, and slides.
         moving_bed: Option<Vec<MovingBedEntry>>,
         /// Channels that are computed in one dimension.

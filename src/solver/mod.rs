@@ -12,8 +12,8 @@ pub mod variational;
 
 pub use crate::boundary::{
     BedLaw, BedMotion, Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw,
-    LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, Series, Slide, Strip,
-    Trigger, edge_faces,
+    LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, RimCell, Series, Slide,
+    Strip, Trigger, edge_faces,
 };
 pub use eulerian::EulerianSolver;
 

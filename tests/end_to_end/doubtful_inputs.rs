@@ -360,3 +360,49 @@ fn rows_with_more_fields_than_columns_are_refused() {
     assert!(check.code == 4 && check.stdout.contains("error[too-many-fields] outputs.gauges"), "{}", check.stdout);
     assert!(check.stdout.contains("it reads `A,1100,5,2070,5`"), "{}", check.stdout);
 }
+
+#[test]
+fn gauges_on_the_edges_of_the_terrain_are_read_as_its_last_cells() {
+    let scene = Scene::with("outputs: {gauges: g.csv}");
+    scene.write("g.csv", "id,x,y\ne,1200,2075\nn,1100,2150\nne,1200,2150\nw,1000,2075\ns,1100,2000\n");
+    assert!(floodsim(scene.folder.path(), &["check", "s.yaml"]).stdout.contains("0 errors, 0 warnings"));
+    let run = floodsim(scene.folder.path(), &["run", "s.yaml", "--out", "o", "--quiet", "--set", "time.end=5 s"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let table = std::fs::read_to_string(scene.folder.path().join("o/tables/gauges.csv")).unwrap();
+    let cells: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    let number = |row: usize, column: usize| cells[row][column].parse::<f64>().unwrap();
+    for (row, bed) in [1.0, 20.0, 20.0, 5.0, 20.0].into_iter().enumerate() {
+        assert!((number(row, 3) - bed).abs() < 0.05, "bed of {}: {table}", cells[row][0]);
+    }
+    assert!((number(0, 6) - 2.9).abs() < 1e-3 && number(1, 5).abs() <= 0.0, "{table}");
+    // Cells of 7 m: the terrain ends 2 m before the middle of those in the north.
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", "resolution=7 m"]).stdout;
+    let said = "gauge `n` lies at the edge of the terrain, in a cell whose centre has none,";
+    assert!(check.contains("warning[gauge-on-nodata] outputs.gauges") && check.contains(said), "{check}");
+}
+
+#[test]
+fn a_section_along_an_edge_of_the_terrain_is_told_to_measure_nothing() {
+    for (edge, line) in [
+        ("east", "[[1200,2050],[1200,2100]]"),
+        ("west", "[[1000,2050],[1000,2100]]"),
+        ("north", "[[1000,2150],[1200,2150]]"),
+        ("south", "[[1000,2000],[1200,2000]]"),
+    ] {
+        let scene = Scene::with("outputs: {sections: s.geojson}");
+        scene.features("s.geojson", &[("LineString", line, "{}")]);
+        let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+        assert!(
+            check.code == 4 && check.stdout.contains("error[section-on-edge] outputs.sections"),
+            "{edge}: {}",
+            check.stdout
+        );
+        // From one edge to the other it measures.
+        scene.features(
+            "s.geojson",
+            &[("LineString", "[[1100,2000],[1100,2150]]", "{}"), ("LineString", "[[1000,2075],[1200,2075]]", "{}")],
+        );
+        let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+        assert!(check.stdout.contains("0 errors, 0 warnings"), "{}", check.stdout);
+    }
+}

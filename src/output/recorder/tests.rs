@@ -235,6 +235,58 @@ fn a_gauge_on_a_levee_does_not_read_the_water_at_its_foot_nor_the_other_way_roun
     assert_close(foot.max_level.unwrap(), BED + 2.0, "level at the foot");
 }
 
+/// A gauge at a place over a bed in cells of 10 m, five to a row and three rows, with so much water in each: its bed, its greatest depth and
+/// its greatest level.
+fn read_over(place: Vec2, bed_elevation: Vec<f64>, depth: Vec<f64>) -> (f64, f64, Option<f64>) {
+    let gauges = vec![Gauge { id: "g".into(), position: place, attributes: vec![] }];
+    let mut recorder = Recorder::new(RecorderPlan { bed_elevation, gauges, ..plan(50.0) });
+    let spans: Vec<Span> = (0..3).map(|row| Span { row, from: 0, to: 5 }).collect();
+    let lattice = lattice();
+    let rows = FlatWater { depth, ..FlatWater::dry(&lattice) };
+    let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans };
+    recorder.start(&water, Volumes::default(), &mut |_| Ok(())).unwrap();
+    recorder.step(100.0, &water, Volumes::default(), &mut |_| Ok(())).unwrap();
+    let result = recorder.finish().gauge_results.remove(0);
+    (result.bed.unwrap(), result.max_depth.unwrap(), result.max_level)
+}
+
+#[test]
+fn a_gauge_on_a_quay_does_not_read_the_harbour_until_that_covers_the_quay() {
+    // Columns 0 to 2 are a quay, 0.2 m higher at its back; the harbour is 3 m lower and up to 1 m deeper at one place.
+    let mut bed = [BED + 0.2, BED, BED, BED - 3.0, BED - 3.0].repeat(3);
+    bed[8] -= 1.0;
+    let filled = |level: f64| bed.iter().map(|z| (level - z).max(0.0)).collect::<Vec<f64>>();
+    for place in [Vec2::new(1025.0, 2015.0), Vec2::new(1029.9, 2016.0)] {
+        let (ground, depth, level) = read_over(place, bed.clone(), filled(BED - 0.5));
+        assert_eq!((depth, level), (0.0, None), "ground {ground} m");
+        // Once the quay is under water all is read as before.
+        let (ground, depth, level) = read_over(place, bed.clone(), filled(BED + 1.0));
+        assert_close(level.unwrap(), BED + 1.0, "level over the quay");
+        assert_close(depth, BED + 1.0 - ground, "depth over the quay");
+    }
+    // Rain on the quay is read for what it is.
+    let mut rain = filled(BED - 0.5);
+    for cell in [1, 2, 6, 7, 11, 12] {
+        rain[cell] = 0.05;
+    }
+    let (_, depth, level) = read_over(Vec2::new(1025.0, 2015.0), bed.clone(), rain);
+    assert_close(depth, 0.05, "rain");
+    assert_close(level.unwrap(), BED + 0.05, "level of the rain");
+}
+
+#[test]
+fn a_gauge_on_a_slope_reads_the_water_below_it() {
+    // An even slope along the lattice and one across it: the kernel mean does not depend on which cell holds the gauge.
+    for (east, north) in [(-2.0, 0.0), (-1.3, 0.7), (0.0, -0.1), (-2.0, 2.0)] {
+        let bed: Vec<f64> =
+            (0..15).map(|cell| BED + east * f64::from(cell % 5) + north * f64::from(cell / 5)).collect();
+        let level = bed[7] - 0.05;
+        let depth: Vec<f64> = bed.iter().map(|z| (level - z).max(0.0)).collect();
+        let (_, read, _) = read_over(Vec2::new(1025.0, 2015.0), bed, depth);
+        assert!(read > 0.0, "{east}, {north}");
+    }
+}
+
 #[test]
 fn films_have_no_speed_and_no_class() {
     let spans = [Span { row: 0, from: 0, to: 1 }];

@@ -256,7 +256,7 @@ fn the_remedy_for_water_in_the_dam_keeps_a_dam() {
         dam: vector("breach.dam", scene.path("dam.geojson")),
         crest: Some(sourced("breach.crest", 10.0)),
         crest_field: None,
-        trigger: BreachTrigger::At(sourced("breach.trigger.at", 0.0)),
+        trigger: BreachTrigger::At(sourced("breach.trigger.at", 1.0)),
         shape: None,
         law: GrowthLaw::Instantaneous,
         duration: None,

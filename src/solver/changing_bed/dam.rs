@@ -15,7 +15,7 @@ pub(in crate::solver) struct BreakingDam {
     opened: Option<f64>,
     /// The share of the growth that the bed shows.
     share: f64,
-    /// The bed (m) of the cells of the dam now.
+    /// The bed (m) now of the cells of the dam, and after them of those beside it that sink with it.
     bed: Vec<(usize, f64)>,
 }
 
@@ -23,7 +23,7 @@ impl BreakingDam {
     /// None where no dam breaks.
     pub fn new(problem: &FlowProblem) -> Option<Self> {
         let breach = problem.forcing.breach.clone()?;
-        let bed = breach.cells.iter().map(|cell| (cell.cell, breach.bed(cell, 0.0))).collect();
+        let bed = breach.beds(0.0).collect();
         Some(BreakingDam { opened: None, share: 0.0, bed, breach })
     }
 
@@ -56,9 +56,7 @@ impl BreakingDam {
             return false;
         }
         self.share = share;
-        for (cell, bed) in self.breach.cells.iter().zip(&mut self.bed) {
-            bed.1 = self.breach.bed(cell, share);
-        }
+        self.bed.iter_mut().zip(self.breach.beds(share)).for_each(|(bed, now)| *bed = now);
         true
     }
 
@@ -74,7 +72,7 @@ impl BreakingDam {
         if change > time && change < time + step { change - time } else { step }
     }
 
-    /// The cells of the dam and their bed (m) now.
+    /// The cells of the dam, those beside it that sink with it, and their bed (m) now.
     pub fn bed(&self) -> &[(usize, f64)] {
         &self.bed
     }

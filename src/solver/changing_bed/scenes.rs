@@ -65,7 +65,8 @@ pub(in crate::solver) mod valley {
             reach: 0.5 * SPACING,
             ground: ground(row * COLUMNS + DAM),
         };
-        Breach { cells: (0..ROWS).map(cell).collect(), crest: CREST, trigger, opening, law, duration: 40.0 }
+        let cells = (0..ROWS).map(cell).collect();
+        Breach { cells, rim: Vec::new(), crest: CREST, trigger, opening, law, duration: 40.0 }
     }
 }
 

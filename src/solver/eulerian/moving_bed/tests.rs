@@ -151,6 +151,7 @@ fn a_dam_and_a_slide_are_both_handed_out() {
     let dam = |row: usize| DamCell { cell: row * 20 + 5, station: 5.0 * row as f64, reach: 2.5, ground: -2.0 };
     problem.forcing.breach = Some(Breach {
         cells: (0..3).map(dam).collect(),
+        rim: Vec::new(),
         crest: 1.0,
         trigger: Trigger::At(5.0),
         opening: Opening::Whole,
