@@ -2,16 +2,18 @@
 //!
 //! Its state is taken cell by cell from `fields.nc` ([`super::earlier_fields`]), which must have the same lattice: depth, velocity and,
 //! under the water, the bed, z = η − d, whether it was another one or is so by single precision alone: that is what the file has, a depth
-//! of d comes back within 6e-8 d, and a lake at rest has one level.
+//! of d comes back within 6e-8 d, and a lake at rest has one level. A film has no level in the file; the bed under it is that of `maps.nc`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
 use super::earlier_structures::other_structures;
 use super::findings::Findings;
+use super::gaps::around;
 use super::shaped::Changes;
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
+use crate::lattice::Lattice;
 use crate::output::OutputCrs;
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
@@ -108,8 +110,13 @@ pub(super) fn take_over(
         }
     };
     findings.add_all(&earlier.fields, other_structures(scenario, path));
-    findings.add_all(&earlier.fields, other_dry_ground(&state, path, bed));
-    let fits = lay(&state, path, (breach, changes), bed, still);
+    let ground = bed_of_maps(path, &bed.lattice);
+    findings.add_all(
+        &earlier.fields,
+        ground.as_ref().and_then(|(maps, ground)| other_dry_ground(&state, maps, ground, bed)),
+    );
+    let films = ground.map_or(Vec::new(), |(_, ground)| ground);
+    let fits = lay((&state, &films), path, (breach, changes), bed, still);
     match fits {
         Ok(warning) => {
             findings.add_all(&earlier.fields, warning);
@@ -123,8 +130,11 @@ pub(super) fn take_over(
 }
 
 /// Puts the depths on the lattice, and the bed of the earlier run under them where it was another one.
+///
+/// - `films`: the bed (m) of its maps, for films, of which the fields have no level: at a shore that was fitted to still water one would lie
+///   on the bank and run down; empty where there is none
 fn lay(
-    state: &State,
+    (state, films): (&State, &[f64]),
     path: &Path,
     (breach, changes): (Option<&Breach>, &Changes),
     bed: &mut BedParticles,
@@ -142,12 +152,15 @@ fn lay(
             .with_at(place(first, bed));
         return Err(Box::new(problem));
     }
+    let dam_at = |cell: usize| breach.and_then(|breach| breach.cells.iter().find(|dam| dam.cell == cell));
+    let stands_in_dam =
+        |cell: usize, bed: &BedParticles| dam_at(cell).is_some_and(|dam| bed.elevation[cell] > dam.ground);
     let mut rises = Vec::new();
     for cell in (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0) {
         let (depth, level) = (state.depth[cell], state.level[cell]);
         still.depth[cell] = depth;
         let rise = level - depth - bed.elevation[cell];
-        // Where the level is not known the bed is that of this scenario.
+        // A film has no level.
         if rise.is_nan() {
             continue;
         }
@@ -157,9 +170,7 @@ fn lay(
             bed.elevation[cell] = level - depth;
             continue;
         }
-        if breach
-            .is_some_and(|breach| breach.cells.iter().any(|dam| dam.cell == cell && bed.elevation[cell] > dam.ground))
-        {
+        if stands_in_dam(cell, bed) {
             let message = format!("{name} has water where the dam of `breach` stands, on a bed that is not its crest");
             let problem = input_error("water-in-dam", message)
                 .with_cause("the dam was not there in the earlier run, or it had broken")
@@ -176,7 +187,10 @@ fn lay(
         return Err(Box::new(problem));
     }
     let (mut changed, mut largest) = (0, (0.0_f64, 0));
-    for (cell, rise) in rises {
+    // What is built here stays as it is.
+    let of_films = under_films(state, films, bed).into_iter();
+    let natural = of_films.filter(|&(cell, _)| dam_at(cell).is_none() && !changes.moves(cell));
+    for (cell, rise) in rises.into_iter().chain(natural) {
         bed.elevation[cell] += rise;
         if rise.abs() > TOLD_CHANGE {
             changed += 1;
@@ -194,6 +208,22 @@ fn lay(
             .with_remedy("nothing, if a shore was fitted or a dam broke there; otherwise take the terrain of that run, or run from the start")
             .with_at(place(largest.1, bed))
     }))
+}
+
+/// The films whose bed in the maps of the earlier run is another one, each with how far (m) that lies above the bed of now. Where the surface
+/// of a film is that of the water beside it, but for single precision, it is put there exactly, so that a lake stays at rest.
+fn under_films(state: &State, ground: &[f64], bed: &BedParticles) -> Vec<(usize, f64)> {
+    let rise = |(cell, &z_b): (usize, &f64)| {
+        let depth = state.depth[cell];
+        if !(depth > 0.0 && state.level[cell].is_nan()) {
+            return None;
+        }
+        let is_same = |level: &f64| (level - depth - z_b).abs() <= 2.0 * SINGLE_PRECISION * (level.abs() + depth);
+        let beside = around(cell, &bed.lattice).map(|other| state.level[other]).find(is_same);
+        let rise = beside.map_or(z_b, |level| level - depth) - bed.elevation[cell];
+        (rise.abs() > SINGLE_PRECISION * bed.elevation[cell].abs()).then_some((cell, rise))
+    };
+    ground.iter().enumerate().filter_map(rise).collect()
 }
 
 /// What speaks against the bed under the water of the earlier run, given by how much it lies above that of this one (m): a
@@ -233,13 +263,18 @@ fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedPa
     )
 }
 
+/// The maps beside the `fields.nc` of an earlier run, and their bed (m), NaN without terrain; none where there are no such maps.
+fn bed_of_maps(fields: &Path, lattice: &Lattice) -> Option<(PathBuf, Vec<f64>)> {
+    let maps = fields.with_file_name("maps.nc");
+    let elevation = on_lattice(&netcdf::open(&maps).ok()?, "bed_elevation", (.., ..), &maps, lattice).ok()?;
+    Some((maps, elevation))
+}
+
 /// What the maps beside `fields.nc` say of ground that is dry and had another height in the earlier run, or that has terrain in
 /// one of the two alone; nothing where there are none.
 ///
 /// Such a change may be meant (a levee that is built for this half). A breakline that was left out is seen by nothing else.
-fn other_dry_ground(state: &State, path: &Path, bed: &BedParticles) -> Option<Problem> {
-    let maps = path.with_file_name("maps.nc");
-    let elevation = on_lattice(&netcdf::open(&maps).ok()?, "bed_elevation", (.., ..), &maps, &bed.lattice).ok()?;
+fn other_dry_ground(state: &State, maps: &Path, elevation: &[f64], bed: &BedParticles) -> Option<Problem> {
     let change = |cell: usize| bed.elevation[cell] - elevation[cell];
     // The depth is not a number where the earlier run had no terrain.
     let dry = || (0..bed.lattice.len()).filter(|cell| state.depth[*cell].max(0.0) <= 0.0);

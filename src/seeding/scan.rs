@@ -4,8 +4,8 @@
 //! V = ∫ max(level − terrain, 0) dA
 //! ```
 //!
-//! In a cell in which the terrain reaches the level between the centres of a raster, but not by the values of its cells, the latter
-//! count (M78): beside an upright bank the former would take half a cell of the raster from the water.
+//! The terrain of a raster is that of planes which keep the means of its cells (M78): beside an upright bank, one that is bilinear between
+//! their centres would take half a cell of the raster from the water.
 //!
 //! It is taken on scan lines at least eightfold denser than the lattice, with pieces cut to the polygon, and without the cells of blocked
 //! buildings.
@@ -110,21 +110,6 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
             None => scan.area_without_terrain += area,
         }
     });
-    if parts.iter().any(|part| part.has_shore) {
-        // None where the shore is in the cell by the means, too, and where it is not by the elevation.
-        let mut by_means: Vec<Option<f64>> =
-            parts.iter().zip(&is_blocked).map(|(part, &blocked)| (part.has_shore && !blocked).then_some(0.0)).collect();
-        for_each_piece(lines, lattice, row, |i, place, area| {
-            let Some(volume) = by_means[i] else { return };
-            let mean = surface.mean_preserving_elevation(place, lattice.spacing);
-            if let Some(elevation) = mean.or_else(|| elevation_near(surface, place, step)) {
-                by_means[i] = (elevation < level).then_some(volume + (level - elevation) * area);
-            }
-        });
-        for (part, volume) in parts.iter_mut().zip(by_means) {
-            part.volume = volume.unwrap_or(part.volume);
-        }
-    }
     scan.integral = parts.iter().map(|part| part.volume).sum();
     let covered = parts.into_iter().enumerate().filter(|(_, part)| part.coverage > 0.0 || part.holds_centre);
     scan.cells = covered.map(|(i, part)| (lattice.index(first_column + i, row), part)).collect();
@@ -169,24 +154,12 @@ pub(super) fn volume_of_whole_cell(level: f64, cell: usize, bed: &BedParticles, 
     let lattice = &bed.lattice;
     let step = lattice.spacing / SUBDIVISION as f64;
     let south_west = lattice.centre(cell) - Vec2::new(lattice.spacing, lattice.spacing) * 0.5;
-    let volume_and_shore = |elevation_at: &dyn Fn(Vec2) -> Option<f64>| {
-        let (mut sum, mut has_shore) = (0.0, false);
-        for piece in 0..SUBDIVISION * SUBDIVISION {
-            let (x, y) = ((piece % SUBDIVISION) as f64 + 0.5, (piece / SUBDIVISION) as f64 + 0.5);
-            if let Some(elevation) = elevation_at(lattice.to_map(south_west + Vec2::new(x, y) * step)) {
-                sum += (level - elevation).max(0.0);
-                has_shore |= elevation >= level;
-            }
-        }
-        (sum * step * step, has_shore)
+    let depth = |piece: usize| {
+        let (x, y) = ((piece % SUBDIVISION) as f64 + 0.5, (piece / SUBDIVISION) as f64 + 0.5);
+        let place = lattice.to_map(south_west + Vec2::new(x, y) * step);
+        surface.mean_preserving_elevation(place, lattice.spacing).map_or(0.0, |elevation| (level - elevation).max(0.0))
     };
-    let (volume, has_shore) = volume_and_shore(&|place| surface.elevation(place));
-    if !has_shore {
-        return volume;
-    }
-    let (by_means, has_shore_by_means) =
-        volume_and_shore(&|place| surface.mean_preserving_elevation(place, lattice.spacing));
-    if has_shore_by_means { volume } else { by_means }
+    (0..SUBDIVISION * SUBDIVISION).map(depth).sum::<f64>() * step * step
 }
 
 /// Elevation at a place (map), or the mean of the planes on which the terrain ends to the west, east, south and north
@@ -208,7 +181,7 @@ fn elevation_near(surface: &impl Surface, place: Vec2, step: f64) -> Option<f64>
         let (sum, count) = known.fold((0.0, 0.0), |(sum, count), elevation| (sum + elevation, count + 1.0));
         (count > 0.0).then(|| sum / count)
     };
-    surface.elevation(place).or_else(|| (1..=SUBDIVISION).find_map(nearest))
+    surface.mean_preserving_elevation(place, cell).or_else(|| (1..=SUBDIVISION).find_map(nearest))
 }
 
 /// Bounds of the bands of a row, in ascending order, for each of which one scan line stands.

@@ -192,6 +192,32 @@ fn a_lake_at_rest_stays_at_rest_over_a_hot_start() {
 }
 
 #[test]
+fn a_film_at_the_shore_of_a_lake_keeps_its_ground() {
+    let scene = Scene::sound();
+    scene.feature(
+        "lake.geojson",
+        "Polygon",
+        "[[[500000,5300000],[500300,5300000],[500300,5300125],[500000,5300125],[500000,5300000]]]",
+    );
+    let (_, before) = scene.run("first", &["initial[0].level=107.3 m", "boundaries=[]", "time.end=1 s"]);
+    scene.run("second", &["boundaries=[]", "time.end=1 s", "initial=[{fields: first/fields.nc}]"]);
+    let [first, second] = ["first", "second"].map(|out| Netcdf::read(&scene.path(&format!("{out}/maps.nc"))));
+    let (depth, bed) = (frame(&before, "depth", Some(0)), [&first, &second].map(|maps| maps.values("bed_elevation")));
+    let wet: Vec<usize> = (0..COLUMNS * ROWS).filter(|&cell| depth[cell] > 0.0).collect();
+    assert!(wet.iter().any(|&cell| depth[cell] < 1e-3), "there are films, of which the fields have no level");
+    for cell in wet {
+        // Single precision of 107 m.
+        assert!(
+            (bed[0][cell] - bed[1][cell]).abs() < 1e-5,
+            "{} m deep: {} m, {} m",
+            depth[cell],
+            bed[0][cell],
+            bed[1][cell]
+        );
+    }
+}
+
+#[test]
 fn a_uniform_stream_goes_on() {
     let scene = Scene::sound();
     let rows: Vec<String> = (0..ROWS)

@@ -234,8 +234,9 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
     let values = (0..columns * rows).map(|i| if (10..20).contains(&(i / columns)) { 0.0 } else { 6.0 }).collect();
     let raster = Raster { columns, rows, west: 0.0, north: 60.0, cell_x: cell, cell_y: cell, values };
     let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
-    let bodies = [body(regular(Vec2::new(60.0, 30.0), 200.0, 4, 0.0), 1.5)];
-    for coarseness in [1, 2] {
+    // A level below half of the banks, and one above: between the centres of the raster the banks reach it beside, and not at, their edge.
+    for (coarseness, level) in [1, 2, 5].into_iter().flat_map(|coarseness| [(coarseness, 1.5), (coarseness, 4.0)]) {
+        let bodies = [body(regular(Vec2::new(60.0, 30.0), 200.0, 4, 0.0), level)];
         let lattice = Lattice {
             origin: Vec2::ZERO,
             columns: columns / coarseness,
@@ -246,7 +247,7 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
         let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
         let still = fill_still_water(&bodies, &mut bed, &terrain, &[]);
         let books = &still.volumes[0];
-        let volume = 1.5 * 20.0 * 120.0;
+        let volume = level * 20.0 * 120.0;
         assert!((books.integral_m3 / volume - 1.0).abs() < 1e-9 && (books.seeded_m3 / volume - 1.0).abs() < 1e-9);
         assert_eq!(bed.elevation, dry.elevation);
     }
