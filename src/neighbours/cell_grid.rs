@@ -477,21 +477,13 @@ mod lanes {
                 aside[end] = Span { first: first as u32, near };
                 end += usize::from(near != 0);
                 if end == ASIDE {
-                    append(&aside, &mut end, spans);
+                    spans.extend_from_slice(&aside);
+                    end = 0;
                 }
                 first += LANES;
             }
         }
-        append(&aside, &mut end, spans);
-    }
-
-    /// Appends the first spans of those kept aside. All are copied, which takes less time than a copy of any length.
-    #[inline(always)]
-    fn append(aside: &[Span; ASIDE], end: &mut usize, spans: &mut Vec<Span>) {
-        let count = spans.len() + *end;
-        spans.extend_from_slice(aside);
-        spans.truncate(count);
-        *end = 0;
+        spans.extend_from_slice(&aside[..end]);
     }
 
     #[target_feature(enable = "avx512f,popcnt")]
