@@ -142,19 +142,10 @@ fn lay(
 ) -> Result<Option<Problem>, Box<Problem>> {
     let name = path.display();
     let place = |cell: usize, bed: &BedParticles| bed.lattice.to_map(bed.lattice.centre(cell));
-    let lost: Vec<usize> =
-        (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0 && !bed.has_terrain(cell)).collect();
-    if let Some(&first) = lost.first() {
-        let volume = lost.iter().map(|&cell| state.depth[cell]).sum::<f64>() * bed.lattice.cell_area();
-        let message = format!("{name} has {volume:.3e} m³ of water on {} cells without terrain", lost.len());
-        let problem = input_error("water-without-terrain", message)
-            .with_remedy("take the terrain and the buildings of that run")
-            .with_at(place(first, bed));
+    if let Some(problem) = water_without_terrain(state, path, bed) {
         return Err(Box::new(problem));
     }
     let dam_at = |cell: usize| breach.and_then(|breach| breach.cells.iter().find(|dam| dam.cell == cell));
-    let stands_in_dam =
-        |cell: usize, bed: &BedParticles| dam_at(cell).is_some_and(|dam| bed.elevation[cell] > dam.ground);
     let mut rises = Vec::new();
     for cell in (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0) {
         let (depth, level) = (state.depth[cell], state.level[cell]);
@@ -170,16 +161,8 @@ fn lay(
             bed.elevation[cell] = level - depth;
             continue;
         }
-        if stands_in_dam(cell, bed) {
-            let message = format!("{name} has water where the dam of `breach` stands, on a bed that is not its crest");
-            let problem = input_error("water-in-dam", message)
-                .with_cause("the dam was not there in the earlier run, or it had broken")
-                .with_remedy(
-                    "take a moment before the dam broke, run it whole from its start, or put what still stands of the dam under \
-                     `terrain.breaklines` with `mode: raise` in place of `breach` (without either there is no dam)",
-                )
-                .with_at(place(cell, bed));
-            return Err(Box::new(problem));
+        if dam_at(cell).is_some_and(|dam| bed.elevation[cell] > dam.ground) {
+            return Err(Box::new(water_in_dam(path).with_at(place(cell, bed))));
         }
         rises.push((cell, rise));
     }
@@ -208,6 +191,31 @@ fn lay(
             .with_remedy("nothing, if a shore was fitted or a dam broke there; otherwise take the terrain of that run, or run from the start")
             .with_at(place(largest.1, bed))
     }))
+}
+
+/// Water of the earlier run on cells without terrain, if any.
+fn water_without_terrain(state: &State, path: &Path, bed: &BedParticles) -> Option<Problem> {
+    let lost: Vec<usize> =
+        (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0 && !bed.has_terrain(cell)).collect();
+    let first = *lost.first()?;
+    let volume = lost.iter().map(|&cell| state.depth[cell]).sum::<f64>() * bed.lattice.cell_area();
+    let message = format!("{} has {volume:.3e} m³ of water on {} cells without terrain", path.display(), lost.len());
+    let problem = input_error("water-without-terrain", message)
+        .with_remedy("take the terrain and the buildings of that run")
+        .with_at(bed.lattice.to_map(bed.lattice.centre(first)));
+    Some(problem)
+}
+
+/// Water of the earlier run where a dam stands in this one.
+fn water_in_dam(path: &Path) -> Problem {
+    let message =
+        format!("{} has water where the dam of `breach` stands, on a bed that is not its crest", path.display());
+    input_error("water-in-dam", message)
+        .with_cause("the dam was not there in the earlier run, or it had broken")
+        .with_remedy(
+            "take a moment before the dam broke, run it whole from its start, or put what still stands of the dam under \
+             `terrain.breaklines` with `mode: raise` in place of `breach` (without either there is no dam)",
+        )
 }
 
 /// The films whose bed in the maps of the earlier run is another one, each with how far (m) that lies above the bed of now. Where the surface
