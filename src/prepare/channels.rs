@@ -6,6 +6,7 @@ use super::forcing;
 use super::levels::{self, Inlet};
 use super::plausible::torrent;
 use super::series;
+use super::series_dates::Origin;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
@@ -56,7 +57,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
         let is_rough = channel.manning.map_or(!scenario.roughness.is_none(), |n| n > 0.0);
         let ends = [&channel.upstream, &channel.downstream].map(|end| match end {
             None => Some(None),
-            Some(condition) => forcing::condition(condition, (scenario.end_time, is_rough), findings).map(Some),
+            Some(condition) => forcing::condition(condition, is_rough, scenario, findings).map(Some),
         });
         let length = channel.length.value;
         let sections = match &channel.shape {
@@ -81,7 +82,7 @@ fn sections(
 ) -> Option<Vec<Table>> {
     let columns = ["distance", "elevation", "width"].map(|_| ColumnUnit { name: None, unit: None });
     let example = "distance_m,elevation_m,width_m";
-    let rows = findings.take_all(file, series::rows_of(&file.value, &columns, [&LENGTH; 3], example))?;
+    let rows = findings.take_all(file, series::rows_of(&file.value, &columns, [&LENGTH; 3], (example, Origin::Own)))?;
     let name = file.value.display();
     let mut tables: Vec<Table> = Vec::new();
     let mut faults: Vec<Problem> = series::implausible(&rows, 1, &name.to_string()).into_iter().collect();

@@ -8,6 +8,7 @@ use super::outside::{IN_PART, Outside};
 use super::plausible::Placed;
 use super::rain::{self, Losses};
 use super::series::{self, Meaning};
+use super::series_dates::Origin;
 use super::{places, sources};
 use super::{rain_frames, rain_series};
 use crate::bed::BedParticles;
@@ -67,7 +68,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             OpenBoundary::Side(_) => None,
             OpenBoundary::Lines(source) => places::pieces(source, crs, scenario, findings),
         };
-        (lines, condition(&boundary.value.condition, (scenario.end_time, is_rough), findings))
+        (lines, condition(&boundary.value.condition, is_rough, scenario, findings))
     });
     let boundaries = boundaries.collect();
     let sources = sources::open(scenario, crs, findings);
@@ -81,19 +82,21 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     Opened { boundaries, sources, rain, placed: Vec::new(), sections }
 }
 
-/// A condition with its series, up to the end of the run (s), and whether there is roughness where it holds.
+/// A condition with its series; with whether there is roughness where it holds.
 pub(super) fn condition(
     condition: &BoundaryCondition,
-    (end, is_rough): (f64, bool),
+    is_rough: bool,
+    scenario: &Scenario,
     findings: &mut Findings,
 ) -> Option<Condition> {
+    let span = (scenario.end_time, Origin::of_run(scenario));
     Some(match condition {
         BoundaryCondition::Free => Condition::Free,
-        BoundaryCondition::Stage(level, _) => Condition::Stage(series::series(level, LEVEL, end, findings)?),
+        BoundaryCondition::Stage(level, _) => Condition::Stage(series::series(level, LEVEL, span, findings)?),
         BoundaryCondition::Rating(table) => Condition::Rating(series::rating(table, findings)?),
         BoundaryCondition::Discharge { discharge, level } => {
-            let discharge = series::series(discharge, COMING, end, findings);
-            let level = level.as_ref().map(|level| series::series(level, LEVEL, end, findings));
+            let discharge = series::series(discharge, COMING, span, findings);
+            let level = level.as_ref().map(|level| series::series(level, LEVEL, span, findings));
             Condition::Discharge {
                 discharge: discharge?,
                 level: if let Some(level) = level { Some(level?) } else { None },
@@ -123,7 +126,7 @@ fn open_rain(
     match &rain.value.amount {
         RainAmount::Rate(rate) => {
             let (key, place) = rate.source();
-            let rate = series::series(rate, FALLING, until, findings)?;
+            let rate = series::series(rate, FALLING, (until, Origin::of_run(scenario)), findings)?;
             if let Some(problem) = rain::doubtful(rate.peak()) {
                 findings.add_at(key, place.cloned(), problem);
             }

@@ -32,6 +32,7 @@ mod rain_times;
 mod raster;
 mod roughness;
 mod series;
+mod series_dates;
 mod series_times;
 mod shaped;
 mod sources;

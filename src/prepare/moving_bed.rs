@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::findings::Findings;
 use super::outside::{Outside, all_outside};
+use super::series_dates::Origin;
 use super::{places, raster, series, sources::lines_of};
 use crate::bed::BedParticles;
 use crate::boundary::edge_faces;
@@ -54,7 +55,7 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
             // Behind its last row the velocity stays as it is; the line ends the slide.
             let negative = Some("give a velocity of 0 or more: the slide goes along its line, and not back");
             let meaning = series::Meaning { dimension: &VELOCITY, negative };
-            let velocity = series::series(velocity, meaning, 0.0, findings);
+            let velocity = series::series(velocity, meaning, (0.0, Origin::Own), findings);
             let features = places::features(path, crs, scenario.reproject, findings)?;
             let lines: Vec<Vec<Vec2>> = features.iter().flat_map(lines_of).collect();
             let [line] = &lines[..] else {

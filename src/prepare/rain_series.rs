@@ -11,6 +11,7 @@ use super::findings::Findings;
 use super::rain::Losses;
 use super::rain_times::{self, Start};
 use super::series::{choose, in_lines, rows_are};
+use super::series_dates::{self, Dates, Origin};
 use super::series_times::takes_little;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::cf_axes::{check_axes_are_known, check_order, gdal_name, is_netcdf, split_variable, text_of};
@@ -71,17 +72,20 @@ pub(super) fn open(
 ) -> Option<Opened> {
     let path = &asked.file.value.path;
     findings.take(asked.file, readable_file(path))?;
-    let (times, rasters, unit) = if is_netcdf(path) {
-        findings.take(asked.file, netcdf_series(asked, scenario.reference_time.as_deref()))?
+    let reference = scenario.reference_time.as_deref();
+    // Dates have no unit, and the times of a NetCDF file have theirs beside them.
+    let (times, rasters, unit, has_unit) = if is_netcdf(path) {
+        let (times, rasters, unit) = findings.take(asked.file, netcdf_series(asked, reference))?;
+        (times, rasters, unit, false)
     } else {
-        findings.take_all(asked.file, list_series(asked))?
+        let List { times, files, unit, is_dated } = findings.take_all(asked.file, list_series(asked, reference))?;
+        (Times { times, bounds: None }, Rasters::Files(files), unit, !is_dated)
     };
     let name = path.display().to_string();
     let intervals = findings.take(asked.file, intervals(&times, asked.stamp, &name))?;
     let gaps = coverage(&intervals, losses.until, times.bounds.is_some(), &name);
     findings.add_all(asked.file, gaps);
-    // The times of a NetCDF file have their unit beside them.
-    if matches!(rasters, Rasters::Files(_)) {
+    if has_unit {
         findings.add_all(asked.file, far_beyond(&intervals, losses.until, &name));
     }
     Some(Opened { intervals, rasters, unit, losses, crs: crs?.clone() })
@@ -245,15 +249,21 @@ fn times_time(text: &str) -> Option<String> {
     ))
 }
 
-/// A CSV list: a column of times, with their unit at the end of its name, and one of files.
-fn list_series(asked: &Asked) -> Result<(Times, Rasters, RainUnit), Vec<Problem>> {
+/// A list of rasters as it is read.
+struct List {
+    /// Times (s).
+    times: Vec<f64>,
+    files: Vec<PathBuf>,
+    unit: RainUnit,
+    /// Whether the times are dates in the file.
+    is_dated: bool,
+}
+
+/// A CSV list: a column of times, dates or numbers with their unit at the end of its name, and one of files.
+fn list_series(asked: &Asked, reference: Option<&str>) -> Result<List, Vec<Problem>> {
     let path = &asked.file.value.path;
-    let name = path.display();
+    let name = path.display().to_string();
     let mut faults = Vec::new();
-    if asked.start.is_some() {
-        let message = format!("the times of the list {name} count from the start of the run");
-        faults.push(input_error("start-without-date", message).with_remedy("take `start` out"));
-    }
     if let Some(layer) = &asked.file.value.layer {
         let message = format!("{name} is a list of files, which has no variable `{layer}`");
         faults.push(input_error("no-variable", message).with_remedy("take the colon and the name behind it out"));
@@ -272,29 +282,15 @@ fn list_series(asked: &Asked) -> Result<(Times, Rasters, RainUnit), Vec<Problem>
         }
     };
     let parsed = Table::parse(&text, |_| true);
-    let header = parsed.header.clone().unwrap_or_default();
-    let time = ColumnUnit { name: None, unit: None };
-    let factor = match choose(&time, 0, &header, &TIME, &name.to_string()) {
-        Ok((_, factor)) if header.len() >= 2 => factor,
-        Ok(_) => {
-            let problem = input_error("no-header", format!("the first line of {name} does not name two columns"));
-            faults.push(problem.with_remedy("begin it with a line such as `time_min,file`"));
-            return Err(faults);
-        }
-        Err(problem) => {
-            faults.push(problem.with_remedy(
-                "begin the list with a line such as `time_min,file`: the unit of the times ends their name",
-            ));
-            return Err(faults);
-        }
-    };
+    let reading = list_times(&parsed, asked, reference, &mut faults);
+    let Some(reading) = reading else { return Err(faults) };
     let folder = path.parent().unwrap_or(Path::new(""));
     let (mut times, mut files, mut faulty) = (Vec::new(), Vec::new(), Vec::new());
     for (line, fields) in &parsed.rows {
-        let time = fields.first().and_then(|field| field.parse::<f64>().ok()).filter(|time| time.is_finite());
+        let time = fields.first().and_then(|field| reading.seconds(field));
         match (time, fields.get(1).filter(|field| !field.is_empty())) {
             (Some(time), Some(file)) => {
-                times.push(time * factor);
+                times.push(time);
                 files.push(folder.join(file));
             }
             _ => faulty.push((*line, fields.join(","))),
@@ -304,14 +300,65 @@ fn list_series(asked: &Asked) -> Result<(Times, Rasters, RainUnit), Vec<Problem>
         faulty.into_iter(),
         "not-a-row",
         |count, lines| format!("{} no time and file in {name}: {lines}", rows_are(count)),
-        "write a number with a point as decimal sign, a comma and the path of a raster, which counts from the folder of the list",
+        "write a date or a number with a point as decimal sign, a comma and the path of a raster, which counts from the folder of the list",
     ));
     let missing = files.iter().filter_map(|file| readable_file(&split_variable(file).0).err());
     let here = "the paths of a list count from its own folder; check the spelling";
     faults.extend(missing.map(|problem| problem.with_cause(format!("{name} lists it")).with_remedy(here)));
     match (asked.unit, faults.is_empty()) {
-        (Some(unit), true) => Ok((Times { times, bounds: None }, Rasters::Files(files), unit)),
+        (Some(unit), true) => Ok(List { times, files, unit, is_dated: matches!(reading, ListTimes::Dates(_)) }),
         _ => Err(faults),
+    }
+}
+
+/// How the times of a list are read.
+enum ListTimes {
+    /// As dates, from the start of the run on.
+    Dates(Origin),
+    /// As numbers, with the factor of their unit.
+    Numbers(f64),
+}
+
+impl ListTimes {
+    /// The time of a field (s); 0 of a date that cannot be read, which is told with the others.
+    fn seconds(&self, text: &str) -> Option<f64> {
+        match self {
+            ListTimes::Dates(_) if text.is_empty() => None,
+            ListTimes::Dates(origin) => Some(origin.seconds_to(text).unwrap_or(0.0)),
+            ListTimes::Numbers(factor) => {
+                text.parse::<f64>().ok().filter(|time| time.is_finite()).map(|time| time * factor)
+            }
+        }
+    }
+}
+
+/// How the times of a list are to be read, and what is wrong with its first line and its dates; none where it has no such column.
+fn list_times(parsed: &Table, asked: &Asked, reference: Option<&str>, faults: &mut Vec<Problem>) -> Option<ListTimes> {
+    let name = asked.file.value.path.display().to_string();
+    let header = parsed.header.clone().unwrap_or_default();
+    let time = ColumnUnit { name: None, unit: None };
+    let begin = "begin the list with a line such as `time_min,file`: the unit of the times ends their name";
+    if header.len() < 2 {
+        let problem = input_error("no-header", format!("the first line of {name} does not name two columns"));
+        faults.push(problem.with_remedy(begin));
+        return None;
+    }
+    if series_dates::are_dates(&parsed.rows, 0) {
+        let start = Start { own: asked.start, reference }.seconds().map_err(|problem| faults.push(problem)).ok()?;
+        let dates = Dates { rows: &parsed.rows, column: 0, header: &header[0], name: &name };
+        faults.extend(series_dates::faults(&dates, &time, Origin::Start(start)));
+        return Some(ListTimes::Dates(Origin::Start(start)));
+    }
+    if asked.start.is_some() {
+        let message = format!("the times of the list {name} count from the start of the run");
+        faults.push(input_error("start-without-date", message).with_remedy("take `start` out"));
+    }
+    match choose(&time, 0, &header, &TIME, &name) {
+        Ok((_, factor)) => Some(ListTimes::Numbers(factor)),
+        Err(problem) => {
+            faults.push(problem.with_remedy(begin));
+            None
+        }
     }
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Start<'a> {
 
 impl Start<'_> {
     /// The start in seconds since 1970; none where the scenario has no date, a problem where it has two.
-    fn seconds(&self) -> Result<Option<f64>, Problem> {
+    pub fn seconds(&self) -> Result<Option<f64>, Problem> {
         let seconds = |date: &str| seconds_of(date).unwrap_or(f64::NAN);
         if let (Some(own), Some(reference)) = (self.own, self.reference)
             && (seconds(own) - seconds(reference)).abs() > SAME_START

@@ -7,8 +7,8 @@ use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
 use crate::scenario::{ColumnUnit, TableFile, Timed};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 
-use super::cf_time::seconds_of;
 use super::findings::Findings;
+use super::series_dates::{self, Dates, Origin};
 use super::series_times;
 
 /// So many faulty rows are named one by one.
@@ -28,17 +28,47 @@ pub(super) struct Row<const COLUMNS: usize = 2> {
     pub line: usize,
     /// In SI units.
     pub numbers: [f64; COLUMNS],
-    /// As the file has them.
+    /// As the file has them; dates as in `numbers`.
     pub written: [f64; COLUMNS],
+    /// Whether its time is a date.
+    pub is_dated: bool,
 }
 
-/// The series of a quantity, which must hold from the start of the run to its end (s); none after an error.
-pub(super) fn series(timed: &Timed, meaning: Meaning, end: f64, findings: &mut Findings) -> Option<Series> {
+/// A column of a table, as it is read.
+#[derive(Clone, Copy)]
+struct Column {
+    index: usize,
+    /// The factor of its unit; none of dates.
+    factor: Option<f64>,
+}
+
+impl Column {
+    /// Its field as it is written, and in SI units; none where it is empty or no number. A date that cannot be read is 0: it is told
+    /// with the other dates.
+    fn read(self, fields: &[String], origin: Origin) -> Option<(f64, f64)> {
+        let text = fields.get(self.index)?;
+        match self.factor {
+            Some(factor) => {
+                text.parse::<f64>().ok().filter(|value| value.is_finite()).map(|value| (value, value * factor))
+            }
+            None if text.is_empty() => None,
+            None => Some(origin.seconds_to(text).unwrap_or(0.0)).map(|seconds| (seconds, seconds)),
+        }
+    }
+}
+
+/// The series of a quantity, which must hold from its origin to an end (s); none after an error.
+pub(super) fn series(
+    timed: &Timed,
+    meaning: Meaning,
+    (end, origin): (f64, Origin),
+    findings: &mut Findings,
+) -> Option<Series> {
     let table = match timed {
         Timed::Constant(value) => return Some(Series::constant(value.value)),
         Timed::Series(table) => table,
     };
-    let rows = findings.take_all(&table.file, rows(table, [&TIME, meaning.dimension]))?;
+    let rows = findings.take_all(&table.file, rows(table, [&TIME, meaning.dimension], origin))?;
     let name = table.file.value.display();
     let mut faults = Vec::new();
     rises(&rows, &name.to_string(), ("time", SORT), &mut faults);
@@ -57,7 +87,7 @@ pub(super) fn series(timed: &Timed, meaning: Meaning, end: f64, findings: &mut F
 
 /// A rating curve; none after an error.
 pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Rating> {
-    let rows = findings.take_all(&table.file, rows(table, [&LENGTH, &DISCHARGE]))?;
+    let rows = findings.take_all(&table.file, rows(table, [&LENGTH, &DISCHARGE], Origin::Own))?;
     let name = table.file.value.display();
     let mut faults = Vec::new();
     let remedy = "give one discharge for each level, the levels rising: of a loop with a rising and a falling limb the mean of both, of a jump two rows a millimetre apart";
@@ -98,8 +128,8 @@ pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Ratin
 
 /// The growth of something from nothing to all of it, over the seconds since its beginning; none after an error.
 pub(super) fn growth(table: &TableFile, findings: &mut Findings) -> Option<Series> {
-    let rows = findings
-        .take_all(&table.file, rows_of(&table.file.value, &table.columns, [&TIME, &SHARE], "time_min,share"))?;
+    let read = rows_of(&table.file.value, &table.columns, [&TIME, &SHARE], ("time_min,share", Origin::Own));
+    let rows = findings.take_all(&table.file, read)?;
     let name = table.file.value.display();
     let mut faults = Vec::new();
     rises(&rows, &name.to_string(), ("time", SORT), &mut faults);
@@ -197,19 +227,19 @@ fn rises(rows: &[Row], name: &str, (what, remedy): (&str, &str), faults: &mut Ve
 }
 
 /// Two columns of a table in SI units, every row read.
-fn rows(table: &TableFile, dimensions: [&'static Dimension; 2]) -> Result<Vec<Row>, Vec<Problem>> {
-    rows_of(&table.file.value, &table.columns, dimensions, "time_h,q_m3_s")
+fn rows(table: &TableFile, dimensions: [&'static Dimension; 2], origin: Origin) -> Result<Vec<Row>, Vec<Problem>> {
+    rows_of(&table.file.value, &table.columns, dimensions, ("time_h,q_m3_s", origin))
 }
 
-/// The columns of a file in SI units, every row read; `example` is a first line as it may be.
+/// The columns of a file in SI units, every row read; `example` is a first line as it may be, and times count from `origin`.
 pub(super) fn rows_of<const COLUMNS: usize>(
     path: &std::path::Path,
     columns: &[ColumnUnit; COLUMNS],
     dimensions: [&'static Dimension; COLUMNS],
-    example: &str,
+    (example, origin): (&str, Origin),
 ) -> Result<Vec<Row<COLUMNS>>, Vec<Problem>> {
     let number_of_columns = if COLUMNS == 2 { "two".to_owned() } else { COLUMNS.to_string() };
-    let name = path.display();
+    let name = path.display().to_string();
     readable_file(path).map_err(|problem| vec![problem])?;
     let text = read_text(path).map_err(|error| {
         let problem = input_error("not-a-table", format!("{name} is no table")).with_cause(error.to_string());
@@ -224,55 +254,83 @@ pub(super) fn rows_of<const COLUMNS: usize>(
                 .with_remedy(format!("begin it with a line such as `{example}`"));
         return Err(vec![problem]);
     }
-    let mut faults = Vec::new();
-    let mut found = [(0, 1.0); COLUMNS];
+    let (mut faults, mut found) = (Vec::new(), Vec::with_capacity(COLUMNS));
     for (place, (column, dimension)) in columns.iter().zip(dimensions).enumerate() {
-        match choose(column, place, &header, dimension, &name.to_string()) {
-            Ok(chosen) => found[place] = chosen,
-            Err(problem) => {
-                let first =
-                    parsed.rows.first().filter(|_| problem.code == "missing-unit" && dimension.name == TIME.name);
-                let is_it = |field: &String| column.name.as_ref().is_some_and(|name| field.eq_ignore_ascii_case(name));
-                let at = header.iter().position(is_it).unwrap_or(place);
-                faults.push(first.and_then(|row| dates(row, at, &name.to_string())).unwrap_or(*problem));
-            }
+        found.extend(find_column((column, place, dimension), (&parsed, &header, &name), origin, &mut faults));
+    }
+    let overlong = too_many_fields(&parsed, header.len(), &name);
+    match <[Column; COLUMNS]>::try_from(found) {
+        Ok(found) if overlong.is_none() => {
+            let rows = read_rows(&parsed, &found, (&name, origin), &mut faults);
+            if faults.is_empty() { Ok(rows) } else { Err(faults) }
+        }
+        _ => {
+            faults.extend(overlong);
+            Err(faults)
         }
     }
-    faults.extend(in_lines(
+}
+
+/// A column and how it is read; none after an error. Of dates every fault is told.
+fn find_column(
+    (asked, place, dimension): (&ColumnUnit, usize, &'static Dimension),
+    (parsed, header, name): (&Table, &[String], &str),
+    origin: Origin,
+    faults: &mut Vec<Problem>,
+) -> Option<Column> {
+    let found = index_of(asked, place, header, name).and_then(|index| {
+        if dimension.name == TIME.name && series_dates::are_dates(&parsed.rows, index) {
+            let dates = Dates { rows: &parsed.rows, column: index, header: &header[index], name };
+            faults.extend(series_dates::faults(&dates, asked, origin));
+            return Ok(Column { index, factor: None });
+        }
+        choose(asked, place, header, dimension, name).map(|(index, factor)| Column { index, factor: Some(factor) })
+    });
+    found.map_err(|problem| faults.push(*problem)).ok()
+}
+
+/// The problem of rows with more fields than the first line names.
+fn too_many_fields(parsed: &Table, named: usize, name: &str) -> Option<Problem> {
+    in_lines(
         parsed.overlong().map(|(line, fields)| (*line, fields.join(" | "))),
         "too-many-fields",
         |count, lines| {
-            format!(
-                "{} more fields than the first line of {name}, which names {}: {lines}",
-                rows_are(count),
-                header.len()
-            )
+            format!("{} more fields than the first line of {name}, which names {named}: {lines}", rows_are(count))
         },
         "write numbers with a point as decimal sign, or separate the columns with semicolons, and name every column",
-    ));
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    let number =
-        |fields: &[String], column: usize| fields.get(column)?.parse::<f64>().ok().filter(|value| value.is_finite());
+    )
+}
+
+/// The rows of some columns; their faults go to the list.
+fn read_rows<const COLUMNS: usize>(
+    parsed: &Table,
+    columns: &[Column; COLUMNS],
+    (name, origin): (&str, Origin),
+    faults: &mut Vec<Problem>,
+) -> Vec<Row<COLUMNS>> {
+    let is_dated = columns.iter().any(|column| column.factor.is_none());
     let (mut rows, mut faulty) = (Vec::with_capacity(parsed.rows.len()), Vec::new());
     for (line, fields) in &parsed.rows {
-        let written: Vec<f64> = found.iter().filter_map(|(column, _)| number(fields, *column)).collect();
-        match <[f64; COLUMNS]>::try_from(written) {
-            Ok(written) => {
-                let numbers = std::array::from_fn(|place| written[place] * found[place].1);
-                rows.push(Row { line: *line, numbers, written });
+        let read: Vec<(f64, f64)> = columns.iter().filter_map(|column| column.read(fields, origin)).collect();
+        match <[(f64, f64); COLUMNS]>::try_from(read) {
+            Ok(read) => {
+                let (written, numbers) = (read.map(|field| field.0), read.map(|field| field.1));
+                rows.push(Row { line: *line, numbers, written, is_dated });
             }
-            Err(_) => faulty.push((*line, fields.join(" | "))),
+            Err(_) => faulty.push((*line, fields)),
         }
     }
-    let has_moments = faulty.iter().any(|(_, text)| text.contains(':'));
+    let is_moment =
+        |fields: &[String]| columns.iter().any(|c| fields.get(c.index).is_some_and(|f| series_dates::is_moment(f)));
+    let has_moments = !is_dated && faulty.iter().any(|(_, fields)| is_moment(fields));
+    let number = if COLUMNS == 2 { "two".to_owned() } else { COLUMNS.to_string() };
+    let what = if is_dated { "no date and number".to_owned() } else { format!("no {number} numbers") };
     faults.extend(in_lines(
-        faulty.into_iter(),
+        faulty.into_iter().map(|(line, fields)| (line, fields.join(" | "))),
         "not-a-number",
-        |count, lines| format!("{} no {number_of_columns} numbers in {name}: {lines}", rows_are(count)),
+        |count, lines| format!("{} {what} in {name}: {lines}", rows_are(count)),
         if has_moments {
-            COUNT_TIMES
+            "write all times as numbers in a column with a unit, such as `time_h`, or all as dates"
         } else {
             "write numbers with a point as decimal sign, and leave out rows without a value"
         },
@@ -280,17 +338,22 @@ pub(super) fn rows_of<const COLUMNS: usize>(
     if rows.is_empty() && faults.is_empty() {
         faults.push(input_error("empty-table", format!("{name} has no rows")).with_remedy("give it at least one row"));
     }
-    if faults.is_empty() { Ok(rows) } else { Err(faults) }
+    rows
 }
 
-/// What to do about times that are dates.
-const COUNT_TIMES: &str = "write times as numbers that count from the start of the run, not as dates or times of day, in a column with a unit such as `time_h`";
-
-/// The problem of a column of times without a unit that holds dates or times of day, as its first row (line and fields) tells: a unit would not help.
-fn dates((line, fields): &(usize, Vec<String>), column: usize, name: &str) -> Option<Problem> {
-    let text = fields.get(column).filter(|text| text.contains(':') || seconds_of(text).is_some())?;
-    let message = format!("the times of {name} are dates or times of day: line {line} (`{text}`)");
-    Some(input_error("dates-as-times", message).with_remedy(COUNT_TIMES))
+/// The number of a column.
+fn index_of(column: &ColumnUnit, place: usize, header: &[String], name: &str) -> Result<usize, Box<Problem>> {
+    let Some(wanted) = &column.name else { return Ok(place) };
+    let is_it = |field: &&String| field.eq_ignore_ascii_case(wanted);
+    if header.iter().filter(is_it).count() > 1 {
+        let problem = input_error("duplicate-column", format!("{name} has more than one column `{wanted}`"));
+        return Err(Box::new(problem.with_remedy("give each column in the first line of the file its own name")));
+    }
+    header.iter().position(|field| is_it(&field)).ok_or_else(|| {
+        let problem = input_error("missing-column", format!("{name} has no column `{wanted}`"));
+        let problem = problem.with_cause(format!("its columns are {}", header.join(", ")));
+        Box::new(problem.with_remedy("correct the name, or that in the first line of the file"))
+    })
 }
 
 /// The number of a column and the factor of its unit.
@@ -301,23 +364,7 @@ pub(super) fn choose(
     dimension: &'static Dimension,
     name: &str,
 ) -> Result<(usize, f64), Box<Problem>> {
-    let index = match &column.name {
-        None => place,
-        Some(wanted) => {
-            let is_it = |field: &&String| field.eq_ignore_ascii_case(wanted);
-            if header.iter().filter(is_it).count() > 1 {
-                let problem = input_error("duplicate-column", format!("{name} has more than one column `{wanted}`"));
-                return Err(Box::new(
-                    problem.with_remedy("give each column in the first line of the file its own name"),
-                ));
-            }
-            header.iter().position(|field| is_it(&field)).ok_or_else(|| {
-                let problem = input_error("missing-column", format!("{name} has no column `{wanted}`"));
-                let problem = problem.with_cause(format!("its columns are {}", header.join(", ")));
-                problem.with_remedy("correct the name, or that in the first line of the file")
-            })?
-        }
-    };
+    let index = index_of(column, place, header, name)?;
     if let Some((unit, factor)) = &column.unit {
         let contradicts = match unit_in_name(&header[index], dimension) {
             Some(own) => (own / factor - 1.0).abs() > 1e-9,

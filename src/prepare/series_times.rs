@@ -25,15 +25,20 @@ pub(super) fn coverage(rows: &[Row], name: &str, (end, after_end): (f64, Option<
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return found };
     if first.numbers[0] > 0.0 {
         let message = format!("{name} begins {} s after the start of the run (line {})", first.numbers[0], first.line);
-        let remedy = "add a row for time 0; times count from the start of the run";
+        let remedy = if first.is_dated {
+            "add a row for that time or before it, or correct `time.reference`, the date of the start in UTC"
+        } else {
+            "add a row for time 0; times count from the start of the run"
+        };
         found.push(input_error("series-starts-late", message).with_remedy(remedy));
     }
     if last.numbers[0] < end {
         let ends = format!("{name} ends at {} s (line {}), before the run does at {end} s", last.numbers[0], last.line);
         found.push(match after_end {
-            None => input_error("series-ends-early", ends).with_remedy(
-                "add rows up to the end, shorten `time.end`, correct the unit of the times, or write `after_end: hold` beside `series` where the last value holds on",
-            ),
+            None => {
+                let times = if last.is_dated { "`time.reference`" } else { "the unit of the times" };
+                input_error("series-ends-early", ends).with_remedy(format!("add rows up to the end, shorten `time.end`, correct {times}, or write `after_end: hold` beside `series` where the last value holds on"))
+            }
             Some(AfterEnd::Hold) => {
                 let held = readable(end - last.numbers[0]);
                 let message = format!("{ends}; its last value holds on for {held} s");
@@ -66,9 +71,15 @@ fn far_beyond(rows: &[Row], name: &str, end: f64) -> Option<Problem> {
             last.line,
             last.numbers[0] / end
         );
+        let (cause, times) = if last.is_dated {
+            ("is `time.reference` right? dates count from it".to_owned(), "it")
+        } else {
+            let taken = format!("{} is taken for {} s", last.written[0], readable(last.numbers[0]));
+            (format!("is the unit of its times right? {taken}"), "the unit of the times")
+        };
         input_warning("series-far-beyond", message)
-            .with_cause(format!("is the unit of its times right? {} is taken for {} s", last.written[0], readable(last.numbers[0])))
-            .with_remedy("nothing, if the run is to see so little of it; otherwise correct the unit of the times, or `time.end`")
+            .with_cause(cause)
+            .with_remedy(format!("nothing, if the run is to see so little of it; otherwise correct {times}, or `time.end`"))
     })
 }
 
@@ -116,8 +127,12 @@ mod tests {
 
     /// Rows of these times (s), one value or another.
     fn rows(times: impl IntoIterator<Item = f64>, value: impl Fn(f64) -> f64) -> Vec<Row> {
-        let row =
-            |(k, time): (usize, f64)| Row { line: k + 2, numbers: [time, value(time)], written: [time / 60.0, 0.0] };
+        let row = |(k, time): (usize, f64)| Row {
+            line: k + 2,
+            numbers: [time, value(time)],
+            written: [time / 60.0, 0.0],
+            is_dated: false,
+        };
         times.into_iter().enumerate().map(row).collect()
     }
 

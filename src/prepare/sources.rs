@@ -6,6 +6,7 @@ use super::burn::lengths;
 use super::findings::Findings;
 use super::forcing::COMING;
 use super::plausible::torrent;
+use super::series_dates::Origin;
 use super::{places, series};
 use crate::bed::BedParticles;
 use crate::boundary::{Forcing, LineSource, PointSource, Series};
@@ -73,7 +74,8 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
                 Places::Points(found)
             }
         };
-        (places, series::series(&source.value.discharge, COMING, scenario.end_time, findings))
+        let span = (scenario.end_time, Origin::of_run(scenario));
+        (places, series::series(&source.value.discharge, COMING, span, findings))
     });
     opened.collect()
 }

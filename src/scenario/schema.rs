@@ -338,7 +338,7 @@ section! {
         unit: Option<Text>,
         /// Which end of its interval the time of a raster is; begin when absent.
         stamp: Option<Chosen<Stamp>>,
-        /// Date and time of a NetCDF file at which the run begins; `time.reference` when absent.
+        /// Date and time, of a NetCDF file or a list of dates, at which the run begins; `time.reference` when absent.
         start: Option<DateTime>,
         /// How long it rains; up to the end of the run when absent.
         duration: Option<Quantity<Duration>>,

@@ -504,15 +504,81 @@ fn the_last_value_of_a_series_holds_on_where_the_scenario_says_so() {
 }
 
 #[test]
+fn a_tide_by_dates_is_that_in_seconds() {
+    let tide = ("discharge: {series: q.csv, column: q, unit: m3/s, time_unit: min}", "stage: {series: tide.csv}");
+    let end = ("time: {end: 2 min}", "time: {end: 2 min, reference: \"2026-06-01 06:00:00\"}");
+    let scene = Scene::with(&[tide, end]);
+    let fields = |rows: &str| {
+        scene.write("tide.csv", rows);
+        let (run, out) = scene.run();
+        assert!(volume(&run, "in") > 10.0, "{run:#}");
+        let (fields, maps) = (Netcdf::read(&out.join("fields.nc")), Netcdf::read(&out.join("maps.nc")));
+        let tables = std::fs::read(out.join("tables/boundaries.csv")).unwrap();
+        std::fs::remove_dir_all(out).unwrap();
+        let bits = |file: Netcdf| -> Vec<(String, Vec<u64>)> {
+            let of = |(name, (_, values)): (String, (String, Vec<f64>))| {
+                (name, values.iter().map(|v| v.to_bits()).collect())
+            };
+            file.variables.into_iter().map(of).collect()
+        };
+        (bits(fields), bits(maps), tables)
+    };
+    // From 30 s before the start on, when the run begins between two rows.
+    let by_seconds = fields("time_s,level_m\n-30,11\n10,11.5\n61,12\n180,12.25\n");
+    let dates = ["2026-06-01 05:59:30", "2026-06-01T08:00:10+02:00", "2026-06-01T06:01:01Z", "2026-06-01 06:03"];
+    let levels = ["11", "11.5", "12", "12.25"];
+    let rows: String = dates.iter().zip(levels).map(|(date, level)| format!("{date};{level}\n")).collect();
+    assert!(
+        fields(&format!("time;level_m\n{rows}")) == by_seconds,
+        "fields, maps or the book of the boundaries differ"
+    );
+    let others = fields("time_s,level_m\n-30,11\n10,11.5\n62,12\n180,12.25\n");
+    assert!(others != by_seconds, "a tide a second later is the same");
+}
+
+#[test]
+fn faults_of_dates_are_told_all_at_once_by_line() {
+    let bare = ("unit: m3/s, time_unit: min", "unit: m3/s");
+    let scene = Scene::with(&[bare]);
+    for (first, second) in [("2026-06-01 06:00:00", "2026-06-01 09:00:00"), ("2026-06-01", "2026-06-02")] {
+        scene.write("q.csv", &format!("time,q\n{first},12\n{second},4\n"));
+        let texts = ["dates-as-times", &format!("line 2 (`{first}`)"), "add `time.reference`", "`time_h`", "s.yaml:6:"];
+        scene.assert_refused(4, &texts);
+        scene.assert_silent_on(&["missing-unit"]);
+    }
+    let dated = ("time: {end: 2 min}", "time: {end: 2 min, reference: \"2026-06-01 06:00\"}");
+    let scene = Scene::with(&[dated]);
+    scene.write(
+        "q.csv",
+        "t,q\n2026-06-01 06:00,0\n2026-06-31 06:01,12\n01.06.2026 06:02,4\n180,4\n2026-06-01 06:04,a\n",
+    );
+    let place = "boundaries[0].discharge.series (s.yaml:6:";
+    let texts = [
+        "unit-beside-dates",
+        "the unit `min`",
+        "one row has no date that exists, or one in a form that is not read, in",
+        "line 3 (`2026-06-31 06:01`)",
+        "ambiguous-date",
+        "line 4 (`01.06.2026 06:02`)",
+        "`2026-06-01T06:00:00Z`",
+        "mixed-times",
+        "line 5 (`180`)",
+    ];
+    scene.assert_refused(4, &[&[place, "5 errors"][..], &texts, &["line 6 (`2026-06-01 06:04 | a`)"]].concat());
+    let scene = Scene::with(&[bare, dated]);
+    scene.write("q.csv", "t,q\n2026-06-01 07:00,0\n2026-06-01 09:00,12\n");
+    scene.assert_refused(
+        4,
+        &["series-starts-late", "begins 3600 s after the start of the run (line 2)", "`time.reference`"],
+    );
+    scene.write("q.csv", "t,q\n2026-06-01 05:00,0\n2026-06-01 06:00,12\n");
+    scene.assert_refused(4, &["series-ends-early", "correct `time.reference`"]);
+}
+
+#[test]
 fn units_are_asked_for_and_checked() {
     let scene = Scene::with(&[("unit: m3/s, time_unit: min", "time_unit: min")]);
     scene.assert_refused(4, &["missing-unit", "the column `q`", "`q_m3_s`", "l/s"]);
-    let scene = Scene::with(&[("unit: m3/s, time_unit: min", "unit: m3/s")]);
-    for (first, second) in [("2026-06-01 06:00:00", "2026-06-01 09:00:00"), ("2026-06-01", "2026-06-02")] {
-        scene.write("q.csv", &format!("time,q\n{first},12\n{second},4\n"));
-        scene.assert_refused(4, &["dates-as-times", &format!("line 2 (`{first}`)"), "`time_h`", "s.yaml:6:"]);
-        scene.assert_silent_on(&["missing-unit"]);
-    }
     let scene = Scene::sound();
     scene.write("q.csv", "t_h,q\n0,0\n3,4\n");
     scene.assert_refused(4, &["contradicting-units", "the column `t_h`", "another unit than the scenario, `min`"]);

@@ -218,7 +218,8 @@ fn losses_duration_and_depths_count_for_a_radar() {
 fn a_list_of_files_rains_as_well() {
     let list = "raster_series: list.csv, unit: mm/h";
     let scene = Scene::new(&Radar::sound(), &[("raster_series: radar.nc, start: \"2026-06-01 06:00:00\"", list)]);
-    scene.write("list.csv", "time_min,file\n0,west.asc\n0.5,none.asc\n1,all.asc\n1.5,all.asc\n");
+    let rows = "time_min,file\n0,west.asc\n0.5,none.asc\n1,all.asc\n1.5,all.asc\n";
+    scene.write("list.csv", rows);
     scene.grid("west.asc", &["72 0".to_owned()], 50.0);
     scene.grid("none.asc", &["0 0".to_owned()], 50.0);
     scene.grid("all.asc", &["36 36".to_owned()], 50.0);
@@ -227,6 +228,18 @@ fn a_list_of_files_rains_as_well() {
     assert_volume(came, 2500.0 * (72e-3 / 3600.0 * 30.0 + 2.0 * 36e-3 / 3600.0 * 60.0));
     let inputs = run["inputs"].as_array().unwrap();
     assert_eq!(inputs.iter().filter(|file| file["path"].as_str().unwrap().ends_with(".asc")).count(), 4, "{inputs:?}");
+    scene.write("list.csv", "time,file\n2026-06-01 06:00,west.asc\n2026-06-01 06:00:30,none.asc\n2026-06-01T06:01Z,all.asc\n2026-06-01 08:01:30+02:00,all.asc\n");
+    scene.assert_check(
+        4,
+        &["error[dates-as-times] rain.raster_series", "line 2 (`2026-06-01 06:00`)", "`time.reference`"],
+    );
+    let dated = format!("{list}, start: \"2026-06-01 06:00:00\"");
+    scene.write("s.yaml", &changed(SCENARIO, &[("raster_series: radar.nc, start: \"2026-06-01 06:00:00\"", &dated)]));
+    scene.assert_check(0, &["0 errors, 0 warnings"]);
+    std::fs::remove_dir_all(scene.folder.path().join("out")).unwrap();
+    assert!((scene.run().0 - came).abs() < 1e-12 * came);
+    scene.write("s.yaml", &changed(SCENARIO, &[("raster_series: radar.nc, start: \"2026-06-01 06:00:00\"", list)]));
+    scene.write("list.csv", rows);
     scene.grid("all.asc", &["36 36 36".to_owned()], 50.0);
     scene.assert_check(4, &["error[other-grid] rain.raster_series", "all.asc lies on another grid"]);
     scene.write("list.csv", "time_min,file\n0,west.asc\n1,gone.asc\nlater,none.asc\n");
