@@ -86,9 +86,9 @@ struct Patch {
     spare: u32,
 }
 
-/// What a particle says about the cells of its patch, beside their weights: one cache line.
+/// What a particle says about the cells of its patch, beside their weights.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C, align(64))]
+#[repr(C)]
 struct Share {
     patch: Patch,
     /// η (m); zero where the area is.
@@ -97,7 +97,6 @@ struct Share {
     area: f64,
     /// V / (Δ² Σ f_c w) (m^½).
     scale: f64,
-    spare: [f64; 2],
 }
 
 impl Patch {
@@ -235,7 +234,7 @@ impl Shares<'_> {
             self.of_patch(&patch).fill(1.0);
             scale = particles.volume[j] / measures.cell_area;
         }
-        Share { patch, level, area, scale, ..Share::default() }
+        Share { patch, level, area, scale }
     }
 
     /// Adds the weights of a patch, wherever walls and ridges are.
@@ -348,13 +347,26 @@ impl Shares<'_> {
     }
 }
 
-/// So many weights, in one piece that grows by little more than is needed: pieces of many sizes would leave holes in memory.
-fn with_room_for(weights: &mut Vec<Weight>, count: usize) -> &mut [Weight] {
-    if weights.capacity() < count {
-        weights.reserve_exact(count + count / 16 - weights.len());
+/// Gives each chunk room for the weights that overflow: in the pieces that are lent, one after the other, and the last chunks in memory
+/// of our own. That grows by little more than is needed, in one piece, because pieces of many sizes would leave holes.
+fn make_room<'a>(chunks: &mut [Shares<'a>], pieces: impl Iterator<Item = &'a mut [Weight]>, own: &'a mut Vec<Weight>) {
+    let mut placed = 0;
+    for mut piece in pieces {
+        while let Some(chunk) = chunks.get_mut(placed).filter(|chunk| chunk.overflowing <= piece.len()) {
+            chunk.overflow = piece.split_off_mut(..chunk.overflowing).unwrap_or_default();
+            placed += 1;
+        }
     }
-    weights.resize(count.max(weights.len()), 0.0);
-    weights
+    let rest = &mut chunks[placed..];
+    let count = rest.iter().map(|chunk| chunk.overflowing).sum::<usize>();
+    if own.capacity() < count {
+        own.reserve_exact(count + count / 16 - own.len());
+    }
+    own.resize(count.max(own.len()), 0.0);
+    let mut left = &mut own[..];
+    for chunk in rest {
+        chunk.overflow = left.split_off_mut(..chunk.overflowing).unwrap_or_default();
+    }
 }
 
 /// From where a particle sees cells.
@@ -498,6 +510,16 @@ pub struct WaterBeyond {
     pub smoothing_length: f64,
 }
 
+/// Memory lent to [`Gridder::grid_within`], whatever is in it.
+pub struct Lent<'a> {
+    /// Twice a line for each particle.
+    pub lines: [&'a mut [Line]; 2],
+    /// A number for each cell.
+    pub factors: &'a mut [f64],
+    /// What else there is.
+    pub pieces: [&'a mut [f32]; 4],
+}
+
 /// Grids moving particles again and again with the same buffers.
 #[derive(Clone, Debug)]
 pub struct Gridder {
@@ -585,18 +607,23 @@ impl Gridder {
         let (mut lines, mut factors) = std::mem::take(&mut self.own);
         lines.iter_mut().for_each(|lines| lines.resize(particles.len(), Line::default()));
         factors.resize(self.lattice.len(), 1.0);
-        self.grid_within(bed, walls, particles, (lines.each_mut().map(|lines| &mut lines[..]), &mut factors));
+        let lent = Lent {
+            lines: lines.each_mut().map(|lines| &mut lines[..]),
+            factors: &mut factors,
+            pieces: Default::default(),
+        };
+        self.grid_within(bed, walls, particles, lent);
         self.own = (lines, factors);
         self.water()
     }
 
-    /// The same, in memory that is lent: twice a line for each particle, and a number for each cell, whatever is in them.
+    /// The same, in memory that is lent.
     pub fn grid_within(
         &mut self,
         bed: &BedParticles,
         walls: &Walls,
         particles: &FluidParticles,
-        ([shares, weights], factors): ([&mut [Line]; 2], &mut [f64]),
+        Lent { lines: [shares, weights], factors, pieces }: Lent<'_>,
     ) -> WaterOnLattice<'_> {
         debug_assert_eq!(bed.lattice, self.lattice);
         debug_assert!(shares.len() == particles.len() && weights.len() == particles.len());
@@ -604,7 +631,9 @@ impl Gridder {
         let measures = self.measures;
         let (mut overflow, mut near) = (std::mem::take(&mut self.overflow), std::mem::take(&mut self.near));
         near.resize_with(particles.len().div_ceil(CHUNK), Vec::default);
-        let of: &mut [Share] = bytemuck::cast_slice_mut(shares);
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(shares);
+        let (of, beside) = bytes.split_at_mut(particles.len() * size_of::<Share>());
+        let of: &mut [Share] = bytemuck::cast_slice_mut(of);
         let chunks = of.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).zip(&mut near).enumerate();
         let mut shares: Vec<Shares<'_>> = chunks
             .map(|(chunk, ((of, weights), near))| {
@@ -614,10 +643,8 @@ impl Gridder {
                 shares
             })
             .collect();
-        let mut left = with_room_for(&mut overflow, shares.iter().map(|shares| shares.overflowing).sum());
-        for shares in &mut shares {
-            shares.overflow = left.split_off_mut(..shares.overflowing).unwrap_or_default();
-        }
+        let pieces = pieces.into_iter().chain([bytemuck::cast_slice_mut(beside)]);
+        make_room(&mut shares, pieces, &mut overflow);
         shares
             .par_iter_mut()
             .enumerate()

@@ -257,6 +257,11 @@ impl Neighbours {
         self.grid.largest_support()
     }
 
+    /// Memory that is free until the next search.
+    pub fn spare_memory(&mut self) -> [&mut [f32]; 4] {
+        self.grid.spare_memory()
+    }
+
     /// Particle indices in the order of the cells of the latest search.
     pub fn order(&self) -> &[u32] {
         self.grid.order()
