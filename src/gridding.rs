@@ -348,7 +348,7 @@ impl Shares<'_> {
 }
 
 /// Gives each chunk room for the weights that overflow: in the pieces that are lent, one after the other, and the last chunks in memory
-/// of our own. That grows by little more than is needed, in one piece, because pieces of many sizes would leave holes.
+/// of our own, one piece that grows by little more than is needed.
 fn make_room<'a>(chunks: &mut [Shares<'a>], pieces: impl Iterator<Item = &'a mut [Weight]>, own: &'a mut Vec<Weight>) {
     let mut placed = 0;
     for mut piece in pieces {

@@ -52,7 +52,7 @@ fn asked(motion: Motion, particles: usize) -> Asked {
 
 /// One test for both motions: the counter does not tell threads apart.
 #[test]
-fn steps_leave_the_allocator_alone_and_particles_take_little() {
+fn steps_leave_the_allocator_alone() {
     let sizes = [2_000, 20_000, 80_000];
     let resting = sizes.map(|particles| asked(Motion::Eulerian, particles));
     let moving = sizes.map(|particles| asked(Motion::Lagrangian, particles));
