@@ -86,9 +86,9 @@ struct Patch {
     spare: u32,
 }
 
-/// What a particle says about the cells of its patch, beside their weights: one cache line.
+/// What a particle says about the cells of its patch, beside their weights.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C, align(64))]
+#[repr(C)]
 struct Share {
     patch: Patch,
     /// η (m); zero where the area is.
@@ -97,10 +97,30 @@ struct Share {
     area: f64,
     /// V / (Δ² Σ f_c w) (m^½).
     scale: f64,
-    spare: [f64; 2],
 }
 
 impl Patch {
+    /// The cells about a place (m) as far as a kernel reaches (m), in whole runs of lanes where the lattice is wide enough: these are faster,
+    /// and what is not under the kernel gets nothing.
+    #[inline(always)]
+    fn under(place: Vec2, support: f64, lattice: &Lattice) -> Patch {
+        // The kernel is zero at its rim.
+        let inner = (1.0 - RIM) * support;
+        let (south, north) = cells_within(place.y, inner, lattice.spacing, lattice.rows);
+        let (west, east) = cells_within(place.x, inner, lattice.spacing, lattice.columns);
+        let columns = (east - west).next_multiple_of(LANES);
+        let east = (west + columns).min(lattice.columns);
+        let west = west.min(east.saturating_sub(columns));
+        Patch {
+            row: south as u32,
+            column: west as u32,
+            rows: (north - south) as u32,
+            columns: (east - west) as u32,
+            start: 0,
+            spare: 0,
+        }
+    }
+
     /// Number of cells.
     fn len(&self) -> usize {
         self.rows as usize * self.columns as usize
@@ -120,12 +140,11 @@ struct Shares<'a> {
     /// w = f(|x_c − x_j|) √max(η − z, 0) with f = W/W(0), to be multiplied with the factor of the cell; 0 where nothing goes. Those of the
     /// patches for which there is room.
     weights: &'a mut [Weight],
-    /// Those of all other patches.
-    overflow: &'a mut Vec<Weight>,
+    /// Those of all other patches, as soon as it is known how many these are.
+    overflow: &'a mut [Weight],
+    overflowing: usize,
     /// The walls near a particle.
     near: &'a mut Vec<u32>,
-    /// Number of weights in use of those there is room for.
-    used: usize,
 }
 
 /// What the weights of a patch come down to.
@@ -163,54 +182,39 @@ impl Shares<'_> {
         }
     }
 
-    /// Finds a place for so many weights; returns where they begin.
-    fn make_room(&mut self, count: usize) -> u32 {
-        let start = if self.used + count <= self.weights.len() {
-            self.used += count;
-            self.used - count
-        } else {
-            let here = self.overflow.len();
-            if self.overflow.capacity() - here < count {
-                // Little to spare: there are as many buffers as chunks.
-                self.overflow.reserve_exact(count.max(here / 8));
+    /// Lays out the patches of the particles from `first` on, and counts the weights for which there is no room.
+    fn lay_out(&mut self, lattice: &Lattice, particles: &FluidParticles, first: usize) {
+        let (room, mut used) = (self.weights.len(), 0);
+        self.overflowing = 0;
+        for (k, share) in self.of.iter_mut().enumerate() {
+            let (place, h) = (particles.position[first + k], particles.smoothing_length[first + k]);
+            share.patch = Patch::under(place, support(h, lattice.spacing), lattice);
+            let count = share.patch.len();
+            if used + count <= room {
+                share.patch.start = used as u32;
+                used += count;
+            } else {
+                share.patch.start = (room + self.overflowing) as u32;
+                self.overflowing += count;
             }
-            self.overflow.resize(here + count, 0.0);
-            self.weights.len() + here
-        };
-        start as u32
+        }
     }
 
+    /// The share of particle `j`, with the weights of its patch.
     #[inline(always)]
-    fn add(
+    fn share_of(
         &mut self,
         measures: &Measures,
         (bed, walls): (&BedParticles, &Walls),
         particles: &FluidParticles,
-        j: usize,
+        (mut patch, j): (Patch, usize),
     ) -> Share {
-        let (lattice, place, depth) = (&bed.lattice, particles.position[j], particles.depth[j]);
-        let support = support(particles.smoothing_length[j], lattice.spacing);
+        let (place, depth) = (particles.position[j], particles.depth[j]);
+        let support = support(particles.smoothing_length[j], bed.lattice.spacing);
         let mut level = bed.at(place).map_or(f64::NEG_INFINITY, |point| point.elevation + depth);
         let inverse_h = CubicSpline::SUPPORT / support;
         let mut area = if depth > 0.0 { particles.volume[j] / depth * measures.kernel.at_zero(inverse_h) } else { 0.0 };
-        // The kernel is zero at its rim.
-        let inner = (1.0 - RIM) * support;
-        let (south, north) = cells_within(place.y, inner, lattice.spacing, lattice.rows);
-        let (west, east) = cells_within(place.x, inner, lattice.spacing, lattice.columns);
-        // Whole runs of lanes are faster, and what is not under the kernel gets nothing.
-        let columns = (east - west).next_multiple_of(LANES);
-        let east = (west + columns).min(lattice.columns);
-        let west = west.min(east.saturating_sub(columns));
-        let mut patch = Patch {
-            row: south as u32,
-            column: west as u32,
-            rows: (north - south) as u32,
-            columns: (east - west) as u32,
-            start: 0,
-            spare: 0,
-        };
         let sight = Sight { place, level, support };
-        patch.start = self.make_room(patch.len());
         let mut sum = self.weigh(measures, bed, &patch, &sight);
         if sum.dry > 0.0 || !walls.is_clear(place, support) || bed.has_ridge_within(place, support) {
             let seen = self.keep_in_sight(measures, &patch, &sight, (bed, walls), &mut sum);
@@ -222,16 +226,15 @@ impl Shares<'_> {
             (level, area) = (0.0, 0.0);
             patch = match home_or_lowest(bed, &patch, &sight) {
                 Some(cell) => {
-                    let (column, row) = lattice.column_row(cell);
-                    let start = self.make_room(1);
-                    Patch { row: row as u32, column: column as u32, rows: 1, columns: 1, start, ..patch }
+                    let (column, row) = bed.lattice.column_row(cell);
+                    Patch { row: row as u32, column: column as u32, rows: 1, columns: 1, ..patch }
                 }
                 None => Patch { rows: 0, columns: 0, ..patch },
             };
             self.of_patch(&patch).fill(1.0);
             scale = particles.volume[j] / measures.cell_area;
         }
-        Share { patch, level, area, scale, ..Share::default() }
+        Share { patch, level, area, scale }
     }
 
     /// Adds the weights of a patch, wherever walls and ridges are.
@@ -344,6 +347,28 @@ impl Shares<'_> {
     }
 }
 
+/// Gives each chunk room for the weights that overflow: in the pieces that are lent, one after the other, and the last chunks in memory
+/// of our own, one piece that grows by little more than is needed.
+fn make_room<'a>(chunks: &mut [Shares<'a>], pieces: impl Iterator<Item = &'a mut [Weight]>, own: &'a mut Vec<Weight>) {
+    let mut placed = 0;
+    for mut piece in pieces {
+        while let Some(chunk) = chunks.get_mut(placed).filter(|chunk| chunk.overflowing <= piece.len()) {
+            chunk.overflow = piece.split_off_mut(..chunk.overflowing).unwrap_or_default();
+            placed += 1;
+        }
+    }
+    let rest = &mut chunks[placed..];
+    let count = rest.iter().map(|chunk| chunk.overflowing).sum::<usize>();
+    if own.capacity() < count {
+        own.reserve_exact(count + count / 16 - own.len());
+    }
+    own.resize(count.max(own.len()), 0.0);
+    let mut left = &mut own[..];
+    for chunk in rest {
+        chunk.overflow = left.split_off_mut(..chunk.overflowing).unwrap_or_default();
+    }
+}
+
 /// From where a particle sees cells.
 struct Sight {
     place: Vec2,
@@ -390,7 +415,7 @@ fn total(lanes: Lanes) -> f64 {
     lanes[0] + lanes[1] + lanes[2] + lanes[3]
 }
 
-/// Lists the cells of each particle from `first` on, and their scales under factors of 1.
+/// Weighs the cells of each particle from `first` on, and finds its scale under factors of 1.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn weigh_chunk(
     shares: &mut Shares<'_>,
@@ -399,9 +424,8 @@ fn weigh_chunk(
     particles: &FluidParticles,
     first: usize,
 ) {
-    shares.overflow.clear();
     for k in 0..shares.of.len() {
-        shares.of[k] = shares.add(measures, ground, particles, first + k);
+        shares.of[k] = shares.share_of(measures, ground, particles, (shares.of[k].patch, first + k));
     }
 }
 
@@ -486,6 +510,16 @@ pub struct WaterBeyond {
     pub smoothing_length: f64,
 }
 
+/// Memory lent to [`Gridder::grid_within`], whatever is in it.
+pub struct Lent<'a> {
+    /// Twice a line for each particle.
+    pub lines: [&'a mut [Line]; 2],
+    /// A number for each cell.
+    pub factors: &'a mut [f64],
+    /// What else there is.
+    pub pieces: [&'a mut [f32]; 4],
+}
+
 /// Grids moving particles again and again with the same buffers.
 #[derive(Clone, Debug)]
 pub struct Gridder {
@@ -498,8 +532,10 @@ pub struct Gridder {
     beside: Vec<f64>,
     /// Of cells near open edges, in ascending order, what the water beyond adds to the sums of the balance: Σ A w and Σ A w (η − z).
     beyond: Vec<(usize, f64, f64)>,
-    /// Of each chunk the weights for which there was no room, and the walls near a particle.
-    overflows: Vec<(Vec<Weight>, Vec<u32>)>,
+    /// The weights for which there is no room in what is lent.
+    overflow: Vec<Weight>,
+    /// Scratch space of each chunk: the walls near a particle.
+    near: Vec<Vec<u32>>,
     /// Room of its own, where it is given none.
     own: ([Vec<Line>; 2], Vec<f64>),
     bands: Vec<Band>,
@@ -526,7 +562,8 @@ impl Gridder {
             was_wet: vec![false; cells],
             beside: Vec::new(),
             beyond: Vec::new(),
-            overflows: Vec::new(),
+            overflow: Vec::new(),
+            near: Vec::new(),
             own: Default::default(),
             bands: bands.collect(),
             spans: Vec::new(),
@@ -570,36 +607,49 @@ impl Gridder {
         let (mut lines, mut factors) = std::mem::take(&mut self.own);
         lines.iter_mut().for_each(|lines| lines.resize(particles.len(), Line::default()));
         factors.resize(self.lattice.len(), 1.0);
-        self.grid_within(bed, walls, particles, (lines.each_mut().map(|lines| &mut lines[..]), &mut factors));
+        let lent = Lent {
+            lines: lines.each_mut().map(|lines| &mut lines[..]),
+            factors: &mut factors,
+            pieces: Default::default(),
+        };
+        self.grid_within(bed, walls, particles, lent);
         self.own = (lines, factors);
         self.water()
     }
 
-    /// The same, in memory that is lent: twice a line for each particle, and a number for each cell, whatever is in them.
+    /// The same, in memory that is lent.
     pub fn grid_within(
         &mut self,
         bed: &BedParticles,
         walls: &Walls,
         particles: &FluidParticles,
-        ([shares, weights], factors): ([&mut [Line]; 2], &mut [f64]),
+        Lent { lines: [shares, weights], factors, pieces }: Lent<'_>,
     ) -> WaterOnLattice<'_> {
         debug_assert_eq!(bed.lattice, self.lattice);
         debug_assert!(shares.len() == particles.len() && weights.len() == particles.len());
         debug_assert_eq!(factors.len(), self.lattice.len());
         let measures = self.measures;
-        let mut overflows = std::mem::take(&mut self.overflows);
-        overflows.resize_with(particles.len().div_ceil(CHUNK), Default::default);
-        let of: &mut [Share] = bytemuck::cast_slice_mut(shares);
-        let chunks = of.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).zip(&mut overflows);
+        let (mut overflow, mut near) = (std::mem::take(&mut self.overflow), std::mem::take(&mut self.near));
+        near.resize_with(particles.len().div_ceil(CHUNK), Vec::default);
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(shares);
+        let (of, beside) = bytes.split_at_mut(particles.len() * size_of::<Share>());
+        let of: &mut [Share] = bytemuck::cast_slice_mut(of);
+        let chunks = of.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).zip(&mut near).enumerate();
         let mut shares: Vec<Shares<'_>> = chunks
-            .enumerate()
-            .with_max_len(CHUNKS_AT_ONCE)
-            .map(|(chunk, ((of, weights), (overflow, near)))| {
-                let mut shares = Shares { of, weights: bytemuck::cast_slice_mut(weights), overflow, near, used: 0 };
-                weigh_chunk(&mut shares, &measures, (bed, walls), particles, chunk * CHUNK);
+            .map(|(chunk, ((of, weights), near))| {
+                let weights = bytemuck::cast_slice_mut(weights);
+                let mut shares = Shares { of, weights, overflow: &mut [], overflowing: 0, near };
+                shares.lay_out(&bed.lattice, particles, chunk * CHUNK);
                 shares
             })
             .collect();
+        let pieces = pieces.into_iter().chain([bytemuck::cast_slice_mut(beside)]);
+        make_room(&mut shares, pieces, &mut overflow);
+        shares
+            .par_iter_mut()
+            .enumerate()
+            .with_max_len(CHUNKS_AT_ONCE)
+            .for_each(|(chunk, shares)| weigh_chunk(shares, &measures, (bed, walls), particles, chunk * CHUNK));
         self.sort_into_bands(&shares, particles);
         for sweep in 0..=RELAXATIONS.len() {
             if sweep > 0 {
@@ -609,7 +659,7 @@ impl Gridder {
             }
             self.fill_bands(&shares, bed, (particles, factors), sweep);
         }
-        self.overflows = overflows;
+        (self.overflow, self.near) = (overflow, near);
         self.spans.clear();
         self.bands.iter().for_each(|band| self.spans.extend_from_slice(&band.spans));
         self.water()

@@ -5,7 +5,7 @@
     python3 docs/performance/build.py --run phases memory # some of them: phases, sizes, threads, memory, machine, instructions, parma, obstacle, plans, accuracy
 
 Run it in the folder of the repository. The tables are made by `cargo bench --bench measure`, by `scripts/instructions.sh` (valgrind) and by runs of
-the program after `cargo build --release`; `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. Only the standard library is needed. No number stands in this
+the program after `cargo build --release`; `memory`, `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. Only the standard library is needed. No number stands in this
 file that is not a bar, another author's, or a count of what the code reads and writes.
 """
 
@@ -27,6 +27,8 @@ NAMES = {"eulerian": "resting", "lagrangian": "moving"}
 RATE_BAR = {"eulerian": 8.0, "lagrangian": 2.5}
 MEMORY_BAR, EFFICIENCY_BAR, PARMA_BAR, OBSTACLE_BAR = 400, 0.95, 60, 1800
 MEMORY_SIZES = (200_000, 800_000)
+# Spacings (mm) of the whole runs of Parma.
+MEMORY_SPACINGS = (10, 5)
 # 8-byte numbers that one evaluation of a resting particle moves to and from memory when no array stays in a cache, as the passes are written:
 # read and written by primitive.rs (once for two evaluations), gradient.rs, faces.rs and update.rs, in this order; what is written is read first.
 RESTING_NUMBERS = ((1.5, 1.5), (4, 8), (14, 8), (18, 4.5))
@@ -97,6 +99,19 @@ def run_memory():
     # Twice the cells for the same particles: what a cell takes.
     lines.append(measure("memory", "lagrangian", MEMORY_SIZES[-1], 4))
     write("memory", "motion,particles,bed_particles,peak_bytes\n" + "".join(lines))
+    run_memory_of_parma()
+
+
+def run_memory_of_parma():
+    """Whole runs at two spacings; of moving particles also the finer one with half the water, which runs over the same cells."""
+    whole, half = [], ["initial=[{reservoir: parma_half.geojson}]"]
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for motion, spacing, water in [(motion, spacing, whole) for motion in MOTIONS for spacing in MEMORY_SPACINGS] + [("lagrangian", MEMORY_SPACINGS[-1], half)]:
+            words = [f"resolution={spacing} mm", f"outputs.cell={spacing} mm", f"numerics.motion={motion}", *water]
+            record = run(HERE / "parma.yaml", pathlib.Path(folder) / str(len(rows)), words, 1)
+            rows.append({"motion": motion, "particles": record["particles"]["initial"], "bed_particles": record["bed_particles"], "peak_bytes": round(record["peak_rss_mb"] * 2**20)})
+    write("memory_parma", as_csv(rows))
 
 
 def settings(words):
@@ -234,23 +249,23 @@ def sizes():
 def memory():
     """Bytes per particle of the motion: a riverbed particle where they rest, whether wet or not, a fluid particle where they move."""
     counted = {"eulerian": "bed_particles", "lagrangian": "particles"}
-    cases = [("", read("memory"), "peak_bytes", 1)]
-    cases.append((", whole run of Parma", [row for row in read("parma") if row["threads"] == "1" and row["spacing_mm"] in ("10", "5")], "peak_rss_mb", 2**20))
     rows = []
-    for name, text, key, unit in cases:
+    for name, text in [("", read("memory")), (", whole run of Parma", read("memory_parma"))]:
         for motion in MOTIONS:
-            mine = [(int(row[counted[motion]]), int(row["bed_particles"]), float(row[key]) * unit) for row in text if row["motion"] == motion]
+            mine = [(int(row[counted[motion]]), int(row["bed_particles"]), float(row["peak_bytes"])) for row in text if row["motion"] == motion]
             if len(mine) < 2:
                 continue
-            (n, cells, a), (m, most_cells, b) = mine[:2]
+            (n, cells, a), (m, more_cells, b) = mine[:2]
             slope = (b - a) / (m - n)
             peaks = f"{a / 2**20:.0f} MiB at {n}, {b / 2**20:.0f} MiB at {m}"
             rows.append([NAMES[motion] + name, peaks, f"{cells / n:.2f}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_BAR)])
             if len(mine) > 2:
-                (_, more_cells, c) = mine[2]
-                of_cell = (c - b) / (more_cells - most_cells)
-                alone = slope - of_cell * cells / n
-                rows.append([f"{NAMES[motion]}, without its cells", f"{c / 2**20:.0f} MiB at {m} with {more_cells / m:.0f} cells for each", "-", f"{alone:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB and {of_cell:.0f} bytes a cell", verdict(alone <= MEMORY_BAR)])
+                # Of three runs with particles and cells in two proportions: the bytes of each.
+                (k, other_cells, c) = mine[2]
+                (dn, dc, db), (en, ec, eb) = (m - n, more_cells - cells, b - a), (k - m, other_cells - more_cells, c - b)
+                alone, of_cell = ((db * ec - eb * dc) / (dn * ec - en * dc), (dn * eb - en * db) / (dn * ec - en * dc))
+                fixed = a - alone * n - of_cell * cells
+                rows.append([f"{NAMES[motion]}{name}, without its cells", f"{c / 2**20:.0f} MiB at {k} with {other_cells / k:.1f} cells for each", "-", f"{alone:.0f}", f"{fixed / 2**20:.0f} MiB and {of_cell:.0f} bytes a cell", verdict(alone <= MEMORY_BAR)])
     return table(["particles", "peak", "cells for each", "bytes a particle", "fixed part", f"bar {MEMORY_BAR} bytes"], rows)
 
 

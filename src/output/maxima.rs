@@ -12,10 +12,11 @@
 //! has risen by `rise_on_wet` and the threshold is reached. Duration is the sum of all times with d ≥ τ; recession is the
 //! last fall below τ, and missing while the place is still under water.
 //!
-//! One record for a cell is one cache line. A cell in still or slowly falling water costs a few comparisons a step: times
-//! under water are booked when they end, not step by step. Records of cells that stay dry are zero in every bit and never
-//! touched, so that they take no memory: the system gives it at the first touch. Each cell is written by one thread and reads
-//! only itself, so the bits do not depend on the number of threads.
+//! A cell in still or slowly falling water costs a few comparisons a step: times under water are booked when they begin and when
+//! they end, not step by step. Records of cells that stay dry are zero in every bit and never touched, so that they take no memory:
+//! the system gives it at the first touch, but to records that are not laid to whole cache lines. Times that are written to maps and
+//! nowhere else are kept in their single precision. Each cell is written by one thread and reads only itself, so the bits do not
+//! depend on the number of threads.
 
 use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;
@@ -54,26 +55,46 @@ impl Moment {
     }
 }
 
+/// The same in single precision.
+#[derive(Clone, Copy, Debug, Zeroable)]
+#[repr(transparent)]
+struct ShortMoment(u32);
+
+impl ShortMoment {
+    const NEVER: u32 = f32::NAN.to_bits();
+
+    /// A time (s), not NaN.
+    fn at(time: f64) -> Self {
+        ShortMoment((time as f32).to_bits() ^ Self::NEVER)
+    }
+
+    /// The time (s); NaN where it has not come.
+    fn time(self) -> f64 {
+        f64::from(f32::from_bits(self.0 ^ Self::NEVER))
+    }
+}
+
 /// What is kept of one cell besides the thresholds; the squares spare a root at each step.
 #[derive(Clone, Copy, Debug, Zeroable)]
-#[repr(align(64))]
 struct CellRecord {
+    initial_depth: f64,
     previous: WaterInCell,
     max_depth: f64,
-    time_of_max_depth: Moment,
     max_speed_squared: f64,
     max_discharge_squared: f64,
+    time_of_max_depth: ShortMoment,
     hazard_class: u8,
 }
 
 /// What is kept of one cell for one threshold. Whether the cell is under water tells its depth.
 #[derive(Clone, Copy, Debug, Zeroable)]
+#[repr(C, packed(4))]
 struct ThresholdRecord {
     arrival: Moment,
-    /// The latest rise or fall through the threshold.
-    latest_crossing: Moment,
-    /// Time under water that has ended (s).
+    /// Time under water (s); while that goes on, less the time of now.
     duration: f64,
+    /// The latest fall below the threshold.
+    recession: ShortMoment,
 }
 
 /// What a cell has seen up to now.
@@ -108,7 +129,6 @@ pub(super) struct Maxima {
     columns: usize,
     thresholds: Vec<f64>,
     rise_on_wet: f64,
-    initial_depth: Vec<f64>,
     cells: Vec<CellRecord>,
     crossings: Vec<ThresholdRecord>,
 }
@@ -122,7 +142,6 @@ impl Maxima {
             columns: columns.max(1),
             thresholds: thresholds.to_vec(),
             rise_on_wet,
-            initial_depth: vec![0.0; cells],
             cells: zeroed_vec(cells),
             crossings: zeroed_vec(cells * thresholds.len()),
         }
@@ -133,11 +152,11 @@ impl Maxima {
         for span in water.spans {
             for index in span.cells(self.columns) {
                 let depth = water.at(index).depth;
-                self.initial_depth[index] = depth;
+                self.cells[index].initial_depth = depth;
                 for (which, &threshold) in self.thresholds.iter().enumerate() {
                     if depth >= threshold {
                         let crossing = &mut self.crossings[index * self.thresholds.len() + which];
-                        crossing.latest_crossing = Moment::at(time);
+                        crossing.duration = -time;
                         if depth >= arrival_depth(threshold, depth, self.rise_on_wet) {
                             crossing.arrival = Moment::at(time);
                         }
@@ -153,15 +172,13 @@ impl Maxima {
         let under_water: usize = water.spans.iter().map(|span| (span.to - span.from) as usize).sum();
         let (columns, count) = (self.columns, self.thresholds.len());
         let rules = Rules { before, after, thresholds: &self.thresholds, rise_on_wet: self.rise_on_wet };
-        let initial_depth = &self.initial_depth;
         let row_of_cells = |(row, (cells, crossings)): (usize, (&mut [CellRecord], &mut [ThresholdRecord]))| {
             let first = water.spans.partition_point(|span| (span.row as usize) < row);
             let water_of_row = water.rows.row(row);
             for span in water.spans[first..].iter().take_while(|span| span.row as usize == row) {
                 for column in span.from as usize..span.to as usize {
                     let crossings = &mut crossings[column * count..(column + 1) * count];
-                    let initial_depth = initial_depth[row * columns + column];
-                    rules.update(water_of_row.at(column), initial_depth, &mut cells[column], crossings);
+                    rules.update(water_of_row.at(column), &mut cells[column], crossings);
                 }
             }
         };
@@ -199,12 +216,12 @@ impl Maxima {
 
     /// What a cell has seen of a threshold, given by its place in the plan, up to `time` (s).
     pub(super) fn seen_of_threshold(&self, index: usize, which: usize, time: f64) -> ThresholdSeen {
-        let record = &self.crossings[index * self.thresholds.len() + which];
+        let record = self.crossings[index * self.thresholds.len() + which];
         let is_under_water = self.cells[index].previous.depth >= self.thresholds[which];
         ThresholdSeen {
             arrival: record.arrival.time(),
-            duration: record.duration + if is_under_water { time - record.latest_crossing.time() } else { 0.0 },
-            recession: if is_under_water { f64::NAN } else { record.latest_crossing.time() },
+            duration: record.duration + if is_under_water { time } else { 0.0 },
+            recession: if is_under_water { f64::NAN } else { record.recession.time() },
         }
     }
 }
@@ -232,7 +249,7 @@ impl Rules<'_> {
     }
 
     #[inline]
-    fn update(&self, now: WaterInCell, initial_depth: f64, cell: &mut CellRecord, crossings: &mut [ThresholdRecord]) {
+    fn update(&self, now: WaterInCell, cell: &mut CellRecord, crossings: &mut [ThresholdRecord]) {
         let WaterInCell { depth, discharge_x, discharge_y } = now;
         let previous = cell.previous.depth;
         for (crossing, &threshold) in crossings.iter_mut().zip(self.thresholds) {
@@ -242,13 +259,13 @@ impl Rules<'_> {
         }
         if depth > cell.max_depth {
             for (crossing, &threshold) in crossings.iter_mut().zip(self.thresholds) {
-                let arrival_depth = arrival_depth(threshold, initial_depth, self.rise_on_wet);
+                let arrival_depth = arrival_depth(threshold, cell.initial_depth, self.rise_on_wet);
                 if !crossing.arrival.has_come() && depth >= arrival_depth && self.after > self.before {
                     crossing.arrival = Moment::at(self.crossing(arrival_depth, previous, depth));
                 }
             }
             cell.max_depth = depth;
-            cell.time_of_max_depth = Moment::at(self.after);
+            cell.time_of_max_depth = ShortMoment::at(self.after);
         }
         if depth > WET_DEPTH {
             let discharge_squared = discharge_x * discharge_x + discharge_y * discharge_y;
@@ -265,9 +282,11 @@ impl Rules<'_> {
     fn book_crossing(&self, threshold: f64, previous: f64, depth: f64, crossing: &mut ThresholdRecord) {
         let time = self.crossing(threshold, previous, depth);
         if depth < threshold {
-            crossing.duration += time - crossing.latest_crossing.time();
+            crossing.duration += time;
+            crossing.recession = ShortMoment::at(time);
+        } else {
+            crossing.duration -= time;
         }
-        crossing.latest_crossing = Moment::at(time);
     }
 }
 

@@ -4,7 +4,7 @@
 //! next: killed at any moment, that file opens with every frame that was finished. HDF5 gives no such promise. At the end
 //! it is converted to NetCDF-4, compressed, and renamed to `fields.nc`.
 //!
-//! One thread writes, behind a channel that holds two frames, so that the solver waits only for a disk that is slower than
+//! One thread writes, behind a channel that holds a frame, so that the solver waits only for a disk that is slower than
 //! the run.
 
 use std::fs;
@@ -24,7 +24,7 @@ use super::netcdf_file::{FileDescription, NetcdfFile};
 use crate::error::Error;
 
 /// Frames that may wait for the disk.
-const WAITING_FRAMES: usize = 2;
+const WAITING_FRAMES: usize = 1;
 
 const PARTIAL: &str = "fields.partial.nc";
 

@@ -110,12 +110,15 @@ struct SearchScratch {
 }
 
 /// Replaces what a chunk keeps. Room is made in pieces of one size, so that what one chunk gives back serves another: there are many
-/// chunks, and all of them change when the particles are sorted.
+/// chunks, and all of them change when the particles are sorted. Room that one needed beside a wall is given back when it has left.
 fn keep<T: Copy>(kept: &mut Vec<T>, found: &[T]) {
     const PIECE: usize = 64;
     kept.clear();
-    if kept.capacity() < found.len() {
-        kept.reserve_exact(found.len().next_multiple_of(PIECE));
+    let room = found.len().next_multiple_of(PIECE);
+    if kept.capacity() < room {
+        kept.reserve_exact(room);
+    } else if kept.capacity() > room + room / 4 + PIECE {
+        kept.shrink_to(room);
     }
     kept.extend_from_slice(found);
 }
@@ -252,6 +255,11 @@ impl Neighbours {
     /// The greatest distance (m) at which a particle acts.
     pub fn largest_support(&self) -> f64 {
         self.grid.largest_support()
+    }
+
+    /// Memory that is free until the next search.
+    pub fn spare_memory(&mut self) -> [&mut [f32]; 4] {
+        self.grid.spare_memory()
     }
 
     /// Particle indices in the order of the cells of the latest search.

@@ -6,7 +6,7 @@ use super::bed_motion::ChangingBed;
 use super::step::{Beginning, HalfStep, heun, leapfrog};
 use super::{CHUNK, Formulation, MovingMethods, MovingWater, Rates};
 use crate::error::{FailurePlace, NumericalFailure};
-use crate::gridding::Gridder;
+use crate::gridding::{Gridder, Lent};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
@@ -318,15 +318,17 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.water.phases.start();
         let fluid = self.water.lend();
         self.gridder.put_beside(self.water.on_dry_ground());
-        let MovingWater { bed, walls, particles, open, .. } = &self.water;
+        let MovingWater { bed, walls, particles, open, neighbours, .. } = &mut self.water;
+        let (bed, walls, particles) = (&*bed, &*walls, &*particles);
         self.gridder.put_beyond((bed, walls), open.water_beyond());
         match self.formulation.spare_memory(particles.len()) {
             Some(lines) => {
-                // The half step of before is over here, too.
+                // The half step of before and the search are over here, too.
                 let cells = bed.lattice.len();
                 self.halves.resize(particles.len().max(cells.div_ceil(OF_A_HALF_STEP)), HalfStep::default());
                 let numbers: &mut [f64] = bytemuck::cast_slice_mut(&mut self.halves);
-                self.gridder.grid_within(bed, walls, particles, (lines, &mut numbers[..cells]))
+                let lent = Lent { lines, factors: &mut numbers[..cells], pieces: neighbours.spare_memory() };
+                self.gridder.grid_within(bed, walls, particles, lent)
             }
             None => self.gridder.grid(bed, walls, particles),
         };
