@@ -91,7 +91,7 @@ pub(super) fn faults(dates: &Dates, asked: &ColumnUnit, origin: Origin) -> Vec<P
         |count, lines| format!("{} a number among the dates of {name}: {lines}", rows_are(count)),
         "write all times as dates, or all as numbers in a column with a unit, such as `time_h`",
     ));
-    let is_day_first = |text: &str| has_a_day(text) && !text.split('-').next().is_some_and(|year| year.len() == 4);
+    let is_day_first = |text: &str| has_a_day(text) && text.split('-').next().is_none_or(|year| year.len() != 4);
     let unknown = || told().filter(|(_, text)| !is_number(text) && seconds_of(text).is_none());
     let ambiguous = in_lines(
         unknown().filter(|(_, text)| is_day_first(text)),
