@@ -7,6 +7,7 @@ use geo::{BooleanOps, Coord, LineString, MultiPolygon, Polygon};
 use super::*;
 use crate::bed::place_bed;
 use crate::lattice::Lattice;
+use crate::math::Vec2;
 use crate::scenario::methods::BedMethod;
 use crate::seeding::lattice::lattice_filling;
 use crate::terrain::{Layer, Raster, Terrain};
@@ -44,7 +45,7 @@ pub(crate) fn body(polygon: Polygon<f64>, level: f64) -> StillBody {
 fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[StillBody]) -> (BedParticles, StillWater) {
     let surface = Formula(formula);
     let mut bed = place_bed(&surface, lattice, BedMethod::Pointwise, 0.03);
-    let still = fill_still_water(bodies, &mut bed, &surface, &[]);
+    let still = fill_still_water(bodies, &mut bed, &surface, Barriers::default());
     (bed, still)
 }
 
@@ -179,7 +180,7 @@ fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
     // The dam lies askew to the rows; the rim of the polygon leaves slivers on both sides of it.
     let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
     let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
-    let still = fill_still_water(&reservoir(), &mut bed, &surface, &[dam]);
+    let still = fill_still_water(&reservoir(), &mut bed, &surface, Barriers { walls: &[dam], dam: &[] });
     let books = &still.volumes[0];
     assert_eq!(books.leaks, []);
     for cell in (0..bed.lattice.len()).filter(|&cell| still.body[cell].is_some()) {
@@ -245,7 +246,7 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
         };
         let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
         let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
-        let still = fill_still_water(&bodies, &mut bed, &terrain, &[]);
+        let still = fill_still_water(&bodies, &mut bed, &terrain, Barriers::default());
         let books = &still.volumes[0];
         let volume = level * 20.0 * 120.0;
         assert!((books.integral_m3 / volume - 1.0).abs() < 1e-9 && (books.seeded_m3 / volume - 1.0).abs() < 1e-9);
@@ -324,7 +325,7 @@ fn dam_through_a_row_of_centres_holds_however_it_is_drawn() {
     for dam in drawn {
         let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
         let dam: Vec<[Vec2; 2]> = dam.iter().map(|piece| piece.map(|p| bed.lattice.to_local(p))).collect();
-        let still = fill_still_water(&bodies, &mut bed, &surface, &dam);
+        let still = fill_still_water(&bodies, &mut bed, &surface, Barriers { walls: &dam, dam: &[] });
         assert_eq!(still.volumes[0].leaks, [], "{dam:?}");
         for cell in 0..bed.lattice.len() {
             let centre = bed.lattice.to_map(bed.lattice.centre(cell));
