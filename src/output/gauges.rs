@@ -12,7 +12,9 @@
 //! where the gauge stands on it: water at its foot is none on its crest. So are the cells below an upright bank of the terrain itself, a
 //! quay, on which the gauge stands, as long as their water stands below its ground. A bank is upright where the gauge's cell and the eight
 //! around it, all with terrain, fall into two terraces that lie more than three times as far apart as the upper one rises: on an even slope
-//! along the lattice they lie as far apart as that. A gauge between two cells does not depend on which of them
+//! along the lattice they lie as far apart as that. The other way round, at the foot of a bank that is more than three times as high as the
+//! lower terrace rises, d, q and z_b are those of the lower terrace alone, and η takes in the cells on the bank once the water of the gauge's
+//! cell stands above their ground: the ground of a quay is no part of the depth of the harbour. A gauge between two cells does not depend on which of them
 //! happens to hold it, and moving and resting particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
 //! compute step, by the rules of the maps.
 
@@ -101,6 +103,8 @@ struct Reading {
     home: usize,
     /// Level (m) below which the ground of a cell lies beneath the bank on which the gauge stands; lowest of all where there is none.
     foot: f64,
+    /// Level (m) above which the ground of a cell lies on a bank at whose foot the gauge stands; highest of all where there is none.
+    brink: f64,
     initial_depth: f64,
     last_depth: f64,
     result: GaugeResult,
@@ -198,17 +202,29 @@ impl Reading {
             *weight /= sum;
         }
         let result = GaugeResult { max_depth: Some(0.0), max_speed: Some(0.0), ..GaugeResult::default() };
-        let foot = f64::NEG_INFINITY;
-        let mut reading = Reading { weights, home, foot, initial_depth: 0.0, last_depth: 0.0, result };
+        let (foot, brink) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut reading = Reading { weights, home, foot, brink, initial_depth: 0.0, last_depth: 0.0, result };
         reading.set_bed(bed_elevation);
         Some(reading)
     }
 
     /// Takes the bed (m) of its cells.
     fn set_bed(&mut self, bed_elevation: &[f64]) {
-        self.result.bed = Some(self.weights.iter().map(|&(cell, weight)| weight * bed_elevation[cell]).sum());
+        let own = bed_elevation[self.home];
         let grounds: Vec<f64> = self.weights.iter().map(|&(cell, _)| bed_elevation[cell]).collect();
-        self.foot = foot_of_bank(bed_elevation[self.home], &grounds);
+        self.foot = foot_of_bank(own, &grounds);
+        // Seen from above, the foot of a bank is its brink.
+        let depths: Vec<f64> = grounds.iter().map(|z_b| -z_b).collect();
+        self.brink = -foot_of_bank(-own, &depths);
+        let (mut bed, mut left_out) = (0.0, 0.0);
+        for &(cell, weight) in &self.weights {
+            if bed_elevation[cell] > self.brink {
+                left_out += weight;
+            } else {
+                bed += weight * bed_elevation[cell];
+            }
+        }
+        self.result.bed = Some(if left_out > 0.0 { bed / (1.0 - left_out) } else { bed });
     }
 
     fn bed(&self) -> f64 {
@@ -220,16 +236,20 @@ impl Reading {
         let (mut depth, mut discharge) = (0.0, Vec2::ZERO);
         let (mut level, mut wet, mut left_out) = (0.0, 0.0, 0.0);
         let own = bed_elevation[self.home];
+        let here = own + at(self.home).depth;
         for &(cell, weight) in &self.weights {
-            let water = at(cell);
-            if bed_elevation[cell] < self.foot && bed_elevation[cell] + water.depth < own {
+            let (water, ground) = (at(cell), bed_elevation[cell]);
+            let is_at_foot = ground < self.foot && ground + water.depth < own;
+            let is_on_bank = ground > self.brink;
+            if is_at_foot || is_on_bank {
                 left_out += weight;
-                continue;
+            } else {
+                depth += weight * water.depth;
+                discharge += Vec2::new(water.discharge_x, water.discharge_y) * weight;
             }
-            depth += weight * water.depth;
-            discharge += Vec2::new(water.discharge_x, water.discharge_y) * weight;
-            if water.depth > WET_DEPTH {
-                level += weight * (bed_elevation[cell] + water.depth);
+            let is_of_level = !is_at_foot && (!is_on_bank || here >= ground);
+            if is_of_level && water.depth > WET_DEPTH {
+                level += weight * (ground + water.depth);
                 wet += weight;
             }
         }

@@ -23,7 +23,7 @@ use crate::scenario::{
     BoundaryCondition, Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law,
     Scenario, Sourced,
 };
-use crate::seeding::StillWater;
+use crate::seeding::{Barriers, StillWater};
 use crate::solver::{Breach, DamCell, GrowthLaw, Opening, RimCell, Trigger};
 use crate::terrain::Terrain;
 use crate::vector::Feature;
@@ -208,6 +208,12 @@ fn note(breach: &Breach, share: f64, changes: &mut Changes) {
     }
 }
 
+/// The cells in which a dam stands above its ground at a share of its growth, ascending.
+fn cells_standing(breach: &Breach, share: f64) -> Vec<usize> {
+    let stands = |cell: &&DamCell| breach.bed(cell, share) > cell.ground;
+    breach.cells.iter().filter(stands).map(|cell| cell.cell).collect()
+}
+
 /// Fills the lake behind the dam, on the bed that the dam has at the start: one that goes at once then never stands, and its run is that
 /// without a dam. What leaks is told of the dam standing.
 pub(super) fn fill_behind(
@@ -219,15 +225,19 @@ pub(super) fn fill_behind(
 ) -> StillWater {
     let lattice = bed.lattice.clone();
     let share = breach.map_or(0.0, Breach::share_at_start);
+    let standing_at = |share| breach.map_or(Vec::new(), |breach| cells_standing(breach, share));
     if let Some(breach) = breach.filter(|_| share > 0.0) {
         let (mut standing, mut with_dam) = (bed.clone(), changes.clone());
         raise(breach, 0.0, &mut standing);
         note(breach, 0.0, &mut with_dam);
-        water::fill(bodies, &mut standing, &with_dam.on(terrain, &lattice), walls, is_told, findings);
+        let dam = standing_at(0.0);
+        let barriers = Barriers { walls, dam: &dam };
+        water::fill(bodies, &mut standing, &with_dam.on(terrain, &lattice), barriers, is_told, findings);
     }
     breach.into_iter().for_each(|breach| note(breach, share, changes));
     let is_told = is_told && share <= 0.0;
-    water::fill(bodies, bed, &changes.on(terrain, &lattice), walls, is_told, findings)
+    let dam = standing_at(share);
+    water::fill(bodies, bed, &changes.on(terrain, &lattice), Barriers { walls, dam: &dam }, is_told, findings)
 }
 
 /// Takes the bed as the lake has shaped it: below a dam that is gone at the start, and beside one that stands, where what the shore raised

@@ -253,7 +253,8 @@ pub(super) fn pieces_of(section: &Section, lattice: &Lattice) -> Vec<[Vec2; 2]> 
     section.line.windows(2).map(|pair| [lattice.to_local(pair[0]), lattice.to_local(pair[1])]).collect()
 }
 
-/// Refuses a section that lies on no cell of the terrain, and warns of one that lies beside it in part.
+/// Refuses a section that lies on no cell of the terrain, and warns of one that lies beside it in part. A blocked building is no terrain, and
+/// a section that runs into one is told so.
 fn check_section(
     section: &Section,
     source: &Sourced<crate::scenario::VectorSource>,
@@ -263,8 +264,11 @@ fn check_section(
     let lattice = &ground.lattice;
     let pieces = pieces_of(section, lattice);
     let is_on_terrain = |place: Vec2| lattice.cell_of(place).is_some_and(|cell| ground.has_terrain(cell));
-    let outside = Outside::of(pieces.iter().copied(), lattice, is_on_terrain);
-    if let Some((length, place)) = outside.part(lattice.spacing) {
+    let is_built_over =
+        |place: Vec2| lattice.cell_of(place).is_some_and(|cell| ground.sealed.binary_search(&cell).is_ok());
+    let outside = Outside::of(pieces.iter().copied(), lattice, |place| is_on_terrain(place) || is_built_over(place));
+    let is_nowhere_open = Outside::of(pieces.iter().copied(), lattice, is_on_terrain).is_all();
+    if let Some((length, place)) = outside.part(lattice.spacing).filter(|_| !is_nowhere_open) {
         let message = format!("{length:.0} m of the section `{}` lie on no terrain", section.id);
         let problem = Problem::warning(ProblemKind::Input, "section-outside", "", message)
             .with_cause("nothing is measured there")
@@ -272,9 +276,14 @@ fn check_section(
             .with_at(place);
         findings.add(source, problem);
     }
-    if outside.is_all() {
-        let problem = input_error("section-outside", format!("the section `{}` lies on no terrain", section.id))
-            .with_remedy("check that the file and the terrain have the same CRS")
+    if is_nowhere_open {
+        let (lies, remedy) = if outside.is_all() {
+            ("lies on no terrain", "check that the file and the terrain have the same CRS")
+        } else {
+            ("lies in a blocked building", "draw it where water can pass")
+        };
+        let problem = input_error("section-outside", format!("the section `{}` {lies}", section.id))
+            .with_remedy(remedy)
             .with_at(section.line[0]);
         findings.add(source, problem);
     } else if section.line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>() < 2.0 * lattice.spacing {

@@ -175,7 +175,11 @@ fn lines(breakline: &Breakline, crs: Option<&Crs>, scenario: &Scenario, findings
 /// The problem of lines without a level.
 fn no_level(breakline: &Breakline, first: &Feature, missing: usize, count: usize) -> Problem {
     let name = breakline.lines.value.path.display();
-    let message = format!("{missing} of {count} lines of {name} have no level, the first is feature {}", first.number);
+    let message = match (missing, count) {
+        (_, 1) => format!("the line of {name} has no level"),
+        (1, _) => format!("one of the {count} lines of {name} has no level: feature {}", first.number),
+        _ => format!("{missing} of {count} lines of {name} have no level, the first is feature {}", first.number),
+    };
     let names = first.attribute_names();
     let (constant, field) = if is_wall(breakline) { ("crest", "crest_field") } else { ("z", "z_field") };
     match &breakline.level {

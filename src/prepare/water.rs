@@ -12,7 +12,7 @@ use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
-use crate::seeding::{self, Leak, StillWater, fill_still_water};
+use crate::seeding::{self, Barriers, Leak, StillWater, fill_still_water};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 use crate::vector::Feature;
 
@@ -220,13 +220,13 @@ pub(super) fn fill(
     bodies: &[SourcedBody],
     bed: &mut BedParticles,
     surface: &impl Surface,
-    walls: &[[Vec2; 2]],
+    barriers: Barriers<'_>,
     is_complete: bool,
     findings: &mut Findings,
 ) -> StillWater {
     let plain = |body: &StillBody| seeding::StillBody { polygon: body.polygon.clone(), level: body.level };
     let plain: Vec<seeding::StillBody> = bodies.iter().map(|body| plain(&body.body)).collect();
-    let water = fill_still_water(&plain, bed, surface, walls);
+    let water = fill_still_water(&plain, bed, surface, barriers);
     for (body, volume) in bodies.iter().zip(&water.volumes) {
         let leaks: Vec<&Leak> = volume.leaks.iter().filter(|leak| leak.depth > NEGLIGIBLE_LEAK).collect();
         if let Some(deepest) = leaks.first().filter(|_| is_complete) {

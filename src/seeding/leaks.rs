@@ -1,7 +1,8 @@
 //! Where still water would run out of its polygon: pockets that it fills and stays in, and gaps through which it leaves.
 //!
 //! Water passes from a cell to any of its eight neighbours whose bed lies below the level, unless a wall lies between the
-//! two centres. Moving particles reach all eight; resting ones fewer, and what is at rest for eight is at rest for them.
+//! two centres, or the step leads over the corner at which two cells of a dam meet: resting particles pass no corner, and a dam of moving
+//! ones has none. Moving particles reach all eight; resting ones fewer, and what is at rest for eight is at rest for them.
 //!
 //! Ground below the level that goes on for more than two cells beyond the polygon is open: there a dam is taken away, or the
 //! polygon leaks. All else below the level outside the polygon that the water reaches is a pocket, which a rim drawn with
@@ -35,18 +36,27 @@ pub struct Leak {
     pub cells: usize,
 }
 
+/// What keeps still water from a cell beside it, whatever the bed of that.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Barriers<'a> {
+    /// Straight pieces (m, local) through which no water passes.
+    pub walls: &'a [[Vec2; 2]],
+    /// Cells of a dam that stands, ascending: no water passes between two of them that meet at a corner.
+    pub dam: &'a [usize],
+}
+
 /// The cells of the lattice while bodies of still water are filled.
 pub(super) struct Filling<'a> {
     pub bed: &'a mut BedParticles,
-    walls: &'a [[Vec2; 2]],
+    barriers: Barriers<'a>,
     /// The body that fills a cell.
     pub body: Vec<Option<u32>>,
 }
 
 impl<'a> Filling<'a> {
-    pub fn new(bed: &'a mut BedParticles, walls: &'a [[Vec2; 2]]) -> Self {
+    pub fn new(bed: &'a mut BedParticles, barriers: Barriers<'a>) -> Self {
         let cells = bed.lattice.len();
-        Filling { bed, walls, body: vec![None; cells] }
+        Filling { bed, barriers, body: vec![None; cells] }
     }
 
     /// Whether there is terrain at a cell, and the level stands above it.
@@ -67,12 +77,25 @@ impl<'a> Filling<'a> {
 
     fn is_walled(&self, cell: usize, other: usize) -> bool {
         let path = [self.bed.lattice.centre(cell), self.bed.lattice.centre(other)];
-        self.walls.iter().any(|wall| segments_cross(path, *wall))
+        self.barriers.walls.iter().any(|wall| segments_cross(path, *wall))
     }
 
-    /// The neighbours to which water of a cell can pass, as far as walls go.
+    /// Whether two cells meet at a corner at which two cells of the dam do, too.
+    fn is_across_dam(&self, cell: usize, other: usize) -> bool {
+        let lattice = &self.bed.lattice;
+        let ((column, row), (other_column, other_row)) = (lattice.column_row(cell), lattice.column_row(other));
+        let is_dam = |column: usize, row: usize| self.barriers.dam.binary_search(&lattice.index(column, row)).is_ok();
+        column != other_column && row != other_row && is_dam(column, other_row) && is_dam(other_column, row)
+    }
+
+    /// Whether no water passes from a cell to one of its neighbours, whatever their beds.
+    fn is_barred(&self, cell: usize, other: usize) -> bool {
+        self.is_across_dam(cell, other) || self.is_walled(cell, other)
+    }
+
+    /// The neighbours to which water of a cell can pass, as far as walls and the corners of a dam go.
     pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
-        self.around(cell).filter(move |&other| !self.is_walled(cell, other))
+        self.around(cell).filter(move |&other| !self.is_barred(cell, other))
     }
 
     /// Whether a wall stands between a cell and one of its neighbours.
@@ -83,7 +106,7 @@ impl<'a> Filling<'a> {
     /// The neighbours into which a filled cell would run out.
     pub fn gaps(&self, cell: usize, level: f64) -> impl Iterator<Item = usize> + '_ {
         // Most neighbours are none, and walls are many.
-        self.around(cell).filter(move |&other| self.is_gap(other, level) && !self.is_walled(cell, other))
+        self.around(cell).filter(move |&other| self.is_gap(other, level) && !self.is_barred(cell, other))
     }
 
     fn is_gap(&self, cell: usize, level: f64) -> bool {
@@ -117,7 +140,7 @@ impl<'a> Filling<'a> {
     /// Takes the water of a body out of slivers of its polygon beyond a wall: cells that all lie on its rim, cut off from the
     /// rest by walls, from which the water would run out.
     pub fn leave_out_slivers(&mut self, number: u32, scan: &BodyScan, open: &mut BTreeSet<usize>) {
-        if self.walls.is_empty() {
+        if self.barriers.walls.is_empty() {
             return;
         }
         let holds = |filling: &Self, cell: usize| filling.body[cell] == Some(number);
@@ -168,7 +191,7 @@ impl<'a> Filling<'a> {
         let holds = |cell: usize| self.body[cell] == Some(number);
         let is_open = |other: usize| self.is_gap(other, level) || self.body[other].is_some_and(|body| body != number);
         let is_at_opening = |&cell: &usize| {
-            holds(cell) && self.around(cell).any(|other| is_open(other) && !self.is_walled(cell, other))
+            holds(cell) && self.around(cell).any(|other| is_open(other) && !self.is_barred(cell, other))
         };
         let mut newest: Vec<usize> = reached.iter().copied().filter(is_at_opening).collect();
         let mut approach: BTreeSet<usize> = newest.iter().copied().collect();

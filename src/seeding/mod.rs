@@ -12,7 +12,7 @@ mod still_water;
 pub use crate::particles::FluidSeed;
 pub use equal_volume::{equal_volume_filling, mean_cell_volume};
 pub use lattice::lattice_filling;
-pub use leaks::Leak;
+pub use leaks::{Barriers, Leak};
 pub use reach::{Reach, reach};
 pub use still_water::{SeededVolume, StillWater, VOLUME_TOLERANCE, fill_still_water};
 

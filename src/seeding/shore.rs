@@ -18,6 +18,11 @@
 //! where a raised bed would be a sill in open water: the opening of a dam would be narrower up to the rim than beyond it. So are
 //! cells that the rim cuts at a wall, where a cell is filled whole or not at all by the side on which its centre lies, and dry cells
 //! beside ground below the level, which hold the water back.
+//!
+//! So are dry cells on an upright bank: one that stands higher above the level than the water beside it is deep, which no plane does.
+//! Cut down to the level, a house in a film would lose the cells of its outline to the flood that comes later. What such cells would
+//! hold goes to the cells before the bank whose bed is raised for the part of the bank in them, as above: V_whole is then what a cell
+//! holds on the bed that it had.
 
 use std::collections::BTreeSet;
 
@@ -54,9 +59,10 @@ pub(super) fn fit_bed_to_water(
 ) -> Shore {
     let area = filling.bed.lattice.cell_area();
     let approach = filling.approach(number, level, reached);
-    // Cells with their beds before; those at the edge of the terrain with the room (m³) of their uncovered parts.
-    let (mut set, mut edge) = (Vec::new(), Vec::new());
-    let mut without_terrain = 0.0;
+    let banks = upright_banks((number, level), reached, filling);
+    // Cells with their beds before; those at the edge of the terrain, and those before a bank, with the room (m³) that is left in them.
+    let (mut set, mut edge, mut foot) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut without_terrain, mut on_banks) = (0.0, 0.0);
     for &cell in reached {
         let part = scan.part(cell);
         if !filling.bed.has_terrain(cell) {
@@ -69,13 +75,19 @@ pub(super) fn fit_bed_to_water(
         let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
         let is_before_pocket = || filling.neighbours(cell).any(|other| is_pocket(number, other, scan, filling));
         let is_at_edge = || filling.neighbours(cell).any(|other| !filling.bed.has_terrain(other));
+        let before = filling.bed.elevation[cell];
         let mut share = part.volume;
+        if banks.contains(&cell) {
+            on_banks += share;
+            continue;
+        }
         if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket()) {
             share = whole();
         } else if part.is_cut() && is_at_edge() {
             edge.push((cell, (whole() - share).max(0.0)));
+        } else if filling.neighbours(cell).any(|other| banks.contains(&other)) {
+            foot.push((cell, ((level - before) * area - share).max(0.0)));
         }
-        let before = filling.bed.elevation[cell];
         let is_wet = share / area > SHALLOWEST_SHARE;
         filling.body[cell] = is_wet.then_some(number);
         let z_b = if is_wet { level - share / area } else { before.max(level) };
@@ -84,11 +96,13 @@ pub(super) fn fit_bed_to_water(
         }
         set.push((cell, before));
     }
-    let room: f64 = edge.iter().map(|(_, room)| room).sum();
-    let fraction = if room > 0.0 { (without_terrain / room).min(1.0) } else { 0.0 };
-    for (cell, room) in edge {
-        if filling.body[cell] == Some(number) {
-            filling.bed.elevation[cell] -= fraction * room / area;
+    for (cells, volume) in [(edge, without_terrain), (foot, on_banks)] {
+        let room: f64 = cells.iter().map(|(_, room)| room).sum();
+        let fraction = if room > 0.0 { (volume / room).min(1.0) } else { 0.0 };
+        for (cell, room) in cells {
+            if filling.body[cell] == Some(number) {
+                filling.bed.elevation[cell] -= fraction * room / area;
+            }
         }
     }
     let mut shore = Shore::default();
@@ -103,6 +117,18 @@ pub(super) fn fit_bed_to_water(
         }
     }
     shore
+}
+
+/// Dry cells that stand higher above the level than the water of a body beside them is deep.
+fn upright_banks((number, level): (u32, f64), reached: &[usize], filling: &Filling) -> BTreeSet<usize> {
+    let z_b = &filling.bed.elevation;
+    let is_upright = |&cell: &usize| {
+        let wet = filling.neighbours(cell).filter(|&other| filling.body[other] == Some(number));
+        let lowest = wet.map(|other| z_b[other]).reduce(f64::min);
+        lowest.is_some_and(|lowest| z_b[cell] - level > level - lowest)
+    };
+    let is_dry = |&cell: &usize| filling.body[cell].is_none() && filling.bed.has_terrain(cell);
+    reached.iter().copied().filter(is_dry).filter(is_upright).collect()
 }
 
 /// Whether a cell outside the polygon is filled.

@@ -24,12 +24,11 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::StillBody;
-use super::leaks::{Filling, Leak};
+use super::leaks::{Barriers, Filling, Leak};
 use super::scan::{BodyScan, scan_body};
 use super::scan_line::ScanLines;
 use super::shore::{fit_bed_to_water, is_pocket};
 use crate::bed::{BedParticles, Surface};
-use crate::math::Vec2;
 
 /// What the seeded volume may differ from the integral, relative.
 pub const VOLUME_TOLERANCE: f64 = 1e-3;
@@ -96,18 +95,18 @@ impl StillWater {
 /// Fills bodies of still water, and sets the bed of the cells at their shore to hold their share of it.
 ///
 /// - `surface`: the terrain itself, for the integral
-/// - `walls`: straight pieces (m, local) through which no water passes, such as a dam that stands
+/// - `barriers`: what water does not pass beside the bed
 pub fn fill_still_water(
     bodies: &[StillBody],
     bed: &mut BedParticles,
     surface: &impl Surface,
-    walls: &[[Vec2; 2]],
+    barriers: Barriers<'_>,
 ) -> StillWater {
     let lines: Vec<ScanLines> = bodies.iter().map(|body| ScanLines::new(&body.polygon, &bed.lattice)).collect();
     let scans: Vec<BodyScan> =
         (0..bodies.len()).map(|number| scan_body(bodies[number].level, &lines[number..], bed, surface)).collect();
 
-    let mut filling = Filling::new(bed, walls);
+    let mut filling = Filling::new(bed, barriers);
     for (number, (body, scan)) in bodies.iter().zip(&scans).enumerate() {
         for &(cell, _) in scan.cells.iter().filter(|(_, part)| part.holds_centre) {
             if filling.is_below(cell, body.level) {

@@ -661,6 +661,23 @@ fn places_that_do_not_fit_are_told_with_their_coordinates() {
 }
 
 #[test]
+fn a_section_in_a_blocked_building_is_told_to_lie_there() {
+    let blocked = "structures: {buildings: {polygons: houses.geojson}}\ntime: {end";
+    let scene = Scene::with(&[("time: {end", blocked)]);
+    let corners = "[[1080,2015],[1120,2015],[1120,2045],[1080,2045],[1080,2015]]";
+    let house =
+        format!(r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":[{corners}]}}}}"#);
+    scene.write("houses.geojson", &house);
+    scene.line("sections.geojson", &[(1100.0, 2020.0), (1100.0, 2040.0)], "indoors");
+    scene
+        .assert_refused(4, &["section-outside", "the section `indoors` lies in a blocked building", "where water can"]);
+    // From one bank through the house to the other it measures beside it, and nothing is odd about that.
+    scene.line("sections.geojson", &[(1100.0, 2002.0), (1100.0, 2058.0)], "across");
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml"]);
+    assert!(check.code == 0 && !check.stdout.contains("section-outside"), "{}", check.stdout);
+}
+
+#[test]
 fn rating_curves_and_roughness_are_checked() {
     let scene = Scene::with(&[("normal_depth: {slope: 0.04}", "rating: {table: weir.csv}")]);
     scene.write("weir.csv", "level_m,discharge_m3_s\n8,1\n9,0.5\n9,3\n");

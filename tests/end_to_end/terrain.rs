@@ -236,6 +236,7 @@ fn faults_of_the_ground_are_all_located_with_a_way_out() {
     check(&[
         "error[clip-outside-layer] terrain.layers[1].clip (s.yaml:6:32)",
         "error[no-level] terrain.breaklines[0].lines (s.yaml:9:15)",
+        "levee.geojson has no level",
         "cause   looked for a number in the attribute crest; its attributes: crest_m",
     ]);
     // With a terrain, what lies on it is found as well.

@@ -75,10 +75,10 @@ fn the_jump_before_a_building_moves_upstream_as_measured() {
 #[test]
 fn the_building_at_the_scale_of_the_field_is_that_of_the_flume() {
     let Some(rows) = rows("ea_test6b_scaled", "ea_test6b", "motion=eulerian") else { return };
-    // Measured at 2 m: 0.34 m from the measurements, 0.043 m from the flume at the same number of cells, on another raster.
+    // Measured at 2 m: 0.34 m from the measurements, 0.036 m from the flume at the same number of cells, on another raster; the bar at 1 m.
     assert!(rows[0].error_depth.unwrap() < 0.40, "{:?}", rows[0]);
     let apart = rows[0].note.split("RMSE from the flume times 20 in m: ").nth(1).unwrap();
-    assert!(apart.split(' ').next().unwrap().parse::<f64>().unwrap() < 0.06, "{apart}");
+    assert!(apart.split(' ').next().unwrap().parse::<f64>().unwrap() < 0.04, "{apart}");
 }
 
 #[test]

@@ -275,6 +275,29 @@ fn a_gauge_on_a_quay_does_not_read_the_harbour_until_that_covers_the_quay() {
 }
 
 #[test]
+fn a_gauge_in_a_harbour_does_not_read_the_ground_of_the_quay() {
+    // Columns 0 and 1 are a quay, 0.2 m higher at its back; the harbour is 3 m lower and up to 0.5 m deeper at one place.
+    let mut bed = [BED + 0.2, BED, BED - 3.0, BED - 3.0, BED - 3.0].repeat(3);
+    bed[8] -= 0.5;
+    let filled = |level: f64| bed.iter().map(|z| (level - z).max(0.0)).collect::<Vec<f64>>();
+    for place in [Vec2::new(1025.0, 2015.0), Vec2::new(1020.1, 2016.0)] {
+        // Below the quay, and over it; a harbour that has run dry all but.
+        for surface in [BED - 0.5, BED + 1.0, BED - 2.9] {
+            let (ground, depth, level) = read_over(place, bed.clone(), filled(surface));
+            assert!(ground < BED - 2.9, "ground {ground} m");
+            assert_close(level.unwrap(), surface, "level of the harbour");
+            assert_close(depth, surface - ground, "depth of the harbour");
+        }
+        // Rain on the quay is none in the harbour.
+        let mut rain = filled(BED - 0.5);
+        for cell in [1, 6, 11] {
+            rain[cell] = 0.05;
+        }
+        assert_close(read_over(place, bed.clone(), rain).2.unwrap(), BED - 0.5, "level beside rain on the quay");
+    }
+}
+
+#[test]
 fn a_gauge_on_a_slope_reads_the_water_below_it() {
     // An even slope along the lattice and one across it: the kernel mean does not depend on which cell holds the gauge.
     for (east, north) in [(-2.0, 0.0), (-1.3, 0.7), (0.0, -0.1), (-2.0, 2.0)] {

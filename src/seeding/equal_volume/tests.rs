@@ -3,6 +3,7 @@
 use super::*;
 use crate::bed::place_bed;
 use crate::scenario::methods::BedMethod;
+use crate::seeding::Barriers;
 use crate::seeding::still_water::fill_still_water;
 use crate::seeding::still_water::tests::{Formula, body, lattice, regular};
 
@@ -14,7 +15,7 @@ fn seeds(particle_volume: f64) -> (Vec<FluidSeed>, StillWater) {
     });
     let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 20.0)];
-    let still = fill_still_water(&bodies, &mut bed, &surface, &[]);
+    let still = fill_still_water(&bodies, &mut bed, &surface, Barriers::default());
     (equal_volume_filling(&[20.0], &bed, &still, particle_volume), still)
 }
 

@@ -7,6 +7,7 @@ use geo::{BooleanOps, Coord, LineString, MultiPolygon, Polygon};
 use super::*;
 use crate::bed::place_bed;
 use crate::lattice::Lattice;
+use crate::math::Vec2;
 use crate::scenario::methods::BedMethod;
 use crate::seeding::lattice::lattice_filling;
 use crate::terrain::{Layer, Raster, Terrain};
@@ -44,7 +45,7 @@ pub(crate) fn body(polygon: Polygon<f64>, level: f64) -> StillBody {
 fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[StillBody]) -> (BedParticles, StillWater) {
     let surface = Formula(formula);
     let mut bed = place_bed(&surface, lattice, BedMethod::Pointwise, 0.03);
-    let still = fill_still_water(bodies, &mut bed, &surface, &[]);
+    let still = fill_still_water(bodies, &mut bed, &surface, Barriers::default());
     (bed, still)
 }
 
@@ -179,7 +180,7 @@ fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
     // The dam lies askew to the rows; the rim of the polygon leaves slivers on both sides of it.
     let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
     let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
-    let still = fill_still_water(&reservoir(), &mut bed, &surface, &[dam]);
+    let still = fill_still_water(&reservoir(), &mut bed, &surface, Barriers { walls: &[dam], dam: &[] });
     let books = &still.volumes[0];
     assert_eq!(books.leaks, []);
     for cell in (0..bed.lattice.len()).filter(|&cell| still.body[cell].is_some()) {
@@ -245,12 +246,50 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
         };
         let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
         let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
-        let still = fill_still_water(&bodies, &mut bed, &terrain, &[]);
+        let still = fill_still_water(&bodies, &mut bed, &terrain, Barriers::default());
         let books = &still.volumes[0];
         let volume = level * 20.0 * 120.0;
         assert!((books.integral_m3 / volume - 1.0).abs() < 1e-9 && (books.seeded_m3 / volume - 1.0).abs() < 1e-9);
         assert_eq!(bed.elevation, dry.elevation);
     }
+}
+
+#[test]
+fn a_building_in_a_film_is_as_large_as_on_dry_ground() {
+    // A house of 8 m by 16 m, 0.8 m high, askew: as a formula, and as a raster of 0.4 m, which is wider by half of its cells. Cells of 1 m.
+    let (along, across) = (Vec2::new(0.44, 0.9), Vec2::new(-0.9, 0.44));
+    let ground = |p: Vec2| if p.dot(along).abs() < 8.0 && p.dot(across).abs() < 4.0 { 0.8 } else { 0.0 };
+    let columns = 100;
+    let centre = |i: usize| Vec2::new((i % columns) as f64 - 49.5, 49.5 - (i / columns) as f64) * 0.4;
+    let values = (0..columns * columns).map(|i| ground(centre(i))).collect();
+    let raster = Raster { columns, rows: columns, west: -20.0, north: 20.0, cell_x: 0.4, cell_y: 0.4, values };
+    let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
+    assert_house_stands(&Formula(ground));
+    assert_house_stands(&terrain);
+}
+
+/// Fills a film of 0.02 m on a surface of 40 m by 40 m, and asserts that its banks stand, and that it holds its integral or, where there is
+/// no room for that, fills all other cells.
+fn assert_house_stands(surface: &impl Surface) {
+    let level = 0.02;
+    let dry = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, 0.03);
+    let mut bed = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, 0.03);
+    let bodies = [body(regular(Vec2::ZERO, 100.0, 4, 0.0), level)];
+    let still = fill_still_water(&bodies, &mut bed, surface, Barriers::default());
+    let (mut standing, mut other) = (0, 0);
+    for (z_b, before) in bed.elevation.iter().zip(&dry.elevation) {
+        if *before > level {
+            assert_eq!(z_b.to_bits(), before.to_bits(), "a cell of the house is cut down from {before} m to {z_b} m");
+            standing += 1;
+        } else {
+            assert!((0.0..level).contains(z_b));
+            other += 1;
+        }
+    }
+    assert!(standing > 100);
+    let books = &still.volumes[0];
+    let holds = books.integral_m3.min(level * f64::from(other));
+    assert!((books.seeded_m3 / holds - 1.0).abs() < 1e-9, "{books:?}");
 }
 
 #[test]
@@ -324,7 +363,7 @@ fn dam_through_a_row_of_centres_holds_however_it_is_drawn() {
     for dam in drawn {
         let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
         let dam: Vec<[Vec2; 2]> = dam.iter().map(|piece| piece.map(|p| bed.lattice.to_local(p))).collect();
-        let still = fill_still_water(&bodies, &mut bed, &surface, &dam);
+        let still = fill_still_water(&bodies, &mut bed, &surface, Barriers { walls: &dam, dam: &[] });
         assert_eq!(still.volumes[0].leaks, [], "{dam:?}");
         for cell in 0..bed.lattice.len() {
             let centre = bed.lattice.to_map(bed.lattice.centre(cell));
