@@ -3,7 +3,8 @@
 //! On the way from i to j along e, with limited slopes (a of η, b of u = v·e):
 //!
 //! ```text
-//! a_1 = ½ φ(2 ∇η_i·x_ij − Δη, Δη),  φ(p, q) = least of 1.6 |p|, 1.6 |q|, |p + q|/2 with their sign, 0 where they differ in it
+//! a_1 = ½ φ(2 ∇η_i·x_ij − Δη, Δη),  φ(p, q) = least of 2 |p|, 2 |q|, |(1 − κ) p + (1 + κ) q|/2 with their sign, 0 where they differ in it
+//! κ = 1/10 for levels, 1/3 for velocities, 0 for depths                                              (VanLeer1985)
 //! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_iR = η_i + a_1 − d_iR,  z* = max(z_iR, z_jR)     (Audusse2004, on limited states)
 //! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks or as chosen; p* = 0 where either is dry
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
@@ -63,8 +64,12 @@ use crate::solver::moving::{CHUNK, CHUNKS_AT_ONCE, ChosenKernel, MovingWater, Ra
 
 /// α: how fast carried depths follow the arrangement of the particles.
 const RELAXATION: f64 = 0.5;
-/// Slopes may be so many times as steep as the flatter of both sides: 1 is minmod, 2 the steepest that makes no extremum.
-const STEEPEST: f64 = 1.6;
+/// κ of velocities: the weight of the difference towards the face, at which linear slopes are exact to the third order.
+const KAPPA_VELOCITIES: f64 = 1.0 / 3.0;
+/// κ of levels. With that of velocities an oscillating bowl loses half as much again (decision 0036).
+const KAPPA_LEVELS: f64 = 0.1;
+/// κ of depths: the mean of both differences.
+const KAPPA_DEPTHS: f64 = 0.0;
 /// Share of the speed of their neighbours with which particles leave a crowd.
 const SHIFT: f64 = 0.3;
 /// The moment of contacts counts so many times: half of what an inverse needs suffices to know the surface.
@@ -216,16 +221,20 @@ struct Around<'a> {
 /// Half the limited difference of a quantity between i and j, from the gradients at i and at j along e; 0 without
 /// reconstruction.
 #[inline(always)]
-fn half_slopes<const IS_LIMITED: bool>(along_i: f64, along_j: f64, difference: f64) -> (f64, f64) {
-    if IS_LIMITED { (half_slope(along_i, difference), half_slope(along_j, difference)) } else { (0.0, 0.0) }
+fn half_slopes<const IS_LIMITED: bool>(along_i: f64, along_j: f64, difference: f64, kappa: f64) -> (f64, f64) {
+    if IS_LIMITED {
+        (half_slope(along_i, difference, kappa), half_slope(along_j, difference, kappa))
+    } else {
+        (0.0, 0.0)
+    }
 }
 
-/// Half the gradient along e as far as the differences on both sides, one of them seen in the gradient alone, allow.
+/// Half the slope along e that weighs the differences on both sides by κ, one of them seen in the gradient alone, as far as both allow.
 #[inline(always)]
-fn half_slope(along: f64, difference: f64) -> f64 {
+fn half_slope(along: f64, difference: f64, kappa: f64) -> f64 {
     let behind = 2.0 * along - difference;
-    let flatter = smaller(behind.abs(), difference.abs());
-    let size = 0.5 * smaller(STEEPEST * flatter, along.abs());
+    let mean = along + kappa * (difference - along);
+    let size = smaller(smaller(behind.abs(), difference.abs()), 0.5 * mean.abs());
     let slope = if difference > 0.0 { size } else { -size };
     if behind * difference > 0.0 { slope } else { 0.0 }
 }
@@ -278,11 +287,13 @@ fn reconstruct_levels<const IS_LIMITED: bool>(groups: &mut [Group], me: &State, 
                 mine.surface.x * x + mine.surface.y * y,
                 theirs.surface_x[k] * x + theirs.surface_y[k] * y,
                 d_eta,
+                KAPPA_LEVELS,
             );
             let (s_1, s_2) = half_slopes::<IS_LIMITED>(
                 mine.depth.x * x + mine.depth.y * y,
                 theirs.depth_x[k] * x + theirs.depth_y[k] * y,
                 d_d,
+                KAPPA_DEPTHS,
             );
             let d_ir = clamp(me.depth + s_1, 0.0, 2.0 * me.depth);
             let d_jr = clamp(state.depth[k] - s_2, 0.0, 2.0 * state.depth[k]);
@@ -316,6 +327,7 @@ fn reconstruct_velocities<const IS_LIMITED: bool>(groups: &mut [Group], me: &Sta
                 (mine.u.x * x + mine.u.y * y) * ex + (mine.v.x * x + mine.v.y * y) * ey,
                 (theirs.u_x[k] * x + theirs.u_y[k] * y) * ex + (theirs.v_x[k] * x + theirs.v_y[k] * y) * ey,
                 du,
+                KAPPA_VELOCITIES,
             );
             (own_u[k], other_u[k]) = (u_i, u_j);
             (u_l[k], u_r[k]) = (u_i + b_1, u_j - b_2);

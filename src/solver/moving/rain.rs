@@ -11,8 +11,12 @@
 //!
 //! ```text
 //! (M69)  ΔV_i = A_i Σ_c W_ic Δ² r_c / S_c,   v_i ← v_i V_i / (V_i + ΔV_i)
-//!        Δd_i = Σ_c t_c W_ic r_c / Σ_c W_ic + Σ_c (1 − t_c) W_ic Δ² r_c / S_c,   t_c = clamp((C_c − 0.6)/0.2, 0, 1)
+//!        Δd_i = Σ_c t_c W_ic l_ic / Σ_c W_ic + Σ_c (1 − t_c) W_ic Δ² r_c / S_c,   t_c = clamp((C_c − 0.6)/0.2, 0, 1)
+//!        l_ic = min(r_c + d_i max(C_c − 1.003, 0), 2 r_c)
 //! ```
+//!
+//! Where particles crowd, their depths are less than their volumes say, and rain lifts up to twice as much: films that run together in a
+//! hollow would otherwise lie too low in it (decision 0036).
 //!
 //! A particle of less than a quarter of a cell that others cover (C ≥ 0.8 without it) goes up in its cell: its volume counts as rain there,
 //! and its momentum goes along. On any other cell rain gathers, and becomes a particle at rest, as wide as the cell, as soon as it is twice
@@ -32,6 +36,9 @@ use crate::solver::{FlowProblem, Passage, Way};
 
 /// A particle is small that covers less of a cell: the film that came down a slope is a crumb in the lake, and would set the step.
 const SMALL: f64 = 0.25;
+
+/// Particles crowd where they cover a cell more than so many times. What rain itself does to particles beside a wall is less.
+const CROWDED: f64 = 1.003;
 
 /// The rain of a problem, and what of it lies on dry ground.
 #[derive(Debug)]
@@ -296,7 +303,8 @@ impl Rainfall {
                         volume += share;
                         flow += takes_flow * (weight * cell_area / sum);
                         kept += (1.0 - lifts) * share;
-                        lifted += lifts * weight * gives;
+                        let crowd = particles.depth[i] * (sum / self.whole[cell] - CROWDED).max(0.0);
+                        lifted += lifts * weight * (gives + crowd).min(2.0 * gives);
                         weights += weight;
                     }
                 });

@@ -225,7 +225,13 @@ impl OpenBoundaries {
 
     /// Volume (m³) that came in and is no particle yet, less what particles brought in advance.
     pub fn owed(&self) -> f64 {
-        self.owed.iter().sum::<f64>() + self.lines.iter().map(|line| line.waiting).sum::<f64>()
+        (0..self.lines.len()).map(|number| self.owed_by(number)).sum()
+    }
+
+    /// The same of one boundary.
+    pub fn owed_by(&self, number: usize) -> f64 {
+        let line = &self.lines[number];
+        line.waiting + self.owed[line.faces.clone()].iter().sum::<f64>()
     }
 
     /// Rates, smoothing lengths (m) and depths (m) of the buffer particles at the latest evaluation.

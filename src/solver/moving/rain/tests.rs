@@ -1,5 +1,7 @@
 //! Rain on moving particles: its volume, the level of a lake, run-off from a slope, dry ground, and the same bits for any threads.
 
+use rayon::prelude::*;
+
 use crate::bed::BedParticles;
 use crate::boundary::{Condition, Rain, Series};
 use crate::math::Vec2;
@@ -123,18 +125,19 @@ fn rain_runs_off_a_slope_with_its_own_discharge() {
     assert!((rain.inflow / rain.asked.unwrap() - 1.0).abs() < 1e-12 && rain.inflow > 299.0, "{rain:?}");
 }
 
-#[test]
-fn rain_on_a_bowl_gathers_in_its_lake() {
-    // A cone of 5 % with a lake in its middle, of which 36 mm fall.
+/// Depth in the middle of a cone of 5 % with a lake, on which 36 mm fall within ten minutes, over that among resting particles, less one:
+/// after these ten minutes and after twenty-five. How films come down is a matter of chance: the rain is stronger by so many millionths.
+fn bowl_in_rain(millionths: f64) -> [f64; 2] {
     let bowl = |p: Vec2| 0.05 * (p - Vec2::new(50.0, 50.0)).norm();
     let mut problem = problem((40, 40), 2.5, bowl, |_| 1.0);
     problem.bed.manning.fill(0.03);
     problem.dry_depth = 1e-3;
-    let rate = Series::new(&[(0.0, 6e-5), (600.0, 6e-5), (600.0, 0.0), (9000.0, 0.0)]).unwrap();
+    let strength = 6e-5 * (1.0 + 1e-6 * millionths);
+    let rate = Series::new(&[(0.0, strength), (600.0, strength), (600.0, 0.0), (9000.0, 0.0)]).unwrap();
     problem.forcing.rain = Some(Rain::Uniform(rate));
     let mut resting = EulerianSolver::new(problem.clone());
     let mut moving = solver(problem, Dimension::Two, Integrator::Leapfrog);
-    for (end, within) in [(600.0, 0.05), (1500.0, 0.02)] {
+    [600.0, 1500.0].map(|end| {
         run(&mut resting, end);
         let steps = run_until(&mut moving, end);
         let (ledger, of_resting) = (moving.ledger(), resting.ledger());
@@ -143,9 +146,20 @@ fn rain_on_a_bowl_gathers_in_its_lake() {
         println!("{end} s: {steps} steps, {} particles, {found} m in the middle, {wanted} m", moving.particles());
         assert!(ledger.relative_error().abs() < 1e-12 && (ledger.stored / of_resting.stored - 1.0).abs() < 1e-3);
         assert!((volume_on_grid(&mut moving) / ledger.stored - 1.0).abs() < 1e-12);
-        assert!((found / wanted - 1.0).abs() < within, "{found} of {wanted} m");
         // Films that ran into the lake are no crumbs there.
         assert!(moving.particles() < 1200 && steps < 6000, "{} particles, {steps} steps", moving.particles());
+        found / wanted - 1.0
+    })
+}
+
+#[test]
+fn rain_on_a_bowl_gathers_in_its_lake() {
+    let runs: Vec<[f64; 2]> = (0..6_u8).into_par_iter().map(|k| bowl_in_rain(f64::from(k))).collect();
+    println!("{runs:?}");
+    for (moment, within) in [0.05, 0.02].into_iter().enumerate() {
+        let mean = runs.iter().map(|run| run[moment]).sum::<f64>() / 6.0;
+        assert!(mean.abs() < within, "mean {mean} of {runs:?}");
+        assert!(runs.iter().all(|run| run[moment].abs() < 2.0 * within), "{runs:?}");
     }
 }
 

@@ -1,5 +1,7 @@
 //! Sections among moving particles: their geometry, uniform flow, the balance of what passed, and the same bits for any threads.
 
+use rayon::prelude::*;
+
 use super::{Line, share};
 use crate::boundary::{Condition, Series};
 use crate::math::Vec2;
@@ -104,13 +106,14 @@ fn uniform_flow_passes_with_its_discharge() {
     }
 }
 
-/// A winding valley 40 m wide that falls to the east, with a flood that comes and goes.
-fn flooded_valley() -> LagrangianSolver {
+/// A winding valley 40 m wide that falls to the east, with a flood that comes and goes, and is higher by so many millionths.
+fn flooded_valley(millionths: f64) -> LagrangianSolver {
     let bed = |p: Vec2| 0.02 * (200.0 - p.x) + 0.01 * (p.y - 20.0 - 5.0 * (0.05 * p.x).sin()).powi(2);
     let mut problem = problem((80, 16), 2.5, bed, |_| f64::NEG_INFINITY);
     problem.bed.manning.fill(0.04);
     problem.dry_depth = 1e-3;
-    let hydrograph = Series::new(&[(10.0, 0.0), (60.0, 30.0), (60.0, 12.0), (140.0, 3.0)]).unwrap();
+    let hydrograph =
+        Series::new(&[(10.0, 0.0), (60.0, 30.0 * (1.0 + 1e-6 * millionths)), (60.0, 12.0), (140.0, 3.0)]).unwrap();
     open(&mut problem, true, Condition::Discharge { discharge: hydrograph, level: None });
     open(&mut problem, false, Condition::NormalDepth { slope: 0.02 });
     let bent = pieces(&[(115.0, 40.0), (120.3, 23.1), (112.0, 0.0)]);
@@ -123,22 +126,21 @@ fn flooded_valley() -> LagrangianSolver {
     solver(problem, Dimension::Two, Integrator::Leapfrog)
 }
 
-#[test]
-fn what_passed_lies_behind_or_has_left() {
-    let mut solver = flooded_valley();
+/// Mean and deviation of the discharge (m³/s) of the first three sections from 400 s to 1200 s, after a look at the volume of the first.
+fn discharges_of_valley(millionths: f64) -> [(f64, f64); 3] {
+    let mut solver = flooded_valley(millionths);
     for end in [30.0, 60.0, 100.0, 200.0, 400.0] {
         run_until(&mut solver, end);
         let particles = &solver.state().particles;
-        let largest = particles.volume.iter().copied().fold(0.0, f64::max);
-        // Each particle is a bar as long as it is wide.
         let behind = |i: usize| {
             let edge = (particles.volume[i] / particles.depth[i]).sqrt();
-            particles.volume[i] * (0.5 + (particles.position[i].x - 50.0) / edge).clamp(0.0, 1.0)
+            particles.volume[i] * share((particles.position[i].x - 50.0) / edge)
         };
         let behind: f64 = (0..particles.len()).map(behind).sum();
-        let (wanted, found) = (behind + solver.ledger().outflow + solver.state().owed(), solver.sections()[0].volume);
-        println!("{end} s: {found} of {wanted} m3 behind or gone; the largest particle has {largest} m3");
-        assert!((found - wanted).abs() < largest, "{found} of {wanted} m3");
+        let owed = solver.state().open.owed_by(1);
+        let (wanted, found) = (behind + solver.ledger().outflow + owed, solver.sections()[0].volume);
+        println!("{end} s: {found} of {wanted} m3 behind or gone");
+        assert!((found - wanted).abs() < 1e-9, "{found} of {wanted} m3");
     }
     let (mut steps, mut sums) = (0.0, [(0.0, 0.0); 3]);
     while solver.time() < 1200.0 {
@@ -150,9 +152,19 @@ fn what_passed_lies_behind_or_has_left() {
             *squares += flow.discharge * flow.discharge;
         }
     }
-    let found = sums.map(|(sum, squares): (f64, f64)| (sum / steps, (squares / steps - (sum / steps).powi(2)).sqrt()));
-    println!("mean and deviation of the discharge: {found:?} m3/s");
-    // The stream of 3 m3/s is five particles wide, and they come in crowds behind the bends.
+    sums.map(|(sum, squares): (f64, f64)| (sum / steps, (squares / steps - (sum / steps).powi(2)).sqrt()))
+}
+
+#[test]
+fn what_passed_lies_behind_or_has_left() {
+    // How the crowds come that form behind the bends is a matter of chance.
+    let runs: Vec<[(f64, f64); 3]> = (0..4_u8).into_par_iter().map(|k| discharges_of_valley(f64::from(k))).collect();
+    println!("mean and deviation of the discharge: {runs:?} m3/s");
+    let found = [0, 1, 2].map(|section: usize| {
+        let mean = |of: fn((f64, f64)) -> f64| runs.iter().map(|run| of(run[section])).sum::<f64>() / 4.0;
+        (mean(|(mean, _)| mean), mean(|(_, deviation)| deviation))
+    });
+    // The stream of 3 m3/s is five particles wide.
     for (k, sign) in [1.0, 1.0, -1.0].into_iter().enumerate() {
         assert!((found[k].0 * sign - 3.0).abs() < 0.1 && found[k].1 < 1.2, "section {k}: {found:?}");
     }
@@ -164,7 +176,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     let state_after = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut solver = flooded_valley();
+            let mut solver = flooded_valley(0.0);
             run_until(&mut solver, 60.0);
             assert!(solver.particles() > 100);
             solver.sections().iter().map(|flow| (flow.volume.to_bits(), flow.discharge.to_bits())).collect::<Vec<_>>()
