@@ -13,9 +13,10 @@
 //! ```
 //!
 //! φ_i goes from van Leer's limiter (`VanLeer1974`) in thin water beside a step of the bed to the monotonised central mean
-//! (`VanLeer1977`) on level ground. The water that passes takes the tangential velocity of the particle that it leaves,
-//! by the sign of F_d, with its slope in the same measure (decision 0012). With the sharp reconstruction superbee stands for the mean, and for
-//! φ of velocities (decision 0029); with none a, b and the slopes of d are 0; with `lax_friedrichs` the flux of that name stands in (M16).
+//! (`VanLeer1977`) on level ground, for u where Δu < 0 with κ = 1/3 (`VanLeer1985`, decision 0036). The water that passes takes the
+//! tangential velocity of the particle that it leaves, by the sign of F_d, with its slope in the same measure (decision 0012). With the
+//! sharp reconstruction superbee stands for the mean, and for φ of velocities (decision 0029); with none a, b and the slopes of d are 0;
+//! with `lax_friedrichs` the flux of that name stands in (M16).
 //!
 //! (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the
 //! mirrored value of the reconstruction positive.
