@@ -25,8 +25,8 @@ fn check(coarse: (f64, f64), fine: (f64, f64), bounds: [(f64, f64); 2], order: f
 fn dry_dam_break_converges_at_first_order() {
     let run = |spacing, integrator| balanced(spacing, 0.0, integrator);
     // Decision 0018: the velocities were .0194 and .0104 m/s, with the front a tenth behind.
-    let leapfrog = [(0.0191, 0.0230), (0.0093, 0.0113)];
-    check(run(10.0, "leapfrog"), run(5.0, "leapfrog"), leapfrog, 0.85);
+    let leapfrog = [(0.0182, 0.0193), (0.0088, 0.0096)];
+    check(run(10.0, "leapfrog"), run(5.0, "leapfrog"), leapfrog, 1.0);
     // So were those of Heun, .0211 and .0111 m/s.
     let heun = [(0.0207, 0.0260), (0.0101, 0.0130)];
     check(run(10.0, "heun"), run(5.0, "heun"), heun, 0.9);
@@ -35,10 +35,11 @@ fn dry_dam_break_converges_at_first_order() {
 #[test]
 fn wet_dam_break_converges_at_first_order() {
     let run = |spacing, integrator| balanced(spacing, 5.0, integrator);
-    let leapfrog = [(0.0240, 0.0273), (0.0111, 0.0129)];
+    let leapfrog = [(0.0214, 0.0237), (0.0101, 0.0115)];
     check(run(10.0, "leapfrog"), run(5.0, "leapfrog"), leapfrog, 1.0);
-    let heun = [(0.0240, 0.0266), (0.0112, 0.0127)];
-    check(run(10.0, "heun"), run(5.0, "heun"), heun, 1.0);
+    // Of the velocity of Heun .97; it was 1 with larger errors at both spacings (decision 0036).
+    let heun = [(0.0211, 0.0232), (0.0103, 0.0119)];
+    check(run(10.0, "heun"), run(5.0, "heun"), heun, 0.95);
 }
 
 #[test]
@@ -54,7 +55,8 @@ fn outermost_particle_of_the_dry_dam_break_is_within_five_per_cent() {
 #[test]
 fn strong_bores_over_thin_water_converge() {
     let run = |spacing| balanced(spacing, 0.1, "leapfrog");
-    check(run(10.0), run(5.0), [(0.095, 0.38), (0.034, 0.1165)], 1.0);
+    // The errors at 5 m were .0336 m and .113 m/s before decision 0036.
+    check(run(10.0), run(5.0), [(0.095, 0.38), (0.0375, 0.122)], 1.0);
     // Over a hundredth of that nothing is said of convergence; but it is never a breakdown.
     let (depth, velocity) = balanced(10.0, 0.01, "leapfrog");
     assert!(depth < 0.4 && velocity < 2.0, "{depth} m, {velocity} m/s");

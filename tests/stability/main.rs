@@ -43,6 +43,7 @@ const KNOWN: &[(&str, &str, Status)] = &[
     ("over_film", "variational", Fails),
     ("ratio_100", "variational", Fails),
     ("ratio_1000", "variational", Fails),
+    ("clumping", "lagrangian", Degrades),
     ("two_rarefactions", "variational", Degrades),
     ("waterfall", "variational", Fails),
     ("clumping", "variational", Fails),
