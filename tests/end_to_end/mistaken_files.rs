@@ -296,5 +296,9 @@ fn the_column_that_the_unit_belongs_to_is_not_passed_over() {
     scene.write("q.csv", "time_min,q\n0,1\n1,5\n");
     scene.assert_silent(&[("resolution", &source(", unit: m3/s"))]);
     scene.write("q.csv", "time_h,q_m3_s\n2026-06-01 00:00,1\n2026-06-01 02:00,5\n");
-    scene.assert_said(&[("resolution", &source(""))], 4, &["not as dates or times of day"]);
+    scene.assert_said(
+        &[("resolution", &source(""))],
+        4,
+        &["error[unit-beside-dates]", "name of their column has a unit: `time_h`"],
+    );
 }
