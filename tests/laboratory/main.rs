@@ -164,12 +164,12 @@ fn moving_particles_are_left_out_of_channels() {
 
 #[test]
 fn reaches_in_one_dimension_give_what_two_give() {
-    for (flume, bound) in [("rajar_a", 0.045), ("rajar_b", 0.012)] {
+    for (flume, bound) in [("rajar_a", 0.045), ("rajar_b", 0.016)] {
         let (code, said, rows) = validate(flume, &data(), "motion=eulerian");
         assert_eq!((code, rows.len()), (0, 1), "{said}\n{rows:?}");
         // The bar asks for CPU time saved, too, which a busy machine may miss: it is told here, and the command holds the run to it.
-        // The bar of the difference is 0.05; measured are 0.043 in A, where the lower reach is off most, and 0.010 in B; along the axis below the
-        // dam 0.024 and 0.004 (docs/validation/laboratory.md).
+        // The bar of the difference is 0.05; measured are 0.043 in A, where the lower reach is off most, and 0.015 in B (0.010 before
+        // decision 0036); along the axis below the dam 0.024 and 0.005 (docs/validation/laboratory.md).
         assert!(rows[0].error_depth.is_some_and(|error| error < bound), "{:?}", rows[0]);
         let along_the_axis = rows[0].note.split("coupled ").skip(1);
         let along_the_axis: Vec<f64> =
