@@ -17,13 +17,8 @@ pub fn van_leer(a: f64, b: f64) -> f64 {
     2.0 * positive / safe
 }
 
-/// Mean of the slopes, but never more than twice the smaller one, where both have the same sign; otherwise 0.
-#[inline(always)]
-pub fn monotonised_central(a: f64, b: f64) -> f64 {
-    monotonised(a, b, 0.0)
-}
-
-/// The same of the mean that weighs `b` more by κ: 0 is the central one, 1/3 of third order with `b` towards the face.
+/// Mean of the slopes that weighs `b` more by κ, but never more than twice the smaller one, where both have the same sign; otherwise 0.
+/// κ = 0 is the central mean, 1/3 of third order with `b` towards the face.
 #[inline(always)]
 pub fn monotonised(a: f64, b: f64, kappa: f64) -> f64 {
     let (size_a, size_b) = (a.abs(), b.abs());
@@ -48,7 +43,7 @@ pub fn superbee(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values that are exact in binary")]
 mod tests {
-    use super::{monotonised, monotonised_central, superbee, van_leer};
+    use super::{monotonised, superbee, van_leer};
 
     #[test]
     fn keeps_equal_slopes_and_stops_at_extrema() {
@@ -61,9 +56,9 @@ mod tests {
 
     #[test]
     fn the_monotonised_central_mean_is_a_mean_until_twice_the_smaller_slope() {
-        assert_eq!((monotonised_central(1.0, 2.0), monotonised_central(-2.0, -1.0)), (1.5, -1.5));
-        assert_eq!((monotonised_central(1.0, 8.0), monotonised_central(-8.0, -1.0)), (2.0, -2.0));
-        assert_eq!((monotonised_central(-1.0, 2.0), monotonised_central(0.0, 2.0)), (0.0, 0.0));
+        assert_eq!((monotonised(1.0, 2.0, 0.0), monotonised(-2.0, -1.0, 0.0)), (1.5, -1.5));
+        assert_eq!((monotonised(1.0, 8.0, 0.0), monotonised(-8.0, -1.0, 0.0)), (2.0, -2.0));
+        assert_eq!((monotonised(-1.0, 2.0, 0.0), monotonised(0.0, 2.0, 0.0)), (0.0, 0.0));
         assert_eq!((monotonised(1.0, 2.0, 0.5), monotonised(-2.0, -1.0, 0.5)), (1.75, -1.25));
         assert_eq!((monotonised(1.0, 8.0, 0.5), monotonised(-1.0, 2.0, 0.5)), (2.0, 0.0));
     }

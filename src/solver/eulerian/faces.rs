@@ -29,7 +29,7 @@ use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
 use super::{RestingFlux, RestingMethods, Scale};
 use crate::math::{clamp, larger, smaller};
 use crate::physics::flux::lax_friedrichs;
-use crate::physics::limiter::{monotonised, monotonised_central, superbee, van_leer};
+use crate::physics::limiter::{monotonised, superbee, van_leer};
 use crate::scenario::methods::Reconstruction;
 
 /// The two directions in which a cell owns a face.
@@ -306,6 +306,8 @@ fn on_crest((d, u): (f64, f64), own: f64, beyond: f64, g: f64) -> (f64, f64) {
 /// κ of the velocity along a pair where water is pressed together, of third order: bores are sharper with it, and a dry front would fall behind
 /// with it where water is drawn out (decision 0036).
 const PRESSED: f64 = 1.0 / 3.0;
+/// κ of all else: the central mean.
+const CENTRAL: f64 = 0.0;
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
@@ -313,24 +315,19 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let Numbers { g, dry_depth, slopes, .. } = numbers;
     let jump_eta = surface_difference((i.d, i.z), (j.d, j.z), dry_depth);
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
-    let between = |careful: f64, sharper: f64, share: f64| 0.5 * (careful + share * (sharper - careful));
-    let limited = |rise: f64, jump: f64, share: f64| {
+    let limited = |rise: f64, jump: f64, share: f64, kappa: f64| {
         let other = 2.0 * rise - jump;
-        let sharper = if IS_SHARP { superbee(other, jump) } else { monotonised_central(other, jump) };
-        between(van_leer(other, jump), sharper, share)
+        let careful = van_leer(other, jump);
+        let sharper = if IS_SHARP { superbee(other, jump) } else { monotonised(other, jump, kappa) };
+        0.5 * (careful + share * (sharper - careful))
     };
     let of_velocity = |rise: f64, jump: f64, share: f64, kappa: f64| {
-        let other = 2.0 * rise - jump;
-        if IS_SHARP {
-            0.5 * superbee(other, jump)
-        } else {
-            between(van_leer(other, jump), monotonised(other, jump, kappa), share)
-        }
+        if IS_SHARP { 0.5 * superbee(2.0 * rise - jump, jump) } else { limited(rise, jump, share, kappa) }
     };
     // Superbee slopes of the velocity count in full, others as far as the bed lets them be sharp.
     let along = |share: f64| if IS_SHARP { 1.0 } else { share };
-    let a_1 = slopes * limited(i.rise_eta, jump_eta, share_i);
-    let a_2 = slopes * limited(j.rise_eta, jump_eta, share_j);
+    let a_1 = slopes * limited(i.rise_eta, jump_eta, share_i, CENTRAL);
+    let a_2 = slopes * limited(j.rise_eta, jump_eta, share_j, CENTRAL);
     let is_drawn_out = !IS_SHARP && (j.u > i.u || smaller(i.d, j.d) <= dry_depth);
     // What the depth gains from a particle to the face, given the depth across the face and the increment towards it.
     let gain = |d: f64, across: f64, rise: f64, share: f64| {
@@ -340,14 +337,14 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
         let jump_root = across.sqrt() - root;
         let rise_root = 0.5 * (root - behind.sqrt() + jump_root);
         let (rise, jump) = if is_drawn_out { (rise_root, jump_root) } else { (rise, jump) };
-        let gain = slopes * limited(rise, jump, share);
+        let gain = slopes * limited(rise, jump, share, CENTRAL);
         // Without a slope nothing is gained, to the last digit.
         if is_drawn_out { gain * (2.0 * root + gain) } else { gain }
     };
     let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i), 0.0, 2.0 * i.d);
     let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
-    let kappa = if jump_u < 0.0 { PRESSED } else { 0.0 };
+    let kappa = if jump_u < 0.0 { PRESSED } else { CENTRAL };
     let u_l = i.u + slopes * of_velocity(i.rise_u, jump_u, share_i, kappa);
     let u_r = j.u - slopes * of_velocity(j.rise_u, jump_u, share_j, kappa);
     // From levels, which are equal to the last digit in a lake at rest.
@@ -373,8 +370,8 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let (d_r, u_r, thrust_j) = if is_to_right { (d_r, u_r, 0.0) } else { (crest_d, -crest_u, thrust) };
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let jump_t = j.v_t - i.v_t;
-    let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i, 0.0);
-    let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j, 0.0);
+    let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i, CENTRAL);
+    let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j, CENTRAL);
     let v_t = if f_d > 0.0 { t_i } else { t_j };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 {
