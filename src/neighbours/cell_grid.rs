@@ -1,7 +1,8 @@
 //! A cell list by counting sort, in levels: particles of similar support share a level, whose cells are made for
-//! half to one support, so that a few wide particles of thin water do not spoil the search of all others.
+//! half to one support, so that a few wide particles of thin water do not spoil the search of all others. The levels are laid so that
+//! most particles stand near the upper end of theirs, where cells are narrowest for them, and that few alone make no level below.
 //!
-//! A search visits every occupied level; in each, rows of cells are contiguous runs of the sorted arrays. What it finds in a run is
+//! A search visits every level that has particles within its reach; in each, rows of cells are contiguous runs of the sorted arrays. What it finds in a run is
 //! told as spans: where sixteen candidates begin, and which of them are near.
 //! The order of what is found depends on positions, supports and indices alone, never on threads.
 //!
@@ -19,6 +20,21 @@ const LEVELS: usize = 12;
 
 /// Particles of a block, which a thread takes as a whole.
 const PARALLEL_PARTICLES: usize = 4096;
+
+/// Leading bits of a support that a census of supports tells apart: its exponent and an eighth of what lies between two of them.
+const CENSUS_SHIFT: u32 = 20;
+
+/// Classes of supports to an octave.
+const CLASSES_TO_AN_OCTAVE: usize = 1 << (f32::MANTISSA_DIGITS - 1 - CENSUS_SHIFT);
+
+/// Classes of supports, from that of the smallest one on; the last one takes all that are larger.
+const CLASSES: usize = 16 * CLASSES_TO_AN_OCTAVE;
+
+/// As many in a hundred particles stand below the upper end of the level that is laid for them.
+const MOST: usize = 90;
+
+/// A level below another is laid for so many in a hundred particles.
+const ENOUGH: usize = 3;
 
 /// Columns and rows of cells, in units of the width of their level: long low runs hold few candidates that are not near, and each of
 /// them is no longer than what is looked at together.
@@ -79,8 +95,27 @@ struct Level {
     rows: usize,
     /// Where the level's cells begin in `starts`.
     first: usize,
+    taken: Taken,
+}
+
+/// What the particles of a level take: their largest support (m), 0 without any, and the cells in which they stand, first and last.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
     largest_support: f64,
-    is_occupied: bool,
+    low: (usize, usize),
+    high: (usize, usize),
+}
+
+impl Taken {
+    const NOTHING: Taken = Taken { largest_support: 0.0, low: (usize::MAX, usize::MAX), high: (0, 0) };
+
+    fn and(self, other: Taken) -> Taken {
+        Taken {
+            largest_support: self.largest_support.max(other.largest_support),
+            low: (self.low.0.min(other.low.0), self.low.1.min(other.low.1)),
+            high: (self.high.0.max(other.high.0), self.high.1.max(other.high.1)),
+        }
+    }
 }
 
 /// Sixteen candidates side by side in the order of the cells, and which of them are near.
@@ -158,7 +193,7 @@ impl CellGrid {
         self.scale = UNITS / (width.max(height) + largest);
         let allowed_cells = 4.0 * positions.len() as f64;
         // Never more cells than about four per particle, however small the smallest support.
-        let mut cell = (0.5 * smallest)
+        let mut cell = (0.5 * end_of_lowest_level(supports, smallest))
             .max((width * height / (COLUMN * ROW * allowed_cells)).sqrt())
             .max(width.max(height) / (COLUMN * allowed_cells))
             .max(1e-3 * largest);
@@ -174,8 +209,7 @@ impl CellGrid {
                 columns,
                 rows,
                 first,
-                largest_support: 0.0,
-                is_occupied: false,
+                taken: Taken::NOTHING,
             });
             first += columns * rows;
             if is_last {
@@ -202,8 +236,8 @@ impl CellGrid {
         let blocks = self.keys.par_chunks_mut(PARALLEL_PARTICLES).zip(&mut self.censuses);
         let blocks = blocks.zip(positions.par_chunks(PARALLEL_PARTICLES).zip(supports.par_chunks(PARALLEL_PARTICLES)));
         let blocks = blocks.with_max_len(1);
-        let largest = blocks.map(|((keys, census), (positions, supports))| {
-            let mut largest = [0.0_f64; LEVELS];
+        let taken = blocks.map(|((keys, census), (positions, supports))| {
+            let mut taken = [Taken::NOTHING; LEVELS];
             *census = [0; BANDS];
             for ((key, position), &support) in keys.iter_mut().zip(positions).zip(supports) {
                 let support = f64::from(support);
@@ -213,14 +247,14 @@ impl CellGrid {
                 let row = (((position.y - origin.y) * level.per_row) as usize).min(level.rows - 1);
                 *key = (level.first + row * level.columns + column) as u32;
                 census[(*key >> shift) as usize] += 1;
-                largest[index] = largest[index].max(support);
+                let place = (column, row);
+                taken[index] = taken[index].and(Taken { largest_support: support, low: place, high: place });
             }
-            largest
+            taken
         });
-        let largest = largest.reduce(|| [0.0; LEVELS], |a, b| std::array::from_fn(|level| a[level].max(b[level])));
-        for (level, largest) in self.levels.iter_mut().zip(largest) {
-            (level.is_occupied, level.largest_support) = (largest > 0.0, largest);
-        }
+        let none = || [Taken::NOTHING; LEVELS];
+        let taken = taken.reduce(none, |a, b| std::array::from_fn(|level| a[level].and(b[level])));
+        self.levels.iter_mut().zip(taken).for_each(|(level, taken)| level.taken = taken);
     }
 
     /// Lays the particles into their cells. Each band of cells takes its own out of those blocks that have any: few, because particles
@@ -290,7 +324,7 @@ impl CellGrid {
 
     /// The largest support (m) of all particles; 0 without any.
     pub fn largest_support(&self) -> f64 {
-        self.levels.iter().fold(0.0, |largest, level| level.largest_support.max(largest))
+        self.levels.iter().fold(0.0, |largest, level| level.taken.largest_support.max(largest))
     }
 
     /// Particle indices in the order of levels and cells: memory order for fast gathering.
@@ -326,16 +360,20 @@ impl CellGrid {
             reach_squared: reach_squared_of(support * self.scale),
             except,
         };
-        for level in self.levels.iter().filter(|level| level.is_occupied) {
-            let reach = support.max(level.largest_support);
+        for level in &self.levels {
+            let Taken { largest_support, low, high } = level.taken;
+            let reach = support.max(largest_support);
             let (left, right) = ((local.x - reach) * level.per_column, (local.x + reach) * level.per_column);
             let (bottom, top) = ((local.y - reach) * level.per_row, (local.y + reach) * level.per_row);
-            if right < 0.0 || top < 0.0 || left >= level.columns as f64 || bottom >= level.rows as f64 {
+            if right < 0.0 || top < 0.0 {
                 continue;
             }
-            // A cast of a negative number to usize gives 0.
-            let (left, right) = (left as usize, (right as usize).min(level.columns - 1));
-            let (bottom, top) = (bottom as usize, (top as usize).min(level.rows - 1));
+            // A cast of a negative number to usize gives 0. None is as low as the first cell of an empty level.
+            let (left, right) = ((left as usize).max(low.0), (right as usize).min(high.0));
+            let (bottom, top) = ((bottom as usize).max(low.1), (top as usize).min(high.1));
+            if left > right || bottom > top {
+                continue;
+            }
             let block = Block { columns: left..right + 1, rows: bottom..top + 1 };
             collect(self, level, &block, &centre, spans);
         }
@@ -358,6 +396,28 @@ impl CellGrid {
         let cells = level.first + row * level.columns;
         self.starts[cells + columns.start] as usize..self.starts[cells + columns.end] as usize
     }
+}
+
+/// Upper end (m) of the supports for which the lowest level is laid. `MOST` particles are below the end of one level; others follow below
+/// in steps of an octave for as long as there are `ENOUGH` for them.
+fn end_of_lowest_level(supports: &[f32], smallest: f64) -> f64 {
+    let class = |support: f32| (support.to_bits() >> CENSUS_SHIFT) as usize;
+    let first = class(smallest as f32);
+    let none = || [0_usize; CLASSES];
+    let census = supports.par_chunks(PARALLEL_PARTICLES).map(|supports| {
+        let mut census = none();
+        supports.iter().for_each(|&support| census[(class(support) - first).min(CLASSES - 1)] += 1);
+        census
+    });
+    let mut up_to = census.reduce(none, |a, b| std::array::from_fn(|class| a[class] + b[class]));
+    for class in 1..CLASSES {
+        up_to[class] += up_to[class - 1];
+    }
+    let mut last = up_to.partition_point(|&count| 100 * count < MOST * supports.len());
+    while last >= CLASSES_TO_AN_OCTAVE && 100 * up_to[last - CLASSES_TO_AN_OCTAVE] >= ENOUGH * supports.len() {
+        last -= CLASSES_TO_AN_OCTAVE;
+    }
+    f64::from(f32::from_bits(((first + last + 1) as u32) << CENSUS_SHIFT))
 }
 
 /// The square of a support in units, less what rounding may add to a distance.
@@ -586,6 +646,6 @@ mod tests {
         grid.build(&positions, &supports);
         assert!(grid.starts.len() < 60_000, "about four cells a particle and level");
         let narrow = &grid.levels[0];
-        assert!(narrow.width <= 3.0 && narrow.largest_support <= 3.0);
+        assert!(narrow.width <= 3.0 && narrow.taken.largest_support <= 3.0);
     }
 }
