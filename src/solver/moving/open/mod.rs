@@ -248,15 +248,23 @@ impl OpenBoundaries {
         let Some((index, true)) = nearest(&self.faces, &self.plain, place) else {
             return particle.volume;
         };
-        self.buffer.push(BufferParticle {
-            face: index as u32,
-            position: place,
-            area: particle.volume / particle.depth,
-            smoothing_length: particle.smoothing_length,
-            rates: Rates::default(),
-        });
         self.crossed[index] += particle.volume;
+        let area = particle.volume / particle.depth;
+        if area >= self.least_area(index) {
+            self.buffer.push(BufferParticle {
+                face: index as u32,
+                position: place,
+                area,
+                smoothing_length: particle.smoothing_length,
+                rates: Rates::default(),
+            });
+        }
         0.0
+    }
+
+    /// Area (m²) below which a particle does not go on across a face.
+    fn least_area(&self, index: usize) -> f64 {
+        LEAST_AREA * self.faces[index].width * self.scale.spacing
     }
 
     /// Books what left since the states were found before.
@@ -569,6 +577,9 @@ impl OpenBoundaries {
         for &(face, way, k) in &self.crossing {
             let Some(state) = self.beyond[face as usize] else { continue };
             let particle = &self.buffer[k as usize];
+            if particle.area < self.least_area(face as usize) {
+                continue;
+            }
             let usual = particle.area * state.depth;
             let length = particle.area / self.faces[face as usize].width;
             let owed = &mut self.owed[face as usize];
@@ -706,6 +717,9 @@ impl OpenBoundaries {
     }
 }
 
+/// Particles smaller than this share of a face times the spacing end there, and the books keep their volume. Each that goes to and fro across
+/// a face may lose half of itself every time, and hundreds of the size of nothing would gather.
+const LEAST_AREA: f64 = 1.0 / 16.0;
 /// A particle keeps this share of its volume on the grid whatever was brought in advance.
 const LEAST_LEFT: f64 = 0.1;
 /// Guides are so many supports of a particle of one spacing long.

@@ -1,10 +1,12 @@
 //! Boundaries with a condition beside moving particles: rest, the hydrograph in the books, uniform flow, waves that leave, levels and
 //! ratings, and the same bits for any threads.
 
+use super::LEAST_AREA;
 use crate::boundary::{Boundary, Condition, PointSource, Rating, Series};
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
+
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::Rates;
 use crate::solver::moving::scene::{G, problem, solver};
@@ -244,6 +246,26 @@ fn a_tide_at_the_edge_of_a_basin_fills_and_empties_it() {
     println!("tide: greatest error of the level {worst:.1e} m; {ledger:?}");
     assert!(worst < 5e-3, "{worst} m");
     assert!(ledger.relative_error().abs() < 1e-12 && ledger.outflow > 0.0 && ledger.inflow > 0.0);
+}
+
+#[test]
+fn what_goes_to_and_fro_across_an_edge_does_not_fall_to_dust() {
+    // Waves of 8 s from a level that swings: water crosses the edge by less than a spacing, and turns.
+    let level = |k: i32| (f64::from(k), 1.0 + 0.2 * (f64::from(k) * std::f64::consts::FRAC_PI_4).sin());
+    let swell = Series::new(&(0..=400).map(level).collect::<Vec<_>>()).unwrap();
+    let mut problem = problem((12, 6), 1.0, |place| 0.3 * noise(place), |_| 1.0);
+    open(&mut problem, true, Condition::Stage(swell));
+    let mut solver = solver(problem, Dimension::Two, Integrator::Leapfrog);
+    run_until(&mut solver, 400.0);
+    let open = &solver.state().open;
+    let smallest = open.buffer.iter().map(|particle| particle.area).fold(f64::INFINITY, f64::min);
+    println!(
+        "{} buffer particles, the smallest of {smallest:e} m2, {} of water",
+        open.buffer.len(),
+        solver.particles()
+    );
+    assert!(smallest >= LEAST_AREA, "{smallest:e} m2");
+    assert!(open.buffer.len() < 60 && solver.particles() < 100, "{} and {}", open.buffer.len(), solver.particles());
 }
 
 #[test]
