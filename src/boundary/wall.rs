@@ -96,7 +96,7 @@ impl Path {
         if self.is_held {
             return Vec2::ZERO;
         }
-        for normal in self.bounces {
+        for &normal in self.bounces.iter().take_while(|normal| **normal != Vec2::ZERO) {
             velocity = velocity - normal * (2.0 * velocity.dot(normal));
         }
         velocity

@@ -12,7 +12,7 @@ use super::{CHUNK, CHUNKS_AT_ONCE, Formulation, MovingWater};
 use crate::boundary::Path;
 use crate::math::Vec2;
 use crate::particles::retain_marked;
-use crate::physics::friction::manning::after_friction;
+use crate::physics::friction::manning::{after_friction, resistance};
 
 /// What a step with leapfrog keeps of a particle until its end: its state half a step later.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -150,25 +150,20 @@ pub fn heun<F: Formulation>(
 
 /// Bed friction at the place and depth of a particle.
 struct Friction {
-    manning: f64,
-    depth: f64,
-    gravity: f64,
+    /// (1/m)
+    resistance: f64,
 }
 
 impl Friction {
     #[inline]
     fn under(water: &MovingWater, now: &Now) -> Self {
-        Friction { manning: water.manning_at(now.position), depth: now.depth, gravity: water.gravity }
+        Friction { resistance: resistance(now.depth, water.manning_at(now.position), water.gravity) }
     }
 
     /// A velocity (m/s) after friction of a time (s).
     #[inline]
     fn slow(&self, velocity: Vec2, time: f64) -> Vec2 {
-        if self.manning > 0.0 {
-            after_friction(velocity, self.depth, self.manning, self.gravity, time)
-        } else {
-            velocity
-        }
+        after_friction(velocity, self.resistance, time)
     }
 }
 
