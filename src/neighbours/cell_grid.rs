@@ -2,8 +2,8 @@
 //! half to one support, so that a few wide particles of thin water do not spoil the search of all others. The levels are laid so that
 //! most particles stand near the upper end of theirs, where cells are narrowest for them, and that few alone make no level below.
 //!
-//! A search visits every level that has particles within its reach; in each, rows of cells are contiguous runs of the sorted arrays. What it finds in a run is
-//! told as spans: where sixteen candidates begin, and which of them are near.
+//! A search visits every level that has particles within its reach; in each, rows of cells are contiguous runs of the sorted arrays. What
+//! it finds in a run is told as spans: where sixteen candidates begin, and which of them are near.
 //! The order of what is found depends on positions, supports and indices alone, never on threads.
 //!
 //! Places are compared as whole numbers of a small unit, their distances in single precision. What that is not sure of, a sliver
@@ -21,7 +21,7 @@ const LEVELS: usize = 12;
 /// Particles of a block, which a thread takes as a whole.
 const PARALLEL_PARTICLES: usize = 4096;
 
-/// Leading bits of a support that a census of supports tells apart: its exponent and an eighth of what lies between two of them.
+/// Bits of a support that its class in a census leaves out: what remains is the exponent, and eighths of the octave.
 const CENSUS_SHIFT: u32 = 20;
 
 /// Classes of supports to an octave.
@@ -30,11 +30,11 @@ const CLASSES_TO_AN_OCTAVE: usize = 1 << (f32::MANTISSA_DIGITS - 1 - CENSUS_SHIF
 /// Classes of supports, from that of the smallest one on; the last one takes all that are larger.
 const CLASSES: usize = 16 * CLASSES_TO_AN_OCTAVE;
 
-/// As many in a hundred particles stand below the upper end of the level that is laid for them.
-const MOST: usize = 90;
+/// So many percent of the particles are below the upper end of the level that is laid for them.
+const MOST_PERCENT: usize = 90;
 
-/// A level below another is laid for so many in a hundred particles.
-const ENOUGH: usize = 3;
+/// A level below another is laid for so many percent of the particles.
+const ENOUGH_PERCENT: usize = 3;
 
 /// Columns and rows of cells, in units of the width of their level: long low runs hold few candidates that are not near, and each of
 /// them is no longer than what is looked at together.
@@ -398,8 +398,8 @@ impl CellGrid {
     }
 }
 
-/// Upper end (m) of the supports for which the lowest level is laid. `MOST` particles are below the end of one level; others follow below
-/// in steps of an octave for as long as there are `ENOUGH` for them.
+/// Upper end (m) of the supports for which the lowest level is laid. `MOST_PERCENT` of the particles are below the end of one level; others follow below
+/// in steps of an octave for as long as there are `ENOUGH_PERCENT` of them.
 fn end_of_lowest_level(supports: &[f32], smallest: f64) -> f64 {
     let class = |support: f32| (support.to_bits() >> CENSUS_SHIFT) as usize;
     let first = class(smallest as f32);
@@ -413,8 +413,8 @@ fn end_of_lowest_level(supports: &[f32], smallest: f64) -> f64 {
     for class in 1..CLASSES {
         up_to[class] += up_to[class - 1];
     }
-    let mut last = up_to.partition_point(|&count| 100 * count < MOST * supports.len());
-    while last >= CLASSES_TO_AN_OCTAVE && 100 * up_to[last - CLASSES_TO_AN_OCTAVE] >= ENOUGH * supports.len() {
+    let mut last = up_to.partition_point(|&count| 100 * count < MOST_PERCENT * supports.len());
+    while last >= CLASSES_TO_AN_OCTAVE && 100 * up_to[last - CLASSES_TO_AN_OCTAVE] >= ENOUGH_PERCENT * supports.len() {
         last -= CLASSES_TO_AN_OCTAVE;
     }
     f64::from(f32::from_bits(((first + last + 1) as u32) << CENSUS_SHIFT))

@@ -717,8 +717,8 @@ impl OpenBoundaries {
     }
 }
 
-/// Particles smaller than this share of a face times the spacing end there, and the books keep their volume. Each that goes to and fro across
-/// a face may lose half of itself every time, and hundreds of the size of nothing would gather.
+/// Particles smaller than this share of a face times the spacing end there, and the books keep their volume: each that goes to and fro
+/// across a face may lose half of itself every time, and hundreds of the size of nothing would gather.
 const LEAST_AREA: f64 = 1.0 / 16.0;
 /// A particle keeps this share of its volume on the grid whatever was brought in advance.
 const LEAST_LEFT: f64 = 0.1;
