@@ -163,7 +163,7 @@ impl Friction {
     /// A velocity (m/s) after friction of a time (s).
     #[inline]
     fn slow(&self, velocity: Vec2, time: f64) -> Vec2 {
-        after_friction(velocity, self.resistance, time)
+        if self.resistance > 0.0 { after_friction(velocity, self.resistance, time) } else { velocity }
     }
 }
 
