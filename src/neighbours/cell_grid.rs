@@ -341,9 +341,31 @@ impl CellGrid {
 
     /// Every particle j with |x_j − position| < max(support, support_j), but for a sliver at the rim.
     pub fn within<'a>(&self, position: Vec2, support: f64, found: &'a mut Found) -> &'a mut [u32] {
-        found.spans.clear();
-        self.spans_by(collect, position, support, u32::MAX, &mut found.spans);
-        self.list(&found.spans, &mut found.list)
+        self.spans_and_list_within(position, support, found).1
+    }
+
+    /// The same as spans and as a list.
+    pub fn spans_and_list_within<'a>(
+        &self,
+        position: Vec2,
+        support: f64,
+        Found { spans, list }: &'a mut Found,
+    ) -> (&'a [Span], &'a mut [u32]) {
+        spans.clear();
+        self.spans_by(collect, position, support, u32::MAX, spans);
+        (spans, self.list(spans, list))
+    }
+
+    /// Appends spans that were found to others, without particle `except`: what `spans_within` finds, without a search.
+    pub fn append_without(&self, found: &[Span], except: u32, spans: &mut Vec<Span>) {
+        for &Span { first, near } in found {
+            // What lies behind the last particle is near to none.
+            let candidates = self.order[first as usize..].iter().take(LANES).enumerate();
+            let others = candidates.filter(|&(_, &j)| j != except).fold(0, |others, (k, _)| others | 1 << k);
+            if near & others != 0 {
+                spans.push(Span { first, near: near & others });
+            }
+        }
     }
 
     /// Appends the same to `spans`, without particle `except`.
@@ -589,7 +611,7 @@ mod tests {
     fn check(positions: &[Vec2], supports: &[f32]) {
         let mut grid = CellGrid::default();
         grid.build(positions, supports);
-        let (mut spans, mut found) = (Vec::new(), Vec::new());
+        let (mut spans, mut without, mut found) = (Vec::new(), Vec::new(), Vec::new());
         for (i, &position) in positions.iter().enumerate() {
             let support = f64::from(supports[i]);
             let all = within_brute_force(positions, supports, position, support);
@@ -598,6 +620,10 @@ mod tests {
                 for (collect, list) in [(collect as Collect, list as List), (collect_one_by_one, list_one_by_one)] {
                     spans.clear();
                     grid.spans_by(collect, position, support, except.unwrap_or(u32::MAX), &mut spans);
+                    without.clear();
+                    let all = grid.spans_and_list_within(position, support, &mut Found::default()).0.to_vec();
+                    grid.append_without(&all, except.unwrap_or(u32::MAX), &mut without);
+                    assert_eq!(without, spans, "particle {i}");
                     found.resize(LANES * spans.len(), 0);
                     let count = list(&grid.order, &spans, &mut found);
                     found.truncate(count);

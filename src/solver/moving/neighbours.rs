@@ -105,7 +105,6 @@ struct SearchScratch {
     /// As in `ChunkNeighbours`.
     chunk: ChunkNeighbours,
     found: Found,
-    list: Vec<u32>,
     seen: Vec<Image>,
     images: ImageScratch,
 }
@@ -149,8 +148,7 @@ impl SearchScratch {
         walls: &Walls,
     ) {
         let SearchScratch { chunk: ChunkNeighbours { starts, spans, beside_walls, indices, transforms }, .. } = self;
-        let (found, list) = (&mut self.found, &mut self.list);
-        let (seen, images) = (&mut self.seen, &mut self.images);
+        let (found, seen, images) = (&mut self.found, &mut self.seen, &mut self.images);
         let largest_support = grid.largest_support();
         starts.clear();
         spans.clear();
@@ -160,19 +158,20 @@ impl SearchScratch {
         starts.push(0);
         for i in first..first + count {
             let (place, support) = (positions[i], f64::from(supports[i]));
-            let before = spans.len();
-            grid.spans_within(place, support, i as u32, spans);
-            let is_seen_alone = walls.is_clear(place, largest_support) || {
-                // Nothing wide is near, mostly.
-                let near = grid.list(&spans[before..], list);
-                let reach = near.iter().fold(support, |reach, &j| reach.max(f64::from(supports[j as usize])));
-                walls.is_clear(place, reach)
-            };
-            if !is_seen_alone {
-                spans.truncate(before);
+            if walls.is_clear(place, largest_support) {
+                grid.spans_within(place, support, i as u32, spans);
+                starts.push(spans.len() as u32);
+                continue;
+            }
+            let (near, found) = grid.spans_and_list_within(place, support, found);
+            let reach = found.iter().fold(support, |reach, &j| reach.max(f64::from(supports[j as usize])));
+            if walls.is_clear(place, reach) {
+                // Nothing wide is near after all.
+                grid.append_without(near, i as u32, spans);
+            } else {
                 let from = Viewpoint { place, support, particle: Some(i as u32) };
                 seen.clear();
-                walls.see(&from, grid.within(place, support, found), positions, supports, images, seen);
+                walls.see(&from, found, positions, supports, images, seen);
                 indices.extend(seen.iter().map(|image| image.index));
                 transforms.extend(seen.iter().map(|image| image.transform));
                 beside_walls.push([(i - first) as u32, indices.len() as u32]);

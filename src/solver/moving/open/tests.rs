@@ -6,7 +6,6 @@ use crate::boundary::{Boundary, Condition, PointSource, Rating, Series};
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Integrator;
-
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::Rates;
 use crate::solver::moving::scene::{G, problem, solver};
