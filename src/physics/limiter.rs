@@ -21,11 +21,17 @@ pub fn van_leer(a: f64, b: f64) -> f64 {
 /// κ = 0 is the central mean, 1/3 of third order with `b` towards the face.
 #[inline(always)]
 pub fn monotonised(a: f64, b: f64, kappa: f64) -> f64 {
+    2.0 * half_monotonised(a, b, kappa)
+}
+
+/// Half of [`monotonised`]: the difference over the half of the way to a face.
+#[inline(always)]
+pub fn half_monotonised(a: f64, b: f64, kappa: f64) -> f64 {
     let (size_a, size_b) = (a.abs(), b.abs());
     let least = if size_a < size_b { size_a } else { size_b };
-    let mean = 0.5 * ((1.0 - kappa) * size_a + (1.0 + kappa) * size_b);
-    let size = if 2.0 * least < mean { 2.0 * least } else { mean };
-    let signed = if a > 0.0 { size } else { -size };
+    let half_mean = 0.25 * (1.0 - kappa) * size_a + 0.25 * (1.0 + kappa) * size_b;
+    let size = if least < half_mean { least } else { half_mean };
+    let signed = if b > 0.0 { size } else { -size };
     if a * b > 0.0 { signed } else { 0.0 }
 }
 

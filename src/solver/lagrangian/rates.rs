@@ -59,6 +59,7 @@ use crate::math::{Sym2, Vec2, clamp, larger, smaller};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
+use crate::physics::limiter::half_monotonised;
 use crate::scenario::methods::Reconstruction;
 use crate::solver::moving::{CHUNK, CHUNKS_AT_ONCE, ChosenKernel, MovingWater, Rates, correction, is_inverted};
 
@@ -223,20 +224,13 @@ struct Around<'a> {
 #[inline(always)]
 fn half_slopes<const IS_LIMITED: bool>(along_i: f64, along_j: f64, difference: f64, kappa: f64) -> (f64, f64) {
     if IS_LIMITED {
-        (half_slope(along_i, difference, kappa), half_slope(along_j, difference, kappa))
+        (
+            half_monotonised(2.0 * along_i - difference, difference, kappa),
+            half_monotonised(2.0 * along_j - difference, difference, kappa),
+        )
     } else {
         (0.0, 0.0)
     }
-}
-
-/// Half the slope along e that weighs the differences on both sides by κ, one of them seen in the gradient alone, as far as both allow.
-#[inline(always)]
-fn half_slope(along: f64, difference: f64, kappa: f64) -> f64 {
-    let behind = 2.0 * along - difference;
-    let mean = along + kappa * (difference - along);
-    let size = smaller(smaller(behind.abs(), difference.abs()), 0.5 * mean.abs());
-    let slope = if difference > 0.0 { size } else { -size };
-    if behind * difference > 0.0 { slope } else { 0.0 }
 }
 
 /// Adds what is in work to the sums of the chunk, by the chosen Riemann solver, with or without limited slopes, and ends the work.
