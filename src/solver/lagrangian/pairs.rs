@@ -265,6 +265,7 @@ macro_rules! columns_of_group {
         }
         multiversion::target::match_target! {
             "x86_64+avx512f+avx512vl" => transposed_by_lanes(lines),
+            "x86_64+avx2" => transposed_by_half_lanes(lines),
             _ => transposed(lines),
         }
     }};
@@ -362,6 +363,47 @@ fn transposed_by_lanes<T: Line>(rows: [&T; LANES]) -> [[f64; LANES]; LANES] {
         column(odd[2]),
         column(even[3]),
         column(odd[3]),
+    ]
+}
+
+/// The same in quarters of four rows by four columns: by shuffles of single numbers and of pairs.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+#[inline]
+fn transposed_by_half_lanes<T: Line>(rows: [&T; LANES]) -> [[f64; LANES]; LANES] {
+    use std::arch::x86_64::{__m256d, _mm256_permute2f128_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd};
+
+    let row = |k: usize| -> [__m256d; 2] { bytemuck::cast(*rows[k]) };
+    let quarter = |a, b, c, d| {
+        let (even_ab, even_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+        let (odd_ab, odd_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+        [
+            _mm256_permute2f128_pd::<0x20>(even_ab, even_cd),
+            _mm256_permute2f128_pd::<0x20>(odd_ab, odd_cd),
+            _mm256_permute2f128_pd::<0x31>(even_ab, even_cd),
+            _mm256_permute2f128_pd::<0x31>(odd_ab, odd_cd),
+        ]
+    };
+    let [a_0, a_1] = row(0);
+    let [b_0, b_1] = row(1);
+    let [c_0, c_1] = row(2);
+    let [d_0, d_1] = row(3);
+    let [e_0, e_1] = row(4);
+    let [f_0, f_1] = row(5);
+    let [g_0, g_1] = row(6);
+    let [h_0, h_1] = row(7);
+    let (first_0, second_0) = (quarter(a_0, b_0, c_0, d_0), quarter(e_0, f_0, g_0, h_0));
+    let (first_1, second_1) = (quarter(a_1, b_1, c_1, d_1), quarter(e_1, f_1, g_1, h_1));
+    let column = |first: __m256d, second: __m256d| -> [f64; LANES] { bytemuck::must_cast([first, second]) };
+    [
+        column(first_0[0], second_0[0]),
+        column(first_0[1], second_0[1]),
+        column(first_0[2], second_0[2]),
+        column(first_0[3], second_0[3]),
+        column(first_1[0], second_1[0]),
+        column(first_1[1], second_1[1]),
+        column(first_1[2], second_1[2]),
+        column(first_1[3], second_1[3]),
     ]
 }
 
