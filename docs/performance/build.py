@@ -3,6 +3,7 @@
     python3 docs/performance/build.py                     # the page, from the tables that lie here
     python3 docs/performance/build.py --run               # all tables anew (half an hour and more), and the page
     python3 docs/performance/build.py --run phases memory # some of them: phases, sizes, threads, memory, machine, instructions, parma, obstacle, plans, accuracy
+    python3 docs/performance/build.py --run phases threads machine parma --machine avx2  # those of a processor without AVX-512, in the folder avx2
 
 Run it in the folder of the repository. The tables are made by `cargo bench --bench measure`, by `scripts/instructions.sh` (valgrind) and by runs of
 the program after `cargo build --release`; `memory`, `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. Only the standard library is needed. No number stands in this
@@ -19,6 +20,8 @@ import subprocess
 import tempfile
 
 HERE = pathlib.Path("docs/performance")
+# Another machine whose tables lie in a folder of that name.
+OTHER = "avx2"
 PAGE = pathlib.Path("docs/performance.md")
 PROGRAM = "target/release/floodsim"
 MOTIONS = ("eulerian", "lagrangian")
@@ -78,12 +81,17 @@ def measure(*words):
     return output(["cargo", "bench", "--locked", "--quiet", "--bench", "measure", "--", *map(str, words)])
 
 
+# The folder of the tables in work.
+tables = HERE
+
+
 def write(name, text):
-    (HERE / f"{name}.csv").write_text(text)
+    tables.mkdir(exist_ok=True)
+    (tables / f"{name}.csv").write_text(text)
 
 
 def read(name):
-    path = HERE / f"{name}.csv"
+    path = tables / f"{name}.csv"
     return list(csv.DictReader(path.open())) if path.exists() else []
 
 
@@ -370,20 +378,27 @@ def accuracy():
 
 
 def page():
+    global tables
+    tables = HERE
     template = (HERE / "page.md").read_text()
     parts = {
         "phases": phases(), "sizes": sizes(), "memory": memory(), "threads": threads(), "roofline": roofline(), "instructions": instructions(),
         "parma": study("parma", PARMA_BAR), "obstacle": study("obstacle", OBSTACLE_BAR), "plans": plans(), "accuracy": accuracy(),
     }
+    tables = HERE / OTHER
+    parts |= {f"{OTHER} {name}": text for name, text in {"phases": phases(), "threads": threads(), "roofline": roofline(), "parma": study("parma", PARMA_BAR)}.items()}
     for name, text in parts.items():
         template = template.replace("{{" + name + "}}", text.rstrip("\n"))
     PAGE.write_text(template)
 
 
 def main():
+    global tables
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--run", nargs="*", choices=[*RUNS, []], metavar="TABLE")
+    parser.add_argument("--machine", choices=[OTHER])
     arguments = parser.parse_args()
+    tables = HERE / (arguments.machine or "")
     if arguments.run is not None:
         for name in arguments.run or RUNS:
             RUNS[name]()

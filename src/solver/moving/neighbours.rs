@@ -90,8 +90,8 @@ impl<'a> Seen<'a> {
 /// What the particles of one chunk see.
 #[derive(Clone, Debug, Default)]
 struct ChunkNeighbours {
-    /// Where the spans of each particle begin, and the end of the last ones.
-    starts: Vec<u32>,
+    /// Where the spans of each particle end, and those of the next one begin.
+    ends: Vec<u32>,
     spans: Vec<Span>,
     /// The particles beside walls, ascending by their places in the chunk, with the ends of what they see in place of spans.
     beside_walls: Vec<[u32; 2]>,
@@ -147,20 +147,19 @@ impl SearchScratch {
         supports: &[f32],
         walls: &Walls,
     ) {
-        let SearchScratch { chunk: ChunkNeighbours { starts, spans, beside_walls, indices, transforms }, .. } = self;
+        let SearchScratch { chunk: ChunkNeighbours { ends, spans, beside_walls, indices, transforms }, .. } = self;
         let (found, seen, images) = (&mut self.found, &mut self.seen, &mut self.images);
         let largest_support = grid.largest_support();
-        starts.clear();
+        ends.clear();
         spans.clear();
         beside_walls.clear();
         indices.clear();
         transforms.clear();
-        starts.push(0);
         for i in first..first + count {
             let (place, support) = (positions[i], f64::from(supports[i]));
             if walls.is_clear(place, largest_support) {
                 grid.spans_within(place, support, i as u32, spans);
-                starts.push(spans.len() as u32);
+                ends.push(spans.len() as u32);
                 continue;
             }
             let (near, found) = grid.spans_and_list_within(place, support, found);
@@ -176,9 +175,9 @@ impl SearchScratch {
                 transforms.extend(seen.iter().map(|image| image.transform));
                 beside_walls.push([(i - first) as u32, indices.len() as u32]);
             }
-            starts.push(spans.len() as u32);
+            ends.push(spans.len() as u32);
         }
-        keep(&mut chunk.starts, starts);
+        keep(&mut chunk.ends, ends);
         keep(&mut chunk.spans, spans);
         keep(&mut chunk.beside_walls, beside_walls);
         keep(&mut chunk.indices, indices);
@@ -234,8 +233,9 @@ impl Neighbours {
             list.extend_from_slice(&chunk.indices[images.clone()]);
             return Seen::filled_up(list, images.len(), &chunk.transforms[images], i as u32);
         }
-        let spans = chunk.starts[k] as usize..chunk.starts[k + 1] as usize;
-        let count = self.grid.list(&chunk.spans[spans], list).len();
+        let first = k.checked_sub(1).map_or(0, |before| chunk.ends[before]);
+        let spans = &chunk.spans[first as usize..chunk.ends[k] as usize];
+        let count = self.grid.list(spans, list).len();
         Seen::filled_up(list, count, &[], i as u32)
     }
 
