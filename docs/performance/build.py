@@ -377,19 +377,29 @@ def accuracy():
     return "\n".join(sections)
 
 
+PARTS = {
+    "phases": phases,
+    "sizes": sizes,
+    "memory": memory,
+    "threads": threads,
+    "roofline": roofline,
+    "instructions": instructions,
+    "parma": lambda: study("parma", PARMA_BAR),
+    "obstacle": lambda: study("obstacle", OBSTACLE_BAR),
+    "plans": plans,
+    "accuracy": accuracy,
+}
+
+
 def page():
     global tables
-    tables = HERE
-    template = (HERE / "page.md").read_text()
-    parts = {
-        "phases": phases(), "sizes": sizes(), "memory": memory(), "threads": threads(), "roofline": roofline(), "instructions": instructions(),
-        "parma": study("parma", PARMA_BAR), "obstacle": study("obstacle", OBSTACLE_BAR), "plans": plans(), "accuracy": accuracy(),
-    }
-    tables = HERE / OTHER
-    parts |= {f"{OTHER} {name}": text for name, text in {"phases": phases(), "threads": threads(), "roofline": roofline(), "parma": study("parma", PARMA_BAR)}.items()}
-    for name, text in parts.items():
-        template = template.replace("{{" + name + "}}", text.rstrip("\n"))
-    PAGE.write_text(template)
+    text = (HERE / "page.md").read_text()
+    for tables, machine in ((HERE, ""), (HERE / OTHER, f"{OTHER} ")):
+        for name, part in PARTS.items():
+            place = "{{" + machine + name + "}}"
+            if place in text:
+                text = text.replace(place, part().rstrip("\n"))
+    PAGE.write_text(text)
 
 
 def main():
