@@ -18,6 +18,7 @@ mod gaps;
 mod grid;
 mod ground;
 mod inputs;
+mod lagrangian;
 mod layers;
 mod levels;
 mod moving_bed;
@@ -289,10 +290,12 @@ fn place_on_lattice(
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     ground::on_lattice(ground, scenario, &mut bed, &mut changes, findings);
     let mut breach = breach::on_lattice(dam, scenario, &mut bed, findings);
+    let mut walls_of_each = Vec::new();
     for (source, drawn) in scenario.walls.iter().zip(walls) {
         let drawn = drawn.unwrap_or_default();
-        prepared.walls.extend(places::on_lattice(source, &drawn, &bed, places::NOT_HELD, findings));
+        walls_of_each.push(places::on_lattice(source, &drawn, &bed, places::NOT_HELD, findings));
     }
+    prepared.walls = walls_of_each.concat();
     wall_gaps::check(scenario, &prepared.walls, &bed, findings);
     if let Some(breach) = &breach {
         breach::check_way(scenario, breach, &bed, &prepared.walls, findings);
@@ -332,6 +335,20 @@ fn place_on_lattice(
     prepared.crossed = prepared.forcing.sections.iter().map(crossed).collect();
     prepared.forcing.breach = breach;
     prepared.forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (&bed, &prepared.forcing), findings);
+    let is_open = |middle: Vec2, normal: Vec2| {
+        prepared.open_edges.is_open(middle, normal) || prepared.forcing.boundary_at(middle, normal).is_some()
+    };
+    let scene = lagrangian::Scene {
+        bed: &bed,
+        still: &still_water,
+        bodies: bodies.iter().map(|body| body.source).collect(),
+        velocity: &prepared.initial_velocity,
+        walls: walls_of_each,
+        is_open: &is_open,
+        placed: &opened.placed,
+        forcing: &prepared.forcing,
+    };
+    lagrangian::check(&scene, scenario, findings);
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain.extent(), (&surface, &bed), findings);
     }

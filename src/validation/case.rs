@@ -138,6 +138,8 @@ pub struct Setup {
     pub courant: Option<f64>,
     /// What tells holding from degrading and failing; only in the suite of stability.
     pub limits: Option<Limits>,
+    /// Whether moving particles are scored on the map, too: what planners see may be worse than what the particles say.
+    pub is_scored_on_map: bool,
 }
 
 impl Setup {
@@ -160,6 +162,7 @@ impl Setup {
             is_answer_known: true,
             courant: None,
             limits: None,
+            is_scored_on_map: false,
         }
     }
 

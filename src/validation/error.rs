@@ -8,7 +8,7 @@
 //! the exact depth is below half a per cent of the greatest, because the velocity of such a film means nothing.
 
 use super::case::{Exact, Setup};
-use super::run::Snapshot;
+use super::run::{Sample, Snapshot};
 
 /// Share of the greatest depth from which a resting particle is wet.
 const WET_SHARE: f64 = 1e-4;
@@ -39,8 +39,19 @@ pub fn errors(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
     } else {
         (WET_SHARE * setup.scale_depth, THICK_SHARE * setup.scale_depth)
     };
+    mean_errors(&snapshot.samples, (wet, thick), setup, exact)
+}
+
+/// The errors of moving particles on the map, judged as those of resting ones.
+pub fn errors_on_map(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
+    let bounds = (WET_SHARE * setup.scale_depth, THICK_SHARE * setup.scale_depth);
+    mean_errors(&snapshot.on_map, bounds, setup, exact)
+}
+
+/// Mean errors of samples of which those count that are deeper than the first bound (m), or should be, and their velocities above the second.
+fn mean_errors(samples: &[Sample], (wet, thick): (f64, f64), setup: &Setup, exact: &Exact) -> Errors {
     let (mut sum, mut number) = (Errors::default(), 0);
-    for sample in snapshot.samples.iter().filter(|sample| (setup.counts)(sample.place)) {
+    for sample in samples.iter().filter(|sample| (setup.counts)(sample.place)) {
         let (depth, velocity) = exact(sample.place);
         if sample.depth <= wet && depth <= wet {
             continue;

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use super::case::{Check, Setup, Until};
+use super::case::{Check, Exact, Setup, Until};
 use super::choice::Choice;
-use super::error::{Errors, errors};
+use super::error::{Errors, errors, errors_on_map};
 use super::judge::Limits;
 use crate::error::NumericalFailure;
 use crate::lattice::WaterInCell;
@@ -44,6 +44,9 @@ pub struct Snapshot {
     pub is_moving: bool,
     /// The particles.
     pub samples: Vec<Sample>,
+    /// The cells of the lattice, onto which moving particles are gridded as for the maps; empty where the setup asks for no score on the
+    /// map, and where particles rest, whose samples are the cells.
+    pub on_map: Vec<Sample>,
     /// Depth (m) on the lattice, where moving particles are gridded as for the maps.
     pub depth_on_lattice: Vec<f64>,
     /// Gravity (m/s²).
@@ -56,7 +59,7 @@ pub struct Snapshot {
 
 impl Snapshot {
     fn take(core: &mut Core, setup: &Setup) -> Snapshot {
-        let (bed, gravity) = (&setup.problem.bed, setup.problem.gravity);
+        let gravity = setup.problem.gravity;
         let samples = match core {
             Core::Moving(solver) => {
                 let state = solver.state();
@@ -70,26 +73,13 @@ impl Snapshot {
                 };
                 (0..particles.len()).map(sample).collect()
             }
-            Core::Resting(solver) => {
-                let lattice = &bed.lattice;
-                let area = match setup.dimension {
-                    Dimension::One => lattice.spacing,
-                    Dimension::Two => lattice.cell_area(),
-                };
-                let film = FILM_SHARE * setup.scale_depth;
-                let water = crate::solver::FlowSolver::water(solver.as_mut());
-                let sample = |i: usize| {
-                    let WaterInCell { depth, discharge_x, discharge_y } = water.at(i);
-                    let velocity = if depth > film { Vec2::new(discharge_x, discharge_y) / depth } else { Vec2::ZERO };
-                    let place = lattice.centre(i);
-                    Sample { place, depth, velocity, volume: depth * area, bed: bed.elevation[i] }
-                };
-                (0..lattice.len()).filter(|&i| bed.has_terrain(i)).map(sample).collect()
-            }
+            Core::Resting(_) => samples_on_lattice(core, setup),
         };
+        let is_moving = matches!(core, Core::Moving(_));
+        let on_map = if is_moving && setup.is_scored_on_map { samples_on_lattice(core, setup) } else { Vec::new() };
         let depth_on_lattice = core.flow().water().depths();
         let (time, ledger) = (core.flow().time(), core.flow().ledger());
-        Snapshot { is_moving: matches!(core, Core::Moving(_)), samples, depth_on_lattice, gravity, time, ledger }
+        Snapshot { is_moving, samples, on_map, depth_on_lattice, gravity, time, ledger }
     }
 
     /// Volume of all water (m³).
@@ -114,6 +104,24 @@ impl Snapshot {
         let error = |s: &Sample| s.volume * (s.velocity - exact(s.place)).norm();
         self.samples.iter().map(error).sum::<f64>() / self.volume()
     }
+}
+
+/// The cells with terrain, with the water that the maps would show there.
+fn samples_on_lattice(core: &mut Core, setup: &Setup) -> Vec<Sample> {
+    let bed = &setup.problem.bed;
+    let lattice = &bed.lattice;
+    let area = match setup.dimension {
+        Dimension::One => lattice.spacing,
+        Dimension::Two => lattice.cell_area(),
+    };
+    let film = FILM_SHARE * setup.scale_depth;
+    let water = core.flow().water();
+    let sample = |i: usize| {
+        let WaterInCell { depth, discharge_x, discharge_y } = water.at(i);
+        let velocity = if depth > film { Vec2::new(discharge_x, discharge_y) / depth } else { Vec2::ZERO };
+        Sample { place: lattice.centre(i), depth, velocity, volume: depth * area, bed: bed.elevation[i] }
+    };
+    (0..lattice.len()).filter(|&i| bed.has_terrain(i)).map(sample).collect()
 }
 
 /// Why a run ended before its time.
@@ -156,6 +164,8 @@ pub struct Outcome {
     pub end: Snapshot,
     /// Mean errors; without a meaning where there is no answer to compare with.
     pub errors: Errors,
+    /// The same on the map, where particles move and the setup asks for it.
+    pub errors_on_map: Option<Errors>,
     /// What else was looked at.
     pub checks: Vec<Check>,
     /// Volume ledger: relative error.
@@ -208,11 +218,15 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     }
     let start = Snapshot::take(&mut core, setup);
     let mut cost = Cost { particles: core.flow().particles(), ..Cost::default() };
-    let mut found_earlier = Vec::new();
+    let (mut found_of_particles, mut found_on_map) = (Vec::new(), Vec::new());
+    let mut score = |snapshot: &Snapshot, exact: &Exact| {
+        found_of_particles.push(errors(snapshot, setup, exact));
+        found_on_map.extend((!snapshot.on_map.is_empty()).then(|| errors_on_map(snapshot, setup, exact)));
+    };
     let mut broken = None;
     for (time, exact) in &setup.earlier {
         broken = broken.or_else(|| advance(&mut core, setup, Until::Time(*time), steps_allowed, &mut cost));
-        found_earlier.push(errors(&Snapshot::take(&mut core, setup), setup, exact));
+        score(&Snapshot::take(&mut core, setup), exact);
     }
     let broken = broken.or_else(|| advance(&mut core, setup, setup.until, steps_allowed, &mut cost));
     cost.cpu_s = processor_seconds() - before;
@@ -225,8 +239,10 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let volume_error = solver.ledger().relative_error();
     let end = Snapshot::take(&mut core, setup);
     let found = setup.checks.as_ref().map_or_else(Vec::new, |checks| checks(&start, &end));
-    found_earlier.push(errors(&end, setup, &setup.exact));
-    (cost, Ok(Outcome { errors: Errors::mean(&found_earlier), start, end, checks: found, volume_error }))
+    score(&end, &setup.exact);
+    let errors = Errors::mean(&found_of_particles);
+    let errors_on_map = (!found_on_map.is_empty()).then(|| Errors::mean(&found_on_map));
+    (cost, Ok(Outcome { errors, errors_on_map, start, end, checks: found, volume_error }))
 }
 
 /// Steps of the Courant number over the spacing, at the greatest signal speed of the answer.

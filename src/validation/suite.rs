@@ -51,7 +51,8 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
         Resolutions::Full => case.spacings.len(),
     };
     let mut result = CaseResult::default();
-    let (mut coarsest, mut coarser): (Option<ErrorsAt>, Option<ErrorsAt>) = (None, None);
+    // Of each norm of its own.
+    let (mut coarsest, mut coarser): ([Option<ErrorsAt>; 2], [Option<ErrorsAt>; 2]) = ([None; 2], [None; 2]);
     for (k, &spacing) in case.spacings[..number].iter().enumerate() {
         let setup = match (case.setup)(spacing, choice.numerics.motion) {
             Ok(setup) => setup,
@@ -66,22 +67,50 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
         }
         result.is_stretched |= setup.courant.is_some_and(|courant| courant > choice.numerics.cfl);
         let (cost, ended) = run(&setup, choice);
-        let found = ended.as_ref().ok().filter(|_| setup.is_answer_known).map(|outcome| outcome.errors);
-        // A lake at rest is right or wrong; it has no order.
-        let errors = found.filter(|_| matches!(setup.until, Until::Time(_))).map(|errors| (spacing, errors));
-        let whole_order = orders(coarsest, errors);
-        let order = orders(coarser, errors);
-        coarsest = if k == 0 { errors } else { coarsest };
-        coarser = errors;
+        let outcome = ended.as_ref().ok().filter(|_| setup.is_answer_known);
         let is_finest = k + 1 == number && k > 0;
-        let judgement = setup.limits.as_ref().map(|limits| judge(limits, &cost, &ended));
-        let whole_order = is_finest.then_some(whole_order);
-        let place = Placed { case, choice, spacing, errors: found, whole_order, judgement };
-        let (row, verdicts) = place.row(cost, &ended, order);
-        result.rows.push(row);
-        result.verdicts.extend(verdicts);
+        let norms =
+            if setup.is_scored_on_map && is_moving(choice) { &[Norm::Usual, Norm::Map][..] } else { &[Norm::Usual] };
+        for &norm in norms {
+            let found = outcome.and_then(|outcome| norm.errors(outcome));
+            // A lake at rest is right or wrong; it has no order.
+            let errors = found.filter(|_| matches!(setup.until, Until::Time(_))).map(|errors| (spacing, errors));
+            let (first, last) = (&mut coarsest[norm as usize], &mut coarser[norm as usize]);
+            let (whole_order, order) = (orders(*first, errors), orders(*last, errors));
+            *first = if k == 0 { errors } else { *first };
+            *last = errors;
+            let judgement = setup.limits.as_ref().map(|limits| judge(limits, &cost, &ended));
+            let whole_order = is_finest.then_some(whole_order);
+            let place = Placed { case, choice, spacing, norm, errors: found, whole_order, judgement };
+            let (row, verdicts) = place.row(cost, &ended, order);
+            result.rows.push(row);
+            result.verdicts.extend(verdicts);
+        }
     }
     result
+}
+
+/// What the errors are means of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Norm {
+    /// Particles that move; the cells under those that rest.
+    Usual,
+    /// The map of moving particles.
+    Map,
+}
+
+impl Norm {
+    fn errors(self, outcome: &Outcome) -> Option<Errors> {
+        match self {
+            Norm::Usual => Some(outcome.errors),
+            Norm::Map => outcome.errors_on_map,
+        }
+    }
+
+    /// The name in a row; `is_moving` says whether the particles do.
+    fn name(self, is_moving: bool) -> &'static str {
+        if self == Norm::Usual && is_moving { "mean_abs_particles" } else { "mean_abs_grid" }
+    }
 }
 
 /// A spacing (m) and the errors at it.
@@ -100,6 +129,8 @@ struct Placed<'a> {
     case: &'a Case,
     choice: &'a Choice,
     spacing: f64,
+    /// What the errors are means of.
+    norm: Norm,
     /// Where there is an answer.
     errors: Option<Errors>,
     /// Orders from the coarsest to this spacing, where it is the finest of several.
@@ -141,7 +172,7 @@ impl Placed<'_> {
             particles: cost.particles,
             particle_evaluations: cost.evaluations,
             cpu_s: cost.cpu_s,
-            norm: if is_moving(self.choice) { "mean_abs_particles" } else { "mean_abs_grid" }.to_owned(),
+            norm: self.norm.name(is_moving(self.choice)).to_owned(),
             error_depth: self.errors.map(|errors| errors.depth),
             error_velocity: self.errors.map(|errors| errors.velocity),
             order_depth: orders.0,

@@ -93,6 +93,19 @@ fn validate_prints_a_table_and_writes_its_rows() {
     }
     // The order of resting particles on the wet dam break is below 1 at one moment.
     command(&["validate", "stoker"]).code(7).stderr(predicate::str::contains("stoker"));
+    // A channel of one row does not show what moving particles do in the plane; the plane comes with it, scored on the map, too.
+    command(&["validate", "ritter", "--json", "ritter.json"]).code(7).stderr(predicate::str::contains("ritter_plane"));
+    let rows = std::fs::read_to_string(folder.path().join("ritter.json")).unwrap();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&rows).unwrap();
+    let status = |case: &str, motion: &str, norm: &str| {
+        let is_so = |row: &&serde_json::Value| row["case"] == case && row["motion"] == motion && row["norm"] == norm;
+        rows.iter().find(is_so).map(|row| row["status"].clone())
+    };
+    assert_eq!(status("ritter", "lagrangian", "mean_abs_particles"), Some("pass".into()));
+    assert_eq!(status("ritter_plane", "eulerian", "mean_abs_grid"), Some("pass".into()));
+    for norm in ["mean_abs_particles", "mean_abs_grid"] {
+        assert_eq!(status("ritter_plane", "lagrangian", norm), Some("fall-short".into()), "{norm}");
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod bad_inputs;
 mod breach;
 mod channels;
 mod ground;
+mod lagrangian;
 mod malpasset;
 mod netcdf;
 mod roughness;

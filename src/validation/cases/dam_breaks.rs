@@ -7,10 +7,10 @@ use std::sync::OnceLock;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
-use crate::validation::case::{Bar, Case, Check, Exact, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{Bar, Case, Check, Checks, Exact, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::{Profile, plane_dam_break, ritter, ritter_front, stoker};
 use crate::validation::run::Snapshot;
-use crate::validation::scene::{flat_strip, line_seeds};
+use crate::validation::scene::{self, flat_strip, line_seeds, seeds_at};
 
 /// Length of the channel (m).
 pub const LENGTH: f64 = 2000.0;
@@ -29,6 +29,43 @@ const ROUGHNESS: f64 = 0.03;
 /// Cells of its reference: a fifth of the finest spacing, of second order.
 const REFERENCE_CELLS: usize = 4000;
 
+/// Rows of cells of the channel where it is a plane.
+const ROWS: usize = 20;
+
+/// What is asked on dry bed; the same of a single row and of a plane.
+const RITTER_BARS: &[Bar] = &[
+    Bar {
+        scope: Scope::Of(Motion::Lagrangian),
+        spacing: Some(10.0),
+        depth: Some(0.021),
+        velocity: Some(0.021),
+        ..Bar::NONE
+    },
+    Bar { scope: Scope::Of(Motion::Lagrangian), order: Some((1.0, Some(1.0))), ..Bar::NONE },
+    Bar { scope: Scope::Of(Motion::Eulerian), spacing: Some(10.0), depth: Some(0.017), ..Bar::NONE },
+    Bar { scope: Scope::Of(Motion::Eulerian), order: Some((1.0, None)), ..Bar::NONE },
+    Bar { checks: true, ..Bar::NONE },
+];
+
+/// What is asked on wet bed.
+const STOKER_BARS: &[Bar] = &[
+    Bar {
+        scope: Scope::Of(Motion::Lagrangian),
+        spacing: Some(10.0),
+        depth: Some(0.024),
+        velocity: Some(0.026),
+        ..Bar::NONE
+    },
+    Bar {
+        scope: Scope::Of(Motion::Eulerian),
+        spacing: Some(10.0),
+        depth: Some(0.0165),
+        velocity: Some(0.019),
+        ..Bar::NONE
+    },
+    Bar { order: Some((1.0, Some(1.0))), ..Bar::NONE },
+];
+
 /// The cases.
 pub const CASES: &[Case] = &[
     Case {
@@ -38,20 +75,19 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 2,
-        bars: &[
-            Bar {
-                scope: Scope::Of(Motion::Lagrangian),
-                spacing: Some(10.0),
-                depth: Some(0.021),
-                velocity: Some(0.021),
-                ..Bar::NONE
-            },
-            Bar { scope: Scope::Of(Motion::Lagrangian), order: Some((1.0, Some(1.0))), ..Bar::NONE },
-            Bar { scope: Scope::Of(Motion::Eulerian), spacing: Some(10.0), depth: Some(0.017), ..Bar::NONE },
-            Bar { scope: Scope::Of(Motion::Eulerian), order: Some((1.0, None)), ..Bar::NONE },
-            Bar { checks: true, ..Bar::NONE },
-        ],
+        bars: RITTER_BARS,
         setup: |spacing, _| Ok(channel(spacing, 0.0, END)),
+    },
+    Case {
+        name: "ritter_plane",
+        suite: Suite::Analytic,
+        about: "The same as ritter in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
+                single row they cannot leave their line.",
+        is_tuned: false,
+        spacings: &[10.0, 5.0, 2.5],
+        tested: 2,
+        bars: RITTER_BARS,
+        setup: |spacing, _| Ok(plane(spacing, 0.0)),
     },
     Case {
         name: "stoker",
@@ -60,24 +96,19 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 2,
-        bars: &[
-            Bar {
-                scope: Scope::Of(Motion::Lagrangian),
-                spacing: Some(10.0),
-                depth: Some(0.024),
-                velocity: Some(0.026),
-                ..Bar::NONE
-            },
-            Bar {
-                scope: Scope::Of(Motion::Eulerian),
-                spacing: Some(10.0),
-                depth: Some(0.0165),
-                velocity: Some(0.019),
-                ..Bar::NONE
-            },
-            Bar { order: Some((1.0, Some(1.0))), ..Bar::NONE },
-        ],
+        bars: STOKER_BARS,
         setup: |spacing, _| Ok(channel(spacing, 5.0, END)),
+    },
+    Case {
+        name: "stoker_plane",
+        suite: Suite::Analytic,
+        about: "The same as stoker in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
+                single row they cannot leave their line.",
+        is_tuned: false,
+        spacings: &[10.0, 5.0, 2.5],
+        tested: 2,
+        bars: STOKER_BARS,
+        setup: |spacing, _| Ok(plane(spacing, 5.0)),
     },
     Case {
         name: "stoker_moments",
@@ -172,11 +203,29 @@ fn channel_at_moments(spacing: f64, right: f64) -> Setup {
 pub fn channel(spacing: f64, right: f64, end: f64) -> Setup {
     let (problem, seeds) = still_channel(spacing, right);
     let mut setup = Setup::new(problem, seeds, Dimension::One, Until::Time(end), answer(right, end));
-    if right == 0.0 {
-        let place = ritter_front(DEEP, FRONT.0, end);
-        setup.checks = Some(Box::new(move |_, last| vec![front(last, spacing, place)]));
-    }
+    setup.checks = checks_of_front(spacing, right, end);
     setup
+}
+
+/// The channel without friction as a plane of [`ROWS`] rows between straight walls, compared at [`END`].
+fn plane(spacing: f64, right: f64) -> Setup {
+    let mut problem = scene::problem((LENGTH / spacing).round() as usize, ROWS, spacing, |_| 0.0);
+    let lattice = &problem.bed.lattice;
+    let places: Vec<Vec2> = (0..lattice.len()).map(|cell| lattice.centre(cell)).collect();
+    let depth = |place: Vec2| if place.x < DAM { DEEP } else { right };
+    problem.initial_depth = places.iter().map(|&place| depth(place)).collect();
+    let seeds = seeds_at(&problem, &places, problem.bed.lattice.cell_area(), depth);
+    let mut setup = Setup::new(problem, seeds, Dimension::Two, Until::Time(END), answer(right, END));
+    setup.is_scored_on_map = true;
+    setup.checks = checks_of_front(spacing, right, END);
+    setup
+}
+
+/// On dry bed the place of the front at a time (s).
+fn checks_of_front(spacing: f64, right: f64, time: f64) -> Option<Checks> {
+    let place = ritter_front(DEEP, FRONT.0, time);
+    let checks: Checks = Box::new(move |_, last| vec![front(last, spacing, place)]);
+    (right == 0.0).then_some(checks)
 }
 
 /// The rough channel against its reference.
@@ -197,9 +246,15 @@ fn rough_channel(spacing: f64) -> SetupResult {
 }
 
 /// The easternmost place on the lattice, between two cells, where the depth falls below that of the front, against where it should
-/// be (m from the dam).
+/// be (m from the dam); in a plane the depth is that of the mean row.
 fn front(end: &Snapshot, spacing: f64, exact: f64) -> Check {
-    let depth = &end.depth_on_lattice;
+    let columns = (LENGTH / spacing).round() as usize;
+    let rows = end.depth_on_lattice.chunks(columns);
+    let share_of_row = 1.0 / rows.len() as f64;
+    let mut depth = vec![0.0; columns];
+    for row in rows {
+        depth.iter_mut().zip(row).for_each(|(mean, depth)| *mean += depth * share_of_row);
+    }
     let last = depth.iter().rposition(|depth| *depth >= FRONT.0).unwrap_or(0);
     let next = depth.get(last + 1).copied().unwrap_or(0.0);
     let share = (depth[last] - FRONT.0) / (depth[last] - next).max(f64::MIN_POSITIVE);

@@ -29,6 +29,12 @@ pub fn named(name: &str) -> Option<&'static Case> {
     all().find(|case| case.name == name)
 }
 
+/// The case of a name, and those that belong to it: the same scene in a plane of many rows is named after it.
+pub fn with_companions(name: &str) -> impl Iterator<Item = &'static Case> {
+    let companion = format!("{name}_plane");
+    named(name).into_iter().chain(named(&companion))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
