@@ -7,8 +7,11 @@
 //! (M13)  d_iR = clamp(d_i + ½ φ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise; but where water is drawn out, D u > 0 or one
 //!        side dry: d_iR = (√d_i + ½ φ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
 //! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
-//! (M15)  d_l = clamp(η_i + a_1 − z*, 0, d_iR)       d_r = clamp(η_j − a_2 − z*, 0, d_jR)
+//! (M79)  r_l = (1 − φ_i²) min([b_r − b_l]₊, [−a_1]₊, [z_i − z_j]₊)   r_r likewise; φ_i = d_i/(d_i + s_i), b_l = η_i + a_1 − d_iR, b_r = η_j − a_2 − d_jR
+//! (M15)  d_l = clamp(η_i + a_1 + r_l − z*, 0, d_iR)   d_r = clamp(η_j − a_2 + r_r − z*, 0, d_jR)
 //! (M75)  (d_l, u_l) ← the state over the sill by the head and the discharge of the water before it, no faster than beyond
+//! (M95)  p_l = g d_l f clamp(2 − d_j/d_i, 0, 1)/(1 + (f/Δ)⁴),  f = [z* − r_l − η_j + a_2]₊ where z_i > z_j; p_r likewise
+//! (M94)  F_d v_t ← F_d v_t − ½ max(−Δ ∂v_t/∂t, 0) min(d_i, d_j) D v_t
 //! (M16)  (F_d, F_n) = flux(d_l, u_l; d_r, u_r), u_l = u_i + b_1 and u_r = u_j − b_2 but for (M75)
 //! ```
 //!
@@ -19,7 +22,8 @@
 //! with `lax_friedrichs` the flux of that name stands in (M16).
 //!
 //! (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the
-//! mirrored value of the reconstruction positive.
+//! mirrored value of the reconstruction positive. (M79) and (M95) are for water thinner than the steps of the bed (decision 0046;
+//! `ChenNoelle2017` have the weight (M95) in full); (M94) keeps jumps straight (`SandersMoranoDruguet1998`, decision 0047).
 
 use rayon::prelude::*;
 
@@ -183,10 +187,11 @@ pub(super) struct Side<'a> {
     pub ground: &'a GroundRow,
 }
 
-/// Spacing (m), gravity (m/s²), dry depth (m) and the share of the slopes that counts: 1, or 0 without reconstruction.
+/// Spacing (m) and its reciprocal (1/m), gravity (m/s²), dry depth (m) and the share of the slopes that counts: 1, or 0 without reconstruction.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
     dx: f64,
+    per_dx: f64,
     g: f64,
     dry_depth: f64,
     slopes: f64,
@@ -195,12 +200,12 @@ pub(super) struct Numbers {
 impl Numbers {
     pub(super) fn new(scale: &Scale, methods: RestingMethods) -> Self {
         let slopes = if methods.reconstruction == Reconstruction::None { 0.0 } else { 1.0 };
-        Numbers { dx: scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes }
+        Numbers { dx: scale.spacing, per_dx: 1.0 / scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes }
     }
 }
 
-/// One particle of a pair: depth, bed, step of the bed, normal and tangential velocity, and the increments of surface, depth and
-/// both velocities that its gradients predict over the pair.
+/// One particle of a pair: depth, bed, step of the bed, normal and tangential velocity, the increments of surface, depth and
+/// both velocities that its gradients predict over the pair, and that of the tangential velocity over a spacing along the face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Half {
     pub d: f64,
@@ -212,6 +217,7 @@ pub(super) struct Half {
     pub rise_d: f64,
     pub rise_u: f64,
     pub rise_t: f64,
+    pub stretch_t: f64,
 }
 
 impl Half {
@@ -228,6 +234,7 @@ impl Half {
             rise_d: dx * slope.depth_y[column],
             rise_u: dx * slope.v_y[column],
             rise_t: dx * slope.u_y[column],
+            stretch_t: dx * slope.u_x[column],
             ..Half::of_row(water, slope, ground, column, dx)
         }
     }
@@ -244,6 +251,7 @@ impl Half {
             rise_d: dx * slope.depth_x[column],
             rise_u: dx * slope.u_x[column],
             rise_t: dx * slope.v_x[column],
+            stretch_t: dx * slope.v_y[column],
         }
     }
 
@@ -312,7 +320,7 @@ const CENTRAL: f64 = 0.0;
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
 fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
-    let Numbers { g, dry_depth, slopes, .. } = numbers;
+    let Numbers { g, dry_depth, slopes, per_dx, .. } = numbers;
     let jump_eta = surface_difference((i.d, i.z), (j.d, j.z), dry_depth);
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
     let limited = |rise: f64, jump: f64, share: f64, kappa: f64| {
@@ -357,8 +365,27 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     };
     let (d_i, d_j) = (fill(d_i, eta_l, i, share_i), fill(d_j, eta_r, j, share_j));
     let sill = smaller(larger(eta_l - d_i, eta_r - d_j), ridge);
-    let d_l = clamp(eta_l - sill, 0.0, d_i);
-    let d_r = clamp(eta_r - sill, 0.0, d_j);
+    // Where the bed falls the half slopes of two neighbours may exceed the fall between them, so that their beds at the face cross: no
+    // sill to the giver (M79).
+    let crossing = (eta_r - d_j) - (eta_l - d_i);
+    let fall = i.z - j.z;
+    let raise = |share: f64, crossing: f64, drop: f64, fall: f64| {
+        (1.0 - share * share) * larger(smaller(smaller(crossing, drop), fall), 0.0)
+    };
+    let (raise_l, raise_r) = (raise(share_i, crossing, -a_1, fall), raise(share_j, -crossing, a_2, -fall));
+    let d_l = clamp(eta_l + raise_l - sill, 0.0, d_i);
+    let d_r = clamp(eta_r + raise_r - sill, 0.0, d_j);
+    // The weight of the water on the step that it falls over pushes the giver on (M95).
+    let (upper_d, edge_d, edge, lower_eta) =
+        if fall > 0.0 { (i.d, d_l, sill - raise_l, eta_r) } else { (j.d, d_r, sill - raise_r, eta_l) };
+    let height = larger(edge - lower_eta, 0.0);
+    let ratio = height * per_dx;
+    let square = ratio * ratio;
+    let lower_d = if fall > 0.0 { j.d } else { i.d };
+    // Not where the water below is deep: that is a shore, and no fall.
+    let share = clamp(2.0 - lower_d / upper_d, 0.0, 1.0);
+    let weight = if upper_d > dry_depth { share * g * edge_d * height / (1.0 + square * square) } else { 0.0 };
+    let (weight_i, weight_j) = (if fall > 0.0 { weight } else { 0.0 }, if fall < 0.0 { weight } else { 0.0 });
     // Water goes over the sill to the one side or to the other, or does not: seen from the side that it comes from.
     let is_to_right = smaller(i.u, j.u) > 0.0;
     let to_left = if larger(i.u, j.u) < 0.0 { -i.u } else { 0.0 };
@@ -373,6 +400,9 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i, CENTRAL);
     let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j, CENTRAL);
     let v_t = if f_d > 0.0 { t_i } else { t_j };
+    // What is pressed together along the face, as in a jump across it, mixes over it (M94).
+    let pressed = larger(larger(-i.stretch_t, -j.stretch_t), 0.0);
+    let mixed = 0.5 * pressed * smaller(i.d, j.d) * jump_t;
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 {
         i.d
@@ -382,9 +412,9 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
         larger(i.d, j.d)
     };
     let open = if giver > dry_depth { 1.0 } else { 0.0 };
-    let lost = open * (f_n - 0.5 * g * d_l * d_l - thrust_i) + 0.5 * g * (i.d + d_i) * a_1;
-    let gained = open * (f_n - 0.5 * g * d_r * d_r - thrust_j) - 0.5 * g * (j.d + d_j) * a_2;
-    (open * f_d, open * f_d * v_t, lost, gained)
+    let lost = open * (f_n - 0.5 * g * d_l * d_l - thrust_i - weight_i) + 0.5 * g * (i.d + d_i) * a_1;
+    let gained = open * (f_n - 0.5 * g * d_r * d_r - thrust_j - weight_j) - 0.5 * g * (j.d + d_j) * a_2;
+    (open * f_d, open * f_d * v_t - mixed, lost, gained)
 }
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
@@ -444,6 +474,7 @@ fn row_faces<F: Flux, const IS_SHARP: bool, const DIRECTION: usize>(
                 rise_d: dx * if DIRECTION == EAST { $s.2[k] } else { $s.3[k] },
                 rise_u: dx * if DIRECTION == EAST { $v.0[k] } else { $v.3[k] },
                 rise_t: dx * if DIRECTION == EAST { $v.2[k] } else { $v.1[k] },
+                stretch_t: dx * if DIRECTION == EAST { $v.3[k] } else { $v.0[k] },
             }
         }};
     }

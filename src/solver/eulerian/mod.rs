@@ -38,6 +38,8 @@ mod walls;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod thin_water_tests;
 
 use super::phases::Phases;
 use super::{

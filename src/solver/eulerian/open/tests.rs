@@ -34,10 +34,10 @@ fn a_sill_is_overtopped_by_what_a_broad_crested_weir_lets_pass() {
         (15.0, 0.5, 0.996),
         (15.0, 1.0, 1.0),
         (15.0, 2.0, 1.0),
-        (2.5, 0.25, 1.0),
-        (2.5, 0.5, 0.995),
-        (2.5, 1.0, 0.98),
-        (2.5, 2.0, 0.93),
+        (2.5, 0.25, 1.006),
+        (2.5, 0.5, 1.005),
+        (2.5, 1.0, 1.004),
+        (2.5, 2.0, 1.004),
     ] {
         let q = overflow(length, head);
         // Critical depth on the crest; the level is that of the water at rest, so that the head holds that of the velocity.
@@ -122,11 +122,10 @@ fn down_a_steep_slope(reconstruction: Reconstruction) -> (f64, f64) {
 }
 
 #[test]
-fn fronts_down_steep_slopes_are_too_high_by_what_is_told() {
-    for (reconstruction, bounds) in [(Reconstruction::Limited, (1.20, 1.33)), (Reconstruction::Sharp, (1.30, 1.50))] {
+fn fronts_down_steep_slopes_do_not_rise_above_uniform_flow() {
+    for (reconstruction, bounds) in [(Reconstruction::Limited, (1.01, 1.01)), (Reconstruction::Sharp, (1.01, 1.02))] {
         let (depth, discharge) = down_a_steep_slope(reconstruction);
         println!("{reconstruction:?}: {depth} of the uniform depth, {discharge} of the discharge");
-        // The exact front rises to uniform flow and never above it.
         assert!(
             depth < bounds.0 && discharge < bounds.1,
             "{reconstruction:?}: {depth} of the depth, {discharge} of the discharge"
@@ -571,7 +570,7 @@ fn banks_askew_to_the_lattice_hold_water_up_as_told() {
         (0.0, 0.02, Some(0.5), 0.0),
         (10.0, 0.02, Some(0.5), 0.012),
         (30.0, 0.02, Some(0.5), 0.022),
-        (10.0, 0.02, upright, 0.082),
+        (10.0, 0.02, upright, 0.092),
         (30.0, 0.02, upright, 0.098),
     ] {
         let depth = between_banks(degrees, slope, bank, 40.0);

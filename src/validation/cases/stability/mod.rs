@@ -5,6 +5,7 @@
 
 mod beds;
 mod fronts;
+mod jumps;
 mod long_runs;
 mod walls;
 
@@ -17,7 +18,7 @@ use crate::validation::run::Outcome;
 use crate::validation::scene::problem;
 
 /// The cases, one list per file.
-pub const FAMILIES: &[&[Case]] = &[fronts::CASES, beds::CASES, walls::CASES, long_runs::CASES];
+pub const FAMILIES: &[&[Case]] = &[fronts::CASES, jumps::CASES, beds::CASES, walls::CASES, long_runs::CASES];
 
 /// Rows of a channel over an uneven bed: one row alone has no bed beside it.
 const ROWS: usize = 4;
