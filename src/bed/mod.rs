@@ -1,10 +1,14 @@
 //! The riverbed as particles: elevation, roughness and curvature on the lattice, and the bed between the particles.
 
+mod noise;
+mod pass_sill;
 mod place;
 mod ridge;
 mod sample;
 mod store;
 
+pub use noise::noise_in_cells;
+pub use pass_sill::{PassSill, PassSills, Pixels, SHUT};
 pub use place::{derive_curvatures, place_bed};
 pub use ridge::Ridges;
 pub use sample::BedPoint;

@@ -1,5 +1,6 @@
 //! Riverbed particles, one for each cell of the lattice, one `Vec` for each quantity.
 
+use super::pass_sill::PassSills;
 use super::ridge::Ridges;
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
@@ -21,6 +22,8 @@ pub struct BedParticles {
     pub sealed: Vec<usize>,
     /// Ridges of one cell that hide what is beyond them; see [`BedParticles::sill`].
     pub ridges: Ridges,
+    /// Ridges of the terrain that are narrower than a cell.
+    pub passes: PassSills,
 }
 
 impl BedParticles {
@@ -52,6 +55,7 @@ impl BedParticles {
             manning: vec![manning; cells],
             sealed: Vec::new(),
             ridges: Ridges::default(),
+            passes: PassSills::default(),
         }
     }
 }

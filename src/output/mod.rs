@@ -21,6 +21,7 @@ mod manifest;
 mod maxima;
 mod outline;
 mod recorder;
+mod ridges;
 mod sections;
 mod write;
 
@@ -36,6 +37,7 @@ pub use manifest::{
     VolumeBooks, WarningRecord,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
+pub use ridges::Ridge;
 pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{
     ChannelsWriter, FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_channels,

@@ -242,6 +242,7 @@ impl Run<'_> {
         write_cogs(&self.folder, grid, crs, provenance, &recording.maps, rise_on_wet)?;
         let findings = Findings {
             gauges: &self.prepared.gauges,
+            ridges: &self.prepared.ridges,
             sections: (&self.prepared.sections, sections),
             isochrones: &outputs.isochrones,
             problems: &self.prepared.problems,

@@ -31,6 +31,7 @@ mod rain_frames;
 mod rain_series;
 mod rain_times;
 mod raster;
+mod ridges;
 mod roughness;
 mod series;
 mod series_dates;
@@ -50,7 +51,7 @@ use crate::bed::{BedParticles, place_bed};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::output::{ChannelProfile, Gauge, OutputCrs, Section};
+use crate::output::{ChannelProfile, Gauge, OutputCrs, Ridge, Section};
 use crate::scenario::methods::Motion;
 use crate::scenario::{OpenBoundary, Scenario};
 use crate::seeding::StillWater;
@@ -122,6 +123,8 @@ pub struct Prepared {
     pub forcing: Forcing,
     /// The riverbed.
     pub bed: Option<BedParticles>,
+    /// The ridges of the terrain that its cells do not see.
+    pub ridges: Vec<Ridge>,
     /// Bodies of still water at the start.
     pub waters: Vec<StillBody>,
     /// The bodies on the lattice: depths, volumes, leaks.
@@ -220,6 +223,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         raised: Vec::new(),
         forcing: Forcing::default(),
         bed: None,
+        ridges: Vec::new(),
         waters: Vec::new(),
         still_water: None,
         initial_velocity: Vec::new(),
@@ -304,12 +308,14 @@ fn place_on_lattice(
     prepared.forcing = forcing::on_lattice(opened, scenario, &bed, findings);
     (prepared.forcing.channels, prepared.channels) = channels::on_lattice(reaches, scenario, &bed, findings);
     water::check(&mut bodies, &bed, findings);
+    ridges::find(scenario, &changes.on(terrain, &lattice), &mut bed);
     let is_complete = scenario.breach.is_some() == breach.is_some();
     let before = bed.elevation.clone();
     let ground = (terrain, &prepared.walls[..], is_complete);
     let mut still_water = breach::fill_behind(breach.as_ref(), &bodies, ground, (&mut bed, &mut changes), findings);
     prepared.raised = changes.raised().collect();
     let surface = changes.on(terrain, &lattice);
+    ridges::find_again(scenario, &surface, &before, &mut bed);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
     let earlier =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
@@ -352,6 +358,7 @@ fn place_on_lattice(
     if let Some(source) = &scenario.outputs.gauges {
         places::check_gauges(source, &prepared.gauges, terrain.extent(), (&surface, &bed), findings);
     }
+    prepared.ridges = ridges::report(scenario, &surface, &bed, findings);
     prepared.needs = needs(scenario, (&bed, &still_water), &prepared.forcing.channels, findings);
     prepared.gap = grid::gap_report(terrain, &lattice);
     prepared.waters = bodies.into_iter().map(|body| body.body).collect();

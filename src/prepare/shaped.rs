@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::bed::{BedParticles, Surface};
+use crate::bed::{BedParticles, Pixels, Surface};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::terrain::Terrain;
+use crate::terrain::{PixelBlock, PixelGrid, Terrain};
 
 /// A change of the elevation (m) in a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,6 +109,23 @@ impl Surface for Shaped<'_> {
     }
 }
 
+impl Pixels for Shaped<'_> {
+    fn grid(&self, low: Vec2, high: Vec2, spacing: f64) -> Option<PixelGrid> {
+        self.terrain.pixel_grid(low, high, spacing)
+    }
+
+    fn read(&self, grid: &PixelGrid, block: &PixelBlock, cell: usize, out: &mut Vec<f64>) {
+        let first = out.len();
+        self.terrain.read(grid, block, cell, out);
+        if let Some(changes) = self.changes.0.get(&cell) {
+            for z in &mut out[first..] {
+                let own = Some(*z).filter(|z| !z.is_nan());
+                *z = changes.iter().fold(own, |z, change| change.of(z)).unwrap_or(f64::NAN);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -150,6 +167,17 @@ mod tests {
             assert!((found.unwrap_or(0.0) - expected.unwrap_or(0.0)).abs() < 1e-12, "cell {cell}: {found:?}");
             assert_eq!(Some(bed.elevation[cell]).filter(|z| !z.is_nan()), expected, "bed of cell {cell}");
         }
+        // The same of the pixels of a cell.
+        let read = |cell: usize| {
+            let half = Vec2::new(1.0, 1.0);
+            let centre = lattice.to_map(lattice.centre(cell));
+            let grid = surface.grid(centre - half, centre + half, 4.0).unwrap();
+            let mut pixels = Vec::new();
+            surface.read(&grid, &grid.block(centre - half, centre + half), cell, &mut pixels);
+            pixels
+        };
+        assert_eq!([read(12), read(4), read(5), read(6), read(8)], [[2.5], [5.5], [1.0], [3.0], [3.0]]);
+        assert!(read(7)[0].is_nan());
         let mut samples = Vec::new();
         surface.samples(Vec2::new(9.0, 1.0), 2.5, &mut samples);
         assert_eq!(samples.iter().map(|sample| sample.1).collect::<Vec<_>>(), [3.0, 3.0, 5.5]);

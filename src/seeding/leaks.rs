@@ -1,7 +1,7 @@
 //! Where still water would run out of its polygon: pockets that it fills and stays in, and gaps through which it leaves.
 //!
 //! Water passes from a cell to any of its eight neighbours whose bed lies below the level, unless a wall lies between the
-//! two centres, or the step leads over the corner at which two cells of a dam meet: resting particles pass no corner, and a dam of moving
+//! two centres, a ridge inside the two cells ([`PassSills`](crate::bed::PassSills)) stands up to the level, or the step leads over the corner at which two cells of a dam meet: resting particles pass no corner, and a dam of moving
 //! ones has none. Moving particles reach all eight; resting ones fewer, and what is at rest for eight is at rest for them.
 //!
 //! Ground below the level that goes on for more than two cells beyond the polygon is open: there a dam is taken away, or the
@@ -88,14 +88,32 @@ impl<'a> Filling<'a> {
         column != other_column && row != other_row && is_dam(column, other_row) && is_dam(other_column, row)
     }
 
-    /// Whether no water passes from a cell to one of its neighbours, whatever their beds.
-    fn is_barred(&self, cell: usize, other: usize) -> bool {
-        self.is_across_dam(cell, other) || self.is_walled(cell, other)
+    /// Whether a ridge of the terrain stands between two cells up to a level (m). Round a corner the water needs a way by one of the two
+    /// cells there.
+    fn is_over_sill(&self, cell: usize, other: usize, level: f64) -> bool {
+        let (lattice, passes) = (&self.bed.lattice, &self.bed.passes);
+        if passes.is_empty() {
+            return false;
+        }
+        let holds = |a: usize, b: usize| passes.between(a, b) >= level;
+        let ((column, row), (other_column, other_row)) = (lattice.column_row(cell), lattice.column_row(other));
+        if column == other_column || row == other_row {
+            return holds(cell, other);
+        }
+        let corners = [lattice.index(column, other_row), lattice.index(other_column, row)];
+        let is_held = |corner: usize| holds(cell, corner) || holds(corner, other);
+        corners.into_iter().any(is_held)
+            && corners.into_iter().all(|corner| is_held(corner) || !self.is_below(corner, level))
     }
 
-    /// The neighbours to which water of a cell can pass, as far as walls and the corners of a dam go.
-    pub fn neighbours(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
-        self.around(cell).filter(move |&other| !self.is_barred(cell, other))
+    /// Whether no water passes from a cell to one of its neighbours at a level (m), whatever their beds.
+    fn is_barred(&self, cell: usize, other: usize, level: f64) -> bool {
+        self.is_across_dam(cell, other) || self.is_over_sill(cell, other, level) || self.is_walled(cell, other)
+    }
+
+    /// The neighbours to which water of a cell can pass at a level (m), as far as walls, ridges and the corners of a dam go.
+    pub fn neighbours(&self, cell: usize, level: f64) -> impl Iterator<Item = usize> + '_ {
+        self.around(cell).filter(move |&other| !self.is_barred(cell, other, level))
     }
 
     /// Whether a wall stands between a cell and one of its neighbours.
@@ -106,7 +124,7 @@ impl<'a> Filling<'a> {
     /// The neighbours into which a filled cell would run out.
     pub fn gaps(&self, cell: usize, level: f64) -> impl Iterator<Item = usize> + '_ {
         // Most neighbours are none, and walls are many.
-        self.around(cell).filter(move |&other| self.is_gap(other, level) && !self.is_barred(cell, other))
+        self.around(cell).filter(move |&other| self.is_gap(other, level) && !self.is_barred(cell, other, level))
     }
 
     fn is_gap(&self, cell: usize, level: f64) -> bool {
@@ -137,10 +155,10 @@ impl<'a> Filling<'a> {
         open
     }
 
-    /// Takes the water of a body out of slivers of its polygon beyond a wall: cells that all lie on its rim, cut off from the
-    /// rest by walls, from which the water would run out.
-    pub fn leave_out_slivers(&mut self, number: u32, scan: &BodyScan, open: &mut BTreeSet<usize>) {
-        if self.barriers.walls.is_empty() {
+    /// Takes the water of a body out of slivers of its polygon beyond a wall or a ridge: cells that all lie on its rim, cut off from the
+    /// rest by walls and ridges, from which the water would run out.
+    pub fn leave_out_slivers(&mut self, number: u32, level: f64, scan: &BodyScan, open: &mut BTreeSet<usize>) {
+        if self.barriers.walls.is_empty() && self.bed.passes.is_empty() {
             return;
         }
         let holds = |filling: &Self, cell: usize| filling.body[cell] == Some(number);
@@ -154,10 +172,10 @@ impl<'a> Filling<'a> {
             let mut next = 0;
             while let Some(&cell) = part.get(next) {
                 next += 1;
-                part.extend(self.neighbours(cell).filter(|&other| holds(self, other) && seen.insert(other)));
+                part.extend(self.neighbours(cell, level).filter(|&other| holds(self, other) && seen.insert(other)));
             }
             let is_at_rim = part.iter().all(|&cell| scan.part(cell).is_cut());
-            let runs_out = || part.iter().any(|&cell| self.neighbours(cell).any(|other| open.contains(&other)));
+            let runs_out = || part.iter().any(|&cell| self.neighbours(cell, level).any(|other| open.contains(&other)));
             if is_at_rim && part.len() < filled.len() && runs_out() {
                 for cell in part {
                     self.body[cell] = None;
@@ -191,12 +209,12 @@ impl<'a> Filling<'a> {
         let holds = |cell: usize| self.body[cell] == Some(number);
         let is_open = |other: usize| self.is_gap(other, level) || self.body[other].is_some_and(|body| body != number);
         let is_at_opening = |&cell: &usize| {
-            holds(cell) && self.around(cell).any(|other| is_open(other) && !self.is_barred(cell, other))
+            holds(cell) && self.around(cell).any(|other| is_open(other) && !self.is_barred(cell, other, level))
         };
         let mut newest: Vec<usize> = reached.iter().copied().filter(is_at_opening).collect();
         let mut approach: BTreeSet<usize> = newest.iter().copied().collect();
         for _ in 1..APPROACH {
-            let next = newest.iter().flat_map(|&cell| self.neighbours(cell));
+            let next = newest.iter().flat_map(|&cell| self.neighbours(cell, level));
             newest = next.filter(|&other| holds(other) && approach.insert(other)).collect();
         }
         approach
@@ -217,7 +235,7 @@ impl<'a> Filling<'a> {
             let mut next = 0;
             while let Some(&cell) = gap.get(next) {
                 next += 1;
-                for other in self.neighbours(cell) {
+                for other in self.neighbours(cell, level) {
                     if let Ok(place) = outside.binary_search(&other)
                         && !std::mem::replace(&mut is_taken[place], true)
                     {

@@ -73,8 +73,8 @@ pub(super) fn fit_bed_to_water(
             continue;
         }
         let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
-        let is_before_pocket = || filling.neighbours(cell).any(|other| is_pocket(number, other, scan, filling));
-        let is_at_edge = || filling.neighbours(cell).any(|other| !filling.bed.has_terrain(other));
+        let is_before_pocket = || filling.neighbours(cell, level).any(|other| is_pocket(number, other, scan, filling));
+        let is_at_edge = || filling.neighbours(cell, level).any(|other| !filling.bed.has_terrain(other));
         let before = filling.bed.elevation[cell];
         let mut share = part.volume;
         if banks.contains(&cell) {
@@ -85,7 +85,7 @@ pub(super) fn fit_bed_to_water(
             share = whole();
         } else if part.is_cut() && is_at_edge() {
             edge.push((cell, (whole() - share).max(0.0)));
-        } else if filling.neighbours(cell).any(|other| banks.contains(&other)) {
+        } else if filling.neighbours(cell, level).any(|other| banks.contains(&other)) {
             foot.push((cell, ((level - before) * area - share).max(0.0)));
         }
         let is_wet = share / area > SHALLOWEST_SHARE;
@@ -123,7 +123,7 @@ pub(super) fn fit_bed_to_water(
 fn upright_banks((number, level): (u32, f64), reached: &[usize], filling: &Filling) -> BTreeSet<usize> {
     let z_b = &filling.bed.elevation;
     let is_upright = |&cell: &usize| {
-        let wet = filling.neighbours(cell).filter(|&other| filling.body[other] == Some(number));
+        let wet = filling.neighbours(cell, level).filter(|&other| filling.body[other] == Some(number));
         let lowest = wet.map(|other| z_b[other]).reduce(f64::min);
         lowest.is_some_and(|lowest| z_b[cell] - level > level - lowest)
     };
@@ -145,7 +145,7 @@ fn is_to_be_set(
 ) -> bool {
     let is_beside_other_water = || {
         let is_other = |body: Option<u32>| body.is_some_and(|body| body != number);
-        filling.neighbours(cell).any(|other| is_other(filling.body[other]))
+        filling.neighbours(cell, level).any(|other| is_other(filling.body[other]))
     };
     let is_enclosed = || !filling.is_at_wall(cell) && filling.gaps(cell, level).next().is_none();
     match filling.body[cell] {
@@ -153,7 +153,7 @@ fn is_to_be_set(
         Some(body) if body == number => !approach.contains(&cell),
         Some(_) => false,
         None => {
-            let is_beside_water = || filling.neighbours(cell).any(|other| filling.body[other] == Some(number));
+            let is_beside_water = || filling.neighbours(cell, level).any(|other| filling.body[other] == Some(number));
             !filling.is_below(cell, level)
                 && part.volume > 0.0
                 && (part.holds_centre || is_beside_water())

@@ -134,7 +134,7 @@ fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling, surfac
     };
     let mut reached: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).collect();
     let mut open = filling.open_ground(level, &scan);
-    filling.leave_out_slivers(number, &scan, &mut open);
+    filling.leave_out_slivers(number, level, &scan, &mut open);
     let by_centre = holds(filling, &reached);
     let pockets = filling.fill_pockets(number, level, &by_centre, &open);
     reached.extend(&pockets);
@@ -179,7 +179,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
     // Dry ground between the lake and a pocket, or beside what was left out, would be a trench in the lake.
     let is_beside_open_ground = |filling: &Filling, cell: usize| {
         filling.gaps(cell, level).any(|other| !held.contains(&other))
-            && !filling.neighbours(cell).any(|other| is_pocket(number, other, scan, filling))
+            && !filling.neighbours(cell, level).any(|other| is_pocket(number, other, scan, filling))
     };
     let filled = reached.iter().filter(|&&cell| filling.body[cell] == Some(number));
     let mut surplus = filled.map(|&cell| volume_of(filling, cell, level)).sum::<f64>() - scan.integral;
@@ -196,7 +196,7 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
             let is_useful = volume < 2.0 * surplus.abs();
             let is_possible = if is_taking_in {
                 filling.body[cell].is_none()
-                    && filling.neighbours(cell).any(|other| filling.body[other] == Some(number))
+                    && filling.neighbours(cell, level).any(|other| filling.body[other] == Some(number))
             } else {
                 filling.body[cell] == Some(number) && is_beside_open_ground(filling, cell)
             };

@@ -1,11 +1,13 @@
 //! Terrain: rasters and survey points as one surface that can be asked for its elevation anywhere.
 
 mod ascii_grid;
+mod pixels;
 mod raster;
 mod read;
 mod survey;
 mod survey_read;
 
+pub use pixels::{PixelBlock, PixelGrid};
 pub use raster::Raster;
 pub use read::{PLAUSIBLE_ELEVATION, Placing, RasterFile, RasterRequest};
 pub use survey::{Survey, SurveyPoint};

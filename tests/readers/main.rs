@@ -133,6 +133,7 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     let (results, samples) = sections.finish(&recording.section_arrivals);
     let findings = Findings {
         gauges: &plan.gauges,
+        ridges: &[],
         sections: (std::slice::from_ref(&section), &results),
         isochrones: &isochrones,
         problems: &[finding],

@@ -1,4 +1,4 @@
-//! `results.gpkg`: outline, isochrones, gauges, cross-sections and findings, each layer with a default style.
+//! `results.gpkg`: outline, isochrones, gauges, cross-sections, ridges narrower than a cell, and findings, each layer with a default style.
 //!
 //! The date of change in the file's own tables is fixed, so that equal results give equal bytes.
 
@@ -14,6 +14,7 @@ use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, OutputGrid};
 use super::super::outline::{Region, regions};
 use super::super::recorder::Recording;
+use super::super::ridges::Ridge;
 use super::super::sections::{Section, SectionResult};
 use super::super::{Gauge, OutputCrs};
 use super::crs::WritableCrs;
@@ -48,6 +49,8 @@ pub struct Findings<'a> {
     pub gauges: &'a [Gauge],
     /// The cross-sections and what they saw.
     pub sections: (&'a [Section], &'a [SectionResult]),
+    /// Ridges of the terrain that cells do not see.
+    pub ridges: &'a [Ridge],
     /// Times (s).
     pub isochrones: &'a [f64],
     /// The problems, of which those with a place become points.
@@ -78,7 +81,11 @@ pub fn write_geopackage(
             if has_sections {
                 layers.push(section_layer(findings.sections)?);
             }
-            layers.push(style_layer(findings.isochrones, has_sections));
+            let has_ridges = !findings.ridges.is_empty();
+            if has_ridges {
+                layers.push(ridge_layer(findings.ridges)?);
+            }
+            layers.push(style_layer(findings.isochrones, has_sections, has_ridges));
             let spatial_ref = match crs {
                 Some(crs) => crs.spatial_ref,
                 None => SpatialRef::from_wkt(PLAIN_METRES)?,
@@ -267,6 +274,22 @@ fn section_layer<'a>((sections, results): (&[Section], &[SectionResult])) -> Gda
     Ok(Layer { name: "sections", geometry: OGRwkbGeometryType::wkbLineString, columns, features })
 }
 
+/// The faces that carry a ridge which their cells do not see.
+fn ridge_layer<'a>(ridges: &[Ridge]) -> GdalResult<Layer<'a>> {
+    let columns = number_columns(&["sill_m", "rise_m", "bed_left_m", "bed_right_m", "open_share"]);
+    let feature = |ridge: &Ridge| {
+        let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
+        for place in ridge.line {
+            line.add_point_2d((place.x, place.y));
+        }
+        let [left, right] = ridge.beds.map(Some);
+        let numbers = [ridge.sill, ridge.rise(), left, right, Some(ridge.open_share)];
+        Ok((Some(line), numbers.map(Value::Number).into()))
+    };
+    let features = ridges.iter().map(feature).collect::<GdalResult<_>>()?;
+    Ok(Layer { name: "ridges", geometry: OGRwkbGeometryType::wkbLineString, columns, features })
+}
+
 /// A column name that is not taken; SQLite does not tell upper from lower case.
 fn unused_name(name: &str, columns: &[(String, OGRFieldType::Type)]) -> String {
     let is_taken = |candidate: &str| {
@@ -298,7 +321,7 @@ fn findings_layer<'a>(findings: &[Problem]) -> GdalResult<Layer<'a>> {
 }
 
 /// The table in which QGIS looks for default styles.
-fn style_layer<'a>(isochrones: &[f64], has_sections: bool) -> Layer<'a> {
+fn style_layer<'a>(isochrones: &[f64], has_sections: bool, has_ridges: bool) -> Layer<'a> {
     let mut styles = vec![
         ("inundation_extent", LayerStyle::Area("49,130,189,60", "8,81,156,255")),
         ("isochrones", LayerStyle::Categories("arrival_s", isochrones)),
@@ -307,6 +330,9 @@ fn style_layer<'a>(isochrones: &[f64], has_sections: bool) -> Layer<'a> {
     ];
     if has_sections {
         styles.push(("sections", LayerStyle::Line("227,26,28,255", "id")));
+    }
+    if has_ridges {
+        styles.push(("ridges", LayerStyle::Line("122,1,119,255", "sill_m")));
     }
     let names =
         ["f_table_catalog", "f_table_schema", "f_table_name", "f_geometry_column", "styleName", "styleQML", "styleSLD"];

@@ -7,6 +7,7 @@ mod ground;
 mod lagrangian;
 mod malpasset;
 mod netcdf;
+mod ridges;
 mod roughness;
 mod scene;
 mod sources;

@@ -27,7 +27,7 @@
 
 use rayon::prelude::*;
 
-use super::gradient::surface_difference;
+use super::gradient::{difference_over_sill, surface_difference};
 use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
 use super::{RestingFlux, RestingMethods, Scale};
@@ -146,10 +146,26 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, met
 /// The same for one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 pub(super) fn single(i: Half, j: Half, numbers: Numbers, methods: RestingMethods) -> (f64, f64, f64, f64) {
     match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-        (RestingFlux::Hllc, false) => pair::<Hllc, false>(i, j, numbers),
-        (RestingFlux::Hllc, true) => pair::<Hllc, true>(i, j, numbers),
-        (RestingFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false>(i, j, numbers),
-        (RestingFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true>(i, j, numbers),
+        (RestingFlux::Hllc, false) => pair::<Hllc, false, false>(i, j, numbers, Sill::NONE),
+        (RestingFlux::Hllc, true) => pair::<Hllc, true, false>(i, j, numbers, Sill::NONE),
+        (RestingFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, false>(i, j, numbers, Sill::NONE),
+        (RestingFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, false>(i, j, numbers, Sill::NONE),
+    }
+}
+
+/// The same for a pair with a sill between its particles.
+pub(super) fn over_sill(
+    i: Half,
+    j: Half,
+    sill: Sill,
+    numbers: Numbers,
+    methods: RestingMethods,
+) -> (f64, f64, f64, f64) {
+    match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
+        (RestingFlux::Hllc, false) => pair::<Hllc, false, true>(i, j, numbers, sill),
+        (RestingFlux::Hllc, true) => pair::<Hllc, true, true>(i, j, numbers, sill),
+        (RestingFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, true>(i, j, numbers, sill),
+        (RestingFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, true>(i, j, numbers, sill),
     }
 }
 
@@ -223,7 +239,12 @@ pub(super) struct Half {
 impl Half {
     /// A padded cell in a pair along a direction of the lattice.
     pub fn of_cell(state: &State, (row, column): (usize, usize), direction: usize, dx: f64) -> Self {
-        let (water, slope, ground) = (&state.primitive[row], &state.gradient[row], &state.ground[row]);
+        let side = Side { water: &state.primitive[row], slope: &state.gradient[row], ground: &state.ground[row] };
+        Half::of_side(side, column, direction, dx)
+    }
+
+    /// The same of a cell of a padded row.
+    pub fn of_side(Side { water, slope, ground }: Side<'_>, column: usize, direction: usize, dx: f64) -> Self {
         if direction == EAST {
             return Half::of_row(water, slope, ground, column, dx);
         }
@@ -317,11 +338,31 @@ const PRESSED: f64 = 1.0 / 3.0;
 /// κ of all else: the central mean.
 const CENTRAL: f64 = 0.0;
 
+/// A sill between the two particles of a pair, higher than both beds (m): that of the face or of a part of it, and the lowest of the face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sill {
+    pub level: f64,
+    pub lowest: f64,
+}
+
+impl Sill {
+    const NONE: Sill = Sill { level: f64::NEG_INFINITY, lowest: f64::NEG_INFINITY };
+}
+
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
-fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f64, f64, f64, f64) {
+fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
+    i: Half,
+    j: Half,
+    numbers: Numbers,
+    pass: Sill,
+) -> (f64, f64, f64, f64) {
     let Numbers { g, dry_depth, slopes, per_dx, .. } = numbers;
-    let jump_eta = surface_difference((i.d, i.z), (j.d, j.z), dry_depth);
+    let jump_eta = if HAS_SILL {
+        difference_over_sill((i.d, i.z), (j.d, j.z), pass.lowest, dry_depth)
+    } else {
+        surface_difference((i.d, i.z), (j.d, j.z), dry_depth)
+    };
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
     let limited = |rise: f64, jump: f64, share: f64, kappa: f64| {
         let other = 2.0 * rise - jump;
@@ -365,6 +406,7 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     };
     let (d_i, d_j) = (fill(d_i, eta_l, i, share_i), fill(d_j, eta_r, j, share_j));
     let sill = smaller(larger(eta_l - d_i, eta_r - d_j), ridge);
+    let sill = if HAS_SILL { larger(sill, pass.level) } else { sill };
     // Where the bed falls the half slopes of two neighbours may exceed the fall between them, so that their beds at the face cross: no
     // sill to the giver (M79).
     let crossing = (eta_r - d_j) - (eta_l - d_i);
@@ -372,7 +414,12 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let raise = |share: f64, crossing: f64, drop: f64, fall: f64| {
         (1.0 - share * share) * larger(smaller(smaller(crossing, drop), fall), 0.0)
     };
-    let (raise_l, raise_r) = (raise(share_i, crossing, -a_1, fall), raise(share_j, -crossing, a_2, -fall));
+    // A pass sill stands above both beds: nothing falls, and nothing mixes through the ridge.
+    let (raise_l, raise_r) = if HAS_SILL {
+        (0.0, 0.0)
+    } else {
+        (raise(share_i, crossing, -a_1, fall), raise(share_j, -crossing, a_2, -fall))
+    };
     let d_l = clamp(eta_l + raise_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r + raise_r - sill, 0.0, d_j);
     // The weight of the water on the step that it falls over pushes the giver on (M95).
@@ -384,7 +431,8 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let lower_d = if fall > 0.0 { j.d } else { i.d };
     // Not where the water below is deep: that is a shore, and no fall.
     let share = clamp(2.0 - lower_d / upper_d, 0.0, 1.0);
-    let weight = if upper_d > dry_depth { share * g * edge_d * height / (1.0 + square * square) } else { 0.0 };
+    let weight =
+        if upper_d > dry_depth && !HAS_SILL { share * g * edge_d * height / (1.0 + square * square) } else { 0.0 };
     let (weight_i, weight_j) = (if fall > 0.0 { weight } else { 0.0 }, if fall < 0.0 { weight } else { 0.0 });
     // Water goes over the sill to the one side or to the other, or does not: seen from the side that it comes from.
     let is_to_right = smaller(i.u, j.u) > 0.0;
@@ -402,7 +450,7 @@ fn pair<F: Flux, const IS_SHARP: bool>(i: Half, j: Half, numbers: Numbers) -> (f
     let v_t = if f_d > 0.0 { t_i } else { t_j };
     // What is pressed together along the face, as in a jump across it, mixes over it (M94).
     let pressed = larger(larger(-i.stretch_t, -j.stretch_t), 0.0);
-    let mixed = 0.5 * pressed * smaller(i.d, j.d) * jump_t;
+    let mixed = if HAS_SILL { 0.0 } else { 0.5 * pressed * smaller(i.d, j.d) * jump_t };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 {
         i.d
@@ -481,7 +529,7 @@ fn row_faces<F: Flux, const IS_SHARP: bool, const DIRECTION: usize>(
     for k in 0..len {
         let i = half!(k, li, ls, lv);
         let j = half!(k, ri, rs, rv);
-        let (f_d, f_t, lost, gained) = pair::<F, IS_SHARP>(i, j, numbers);
+        let (f_d, f_t, lost, gained) = pair::<F, IS_SHARP, false>(i, j, numbers, Sill::NONE);
         mass[k] = f_d;
         tangential[k] = f_t;
         normal_left[k] = lost;

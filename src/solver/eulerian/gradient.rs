@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::Scale;
 use super::spans::ActiveSet;
 use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
+use crate::math::larger;
 
 /// The rows south of a row, the row itself and the one north of it.
 #[derive(Clone, Copy)]
@@ -57,6 +58,19 @@ pub(super) fn along(
 #[inline(always)]
 pub(crate) fn surface_difference((depth_i, bed_i): (f64, f64), (depth_j, bed_j): (f64, f64), dry_depth: f64) -> f64 {
     let difference = (bed_j + depth_j) - (bed_i + depth_i);
+    let hill = (depth_j <= dry_depth && difference > 0.0) || (depth_i <= dry_depth && difference < 0.0);
+    if hill { 0.0 } else { difference }
+}
+
+/// The same over a sill (m) between both, which cuts off what lies below it (M82).
+#[inline(always)]
+pub(crate) fn difference_over_sill(
+    (depth_i, bed_i): (f64, f64),
+    (depth_j, bed_j): (f64, f64),
+    sill: f64,
+    dry_depth: f64,
+) -> f64 {
+    let difference = larger(bed_j + depth_j, sill) - larger(bed_i + depth_i, sill);
     let hill = (depth_j <= dry_depth && difference > 0.0) || (depth_i <= dry_depth && difference < 0.0);
     if hill { 0.0 } else { difference }
 }

@@ -12,7 +12,7 @@
 //! The particles rest on a square lattice and the support of the kernel is a little less than √2 spacings, so that each has
 //! four neighbours and 2 s_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
 //! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
-//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`]) → [`update`]; only wet
+//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`], [`passes`]) → [`update`]; only wet
 //! particles and a rim of two cells are in work ([`spans`]). Cells without terrain and cells beyond a wall are treated in
 //! [`walls`].
 //!
@@ -27,6 +27,7 @@ mod inputs;
 mod mixing;
 mod moving_bed;
 pub(super) mod open;
+mod passes;
 mod primitive;
 mod reach;
 mod sections;
@@ -53,6 +54,7 @@ use breach::Breaking;
 use inputs::Inputs;
 use moving_bed::MovingBed;
 use open::OpenBoundaries;
+use passes::Passes;
 use reach::Reaches;
 use sections::Sections;
 use spans::{ActiveSet, Run};
@@ -67,6 +69,7 @@ pub struct EulerianSolver {
     state: State,
     active: ActiveSet,
     walls: Walls,
+    passes: Passes,
     open: OpenBoundaries,
     reaches: Reaches,
     inputs: Inputs,
@@ -154,6 +157,7 @@ impl EulerianSolver {
             moving.follow(&mut state, 0.0, scale.dry_depth);
         }
         let walls = Walls::new(&problem, &state, reconstruction);
+        let passes = Passes::new(&problem, &state, &walls);
         let open = OpenBoundaries::new(&problem, &state, &walls);
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);
@@ -165,6 +169,7 @@ impl EulerianSolver {
             state,
             active,
             walls,
+            passes,
             open,
             reaches,
             inputs,
@@ -225,6 +230,7 @@ impl EulerianSolver {
         if is_mixed || self.methods.reconstruction != Reconstruction::None {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
+            self.passes.correct_gradients(state, active, scale);
             self.reaches.evaluate_gradients(state, scale);
         }
         self.phases.end("gradients");
@@ -232,6 +238,7 @@ impl EulerianSolver {
         if is_mixed {
             mixing::add(state, active, scale, time_step);
         }
+        self.passes.apply(state, scale, self.methods);
         self.walls.apply(state, scale);
         let step = (self.time, self.time + time_step);
         self.open.apply(state, scale, self.methods, step);
@@ -339,6 +346,7 @@ impl FlowSolver for EulerianSolver {
         self.phases.start();
         if let Some(moving) = &mut self.moving_bed {
             moving.follow(&mut self.state, self.time + 0.5 * time_step, self.scale.dry_depth);
+            self.passes.follow(&self.state.ground);
         }
         self.stage(Stage::First, time_step);
         self.reaches.evaluate_primitive(Stage::Second);
@@ -356,6 +364,9 @@ impl FlowSolver for EulerianSolver {
         }
         if let Some(moving) = &mut self.moving_bed {
             moving.follow(&mut self.state, self.time, self.scale.dry_depth);
+        }
+        if self.breaking.is_some() || self.moving_bed.is_some() {
+            self.passes.follow(&self.state.ground);
         }
         self.hand_out_bed();
         let fastest = self.state.fastest();

@@ -25,7 +25,7 @@ pub(super) fn problem(lattice: Lattice, elevation: Vec<f64>, initial_depth: Vec<
 }
 
 /// Repeatable noise between −0.5 and 0.5.
-fn noise(index: usize) -> f64 {
+pub(super) fn noise(index: usize) -> f64 {
     let mut bits = index as u64 ^ 0x9e37_79b9_7f4a_7c15;
     for _ in 0..3 {
         bits = (bits ^ (bits >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -33,7 +33,7 @@ fn noise(index: usize) -> f64 {
     (bits >> 11) as f64 / (1u64 << 53) as f64 - 0.5
 }
 
-fn run(solver: &mut EulerianSolver, steps: usize) {
+pub(super) fn run(solver: &mut EulerianSolver, steps: usize) {
     for _ in 0..steps {
         let choice = solver.choose_step();
         solver.advance(choice.time_step).expect("a stable run");

@@ -33,7 +33,7 @@ struct SpecialFace {
 
 /// The special faces of a cell: bit k is set for the k-th of [`NEIGHBOURS`].
 #[derive(Clone, Copy, Debug, Default)]
-struct Beside {
+pub(super) struct Beside {
     blocked: u8,
     /// The blocked ones beyond which the water goes on as it is before them.
     onward: u8,
@@ -64,7 +64,10 @@ struct PartOfFace {
 }
 
 /// Offsets (column, row) of the four neighbours.
-const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+pub(super) const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
+/// No sills on the ways to the four neighbours.
+const NO_SILLS: [f64; 4] = [f64::NEG_INFINITY; 4];
 
 /// The bit of a neighbour at an offset (column, row).
 fn bit_of(offset: (isize, isize)) -> u8 {
@@ -145,6 +148,12 @@ impl Walls {
         cells[found].beside.blocked & bit_of(offset) != 0
     }
 
+    /// The special faces of a padded cell.
+    pub(super) fn beside(&self, row: usize, column: usize) -> Beside {
+        let found = self.cells[row].binary_search_by_key(&column, |cell| cell.column);
+        found.map_or(Beside::default(), |place| self.cells[row][place].beside)
+    }
+
     /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
     /// is mirrored; over a stair it does not change either, and over an open face all goes on as it comes from the other side of the cell.
     pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
@@ -154,7 +163,7 @@ impl Walls {
                 return;
             }
             for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
-                correct(primitive, ground, row, *cell, scale, gradient);
+                correct((primitive, ground), (row, cell.column), (cell.beside, &NO_SILLS), scale, gradient);
             }
         });
     }
@@ -267,21 +276,20 @@ impl Beyond {
     }
 }
 
-fn correct(
-    primitive: &[PrimitiveRow],
-    ground: &[GroundRow],
-    row: usize,
-    cell: WallCell,
+/// The gradients of a padded cell (row, column) beside special faces, and beside sills (m) on the ways to its neighbours.
+pub(super) fn correct(
+    (primitive, ground): (&[PrimitiveRow], &[GroundRow]),
+    (row, i): (usize, usize),
+    (beside, sills): (Beside, &[f64; 4]),
     scale: &Scale,
     out: &mut GradientRow,
 ) {
-    let i = cell.column;
     let here = &primitive[row];
     let velocity = Vec2::new(here.velocity_x[i], here.velocity_y[i]);
     let mut sums = [Vec2::ZERO; 4];
     for (k, &(dc, dr)) in NEIGHBOURS.iter().enumerate() {
         let e = Vec2::new(dc as f64, dr as f64);
-        let Beside { blocked, onward, stair } = cell.beside;
+        let Beside { blocked, onward, stair } = beside;
         let is_onward = onward & (1 << k) != 0;
         // The neighbours stand in pairs.
         let differences = if stair & (1 << k) != 0 || is_onward && blocked & (1 << (k ^ 1)) != 0 {
@@ -293,17 +301,21 @@ fn correct(
             let sign = if is_onward { -1 } else { 1 };
             let (j_row, j) = stairs::beside((row, i), (sign * dc, sign * dr));
             let there = &primitive[j_row];
+            let sill = sills[k];
+            let levels = [ground[row].bed[i] + here.depth[i], ground[j_row].bed[j] + there.depth[j]];
+            let is_shut = levels[0] <= sill && levels[1] <= sill;
             let differences = [
-                super::gradient::surface_difference(
+                super::gradient::difference_over_sill(
                     (here.depth[i], ground[row].bed[i]),
                     (there.depth[j], ground[j_row].bed[j]),
+                    sill,
                     scale.dry_depth,
                 ),
                 there.depth[j] - here.depth[i],
                 there.velocity_x[j] - velocity.x,
                 there.velocity_y[j] - velocity.y,
             ];
-            differences.map(|difference| sign as f64 * difference)
+            if is_shut { [0.0; 4] } else { differences.map(|difference| sign as f64 * difference) }
         };
         for (sum, difference) in sums.iter_mut().zip(differences) {
             *sum += e * (0.5 / scale.spacing * difference);

@@ -1,0 +1,108 @@
+//! Ridges of the terrain that are narrower than a cell: their pass sills (M80), and what is reported of them.
+
+use super::findings::Findings;
+use super::shaped::Shaped;
+use crate::bed::{BedParticles, PassSills, Pixels, SHUT, noise_in_cells};
+use crate::error::{Problem, ProblemKind};
+use crate::math::Vec2;
+use crate::output::Ridge;
+use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
+
+/// Ridges that rise less than this (m) above both beds are the noise of the terrain, and not reported.
+const WORTH_A_WORD: f64 = 0.1;
+
+/// Finds the pass sills of a bed. Moving particles know none: they keep a bed without.
+pub(super) fn find(scenario: &Scenario, surface: &impl Pixels, bed: &mut BedParticles) {
+    if scenario.numerics.motion == Motion::Eulerian {
+        bed.passes = PassSills::find(surface, bed);
+    }
+}
+
+/// Finds those anew of the cells whose bed changed.
+///
+/// - `before`: the bed (m) for which they were found
+pub(super) fn find_again(scenario: &Scenario, surface: &impl Pixels, before: &[f64], bed: &mut BedParticles) {
+    if scenario.numerics.motion != Motion::Eulerian {
+        return;
+    }
+    #[expect(clippy::float_cmp, reason = "a bed that did not change is the same number")]
+    let is_changed = |cell: &usize| bed.has_terrain(*cell) && bed.elevation[*cell] != before[*cell];
+    let changed: Vec<usize> = (0..bed.lattice.len()).filter(is_changed).collect();
+    if !changed.is_empty() {
+        let mut passes = std::mem::take(&mut bed.passes);
+        passes.find_again(&changed, surface, bed);
+        bed.passes = passes;
+    }
+}
+
+/// The ridges that are worth a word, as lines; warns of them.
+pub(super) fn report(
+    scenario: &Scenario,
+    surface: &Shaped<'_>,
+    bed: &BedParticles,
+    findings: &mut Findings,
+) -> Vec<Ridge> {
+    let is_moving = scenario.numerics.motion == Motion::Lagrangian;
+    let unseen = if is_moving { PassSills::find(surface, bed) } else { PassSills::default() };
+    let passes = if is_moving { &unseen } else { &bed.passes };
+    let ridges: Vec<Ridge> = lines(passes, bed).filter(|ridge| rise(ridge) >= WORTH_A_WORD).collect();
+    let Some(highest) = ridges.iter().max_by(|a, b| finite_rise(a).total_cmp(&finite_rise(b))) else { return ridges };
+    let (faces, spacing) = (ridges.len(), bed.lattice.spacing);
+    let length = faces as f64 * spacing;
+    let length = if length < 1000.0 { format!("{length:.0} m") } else { format!("{:.1} km", 1e-3 * length) };
+    let faces = if faces == 1 { "1 face carries".into() } else { format!("{faces} faces carry") };
+    let shut = ridges.iter().filter(|ridge| ridge.sill.is_none()).count();
+    let without_data =
+        if shut > 0 { format!("; {shut} of them are shut by pixels without data") } else { String::new() };
+    let height = highest.sill.map_or(String::new(), |sill| {
+        format!("; the highest rises {:.2} m above the bed on both sides, to {sill:.2} m", rise(highest))
+    });
+    let message = format!("{faces} a ridge that the cells do not see ({length}){height}{without_data}");
+    let noise = noise_in_cells(surface, &bed.lattice).map_or(String::new(), |[median, most]| {
+        format!("; inside a cell the terrain scatters by {median:.2} m about a plane (median), by {most:.2} m or less in 95 % of the cells")
+    });
+    let held =
+        if is_moving { "moving particles pass them unhindered" } else { "water passes them at their lowest place" };
+    let remedy = if is_moving {
+        "leave out `motion: lagrangian`, choose a finer `resolution`, or raise them by `terrain.breaklines`"
+    } else {
+        "look at the layer `ridges` of results.gpkg; choose a finer `resolution` where gaps in a levee matter"
+    };
+    let problem = Problem::warning(ProblemKind::Input, "ridge-in-cell", "", message)
+        .with_cause(format!(
+            "ridges of the terrain, such as levees and embankments, are narrower than a cell: {held}{noise}"
+        ))
+        .with_remedy(remedy)
+        .with_at((highest.line[0] + highest.line[1]) * 0.5);
+    findings.add(&scenario.resolution, problem);
+    ridges
+}
+
+/// How far a ridge rises above both beds (m), without end where no water passes it at any level.
+fn rise(ridge: &Ridge) -> f64 {
+    ridge.rise().unwrap_or(f64::INFINITY)
+}
+
+/// The same, 0 where no water passes.
+fn finite_rise(ridge: &Ridge) -> f64 {
+    ridge.rise().unwrap_or(0.0)
+}
+
+/// The faces with a sill as lines, with the cell to the west or south on the left.
+fn lines<'a>(passes: &'a PassSills, bed: &'a BedParticles) -> impl Iterator<Item = Ridge> + 'a {
+    let lattice = &bed.lattice;
+    passes.iter().map(move |sill| {
+        let other = sill.other(lattice);
+        let (here, there) = (lattice.centre(sill.cell), lattice.centre(other));
+        let half = Vec2::new(there.y - here.y, there.x - here.x) * 0.5;
+        let middle = lattice.to_map((here + there) * 0.5);
+        let half = if sill.is_north { half * -1.0 } else { half };
+        Ridge {
+            line: [middle - half, middle + half],
+            sill: (sill.level < SHUT).then_some(sill.level),
+            beds: [bed.elevation[sill.cell], bed.elevation[other]],
+            open_share: if sill.level < SHUT { 1.0 } else { 0.0 },
+        }
+    })
+}

@@ -1,0 +1,186 @@
+//! Levees that are narrower than a cell, against the same on cells of the size of the pixels: they hold, and are overtopped at their crest.
+
+use super::scene::{Scene, Tiff, raster_layer, scenario, sourced};
+use crate::error::Severity;
+use crate::math::Vec2;
+use crate::prepare::{Prepared, prepare};
+use crate::scenario::methods::{BedMethod, Motion};
+use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+
+/// How long the water runs (s).
+const TIME: f64 = 60.0;
+
+/// A levee of 3 m with a crest of 3 m and banks of 1 to 1 at an angle (degrees) across a square terrain of a side (m), in pixels of
+/// 1 m, with a gap (m) in it.
+#[derive(Clone, Copy, Debug)]
+struct Levee {
+    degrees: f64,
+    gap: f64,
+    side: usize,
+}
+
+/// What a run leaves behind a levee (m³).
+#[derive(Clone, Copy, Debug)]
+struct Behind {
+    /// The lake.
+    lake: f64,
+    /// In cells that lie beyond the crest altogether.
+    beyond: f64,
+    /// There, and by their area beyond the crest in the cells that it cuts.
+    by_area: f64,
+    /// The same at the start.
+    at_start: f64,
+}
+
+impl Levee {
+    /// Distance (m) to the east of the crest, and along it.
+    fn across(self, place: Vec2) -> (f64, f64) {
+        let (sin, cos) = self.degrees.to_radians().sin_cos();
+        let (x, y) = (place.x - 0.5 * self.side as f64 - 3.3, place.y - 0.5 * self.side as f64);
+        (x * cos + y * sin, y * cos - x * sin)
+    }
+
+    fn height(self, place: Vec2) -> f64 {
+        let (distance, along) = self.across(place);
+        if along.abs() < 0.5 * self.gap { 0.0 } else { (3.0 - (distance.abs() - 1.5).max(0.0)).clamp(0.0, 3.0) }
+    }
+
+    /// The scenario of a lake to the west of it at a level (m), on cells of a size (m).
+    fn scene(self, level: f64, spacing: f64) -> Scene {
+        let folder = tempfile::tempdir().unwrap();
+        let mut scene = Scene { folder, scenario: scenario(spacing) };
+        let side = self.side as f64;
+        let tiff = Tiff {
+            size: (self.side, self.side),
+            geo_transform: Some([0.0, 1.0, 0.0, side, 0.0, -1.0]),
+            ..Tiff::default()
+        };
+        let centre = |c: usize, r: usize| Vec2::new(c as f64 + 0.5, side - 0.5 - r as f64);
+        tiff.write(&scene.path("dem.tif"), |c, r| self.height(centre(c, r)) as f32);
+        scene.scenario.layers = vec![sourced("terrain.layers[0].raster", raster_layer(scene.path("dem.tif")))];
+        scene.scenario.numerics.bed = BedMethod::Shepard;
+        // To the line of the crest.
+        let end = |y: f64| {
+            let (sin, cos) = self.degrees.to_radians().sin_cos();
+            // At 45° the crest leaves the terrain beside a corner.
+            ((0.5 * side + 3.3 - (y - 0.5 * side) * sin / cos).clamp(0.0, side), y)
+        };
+        scene.polygon("lake.geojson", &[(0.0, 0.0), end(0.0), end(side), (0.0, side)]);
+        scene.fill("lake.geojson", Some(level));
+        scene
+    }
+
+    /// Lets the water of a level (m) run on cells of a size (m).
+    fn run(self, level: f64, spacing: f64) -> Behind {
+        let scene = self.scene(level, spacing);
+        let (scenario, prepared) = (&scene.scenario, prepare(&scene.scenario));
+        assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
+        let lattice = prepared.lattice.clone().unwrap();
+        let mut solver = EulerianSolver::new(FlowProblem {
+            bed: prepared.bed.unwrap(),
+            walls: prepared.walls,
+            open_edges: prepared.open_edges,
+            forcing: prepared.forcing,
+            initial_depth: prepared.still_water.unwrap().depth,
+            gravity: scenario.numerics.gravity,
+            courant: scenario.numerics.cfl,
+            dry_depth: scenario.numerics.dry_depth,
+        });
+        let share = |cell: usize| {
+            let pieces = (0..100).map(|k| Vec2::new((k % 10) as f64 - 4.5, (k / 10) as f64 - 4.5) * (0.1 * spacing));
+            pieces.filter(|piece| self.across(lattice.centre(cell) + *piece).0 > 0.0).count() as f64 / 100.0
+        };
+        let shares: Vec<f64> = (0..lattice.len()).map(share).collect();
+        let volume = |depths: Vec<f64>, least: f64| {
+            let counted = depths.iter().zip(&shares).filter(|(_, share)| **share >= least);
+            counted.map(|(depth, share)| depth * share * lattice.cell_area()).sum::<f64>()
+        };
+        let (lake, at_start) = (solver.ledger().initial, volume(solver.water().depths(), 0.0));
+        while solver.time() < TIME {
+            let step = solver.choose_step().time_step.min(TIME - solver.time());
+            solver.advance(step).unwrap();
+        }
+        assert!(solver.ledger().relative_error().abs() < 1e-12);
+        let depths = solver.water().depths();
+        Behind { lake, beyond: volume(depths.clone(), 1.0), by_area: volume(depths, 0.0), at_start }
+    }
+}
+
+#[test]
+fn an_unbroken_levee_holds_at_any_angle_and_ratio() {
+    for degrees in [0.0, 20.0, 45.0] {
+        for ratio in [2.5, 5.0, 10.0] {
+            let Behind { lake, beyond, by_area, .. } = Levee { degrees, gap: 0.0, side: 200 }.run(2.0, ratio);
+            println!("{degrees} degrees, ratio {ratio}: {beyond} m³ beyond, {by_area:.1} m³ of {lake:.0} m³ by area");
+            // Water of the lake in cells that the crest cuts is shown on both sides of it.
+            assert!(
+                beyond <= 0.0 && by_area < 0.005 * lake,
+                "{degrees} degrees, ratio {ratio}: {by_area} m³ of {lake} m³"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_levee_is_overtopped_as_on_cells_of_its_pixels() {
+    for degrees in [0.0, 20.0, 45.0] {
+        let levee = Levee { degrees, gap: 0.0, side: 100 };
+        let fine = levee.run(3.6, 1.0);
+        for ratio in [5.0, 10.0] {
+            let coarse = levee.run(3.6, ratio);
+            println!(
+                "{degrees} degrees, ratio {ratio}: {coarse:.0?} for {fine:.0?}: {:.2}",
+                coarse.by_area / fine.by_area
+            );
+        }
+    }
+}
+
+#[test]
+fn gaps() {
+    for degrees in [0.0, 20.0, 45.0] {
+        let levee = Levee { degrees, gap: 4.0, side: 100 };
+        let fine = levee.run(2.0, 1.0);
+        for ratio in [5.0, 10.0] {
+            let coarse = levee.run(2.0, ratio);
+            println!(
+                "gap, {degrees} degrees, ratio {ratio}: {coarse:.0?} for {fine:.0?}: {:.2}",
+                coarse.by_area / fine.by_area
+            );
+        }
+    }
+}
+
+fn ridge_warnings(prepared: &Prepared) -> Vec<String> {
+    let of_ridges = prepared.problems.iter().filter(|problem| problem.code == "ridge-in-cell");
+    of_ridges
+        .map(|problem| {
+            assert_eq!(problem.severity, Severity::Warning);
+            assert!(problem.at.is_some() && problem.cause.is_some() && problem.remedy.is_some());
+            problem.to_string()
+        })
+        .collect()
+}
+
+#[test]
+fn check_warns_of_ridges_that_cells_do_not_see_and_of_moving_particles_that_pass_them() {
+    let levee = Levee { degrees: 20.0, gap: 0.0, side: 100 };
+    let mut scene = levee.scene(2.0, 10.0);
+    let prepared = prepare(&scene.scenario);
+    let warnings = ridge_warnings(&prepared);
+    assert!(warnings.len() == 1 && warnings[0].contains("water passes them at their lowest place"), "{warnings:?}");
+    assert!(!prepared.ridges.is_empty());
+    for ridge in &prepared.ridges {
+        let middle = (ridge.line[0] + ridge.line[1]) * 0.5;
+        assert!(levee.across(middle).0.abs() < 15.0 && ridge.rise().is_some_and(|rise| rise > 0.1), "{ridge:?}");
+        assert!(((ridge.line[1] - ridge.line[0]).norm() - 10.0).abs() < 1e-9);
+        assert!(ridge.sill.is_some_and(|sill| (2.9..3.01).contains(&sill)), "{ridge:?}");
+    }
+    println!("{}", warnings[0]);
+    scene.scenario.numerics.motion = Motion::Lagrangian;
+    let warnings = ridge_warnings(&prepare(&scene.scenario));
+    assert!(warnings.len() == 1 && warnings[0].contains("moving particles pass them unhindered"), "{warnings:?}");
+    // The lattice of the pixels sees all.
+    let prepared = prepare(&levee.scene(2.0, 1.0).scenario);
+    assert!(ridge_warnings(&prepared).is_empty() && prepared.ridges.is_empty());
+}

@@ -1,0 +1,156 @@
+//! Faces over a ridge that their two cells do not see: its pass sill (M80) is the bed at the face.
+//!
+//! ```text
+//! (M81)  z* ← max(z*, P)                           after (M14)
+//! (M82)  D η = max(η_j, P) − max(η_i, P)           in (M11) and (M12); no slope where both levels lie below P
+//! ```
+//!
+//! Both sides see the same bed at the face. At rest a level below P leaves no depth there, and levels above it are equal: no term is
+//! left, whatever stands on the two sides. Faces with a sill are few; they are computed anew after the ordinary ones.
+//!
+//! Where the bed of a cell moves, the sill goes with the lower of the two: a breach takes the ridge with the ground, and ground that
+//! rises lifts it.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::faces::{EAST, Half, NORTH, Numbers, Side, Sill, over_sill};
+use super::spans::ActiveSet;
+use super::state::{GroundRow, State, datum};
+use super::walls::{Beside, NEIGHBOURS, Walls, correct};
+use super::{RestingMethods, Scale};
+use crate::bed::PassSill;
+use crate::math::larger;
+use crate::solver::FlowProblem;
+
+/// The faces with a sill, and the cells beside them, of every padded row.
+pub(crate) struct Passes {
+    faces: Vec<Vec<PassFace>>,
+    cells: Vec<Vec<PassCell>>,
+}
+
+/// A face with a sill, in the row of its owner.
+#[derive(Clone, Copy, Debug)]
+struct PassFace {
+    column: usize,
+    direction: usize,
+    /// Its level (m) now, and on the beds of the start.
+    level: f64,
+    level_at_start: f64,
+    /// The beds (m) of the two cells at the start.
+    beds: [f64; 2],
+}
+
+/// A cell beside such faces.
+#[derive(Clone, Copy, Debug)]
+struct PassCell {
+    column: usize,
+    beside: Beside,
+    /// The levels (m) of the sills on the ways to its neighbours, minus infinity where there is none.
+    sills: [f64; 4],
+}
+
+/// The place (row, column) of the other particle of a face.
+fn other((row, column): (usize, usize), direction: usize) -> (usize, usize) {
+    if direction == EAST { (row, column + 1) } else { (row + 1, column) }
+}
+
+impl Passes {
+    /// The sills of a problem.
+    pub fn new(problem: &FlowProblem, state: &State, walls: &Walls) -> Self {
+        let (lattice, datum) = (&problem.bed.lattice, datum(&problem.bed, &problem.initial_depth));
+        let mut faces = vec![Vec::new(); state.rows + 2];
+        let mut cells: Vec<BTreeMap<usize, Beside>> = vec![BTreeMap::new(); state.rows + 2];
+        for sill in problem.bed.passes.iter() {
+            let (column, row) = lattice.column_row(sill.cell);
+            let place = (row + 1, column + 1);
+            let direction = if sill.is_north { NORTH } else { EAST };
+            for (row, column) in [place, other(place, direction)] {
+                cells[row].entry(column).or_insert_with(|| walls.beside(row, column));
+            }
+            faces[place.0].push(PassFace::new(sill, (place.1, direction), problem, datum));
+        }
+        let cell = |(column, beside)| PassCell { column, beside, sills: [f64::NEG_INFINITY; 4] };
+        let cells = cells.into_iter().map(|row| row.into_iter().map(cell).collect()).collect();
+        let mut passes = Passes { faces, cells };
+        passes.follow(&state.ground);
+        passes
+    }
+
+    /// Brings the sills to the bed of now.
+    pub fn follow(&mut self, ground: &[GroundRow]) {
+        for row in 0..self.faces.len() {
+            for k in 0..self.faces[row].len() {
+                let face = &mut self.faces[row][k];
+                let here = (row, face.column);
+                let there = other(here, face.direction);
+                let rises = [here, there].map(|(row, column)| ground[row].bed[column]);
+                let rise = (rises[0] - face.beds[0]).min(rises[1] - face.beds[1]);
+                face.level = face.level_at_start + rise;
+                let (level, offset) = (face.level, if face.direction == EAST { (1, 0) } else { (0, 1) });
+                self.set_beside(here, offset, level);
+                self.set_beside(there, (-offset.0, -offset.1), level);
+            }
+        }
+    }
+
+    fn set_beside(&mut self, (row, column): (usize, usize), offset: (isize, isize), level: f64) {
+        let found = self.cells[row].binary_search_by_key(&column, |cell| cell.column);
+        let way = NEIGHBOURS.iter().position(|neighbour| *neighbour == offset);
+        if let (Ok(place), Some(way)) = (found, way) {
+            self.cells[row][place].sills[way] = level;
+        }
+    }
+
+    /// Gradients of the cells beside sills, after those beside walls.
+    pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
+        let (primitive, ground) = (&state.primitive, &state.ground);
+        state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
+            if active.work[row].is_empty() {
+                return;
+            }
+            for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
+                correct((primitive, ground), (row, cell.column), (cell.beside, &cell.sills), scale, gradient);
+            }
+        });
+    }
+
+    /// Fluxes of the faces with a sill.
+    pub fn apply(&self, state: &mut State, scale: &Scale, methods: RestingMethods) {
+        let numbers = Numbers::new(scale, methods);
+        let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
+        let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
+        state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
+            for face in faces {
+                let there = other((row, face.column), face.direction);
+                let half = |(row, column): (usize, usize)| {
+                    let half = Half::of_side(side(row), column, face.direction, scale.spacing);
+                    // The sill is a step of the bed beside the particle.
+                    Half { step: larger(half.step, face.level - half.z), ..half }
+                };
+                let (i, j) = (half((row, face.column)), half(there));
+                // Between films nothing flows, whatever stands between them.
+                if i.d <= scale.dry_depth && j.d <= scale.dry_depth {
+                    continue;
+                }
+                let sill = Sill { level: face.level, lowest: face.level };
+                let out = &mut flux[face.direction];
+                let k = face.column;
+                (out.mass[k], out.tangential[k], out.normal_left[k], out.normal_right[k]) =
+                    over_sill(i, j, sill, numbers, methods);
+            }
+        });
+    }
+}
+
+impl PassFace {
+    fn new(sill: &PassSill, (column, direction): (usize, usize), problem: &FlowProblem, datum: f64) -> Self {
+        let beds = [sill.cell, sill.other(&problem.bed.lattice)].map(|cell| problem.bed.elevation[cell] - datum);
+        let level = sill.level - datum;
+        PassFace { column, direction, level, level_at_start: level, beds }
+    }
+}
+
+#[cfg(test)]
+mod tests;
