@@ -51,6 +51,9 @@ fn noise(place: Vec2) -> f64 {
     ((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545).rem_euclid(1.0)
 }
 
+/// Where a cell of a square of so many columns lies after a turn.
+type Turn = fn(usize, usize, usize) -> (usize, usize);
+
 /// A disc of ground that is left out.
 struct Disc(Vec2, f64);
 
@@ -138,7 +141,7 @@ fn mirrored_and_turned_terrain_has_the_mirrored_and_turned_bed_to_the_bit() {
         let side = lattice.columns;
         assert_eq!(side * side, lattice.len());
         let bed = mean_bed(&terrain(own.clone()), &lattice);
-        let turns: [fn(usize, usize, usize) -> (usize, usize); 4] =
+        let turns: [Turn; 4] =
             [|i, j, n| (n - 1 - i, j), |i, j, n| (i, n - 1 - j), |i, j, _| (j, i), |i, j, n| (n - 1 - j, i)];
         for (number, turn) in turns.into_iter().enumerate() {
             let mut other = own.clone();
