@@ -5,11 +5,13 @@ mod place;
 mod ridge;
 mod sample;
 mod store;
+mod upright;
 
 pub use place::{derive_curvatures, place_bed};
 pub use ridge::Ridges;
 pub use sample::BedPoint;
 pub use store::BedParticles;
+pub use upright::{Step, highest_step};
 
 use crate::math::Vec2;
 use crate::terrain::Piece;

@@ -24,6 +24,7 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use super::mean::mean_height;
+use super::upright::keep_largest_side;
 use super::{BedParticles, LeftOut, Surface};
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
@@ -120,9 +121,13 @@ fn mean_of_cell(
         // All of it is left out: a cell that is taken as it is drawn.
         return Some(pointwise);
     }
+    let is_one_side = keep_largest_side(pieces, width);
     let surroundings = |pieces: &mut Vec<Piece>| {
-        surface.pieces(centre, width, true, pieces);
-        keep(pieces);
+        // One side of a step is its own surroundings.
+        if !is_one_side {
+            surface.pieces(centre, width, true, pieces);
+            keep(pieces);
+        }
     };
     mean_height(pieces, width, surroundings).or(Some(pointwise))
 }
