@@ -1,11 +1,13 @@
 //! The riverbed as particles: elevation, roughness and curvature on the lattice, and the bed between the particles.
 
+mod mean;
 mod noise;
 mod pass_sill;
 mod place;
 mod ridge;
 mod sample;
 mod store;
+mod upright;
 
 pub use noise::noise_in_cells;
 pub use pass_sill::{PassSill, PassSills, Pixels, SHUT};
@@ -13,8 +15,10 @@ pub use place::{derive_curvatures, place_bed};
 pub use ridge::Ridges;
 pub use sample::BedPoint;
 pub use store::BedParticles;
+pub use upright::{Step, highest_step};
 
 use crate::math::Vec2;
+use crate::terrain::Piece;
 
 /// Terrain as the riverbed needs it, whatever it is made of; map coordinates throughout.
 pub trait Surface: Sync {
@@ -30,6 +34,42 @@ pub trait Surface: Sync {
     /// Appends the terrain's own points (centres of raster cells, survey points) within `radius` (m) of a place, each with
     /// its elevation (m). Points without data are left out. The order is the same at every call.
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>);
+
+    /// Replaces `pieces` by those that a square of a width (m) around a place cuts out of the terrain, and of its surroundings where they
+    /// are asked for; see [`crate::terrain::Terrain::pieces`]. A surface that is none of rasters is sampled on 4 by 4 places.
+    fn pieces(&self, centre: Vec2, width: f64, with_surroundings: bool, pieces: &mut Vec<Piece>) {
+        let along = if with_surroundings { 8 } else { 4 };
+        let offset = |i: i32| (f64::from(i) + 0.5 - 0.5 * f64::from(along)) * (0.25 * width);
+        pieces.clear();
+        for i in 0..along * along {
+            let offset = Vec2::new(offset(i % along), offset(i / along));
+            let elevation = self.elevation(centre + offset);
+            pieces.extend(elevation.map(|elevation| Piece { offset, elevation, share: 1.0 }));
+        }
+    }
+}
+
+/// What stands on the terrain and does not belong to the ground beside it, such as the houses that a survey saw.
+pub trait LeftOut: Sync {
+    /// Whether some of it may lie in a cell or its surroundings.
+    fn is_near(&self, cell: usize) -> bool;
+
+    /// Whether a place (map) in the surroundings of a cell belongs to it.
+    fn holds(&self, cell: usize, map: Vec2) -> bool;
+}
+
+/// Nothing is left out.
+#[derive(Clone, Copy, Debug)]
+pub struct Nothing;
+
+impl LeftOut for Nothing {
+    fn is_near(&self, _: usize) -> bool {
+        false
+    }
+
+    fn holds(&self, _: usize, _: Vec2) -> bool {
+        false
+    }
 }
 
 impl Surface for crate::terrain::Terrain {
@@ -43,5 +83,9 @@ impl Surface for crate::terrain::Terrain {
 
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {
         crate::terrain::Terrain::samples(self, centre, radius, out);
+    }
+
+    fn pieces(&self, centre: Vec2, width: f64, with_surroundings: bool, pieces: &mut Vec<Piece>) {
+        crate::terrain::Terrain::pieces(self, centre, width, with_surroundings, pieces);
     }
 }

@@ -28,8 +28,10 @@ use crate::terrain::{PixelBlock, PixelGrid, Terrain};
 
 /// Level (m) of a sill that no water passes: two cells that no pixel with data joins.
 pub const SHUT: f64 = 1e6;
-/// A sill that rises less than this (m) above both beds does not count.
-pub const LEAST_RISE: f64 = 0.01;
+/// A sill that rises less than this (m) above both beds does not count,
+const LEAST_RISE: f64 = 0.1;
+/// or less than this share of the spacing, whichever is less: ridges in flumes are lower.
+const SHARE_OF_SPACING: f64 = 0.01;
 /// Distances that differ by less than this share of the spacing are equal.
 const EQUALLY_FAR: f64 = 1e-6;
 
@@ -230,7 +232,11 @@ impl<'a, P: Pixels> Search<'a, P> {
         for (side, places) in places.iter_mut().enumerate() {
             self.lowest_places([cell, other][side], grids[side], (&grid, &blocks), places);
         }
-        let level = self.window.join(&places[0], &places[1], beds[0].max(beds[1]) + LEAST_RISE);
+        let level = self.window.join(
+            &places[0],
+            &places[1],
+            beds[0].max(beds[1]) + LEAST_RISE.min(SHARE_OF_SPACING * lattice.spacing),
+        );
         [self.first, self.second] = places;
         sill.level = level?;
         Some(sill)

@@ -23,11 +23,14 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 
-use super::{BedParticles, Surface};
+use super::mean::mean_height;
+use super::upright::keep_largest_side;
+use super::{BedParticles, LeftOut, Surface};
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
 use crate::physics::kernel::{CubicSpline, Shape};
 use crate::scenario::methods::BedMethod;
+use crate::terrain::Piece;
 
 /// Support radius over lattice spacing for heights and slopes.
 const HEIGHT_SUPPORT: f64 = 1.5;
@@ -51,39 +54,111 @@ const SINGULAR: f64 = 1e-9;
 ///
 /// - `surface`: the terrain; a cell whose centre has no terrain gets the elevation NaN
 /// - `method`: how elevations are taken from the terrain
+/// - `left_out`: what stands on the terrain and is not part of the means of the cells beside it
 /// - `manning` (s·m^(−1/3)): the roughness of every particle
 ///
 /// The same bits for any number of threads.
-pub fn place_bed(surface: &impl Surface, lattice: &Lattice, method: BedMethod, manning: f64) -> BedParticles {
+pub fn place_bed(
+    surface: &impl Surface,
+    lattice: &Lattice,
+    method: BedMethod,
+    left_out: &impl LeftOut,
+    manning: f64,
+) -> BedParticles {
     let mut bed = BedParticles::from_elevation(lattice.clone(), vec![f64::NAN; lattice.len()], manning);
     bed.is_sloped = true;
     if lattice.is_empty() {
         return bed;
     }
-    bed.elevation.par_chunks_mut(lattice.columns).enumerate().for_each_init(Vec::new, |samples, (row, elevations)| {
-        for (column, elevation) in elevations.iter_mut().enumerate() {
-            let place = lattice.to_map(lattice.centre(lattice.index(column, row)));
-            let Some(pointwise) = surface.elevation(place) else { continue };
-            *elevation = match method {
-                BedMethod::Pointwise => pointwise,
-                BedMethod::Shepard => {
-                    samples.clear();
-                    let radius = HEIGHT_SUPPORT * lattice.spacing;
-                    surface.samples(place, radius, samples);
-                    shepard_height(place, radius, pointwise, samples).unwrap_or(pointwise)
-                }
-                BedMethod::MovingLeastSquares => {
-                    samples.clear();
-                    let radius = SQUARES_SUPPORT * lattice.spacing;
-                    surface.samples(place, radius, samples);
-                    squares_height(place, radius, pointwise, samples)
-                        .or_else(|| shepard_height(place, radius, pointwise, samples))
-                        .unwrap_or(pointwise)
-                }
-            };
-        }
-    });
+    bed.elevation.par_chunks_mut(lattice.columns).enumerate().for_each_init(
+        Room::default,
+        |room, (row, elevations)| {
+            for (column, elevation) in elevations.iter_mut().enumerate() {
+                let cell = lattice.index(column, row);
+                let place = lattice.to_map(lattice.centre(cell));
+                let height = match method {
+                    BedMethod::Mean => {
+                        mean_of_cell(surface, (cell, place, lattice.spacing), left_out, &mut room.pieces)
+                    }
+                    _ => fitted_height(surface, place, lattice.spacing, method, &mut room.samples),
+                };
+                *elevation = height.unwrap_or(f64::NAN);
+            }
+        },
+    );
     bed
+}
+
+/// Room for the terrain of a cell.
+#[derive(Default)]
+struct Room {
+    pieces: Vec<Piece>,
+    samples: Vec<(Vec2, f64)>,
+}
+
+/// Mean height of a cell, given by its index, its centre (map) and its width (m); `None` where its centre has no terrain.
+fn mean_of_cell(
+    surface: &impl Surface,
+    (cell, centre, width): (usize, Vec2, f64),
+    left_out: &impl LeftOut,
+    pieces: &mut Vec<Piece>,
+) -> Option<f64> {
+    surface.pieces(centre, width, false, pieces);
+    if let [piece] = pieces[..]
+        && piece.is_whole()
+    {
+        return Some(piece.elevation);
+    }
+    let pointwise = surface.elevation(centre)?;
+    let is_beside = left_out.is_near(cell);
+    let keep = |pieces: &mut Vec<Piece>| {
+        if is_beside {
+            pieces.retain(|piece| !left_out.holds(cell, centre + piece.offset));
+        }
+    };
+    keep(pieces);
+    if pieces.is_empty() {
+        // All of it is left out: a cell that is taken as it is drawn.
+        return Some(pointwise);
+    }
+    let is_one_side = keep_largest_side(pieces, width);
+    let surroundings = |pieces: &mut Vec<Piece>| {
+        // One side of a step is its own surroundings.
+        if !is_one_side {
+            surface.pieces(centre, width, true, pieces);
+            keep(pieces);
+        }
+    };
+    mean_height(pieces, width, surroundings).or(Some(pointwise))
+}
+
+/// Height of a particle by the other methods; `None` where there is no terrain.
+fn fitted_height(
+    surface: &impl Surface,
+    place: Vec2,
+    spacing: f64,
+    method: BedMethod,
+    samples: &mut Vec<(Vec2, f64)>,
+) -> Option<f64> {
+    let pointwise = surface.elevation(place)?;
+    let mut around = |support: f64| {
+        samples.clear();
+        surface.samples(place, support * spacing, samples);
+    };
+    Some(match method {
+        BedMethod::Mean | BedMethod::Pointwise => pointwise,
+        BedMethod::Shepard => {
+            around(HEIGHT_SUPPORT);
+            shepard_height(place, HEIGHT_SUPPORT * spacing, pointwise, samples).unwrap_or(pointwise)
+        }
+        BedMethod::MovingLeastSquares => {
+            around(SQUARES_SUPPORT);
+            let radius = SQUARES_SUPPORT * spacing;
+            squares_height(place, radius, pointwise, samples)
+                .or_else(|| shepard_height(place, radius, pointwise, samples))
+                .unwrap_or(pointwise)
+        }
+    })
 }
 
 /// Curvatures of all riverbed particles from their elevations.
@@ -157,18 +232,24 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     let height = mean_elevation - gradient.dot(mean_offset);
 
     let inside = samples.iter().map(weighted).filter(|&(.., w)| w > 0.0);
-    Some(reference + bounded(height, inside.map(|(offset, elevation, _)| (elevation, height + gradient.dot(offset)))))
+    let fitted = inside.map(|(offset, elevation, _)| (elevation, height + gradient.dot(offset)));
+    Some(reference + bounded_by(height, fitted))
 }
 
 /// A fitted height that leaves the range of the samples by as much as the fit deserves; `fitted` are the samples, each with
 /// what the fit makes of it.
-fn bounded(height: f64, fitted: impl Iterator<Item = (f64, f64)>) -> f64 {
+fn bounded_by(height: f64, fitted: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut lowest, mut highest, mut residual) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
     for (elevation, fit) in fitted {
         lowest = lowest.min(elevation);
         highest = highest.max(elevation);
         residual = residual.max((elevation - fit).abs());
     }
+    bounded(height, (lowest, highest), residual)
+}
+
+/// A fitted height, of which what lies beyond a range is reduced by the largest residual of the fit: nothing for a plane.
+pub(super) fn bounded(height: f64, (lowest, highest): (f64, f64), residual: f64) -> f64 {
     let within = height.clamp(lowest, highest);
     let beyond = height - within;
     within + beyond.signum() * (beyond.abs() - residual).max(0.0)
@@ -197,7 +278,7 @@ fn squares_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     let y = solve_cholesky(normal, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
     let response: f64 = inside().map(|(terms, _, w)| (w * dot(&terms, &y)).abs()).sum();
     let fit = solve_cholesky(normal, right).filter(|_| response < LARGEST_RESPONSE)?;
-    Some(reference + bounded(fit[0], inside().map(|(terms, elevation, _)| (elevation, dot(&terms, &fit)))))
+    Some(reference + bounded_by(fit[0], inside().map(|(terms, elevation, _)| (elevation, dot(&terms, &fit)))))
 }
 
 /// A neighbour on the lattice: steps to the east and north, and its weight.
@@ -285,7 +366,7 @@ fn add_outer_product(matrix: &mut Sym2, v: Vec2, w: f64) {
 }
 
 /// The solution of `matrix` x = `right` for a regular matrix.
-fn solve(matrix: Sym2, right: Vec2) -> Vec2 {
+pub(super) fn solve(matrix: Sym2, right: Vec2) -> Vec2 {
     Sym2 { xx: matrix.yy, xy: -matrix.xy, yy: matrix.xx }.apply(right) / matrix.determinant()
 }
 

@@ -70,6 +70,15 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     Opened { breaklines, buildings }
 }
 
+impl Opened {
+    /// Footprints of the buildings that are blocked (map coordinates).
+    pub fn blocked(&self, scenario: &Scenario) -> impl Iterator<Item = &MultiPolygon<f64>> {
+        let are_blocked =
+            scenario.ground.buildings.as_ref().is_some_and(|buildings| matches!(buildings.mode, BuildingMode::Block));
+        self.buildings.iter().filter(move |_| are_blocked).map(|(footprint, _)| footprint)
+    }
+}
+
 /// Changes the bed, and its roughness.
 pub(super) fn on_lattice(
     opened: &Opened,

@@ -3,6 +3,7 @@
 //! What a run needs is handed on in [`Prepared`]: the riverbed and the still water on it, walls and open edges for the
 //! solver, gauges and the reference system for the outputs.
 
+mod blocked;
 mod breach;
 mod burn;
 mod cf_time;
@@ -39,6 +40,7 @@ mod series_times;
 mod shaped;
 mod sources;
 mod start;
+mod steps;
 mod wall_gaps;
 mod water;
 
@@ -287,7 +289,10 @@ fn place_on_lattice(
     let Some(lattice) = findings.take(&scenario.resolution, lattice) else {
         return;
     };
-    let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, scenario.roughness.manning.unwrap_or(0.0));
+    let manning = scenario.roughness.manning.unwrap_or(0.0);
+    let blocked = blocked::Blocked::new(ground.blocked(scenario), terrain, &lattice);
+    let mut bed = place_bed(terrain, &lattice, scenario.numerics.bed, &blocked, manning);
+    steps::check(scenario, terrain, (&bed, &blocked), findings);
     let mut changes = Changes::default();
     gaps::treat(scenario, &mut bed, &mut changes, findings);
     gaps::check_seams(scenario, &bed, findings);

@@ -113,6 +113,7 @@ family! {
     /// How a riverbed particle gets its elevation from the terrain.
     BedMethod {
         #[default]
+        Mean = "mean": "mean of all terrain in the cell of the particle, corrected to be exact for a plane; blocked buildings left out",
         Pointwise = "pointwise": "bilinear terrain elevation at the particle",
         Shepard = "shepard": "kernel mean of the terrain around the particle, corrected to be exact for a plane",
         MovingLeastSquares = "moving_least_squares": "quadratic that fits the terrain around the particle best",

@@ -1,12 +1,14 @@
 //! Terrain: rasters and survey points as one surface that can be asked for its elevation anywhere.
 
 mod ascii_grid;
+mod pieces;
 mod pixels;
 mod raster;
 mod read;
 mod survey;
 mod survey_read;
 
+pub use pieces::Piece;
 pub use pixels::{PixelBlock, PixelGrid};
 pub use raster::Raster;
 pub use read::{PLAUSIBLE_ELEVATION, Placing, RasterFile, RasterRequest};
@@ -75,6 +77,8 @@ pub enum Overlay {
 pub struct Terrain {
     layers: Vec<Layer>,
     overlays: Vec<Overlay>,
+    /// Of each layer.
+    extents: Vec<(Vec2, Vec2)>,
     extent: (Vec2, Vec2),
 }
 
@@ -87,10 +91,13 @@ impl Terrain {
     /// The same with a way to meet those under it for each layer.
     pub fn with_overlays(layers: Vec<(Layer, Overlay)>) -> Option<Terrain> {
         let (layers, overlays): (Vec<Layer>, Vec<Overlay>) = layers.into_iter().unzip();
-        let extent = layers.iter().filter_map(Layer::extent).reduce(|a, b| {
+        let extents: Vec<Option<(Vec2, Vec2)>> = layers.iter().map(Layer::extent).collect();
+        let extent = extents.iter().flatten().copied().reduce(|a, b| {
             (Vec2::new(a.0.x.min(b.0.x), a.0.y.min(b.0.y)), Vec2::new(a.1.x.max(b.1.x), a.1.y.max(b.1.y)))
         })?;
-        Some(Terrain { layers, overlays, extent })
+        let nowhere = (Vec2::new(f64::INFINITY, f64::INFINITY), Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
+        let extents = extents.into_iter().map(|extent| extent.unwrap_or(nowhere)).collect();
+        Some(Terrain { layers, overlays, extents, extent })
     }
 
     /// The layers, the last one on top.

@@ -174,7 +174,7 @@ impl Survey {
     }
 
     /// Whether a place lies inside the area to which the survey is cut.
-    fn covers(&self, map: Vec2) -> bool {
+    pub(super) fn covers(&self, map: Vec2) -> bool {
         self.area.as_ref().is_none_or(|area| area.contains(&geo::Point::new(map.x, map.y)))
     }
 

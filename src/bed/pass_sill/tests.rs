@@ -1,5 +1,5 @@
 use super::*;
-use crate::bed::place_bed;
+use crate::bed::{Nothing, place_bed};
 use crate::scenario::methods::BedMethod;
 use crate::terrain::{Layer, Raster};
 
@@ -66,7 +66,7 @@ fn no_unbroken_levee_leaks_at_any_angle_ratio_and_origin() {
             let terrain = terrain(Vec2::ZERO, (120, 120), 1.0, |place| levee(place, degrees, shift));
             let cells = ((120.0 - offset) / ratio) as usize;
             let lattice = lattice(Vec2::new(offset, offset), cells, cells, ratio);
-            let mut bed = place_bed(&terrain, &lattice, BedMethod::Shepard, 0.0);
+            let mut bed = place_bed(&terrain, &lattice, BedMethod::Mean, &Nothing, 0.0);
             bed.passes = PassSills::find(&terrain, &bed);
             assert!(bed.passes.iter().all(|sill| sill.level < 3.0 + 1e-9), "no sill is higher than the crest");
             let (dry, wet) = (reached(&bed, 2.4), reached(&bed, 3.01));
@@ -111,11 +111,11 @@ fn terrain_no_finer_than_the_lattice_and_smooth_terrain_have_no_sills() {
     for spacing in [0.5, 1.0] {
         let terrain = terrain(Vec2::ZERO, (20, 20), 1.0, rough);
         let lattice = lattice(Vec2::new(0.25, 0.25), 8, 8, spacing);
-        let bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.0);
+        let bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.0);
         assert!(PassSills::find(&terrain, &bed).is_empty());
     }
     let plane = terrain(Vec2::ZERO, (60, 60), 1.0, |place| 0.3 * place.x - 0.1 * place.y);
-    let bed = place_bed(&plane, &lattice(Vec2::ZERO, 6, 6, 10.0), BedMethod::Shepard, 0.0);
+    let bed = place_bed(&plane, &lattice(Vec2::ZERO, 6, 6, 10.0), BedMethod::Mean, &Nothing, 0.0);
     assert!(PassSills::find(&plane, &bed).is_empty());
 }
 
@@ -161,7 +161,7 @@ fn sills_of_a_mirrored_terrain_are_mirrored() {
 fn sills_are_found_again_where_the_bed_changed() {
     let terrain = terrain(Vec2::ZERO, (120, 120), 1.0, |place| levee(place, 20.0, 0.0));
     let lattice = lattice(Vec2::ZERO, 12, 12, 10.0);
-    let mut bed = place_bed(&terrain, &lattice, BedMethod::Shepard, 0.0);
+    let mut bed = place_bed(&terrain, &lattice, BedMethod::Mean, &Nothing, 0.0);
     let mut passes = PassSills::find(&terrain, &bed);
     let changed = [5, 17, 18, 66, 143];
     for cell in changed {

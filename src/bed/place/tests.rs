@@ -1,6 +1,7 @@
 //! Exactness for planes and quadratics, boundedness at steps, the same bits on any number of threads.
 
 use super::*;
+use crate::bed::Nothing;
 
 /// A terrain given by a formula, by its samples, and by where it ends.
 struct Made<F: Fn(Vec2) -> f64 + Sync> {
@@ -64,7 +65,7 @@ fn shepard_height_is_exact_for_a_plane() {
     for (step, jitter) in [(1.0, 0.0), (1.0, 0.45), (2.3, 0.3), (4.0, 0.0), (9.0, 0.4)] {
         for has_terrain in [everywhere, ragged] {
             let terrain = Made { formula: plane, points: points(step, jitter), has_terrain };
-            let bed = place_bed(&terrain, &lattice(), BedMethod::Shepard, 0.03);
+            let bed = place_bed(&terrain, &lattice(), BedMethod::Shepard, &Nothing, 0.03);
             for index in 0..bed.lattice.len() {
                 let place = bed.lattice.to_map(bed.lattice.centre(index));
                 assert_eq!(bed.has_terrain(index), has_terrain(place));
@@ -82,7 +83,7 @@ fn least_squares_are_exact_for_a_plane_and_inside_for_a_quadratic() {
         for has_terrain in [everywhere as fn(Vec2) -> bool, ragged] {
             let made = |formula| Made { formula, points: points(step, jitter), has_terrain };
             let [flat, curved] = [made(plane as fn(Vec2) -> f64), made(quadratic)]
-                .map(|terrain| place_bed(&terrain, &lattice(), BedMethod::MovingLeastSquares, 0.03));
+                .map(|terrain| place_bed(&terrain, &lattice(), BedMethod::MovingLeastSquares, &Nothing, 0.03));
             for index in (0..flat.lattice.len()).filter(|&index| flat.has_terrain(index)) {
                 let place = flat.lattice.to_map(flat.lattice.centre(index));
                 let error = flat.elevation[index] - plane(place);
@@ -110,7 +111,7 @@ fn with_curvature(mut bed: BedParticles) -> BedParticles {
 fn slope_is_exact_for_a_plane_and_along_a_strip() {
     for has_terrain in [everywhere, ragged] {
         let terrain = Made { formula: plane, points: Vec::new(), has_terrain };
-        let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Pointwise, 0.03));
+        let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Pointwise, &Nothing, 0.03));
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
             let strip = !has_terrain(Vec2::new(146.0, 202.0)) && bed.lattice.centre(index).x > 36.0;
             // In a strip of one cell, nothing is known across it: the slope along it remains.
@@ -125,7 +126,7 @@ fn slope_is_exact_for_a_plane_and_along_a_strip() {
 #[test]
 fn curvature_is_exact_for_a_quadratic_at_edges_too() {
     let terrain = Made { formula: quadratic, points: Vec::new(), has_terrain: everywhere };
-    let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Pointwise, 0.03));
+    let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Pointwise, &Nothing, 0.03));
     for curvature in &bed.curvature {
         let error = [curvature.xx - 0.02, curvature.xy - 0.007, curvature.yy + 0.03];
         // Elevations of 10 m carry 1e-15 m; differences over 4 m and a condition of some hundreds give 1e-13 / m.
@@ -136,7 +137,7 @@ fn curvature_is_exact_for_a_quadratic_at_edges_too() {
 #[test]
 fn curvature_beside_nodata_is_exact_or_zero() {
     let terrain = Made { formula: quadratic, points: Vec::new(), has_terrain: ragged };
-    let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Pointwise, 0.03));
+    let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Pointwise, &Nothing, 0.03));
     let exact = |k: &Sym2| (k.xx - 0.02).abs() + (k.xy - 0.007).abs() + (k.yy + 0.03).abs() < 1e-11;
     let known = (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index));
     let (exact, other): (Vec<_>, Vec<_>) = known.partition(|&index| exact(&bed.curvature[index]));
@@ -149,7 +150,7 @@ fn curvature_beside_nodata_is_exact_or_zero() {
 fn lonely_cell_is_flat() {
     let terrain =
         Made { formula: plane, points: Vec::new(), has_terrain: |p| (p.x - 110.0).abs() + (p.y - 210.0).abs() < 1.0 };
-    let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Shepard, 0.03));
+    let bed = with_curvature(place_bed(&terrain, &lattice(), BedMethod::Shepard, &Nothing, 0.03));
     let known: Vec<usize> = (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)).collect();
     assert_eq!(known.len(), 1);
     assert_eq!((bed.slope(known[0]), bed.curvature[known[0]]), (Vec2::ZERO, Sym2::default()));
@@ -162,7 +163,7 @@ fn heights_at_a_step_stay_between_its_levels() {
             let formula = move |p: Vec2| if p.x + 0.3 * (p.y - 200.0) < cliff { 0.0 } else { 50.0 };
             let terrain = Made { formula, points: points(step, jitter), has_terrain: ragged };
             for method in [BedMethod::Shepard, BedMethod::MovingLeastSquares] {
-                let bed = place_bed(&terrain, &lattice(), method, 0.03);
+                let bed = place_bed(&terrain, &lattice(), method, &Nothing, 0.03);
                 let levels = -1e-9..=50.0 + 1e-9;
                 let outside: Vec<f64> =
                     bed.elevation.iter().copied().filter(|z| !levels.contains(z) && !z.is_nan()).collect();
@@ -177,7 +178,7 @@ fn detail_finer_than_the_lattice_is_smoothed() {
     // A washboard of 2 m on a lattice of 4 m: pointwise heights see one phase of it, the kernel mean its mean.
     let washboard = |p: Vec2| (std::f64::consts::PI * p.x).cos();
     let terrain = Made { formula: washboard, points: points(0.25, 0.0), has_terrain: everywhere };
-    let bed = place_bed(&terrain, &lattice(), BedMethod::Shepard, 0.03);
+    let bed = place_bed(&terrain, &lattice(), BedMethod::Shepard, &Nothing, 0.03);
     let inner = (0..bed.lattice.len()).filter(|&i| (1..11).contains(&bed.lattice.column_row(i).0));
     let largest = inner.map(|i| bed.elevation[i].abs()).fold(0.0, f64::max);
     // The transform of the B-spline at 2 m is below 1 %; the pointwise heights are all 1.
@@ -190,7 +191,7 @@ fn same_bits_for_any_number_of_threads() {
     let terrain = Made { formula: rough, points: points(1.0, 0.4), has_terrain: ragged };
     let bits = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let bed = pool.install(|| with_curvature(place_bed(&terrain, &lattice(), BedMethod::Shepard, 0.03)));
+        let bed = pool.install(|| with_curvature(place_bed(&terrain, &lattice(), BedMethod::Shepard, &Nothing, 0.03)));
         let elevations = bed.elevation.iter().map(|z| z.to_bits());
         elevations.chain(bed.curvature.iter().map(|k| k.xy.to_bits())).collect::<Vec<_>>()
     };

@@ -1,7 +1,7 @@
 //! Equal volumes, evenly spaced, in the water, and the same on any number of threads.
 
 use super::*;
-use crate::bed::place_bed;
+use crate::bed::{Nothing, place_bed};
 use crate::scenario::methods::BedMethod;
 use crate::seeding::Barriers;
 use crate::seeding::still_water::fill_still_water;
@@ -13,7 +13,7 @@ fn seeds(particle_volume: f64) -> (Vec<FluidSeed>, StillWater) {
         let island = 12.0 - 0.5 * (p - Vec2::new(30.0, 10.0)).norm();
         (20.0 * p.norm_squared() / 1e4).max(8.0 + island)
     });
-    let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, 0.03);
+    let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, &Nothing, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 20.0)];
     let still = fill_still_water(&bodies, &mut bed, &surface, Barriers::default());
     (equal_volume_filling(&[20.0], &bed, &still, particle_volume), still)

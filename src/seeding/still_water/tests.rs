@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use geo::{BooleanOps, Coord, LineString, MultiPolygon, Polygon};
 
 use super::*;
-use crate::bed::place_bed;
+use crate::bed::{Nothing, place_bed};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::methods::BedMethod;
@@ -44,7 +44,7 @@ pub(crate) fn body(polygon: Polygon<f64>, level: f64) -> StillBody {
 
 fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[StillBody]) -> (BedParticles, StillWater) {
     let surface = Formula(formula);
-    let mut bed = place_bed(&surface, lattice, BedMethod::Pointwise, 0.03);
+    let mut bed = place_bed(&surface, lattice, BedMethod::Pointwise, &Nothing, 0.03);
     let still = fill_still_water(bodies, &mut bed, &surface, Barriers::default());
     (bed, still)
 }
@@ -178,7 +178,7 @@ fn open_dam_line_is_the_one_leak() {
 fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
     let surface = Formula(valley);
     // The dam lies askew to the rows; the rim of the polygon leaves slivers on both sides of it.
-    let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
+    let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, &Nothing, 0.03);
     let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
     let still = fill_still_water(&reservoir(), &mut bed, &surface, Barriers { walls: &[dam], dam: &[] });
     let books = &still.volumes[0];
@@ -244,8 +244,8 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
             rows: rows / coarseness,
             spacing: cell * coarseness as f64,
         };
-        let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
-        let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, 0.03);
+        let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
+        let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
         let still = fill_still_water(&bodies, &mut bed, &terrain, Barriers::default());
         let books = &still.volumes[0];
         let volume = level * 20.0 * 120.0;
@@ -272,8 +272,8 @@ fn a_building_in_a_film_is_as_large_as_on_dry_ground() {
 /// no room for that, fills all other cells.
 fn assert_house_stands(surface: &impl Surface) {
     let level = 0.02;
-    let dry = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, 0.03);
-    let mut bed = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, 0.03);
+    let dry = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, &Nothing, 0.03);
+    let mut bed = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, &Nothing, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 100.0, 4, 0.0), level)];
     let still = fill_still_water(&bodies, &mut bed, surface, Barriers::default());
     let (mut standing, mut other) = (0, 0);
@@ -361,7 +361,7 @@ fn dam_through_a_row_of_centres_holds_however_it_is_drawn() {
         vec![piece(2.0, -90.0), piece(2.0, 90.0)],
     ];
     for dam in drawn {
-        let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, 0.03);
+        let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, &Nothing, 0.03);
         let dam: Vec<[Vec2; 2]> = dam.iter().map(|piece| piece.map(|p| bed.lattice.to_local(p))).collect();
         let still = fill_still_water(&bodies, &mut bed, &surface, Barriers { walls: &dam, dam: &[] });
         assert_eq!(still.volumes[0].leaks, [], "{dam:?}");

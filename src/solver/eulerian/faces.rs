@@ -7,7 +7,7 @@
 //! (M13)  d_iR = clamp(d_i + ½ φ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise; but where water is drawn out, D u > 0 or one
 //!        side dry: d_iR = (√d_i + ½ φ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
 //! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
-//! (M79)  r_l = (1 − φ_i²) min([b_r − b_l]₊, [−a_1]₊, [z_i − z_j]₊)   r_r likewise; φ_i = d_i/(d_i + s_i), b_l = η_i + a_1 − d_iR, b_r = η_j − a_2 − d_jR
+//! (M79)  r_l = (1 − σ_i²) min([b_r − b_l]₊, [−a_1]₊, [z_i − z_j]₊)   r_r likewise; σ_i = d_i/(d_i + s_i), b_l = η_i + a_1 − d_iR, b_r = η_j − a_2 − d_jR
 //! (M15)  d_l = clamp(η_i + a_1 + r_l − z*, 0, d_iR)   d_r = clamp(η_j − a_2 + r_r − z*, 0, d_jR)
 //! (M75)  (d_l, u_l) ← the state over the sill by the head and the discharge of the water before it, no faster than beyond
 //! (M95)  p_l = g d_l f clamp(2 − d_j/d_i, 0, 1)/(1 + (f/Δ)⁴),  f = [z* − r_l − η_j + a_2]₊ where z_i > z_j; p_r likewise
@@ -422,17 +422,16 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     };
     let d_l = clamp(eta_l + raise_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r + raise_r - sill, 0.0, d_j);
-    // The weight of the water on the step that it falls over pushes the giver on (M95).
-    let (upper_d, edge_d, edge, lower_eta) =
-        if fall > 0.0 { (i.d, d_l, sill - raise_l, eta_r) } else { (j.d, d_r, sill - raise_r, eta_l) };
+    // The weight of the water on the step that it falls over pushes the giver on (M95); not where the water below is deep: that is a
+    // shore, and no fall.
+    let (upper_d, lower_d, edge_d, edge, lower_eta) =
+        if fall > 0.0 { (i.d, j.d, d_l, sill - raise_l, eta_r) } else { (j.d, i.d, d_r, sill - raise_r, eta_l) };
     let height = larger(edge - lower_eta, 0.0);
     let ratio = height * per_dx;
     let square = ratio * ratio;
-    let lower_d = if fall > 0.0 { j.d } else { i.d };
-    // Not where the water below is deep: that is a shore, and no fall.
-    let share = clamp(2.0 - lower_d / upper_d, 0.0, 1.0);
+    let fade = clamp(2.0 - lower_d / upper_d, 0.0, 1.0);
     let weight =
-        if upper_d > dry_depth && !HAS_SILL { share * g * edge_d * height / (1.0 + square * square) } else { 0.0 };
+        if upper_d > dry_depth && !HAS_SILL { fade * g * edge_d * height / (1.0 + square * square) } else { 0.0 };
     let (weight_i, weight_j) = (if fall > 0.0 { weight } else { 0.0 }, if fall < 0.0 { weight } else { 0.0 });
     // Water goes over the sill to the one side or to the other, or does not: seen from the side that it comes from.
     let is_to_right = smaller(i.u, j.u) > 0.0;

@@ -238,7 +238,7 @@ impl EulerianSolver {
         if is_mixed {
             mixing::add(state, active, scale, time_step);
         }
-        self.passes.apply(state, scale, self.methods);
+        self.passes.apply(state, active, scale, self.methods);
         self.walls.apply(state, scale);
         let step = (self.time, self.time + time_step);
         self.open.apply(state, scale, self.methods, step);

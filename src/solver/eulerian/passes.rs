@@ -117,23 +117,27 @@ impl Passes {
     }
 
     /// Fluxes of the faces with a sill.
-    pub fn apply(&self, state: &mut State, scale: &Scale, methods: RestingMethods) {
+    pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale, methods: RestingMethods) {
         let numbers = Numbers::new(scale, methods);
         let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
         let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
         state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
             for face in faces {
+                if [row, row + 1].iter().all(|&row| active.work.get(row).is_none_or(Vec::is_empty)) {
+                    return;
+                }
                 let there = other((row, face.column), face.direction);
+                // Between films nothing flows, whatever stands between them.
+                let is_film = |(row, column): (usize, usize)| primitive[row].depth[column] <= scale.dry_depth;
+                if is_film((row, face.column)) && is_film(there) {
+                    continue;
+                }
                 let half = |(row, column): (usize, usize)| {
                     let half = Half::of_side(side(row), column, face.direction, scale.spacing);
                     // The sill is a step of the bed beside the particle.
                     Half { step: larger(half.step, face.level - half.z), ..half }
                 };
                 let (i, j) = (half((row, face.column)), half(there));
-                // Between films nothing flows, whatever stands between them.
-                if i.d <= scale.dry_depth && j.d <= scale.dry_depth {
-                    continue;
-                }
                 let sill = Sill { level: face.level, lowest: face.level };
                 let out = &mut flux[face.direction];
                 let k = face.column;

@@ -66,6 +66,16 @@ const STOKER_BARS: &[Bar] = &[
     Bar { order: Some((1.0, Some(1.0))), ..Bar::NONE },
 ];
 
+/// A dam break in the plane, on which nothing was tuned.
+const fn in_plane(
+    name: &'static str,
+    about: &'static str,
+    bars: &'static [Bar],
+    setup: fn(f64, Motion) -> SetupResult,
+) -> Case {
+    Case { name, suite: Suite::Analytic, about, is_tuned: false, spacings: &[10.0, 5.0, 2.5], tested: 2, bars, setup }
+}
+
 /// The cases.
 pub const CASES: &[Case] = &[
     Case {
@@ -78,17 +88,13 @@ pub const CASES: &[Case] = &[
         bars: RITTER_BARS,
         setup: |spacing, _| Ok(channel(spacing, 0.0, END)),
     },
-    Case {
-        name: "ritter_plane",
-        suite: Suite::Analytic,
-        about: "The same as ritter in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
-                single row they cannot leave their line.",
-        is_tuned: false,
-        spacings: &[10.0, 5.0, 2.5],
-        tested: 2,
-        bars: RITTER_BARS,
-        setup: |spacing, _| Ok(plane(spacing, 0.0)),
-    },
+    in_plane(
+        "ritter_plane",
+        "The same as ritter in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
+         single row they cannot leave their line.",
+        RITTER_BARS,
+        |spacing, _| Ok(plane(spacing, 0.0)),
+    ),
     Case {
         name: "stoker",
         suite: Suite::Analytic,
@@ -99,17 +105,13 @@ pub const CASES: &[Case] = &[
         bars: STOKER_BARS,
         setup: |spacing, _| Ok(channel(spacing, 5.0, END)),
     },
-    Case {
-        name: "stoker_plane",
-        suite: Suite::Analytic,
-        about: "The same as stoker in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
-                single row they cannot leave their line.",
-        is_tuned: false,
-        spacings: &[10.0, 5.0, 2.5],
-        tested: 2,
-        bars: STOKER_BARS,
-        setup: |spacing, _| Ok(plane(spacing, 5.0)),
-    },
+    in_plane(
+        "stoker_plane",
+        "The same as stoker in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
+         single row they cannot leave their line.",
+        STOKER_BARS,
+        |spacing, _| Ok(plane(spacing, 5.0)),
+    ),
     Case {
         name: "stoker_moments",
         suite: Suite::Analytic,

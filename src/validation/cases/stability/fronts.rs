@@ -1,6 +1,6 @@
 //! Fronts in a channel on a level bed: over thin water, into vacuum, restarted from a thin film, and a hydraulic jump standing still.
 
-use super::{DEPTH, PLACE, depth_error, fastest, fill, front};
+use super::{DEPTH, PLACE, behind_jump, depth_error, fastest, fill, front};
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
@@ -184,7 +184,7 @@ fn restarted(spacing: f64) -> Setup {
 }
 
 /// A hydraulic jump at rest, behind which moving particles have the volume of those before it where they are `equal`: such a jump is made
-/// of the water that came through it. d₂ = d₁ (√(1 + 8 Fr²) − 1)/2, u₂ = u₁ d₁/d₂ (Belanger's equation, in `Chow1959`).
+/// of the water that came through it.
 fn standing_jump(spacing: f64, equal: bool) -> Setup {
     const FROUDE: f64 = 3.0;
     const SHALLOW: f64 = 1.0;
@@ -195,7 +195,7 @@ fn standing_jump(spacing: f64, equal: bool) -> Setup {
     /// Where the depth behind the jump is taken (m from it).
     const BEHIND: std::ops::Range<f64> = 15.0..30.0;
     let speed = FROUDE * (GRAVITY * SHALLOW).sqrt();
-    let deep = 0.5 * SHALLOW * ((1.0 + 8.0 * FROUDE * FROUDE).sqrt() - 1.0);
+    let deep = behind_jump(SHALLOW, FROUDE);
     let state = move |x: f64| if x < SIDES.0 { (SHALLOW, speed) } else { (deep, speed * SHALLOW / deep) };
     let mut problem = flat_strip(SIDES.0 + SIDES.1, spacing, |_| 0.0);
     fill(&mut problem, |place| state(place.x).0);

@@ -1,6 +1,6 @@
 //! Hydraulic jumps that stand still along the lattice, as wide as long, over a bed with noise of a micrometre: rows of the lattice must not drift apart.
 
-use super::{cell_seeds, fastest, fill};
+use super::{behind_jump, cell_seeds, fastest, fill};
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::GRAVITY;
@@ -27,8 +27,7 @@ const fn jump(name: &'static str, about: &'static str, setup: fn(f64, Motion) ->
     Case { name, suite: Suite::Stability, about, is_tuned: false, spacings: &[0.5], tested: 1, bars: &[], setup }
 }
 
-/// A jump in the middle of a channel fed from the west and held at the depth behind the jump in the east:
-/// d₂ = d₁ (√(1 + 8 Fr²) − 1)/2, u₂ = u₁ d₁/d₂ (Belanger's equation, in `Chow1959`).
+/// A jump in the middle of a channel fed from the west and held at the depth behind the jump in the east.
 fn wide(spacing: f64, motion: Motion, froude: f64) -> SetupResult {
     const SHALLOW: f64 = 1.0;
     const END: f64 = 100.0;
@@ -41,7 +40,7 @@ fn wide(spacing: f64, motion: Motion, froude: f64) -> SetupResult {
         return Err("jumps of moving particles are known to wander".to_owned());
     }
     let speed = froude * (GRAVITY * SHALLOW).sqrt();
-    let deep = 0.5 * SHALLOW * ((1.0 + 8.0 * froude * froude).sqrt() - 1.0);
+    let deep = behind_jump(SHALLOW, froude);
     let behind = speed * SHALLOW / deep;
     let state = move |x: f64| if x < JUMP { (SHALLOW, speed) } else { (deep, behind) };
     let noise = |place: Vec2| NOISE * (((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545_3).fract() - 0.5);

@@ -28,6 +28,12 @@ const DEPTH: Share = Share { holds: 0.01, fails: 0.05 };
 const PLACE: Share = Share { holds: 0.05, fails: 0.2 };
 const KEPT: Share = Share { holds: 0.05, fails: 0.5 };
 
+/// Depth (m) behind a standing jump before which the water is `shallow` (m): d₂ = d₁ (√(1 + 8 Fr²) − 1)/2 (Belanger's equation, in
+/// `Chow1959`).
+fn behind_jump(shallow: f64, froude: f64) -> f64 {
+    0.5 * shallow * ((1.0 + 8.0 * froude * froude).sqrt() - 1.0)
+}
+
 /// Greatest speed (m/s) of water `depth` (m) deep that falls by `drop` (m): 2 √(g depth) + √(2 g drop).
 fn fastest(depth: f64, drop: f64) -> f64 {
     2.0 * (GRAVITY * depth).sqrt() + (2.0 * GRAVITY * drop).sqrt()
