@@ -232,7 +232,7 @@ impl EulerianSolver {
         if is_mixed {
             mixing::add(state, active, scale, time_step);
         }
-        self.walls.apply(state, scale);
+        self.walls.apply(state, active, scale);
         let step = (self.time, self.time + time_step);
         self.open.apply(state, scale, self.methods, step);
         self.reaches.pass(state, scale, self.methods, stage, step);
@@ -289,6 +289,7 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn choose_step(&mut self) -> StepChoice {
+        self.phases.start();
         let fastest = self.state.fastest();
         let scale = &self.scale;
         let mut choice = if fastest.signal_speed > 0.0 {
@@ -332,6 +333,7 @@ impl FlowSolver for EulerianSolver {
         if let Some(moving) = &self.moving_bed {
             choice.time_step = moving.longest_step(&self.scale, self.time, choice.time_step);
         }
+        self.phases.end("choice of the step");
         choice
     }
 
@@ -348,7 +350,6 @@ impl FlowSolver for EulerianSolver {
         self.active.follow(&mut self.state, self.scale.dry_depth);
         self.phases.end("cells in work");
         self.evaluate_primitive();
-        self.phases.end("velocities");
         self.time += time_step;
         self.steps += 1;
         if let Some(breaking) = &mut self.breaking {
@@ -358,6 +359,7 @@ impl FlowSolver for EulerianSolver {
             moving.follow(&mut self.state, self.time, self.scale.dry_depth);
         }
         self.hand_out_bed();
+        self.phases.end("velocities");
         let fastest = self.state.fastest();
         let in_channels = self.reaches.fastest(&self.scale).0;
         let signal_speed = reach::larger_or_nan(fastest.signal_speed, in_channels);
