@@ -25,6 +25,7 @@ use rayon::prelude::*;
 use super::WET_DEPTH;
 use super::hazard::greater_class;
 use crate::lattice::{Span, WaterInCell, WaterInRow, WaterOnLattice};
+use crate::math::larger;
 
 /// Number of cells under water from which it pays to share a step between threads.
 const PARALLEL_CELLS: usize = 4096;
@@ -102,6 +103,16 @@ struct BlockOfWater {
 }
 
 impl BlockOfWater {
+    /// (d·|v|)² of each cell (m⁴/s²).
+    #[inline(always)]
+    fn discharge_squared(&self) -> Lanes {
+        let mut squares = [0.0; LANES];
+        for ((square, x), y) in squares.iter_mut().zip(&self.discharge_x).zip(&self.discharge_y) {
+            *square = x * x + y * y;
+        }
+        squares
+    }
+
     /// The water of the columns `from..to` of a row, which lie in the block that begins with column `first`; in its other columns that of
     /// before.
     #[inline(always)]
@@ -349,27 +360,38 @@ impl Rules<'_> {
         crossings: &mut [ThresholdRecord],
     ) {
         let changes = self.changes((previous, now), block);
-        if changes.iter().any(|&change| change != 0) {
-            let count = self.thresholds.len();
-            for (lane, change) in changes.into_iter().enumerate().filter(|(_, change)| *change != 0) {
-                let depth = now.depth[lane];
-                if change & IS_CROSSED != 0 {
-                    self.cross(previous.depth[lane], depth, &mut crossings[lane * count..][..count]);
-                }
-                if change & IS_DEEPER != 0 {
-                    self.deepen((previous.depth[lane], depth), lane, block, &mut crossings[lane * count..][..count]);
-                }
-                if change & (IS_DEEPER | IS_FASTER) != 0 && depth > WET_DEPTH {
-                    let (discharge_x, discharge_y) = (now.discharge_x[lane], now.discharge_y[lane]);
-                    let discharge_squared = discharge_x * discharge_x + discharge_y * discharge_y;
-                    block.max_discharge_squared[lane] = block.max_discharge_squared[lane].max(discharge_squared);
-                    if discharge_squared > block.max_speed_squared[lane] * depth * depth {
-                        block.max_speed_squared[lane] = discharge_squared / (depth * depth);
-                    }
-                    // The class grows with a maximum only: it is that of the greatest depth, speed and discharge, each by itself.
-                    block.hazard_class[lane] = greater_class(block.hazard_class[lane], depth, discharge_squared);
-                }
+        if changes.iter().fold(0, |all, change| all | change) == 0 {
+            return;
+        }
+        let discharge_squared = now.discharge_squared();
+        let count = self.thresholds.len();
+        let moment = ShortMoment::at(self.after);
+        for (lane, change) in changes.into_iter().enumerate().filter(|(_, change)| *change != 0) {
+            let depth = now.depth[lane];
+            if change & IS_CROSSED != 0 {
+                self.cross(previous.depth[lane], depth, &mut crossings[lane * count..][..count]);
             }
+            if change & IS_ARRIVING != 0 {
+                let depths = (block.initial_depth[lane], previous.depth[lane], depth);
+                self.arrive(depths, &mut crossings[lane * count..][..count]);
+            }
+            if change & IS_DEEPER != 0 {
+                block.time_of_max_depth[lane] = moment;
+            }
+            // The class grows with a maximum only: it is that of the greatest depth, speed and discharge, each by itself.
+            if depth > WET_DEPTH {
+                block.hazard_class[lane] = greater_class(block.hazard_class[lane], depth, discharge_squared[lane]);
+            }
+        }
+        for (lane, discharge_squared) in discharge_squared.into_iter().enumerate() {
+            let depth = now.depth[lane];
+            block.max_depth[lane] = larger(depth, block.max_depth[lane]);
+            // A film has neither speed nor discharge.
+            let (square, counted) = (depth * depth, if depth > WET_DEPTH { discharge_squared } else { 0.0 });
+            block.max_discharge_squared[lane] = larger(counted, block.max_discharge_squared[lane]);
+            let speed_squared = block.max_speed_squared[lane];
+            let is_faster = counted > speed_squared * depth * depth;
+            block.max_speed_squared[lane] = if is_faster { counted / square } else { speed_squared };
         }
     }
 
@@ -377,37 +399,42 @@ impl Rules<'_> {
     #[inline(always)]
     fn changes(&self, (previous, now): (&BlockOfWater, &BlockOfWater), block: &Block) -> [u64; LANES] {
         let mut changes = [0; LANES];
-        if self.after > self.before {
-            for &threshold in self.thresholds {
+        let mut highest = 0.0;
+        for &threshold in self.thresholds {
+            highest = larger(threshold, highest);
+            if self.after > self.before {
                 let depths = previous.depth.iter().zip(&now.depth);
                 for (change, (before, after)) in changes.iter_mut().zip(depths) {
                     *change |= u64::from((*before >= threshold) != (*after >= threshold)) * IS_CROSSED;
                 }
             }
         }
+        let discharge_squared = now.discharge_squared();
         for (lane, change) in changes.iter_mut().enumerate() {
-            let (depth, x, y) = (now.depth[lane], now.discharge_x[lane], now.discharge_y[lane]);
-            let discharge_squared = x * x + y * y;
+            let (depth, discharge_squared) = (now.depth[lane], discharge_squared[lane]);
             let is_faster = (depth > WET_DEPTH)
                 & ((discharge_squared > block.max_discharge_squared[lane])
                     | (discharge_squared > block.max_speed_squared[lane] * depth * depth));
-            *change |= u64::from(depth > block.max_depth[lane]) * IS_DEEPER + u64::from(is_faster) * IS_FASTER;
+            let is_deeper = depth > block.max_depth[lane];
+            // Where the water was deeper than any depth of arrival it has arrived.
+            let last_arrival = larger(block.initial_depth[lane] + self.rise_on_wet, highest);
+            let is_arriving = is_deeper & (block.max_depth[lane] < last_arrival);
+            *change |= u64::from(is_deeper) * IS_DEEPER
+                + u64::from(is_faster) * IS_FASTER
+                + u64::from(is_arriving) * IS_ARRIVING;
         }
         changes
     }
 
-    /// Takes a depth (m), after that of the step before, that is greater than ever.
-    #[inline(always)]
-    fn deepen(&self, (previous, depth): (f64, f64), lane: usize, block: &mut Block, crossings: &mut [ThresholdRecord]) {
-        let initial = block.initial_depth[lane];
+    /// Books the arrival of water that is deeper than ever: depths (m) at the start, at the step before and now.
+    #[inline(never)]
+    fn arrive(&self, (initial, previous, depth): (f64, f64, f64), crossings: &mut [ThresholdRecord]) {
         for (crossing, &threshold) in crossings.iter_mut().zip(self.thresholds) {
             let arrival_depth = arrival_depth(threshold, initial, self.rise_on_wet);
             if !crossing.arrival.has_come() && depth >= arrival_depth && self.after > self.before {
                 crossing.arrival = Moment::at(self.crossing(arrival_depth, previous, depth));
             }
         }
-        block.max_depth[lane] = depth;
-        block.time_of_max_depth[lane] = ShortMoment::at(self.after);
     }
 
     /// Books the thresholds that the depth of a cell crosses.
@@ -447,6 +474,8 @@ fn row_of<T>(all: &mut [T], row: usize, len: usize) -> &mut [T] {
 const IS_CROSSED: u64 = 1;
 const IS_DEEPER: u64 = 2;
 const IS_FASTER: u64 = 4;
+/// It may have come to a depth of arrival.
+const IS_ARRIVING: u64 = 8;
 
 /// Takes the water of a row in the columns `from..to`.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]

@@ -305,10 +305,10 @@ impl Run<'_> {
                 choice = StepChoice { time_step: end - solver.time(), limit: StepLimit::EndOfRun, ..choice };
             }
             self.clock.skip();
-            // Frames lie between two records, and so does their water balance.
-            let is_frame_due =
-                solver.steps_of_a_record() > 1 || recorder.is_frame_due(solver.time() + choice.time_step);
-            if is_frame_due {
+            // Frames lie between two records, and need the water balance of both.
+            let is_each_step_recorded = solver.steps_of_a_record() == 1;
+            let is_frame_due = !is_each_step_recorded || recorder.is_frame_due(solver.time() + choice.time_step);
+            if is_frame_due && is_each_step_recorded {
                 recorder.set_balance(books(solver));
                 self.clock.part(BALANCE);
             }

@@ -218,10 +218,14 @@ impl Walls {
 
 /// Of things in ascending order of their columns those in runs of columns.
 fn in_work<'a, T>(all: &'a [T], runs: &'a [Run], column: impl Fn(&T) -> usize + Copy) -> impl Iterator<Item = &'a T> {
-    runs.iter().flat_map(move |run| {
-        let from = all.partition_point(|thing| column(thing) < run.start);
-        let to = from + all[from..].partition_point(|thing| column(thing) < run.end);
-        &all[from..to]
+    let all = if runs.is_empty() { &[] } else { all };
+    let mut next = 0;
+    all.iter().filter(move |thing| {
+        let column = column(thing);
+        while runs.get(next).is_some_and(|run| run.end <= column) {
+            next += 1;
+        }
+        runs.get(next).is_some_and(|run| run.start <= column)
     })
 }
 
