@@ -60,7 +60,7 @@ impl ActiveSet {
         active
     }
 
-    /// The runs of a padded row for loops on lanes: those in work, each with as many of the cells behind it as make up whole pieces. Those
+    /// The runs of a padded row for loops on lanes: the active ones, each with as many of the cells behind it as make up whole pieces. Those
     /// are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins.
     pub fn whole_pieces(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
         self.work[row].iter().map(|run| run.start..run.start + run.len().next_multiple_of(self.lanes))

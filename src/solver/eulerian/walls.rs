@@ -166,18 +166,18 @@ impl Walls {
         });
     }
 
-    /// Fluxes of the special faces: of those that cells in work own, and of those in the ring around the lattice, which is never in work.
+    /// Fluxes of the special faces: of those that active cells own, and of those in the ring around the lattice, which is never active.
     /// Through all others nothing flows.
     pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         let special = self.faces.par_iter().zip(&self.parts);
         state.flux.par_iter_mut().zip(special).enumerate().with_min_len(4).for_each(|(row, (flux, (faces, parts)))| {
             let work = &active.work[row];
-            for part in in_work(parts, work, |part| part.column) {
+            for part in of_active(parts, work, |part| part.column) {
                 flux[part.direction].scale(part.column, part.share);
             }
             let in_ring = &faces[..if row == 0 { faces.len() } else { faces.partition_point(|face| face.column == 0) }];
-            for face in in_ring.iter().chain(in_work(faces, work, |face| face.column)) {
+            for face in in_ring.iter().chain(of_active(faces, work, |face| face.column)) {
                 let (dc, dr) = step(face.direction);
                 let (left, right) = ((row, face.column), stairs::beside((row, face.column), (dc, dr)));
                 let out = &mut flux[face.direction];
@@ -217,7 +217,7 @@ impl Walls {
 }
 
 /// Of things in ascending order of their columns those in runs of columns.
-fn in_work<'a, T>(all: &'a [T], runs: &'a [Run], column: impl Fn(&T) -> usize + Copy) -> impl Iterator<Item = &'a T> {
+fn of_active<'a, T>(all: &'a [T], runs: &'a [Run], column: impl Fn(&T) -> usize + Copy) -> impl Iterator<Item = &'a T> {
     let all = if runs.is_empty() { &[] } else { all };
     let mut next = 0;
     all.iter().filter(move |thing| {
