@@ -182,11 +182,11 @@ impl WaterOnLattice<'_> {
         self.rows.row(row).at(column)
     }
 
-    /// Whether a cell lies in one of the spans.
-    pub fn is_in_spans(&self, column: usize, row: usize) -> bool {
-        let (column, row) = (column as u32, row as u32);
-        let next = self.spans.partition_point(|span| (span.row, span.to) <= (row, column));
-        self.spans.get(next).is_some_and(|span| span.row == row && span.from <= column)
+    /// The spans of a row.
+    pub fn spans_of_row(&self, row: usize) -> &[Span] {
+        let first = self.spans.partition_point(|span| (span.row as usize) < row);
+        let count = self.spans[first..].partition_point(|span| span.row as usize == row);
+        &self.spans[first..][..count]
     }
 
     /// The water of all cells, row by row.
@@ -238,17 +238,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cell_lies_in_a_span_or_not() {
+    fn the_spans_of_a_row_are_found() {
         let lattice = Lattice { origin: Vec2::ZERO, columns: 6, rows: 4, spacing: 1.0 };
         let spans = [Span { row: 1, from: 1, to: 3 }, Span { row: 1, from: 4, to: 5 }, Span { row: 3, from: 0, to: 6 }];
         let (dry, spans) = (FlatWater::dry(&lattice), &spans[..]);
         let water = WaterOnLattice { rows: &dry, lattice: &lattice, spans };
-        for index in 0..lattice.len() {
-            let (column, row) = lattice.column_row(index);
-            let of_row = spans.iter().filter(|span| span.row as usize == row);
-            let expected = of_row.clone().any(|span| (span.from as usize..span.to as usize).contains(&column));
-            assert_eq!(water.is_in_spans(column, row), expected, "column {column}, row {row}");
-        }
+        let found: Vec<&[Span]> = (0..4).map(|row| water.spans_of_row(row)).collect();
+        assert_eq!(found, [&spans[..0], &spans[..2], &spans[..0], &spans[2..]]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Vectors and symmetric matrices of the plane, and numbers as people read them.
+//! Vectors and symmetric matrices of the plane, numbers as people read them, and how many the processor takes at once.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -211,6 +211,22 @@ pub fn inverse_cube_root(x: f64) -> f64 {
 #[inline(always)]
 pub fn clamp(value: f64, low: f64, high: f64) -> f64 {
     smaller(larger(value, low), high)
+}
+
+/// The vector instructions that the hot loops use on this machine.
+pub fn simd() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        // `multiversion` takes the AVX-512 copies only where the processor does not slow down for them: where it has these, too.
+        let is_fast = std::arch::is_x86_feature_detected!("avx512vbmi2") && std::arch::is_x86_feature_detected!("gfni");
+        if is_fast && std::arch::is_x86_feature_detected!("avx512vpopcntdq") {
+            return "avx512";
+        }
+        if std::arch::is_x86_feature_detected!("avx2") {
+            return "avx2";
+        }
+    }
+    "baseline"
 }
 
 /// A number to six significant digits, so that a message shows none of its rounding: 0.025 for 0.02499999999999858.

@@ -20,6 +20,15 @@ pub use upright::{Step, highest_step};
 use crate::math::Vec2;
 use crate::terrain::Piece;
 
+/// A cell over which the terrain is one plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellPlane {
+    /// Its mean (m).
+    pub mean: f64,
+    /// Its highest place (m).
+    pub highest: f64,
+}
+
 /// Terrain as the riverbed needs it, whatever it is made of; map coordinates throughout.
 pub trait Surface: Sync {
     /// Elevation (m) at a place, or `None` where there is no terrain.
@@ -29,6 +38,12 @@ pub trait Surface: Sync {
     /// itself where it has none.
     fn mean_preserving_elevation(&self, map: Vec2, _spacing: f64) -> Option<f64> {
         self.elevation(map)
+    }
+
+    /// The plane of [`mean_preserving_elevation`](Self::mean_preserving_elevation) over a cell of the lattice, given by its centre (map) and
+    /// its spacing (m), where the terrain is one plane there and its mean is known without a sum: a cell of a raster like that of the lattice.
+    fn plane_of_cell(&self, _centre: Vec2, _spacing: f64) -> Option<CellPlane> {
+        None
     }
 
     /// Appends the terrain's own points (centres of raster cells, survey points) within `radius` (m) of a place, each with
@@ -79,6 +94,10 @@ impl Surface for crate::terrain::Terrain {
 
     fn mean_preserving_elevation(&self, map: Vec2, spacing: f64) -> Option<f64> {
         crate::terrain::Terrain::mean_preserving_elevation(self, map, spacing)
+    }
+
+    fn plane_of_cell(&self, centre: Vec2, spacing: f64) -> Option<CellPlane> {
+        crate::terrain::Terrain::plane_of_cell(self, centre, spacing).map(|(mean, highest)| CellPlane { mean, highest })
     }
 
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {

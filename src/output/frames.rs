@@ -76,6 +76,14 @@ impl Schedule {
 
     /// The next moment that is not later than `time`, if any; asks for each moment once.
     pub(super) fn due(&mut self, time: f64) -> Option<f64> {
+        let moment = self.next_until(time)?;
+        self.done = moment >= self.end;
+        self.next += 1;
+        Some(moment)
+    }
+
+    /// The same without asking for it: it stays due.
+    pub(super) fn next_until(&self, time: f64) -> Option<f64> {
         if self.done {
             return None;
         }
@@ -83,12 +91,7 @@ impl Schedule {
         let slack = 1e-9 * self.interval;
         let multiple = self.next as f64 * self.interval;
         let moment = if multiple >= self.end - slack { self.end } else { multiple };
-        if moment > time + slack {
-            return None;
-        }
-        self.done = moment >= self.end;
-        self.next += 1;
-        Some(moment)
+        (moment <= time + slack).then_some(moment)
     }
 }
 
@@ -106,12 +109,13 @@ mod tests {
         let mut schedule = Schedule::new(10.0, 35.0);
         let mut moments = Vec::new();
         for time in [0.0, 4.0, 21.0, 34.999_999_999_99] {
-            while let Some(moment) = schedule.due(time) {
-                moments.push(moment);
+            while let Some(next) = schedule.next_until(time) {
+                moments.push(schedule.due(time).unwrap());
+                assert_eq!(moments.last(), Some(&next));
             }
         }
         assert_eq!(moments, [0.0, 10.0, 20.0, 30.0, 35.0]);
-        assert_eq!(schedule.due(1e9), None);
+        assert_eq!((schedule.next_until(1e9), schedule.due(1e9)), (None, None));
     }
 
     #[test]

@@ -67,7 +67,7 @@ pub struct ThresholdGrids {
 }
 
 /// The maps of a run on the output grid, `[rows * columns]`, row 0 in the north.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct GridMaps {
     /// Bed elevation (m).
     pub bed_elevation: Vec<f32>,
@@ -107,8 +107,10 @@ impl OutputGrid {
             row_overlaps: (0..rows).map(|i| overlaps(from_south(i), cell, spacing, lattice.rows)).collect(),
             has_terrain: Arc::default(),
         };
-        let has_terrain = |cell| grid.parts(cell).any(|(_, index)| !bed_elevation[index].is_nan());
-        grid.has_terrain = (0..grid.len()).map(has_terrain).collect();
+        let has_terrain = |down: &[Overlap], across: &[Overlap]| {
+            grid.parts(down, across).any(|(_, index)| !bed_elevation[index].is_nan())
+        };
+        grid.has_terrain = grid.of_cells(has_terrain).into();
         grid
     }
 
@@ -151,47 +153,93 @@ impl OutputGrid {
         wet.map(|&depth| f64::from(depth)).sum::<f64>() * self.cell * self.cell
     }
 
-    /// The lattice cells that overlap a cell, each with its share of the area.
-    fn parts(&self, cell: usize) -> impl Iterator<Item = (f64, usize)> + '_ {
-        let across = &self.column_overlaps[cell % self.columns];
-        self.row_overlaps[cell / self.columns].iter().flat_map(move |down| {
-            across
-                .iter()
-                .map(move |across| (down.share * across.share, down.index * self.lattice_columns + across.index))
-        })
+    /// The lattice cells that overlap a cell of a row, each with its share of the area.
+    fn parts<'a>(&'a self, down: &'a [Overlap], across: &'a [Overlap]) -> impl Iterator<Item = (f64, usize)> + 'a {
+        let across = move |down: &Overlap| {
+            let (share, first) = (down.share, down.index * self.lattice_columns);
+            across.iter().map(move |across| (share * across.share, first + across.index))
+        };
+        down.iter().flat_map(across)
     }
 
-    /// A frame from the bed (m, NaN without terrain) and the water of each cell of the lattice.
-    pub fn frame(&self, time: f64, bed: &[f64], water: impl Fn(usize) -> WaterInCell) -> Frame {
-        let mut frame = Frame {
-            time,
-            depth: vec![FILL; self.len()],
-            water_level: vec![FILL; self.len()],
-            velocity_x: vec![FILL; self.len()],
-            velocity_y: vec![FILL; self.len()],
-        };
-        for cell in (0..self.len()).filter(|&cell| self.has_terrain[cell]) {
-            // The part of the cell without terrain counts as dry.
-            let (mut mean, mut level, mut wet) = (WaterInCell::default(), 0.0, 0.0);
-            for (share, index) in self.parts(cell) {
-                let water = water(index);
-                mean.depth += share * water.depth;
-                mean.discharge_x += share * water.discharge_x;
-                mean.discharge_y += share * water.discharge_y;
-                if water.depth > WET_DEPTH {
-                    level += share * (bed[index] + water.depth);
-                    wet += share;
-                }
+    /// Whether each cell is one of the lattice.
+    fn is_lattice(&self) -> bool {
+        let is_one = |overlaps: &Vec<Overlap>| overlaps.len() == 1 && (overlaps[0].share - 1.0).abs() <= 0.0;
+        self.columns == self.lattice_columns && self.column_overlaps.iter().chain(&self.row_overlaps).all(is_one)
+    }
+
+    /// The value of each cell, from the rows and columns of the lattice that overlap it.
+    fn of_cells<T>(&self, value: impl Fn(&[Overlap], &[Overlap]) -> T) -> Vec<T> {
+        let mut values = Vec::with_capacity(self.len());
+        for down in &self.row_overlaps {
+            values.extend(self.column_overlaps.iter().map(|across| value(down, across)));
+        }
+        values
+    }
+
+    /// Visits the cells with terrain, row by row: their index and the mean of the water in them. `water` fills in that of a row of the
+    /// lattice.
+    fn for_each_mean(
+        &self,
+        bed: &[f64],
+        water: impl Fn(usize, &mut [WaterInCell]),
+        mut visit: impl FnMut(usize, &Mean),
+    ) {
+        let mut rows = Vec::new();
+        let is_lattice = self.is_lattice();
+        for (row, down) in self.row_overlaps.iter().enumerate() {
+            rows.resize_with(down.len(), || vec![WaterInCell::default(); self.lattice_columns]);
+            for (overlap, cells) in down.iter().zip(&mut rows) {
+                water(overlap.index, cells);
             }
-            frame.depth[cell] = mean.depth as f32;
-            (frame.velocity_x[cell], frame.velocity_y[cell]) = (0.0, 0.0);
-            if mean.depth > WET_DEPTH {
-                frame.water_level[cell] = (level / wet) as f32;
-                frame.velocity_x[cell] = (mean.discharge_x / mean.depth) as f32;
-                frame.velocity_y[cell] = (mean.discharge_y / mean.depth) as f32;
+            let first = row * self.columns;
+            let has_terrain = &self.has_terrain[first..][..self.columns];
+            if is_lattice {
+                let bed = &bed[down[0].index * self.lattice_columns..][..self.lattice_columns];
+                let cells = rows[0].iter().zip(bed).zip(has_terrain).enumerate();
+                for (column, ((&water, &bed), _)) in cells.filter(|(_, (_, has_terrain))| **has_terrain) {
+                    let mut mean = Mean::default();
+                    mean.add(1.0, water, bed);
+                    visit(first + column, &mean);
+                }
+                continue;
+            }
+            for (column, across) in self.column_overlaps.iter().enumerate().filter(|(column, _)| has_terrain[*column]) {
+                // The part of the cell without terrain counts as dry.
+                let mut mean = Mean::default();
+                for (overlap, cells) in down.iter().zip(&rows) {
+                    let bed = &bed[overlap.index * self.lattice_columns..][..self.lattice_columns];
+                    for across in across {
+                        mean.add(overlap.share * across.share, cells[across.index], bed[across.index]);
+                    }
+                }
+                visit(first + column, &mean);
             }
         }
+    }
+
+    /// A frame from the bed (m, NaN without terrain) and the water of the lattice, of which `water` fills in a row.
+    pub fn frame(&self, time: f64, bed: &[f64], water: impl Fn(usize, &mut [WaterInCell])) -> Frame {
+        let filled = || vec![FILL; self.len()];
+        let mut frame =
+            Frame { time, depth: filled(), water_level: filled(), velocity_x: filled(), velocity_y: filled() };
+        self.for_each_mean(bed, water, |cell, Mean { water, level, wet }| {
+            frame.depth[cell] = water.depth as f32;
+            (frame.velocity_x[cell], frame.velocity_y[cell]) = (0.0, 0.0);
+            if water.depth > WET_DEPTH {
+                frame.water_level[cell] = (level / wet) as f32;
+                frame.velocity_x[cell] = (water.discharge_x / water.depth) as f32;
+                frame.velocity_y[cell] = (water.discharge_y / water.depth) as f32;
+            }
+        });
         frame
+    }
+
+    /// The volume (m³) of the depths of a frame alone, to the same bits; see [`frame`](Self::frame).
+    pub fn volume_of(&self, bed: &[f64], water: impl Fn(usize, &mut [WaterInCell])) -> f64 {
+        let mut depth = vec![FILL; self.len()];
+        self.for_each_mean(bed, water, |cell, mean| depth[cell] = mean.water.depth as f32);
+        self.volume(&depth)
     }
 
     /// The maps of the run up to `time` (s) on the grid, with the bed at its end (m, NaN without terrain), and the greatest level (m)
@@ -203,60 +251,87 @@ impl OutputGrid {
         bed_elevation: &[f64],
         highest: &BTreeMap<usize, f64>,
     ) -> GridMaps {
-        let greatest = |value: &dyn Fn(usize) -> f64| self.pick(bed_elevation, value, f64::max);
-        let first = |value: &dyn Fn(usize) -> f64| self.pick(bed_elevation, value, f64::min);
-        let is_wet = |index: usize| maxima.seen(index).max_depth > WET_DEPTH;
+        let seen = |index: usize| maxima.seen(index);
         let level =
             |index: usize| highest.get(&index).copied().unwrap_or(bed_elevation[index] + maxima.seen(index).max_depth);
         let of_threshold = |which: usize| {
             let seen = |index| maxima.seen_of_threshold(index, which, time);
             ThresholdGrids {
                 threshold: maxima.thresholds()[which],
-                arrival: first(&|index| seen(index).arrival),
-                duration: greatest(&|index| seen(index).duration),
-                recession: greatest(&|index| seen(index).recession),
+                arrival: self.pick(bed_elevation, |index| seen(index).arrival, f64::min),
+                duration: self.pick(bed_elevation, |index| seen(index).duration, f64::max),
+                recession: self.pick(bed_elevation, |index| seen(index).recession, f64::max),
             }
         };
+        let is_wet = |index: usize| maxima.seen(index).max_depth > WET_DEPTH;
+        let level_of_wet = |index| if is_wet(index) { level(index) } else { f64::NAN };
         GridMaps {
             bed_elevation: self.mean_of_terrain(bed_elevation),
-            max_depth: greatest(&|index| maxima.seen(index).max_depth),
-            max_water_level: greatest(&|index| if is_wet(index) { level(index) } else { f64::NAN }),
-            max_speed: greatest(&|index| maxima.seen(index).max_speed),
-            max_depth_velocity: greatest(&|index| maxima.seen(index).max_depth_velocity),
+            max_depth: self.pick(bed_elevation, |index| seen(index).max_depth, f64::max),
+            max_water_level: self.pick(bed_elevation, level_of_wet, f64::max),
+            max_speed: self.pick(bed_elevation, |index| seen(index).max_speed, f64::max),
+            max_depth_velocity: self.pick(bed_elevation, |index| seen(index).max_depth_velocity, f64::max),
             time_of_max_depth: self.times_of_max_depth(maxima),
-            hazard_class: greatest(&|index| f64::from(maxima.seen(index).hazard_class)),
+            hazard_class: self.pick(bed_elevation, |index| f64::from(seen(index).hazard_class), f64::max),
             thresholds: (0..maxima.thresholds().len()).map(of_threshold).collect(),
         }
     }
 
     /// Of the values of the lattice cells with terrain in each cell the one that counts; [`FILL`] where all are NaN.
-    fn pick(&self, bed: &[f64], value: &dyn Fn(usize) -> f64, which: fn(f64, f64) -> f64) -> Vec<f32> {
-        let of_cell = |cell| {
-            let parts = self.parts(cell).filter(|(_, index)| !bed[*index].is_nan());
-            filled(parts.map(|(_, index)| value(index)).fold(f64::NAN, which))
-        };
-        (0..self.len()).map(of_cell).collect()
+    fn pick(&self, bed: &[f64], value: impl Fn(usize) -> f64, which: impl Fn(f64, f64) -> f64) -> Vec<f32> {
+        if self.is_lattice() {
+            let mut values = Vec::with_capacity(self.len());
+            for down in &self.row_overlaps {
+                let row = down[0].index * self.lattice_columns..(down[0].index + 1) * self.lattice_columns;
+                values.extend(row.map(|index| if bed[index].is_nan() { FILL } else { filled(value(index)) }));
+            }
+            return values;
+        }
+        self.of_cells(|down, across| {
+            let parts = self.parts(down, across).filter(|(_, index)| !bed[*index].is_nan());
+            filled(parts.map(|(_, index)| value(index)).fold(f64::NAN, &which))
+        })
     }
 
     /// The time of the greatest depth of the deepest lattice cell in each cell.
     fn times_of_max_depth(&self, maxima: &Maxima) -> Vec<f32> {
-        let of_cell = |cell| {
-            let seen = self.parts(cell).map(|(_, index)| maxima.seen(index)).filter(|seen| seen.max_depth > WET_DEPTH);
+        self.of_cells(|down, across| {
+            let seen =
+                self.parts(down, across).map(|(_, index)| maxima.seen(index)).filter(|seen| seen.max_depth > WET_DEPTH);
             let deepest = seen.reduce(|a, b| if b.max_depth > a.max_depth { b } else { a });
             filled(deepest.map_or(f64::NAN, |seen| seen.time_of_max_depth))
-        };
-        (0..self.len()).map(of_cell).collect()
+        })
     }
 
     /// The mean bed of the terrain in each cell.
     fn mean_of_terrain(&self, bed: &[f64]) -> Vec<f32> {
-        let of_cell = |cell| {
-            let parts = self.parts(cell).filter(|(_, index)| !bed[*index].is_nan());
+        self.of_cells(|down, across| {
+            let parts = self.parts(down, across).filter(|(_, index)| !bed[*index].is_nan());
             let (area, sum) =
                 parts.fold((0.0, 0.0), |(area, sum), (share, index)| (area + share, sum + share * bed[index]));
             filled(sum / area)
-        };
-        (0..self.len()).map(of_cell).collect()
+        })
+    }
+}
+
+/// The mean of the water in a cell: depth and discharges, and of its wet part the level (m) times its share.
+#[derive(Default)]
+struct Mean {
+    water: WaterInCell,
+    level: f64,
+    wet: f64,
+}
+
+impl Mean {
+    #[inline]
+    fn add(&mut self, share: f64, water: WaterInCell, bed: f64) {
+        self.water.depth += share * water.depth;
+        self.water.discharge_x += share * water.discharge_x;
+        self.water.discharge_y += share * water.discharge_y;
+        if water.depth > WET_DEPTH {
+            self.level += share * (bed + water.depth);
+            self.wet += share;
+        }
     }
 }
 
@@ -287,6 +362,14 @@ mod tests {
         Lattice { origin: Vec2::new(500.0, 900.0), columns: 7, rows: 5, spacing: 2.0 }
     }
 
+    /// Fills in a row of the lattice from the water of each cell.
+    fn by_index(water: impl Fn(usize) -> WaterInCell) -> impl Fn(usize, &mut [WaterInCell]) {
+        move |row, cells| {
+            let first = row * cells.len();
+            cells.iter_mut().enumerate().for_each(|(column, cell)| *cell = water(first + column));
+        }
+    }
+
     #[test]
     fn lattice_cells_are_taken_as_they_are_and_turned_north_up() {
         let lattice = lattice();
@@ -295,10 +378,14 @@ mod tests {
         assert_eq!((grid.columns, grid.rows), (7, 5));
         assert_eq!((grid.west, grid.north), (500.0, 910.0));
         let depth: Vec<f64> = (0..lattice.len()).map(|index| 1.0 + index as f64).collect();
-        let frame = grid.frame(3.0, &bed, |index| {
-            let depth = depth[index];
-            WaterInCell { depth, discharge_x: depth, discharge_y: 0.0 }
-        });
+        let frame = grid.frame(
+            3.0,
+            &bed,
+            by_index(|index| {
+                let depth = depth[index];
+                WaterInCell { depth, discharge_x: depth, discharge_y: 0.0 }
+            }),
+        );
         assert_eq!(frame.depth[0], 1.0 + 28.0, "the first value is the north-western cell");
         assert_eq!(frame.depth[4 * 7], 1.0, "the first value of the last row is the south-western cell");
         assert_eq!(frame.water_level[4 * 7 + 1], 1.0 + 2.0);
@@ -315,11 +402,13 @@ mod tests {
         let volume = depth.iter().sum::<f64>() * lattice.cell_area();
         for cell in [0.5, 1.0, 2.0, 3.0, 4.0, 7.3, 20.0] {
             let grid = OutputGrid::new(&lattice, cell, &bed);
-            let frame = grid.frame(0.0, &bed, |index| {
+            let water = by_index(|index| {
                 let depth = depth[index];
                 WaterInCell { depth, discharge_x: depth, discharge_y: depth }
             });
+            let frame = grid.frame(0.0, &bed, &water);
             let error = grid.volume(&frame.depth) / volume - 1.0;
+            assert_eq!(grid.volume_of(&bed, &water), grid.volume(&frame.depth));
             assert!(error.abs() < 1e-6, "cell {cell}: {error:e}, more than the rounding of single precision");
         }
     }
@@ -332,7 +421,7 @@ mod tests {
         for cell in [1.0, 2.0, 3.0, 4.0, 6.0] {
             let grid = OutputGrid::new(&lattice, cell, &bed);
             let water = |index: usize| WaterInCell { depth: (11.5 - bed[index]).max(0.0), ..WaterInCell::default() };
-            let levels = grid.frame(0.0, &bed, water).water_level;
+            let levels = grid.frame(0.0, &bed, by_index(water)).water_level;
             assert!(levels.contains(&FILL) && levels.contains(&11.5), "cell {cell}");
             assert!(levels.iter().all(|level| [FILL, 11.5].contains(level)), "cell {cell}: {levels:?}");
             // Cells that hold whole lattice cells.
@@ -382,7 +471,7 @@ mod tests {
         let mut bed = vec![1.0; lattice.len()];
         bed[0] = f64::NAN;
         let grid = OutputGrid::new(&lattice, 2.0, &bed);
-        let frame = grid.frame(0.0, &bed, |_| WaterInCell::default());
+        let frame = grid.frame(0.0, &bed, by_index(|_| WaterInCell::default()));
         assert_eq!(frame.depth[4 * 7], FILL);
         assert_eq!(frame.depth[4 * 7 + 1], 0.0);
         assert_eq!(frame.water_level[4 * 7 + 1], FILL, "dry ground has no water level");

@@ -221,6 +221,9 @@ pub struct RunManifest {
     /// What the check warned of, where there is anything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<WarningRecord>,
+    /// The parts of the run folder that `outputs.write` leaves out, where it does.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_written: Vec<String>,
     /// Quality gates: one sentence each, with the number.
     pub gates: Vec<String>,
     /// `running`, `done`, `failed` or `stopped`.

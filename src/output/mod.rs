@@ -41,7 +41,8 @@ pub use ridges::Ridge;
 pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{
     ChannelsWriter, FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_channels,
-    write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_sections,
+    write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
+    write_section_tables, write_sections,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

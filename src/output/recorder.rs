@@ -58,6 +58,8 @@ pub struct Recorder {
     mass_balance: Vec<MassBalanceRow>,
     previous_volumes: Volumes,
     time: f64,
+    has_frames: bool,
+    has_maps: bool,
 }
 
 /// Everything that a run left behind.
@@ -65,7 +67,7 @@ pub struct Recorder {
 pub struct Recording {
     /// Time up to which was recorded (s).
     pub end_time: f64,
-    /// The maps on the output grid.
+    /// The maps on the output grid; empty where they were left out.
     pub maps: GridMaps,
     /// What each gauge saw, in the order of the plan.
     pub gauge_results: Vec<GaugeResult>,
@@ -110,12 +112,38 @@ impl Recorder {
             previous_volumes: Volumes::default(),
             bed_elevation,
             time: 0.0,
+            has_frames: true,
+            has_maps: true,
+        }
+    }
+
+    /// Draws no frames: the water balance has the volume on the grid alone.
+    pub fn leave_out_frames(&mut self) {
+        self.has_frames = false;
+    }
+
+    /// Keeps no maxima and draws no maps. To be called before the start.
+    pub fn leave_out_maps(&mut self) {
+        self.has_maps = false;
+        // The water arrives at a section when it arrives at its cells.
+        if self.sections.is_empty() {
+            self.maxima.leave_out();
         }
     }
 
     /// The grid of the output files.
     pub fn grid(&self) -> &OutputGrid {
         &self.grid
+    }
+
+    /// Whether a frame lies at or before a time (s): then [`step`](Self::step) needs the balances at both ends of the step to it.
+    pub fn is_frame_due(&self, time: f64) -> bool {
+        self.frames.next_until(time).is_some()
+    }
+
+    /// Takes the water balance of the moment up to which was recorded, before a step for which a frame is due.
+    pub fn set_balance(&mut self, volumes: Volumes) {
+        self.previous_volumes = volumes;
     }
 
     /// Takes the bed (m) of the cells where it may change. To be called before the water of the same moment is taken; a level
@@ -157,26 +185,27 @@ impl Recorder {
         self.follow_levels(water);
         self.previous_volumes = volumes;
         self.gauges.step((0.0, 0.0), &self.bed_elevation, &self.maxima, water);
-        self.hand_out_frames(0.0, water, volumes, sink)
+        self.hand_out_frames(0.0, water, Some(volumes), sink)
     }
 
-    /// Takes the water after one compute step that ended at `time_after` (s), and the books of that moment; hands out the
-    /// frames that fell due.
+    /// Takes the water after one compute step that ended at `time_after` (s), and the water balance of that moment where a frame
+    /// is due; hands out the frames that fell due.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Those of the sink, and an internal one where a frame is due without a balance.
     pub fn step(
         &mut self,
         time_after: f64,
         water: &WaterOnLattice<'_>,
-        volumes: Volumes,
+        volumes: impl Into<Option<Volumes>>,
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
+        let volumes = volumes.into();
         self.gauges.step((self.time, time_after), &self.bed_elevation, &self.maxima, water);
         self.hand_out_frames(time_after, water, volumes, sink)?;
         self.maxima.step(self.time, time_after, water);
         self.follow_levels(water);
-        self.previous_volumes = volumes;
+        self.previous_volumes = volumes.unwrap_or(self.previous_volumes);
         self.time = time_after;
         Ok(())
     }
@@ -188,9 +217,10 @@ impl Recorder {
             let arrivals = cells.iter().map(|&cell| self.maxima.seen_of_threshold(cell, 0, self.time).arrival);
             arrivals.filter(|arrival| !arrival.is_nan()).min_by(f64::total_cmp)
         };
+        let maps = || self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest);
         Recording {
             end_time: self.time,
-            maps: self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest),
+            maps: if self.has_maps { maps() } else { GridMaps::default() },
             gauge_results,
             gauge_samples,
             section_arrivals: self.sections.iter().map(arrivals).collect(),
@@ -202,31 +232,39 @@ impl Recorder {
         &mut self,
         time_after: f64,
         water: &WaterOnLattice<'_>,
-        volumes: Volumes,
+        volumes: Option<Volumes>,
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         while let Some(time) = self.frames.due(time_after) {
+            let volumes =
+                volumes.ok_or_else(|| Error::Internal(format!("the frame at {time} s has no water balance")))?;
             let share = share_of_step(time, self.time, time_after);
-            let frame = self.frame(time, share, water);
+            let rows = |row: usize, cells: &mut [WaterInCell]| self.row_between(share, water, row, cells);
+            let frame = self.has_frames.then(|| self.grid.frame(time, &self.bed_elevation, rows));
+            let grid_volume = match &frame {
+                Some(frame) => self.grid.volume(&frame.depth),
+                None => self.grid.volume_of(&self.bed_elevation, rows),
+            };
             let volumes = self.previous_volumes.between(&volumes, share);
-            let grid_volume = self.grid.volume(&frame.depth);
             self.mass_balance.push(MassBalanceRow { time, volumes, grid_volume });
-            sink(frame)?;
+            frame.map_or(Ok(()), &mut *sink)?;
         }
         Ok(())
     }
 
-    /// The frame at `time`, `share` of the way from the step before to this one.
-    fn frame(&self, time: f64, share: f64, water: &WaterOnLattice<'_>) -> Frame {
-        self.grid.frame(time, &self.bed_elevation, |index| {
-            let (column, row) = (index % self.columns, index / self.columns);
-            let now = water.rows.row(row).at(column);
-            if water.is_in_spans(column, row) {
-                return self.maxima.previous(index).towards(now, share);
+    /// The water of a row of the lattice `share` of the way from the step before to this one.
+    fn row_between(&self, share: f64, water: &WaterOnLattice<'_>, row: usize, cells: &mut [WaterInCell]) {
+        let now = water.rows.row(row);
+        // Films that were left behind lie outside the spans: over a wide plain they are a share of the volume that counts.
+        for (cell, &depth) in cells.iter_mut().zip(now.depth) {
+            *cell = WaterInCell { depth, ..WaterInCell::default() };
+        }
+        for span in water.spans_of_row(row) {
+            let (from, to) = (span.from as usize, span.to as usize);
+            for (column, cell) in (from..to).zip(&mut cells[from..to]) {
+                *cell = self.maxima.previous(row * self.columns + column).towards(now.at(column), share);
             }
-            // Films that were left behind lie outside the spans: over a wide plain they are a share of the volume that counts.
-            WaterInCell { depth: now.depth, ..WaterInCell::default() }
-        })
+        }
     }
 }
 

@@ -3,17 +3,19 @@
 use super::records::in_channels;
 use crate::error::Error;
 use crate::output::{
-    ChannelPlan, ChannelProfile, ChannelRecorder, ChannelRecording, ChannelsWriter, OutputCrs, Provenance, RunFolder,
-    write_channels,
+    ChannelFrame, ChannelPlan, ChannelProfile, ChannelRecorder, ChannelRecording, ChannelsWriter, OutputCrs,
+    Provenance, RunFolder, write_channels,
 };
-use crate::scenario::Scenario;
+use crate::scenario::{OutputPart, Scenario};
 use crate::solver::FlowSolver;
 
 /// The channels while a run goes on.
 pub(super) struct Channels<'a> {
     profiles: &'a [ChannelProfile],
     recorder: ChannelRecorder<'a>,
-    writer: ChannelsWriter,
+    /// None where `channels.nc` is left out.
+    writer: Option<ChannelsWriter>,
+    has_tables: bool,
 }
 
 impl<'a> Channels<'a> {
@@ -35,22 +37,27 @@ impl<'a> Channels<'a> {
             threshold: outputs.thresholds[0],
             rise_on_wet: outputs.rise_on_wet,
         };
-        let mut writer = ChannelsWriter::start(folder, profiles, crs, provenance)?;
-        let recorder = ChannelRecorder::start(profiles, plan, in_channels(solver), &mut |frame| writer.push(frame))?;
-        Ok(Some(Channels { profiles, recorder, writer }))
+        let start = || ChannelsWriter::start(folder, profiles, crs, provenance);
+        let mut writer = outputs.writes(OutputPart::Channels).then(start).transpose()?;
+        let mut push = |frame: &ChannelFrame| writer.as_mut().map_or(Ok(()), |writer| writer.push(frame));
+        let recorder = ChannelRecorder::start(profiles, plan, in_channels(solver), &mut push)?;
+        Ok(Some(Channels { profiles, recorder, writer, has_tables: outputs.writes(OutputPart::Tables) }))
     }
 
     /// Takes the water after a step.
     pub fn step(&mut self, solver: &dyn FlowSolver) -> Result<(), Error> {
         let Channels { recorder, writer, .. } = self;
-        recorder.step(solver.time(), in_channels(solver), &mut |frame| writer.push(frame))
+        let mut push = |frame: &ChannelFrame| writer.as_mut().map_or(Ok(()), |writer| writer.push(frame));
+        recorder.step(solver.time(), in_channels(solver), &mut push)
     }
 
     /// Writes the tables, closes `channels.nc`, and hands on what was recorded.
     pub fn finish(self, folder: &RunFolder) -> Result<ChannelRecording, Error> {
-        self.writer.finish()?;
+        self.writer.map_or(Ok(()), ChannelsWriter::finish)?;
         let recording = self.recorder.finish();
-        write_channels(folder, self.profiles, &recording)?;
+        if self.has_tables {
+            write_channels(folder, self.profiles, &recording)?;
+        }
         Ok(recording)
     }
 }

@@ -5,10 +5,13 @@ use std::time::Instant;
 use crate::output::RunManifest;
 pub use crate::solver::phases::processor_seconds;
 
-/// Measures a run and its phases.
+/// Measures a run, its phases, and the parts of a phase. Phases follow each other without a gap, and so do the parts of one.
 pub struct Clock {
     start: Instant,
     lap: Instant,
+    part_lap: Instant,
+    /// The parts of the phase that goes on.
+    parts: Vec<(&'static str, f64)>,
     phases: Vec<(String, f64)>,
 }
 
@@ -16,19 +19,35 @@ impl Clock {
     /// Starts measuring.
     pub fn start() -> Self {
         let now = Instant::now();
-        Clock { start: now, lap: now, phases: Vec::new() }
+        Clock { start: now, lap: now, part_lap: now, parts: Vec::new(), phases: Vec::new() }
     }
 
-    /// Ends a phase.
+    /// Ends a phase. Its parts are written as `phase: part`.
     pub fn lap(&mut self, phase: &'static str) {
         let now = Instant::now();
         self.phases.push((phase.to_owned(), (now - self.lap).as_secs_f64()));
-        self.lap = now;
+        self.phases.extend(self.parts.drain(..).map(|(part, seconds)| (format!("{phase}: {part}"), seconds)));
+        (self.lap, self.part_lap) = (now, now);
     }
 
-    /// Notes a part of a phase that was measured elsewhere (s); it is written as `phase: part`.
-    pub fn part(&mut self, phase: &str, part: &str, seconds: f64) {
-        self.phases.push((format!("{phase}: {part}"), seconds));
+    /// Ends a part of the phase that goes on.
+    pub fn part(&mut self, part: &'static str) {
+        let seconds = self.part_lap.elapsed().as_secs_f64();
+        self.skip();
+        self.add(part, seconds);
+    }
+
+    /// The next part begins now: what passed since the latest one is measured elsewhere.
+    pub fn skip(&mut self) {
+        self.part_lap = Instant::now();
+    }
+
+    /// Adds to a part of the phase that goes on what was measured elsewhere (s).
+    pub fn add(&mut self, part: &'static str, seconds: f64) {
+        match self.parts.iter_mut().find(|(known, _)| *known == part) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.parts.push((part, seconds)),
+        }
     }
 
     /// Writes what was measured into the manifest.
@@ -53,18 +72,30 @@ fn peak_memory_mib() -> Option<f64> {
     Some(kib / 1024.0)
 }
 
-/// The vector instructions that the hot loops use on this machine.
-pub fn simd() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        // `multiversion` takes the AVX-512 copies only where the processor does not slow down for them: where it has these, too.
-        let is_fast = std::arch::is_x86_feature_detected!("avx512vbmi2") && std::arch::is_x86_feature_detected!("gfni");
-        if is_fast && std::arch::is_x86_feature_detected!("avx512vpopcntdq") {
-            return "avx512";
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_add_up_to_their_phase_and_phases_to_the_run() {
+        let wait = || std::thread::sleep(std::time::Duration::from_millis(3));
+        let mut clock = Clock::start();
+        wait();
+        clock.lap("first");
+        for _ in 0..3 {
+            wait();
+            clock.part("one");
+            wait();
+            clock.skip();
+            clock.add("two", 3e-3);
         }
-        if std::arch::is_x86_feature_detected!("avx2") {
-            return "avx2";
-        }
+        clock.lap("second");
+        let mut manifest = RunManifest::default();
+        clock.note(&mut manifest);
+        let time = |name: &str| manifest.phase_s[name];
+        assert_eq!(manifest.phase_s.len(), 4);
+        assert!((time("first") + time("second")) / manifest.wall_s > 0.9);
+        assert!(time("second: one") >= 9e-3 && (time("second: two") - 9e-3).abs() < 1e-12);
+        assert!(time("second: one") + time("second: two") <= time("second"));
     }
-    "baseline"
 }

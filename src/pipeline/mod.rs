@@ -13,7 +13,6 @@ mod summary;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
@@ -23,11 +22,11 @@ use crate::math::readable;
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
     Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_cogs, write_gauges,
-    write_geopackage, write_maps, write_mass_balance, write_passages, write_sections,
+    write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file, write_section_tables,
 };
 use crate::prepare::{Prepared, StillBody, in_folder, prepare};
-use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
+use crate::scenario::{OutputPart, Scenario};
 use crate::seeding::{SeededVolume, StillWater};
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::version;
@@ -55,6 +54,9 @@ pub struct RunOptions {
 
 /// The phase of the steps in `run.json`; its parts are those of the core, and the recording.
 const COMPUTE: &str = "compute";
+/// Parts of it: the sum of all water, and what the recorder of maps, frames and gauges does.
+const BALANCE: &str = "water balance";
+const RECORDING: &str = "recording";
 /// What the volume ledger may be off, relative.
 const LEDGER_TOLERANCE: f64 = 1e-9;
 /// What the books of a boundary, a source or rain may differ from the integral of what was asked for, relative.
@@ -191,12 +193,13 @@ impl Run<'_> {
         self.manifest.write(&self.folder)?;
         let lattice = bed.lattice.clone();
         let plan = recorder_plan(self.scenario, &self.prepared, bed);
-        let mut recorder = Recorder::new(plan);
+        let mut recorder = recorder_of(self.scenario, plan);
         let grid = recorder.grid().clone();
         let provenance = self.provenance();
         let has_plane = !grid.is_empty();
         let start_fields = || FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance);
-        let mut fields = has_plane.then(start_fields).transpose()?;
+        let writes = |part: OutputPart| self.scenario.outputs.writes(part);
+        let mut fields = (has_plane && writes(OutputPart::Fields)).then(start_fields).transpose()?;
         let mut progress = Progress::new(self.scenario.end_time, &lattice, show);
         let outputs = &self.scenario.outputs;
         let count = self.prepared.sections.len();
@@ -206,31 +209,42 @@ impl Run<'_> {
         let mut channels = Channels::start((self.scenario, &profiles), solver.as_ref(), &self.folder, named)?;
         let recorders = (&mut recorder, &mut sections, &mut channels);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
-        self.clock.lap(COMPUTE);
         let ledger = solver.ledger();
         self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.prepared);
         // The outputs take memory of their own.
         drop(solver);
+        self.clock.part("rest");
+        self.clock.lap(COMPUTE);
 
         let recording = recorder.finish();
+        self.clock.part("grids of the maps");
         let (section_results, section_samples) = sections.finish(&recording.section_arrivals);
-        if let Some(fields) = fields {
-            fields.finish()?;
+        fields.map_or(Ok(()), FieldsWriter::finish)?;
+        self.clock.part("fields");
+        if has_plane {
             self.write_plane(&grid, &provenance, &recording, &section_results)?;
         }
-        let (crs, sections) = (&self.prepared.crs, &self.prepared.sections);
-        write_sections(&self.folder, crs, &provenance, sections, &section_results, &section_samples)?;
+        let writes = |part: OutputPart| self.scenario.outputs.writes(part);
+        let sections = &self.prepared.sections;
+        if writes(OutputPart::Sections) {
+            let about = (&self.prepared.crs, &provenance);
+            write_section_file(&self.folder, about, sections, &section_results, &section_samples)?;
+        }
         let in_channels = channels.map(|channels| channels.finish(&self.folder)).transpose()?.unwrap_or_default();
         self.manifest.above_banks = in_channels.above_banks;
-        write_mass_balance(&self.folder, &recording)?;
-        write_passages(&self.folder, &self.manifest.boundaries)?;
+        if writes(OutputPart::Tables) {
+            write_section_tables(&self.folder, sections, &section_results, &section_samples)?;
+            write_mass_balance(&self.folder, &recording)?;
+            write_passages(&self.folder, &self.manifest.boundaries)?;
+        }
+        self.clock.part("tables");
         self.clock.lap("outputs");
         Ok(Computed { ledger, recording, sections: section_results, channel_gauges: in_channels.gauge_results, early })
     }
 
     /// The maps, and all else that is drawn or read on the plane.
     fn write_plane(
-        &self,
+        &mut self,
         grid: &OutputGrid,
         provenance: &Provenance,
         recording: &Recording,
@@ -238,17 +252,30 @@ impl Run<'_> {
     ) -> Result<(), Error> {
         let (crs, outputs) = (&self.prepared.crs, &self.scenario.outputs);
         let rise_on_wet = outputs.rise_on_wet;
-        write_maps(&self.folder, grid, crs, provenance, &recording.maps, (recording.end_time, rise_on_wet))?;
-        write_cogs(&self.folder, grid, crs, provenance, &recording.maps, rise_on_wet)?;
-        let findings = Findings {
-            gauges: &self.prepared.gauges,
-            ridges: &self.prepared.ridges,
-            sections: (&self.prepared.sections, sections),
-            isochrones: &outputs.isochrones,
-            problems: &self.prepared.problems,
-        };
-        write_geopackage(&self.folder, grid, crs, recording, &findings)?;
-        write_gauges(&self.folder, &self.prepared.gauges, recording)
+        let maps = &recording.maps;
+        if outputs.writes(OutputPart::Maps) {
+            write_maps(&self.folder, grid, crs, provenance, maps, (recording.end_time, rise_on_wet))?;
+            self.clock.part("maps");
+        }
+        if outputs.writes(OutputPart::Cog) {
+            write_cogs(&self.folder, grid, crs, provenance, maps, rise_on_wet)?;
+            self.clock.part("cog");
+        }
+        if outputs.writes(OutputPart::Gpkg) {
+            let findings = Findings {
+                gauges: &self.prepared.gauges,
+                ridges: &self.prepared.ridges,
+                sections: (&self.prepared.sections, sections),
+                isochrones: &outputs.isochrones,
+                problems: &self.prepared.problems,
+            };
+            write_geopackage(&self.folder, grid, crs, recording, &findings)?;
+            self.clock.part("gpkg");
+        }
+        if outputs.writes(OutputPart::Tables) {
+            write_gauges(&self.folder, &self.prepared.gauges, recording)?;
+        }
+        Ok(())
     }
 
     /// The loop of steps.
@@ -262,47 +289,64 @@ impl Run<'_> {
         let signal = watch_signals()?;
         let end = self.scenario.end_time;
         self.manifest.particles.initial = solver.particles();
-        let books_at_start = books(solver);
         recorder.set_bed(solver.bed_now());
         let mut push = |frame| fields.as_mut().map_or(Ok(()), |fields| fields.push(frame));
+        let books_at_start = books(solver);
+        // What the core measured of its own start.
+        self.clock.part("start");
+        self.clock.add("start", -solver.phases().times().iter().map(|(_, time)| time.wall).sum::<f64>());
         recorder.start(&solver.water(), books_at_start, &mut push)?;
+        self.clock.part(RECORDING);
         let mut steps = progress::StepStatistics::default();
         let mut early = None;
-        let mut recording = 0.0;
         while solver.time() < end {
+            self.clock.part("rest");
             let mut choice = solver.choose_step();
             if solver.time() + choice.time_step >= end {
                 choice = StepChoice { time_step: end - solver.time(), limit: StepLimit::EndOfRun, ..choice };
+            }
+            self.clock.skip();
+            // Frames lie between two records, and need the water balance of both.
+            let is_each_step_recorded = solver.steps_of_a_record() == 1;
+            let is_frame_due = !is_each_step_recorded || recorder.is_frame_due(solver.time() + choice.time_step);
+            if is_frame_due && is_each_step_recorded {
+                recorder.set_balance(books(solver));
+                self.clock.part(BALANCE);
             }
             if let Err(failure) = solver.advance(choice.time_step) {
                 early = Some(Early::Failed(failure));
                 break;
             }
+            self.clock.skip();
             steps.count(&choice, solver.particles());
-            let (time, volumes) = (solver.time(), books(solver));
+            let time = solver.time();
             let received = signal.load(Ordering::Relaxed);
             if solver.is_record_due(end) || received != 0 {
                 recorder.set_bed(solver.bed_now());
+                self.clock.part("rest");
+                let volumes = is_frame_due.then(|| books(solver));
+                self.clock.part(BALANCE);
                 let water = solver.water();
-                let before = Instant::now();
+                self.clock.skip();
                 recorder.step(time, &water, volumes, &mut push)?;
-                recording += before.elapsed().as_secs_f64();
+                self.clock.part(RECORDING);
             }
             sections.step(time, solver.sections().iter().map(|flow| (flow.discharge, flow.volume)));
             if let Some(channels) = channels {
                 channels.step(solver)?;
             }
-            progress.show(time, solver.particles(), &choice, volumes.error_relative);
+            self.clock.part("sections and channels");
+            progress.show((time, solver.particles()), &choice, || books(solver).error_relative);
             if received != 0 {
                 early = Some(Early::Signal(received as i32));
                 break;
             }
         }
         progress.end();
+        self.clock.part("rest");
         for (phase, time) in solver.phases().times() {
-            self.clock.part(COMPUTE, phase, time.wall);
+            self.clock.add(phase, time.wall);
         }
-        self.clock.part(COMPUTE, "recording", recording);
         steps.note(&mut self.manifest);
         self.manifest.steps = solver.steps();
         self.manifest.particle_evaluations = solver.particle_evaluations();
@@ -466,6 +510,18 @@ fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) ->
         gauges_every: outputs.gauges_every,
         sections: prepared.crossed.clone(),
     }
+}
+
+/// A recorder of what the scenario wants written.
+pub(crate) fn recorder_of(scenario: &Scenario, plan: RecorderPlan) -> Recorder {
+    let mut recorder = Recorder::new(plan);
+    if !scenario.outputs.writes(OutputPart::Fields) {
+        recorder.leave_out_frames();
+    }
+    if !scenario.outputs.needs_maxima() {
+        recorder.leave_out_maps();
+    }
+    recorder
 }
 
 /// A cell that holds the number of SIGHUP, SIGINT or SIGTERM once it came, 0 before.

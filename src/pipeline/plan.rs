@@ -16,14 +16,14 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use super::{books, cores, flow_problem, memory_mib, recorder_plan, seeding_warnings, thread_pool};
+use super::{books, cores, flow_problem, memory_mib, recorder_of, recorder_plan, seeding_warnings, thread_pool};
 use crate::bed::BedParticles;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::math::Vec2;
 use crate::output::Recorder;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::Scenario;
 use crate::scenario::methods::{Formulation, Motion};
+use crate::scenario::{OutputPart, Outputs, Scenario};
 use crate::seeding::{Reach, StillWater, reach};
 use crate::solver::FlowSolver;
 
@@ -155,7 +155,7 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     };
     let seeds = cores::seeds(scenario, &problem, &still, &levels);
     let mut solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
-    let mut recorder = Recorder::new(recorder_plan(scenario, &prepared, bed));
+    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &prepared, bed));
     let preparation = start.elapsed().as_secs_f64();
     let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
     let cells = recorder.grid().len();
@@ -212,8 +212,9 @@ fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Reco
         shortest = shortest.min(step);
         solver.advance(step.min(scenario.end_time - solver.time()))?;
         if solver.is_record_due(scenario.end_time) {
-            let (time, ledger) = (solver.time(), books(solver));
-            recorder.step(time, &solver.water(), ledger, &mut no_sink)?;
+            let time = solver.time();
+            let balance = recorder.is_frame_due(time).then(|| books(solver));
+            recorder.step(time, &solver.water(), balance, &mut no_sink)?;
         }
         measured.steps += 1;
         measured.last_evaluations = solver.particle_evaluations() - before;
@@ -227,6 +228,19 @@ fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Reco
     measured.shortest_step = shortest;
     measured.is_whole = solver.time() >= scenario.end_time;
     Ok(measured)
+}
+
+/// The shares of maps, frames, profiles of channels and `channels.nc` that are written: NetCDF and COG take half of the maps each, and the
+/// profiles are in `channels.nc` and in a table.
+fn written_shares(outputs: &Outputs) -> [f64; 4] {
+    let share =
+        |parts: &[OutputPart]| parts.iter().filter(|part| outputs.writes(**part)).count() as f64 / parts.len() as f64;
+    [
+        share(&[OutputPart::Maps, OutputPart::Cog]),
+        share(&[OutputPart::Fields]),
+        share(&[OutputPart::Channels, OutputPart::Tables]),
+        share(&[OutputPart::Channels]),
+    ]
 }
 
 /// Draws the bounds from the measurement; `cells` of the output grid, and the greatest memory so far (MiB).
@@ -250,7 +264,9 @@ fn draw(
     let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, cells);
     let frames = (scenario.end_time / scenario.outputs.every).ceil() + 1.0;
     let gauges = prepared.gauges.len() + prepared.channels.iter().map(|channel| channel.gauges.len()).sum::<usize>();
-    let samples = gauges as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil();
+    let has_tables = scenario.outputs.writes(OutputPart::Tables);
+    let samples =
+        if has_tables { gauges as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil() } else { 0.0 };
     let profiles = prepared.needs.channel_particles as f64 * frames;
     let lattice_cells = prepared.lattice.as_ref().map_or(0, |lattice| lattice.len());
     let share = cells as f64 / lattice_cells.max(1) as f64;
@@ -259,8 +275,10 @@ fn draw(
         let of_channels = profile * profiles + file * has_channels;
         (map * cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * samples + of_channels) / 1e6
     };
-    let least = [MAP_BYTES, FRAME_BYTES, PROFILE_BYTES, CHANNELS_FILE].map(|range| range.start);
-    let most = [MAP_BYTES, FRAME_BYTES, PROFILE_BYTES, CHANNELS_FILE].map(|range| range.end);
+    let ranges = [MAP_BYTES, FRAME_BYTES, PROFILE_BYTES, CHANNELS_FILE];
+    let shares = written_shares(&scenario.outputs);
+    let least = [0, 1, 2, 3].map(|k: usize| shares[k] * ranges[k].start);
+    let most = [0, 1, 2, 3].map(|k: usize| shares[k] * ranges[k].end);
     let cells_at_end = if moves { reach.cells() as f64 } else { now * growth };
     let written = WRITERS_BYTES * (cells + lattice_cells) as f64 / MIB;
     let neighbours = if moves { NEIGHBOUR_BYTES * peak / MIB } else { 0.0 };

@@ -25,8 +25,8 @@ impl Progress {
         Progress { end_time, lattice: lattice.clone(), is_shown, is_terminal, start: Instant::now(), last: None }
     }
 
-    /// Shows where the run is, if it is time to.
-    pub fn show(&mut self, time: f64, particles: usize, choice: &StepChoice, volume_error: f64) {
+    /// Shows where the run is, if it is time to: its time (s), its particles, and the error of its water balance.
+    pub fn show(&mut self, (time, particles): (f64, usize), choice: &StepChoice, volume_error: impl FnOnce() -> f64) {
         let interval = Duration::from_millis(if self.is_terminal { 500 } else { 10_000 });
         if !self.is_shown || self.last.is_some_and(|last| last.elapsed() < interval) {
             return;
@@ -45,7 +45,7 @@ impl Progress {
             choice.time_step,
             choice.limit.name(),
             choice.max_speed,
-            volume_error.abs(),
+            volume_error().abs(),
             clock_time(to_go),
         );
         // Progress that cannot be shown is no reason to stop a run.

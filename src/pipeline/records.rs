@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{RunOptions, clock};
+use super::RunOptions;
 use crate::bed::BedParticles;
-use crate::math::Vec2;
+use crate::math::{Vec2, simd};
 use crate::output::{
     BreachRecord, ChannelWater, HotStart, InputFile, MovingBedRecord, PassageRecord, RunManifest, Volumes,
     WarningRecord,
@@ -134,12 +134,13 @@ pub(super) fn first_manifest(
         git: (version::COMMIT != "unknown").then(|| version::COMMIT.to_owned()),
         command: options.command.clone(),
         threads: rayon::current_num_threads(),
-        simd: clock::simd().to_owned(),
+        simd: simd().to_owned(),
         scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
         inputs: prepared.inputs.iter().map(input).collect(),
         warnings: prepared.problems.iter().map(WarningRecord::from).collect(),
         methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
         bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
+        not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),
         status: "running".to_owned(),
         phase_s: BTreeMap::new(),
         ..RunManifest::default()

@@ -36,7 +36,21 @@ fn not_fields(path: &Path, cause: String) -> Problem {
         .with_remedy("name the file `fields.nc` of a finished run; where it is that, it is damaged: copy it again")
 }
 
+/// Whether the run beside which a file is to stand left the frames out.
+fn is_left_out(path: &Path) -> bool {
+    let summary = std::fs::read_to_string(path.with_file_name("run.json")).ok();
+    let summary: Option<serde_json::Value> = summary.and_then(|text| serde_json::from_str(&text).ok());
+    let parts = summary.as_ref().and_then(|summary| summary["not_written"].as_array());
+    !path.exists() && parts.is_some_and(|parts| parts.iter().any(|part| part == "fields"))
+}
+
 pub(super) fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {
+    if is_left_out(path) {
+        let message = format!("{} was not written", path.display());
+        return Err(input_error("not-written", message)
+            .with_cause("`outputs.write` of that run leaves `fields` out")
+            .with_remedy("add `fields` to its `outputs.write`, or take the key out, and run it again"));
+    }
     readable_file(path)?;
     if path.to_string_lossy().ends_with(".partial.nc") {
         let message = format!("{} is of a run that did not end", path.display());

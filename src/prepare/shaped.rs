@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::bed::{BedParticles, Pixels, Surface};
+use crate::bed::{BedParticles, CellPlane, Pixels, Surface};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::terrain::{PixelBlock, PixelGrid, Terrain};
@@ -99,6 +99,13 @@ impl Surface for Shaped<'_> {
 
     fn mean_preserving_elevation(&self, map: Vec2, spacing: f64) -> Option<f64> {
         self.changed(map, self.terrain.mean_preserving_elevation(map, spacing))
+    }
+
+    fn plane_of_cell(&self, centre: Vec2, spacing: f64) -> Option<CellPlane> {
+        let changes = &self.changes.0;
+        let is_as_it_was = |cell: &usize| changes.is_empty() || !changes.contains_key(cell);
+        self.lattice.cell_at(self.lattice.to_local(centre)).filter(is_as_it_was)?;
+        Surface::plane_of_cell(self.terrain, centre, spacing)
     }
 
     fn samples(&self, centre: Vec2, radius: f64, out: &mut Vec<(Vec2, f64)>) {

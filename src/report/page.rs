@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::Figure;
-use super::read::RunFolder;
+use super::read::{RunFolder, left_out};
 use crate::maps::{clock, escape};
 
 const STYLE: &str = "body{font:15px/1.45 'DejaVu Sans','Liberation Sans',Arial,sans-serif;color:#222;max-width:1240px;margin:2em auto;padding:0 1em}\
@@ -95,6 +95,9 @@ fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
     add("Greatest speed", number(&summary["max_speed_m_s"]).map(|v| format!("{v:.3} m/s")));
     add("Time on the clock", seconds(&summary["wall_s"]));
     add("Time of the processors", seconds(&summary["cpu_s"]));
+    let missing: Vec<&str> = left_out(summary).collect();
+    let missing = (!missing.is_empty()).then(|| format!("{}, left out of `outputs.write`", missing.join(", ")));
+    add("Not written", missing);
     add("Memory, at most", number(&summary["peak_rss_mb"]).map(|mb| format!("{mb:.0} MB")));
     rows
 }

@@ -62,6 +62,9 @@ impl RunFolder {
         if summary["bed_particles"] == 0 {
             return Err(without_maps(folder));
         }
+        if left_out(&summary).any(|part| part == "maps") && !folder.join("maps.nc").exists() {
+            return Err(maps_left_out(folder));
+        }
         let maps = open(&folder.join("maps.nc"))?;
         let fields_path = folder.join("fields.nc");
         let fields = fields_path.exists().then(|| open(&fields_path)).transpose()?;
@@ -170,6 +173,20 @@ fn without_maps(folder: &Path) -> Error {
         Problem::error(ProblemKind::Input, "no-maps", "", message)
             .with_cause("its scenario has no terrain")
             .with_remedy("draw its profiles from channels.nc or tables/channels.csv"),
+    ])
+}
+
+/// The parts of the folder that `outputs.write` of its scenario left out, by a summary of the run.
+pub(super) fn left_out(summary: &serde_json::Value) -> impl Iterator<Item = &str> {
+    summary["not_written"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str)
+}
+
+fn maps_left_out(folder: &Path) -> Error {
+    let message = format!("the run in {} wrote no maps.nc, and a report shows its maps", folder.display());
+    Error::Problems(vec![
+        Problem::error(ProblemKind::Input, "not-written", "outputs.write", message)
+            .with_cause("`outputs.write` of its scenario leaves `maps` out")
+            .with_remedy("add `maps` to `outputs.write`, or take the key out, and run the scenario again"),
     ])
 }
 

@@ -125,6 +125,25 @@ fn after_a_hot_start_times_count_from_the_start_of_the_run() {
 }
 
 #[test]
+fn what_a_run_left_out_is_named_with_its_key() {
+    let folder = tempfile::tempdir().unwrap();
+    run_folder(folder.path());
+    let summary = |parts: &str| format!(r#"{{"status": "done", "exit_code": 0, "not_written": [{parts}]}}"#);
+    std::fs::write(folder.path().join("run.json"), summary(r#""fields", "tables""#)).unwrap();
+    for part in ["fields.nc", "tables/gauges.csv", "tables/gauge_series.csv"] {
+        std::fs::remove_file(folder.path().join(part)).unwrap();
+    }
+    let Report { files, doubt } = report(folder.path()).unwrap();
+    assert_eq!(doubt, None);
+    let page = std::fs::read_to_string(files.last().unwrap()).unwrap();
+    assert!(page.contains("fields, tables, left out of `outputs.write`"));
+    std::fs::write(folder.path().join("run.json"), summary(r#""maps""#)).unwrap();
+    std::fs::remove_file(folder.path().join("maps.nc")).unwrap();
+    let error = report(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("[not-written]") && error.contains("add `maps` to `outputs.write`"), "{error}");
+}
+
+#[test]
 fn a_folder_without_a_run_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let error = report(folder.path()).unwrap_err();

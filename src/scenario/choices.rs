@@ -8,7 +8,9 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
 };
-use super::model::{AfterEnd, BreachFormula, BreachMode, GrowthLaw, PointInterpolation, Side, Sourced, Stamp};
+use super::model::{
+    AfterEnd, BreachFormula, BreachMode, GrowthLaw, OutputPart, PointInterpolation, Side, Sourced, Stamp,
+};
 use super::read::{FromNode, Reader, nearest};
 use super::tree::Node;
 
@@ -174,6 +176,14 @@ impl Choice for ElevationUnit {
         [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("us_ft", 1200.0 / 3937.0)]
             .map(|(name, factor)| (name, ElevationUnit(factor)))
             .to_vec()
+    }
+}
+
+impl Choice for OutputPart {
+    const WHAT: &'static str = "a part of the run folder";
+
+    fn choices() -> Vec<(&'static str, Self)> {
+        Self::ALL.iter().map(|part| (part.name(), *part)).collect()
     }
 }
 

@@ -1,5 +1,6 @@
 //! From the text of a scenario to a `Scenario`: all checks, all problems at once, all defaults.
 
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -14,8 +15,8 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, Turbulence, WallMethod,
 };
 use super::model::{
-    Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, Outputs, PointInterpolation,
-    Rain, RainAmount, RainUnit, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
+    Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, OutputPart, Outputs,
+    PointInterpolation, Rain, RainAmount, RainUnit, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
 };
 use super::read::{FromNode, Reader};
 use super::schema::{
@@ -345,6 +346,7 @@ fn rain(section: RainSection) -> Option<Sourced<Rain>> {
 fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution: f64, end_time: f64) -> Outputs {
     let section = section.unwrap_or(OutputsSection {
         folder: None,
+        write: None,
         cell: None,
         every: None,
         sections: None,
@@ -366,6 +368,13 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
         folder: match section.folder {
             Some(Text(Sourced { value, key, place })) => Sourced { value: folder_of(file).join(value), key, place },
             None => Sourced { value: Path::new("runs").join(name), key: String::new(), place: None },
+        },
+        write: match section.write {
+            Some(parts) => {
+                let parts: BTreeSet<OutputPart> = parts.iter().map(|part| part.0.value).collect();
+                parts.into_iter().collect()
+            }
+            None => OutputPart::ALL.to_vec(),
         },
         cell: section.cell.map_or(resolution, |cell| cell.value()),
         every,
@@ -542,6 +551,25 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
             (11, "method-combination", "numerics.motion"),
         ];
         assert_eq!(found, expected.map(|(line, code, key)| (line, code, key.to_owned())));
+    }
+
+    #[test]
+    fn the_parts_to_write_are_chosen_by_name() {
+        let text = |write: &str| TEN_LINES.replace("outputs: {", &format!("outputs: {{write: {write}, "));
+        let written = |write: &str| loaded(&text(write), &[]).unwrap().scenario.outputs.write;
+        assert_eq!(loaded(TEN_LINES, &[]).unwrap().scenario.outputs.write, OutputPart::ALL);
+        assert_eq!(written("[tables, maps, tables]"), [OutputPart::Maps, OutputPart::Tables]);
+        assert!(written("[]").is_empty());
+        let found = problems(&text("[map, geopackage]"));
+        let told: Vec<_> = found.iter().map(|p| (p.code, p.key.as_str(), p.remedy.as_deref().unwrap())).collect();
+        let all = "use one of fields, maps, cog, gpkg, tables, sections, channels";
+        assert_eq!(
+            told,
+            [("unknown-name", "outputs.write[0]", "did you mean `maps`?"), ("unknown-name", "outputs.write[1]", all),]
+        );
+        let text = text("[maps]").replace("every: 100 s", "every: 100 s, isochrones: [5 min]");
+        let warnings = loaded(&text, &[]).unwrap().warnings;
+        assert!(warnings.iter().any(|warning| warning.code == "not-written" && warning.key == "outputs.isochrones"));
     }
 
     fn all_pairs<A, B>(a: &'static [A], b: &'static [B]) -> impl Iterator<Item = (&'static A, &'static B)> {

@@ -288,6 +288,8 @@ impl Scenario {
         let outputs = &self.outputs;
         let has_maps = !self.is_channels_alone();
         writeln!(text, "outputs:\n  folder: {}", quoted_path(&outputs.folder.value))?;
+        let parts: Vec<&str> = outputs.write.iter().map(|part| part.name()).collect();
+        writeln!(text, "  write: [{}]", parts.join(", "))?;
         if has_maps {
             writeln!(text, "  cell: {} m", outputs.cell)?;
         }
@@ -671,6 +673,7 @@ resolution: 0.1 m
 time: {end: 3 d, reference: "1959-12-02 21:14"}
 outputs:
   folder: out
+  write: [tables, fields]
   cell: 7 m
   every: 1 min
   gauges: g.csv

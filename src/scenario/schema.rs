@@ -20,7 +20,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
 };
-use super::model::{PointInterpolation, RainUnit, Side, Stamp};
+use super::model::{OutputPart, PointInterpolation, RainUnit, Side, Stamp};
 use super::moving_bed::MovingBedEntry;
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::start::{FrameTime, check_alone, check_initial};
@@ -505,6 +505,8 @@ section! {
     OutputsSection, example "{every: 100 s}", check check_isochrones {
         /// Run folder; `runs/` and the name of the scenario, in the current folder, when absent.
         folder: Option<Text>,
+        /// What to write beside `run.json` and `scenario.resolved.yaml`: fields, maps, cog, gpkg, tables, sections, channels; all when absent.
+        write: Option<Vec<Chosen<OutputPart>>>,
         /// Edge of a cell of the maps; the resolution when absent.
         cell: Option<Quantity<Length>>,
         /// Interval of the frames of `fields.nc`; a fortieth of the run, rounded, when absent.
@@ -548,6 +550,14 @@ fn tell_of_outputs(node: &Node, reader: &mut Reader) {
                 format!("this interval is longer than the run: the only {what} are those of its start and its end");
             reader.warning(interval, "longer-than-run", message, "give a shorter interval, or leave it out");
         }
+    }
+    let is_written = |part: &str| match outputs.get("write").map(|list| &list.value) {
+        Some(Value::List(parts)) => parts.iter().any(|item| item.value == Value::Text(part.to_owned())),
+        _ => true,
+    };
+    if let Some(isochrones) = outputs.get("isochrones").filter(|_| !is_written("gpkg")) {
+        let message = "isochrones stand in results.gpkg, which `outputs.write` leaves out";
+        reader.warning(isochrones, "not-written", message, "add `gpkg` to `outputs.write`, or leave `isochrones` out");
     }
     if let Some(cell) = outputs.get("cell")
         && quantity(Some(cell), &LENGTH).zip(quantity(node.get("resolution"), &LENGTH)).is_some_and(|(c, r)| c < r)

@@ -134,7 +134,9 @@ impl<'a> Filling<'a> {
     /// Open ground near the polygon of a body: cells below its level, without water, in connection with such cells farther out.
     pub fn open_ground(&self, level: f64, scan: &BodyScan) -> BTreeSet<usize> {
         let mut beyond: BTreeSet<usize> = BTreeSet::new();
-        let is_covered = |cell: usize| scan.cells.binary_search_by_key(&cell, |&(cell, _)| cell).is_ok();
+        let mut covered = vec![false; self.bed.lattice.len()];
+        scan.cells.iter().for_each(|&(cell, _)| covered[cell] = true);
+        let is_covered = |cell: usize| covered[cell];
         let mut outermost: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).collect();
         for _ in 0..=REACH_OF_POCKETS {
             let mut next = Vec::new();
@@ -188,7 +190,11 @@ impl<'a> Filling<'a> {
     /// Fills the pockets that the water of a body reaches from the given cells. Returns their cells.
     pub fn fill_pockets(&mut self, number: u32, level: f64, cells: &[usize], open: &BTreeSet<usize>) -> Vec<usize> {
         let mut pockets: Vec<usize> = Vec::new();
+        // Most cells lie amid others.
         for &cell in cells {
+            if self.gaps(cell, level).next().is_none() {
+                continue;
+            }
             let mut wet = vec![cell];
             while let Some(cell) = wet.pop() {
                 let reached: Vec<usize> = self.gaps(cell, level).filter(|other| !open.contains(other)).collect();

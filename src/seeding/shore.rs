@@ -85,7 +85,7 @@ pub(super) fn fit_bed_to_water(
             share = whole();
         } else if part.is_cut() && is_at_edge() {
             edge.push((cell, (whole() - share).max(0.0)));
-        } else if filling.neighbours(cell, level).any(|other| banks.contains(&other)) {
+        } else if !banks.is_empty() && filling.neighbours(cell, level).any(|other| banks.contains(&other)) {
             foot.push((cell, ((level - before) * area - share).max(0.0)));
         }
         let is_wet = share / area > SHALLOWEST_SHARE;

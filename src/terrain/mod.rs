@@ -124,6 +124,22 @@ impl Terrain {
         self.top_of_first(self.layers.len(), &read).map(|(_, elevation)| elevation)
     }
 
+    /// Mean and highest elevation (m) of the plane of [`mean_preserving_elevation`](Self::mean_preserving_elevation) over a square of a
+    /// spacing (m) around a place, where that is a cell of the topmost raster with data there, and no layer is laid over it or under it by another rule.
+    pub fn plane_of_cell(&self, centre: Vec2, spacing: f64) -> Option<(f64, f64)> {
+        let layers = self.layers.iter().zip(&self.overlays).rev();
+        for (layer, overlay) in layers {
+            let Layer::Raster(raster) = layer else { return None };
+            if *overlay != Overlay::Replace || !raster.has_cell(centre, spacing) {
+                return None;
+            }
+            if let Some(plane) = raster.plane_at(centre) {
+                return Some((plane.own, plane.highest()));
+            }
+        }
+        None
+    }
+
     /// Index of the layer that counts at a place, and its elevation there.
     fn top(&self, map: Vec2) -> Option<(usize, f64)> {
         self.top_of_first(self.layers.len(), &|layer| layer.elevation(map))

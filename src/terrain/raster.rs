@@ -45,6 +45,25 @@ impl Raster {
     }
 }
 
+/// The plane of a cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    /// Value at the centre of the cell, and mean over it.
+    pub own: f64,
+    /// Rise over a cell to the east, and to the north.
+    east: f64,
+    north: f64,
+    /// The centre (map coordinates).
+    centre: Vec2,
+}
+
+impl Plane {
+    /// The greatest value in the cell.
+    pub fn highest(self) -> f64 {
+        self.own + 0.5 * (self.east.abs() + self.north.abs())
+    }
+}
+
 /// Distance from a cell centre, in cells, within which a place counts as that centre: the round-off of map coordinates.
 const CENTRE_TOLERANCE: f64 = 1e-6;
 
@@ -109,12 +128,29 @@ impl Raster {
     /// a cell off what lies below; beside cells without data, too, so that a lake there holds what the cells say. At the edge of the
     /// raster the differences are those on the other side of the cell.
     pub fn mean_preserving_elevation(&self, map: Vec2) -> Option<f64> {
+        let Plane { own, east, north, centre } = self.plane_at(map)?;
+        let offset = map - centre;
+        Some(own + east * offset.x / self.cell_x + north * offset.y / self.cell_y)
+    }
+
+    /// Whether a square of a spacing (m) around a place (map) is a cell.
+    pub(super) fn has_cell(&self, centre: Vec2, spacing: f64) -> bool {
+        let is_near = |a: f64, b: f64| (a - b).abs() <= CENTRE_TOLERANCE * spacing;
+        let is_alike = is_near(self.cell_x, spacing) && is_near(self.cell_y, spacing);
+        is_alike
+            && self.cell_at(centre).is_some_and(|(column, row)| {
+                let own = self.centre(column, row);
+                is_near(own.x, centre.x) && is_near(own.y, centre.y)
+            })
+    }
+
+    /// The plane (M78) of the cell that holds a place; none where it has no data.
+    pub(super) fn plane_at(&self, map: Vec2) -> Option<Plane> {
         let (column, row) = self.cell_at(map)?;
         let own = self.value(column, row);
         if own.is_nan() {
             return None;
         }
-        let offset = map - self.centre(column, row);
         // A cell without data counts as level with this one.
         let value = |east: isize, south: isize| {
             let (c, r) = (column.checked_add_signed(east)?, row.checked_add_signed(south)?);
@@ -129,7 +165,7 @@ impl Raster {
             }
             (None, None) => 0.0,
         };
-        Some(own + rise(1, 0) * offset.x / self.cell_x + rise(0, -1) * offset.y / self.cell_y)
+        Some(Plane { own, east: rise(1, 0), north: rise(0, -1), centre: self.centre(column, row) })
     }
 
     /// The cells whose centres lie within a rectangle (map coordinates), as ranges of columns and rows.

@@ -345,6 +345,79 @@ fn one_and_two_threads_give_equal_bytes() {
 }
 
 #[test]
+fn what_is_left_out_is_not_written_and_changes_nothing_of_the_rest() {
+    let folder = TempDir::new().unwrap();
+    let run_with = |parts: &str, out: &str| {
+        let write = format!("outputs.write={parts}");
+        let settings = [&SHORT_DEMO[..], &["--set", &write]].concat();
+        run(folder.path(), &shipped("demo"), if parts.is_empty() { &SHORT_DEMO } else { &settings });
+        std::fs::rename(folder.path().join("out"), folder.path().join(out)).unwrap();
+        folder.path().join(out)
+    };
+    let whole = run_with("", "whole");
+    let files_whole = files(&whole);
+    let is_of = |name: &str, parts: &[&str]| {
+        let part = match name {
+            "fields.nc" => "fields",
+            "maps.nc" => "maps",
+            "results.gpkg" => "gpkg",
+            _ => name.split_once('/').map_or("always", |(folder, _)| folder),
+        };
+        part == "always" || parts.contains(&part)
+    };
+    for (number, parts) in
+        [&["maps", "tables"][..], &["fields"], &["tables"], &["cog", "gpkg"], &[]].into_iter().enumerate()
+    {
+        let out = run_with(&format!("[{}]", parts.join(",")), &format!("out{number}"));
+        let found = files(&out);
+        let expected: Vec<&String> = files_whole.keys().filter(|name| is_of(name, parts)).collect();
+        assert_eq!(found.keys().collect::<Vec<_>>(), expected, "{parts:?}");
+        for name in expected.into_iter().filter(|name| name.starts_with("cog/") || name.starts_with("tables/")) {
+            assert!(found[name] == files_whole[name], "{parts:?}: {name} differs");
+        }
+        for name in ["maps.nc", "fields.nc"].into_iter().filter(|name| is_of(name, parts)) {
+            assert!(
+                Netcdf::read(&whole.join(name)).bits() == Netcdf::read(&out.join(name)).bits(),
+                "{parts:?}: {name}"
+            );
+        }
+        let (one, two) = (manifest(&whole), manifest(&out));
+        assert!(one["not_written"].is_null());
+        let left_out = ["fields", "maps", "cog", "gpkg", "tables", "sections", "channels"];
+        let left_out: Vec<&str> = left_out.into_iter().filter(|part| !parts.contains(part)).collect();
+        assert_eq!(two["not_written"], serde_json::json!(left_out));
+        for key in ["volume_m3", "gates", "steps", "particle_evaluations", "max_speed_m_s"] {
+            assert_eq!(one[key], two[key], "{parts:?}: {key}");
+        }
+    }
+    let report = floodsim(folder.path(), &["report", "out2"]);
+    assert!(report.code == 4 && report.stderr.contains("add `maps` to `outputs.write`"), "{}", report.stderr);
+}
+
+#[test]
+fn the_phases_of_a_run_account_for_its_time() {
+    let folder = TempDir::new().unwrap();
+    run(folder.path(), &shipped("demo"), &[&SHORT_DEMO[..], &["--threads", "1"]].concat());
+    let run = manifest(&folder.path().join("out"));
+    let times: Vec<(&str, f64)> = run["phase_s"]
+        .as_object()
+        .unwrap()
+        .iter()
+        .map(|(name, time)| (name.as_str(), time.as_f64().unwrap()))
+        .collect();
+    let sum =
+        |is_part: &dyn Fn(&str) -> bool| times.iter().filter(|(name, _)| is_part(name)).map(|time| time.1).sum::<f64>();
+    let share = sum(&|name| !name.contains(": ")) / run["wall_s"].as_f64().unwrap();
+    assert!((0.98..1.001).contains(&share), "{share}: {times:?}");
+    for phase in ["compute", "outputs"] {
+        let parts = sum(&|name| name.starts_with(&format!("{phase}: ")));
+        let share = parts / run["phase_s"][phase].as_f64().unwrap();
+        assert!((0.98..1.001).contains(&share), "{phase} {share}: {times:?}");
+    }
+    assert!(times.iter().any(|(name, _)| *name == "compute: water balance"));
+}
+
+#[test]
 fn the_resolved_scenario_gives_the_same_maps() {
     let folder = TempDir::new().unwrap();
     run(folder.path(), &shipped("demo"), &SHORT_DEMO);

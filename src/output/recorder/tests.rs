@@ -352,3 +352,52 @@ fn threads_do_not_change_a_bit() {
     assert_eq!(one, record(3));
     assert!(one.max_depth.iter().any(|&depth| depth > 0.2));
 }
+
+#[test]
+fn without_maps_and_frames_the_gauges_and_the_water_balance_are_the_same() {
+    let record = |has_all: bool| {
+        let mut recorder = Recorder::new(RecorderPlan { sections: vec![], ..plan(12.5) });
+        if !has_all {
+            recorder.leave_out_frames();
+            recorder.leave_out_maps();
+        }
+        let (lattice, spans) = (lattice(), [Span { row: 1, from: 1, to: 3 }]);
+        let mut frames = 0;
+        let mut sink = |_| {
+            frames += 1;
+            Ok(())
+        };
+        for step in 0..=10 {
+            let t = 10.0 * f64::from(step);
+            let mut rows = FlatWater::dry(&lattice);
+            (rows.depth[6], rows.depth[7], rows.discharge_x[6]) = (ramp(t), lake(t), ramp(t));
+            let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &spans };
+            let volumes = Volumes { stored: t, ..Volumes::default() };
+            match step {
+                0 => recorder.start(&water, volumes, &mut sink).unwrap(),
+                _ => recorder.step(t, &water, volumes, &mut sink).unwrap(),
+            }
+        }
+        (recorder.finish(), frames)
+    };
+    let ((all, frames), (least, none)) = (record(true), record(false));
+    assert_eq!((frames, none), (9, 0));
+    assert!(!all.maps.max_depth.is_empty() && least.maps == GridMaps::default());
+    assert_eq!((&all.gauge_results, &all.gauge_samples), (&least.gauge_results, &least.gauge_samples));
+    assert_eq!(all.mass_balance, least.mass_balance);
+}
+
+#[test]
+fn a_balance_is_needed_where_a_frame_is_due_and_nowhere_else() {
+    let mut recorder = Recorder::new(plan(50.0));
+    let (lattice, rows) = (lattice(), FlatWater::dry(&lattice()));
+    let water = WaterOnLattice { rows: &rows, lattice: &lattice, spans: &[] };
+    let stored = |stored: f64| Volumes { stored, ..Volumes::default() };
+    recorder.start(&water, stored(10.0), &mut |_| Ok(())).unwrap();
+    assert!(!recorder.is_frame_due(40.0) && recorder.is_frame_due(60.0));
+    recorder.step(40.0, &water, None, &mut |_| Ok(())).unwrap();
+    recorder.set_balance(stored(20.0));
+    recorder.step(60.0, &water, stored(40.0), &mut |_| Ok(())).unwrap();
+    assert!(recorder.step(100.0, &water, None, &mut |_| Ok(())).is_err(), "the last frame has no balance");
+    assert_eq!(recorder.finish().mass_balance[1].volumes.stored, 30.0);
+}

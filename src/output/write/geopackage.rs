@@ -11,7 +11,7 @@ use gdal::vector::{Feature, FieldDefn, Geometry, LayerAccess, LayerOptions, OGRF
 use gdal::{Dataset, DriverManager};
 
 use super::super::folder::{RunFolder, output_error};
-use super::super::grid::{FILL, OutputGrid};
+use super::super::grid::{FILL, GridMaps, OutputGrid};
 use super::super::outline::{Region, regions};
 use super::super::recorder::Recording;
 use super::super::ridges::Ridge;
@@ -72,8 +72,8 @@ pub fn write_geopackage(
         let crs = WritableCrs::new(crs, path)?;
         let write = || -> GdalResult<()> {
             let mut layers = vec![
-                extent_layer(grid, recording)?,
-                isochrone_layer(grid, recording, findings.isochrones)?,
+                extent_layer(grid, &recording.maps)?,
+                isochrone_layer(grid, &recording.maps, findings.isochrones)?,
                 gauge_layer(findings.gauges, recording)?,
                 findings_layer(findings.problems)?,
             ];
@@ -176,9 +176,9 @@ fn polygon(grid: &OutputGrid, region: &Region) -> GdalResult<Geometry> {
 }
 
 /// Where the greatest depth reaches the first threshold.
-fn extent_layer<'a>(grid: &OutputGrid, recording: &Recording) -> GdalResult<Layer<'a>> {
-    let threshold = recording.maps.thresholds[0].threshold;
-    let inside: Vec<bool> = recording.maps.max_depth.iter().map(|&depth| f64::from(depth) >= threshold).collect();
+fn extent_layer<'a>(grid: &OutputGrid, maps: &GridMaps) -> GdalResult<Layer<'a>> {
+    let threshold = maps.thresholds[0].threshold;
+    let inside: Vec<bool> = maps.max_depth.iter().map(|&depth| f64::from(depth) >= threshold).collect();
     let features = multipolygon(grid, &inside)?.into_iter();
     Ok(Layer {
         name: "inundation_extent",
@@ -191,8 +191,8 @@ fn extent_layer<'a>(grid: &OutputGrid, recording: &Recording) -> GdalResult<Laye
 }
 
 /// The areas that the water reaches between one isochrone and the next, by the arrival for the first threshold.
-fn isochrone_layer<'a>(grid: &OutputGrid, recording: &Recording, isochrones: &[f64]) -> GdalResult<Layer<'a>> {
-    let arrival = &recording.maps.thresholds[0].arrival;
+fn isochrone_layer<'a>(grid: &OutputGrid, maps: &GridMaps, isochrones: &[f64]) -> GdalResult<Layer<'a>> {
+    let arrival = &maps.thresholds[0].arrival;
     let mut features = Vec::new();
     let mut earlier = None;
     for &time in isochrones {

@@ -24,7 +24,7 @@ pub use cog::write_cogs;
 pub use fields::FieldsWriter;
 pub use geopackage::{Findings, write_geopackage};
 pub use maps::write_maps;
-pub use sections::write_sections;
+pub use sections::{write_section_file, write_section_tables, write_sections};
 pub use tables::{write_gauges, write_mass_balance, write_passages};
 pub use variables::{MapVariable, map_variables};
 

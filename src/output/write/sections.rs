@@ -108,10 +108,8 @@ const RESULTS: [(Described, OfSection); 9] = [
 ///
 /// # Errors
 /// When one of them cannot be written.
-pub fn write_sections(
+pub fn write_section_tables(
     folder: &RunFolder,
-    crs: &OutputCrs,
-    provenance: &Provenance,
     sections: &[Section],
     results: &[SectionResult],
     samples: &[SectionSample],
@@ -141,7 +139,39 @@ pub fn write_sections(
             number(Some(sample.volume), of_volume),
         ])
     });
-    write_lines(folder, "tables/section_series.csv", "id,time_s,discharge_m3_s,volume_m3", rows)?;
+    write_lines(folder, "tables/section_series.csv", "id,time_s,discharge_m3_s,volume_m3", rows)
+}
+
+/// Writes the tables of the sections and `sections.nc`; nothing where there are no sections.
+///
+/// # Errors
+/// When one of them cannot be written.
+pub fn write_sections(
+    folder: &RunFolder,
+    crs: &OutputCrs,
+    provenance: &Provenance,
+    sections: &[Section],
+    results: &[SectionResult],
+    samples: &[SectionSample],
+) -> Result<(), Error> {
+    write_section_tables(folder, sections, results, samples)?;
+    write_section_file(folder, (crs, provenance), sections, results, samples)
+}
+
+/// Writes `sections.nc`; nothing where there are no sections.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_section_file(
+    folder: &RunFolder,
+    (crs, provenance): (&OutputCrs, &Provenance),
+    sections: &[Section],
+    results: &[SectionResult],
+    samples: &[SectionSample],
+) -> Result<(), Error> {
+    if sections.is_empty() {
+        return Ok(());
+    }
     folder.write_with("sections.nc", |path| {
         let crs = WritableCrs::new(crs, path)?;
         let write = || write_netcdf(path, (crs.as_ref(), provenance), (sections, results), samples);

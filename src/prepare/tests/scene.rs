@@ -46,6 +46,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         reference_time: None,
         outputs: Outputs {
             folder: sourced("outputs.folder", PathBuf::from("out")),
+            write: OutputPart::ALL.to_vec(),
             cell: resolution,
             every: 1.0,
             gauges_every: 1.0,

@@ -239,7 +239,7 @@ impl EulerianSolver {
             mixing::add(state, active, scale, time_step);
         }
         self.passes.apply(state, active, scale, self.methods);
-        self.walls.apply(state, scale);
+        self.walls.apply(state, active, scale);
         let step = (self.time, self.time + time_step);
         self.open.apply(state, scale, self.methods, step);
         self.reaches.pass(state, scale, self.methods, stage, step);
@@ -296,6 +296,7 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn choose_step(&mut self) -> StepChoice {
+        self.phases.start();
         let fastest = self.state.fastest();
         let scale = &self.scale;
         let mut choice = if fastest.signal_speed > 0.0 {
@@ -339,6 +340,7 @@ impl FlowSolver for EulerianSolver {
         if let Some(moving) = &self.moving_bed {
             choice.time_step = moving.longest_step(&self.scale, self.time, choice.time_step);
         }
+        self.phases.end("choice of the step");
         choice
     }
 
@@ -356,7 +358,6 @@ impl FlowSolver for EulerianSolver {
         self.active.follow(&mut self.state, self.scale.dry_depth);
         self.phases.end("cells in work");
         self.evaluate_primitive();
-        self.phases.end("velocities");
         self.time += time_step;
         self.steps += 1;
         if let Some(breaking) = &mut self.breaking {
@@ -369,6 +370,7 @@ impl FlowSolver for EulerianSolver {
             self.passes.follow(&self.state.ground);
         }
         self.hand_out_bed();
+        self.phases.end("velocities");
         let fastest = self.state.fastest();
         let in_channels = self.reaches.fastest(&self.scale).0;
         let signal_speed = reach::larger_or_nan(fastest.signal_speed, in_channels);

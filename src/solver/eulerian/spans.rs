@@ -7,12 +7,17 @@ use rayon::prelude::*;
 
 use super::state::State;
 use crate::lattice::Span;
+use crate::math::simd;
 
 /// Width of the rim around wet cells.
 const RIM: usize = 2;
 
 /// Runs of dry cells up to this length inside a row stay in work: longer loops beat fewer cells.
-const BRIDGE: usize = 6;
+const BRIDGE: usize = MOST_LANES - 2;
+
+/// Most numbers that the processor takes at once. Loops over runs of that many cells leave no rest, which would be taken one by one and
+/// at the price of a whole piece each.
+pub(crate) const MOST_LANES: usize = 8;
 
 /// A run of padded columns `from..to`.
 pub(crate) type Run = std::ops::Range<usize>;
@@ -29,6 +34,8 @@ pub(crate) struct ActiveSet {
     recorded: Vec<Span>,
     cells: usize,
     wet_cells: usize,
+    /// Numbers that the processor takes at once.
+    lanes: usize,
 }
 
 impl ActiveSet {
@@ -42,6 +49,7 @@ impl ActiveSet {
             recorded: Vec::new(),
             cells: 0,
             wet_cells: 0,
+            lanes: if simd() == "avx512" { MOST_LANES } else { 4 },
         };
         // The first search looks at every cell, later ones only at those in work.
         for row in 1..=state.rows {
@@ -50,6 +58,12 @@ impl ActiveSet {
         active.spread(state.columns);
         active.record();
         active
+    }
+
+    /// The runs of a padded row for loops on lanes: the active ones, each with as many of the cells behind it as make up whole pieces. Those
+    /// are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins.
+    pub fn whole_pieces(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
+        self.work[row].iter().map(|run| run.start..run.start + run.len().next_multiple_of(self.lanes))
     }
 
     /// Cells in work.
@@ -167,6 +181,31 @@ fn join(runs: &mut Vec<Run>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whole_pieces_end_before_the_next_run() {
+        for lanes in [4, MOST_LANES] {
+            let work = vec![vec![], vec![1..2, 9..15, 22..30, 37..38]];
+            let mut active = ActiveSet {
+                wet: Vec::new(),
+                fed: Vec::new(),
+                before: Vec::new(),
+                recorded: Vec::new(),
+                cells: 0,
+                wet_cells: 0,
+                lanes,
+                work,
+            };
+            join(&mut active.work[1]);
+            assert_eq!(active.whole_pieces(0).count(), 0);
+            let pieces: Vec<Run> = active.whole_pieces(1).collect();
+            assert_eq!(pieces.len(), active.work[1].len());
+            for (piece, run) in pieces.iter().zip(&active.work[1]) {
+                assert!(piece.len().is_multiple_of(lanes) && piece.start == run.start && piece.end >= run.end);
+            }
+            assert!(pieces.windows(2).all(|pair| pair[0].end <= pair[1].start), "{pieces:?}");
+        }
+    }
 
     #[test]
     #[expect(clippy::single_range_in_vec_init, reason = "a list of runs that holds one run")]

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::spans::MOST_LANES;
 use crate::bed::BedParticles;
 use crate::lattice::{WaterInRow, WaterRows};
 use crate::math::Vec2;
@@ -133,7 +134,7 @@ pub(crate) struct FaceRow {
 /// The faces that a row owns: to the east and to the north.
 pub(crate) type FluxRow = [FaceRow; 2];
 
-/// All arrays; every row has `columns + 2` entries and every group `rows + 2` rows.
+/// All arrays; every row has `columns + 2` entries, and some without terrain more for loops on lanes; every group has `rows + 2` rows.
 pub(crate) struct State {
     pub columns: usize,
     pub rows: usize,
@@ -147,10 +148,10 @@ pub(crate) struct State {
 impl State {
     pub fn new(bed: &BedParticles, initial_depth: &[f64], gravity: f64) -> Self {
         let (columns, rows) = (bed.lattice.columns, bed.lattice.rows);
-        let zeros = || vec![0.0; columns + 2];
-        let face = || FaceRow::without_flow(columns + 2);
-        let mut ground =
-            vec![GroundRow { bed: vec![NO_TERRAIN; columns + 2], friction: zeros(), step: zeros() }; rows + 2];
+        let width = columns + 2 + MOST_LANES - 1;
+        let zeros = || vec![0.0; width];
+        let face = || FaceRow::without_flow(width);
+        let mut ground = vec![GroundRow { bed: vec![NO_TERRAIN; width], friction: zeros(), step: zeros() }; rows + 2];
         let mut water = vec![WaterRow { depth: zeros(), discharge_x: zeros(), discharge_y: zeros() }; rows + 2];
         let datum = datum(bed, initial_depth);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
@@ -160,17 +161,15 @@ impl State {
             water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
         }
         find_steps(&mut ground);
-        let primitive = water
-            .iter()
-            .map(|water| PrimitiveRow { depth: water.depth.clone(), ..PrimitiveRow::dry(columns + 2) })
-            .collect();
+        let primitive =
+            water.iter().map(|water| PrimitiveRow { depth: water.depth.clone(), ..PrimitiveRow::dry(width) }).collect();
         State {
             columns,
             rows,
             ground,
             water,
             primitive,
-            gradient: vec![GradientRow::level(columns + 2); rows + 2],
+            gradient: vec![GradientRow::level(width); rows + 2],
             flux: vec![[face(), face()]; rows + 2],
         }
     }

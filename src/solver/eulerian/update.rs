@@ -99,11 +99,11 @@ pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage:
     let (flux, ground) = (&state.flux, &state.ground);
     let rows = state.water.par_iter_mut().zip(&mut state.primitive);
     rows.enumerate().with_min_len(4).for_each(|(row, (water, primitive))| {
-        for run in &active.work[row] {
+        for run in active.whole_pieces(row) {
             let rows = (&flux[row - 1], &flux[row], &ground[row]);
             match stage {
-                Stage::First => row_update::<true>(rows, run.clone(), scale, time_step, water, primitive),
-                Stage::Second => row_update::<false>(rows, run.clone(), scale, time_step, water, primitive),
+                Stage::First => row_update::<true>(rows, run, scale, time_step, water, primitive),
+                Stage::Second => row_update::<false>(rows, run, scale, time_step, water, primitive),
             }
         }
     });

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::Scale;
 use super::apertures::{Aperture, apertures};
 use super::faces::{EAST, NORTH, through_face, turned_by};
-use super::spans::ActiveSet;
+use super::spans::{ActiveSet, Run};
 use super::stairs::{self, is_stair};
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
 use crate::math::{Vec2, segments_cross};
@@ -79,6 +79,8 @@ pub(crate) struct Walls {
     faces: Vec<Vec<SpecialFace>>,
     cells: Vec<Vec<WallCell>>,
     parts: Vec<Vec<PartOfFace>>,
+    /// Column and direction of the open faces of every padded row.
+    open: Vec<Vec<(usize, usize)>>,
 }
 
 /// Offset (column, row) from the owner of a face to its other particle.
@@ -133,12 +135,17 @@ impl Walls {
             let cells = cells.iter().enumerate().map(|(column, &beside)| WallCell { column, beside });
             cells.filter(|cell| cell.beside.blocked != 0 && state.has_terrain(row, cell.column)).collect()
         };
-        Walls { faces, cells: beside.iter().enumerate().map(cells_of_row).collect(), parts }
+        let open_of_row = |faces: &Vec<SpecialFace>| {
+            let open = faces.iter().filter(|face| face.open);
+            open.map(|face| (face.column, face.direction)).collect()
+        };
+        let open = faces.iter().map(open_of_row).collect();
+        Walls { faces, cells: beside.iter().enumerate().map(cells_of_row).collect(), parts, open }
     }
 
     /// Whether water may leave by an edge without a condition.
     pub fn has_open_edges(&self) -> bool {
-        self.faces.iter().flatten().any(|face| face.open)
+        self.open.iter().any(|faces| !faces.is_empty())
     }
 
     /// Whether no water passes from a padded cell to its neighbour (row, column) at an offset (column, row).
@@ -168,15 +175,18 @@ impl Walls {
         });
     }
 
-    /// Fluxes of the special faces.
-    pub fn apply(&self, state: &mut State, scale: &Scale) {
+    /// Fluxes of the special faces: of those that active cells own, and of those in the ring around the lattice, which is never active.
+    /// Through all others nothing flows.
+    pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         let special = self.faces.par_iter().zip(&self.parts);
         state.flux.par_iter_mut().zip(special).enumerate().with_min_len(4).for_each(|(row, (flux, (faces, parts)))| {
-            for part in parts {
+            let work = &active.work[row];
+            for part in of_active(parts, work, |part| part.column) {
                 flux[part.direction].scale(part.column, part.share);
             }
-            for face in faces {
+            let in_ring = &faces[..if row == 0 { faces.len() } else { faces.partition_point(|face| face.column == 0) }];
+            for face in in_ring.iter().chain(of_active(faces, work, |face| face.column)) {
                 let (dc, dr) = step(face.direction);
                 let (left, right) = ((row, face.column), stairs::beside((row, face.column), (dc, dr)));
                 let out = &mut flux[face.direction];
@@ -207,13 +217,25 @@ impl Walls {
 
     /// Rate at which water leaves through open faces now, per metre of face (m²/s).
     pub fn leaving(&self, state: &State) -> f64 {
-        let rows = self.faces.iter().zip(&state.flux);
+        let rows = self.open.iter().zip(&state.flux);
         rows.map(|(faces, flux)| {
-            let open = faces.iter().filter(|face| face.open);
-            open.map(|face| flux[face.direction].mass[face.column].abs()).sum::<f64>()
+            faces.iter().map(|&(column, direction)| flux[direction].mass[column].abs()).sum::<f64>()
         })
         .sum()
     }
+}
+
+/// Of things in ascending order of their columns those in runs of columns.
+fn of_active<'a, T>(all: &'a [T], runs: &'a [Run], column: impl Fn(&T) -> usize + Copy) -> impl Iterator<Item = &'a T> {
+    let all = if runs.is_empty() { &[] } else { all };
+    let mut next = 0;
+    all.iter().filter(move |thing| {
+        let column = column(thing);
+        while runs.get(next).is_some_and(|run| run.end <= column) {
+            next += 1;
+        }
+        runs.get(next).is_some_and(|run| run.start <= column)
+    })
 }
 
 /// Depth and velocity of one side of a special face.
@@ -286,15 +308,16 @@ pub(super) fn correct(
 ) {
     let here = &primitive[row];
     let velocity = Vec2::new(here.velocity_x[i], here.velocity_y[i]);
-    let mut sums = [Vec2::ZERO; 4];
-    for (k, &(dc, dr)) in NEIGHBOURS.iter().enumerate() {
-        let e = Vec2::new(dc as f64, dr as f64);
-        let Beside { blocked, onward, stair } = beside;
+    let Beside { blocked, onward, stair } = beside;
+    // Differences of surface, depth and velocity over the pair with each neighbour.
+    let [east, west, north, south] = [0, 1, 2, 3].map(|k: usize| {
+        let (dc, dr) = NEIGHBOURS[k];
         let is_onward = onward & (1 << k) != 0;
         // The neighbours stand in pairs.
-        let differences = if stair & (1 << k) != 0 || is_onward && blocked & (1 << (k ^ 1)) != 0 {
+        if stair & (1 << k) != 0 || is_onward && blocked & (1 << (k ^ 1)) != 0 {
             [0.0; 4]
         } else if blocked & (1 << k) != 0 && !is_onward {
+            let e = Vec2::new(dc as f64, dr as f64);
             let turned = e * (-2.0 * velocity.dot(e));
             [0.0, 0.0, turned.x, turned.y]
         } else {
@@ -316,15 +339,14 @@ pub(super) fn correct(
                 there.velocity_y[j] - velocity.y,
             ];
             if is_shut { [0.0; 4] } else { differences.map(|difference| sign as f64 * difference) }
-        };
-        for (sum, difference) in sums.iter_mut().zip(differences) {
-            *sum += e * (0.5 / scale.spacing * difference);
         }
-    }
-    (out.surface_x[i], out.surface_y[i]) = (sums[0].x, sums[0].y);
-    (out.depth_x[i], out.depth_y[i]) = (sums[1].x, sums[1].y);
-    (out.u_x[i], out.u_y[i]) = (sums[2].x, sums[2].y);
-    (out.v_x[i], out.v_y[i]) = (sums[3].x, sums[3].y);
+    });
+    let per_two_spacings = 0.5 / scale.spacing;
+    let slope = |ahead: f64, behind: f64| per_two_spacings * ahead - per_two_spacings * behind;
+    let x = [0, 1, 2, 3].map(|q: usize| slope(east[q], west[q]));
+    let y = [0, 1, 2, 3].map(|q: usize| slope(north[q], south[q]));
+    (out.surface_x[i], out.depth_x[i], out.u_x[i], out.v_x[i]) = (x[0], x[1], x[2], x[3]);
+    (out.surface_y[i], out.depth_y[i], out.u_y[i], out.v_y[i]) = (y[0], y[1], y[2], y[3]);
 }
 
 /// Marks the faces of walls that are stairs, and tells how much of the faces beside them counts: a face gets what stairs on either side of it make of it
