@@ -40,6 +40,7 @@ mod sources;
 mod start;
 mod wall_gaps;
 mod water;
+mod waves;
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,13 +1,16 @@
-//! Boundaries, sources and rain that can be computed and are hardly meant so: each of them gets a warning, never a refusal.
+//! Boundaries, sources and rain that can be computed and are hardly meant so: each of them gets a warning; a wave over no still
+//! water alone is refused.
 
 use std::collections::BTreeMap;
 
 use super::findings::Findings;
+use super::waves;
 use crate::bed::BedParticles;
 use crate::boundary::{Condition, Forcing, Rain, Rating, Series};
 use crate::error::{Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
 use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
 
 /// Depth (m) of critical flow that no flood on Earth has had.
@@ -54,7 +57,16 @@ pub(super) fn check(
                 torrent("this boundary", discharge, width, scenario)
             }
             Condition::Rating(rating) => high_weir(rating, &boundary.faces, bed, still),
-            Condition::Stage(level) => drowned(level, bed, still, scenario.end_time),
+            Condition::Stage(level) => {
+                let drowned = drowned(level, bed, still, scenario.end_time);
+                drowned.or_else(|| (scenario.numerics.motion == Motion::Lagrangian).then(stage_of_moving_particles))
+            }
+            Condition::Level(level) => drowned(level, bed, still, scenario.end_time),
+            Condition::Wave { level, still: given } => {
+                let inlet = inlet_of_wave(&boundary.faces, (bed, still), scenario.end_time);
+                let wave = inlet.and_then(|inlet| waves::check(level, given.as_ref(), inlet));
+                wave.or_else(|| drowned(level, bed, still, scenario.end_time))
+            }
             Condition::NormalDepth { slope } => rising_ground(*slope, &boundary.faces, bed),
             Condition::Free => None,
         };
@@ -64,9 +76,7 @@ pub(super) fn check(
     }
     for (index, (one, condition)) in open.iter().enumerate() {
         for (other, other_condition) in &open[..index] {
-            let (Condition::Stage(own), Condition::Stage(levels)) = (condition, other_condition) else {
-                continue;
-            };
+            let (Some(own), Some(levels)) = (held(condition), held(other_condition)) else { continue };
             if let Some(junction) = deepest_junction(&one.faces, &other.faces, bed, walls) {
                 let other_key = &scenario.boundaries[other.index].key;
                 let problem = step_of_level((own, levels), other_key, junction, scenario.end_time);
@@ -92,6 +102,31 @@ pub(super) fn check(
         );
         findings.add(source, problem);
     }
+}
+
+/// The level that a condition holds.
+fn held(condition: &Condition) -> Option<&Series> {
+    match condition {
+        Condition::Stage(level) | Condition::Level(level) => Some(level),
+        Condition::Discharge { .. }
+        | Condition::Wave { .. }
+        | Condition::NormalDepth { .. }
+        | Condition::Rating(_)
+        | Condition::Free => None,
+    }
+}
+
+/// The lowest ground along a boundary by which a wave comes in, and the level of the water over its lowest wet ground at the start.
+fn inlet_of_wave(
+    faces: &[(usize, Vec2)],
+    (bed, still): (&BedParticles, &StillWater),
+    end: f64,
+) -> Option<waves::Inlet> {
+    let lowest_of =
+        |cells: &mut dyn Iterator<Item = usize>| cells.min_by(|a, b| bed.elevation[*a].total_cmp(&bed.elevation[*b]));
+    let lowest = bed.elevation[lowest_of(&mut faces.iter().map(|face| face.0))?];
+    let wet = lowest_of(&mut faces.iter().map(|face| face.0).filter(|cell| still.depth[*cell] > 0.0));
+    Some(waves::Inlet { lowest, start: wet.map(|cell| bed.elevation[cell] + still.depth[cell]), end })
 }
 
 /// Warns of a discharge so great for the width (m) over which it comes that critical flow would be deeper than any flood.
@@ -155,6 +190,14 @@ fn rising_ground(slope: f64, faces: &[(usize, Vec2)], bed: &BedParticles) -> Opt
             .with_cause("on ground that rises no flow is uniform: its depth at the edge is that of another slope than the terrain's")
             .with_remedy("take `type: open`, over which water falls, or a rating curve or `stage` of what holds it; or move the edge to where the ground falls")
     })
+}
+
+/// Warns of still water beyond an edge of moving particles, which hold its level at the edge itself.
+fn stage_of_moving_particles() -> Problem {
+    let message = "moving particles hold the level of a `stage` at the boundary itself, as `level` does".to_owned();
+    input_warning("stage-of-moving-particles", message)
+        .with_cause("what comes in is not lowered by the head of its velocity (5 cm at 1 m/s, 20 cm at 2 m/s): on dry ground 1.84 times as much")
+        .with_remedy("right where the water comes in slowly; elsewhere leave `numerics.motion` out (or write `motion: eulerian`)")
 }
 
 /// Warns of a level that is held far above all terrain, and above all water of the start.
