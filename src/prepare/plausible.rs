@@ -10,7 +10,6 @@ use crate::boundary::{Condition, Forcing, Rain, Rating, Series};
 use crate::error::{Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
 use crate::scenario::Scenario;
-use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
 
 /// Depth (m) of critical flow that no flood on Earth has had.
@@ -57,11 +56,7 @@ pub(super) fn check(
                 torrent("this boundary", discharge, width, scenario)
             }
             Condition::Rating(rating) => high_weir(rating, &boundary.faces, bed, still),
-            Condition::Stage(level) => {
-                let drowned = drowned(level, bed, still, scenario.end_time);
-                drowned.or_else(|| (scenario.numerics.motion == Motion::Lagrangian).then(stage_of_moving_particles))
-            }
-            Condition::Level(level) => drowned(level, bed, still, scenario.end_time),
+            Condition::Stage(level) | Condition::Level(level) => drowned(level, bed, still, scenario.end_time),
             Condition::Wave { level, still: given } => {
                 let inlet = inlet_of_wave(&boundary.faces, (bed, still), scenario.end_time);
                 let wave = inlet.and_then(|inlet| waves::check(level, given.as_ref(), inlet));
@@ -190,14 +185,6 @@ fn rising_ground(slope: f64, faces: &[(usize, Vec2)], bed: &BedParticles) -> Opt
             .with_cause("on ground that rises no flow is uniform: its depth at the edge is that of another slope than the terrain's")
             .with_remedy("take `type: open`, over which water falls, or a rating curve or `stage` of what holds it; or move the edge to where the ground falls")
     })
-}
-
-/// Warns of still water beyond an edge of moving particles, which hold its level at the edge itself.
-fn stage_of_moving_particles() -> Problem {
-    let message = "moving particles hold the level of a `stage` at the boundary itself, as `level` does".to_owned();
-    input_warning("stage-of-moving-particles", message)
-        .with_cause("what comes in is not lowered by the head of its velocity (5 cm at 1 m/s, 20 cm at 2 m/s): on dry ground 1.84 times as much")
-        .with_remedy("right where the water comes in slowly; elsewhere leave `numerics.motion` out (or write `motion: eulerian`)")
 }
 
 /// Warns of a level that is held far above all terrain, and above all water of the start.

@@ -31,6 +31,9 @@ use crate::solver::{FlowProblem, Passage, Way};
 /// How far (in spacings) the faces lie that say which way an edge faces.
 const ABOUT: f64 = 2.5;
 
+/// So many parts of 1 m²/s times a spacing are counted where discharges are added up in any order.
+const COUNTED: f64 = (1_u64 << 40) as f64;
+
 /// A face of a boundary.
 #[derive(Clone, Debug)]
 struct Face {
@@ -353,8 +356,11 @@ pub(in crate::solver) fn pass(
         }
         Condition::Stage(series) | Condition::Level(series) => {
             let level = value(series) - datum;
-            let is_still = matches!(condition, Condition::Stage(_)) && faces != Faces::BeforeBuffers;
-            let paid = if is_still { 1.0 } else { 0.0 };
+            let paid = match condition {
+                Condition::Stage(_) if faces != Faces::BeforeBuffers => 1.0,
+                Condition::Stage(_) => 0.0,
+                _ => returning(inside),
+            };
             passing.extend(inside.iter().map(|inside| inside.held(level, paid, scale)));
         }
         Condition::Wave { level, still } => {
@@ -569,6 +575,23 @@ impl Passing {
             beyond: Some(state),
         }
     }
+}
+
+/// (M93): the share of the water that comes in through the faces of a boundary which leaves through others of them.
+fn returning(inside: &[Inside]) -> f64 {
+    // Whole numbers add up to the same in any order, so that mirrored water has mirrored bits.
+    let (mut coming, mut leaving) = (0_i128, 0_i128);
+    for face in inside.iter().filter(|face| face.is_wet) {
+        let discharge = face.width * face.face.depth * face.face.outwards;
+        #[expect(clippy::cast_possible_truncation, reason = "no discharge comes near the greatest of these numbers")]
+        let counted = (discharge * COUNTED) as i128;
+        if counted > 0 {
+            leaving += counted;
+        } else {
+            coming -= counted;
+        }
+    }
+    if coming > 0 { smaller(leaving as f64 / coming as f64, 1.0) } else { 0.0 }
 }
 
 /// The strips of a section that have a width.

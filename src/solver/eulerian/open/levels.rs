@@ -151,20 +151,23 @@ fn a_level_comes_onto_dry_ground_as_critical_flow() {
 #[test]
 fn a_tide_that_falls_below_the_bed_drains_it_over_the_edge_and_comes_back() {
     // 200 m of level ground under 1 m of water: until the wave is back from the wall 8/27 √g passes the edge.
-    let tide = |time: f64| if time < 600.0 { -0.5 } else { -0.5 + (time - 600.0) / 400.0 };
+    let tide = |time: f64| (-0.5 + (time - 600.0).max(0.0) / 400.0).min(0.5);
     let mut problem = problem((200, 1), 1.0, |_| 0.0, |_| 1.0);
     problem.dry_depth = 1e-3;
-    open(&mut problem, true, Condition::Level(series(1600.0, tide)));
+    problem.bed.manning.fill(0.01);
+    open(&mut problem, true, Condition::Level(series(3000.0, tide)));
     let mut solver = EulerianSolver::new(problem);
     run_until(&mut solver, 60.0);
     let share = solver.ledger().outflow / 60.0 / (8.0 / 27.0 * G.sqrt());
     println!("{share} of the critical outflow");
-    assert!((share - 1.0).abs() < 0.01, "{share}");
+    // Friction takes some of it.
+    assert!((share - 1.0).abs() < 0.02, "{share}");
     run_until(&mut solver, 800.0);
     let left = solver.ledger().stored / 200.0;
     assert!(left < 0.05 && solver.ledger().inflow <= 0.0, "{left} m on average");
-    run_until(&mut solver, 1000.0);
-    let wet = solver.water().at(100).depth;
+    run_until(&mut solver, 3000.0);
+    let wet = solver.ledger().stored / 200.0;
+    println!("{left} m left at low tide, {wet} m behind 0.5 m");
     assert!((wet - 0.5).abs() < 0.02, "{wet} m where the tide stands at 0.5 m");
     assert!(solver.ledger().relative_error().abs() < 1e-12);
 }
@@ -267,4 +270,20 @@ fn over_a_tide_a_wave_is_what_stands_above_it() {
     println!("{off} m behind the tide");
     // It follows by the water that has to come in: u = 80 m · 1e-3 / 1.4 = 0.057 m/s, and c − c_0 is half of that.
     assert!(off < 0.025, "{off} m");
+}
+
+#[test]
+fn mirrored_water_before_a_level_has_mirrored_bits() {
+    // Water that goes round at the edge, in at some faces and out at others, over ground mirrored along it.
+    let ground = |place: Vec2| 0.5 * noise(place) - 1.75;
+    let deep = |is_mirrored: bool| {
+        let place = move |place: Vec2| if is_mirrored { Vec2::new(place.x, 60.0 - place.y) } else { place };
+        let mut problem = problem((12, 12), 5.0, |at| ground(place(at)), |_| 0.0);
+        open(&mut problem, true, Condition::Level(Series::constant(1.0)));
+        let mut solver = EulerianSolver::new(problem);
+        run_until(&mut solver, 60.0);
+        solver.water().depths()
+    };
+    let (one, other) = (deep(false), deep(true));
+    assert!((0..144).all(|i| one[i].to_bits() == other[12 * (11 - i / 12) + i % 12].to_bits()));
 }

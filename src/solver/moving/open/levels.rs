@@ -104,7 +104,8 @@ fn a_wave_that_comes_back_from_a_wall_leaves() {
         let mut highest = 0.0_f64;
         for moment in 0..400 {
             run_until(&mut solver, 0.1 * f64::from(moment));
-            highest = highest.max((solver.water().at(159).depth - 1.0) / height);
+            let particles = solver.state().particles.depth.iter().map(|d| d - 1.0);
+            highest = highest.max(particles.fold(0.0, f64::max) / height);
         }
         run_until(&mut solver, 100.0);
         let left = solver.state().particles.depth.iter().map(|d| (d - 1.0).abs()).fold(0.0, f64::max) / height;
