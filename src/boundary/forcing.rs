@@ -16,8 +16,17 @@ pub enum Condition {
         /// Level above the datum of the terrain (m).
         level: Option<Series>,
     },
-    /// The level (m) is held, whether water comes or goes.
+    /// The level (m) of still water beyond is held: what comes in stands lower by the head of its velocity.
     Stage(Series),
+    /// The level (m) of the water at the boundary itself is held, whether it comes or goes.
+    Level(Series),
+    /// A wave comes in, and waves leave.
+    Wave {
+        /// Level of the wave as it would be if it alone were there (m).
+        level: Series,
+        /// Level without it (m); that of the water at the start where none is given.
+        still: Option<Series>,
+    },
     /// Uniform flow on a bed of this slope goes on beyond; water leaves only.
     NormalDepth {
         /// Slope (dimensionless, positive).
@@ -35,7 +44,20 @@ impl Condition {
     pub fn asked(&self, until: f64) -> Option<f64> {
         match self {
             Condition::Discharge { discharge, .. } => Some(discharge.integral(0.0, until)),
-            Condition::Stage(_) | Condition::NormalDepth { .. } | Condition::Rating(_) | Condition::Free => None,
+            Condition::Stage(_)
+            | Condition::Level(_)
+            | Condition::Wave { .. }
+            | Condition::NormalDepth { .. }
+            | Condition::Rating(_)
+            | Condition::Free => None,
+        }
+    }
+
+    /// Whether water may come in by it onto ground that is dry from the start on.
+    pub fn feeds(&self) -> bool {
+        match self {
+            Condition::Discharge { .. } | Condition::Stage(_) | Condition::Level(_) | Condition::Wave { .. } => true,
+            Condition::NormalDepth { .. } | Condition::Rating(_) | Condition::Free => false,
         }
     }
 }

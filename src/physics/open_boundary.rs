@@ -9,10 +9,12 @@
 //! as long as the water does not come in faster than waves run. It holds beyond as well; one condition more gives the state there:
 //!
 //! ```text
-//! (M41)  held depth d_h:      d = d_h outwards, d + u²/2g = d_h inwards  not above the critical outflow c = u = R/3, not below −c
+//! (M41)  still water d_h:     d = d_h outwards, d + u²/2g = d_h inwards  not above the critical outflow c = u = R/3, not below −c
+//! (M90)  held depth d_h:      d = d_h, u = R − 2 √(g d_h)            not above the critical outflow c = u = R/3, not below −c
 //! (M42)  held discharge −q:   2 c³ − R c² − g q = 0                  c not below that of critical flow, (g q)^(1/3)
 //! (M43)  uniform flow:        √S d^(2/3) / n + 2 √(g d) = R          critical outflow where that would be faster
 //! (M44)  rest at depth d_0:   u = 2 cos θ (c − c_0)                  a simple wave that leaves at the angle θ to the outward normal
+//! (M91)  wave d_w over d_0:   u = −2 (c_w − c_0) + 2 cos θ (c − c_w) a simple wave comes in, and others leave through it
 //! ```
 //!
 //! A section with one level η and one velocity, of area A and width T at its surface, has ω in place of 2 c:
@@ -20,6 +22,7 @@
 //! ```text
 //! (M73)  R = u + ω,   ω(η) = ∫ √(g T/A) dη                           held discharge −Q:  ω − Q/A = R, η not below critical flow, g A³ = Q² T
 //! (M76)  ω(η) = (R + ω_0)/2,   u = ω(η) − ω_0                        rest at level η_0: waves leave; u between ∓√(g A/T)
+//! (M92)  η = η_h,   u = R − ω(η_h)                                   held level η_h; u between ∓√(g A/T)
 //! ```
 //!
 //! Where the state has the same R as that inside, the flux of (M16) between both is that of the state itself to first order, and
@@ -53,31 +56,29 @@ pub fn overfall(invariant: f64, g: f64) -> EdgeState {
     EdgeState::of(critical, critical, g)
 }
 
-/// (M41): still water of depth `held` (m, 0 or more) beyond. What leaves passes the edge at that depth, or as critical flow where that is all that
-/// can pass. What comes in, by the way that the edge faces with `cosine` of it across the face, pays for its velocity with its level: by a level
-/// held against the stream an eddy would gain in each round the energy with which it comes in, and grow until it is critical.
-pub fn at_depth(held: f64, cosine: f64, invariant: f64, g: f64) -> EdgeState {
+/// The depth `held` (m, 0 or more) before an edge that faces a way with `cosine` of it across the face.
+///
+/// - `paid` 1, (M41): that of still water beyond. What leaves passes the edge at that depth, or as critical flow where that is all that can
+///   pass. What comes in pays for its velocity with its level: d + (u/cos θ)²/2g = `held`.
+/// - `paid` 0, (M90): that of the water at the edge itself, whether it comes or goes.
+///
+/// Between the two a share of the velocity's head is paid for. Inwards the flow is not faster than critical, u = −c cos θ, which also comes in
+/// on dry ground: the state at the middle of the wave that runs onto it.
+pub fn at_depth(held: f64, (cosine, paid): (f64, f64), invariant: f64, g: f64) -> EdgeState {
     let rest = (g * held).sqrt();
     if invariant >= 2.0 * rest {
         let celerity = rest.max(invariant / 3.0);
         return EdgeState::of(celerity, invariant - 2.0 * celerity, g);
     }
-    // c² + k u²/2 = g held with u = R − 2 c, and at critical inflow with u = −c.
-    let k = 1.0 / (cosine * cosine);
-    let critical = rest / (1.0 + 0.5 * k).sqrt();
-    if invariant <= critical {
-        return EdgeState::of(critical, -critical, g);
+    // c² + k u²/2 = g held with u = R − 2 c, and at critical inflow with u = −c cos θ.
+    let k = paid / (cosine * cosine);
+    let critical = rest / (1.0 + 0.5 * paid).sqrt();
+    if invariant <= (2.0 - cosine) * critical {
+        return EdgeState::of(critical, -cosine * critical, g);
     }
     let root = ((1.0 + 2.0 * k) * rest * rest - 0.5 * k * invariant * invariant).sqrt();
     let celerity = (k * invariant + root) / (1.0 + 2.0 * k);
     EdgeState::of(celerity, invariant - 2.0 * celerity, g)
-}
-
-/// The depth `held` (m, 0 or more), whether water comes or goes; critical flow where that is all that can pass. Before buffer particles
-/// [`at_depth`] breaks runs down (decision 0028).
-pub fn at_depth_both_ways(held: f64, invariant: f64, g: f64) -> EdgeState {
-    let celerity = (g * held).sqrt().max(invariant / 3.0);
-    EdgeState::of(celerity, (invariant - 2.0 * celerity).max(-celerity), g)
 }
 
 /// (M42): the discharge `q` (m²/s, 0 or more) comes in; `held` (m) is the depth that counts where it comes in faster than waves run.
@@ -186,16 +187,36 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
     /// (M76): level (m) and velocity outwards (m/s) of a simple wave that leaves into water at rest at a level (m), before water of a level (m) and
     /// a velocity outwards (m/s), if there is any; slower than waves run, or as fast.
     pub fn waves_leave(&self, rest: f64, before: Option<(f64, f64)>, g: f64) -> (f64, f64) {
-        let still = self.below(rest, g).omega;
+        self.wave_enters((rest, rest), before, g)
+    }
+
+    /// The same where a wave of a level (m) comes in over water at rest at another level (m): its velocity is ω − ω_0 inwards, at most critical.
+    pub fn wave_enters(&self, (wave, rest): (f64, f64), before: Option<(f64, f64)>, g: f64) -> (f64, f64) {
+        let coming = self.below(wave, g);
+        let inwards = smaller(coming.omega - self.below(rest, g).omega, coming.celerity(g));
+        let still = coming.omega + inwards;
         let (top, outwards) = before.unwrap_or((f64::NEG_INFINITY, 0.0));
         let invariant = outwards + self.below(top, g).omega;
-        let wave = self.level_of(0.5 * (invariant + still), g);
+        let level = self.level_of(0.5 * (invariant + still), g);
         if invariant > still {
-            let level = wave.max(self.critical_of(invariant, top, g));
+            let level = level.max(self.critical_of(invariant, top, g));
             return (level, invariant - self.below(level, g).omega);
         }
-        let level = wave.max(self.critical_of(still, rest, g));
+        let level = level.max(self.critical_of(still, wave, g));
         (level, self.below(level, g).omega - still)
+    }
+
+    /// (M92): level (m) and velocity outwards (m/s) where a level (m) is held, before water of a level (m) and a velocity outwards (m/s), if there
+    /// is any; slower than waves run, or as fast.
+    pub fn at_level(&self, held: f64, before: Option<(f64, f64)>, g: f64) -> (f64, f64) {
+        let (top, outwards) = before.unwrap_or((f64::NEG_INFINITY, 0.0));
+        let invariant = outwards + self.below(top, g).omega;
+        let there = self.below(held, g);
+        if invariant > there.omega {
+            let level = held.max(self.critical_of(invariant, top, g));
+            return (level, invariant - self.below(level, g).omega);
+        }
+        (held, larger(invariant - there.omega, -there.celerity(g)))
     }
 
     /// Whether water of a level (m) leaves with a velocity outwards (m/s) that no wave comes up against.
@@ -306,13 +327,29 @@ pub fn uniform_flow(slope: f64, friction: f64, invariant: f64, g: f64) -> EdgeSt
 /// (M44): still water of depth `rest` (m, positive) beyond, into which waves leave by the way that the water before the edge tells, with its velocity
 /// `along` the edge (m/s); what comes in is not faster than the middle of the wave that it sends.
 pub fn waves_leave(rest: f64, before: EdgeState, along: f64, g: f64) -> EdgeState {
-    let c_0 = (g * rest).sqrt();
-    let cosine = cosine_of_wave(c_0, before, along, g);
-    let invariant = before.invariant(g);
-    let celerity = (0.5 * (invariant + 2.0 * cosine * c_0) / (1.0 + cosine)).max(0.0);
-    let outwards = cosine * (invariant - 2.0 * c_0) / (1.0 + cosine);
+    wave_enters((rest, rest), (1.0, 0.0), (before, along), g)
+}
+
+/// (M91): a wave of depth `wave` (m, 0 or more) comes in over still water of depth `rest` (m, 0 or more), by the way that the edge faces (its part
+/// across the face, outwards, and along it), and the waves that the water before the edge shows leave through it as in [`waves_leave`].
+///
+/// The wave is a simple one, 2 (c_w − c_0) fast, at most critical. No more than critical flow comes in.
+pub fn wave_enters(
+    (wave, rest): (f64, f64),
+    facing: (f64, f64),
+    (before, along): (EdgeState, f64),
+    g: f64,
+) -> EdgeState {
+    let c_w = (g * wave).sqrt();
+    let inwards = smaller(2.0 * (c_w - (g * rest).sqrt()), c_w);
+    let coming = -inwards * facing.0;
+    let leaving = EdgeState { outwards: before.outwards - coming, ..before };
+    let cosine = cosine_of_wave(c_w, leaving, along + inwards * facing.1, g);
+    let invariant = leaving.invariant(g);
+    let celerity = (0.5 * (invariant + 2.0 * cosine * c_w) / (1.0 + cosine)).max(0.0);
+    let outwards = coming + cosine * (invariant - 2.0 * c_w) / (1.0 + cosine);
     if outwards < -celerity {
-        let critical = 2.0 * cosine * c_0 / (1.0 + 2.0 * cosine);
+        let critical = (2.0 * cosine * c_w - coming) / (1.0 + 2.0 * cosine);
         return EdgeState::of(critical, -critical, g);
     }
     EdgeState::of(celerity, outwards, g)
@@ -346,7 +383,8 @@ mod tests {
                 let inside = EdgeState { depth, outwards };
                 let r = inside.invariant(G);
                 let states = [
-                    at_depth(1.1 * depth, 1.0, r, G),
+                    at_depth(1.1 * depth, (1.0, 1.0), r, G),
+                    at_depth(1.1 * depth, (1.0, 0.0), r, G),
                     inflow(0.2 * depth, None, r, G),
                     uniform_flow(1e-3, G * 9e-4, r, G),
                     waves_leave(1.05 * depth, inside, 0.0, G),
@@ -367,7 +405,7 @@ mod tests {
         assert!(close(inflow(-depth * velocity, None, r, G).depth, depth));
         for cosine in [1.0, 0.8, 0.5_f64.sqrt()] {
             let still = depth + (velocity / cosine) * (velocity / cosine) / (2.0 * G);
-            assert!(close(at_depth(still, cosine, r, G).outwards, velocity), "{cosine}");
+            assert!(close(at_depth(still, (cosine, 1.0), r, G).outwards, velocity), "{cosine}");
         }
         let (slope, n): (f64, f64) = (2e-3, 0.03);
         let uniform = slope.sqrt() / n * depth.cbrt().powi(2);
@@ -491,13 +529,13 @@ mod tests {
     #[test]
     fn nothing_leaves_faster_than_critical_and_nothing_comes_in_faster() {
         let r = EdgeState { depth: 1.0, outwards: 0.5 }.invariant(G);
-        let fall = at_depth(0.0, 1.0, r, G);
+        let fall = at_depth(0.0, (1.0, 1.0), r, G);
         assert!(close(fall.outwards, (G * fall.depth).sqrt()) && close(fall.invariant(G), r));
-        let flood = at_depth(2.0, 1.0, 0.0, G);
+        let flood = at_depth(2.0, (1.0, 1.0), 0.0, G);
         assert!(close(flood.depth, 4.0 / 3.0) && close(flood.outwards, -(G * flood.depth).sqrt()), "a broad crest");
-        let askew = at_depth(2.0, 0.8, 0.0, G);
+        let askew = at_depth(2.0, (0.8, 1.0), 0.0, G);
         let head = askew.depth + (askew.outwards / 0.8).powi(2) / (2.0 * G);
-        assert!(close(head, 2.0) && close(askew.outwards, -(G * askew.depth).sqrt()));
+        assert!(close(head, 2.0) && close(askew.outwards, -0.8 * (G * askew.depth).sqrt()));
         let fan = waves_leave(2.0, EdgeState { depth: 0.0, outwards: 0.0 }, 0.0, G);
         assert!(
             close(fan.depth, 8.0 / 9.0) && close(fan.outwards, -(G * fan.depth).sqrt()),
@@ -508,11 +546,121 @@ mod tests {
     }
 
     #[test]
+    fn a_level_at_the_edge_is_held_whether_water_comes_or_goes() {
+        let held: f64 = 1.3;
+        let c = (G * held).sqrt();
+        for outwards in [-0.9 * c, -0.4, 0.0, 0.7, 0.9 * c] {
+            let r = EdgeState { depth: held, outwards }.invariant(G);
+            let state = at_depth(held, (1.0, 0.0), r, G);
+            assert!(close(state.depth, held) && close(state.outwards, outwards), "{outwards} m/s: {state:?}");
+        }
+        // Beyond critical flow: the state at x = 0 of the fan u − c = x/t onto dry ground, and a fall.
+        let onto_dry = at_depth(held, (1.0, 0.0), 0.0, G);
+        assert!(close(onto_dry.depth, held) && close(onto_dry.outwards, -c));
+        let fall = at_depth(held, (1.0, 0.0), 4.5 * c, G);
+        assert!(close(fall.outwards, 1.5 * c) && close(fall.depth, 2.25 * held));
+        // A share of the head lies in between.
+        let r = EdgeState { depth: held, outwards: -1.0 }.invariant(G);
+        let depths = [0.0, 0.3, 1.0].map(|paid| at_depth(held, (1.0, paid), r, G).depth);
+        assert!(depths[0] > depths[1] && depths[1] > depths[2], "{depths:?}");
+    }
+
+    #[test]
+    fn what_comes_in_over_a_stair_is_what_comes_in_over_the_edge() {
+        // Faces across the way and along it, of an edge of length 1 at an angle.
+        for paid in [0.0, 1.0] {
+            let discharge = |cosine: f64| {
+                let state = at_depth(2.0, (cosine, paid), 0.0, G);
+                state.depth * state.outwards
+            };
+            for degrees in [0.0_f64, 10.0, 30.0, 45.0] {
+                let (sine, cosine) = degrees.to_radians().sin_cos();
+                let of_stair = cosine * discharge(cosine) + if sine > 0.0 { sine * discharge(sine) } else { 0.0 };
+                assert!(close(of_stair, discharge(1.0)), "{degrees} degrees, {paid}: {of_stair}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wave_comes_in_through_those_that_leave() {
+        let (rest, at_rest): (f64, f64) = (1.7, 0.0);
+        let c = |depth: f64| (G * depth).sqrt();
+        let straight = |wave: f64, before: EdgeState| wave_enters((wave, rest), (1.0, 0.0), (before, 0.0), G);
+        for wave in [1.2, 1.69, 1.7, 2.4] {
+            // Into still water it is a simple wave; where it stands already it goes on as it is.
+            let speed = -2.0 * (c(wave) - c(rest));
+            let first = straight(wave, EdgeState { depth: rest, outwards: at_rest });
+            assert!(close(first.depth, wave) && close(first.outwards, speed), "{wave} m: {first:?}");
+            let later = straight(wave, EdgeState { depth: wave, outwards: speed });
+            assert!(close(later.depth, wave) && close(later.outwards, speed), "{wave} m: {later:?}");
+            // What comes in is 4 c_w − 2 c_0 whatever leaves.
+            for depth in [1.5, 1.7, 2.2] {
+                let state = straight(wave, EdgeState { depth, outwards: 0.1 });
+                let comes = 2.0 * c(state.depth) - state.outwards;
+                assert!(close(comes, 4.0 * c(wave) - 2.0 * c(rest)), "{wave} m, {depth} m: {state:?}");
+            }
+            // A weak one leaves at any angle through one that is weak itself.
+            for degrees in [20.0_f64, 47.0, 70.0] {
+                let (sine, cosine) = degrees.to_radians().sin_cos();
+                let leaving = 2.0 * (c(wave + 1e-6) - c(wave));
+                let before = EdgeState { depth: wave + 1e-6, outwards: speed + leaving * cosine };
+                let state = wave_enters((wave, rest), (1.0, 0.0), (before, leaving * sine), G);
+                assert!((state.depth - before.depth).abs() < 1e-12, "{wave} m at {degrees} degrees: {state:?}");
+            }
+        }
+        let high = straight(9.0, EdgeState { depth: rest, outwards: at_rest });
+        assert!(close(high.outwards, -c(high.depth)) && high.depth < 9.0, "it would outrun itself: {high:?}");
+        let dry = wave_enters((0.5, 0.0), (1.0, 0.0), (EdgeState { depth: 0.0, outwards: 0.0 }, 0.0), G);
+        assert!(close(dry.depth, 0.5) && close(dry.outwards, -c(0.5)), "over dry ground: {dry:?}");
+    }
+
+    #[test]
+    fn a_section_of_one_strip_holds_a_level_and_lets_a_wave_in_as_a_face_does() {
+        let bed = 0.4;
+        let section = Section(std::iter::once((7.0, bed)));
+        for depth in [0.0, 0.9, 1.7, 2.6] {
+            for outwards in [-2.0, -0.2, 0.0, 0.4, 2.0] {
+                let before = EdgeState { depth: if outwards > 1.0 { 1.7_f64.max(depth) } else { depth }, outwards };
+                let inside = Some((before.depth + bed, before.outwards));
+                for level in [1.1, 1.7, 2.2] {
+                    let face = at_depth(level, (1.0, 0.0), before.invariant(G), G);
+                    let whole = section.at_level(level + bed, inside, G);
+                    let is_same = (whole.0 - bed - face.depth).abs() < 1e-12 && (whole.1 - face.outwards).abs() < 1e-12;
+                    assert!(is_same, "held {level} m, {before:?}: {whole:?}, {face:?}");
+                    let face = wave_enters((level, 1.7), (1.0, 0.0), (before, 0.0), G);
+                    let whole = section.wave_enters((level + bed, 1.7 + bed), inside, G);
+                    let is_same = (whole.0 - bed - face.depth).abs() < 1e-12 && (whole.1 - face.outwards).abs() < 1e-12;
+                    assert!(is_same || face.outwards > whole.1, "wave {level} m, {before:?}: {whole:?}, {face:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_compound_section_holds_its_level_and_lets_its_own_waves_through() {
+        let section = Section(COMPOUND.into_iter());
+        let omega = |level: f64| section.below(level, G).omega;
+        for level in [0.7, 1.9, 2.3, 4.0] {
+            for outwards in [-0.6, 0.0, 0.5] {
+                let found = section.at_level(level, Some((level, outwards)), G);
+                assert!(close(found.0, level) && close(found.1, outwards), "{level} m, {outwards} m/s: {found:?}");
+            }
+            let dry = section.at_level(level, None, G);
+            assert!(close(dry.0, level) && close(dry.1, -section.below(level, G).celerity(G)), "{level} m: {dry:?}");
+            let wave = (level + 0.1, omega(level) - omega(level + 0.1));
+            let found = section.wave_enters((wave.0, level), Some(wave), G);
+            assert!(close(found.0, wave.0) && close(found.1, wave.1), "{wave:?} over {level} m: {found:?}");
+            let first = section.wave_enters((wave.0, level), Some((level, 0.0)), G);
+            assert!(close(first.0, wave.0) && close(first.1, wave.1), "{wave:?} over {level} m: {first:?}");
+        }
+    }
+
+    #[test]
     fn still_water_stays_still() {
         let (depth, n) = (1.7, 0.03);
         let still = EdgeState { depth, outwards: 0.0 };
         let r = still.invariant(G);
-        assert!(at_depth(depth, 1.0, r, G).outwards.abs() < 1e-14);
+        assert!(at_depth(depth, (1.0, 1.0), r, G).outwards.abs() < 1e-14);
         assert!(waves_leave(depth, still, 0.0, G).outwards.abs() < 1e-14);
         assert!(close(inflow(0.0, None, r, G).depth, depth));
         assert_eq!(uniform_flow(1e-3, G * n * n, -1.0, G).depth.to_bits(), 0.0_f64.to_bits());

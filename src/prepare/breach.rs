@@ -672,7 +672,13 @@ pub(super) fn check_level(
     findings: &mut Findings,
 ) {
     let brings_water = |condition: &BoundaryCondition| {
-        matches!(condition, BoundaryCondition::Discharge { .. } | BoundaryCondition::Stage(..))
+        matches!(
+            condition,
+            BoundaryCondition::Discharge { .. }
+                | BoundaryCondition::Stage(_)
+                | BoundaryCondition::Level(_)
+                | BoundaryCondition::Wave { .. }
+        )
     };
     let is_fed = scenario.boundaries.iter().any(|boundary| brings_water(&boundary.value.condition))
         || !scenario.sources.is_empty()

@@ -7,6 +7,7 @@ use super::levels::{self, Inlet};
 use super::plausible::torrent;
 use super::series;
 use super::series_dates::Origin;
+use super::waves;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
@@ -252,7 +253,7 @@ pub(super) fn on_lattice(
         let (mut channel, mut profile) = build(described, &opened, manning, lattice.spacing);
         profile.gauges = gauges(described, &mut names, findings);
         check_water(described, &profile, findings);
-        check_ends(described, &opened, lattice.spacing, scenario, findings);
+        check_ends(described, &opened, &channel, scenario, findings);
         if let Some(joint) = &described.joins {
             let faces = opening(joint.value, ground);
             check_joint(joint, &faces, (&channel, &taken), (lattice, bed), findings);
@@ -274,8 +275,8 @@ pub(super) fn on_lattice(
 }
 
 /// Whether the levels at the ends that join nothing fit the bed there.
-fn check_ends(described: &Described, opened: &Opened, spacing: f64, scenario: &Scenario, findings: &mut Findings) {
-    let length = described.length.value;
+fn check_ends(described: &Described, opened: &Opened, channel: &Channel, scenario: &Scenario, findings: &mut Findings) {
+    let (length, spacing) = (described.length.value, channel.spacing);
     let places = [[0.0, 0.5 * spacing], [length, length - 0.5 * spacing]];
     let names = ["the far end of this channel", "the near end of this channel"];
     for (end, condition) in [&described.upstream, &described.downstream].into_iter().enumerate() {
@@ -300,11 +301,25 @@ fn check_ends(described: &Described, opened: &Opened, spacing: f64, scenario: &S
                 Some(BoundaryCondition::Discharge { level: Some(timed), .. }),
                 Some(Condition::Discharge { discharge, level: Some(levels) }),
             ) => levels::check_inflow(timed, (discharge, levels), inlet).map(|problem| (timed, problem)),
-            (Some(BoundaryCondition::Stage(timed, _)), Some(Condition::Stage(levels))) => {
+            (Some(BoundaryCondition::Stage(timed)), Some(Condition::Stage(levels)))
+            | (Some(BoundaryCondition::Level(timed)), Some(Condition::Level(levels)))
+            | (Some(BoundaryCondition::Wave { level: timed, .. }), Some(Condition::Wave { level: levels, .. })) => {
                 levels::check_stage(timed, levels, inlet).map(|problem| (timed, problem))
             }
             _ => None,
         };
+        if let (Some(BoundaryCondition::Wave { level: timed, .. }), Some(Condition::Wave { level, still })) =
+            (condition, &opened.ends[end])
+        {
+            let section = if end == 0 { channel.sections.first() } else { channel.sections.last() };
+            let lowest = inlet.lowest();
+            let start = section.map(|section| section.level).filter(|level| *level > lowest);
+            let (key, place) = timed.source();
+            let inlet = waves::Inlet { lowest, start, end: scenario.end_time };
+            if let Some(problem) = waves::check(level, still.as_ref(), inlet) {
+                findings.add_at(key, place.cloned(), problem);
+            }
+        }
         if let Some((timed, problem)) = found {
             let (key, place) = timed.source();
             findings.add_at(key, place.cloned(), problem);

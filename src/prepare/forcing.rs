@@ -92,7 +92,13 @@ pub(super) fn condition(
     let span = (scenario.end_time, Origin::of_run(scenario));
     Some(match condition {
         BoundaryCondition::Free => Condition::Free,
-        BoundaryCondition::Stage(level, _) => Condition::Stage(series::series(level, LEVEL, span, findings)?),
+        BoundaryCondition::Stage(level) => Condition::Stage(series::series(level, LEVEL, span, findings)?),
+        BoundaryCondition::Level(level) => Condition::Level(series::series(level, LEVEL, span, findings)?),
+        BoundaryCondition::Wave { level, still } => {
+            let level = series::series(level, LEVEL, span, findings);
+            let still = still.as_ref().map(|still| series::series(still, LEVEL, span, findings));
+            Condition::Wave { level: level?, still: if let Some(still) = still { Some(still?) } else { None } }
+        }
         BoundaryCondition::Rating(table) => Condition::Rating(series::rating(table, findings)?),
         BoundaryCondition::Discharge { discharge, level } => {
             let discharge = series::series(discharge, COMING, span, findings);
@@ -415,7 +421,10 @@ fn check_ground(
     };
     let Some((lowest, place)) = lowest_of(&mut near.iter().copied()) else { return };
     let highest = match condition {
-        Condition::Stage(level) | Condition::Discharge { level: Some(level), .. } => Some(level.peak()),
+        Condition::Stage(level)
+        | Condition::Level(level)
+        | Condition::Wave { level, .. }
+        | Condition::Discharge { level: Some(level), .. } => Some(level.peak()),
         Condition::Rating(rating) => rating.rows().last().map(|row| row.0),
         _ => None,
     };

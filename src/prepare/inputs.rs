@@ -80,7 +80,11 @@ impl Files {
     fn condition(&mut self, condition: &BoundaryCondition) {
         match condition {
             BoundaryCondition::Free | BoundaryCondition::NormalDepth(_) => {}
-            BoundaryCondition::Stage(level, _) => self.timed(level),
+            BoundaryCondition::Stage(level) | BoundaryCondition::Level(level) => self.timed(level),
+            BoundaryCondition::Wave { level, still } => {
+                self.timed(level);
+                still.iter().for_each(|still| self.timed(still));
+            }
             BoundaryCondition::Rating(table) => self.table(table),
             BoundaryCondition::Discharge { discharge, level } => {
                 self.timed(discharge);

@@ -117,7 +117,9 @@ impl Scene<'_> {
         }
         for (boundary, source) in self.conditions(scenario) {
             let dry = boundary.0.faces.iter().find(|(cell, _)| still.depth[*cell] <= 0.0);
-            if let (Condition::Discharge { .. }, Some(&(_, middle))) = (boundary.1, dry) {
+            let comes =
+                matches!(boundary.1, Condition::Discharge { .. } | Condition::Level(_) | Condition::Wave { .. });
+            if let (true, Some(&(_, middle))) = (comes, dry) {
                 return Some(of(source, problem(middle)));
             }
         }
@@ -235,7 +237,7 @@ impl Scene<'_> {
         }
     }
 
-    /// A level that is held above ground that is dry at the start.
+    /// Still water beyond an edge, whose level is held at the edge itself; worst above ground that is dry at the start.
     fn held_level(&self, scenario: &Scenario) -> Option<Warned> {
         for ((placed, condition), source) in self.conditions(scenario) {
             let Condition::Stage(level) = condition else { continue };
@@ -260,7 +262,12 @@ impl Scene<'_> {
                 return Some(of(source, problem.with_at(self.bed.lattice.to_map(middle))));
             }
         }
-        None
+        let is_stage = |condition: &Condition| matches!(condition, Condition::Stage(_));
+        let ((placed, _), source) = self.conditions(scenario).find(|((_, condition), _)| is_stage(condition))?;
+        let message = "a `stage` is held at the boundary itself with Lagrangian particles, as `level` is".to_owned();
+        let cause = "what comes in is not lowered by the head of its velocity: 5 cm at 1 m/s, 20 cm at 2 m/s";
+        let problem = input_warning("lagrangian-stage", message).with_cause(cause);
+        Some(of(source, problem.with_at(self.bed.lattice.to_map(placed.faces.first()?.1))))
     }
 
     /// The boundaries with a condition that open a face.

@@ -20,7 +20,8 @@ pub(super) struct Inlet<'a> {
 }
 
 impl Inlet<'_> {
-    fn lowest(&self) -> f64 {
+    /// Elevation of the lowest strip (m).
+    pub fn lowest(&self) -> f64 {
         self.strips.iter().filter(|strip| strip.width > 0.0).map(|strip| strip.bed).fold(f64::INFINITY, f64::min)
     }
 

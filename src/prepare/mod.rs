@@ -43,6 +43,7 @@ mod start;
 mod steps;
 mod wall_gaps;
 mod water;
+mod waves;
 
 use std::collections::BTreeSet;
 use std::path::Path;

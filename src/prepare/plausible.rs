@@ -1,8 +1,10 @@
-//! Boundaries, sources and rain that can be computed and are hardly meant so: each of them gets a warning, never a refusal.
+//! Boundaries, sources and rain that can be computed and are hardly meant so: each of them gets a warning; a wave over no still
+//! water alone is refused.
 
 use std::collections::BTreeMap;
 
 use super::findings::Findings;
+use super::waves;
 use crate::bed::BedParticles;
 use crate::boundary::{Condition, Forcing, Rain, Rating, Series};
 use crate::error::{Problem, input_warning};
@@ -54,7 +56,12 @@ pub(super) fn check(
                 torrent("this boundary", discharge, width, scenario)
             }
             Condition::Rating(rating) => high_weir(rating, &boundary.faces, bed, still),
-            Condition::Stage(level) => drowned(level, bed, still, scenario.end_time),
+            Condition::Stage(level) | Condition::Level(level) => drowned(level, bed, still, scenario.end_time),
+            Condition::Wave { level, still: given } => {
+                let inlet = inlet_of_wave(&boundary.faces, (bed, still), scenario.end_time);
+                let wave = inlet.and_then(|inlet| waves::check(level, given.as_ref(), inlet));
+                wave.or_else(|| drowned(level, bed, still, scenario.end_time))
+            }
             Condition::NormalDepth { slope } => rising_ground(*slope, &boundary.faces, bed),
             Condition::Free => None,
         };
@@ -64,9 +71,7 @@ pub(super) fn check(
     }
     for (index, (one, condition)) in open.iter().enumerate() {
         for (other, other_condition) in &open[..index] {
-            let (Condition::Stage(own), Condition::Stage(levels)) = (condition, other_condition) else {
-                continue;
-            };
+            let (Some(own), Some(levels)) = (held(condition), held(other_condition)) else { continue };
             if let Some(junction) = deepest_junction(&one.faces, &other.faces, bed, walls) {
                 let other_key = &scenario.boundaries[other.index].key;
                 let problem = step_of_level((own, levels), other_key, junction, scenario.end_time);
@@ -92,6 +97,31 @@ pub(super) fn check(
         );
         findings.add(source, problem);
     }
+}
+
+/// The level that a condition holds.
+fn held(condition: &Condition) -> Option<&Series> {
+    match condition {
+        Condition::Stage(level) | Condition::Level(level) => Some(level),
+        Condition::Discharge { .. }
+        | Condition::Wave { .. }
+        | Condition::NormalDepth { .. }
+        | Condition::Rating(_)
+        | Condition::Free => None,
+    }
+}
+
+/// The lowest ground along a boundary by which a wave comes in, and the level of the water over its lowest wet ground at the start.
+fn inlet_of_wave(
+    faces: &[(usize, Vec2)],
+    (bed, still): (&BedParticles, &StillWater),
+    end: f64,
+) -> Option<waves::Inlet> {
+    let lowest_of =
+        |cells: &mut dyn Iterator<Item = usize>| cells.min_by(|a, b| bed.elevation[*a].total_cmp(&bed.elevation[*b]));
+    let lowest = bed.elevation[lowest_of(&mut faces.iter().map(|face| face.0))?];
+    let wet = lowest_of(&mut faces.iter().map(|face| face.0).filter(|cell| still.depth[*cell] > 0.0));
+    Some(waves::Inlet { lowest, start: wet.map(|cell| bed.elevation[cell] + still.depth[cell]), end })
 }
 
 /// Warns of a discharge so great for the width (m) over which it comes that critical flow would be deeper than any flood.

@@ -100,12 +100,17 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
         }
         let told = how_it_ended(&earlier.fields.value);
         findings.add_all(&earlier.fields, told);
-        for boundary in scenario.boundaries.iter().filter(|b| matches!(b.value.condition, BoundaryCondition::Free)) {
+        for boundary in &scenario.boundaries {
+            let remedy = match boundary.value.condition {
+                BoundaryCondition::Free => "give a `stage`, or `normal_depth` for water that only leaves",
+                BoundaryCondition::Wave { still: None, .. } => "give `still`, the level without the wave",
+                _ => continue,
+            };
             let message =
                 "this boundary takes the water before it at the start as that of a sea or lake at rest beyond";
             let problem = Problem::warning(ProblemKind::Scenario, "free-after-earlier-run", "", message)
                 .with_cause("the start is a moment of the earlier run, whose own start may have been dry here")
-                .with_remedy("give a `stage`, or `normal_depth` for water that only leaves");
+                .with_remedy(remedy);
             findings.add(boundary, problem);
         }
     }

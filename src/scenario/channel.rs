@@ -10,7 +10,7 @@ use super::fields::{
 use super::model::{BoundaryCondition, Side, Sourced, VectorSource};
 use super::read::{NonEmpty, Reader, section};
 use super::resolved_yaml::{condition_as_yaml, name_of, quoted, quoted_path, quoted_vector};
-use super::schema::NormalDepth;
+use super::schema::{NormalDepth, check_still};
 use super::timed::Changing;
 use super::tree::{Node, Value};
 
@@ -222,10 +222,14 @@ section! {
     ChannelEndSection, example "{discharge: 30 m3/s}", check check_end {
         /// Discharge that comes in.
         discharge: Option<Changing<Discharge>>,
-        /// Level of the water that comes in; with a discharge it counts where the flow is supercritical.
+        /// Level of the water at the end itself, whether it comes or goes; with a discharge it counts where the inflow is supercritical.
         level: Option<Changing<Level>>,
-        /// Level that is held.
+        /// Level of still water beyond that is held.
         stage: Option<Changing<Level>>,
+        /// Level of a wave that comes in while others leave.
+        wave: Option<Changing<Level>>,
+        /// Level without the wave; that of the water at the start when absent.
+        still: Option<Changing<Level>>,
         /// Uniform flow goes on beyond.
         normal_depth: Option<NormalDepth>,
         /// `free`: waves leave.
@@ -234,13 +238,19 @@ section! {
 }
 
 fn check_end(node: &Node, reader: &mut Reader) -> Option<()> {
-    reader.exactly_one(node, &["discharge", "stage", "normal_depth", "type"])?;
-    if let Some(level) = node.get("level")
-        && node.get("discharge").is_none()
-    {
-        reader.error(level, "conflict", "`level` goes with `discharge`", "write `stage` for a level that is held");
-        return None;
+    let others = ["discharge", "stage", "wave", "normal_depth", "type"];
+    if let Some(level) = node.get("level") {
+        let kinds: Vec<&str> = others.into_iter().filter(|name| node.get(name).is_some()).collect();
+        if !matches!(kinds[..], [] | ["discharge"]) {
+            let message = format!("level and {} exclude each other at one end", kinds.join(" and "));
+            let remedy = "keep one of them; only `discharge` and `level` go together, for supercritical inflow";
+            reader.error(level, "conflict", message, remedy);
+            return None;
+        }
+    } else {
+        reader.exactly_one(node, &others)?;
     }
+    check_still(node, reader)?;
     if let Some(kind) = node.get("type")
         && kind.value == Value::Text("open".to_owned())
     {
@@ -300,7 +310,11 @@ fn end(section: ChannelEndSection) -> Option<BoundaryCondition> {
     Some(if let Some(discharge) = section.discharge {
         BoundaryCondition::Discharge { discharge: discharge.timed, level: section.level.map(|level| level.timed) }
     } else if let Some(stage) = section.stage {
-        BoundaryCondition::Stage(stage.timed, "stage")
+        BoundaryCondition::Stage(stage.timed)
+    } else if let Some(level) = section.level {
+        BoundaryCondition::Level(level.timed)
+    } else if let Some(wave) = section.wave {
+        BoundaryCondition::Wave { level: wave.timed, still: section.still.map(|still| still.timed) }
     } else if let Some(uniform) = section.normal_depth {
         BoundaryCondition::NormalDepth(uniform.slope.sourced)
     } else {
@@ -394,6 +408,7 @@ mod tests {
              water: [{level: 12 m, from: 0 m, to: 30 m}, {depth: 0 m, from: 30 m}], joins: {side: north, from: 12, to: 4.5}}",
             "{id: c, length: 80 m, width: 4 m, bed: 10 m, upstream: {stage: 11 m}, downstream: {normal_depth: {slope: 0.01}}}",
             "{id: d, length: 80 m, width: 4 m, bed: 10 m, slope: -0.01, downstream: {type: free}}",
+            "{id: f, length: 80 m, width: 4 m, bed: 10 m, upstream: {level: 11 m}, downstream: {wave: {series: w.csv}, still: 10.5 m}}",
             "{id: e, length: 80 m, width: 4 m, bed: 10 m, line: axes.gpkg:e, gauges: [{id: 'p, 1', distance: 0 m}, {id: p2, distance: 7.5 m}]}",
         ] {
             let first = scenario(text);
@@ -439,6 +454,11 @@ mod tests {
                 "{id: a, length: 80 m, width: 4 m, bed: 0 m, upstream: {stage: 3 m, level: 2 m}}",
                 "conflict",
                 "channels[0].upstream.level",
+            ),
+            (
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m, upstream: {stage: 3 m, still: 2 m}}",
+                "conflict",
+                "channels[0].upstream.still",
             ),
             (
                 "{id: a, length: 80 m, width: 4 m, bed: 0 m, upstream: {type: open}}",

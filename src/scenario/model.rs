@@ -208,8 +208,17 @@ pub enum BoundaryCondition {
         /// Level (m).
         level: Option<Timed>,
     },
-    /// The level is held (m); the key by which the scenario says so.
-    Stage(Timed, &'static str),
+    /// The level of still water beyond is held (m).
+    Stage(Timed),
+    /// The level of the water at the boundary is held (m).
+    Level(Timed),
+    /// A wave comes in, and waves leave.
+    Wave {
+        /// Level of the wave (m).
+        level: Timed,
+        /// Level without it (m); that of the water at the start when absent.
+        still: Option<Timed>,
+    },
     /// Uniform flow on a slope (dimensionless).
     NormalDepth(Sourced<f64>),
     /// The discharge that leaves follows from the level.

@@ -269,9 +269,11 @@ fn boundaries(entries: Vec<BoundaryEntry>) -> (Vec<OpenBoundary>, Vec<Sourced<Bo
         let condition = if let Some(discharge) = entry.discharge {
             BoundaryCondition::Discharge { discharge: discharge.timed, level: entry.level.map(|level| level.timed) }
         } else if let Some(stage) = entry.stage {
-            BoundaryCondition::Stage(stage.timed, "stage")
+            BoundaryCondition::Stage(stage.timed)
         } else if let Some(level) = entry.level {
-            BoundaryCondition::Stage(level.timed, "level")
+            BoundaryCondition::Level(level.timed)
+        } else if let Some(wave) = entry.wave {
+            BoundaryCondition::Wave { level: wave.timed, still: entry.still.map(|still| still.timed) }
         } else if let Some(uniform) = entry.normal_depth {
             BoundaryCondition::NormalDepth(uniform.slope.sourced)
         } else if let Some(rating) = entry.rating {
@@ -708,6 +710,28 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         let text = TEN_LINES.replace("0.033", "0.002");
         assert_eq!(loaded(&text, &[]).unwrap().warnings[0].code, "roughness");
         assert!(loaded(&TEN_LINES.replace("0.033", "0"), &[]).unwrap().warnings.is_empty());
+    }
+
+    #[test]
+    fn a_level_alone_is_told_to_be_that_at_the_boundary_and_a_still_one_needs_a_wave() {
+        let with = |boundary: &str| format!("{TEN_LINES}boundaries: [{{side: west, {boundary}}}]\n");
+        let warned = |boundary: &str| -> Vec<(&str, String)> {
+            let warnings = loaded(&with(boundary), &[]).unwrap().warnings;
+            warnings.into_iter().map(|problem| (problem.code, problem.key)).collect()
+        };
+        assert_eq!(warned("level: 3 m"), [("level-is-at-the-boundary", "boundaries[0].level".to_owned())]);
+        for silent in ["level: 3 m, discharge: 2 m3/s", "stage: 3 m", "wave: 3 m", "wave: {series: w.csv}, still: 1 m"]
+        {
+            assert_eq!(warned(silent), [], "{silent}");
+        }
+        for (text, code, key) in [
+            ("still: 1 m", "missing-key", "boundaries[0]"),
+            ("stage: 2 m, still: 1 m", "conflict", "boundaries[0].still"),
+            ("wave: 2 m, stage: 1 m", "conflict", "boundaries[0]"),
+        ] {
+            let found = problems(&with(text));
+            assert_eq!((found[0].code, found[0].key.as_str()), (code, key), "{text}");
+        }
     }
 
     #[test]

@@ -346,7 +346,12 @@ pub(super) fn condition_as_yaml(condition: &BoundaryCondition) -> String {
             let level = level.as_ref().map_or(String::new(), |level| format!(", level: {}", timed(level, "m")));
             format!("discharge: {}{level}", timed(discharge, "m3/s"))
         }
-        BoundaryCondition::Stage(level, key) => format!("{key}: {}", timed(level, "m")),
+        BoundaryCondition::Stage(level) => format!("stage: {}", timed(level, "m")),
+        BoundaryCondition::Level(level) => format!("level: {}", timed(level, "m")),
+        BoundaryCondition::Wave { level, still } => {
+            let still = still.as_ref().map_or(String::new(), |still| format!(", still: {}", timed(still, "m")));
+            format!("wave: {}{still}", timed(level, "m"))
+        }
         BoundaryCondition::NormalDepth(slope) => format!("normal_depth: {{slope: {}}}", slope.value),
         BoundaryCondition::Rating(table) => {
             let names = [["level", "level_unit"], ["discharge", "discharge_unit"]];
@@ -494,7 +499,11 @@ mod tests {
                     forget(discharge);
                     level.iter_mut().for_each(forget);
                 }
-                BoundaryCondition::Stage(level, _) => forget(level),
+                BoundaryCondition::Stage(level) | BoundaryCondition::Level(level) => forget(level),
+                BoundaryCondition::Wave { level, still } => {
+                    forget(level);
+                    still.iter_mut().for_each(forget);
+                }
                 BoundaryCondition::NormalDepth(slope) => slope.place = None,
                 BoundaryCondition::Rating(table) => table.file.place = None,
             }
@@ -605,6 +614,8 @@ boundaries:
   - {lines: in.gpkg:upper, discharge: {series: q.csv, column: "Q, peak", unit: ft3/s, time: t, time_unit: h}, level: 12.3 m}
   - {lines: tide.geojson, stage: {series: tide.csv, after_end: hold}}
   - {side: north, level: 3 m}
+  - {lines: swell.geojson, wave: {series: swell.csv}, still: {series: tide.csv}}
+  - {lines: bay.geojson, wave: 3.2 m}
   - {side: south, normal_depth: {slope: 2 %}}
   - {side: east, rating: {table: w.csv, level: h, level_unit: cm, discharge_unit: m3/s}}
   - {lines: sea.geojson, type: free}

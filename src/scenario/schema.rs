@@ -253,10 +253,14 @@ section! {
         r#type: Option<Chosen<OpenType>>,
         /// Discharge that comes in.
         discharge: Option<Changing<Discharge>>,
-        /// Level of the water that comes in; with a discharge it counts where the flow is supercritical.
+        /// Level of the water at the boundary itself, whether it comes or goes; with a discharge it counts where the inflow is supercritical.
         level: Option<Changing<Level>>,
-        /// Level that is held, such as a tide.
+        /// Level of still water beyond that is held, such as a tide.
         stage: Option<Changing<Level>>,
+        /// Level of a wave that comes in while others leave.
+        wave: Option<Changing<Level>>,
+        /// Level without the wave; that of the water at the start when absent.
+        still: Option<Changing<Level>>,
         /// Uniform flow goes on beyond.
         normal_depth: Option<NormalDepth>,
         /// The discharge that leaves as a function of the level.
@@ -273,7 +277,7 @@ section! {
 }
 
 /// The keys of a boundary that say what is known there.
-pub const BOUNDARY_KINDS: [&str; 6] = ["type", "discharge", "level", "stage", "normal_depth", "rating"];
+pub const BOUNDARY_KINDS: [&str; 7] = ["type", "discharge", "level", "stage", "wave", "normal_depth", "rating"];
 
 fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
     let place = reader.exactly_one(node, &["side", "edge", "lines", "line"]);
@@ -285,6 +289,7 @@ fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
             reader.error(node, "missing-key", message, remedy);
             return None;
         }
+        ["level"] => warn_of_level(node, reader),
         [_] | ["discharge", "level"] => {}
         _ => {
             let message = format!("{} exclude each other at one boundary", kinds.join(" and "));
@@ -293,7 +298,32 @@ fn check_boundary(node: &Node, reader: &mut Reader) -> Option<()> {
             return None;
         }
     }
+    check_still(node, reader)?;
     place.map(|_| ())
+}
+
+/// Warns of a level alone: it was that of still water beyond in earlier versions.
+fn warn_of_level(node: &Node, reader: &mut Reader) {
+    if let Some(level) = node.get("level") {
+        let problem = Problem::warning(
+            ProblemKind::Scenario,
+            "level-is-at-the-boundary",
+            level.key.clone(),
+            "`level` holds the level of the water at the boundary itself",
+        );
+        let problem = problem
+            .with_cause("earlier versions took it for that of still water beyond, and let in water lower by its velocity head")
+            .with_remedy("right for a level measured at the boundary; for a sea, a lake or the result of an earlier version write `stage`");
+        reader.report(level, problem);
+    }
+}
+
+/// Refuses a level without a wave that has none.
+pub(super) fn check_still(node: &Node, reader: &mut Reader) -> Option<()> {
+    let Some(still) = node.get("still").filter(|_| node.get("wave").is_none()) else { return Some(()) };
+    let remedy = "add `wave`, the level of the wave that comes in; for a level that is held write `stage`";
+    reader.error(still, "conflict", "`still` goes with `wave`", remedy);
+    None
 }
 
 section! {
@@ -435,7 +465,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         Some(Value::List(entries)) => entries.as_slice(),
         _ => &[],
     };
-    let feeds = |entry: &Node| ["discharge", "level", "stage"].iter().any(|key| has(entry, key));
+    let feeds = |entry: &Node| ["discharge", "level", "stage", "wave"].iter().any(|key| has(entry, key));
     let is_fed = has(node, "sources") || has(node, "rain") || has(node, "channels") || boundaries.iter().any(feeds);
     if !is_fed && !has(node, "initial") {
         NonEmpty::<InitialEntry>::when_absent(node, "initial", reader);

@@ -290,7 +290,7 @@ fn an_edge_where_water_only_leaves_brings_none_to_the_dam() {
         scene.scenario.breach.as_mut().unwrap().trigger = at_level(8.1, [1060.0, 2070.0]);
     });
     let mut fed = dam();
-    open_below(&mut fed, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));
+    open_below(&mut fed, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0))));
     fed.scenario.breach.as_mut().unwrap().trigger = at_level(8.1, [1060.0, 2070.0]);
     let problems = prepare(&fed.scenario).problems;
     assert!(problems.iter().all(|problem| problem.code != "level-never-reached"), "{problems:#?}");
@@ -335,7 +335,7 @@ fn a_breach_wider_than_the_dam_stands_free_is_refused_with_both_lengths() {
 #[test]
 fn a_dam_that_is_to_break_far_above_its_crest_is_told() {
     let fed = |scene: &mut Scene, level: f64| {
-        open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0)), "stage"));
+        open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0))));
         scene.scenario.breach.as_mut().unwrap().trigger = at_level(level, [1060.0, 2070.0]);
     };
     let above = told("trigger-above-crest", |scene| fed(scene, CREST + 1.5));

@@ -145,7 +145,7 @@ fn inflow(key: &str, level: f64) -> BoundaryCondition {
 #[test]
 fn levels_at_the_ends_of_a_channel_are_above_its_bed() {
     // 5 m³/s on 20 m have a Froude number of 5 at (5/20 / (5·√9.81))^(2/3) = 0.063 m. The far end of the bed is at 20.5 m.
-    let stage = |level: f64| BoundaryCondition::Stage(Timed::Constant(sourced("channels[0].up.stage", level)), "stage");
+    let stage = |level: f64| BoundaryCondition::Stage(Timed::Constant(sourced("channels[0].up.stage", level)));
     let [refused, fast] = ["level-below-bed", "fast-inflow"];
     for (condition, errors, warnings) in [
         (inflow("channels[0].up", 20.57), vec![], vec![]),

@@ -120,5 +120,7 @@ fn a_level_held_over_dry_ground_lets_in_too_much() {
     let held = "boundaries: [{side: west, stage: 3 m}]";
     let found = only(&valley, held).unwrap();
     assert_eq!((found.0, found.1.as_str(), found.2.0), ("lagrangian-held-level", "boundaries[0]", 1000.0));
-    assert_eq!(code(&valley, &format!("{held}\ninitial: [{{sea: all.geojson, level: 3 m}}]")), None);
+    let lake = format!("{held}\ninitial: [{{sea: all.geojson, level: 3 m}}]");
+    assert_eq!(code(&valley, &lake).as_deref(), Some("lagrangian-stage"));
+    assert_eq!(code(&valley, &lake.replace("stage", "level")), None);
 }

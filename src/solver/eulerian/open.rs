@@ -23,13 +23,16 @@ use crate::boundary::{Condition, Rating};
 use crate::math::{Vec2, clamp, smaller};
 use crate::physics::limiter::van_leer;
 use crate::physics::open_boundary::{
-    EdgeState, HALVINGS, Section, at_depth, at_depth_both_ways, inflow, overfall, uniform_flow, waves_leave,
+    EdgeState, HALVINGS, Section, at_depth, inflow, overfall, uniform_flow, wave_enters, waves_leave,
 };
 use crate::scenario::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
 
 /// How far (in spacings) the faces lie that say which way an edge faces.
 const ABOUT: f64 = 2.5;
+
+/// So many parts of 1 m²/s times a spacing are counted where discharges are added up in any order.
+const COUNTED: f64 = (1_u64 << 40) as f64;
 
 /// A face of a boundary.
 #[derive(Clone, Debug)]
@@ -78,8 +81,8 @@ pub(in crate::solver) struct Inside {
     rest: Option<f64>,
     /// Width of the face in spacings.
     width: f64,
-    /// cos θ: how much of the way that the edge faces is across the face.
-    cosine: f64,
+    /// The way that the edge faces: its part across the face, cos θ, and along it.
+    facing: (f64, f64),
     /// Velocity along the face (m/s).
     along: f64,
 }
@@ -278,7 +281,7 @@ fn face(
     let rest = (depth > problem.dry_depth).then(|| state.ground[cell.0].bed[cell.1] + depth);
     let further = behind.and_then(next);
     let condition = &problem.forcing.boundaries[line].condition;
-    let gives = matches!(condition, Condition::Discharge { .. } | Condition::Stage(_)) || rest.is_some();
+    let gives = condition.feeds() || rest.is_some();
     Some((line, Face { owner, direction, cell, behind, further, sign, facing: (1.0, 0.0), rest, gives }))
 }
 
@@ -342,39 +345,48 @@ pub(in crate::solver) fn pass(
             }
             let shares = Shares::new(inside, total, g);
             passing.extend(inside.iter().map(|inside| {
-                let q = shares.of(inside) * total * inside.cosine;
+                let q = shares.of(inside) * total * inside.facing.0;
                 let held = given.map(|level| (level - inside.sill).max(0.0));
                 let beyond = inflow(q, held, inside.invariant, g);
                 Passing { mass: -q, ..Passing::of(beyond, g) }
             }));
         }
-        Condition::Stage(series) => {
+        Condition::Level(series) if faces == Faces::OfASection => {
+            hold_section(value(series) - datum, inside, scale, passing);
+        }
+        Condition::Stage(series) | Condition::Level(series) => {
             let level = value(series) - datum;
-            let state = |held: f64, cosine: f64, invariant: f64| match faces {
-                Faces::BeforeBuffers => at_depth_both_ways(held, invariant, g),
-                Faces::OfAnEdge | Faces::OfASection => at_depth(held, cosine, invariant, g),
+            let paid = match condition {
+                Condition::Stage(_) if faces != Faces::BeforeBuffers => 1.0,
+                Condition::Stage(_) => 0.0,
+                _ => returning(inside),
             };
-            passing.extend(inside.iter().map(|inside| {
-                let held = inside.depth_at(level);
-                if inside.is_wet {
-                    inside.between(state(held, inside.cosine, inside.invariant), g)
-                } else if held > scale.dry_depth {
-                    Passing::of(state(held, inside.cosine, 0.0), g)
-                } else {
-                    inside.closed(g)
-                }
-            }));
+            passing.extend(inside.iter().map(|inside| inside.held(level, paid, scale)));
+        }
+        Condition::Wave { level, still } => {
+            let wave = value(level) - datum;
+            // Less still water beyond makes the wave faster.
+            let still = still.as_ref().map(|still| still.mean(from, to) - datum);
+            if faces == Faces::OfASection {
+                let rest = still.or(wide(inside).next().and_then(|lowest| lowest.rest));
+                waves_leave_section(Some((wave, rest.unwrap_or(f64::NEG_INFINITY))), inside, scale, passing);
+                return;
+            }
+            passing.extend(inside.iter().map(|inside| inside.with_wave(wave, still, scale)));
         }
         Condition::NormalDepth { slope } => passing.extend(inside.iter().map(|inside| {
             // A part of the velocity is as much of its square in the slope.
-            let across = slope * inside.cosine * inside.cosine;
+            let across = slope * inside.facing.0 * inside.facing.0;
             inside.leaving(|| uniform_flow(across, inside.friction, inside.invariant, g), g)
         })),
         Condition::Rating(rating) => {
             let level = rated_level(rating, inside, datum, scale);
             passing.extend(inside.iter().map(|inside| inside.leaving(|| inside.below(level, g), g)));
         }
-        Condition::Free if faces == Faces::OfASection => waves_leave_section(inside, scale, passing),
+        Condition::Free if faces == Faces::OfASection => {
+            let rest = wide(inside).next().and_then(|lowest| lowest.rest);
+            waves_leave_section(rest.map(|rest| (rest, rest)), inside, scale, passing);
+        }
         Condition::Free => passing.extend(inside.iter().map(|inside| {
             match inside.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
                 Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.face, inside.along, g), g),
@@ -396,7 +408,7 @@ impl Face {
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];
         let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
-        Inside { rest: self.rest, friction, cosine: self.facing.0, ..Inside::before(at(self.cell), behind, scale) }
+        Inside { rest: self.rest, friction, facing: self.facing, ..Inside::before(at(self.cell), behind, scale) }
     }
 }
 
@@ -416,7 +428,7 @@ impl Inside {
             is_wet,
             rest: None,
             width: 1.0,
-            cosine: 1.0,
+            facing: (1.0, 0.0),
             along,
         };
         if !is_wet {
@@ -457,7 +469,7 @@ impl Inside {
             is_wet: face.is_some(),
             rest: None,
             width: 1.0,
-            cosine: 1.0,
+            facing: (1.0, 0.0),
             along,
         }
     }
@@ -509,6 +521,34 @@ impl Inside {
         (level - self.sill).max(0.0)
     }
 
+    /// What passes where a level (m) is held; water that comes in pays for a share of the head of its velocity.
+    fn held(&self, level: f64, paid: f64, scale: &Scale) -> Passing {
+        let (held, how, g) = (self.depth_at(level), (self.facing.0, paid), scale.gravity);
+        if self.is_wet {
+            self.between(at_depth(held, how, self.invariant, g), g)
+        } else if held > scale.dry_depth {
+            Passing::of(at_depth(held, how, 0.0, g), g)
+        } else {
+            self.closed(g)
+        }
+    }
+
+    /// What passes where a wave of a level (m) comes in over still water of another one, that of the start where none is given.
+    fn with_wave(&self, wave: f64, still: Option<f64>, scale: &Scale) -> Passing {
+        let g = scale.gravity;
+        let depths = (self.depth_at(wave), still.or(self.rest).map_or(0.0, |level| self.depth_at(level)));
+        let state = || wave_enters(depths, self.facing, (self.face, if self.is_wet { self.along } else { 0.0 }), g);
+        if depths.0.max(depths.1) <= scale.dry_depth {
+            self.going_on(g)
+        } else if self.is_wet {
+            self.between(state(), g)
+        } else if depths.0 > scale.dry_depth {
+            Passing::of(state(), g)
+        } else {
+            self.closed(g)
+        }
+    }
+
     /// The face as a wall.
     fn closed(&self, g: f64) -> Passing {
         let face = self.face;
@@ -520,7 +560,7 @@ impl Inside {
     fn below(&self, level: f64, g: f64) -> EdgeState {
         let fall = overfall(self.invariant, g);
         let still = 0.25 * self.invariant * self.invariant / g;
-        at_depth(clamp(level - self.sill, smaller(fall.depth, still), still), 1.0, self.invariant, g)
+        at_depth(clamp(level - self.sill, smaller(fall.depth, still), still), (1.0, 1.0), self.invariant, g)
     }
 }
 
@@ -535,6 +575,23 @@ impl Passing {
             beyond: Some(state),
         }
     }
+}
+
+/// (M93): the share of the water that comes in through the faces of a boundary which leaves through others of them.
+fn returning(inside: &[Inside]) -> f64 {
+    // Whole numbers add up to the same in any order, so that mirrored water has mirrored bits.
+    let (mut coming, mut leaving) = (0_i128, 0_i128);
+    for face in inside.iter().filter(|face| face.is_wet) {
+        let discharge = face.width * face.face.depth * face.face.outwards;
+        #[expect(clippy::cast_possible_truncation, reason = "no discharge comes near the greatest of these numbers")]
+        let counted = (discharge * COUNTED) as i128;
+        if counted > 0 {
+            leaving += counted;
+        } else {
+            coming -= counted;
+        }
+    }
+    if coming > 0 { smaller(leaving as f64 / coming as f64, 1.0) } else { 0.0 }
 }
 
 /// The strips of a section that have a width.
@@ -560,21 +617,38 @@ fn through_section(total: f64, given: Option<f64>, inside: &[Inside], g: f64, pa
     let level = strips.inflow(total, given, before, g);
     let area: f64 = inside.iter().map(|strip| strip.width * strip.depth_at(level)).sum();
     let outwards = if area > 0.0 { -total / area } else { 0.0 };
-    passing.extend(inside.iter().map(|strip| Passing::of(EdgeState { depth: strip.depth_at(level), outwards }, g)));
+    passing.extend(as_one(inside, (level, outwards), g));
 }
 
-/// Waves that leave a section as a whole into water at rest (M76); where there was none at the start the flow goes on as it arrives.
-fn waves_leave_section(inside: &[Inside], scale: &Scale, passing: &mut Vec<Passing>) {
+/// Waves that leave a section as a whole (M76) into water of a level (m), that at rest or that of a wave that comes in, with the level at rest;
+/// where there is none the flow goes on as it arrives.
+fn waves_leave_section(levels: Option<(f64, f64)>, inside: &[Inside], scale: &Scale, passing: &mut Vec<Passing>) {
     let g = scale.gravity;
     let (strips, before) = (section(inside), before_section(inside));
-    let lowest = wide(inside).next();
-    let rest = lowest.and_then(|strip| strip.rest.filter(|level| level - strip.sill > scale.dry_depth));
-    let Some(rest) = rest.filter(|_| before.is_none_or(|before| !strips.is_swept(before, g))) else {
+    let is_deep = |level: f64| wide(inside).next().is_some_and(|lowest| level - lowest.sill > scale.dry_depth);
+    let levels = levels.filter(|(level, rest)| is_deep(level.max(*rest)));
+    let Some(levels) = levels.filter(|_| before.is_none_or(|before| !strips.is_swept(before, g))) else {
         passing.extend(inside.iter().map(|strip| strip.going_on(g)));
         return;
     };
-    let (level, outwards) = strips.waves_leave(rest, before, g);
-    passing.extend(inside.iter().map(|strip| Passing::of(EdgeState { depth: strip.depth_at(level), outwards }, g)));
+    passing.extend(as_one(inside, strips.wave_enters(levels, before, g), g));
+}
+
+/// (M92): a level (m) is held over a section as a whole; strip by strip where what leaves is faster than waves.
+fn hold_section(level: f64, inside: &[Inside], scale: &Scale, passing: &mut Vec<Passing>) {
+    let g = scale.gravity;
+    let (strips, before) = (section(inside), before_section(inside));
+    let is_dry = before.is_none() && wide(inside).all(|strip| strip.depth_at(level) <= scale.dry_depth);
+    if is_dry || before.is_some_and(|before| strips.is_swept(before, g)) {
+        passing.extend(inside.iter().map(|strip| strip.held(level, 0.0, scale)));
+        return;
+    }
+    passing.extend(as_one(inside, strips.at_level(level, before, g), g));
+}
+
+/// What passes the strips of a section at one level (m) and one velocity outwards (m/s).
+fn as_one(inside: &[Inside], (level, outwards): (f64, f64), g: f64) -> impl Iterator<Item = Passing> {
+    inside.iter().map(move |strip| Passing::of(EdgeState { depth: strip.depth_at(level), outwards }, g))
 }
 
 /// The shares of a discharge (M45).
@@ -605,7 +679,7 @@ impl Shares {
         let (area, moment) = wet.fold((0.0, 0.0), |(area, sum), (depth, level)| (area + depth, sum + depth * level));
         let level = if area > 0.0 { high.max(moment / area) } else { high };
         let mut shares = Shares { level, counts_roughness, sum: 0.0 };
-        shares.sum = inside.iter().map(|i| i.cosine * shares.weight(i)).sum();
+        shares.sum = inside.iter().map(|i| i.facing.0 * shares.weight(i)).sum();
         shares
     }
 
@@ -647,5 +721,7 @@ fn rated_level(rating: &Rating, inside: &[Inside], datum: f64, scale: &Scale) ->
     high
 }
 
+#[cfg(test)]
+mod levels;
 #[cfg(test)]
 mod tests;

@@ -701,7 +701,7 @@ impl OpenBoundaries {
         let mut longest = step;
         let of = ((self.time, self.time + step), Of::Largest);
         for line in &mut self.lines {
-            if !matches!(line.condition, Condition::Discharge { .. } | Condition::Stage(_)) {
+            if !line.condition.feeds() {
                 continue;
             }
             pass(&line.condition, (Faces::BeforeBuffers, &line.inside), (&self.scale, 0.0), of, &mut line.passing);
@@ -762,5 +762,7 @@ fn state_beyond(inside: &Inside, passing: &Passing, is_imposed: bool, g: f64) ->
     if is_fast && !is_imposed && !is_drowned { before } else { beyond }
 }
 
+#[cfg(test)]
+mod levels;
 #[cfg(test)]
 mod tests;
