@@ -4,7 +4,7 @@
 //! fails: a front over dry ground in the plane, a film of rain, a wall askew to the lattice, a strong jump, a level held over dry ground.
 
 use super::findings::Findings;
-use super::plausible::Placed;
+use super::plausible::{Placed, peak_until};
 use crate::bed::BedParticles;
 use crate::boundary::{Condition, Edge, Forcing, Series, outline};
 use crate::error::{Place, Problem, input_warning};
@@ -116,10 +116,16 @@ impl Scene<'_> {
             return Some(of(&breach.dam, problem(bed.lattice.centre(cell.cell))));
         }
         for (boundary, source) in self.conditions(scenario) {
-            let dry = boundary.0.faces.iter().find(|(cell, _)| still.depth[*cell] <= 0.0);
-            let comes =
-                matches!(boundary.1, Condition::Discharge { .. } | Condition::Level(_) | Condition::Wave { .. });
-            if let (true, Some(&(_, middle))) = (comes, dry) {
+            // A stage has its own warning.
+            let highest = match boundary.1 {
+                Condition::Discharge { .. } => f64::INFINITY,
+                Condition::Level(level) | Condition::Wave { level, .. } => {
+                    peak_until(level, scenario.end_time).map_or(f64::NEG_INFINITY, |(_, peak)| peak)
+                }
+                _ => continue,
+            };
+            let is_dry = |cell: usize| still.depth[cell] <= 0.0 && bed.elevation[cell] < highest;
+            if let Some(&(_, middle)) = boundary.0.faces.iter().find(|(cell, _)| is_dry(*cell)) {
                 return Some(of(source, problem(middle)));
             }
         }
@@ -241,12 +247,7 @@ impl Scene<'_> {
     fn held_level(&self, scenario: &Scenario) -> Option<Warned> {
         for ((placed, condition), source) in self.conditions(scenario) {
             let Condition::Stage(level) = condition else { continue };
-            let times = level
-                .points()
-                .map(|point| point.0)
-                .filter(|time| *time < scenario.end_time)
-                .chain([0.0, scenario.end_time]);
-            let peak = times.map(|time| level.at(time)).fold(f64::NEG_INFINITY, f64::max);
+            let peak = peak_until(level, scenario.end_time).map_or(f64::NEG_INFINITY, |(_, peak)| peak);
             let dry = placed
                 .faces
                 .iter()

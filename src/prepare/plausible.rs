@@ -205,7 +205,7 @@ fn drowned(level: &Series, bed: &BedParticles, still: &StillWater, end: f64) -> 
 }
 
 /// Time (s) and value at which a series is greatest before the end of the run (s).
-fn peak_until(series: &Series, end: f64) -> Option<(f64, f64)> {
+pub(super) fn peak_until(series: &Series, end: f64) -> Option<(f64, f64)> {
     let points = series.points().filter(|point| point.0 < end).chain([(end, series.at(end))]);
     points.max_by(|a, b| a.1.total_cmp(&b.1))
 }

@@ -31,7 +31,7 @@ use crate::solver::{FlowProblem, Passage, Way};
 /// How far (in spacings) the faces lie that say which way an edge faces.
 const ABOUT: f64 = 2.5;
 
-/// So many parts of 1 m²/s times a spacing are counted where discharges are added up in any order.
+/// So many parts of 1 m³ are counted where volumes are added up in any order.
 const COUNTED: f64 = (1_u64 << 40) as f64;
 
 /// A face of a boundary.
@@ -106,6 +106,8 @@ struct Line {
     passing: Vec<Passing>,
     /// Volume (m³) that came in and left.
     booked: (f64, f64),
+    /// The same in whole numbers, whose sums are the same in any order: mirrored water has mirrored bits.
+    counted: (i128, i128),
 }
 
 /// All boundaries of a problem.
@@ -116,10 +118,10 @@ pub(crate) struct OpenBoundaries {
 }
 
 /// What the faces of a condition are.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq)]
 pub(in crate::solver) enum Faces {
-    /// Those of an edge of the plane, each with its own water.
-    OfAnEdge,
+    /// Those of an edge of the plane, each with its own water; with the share of what came in by the boundary that left by it again.
+    OfAnEdge { returned: f64 },
     /// Those before which buffer particles of moving water stand: a level is held both ways there (decision 0028).
     BeforeBuffers,
     /// Strips of one section with one level and one velocity, the lowest ones first.
@@ -142,6 +144,7 @@ impl OpenBoundaries {
             inside: Vec::new(),
             passing: Vec::new(),
             booked: (0.0, 0.0),
+            counted: (0, 0),
         };
         let mut lines: Vec<Line> = problem.forcing.boundaries.iter().map(|b| line(&b.condition)).collect();
         if !lines.is_empty() {
@@ -169,7 +172,8 @@ impl OpenBoundaries {
         let datum = self.datum;
         for line in &mut self.lines {
             line.look(state, scale, methods);
-            pass(&line.condition, (Faces::OfAnEdge, &line.inside), (scale, datum), (step, Of::Mean), &mut line.passing);
+            let faces = Faces::OfAnEdge { returned: line.returned() };
+            pass(&line.condition, (faces, &line.inside), (scale, datum), (step, Of::Mean), &mut line.passing);
             for ((&face, inside), passing) in line.at_work.iter().zip(&line.inside).zip(&line.passing) {
                 let face = &line.faces[face];
                 let water = &state.primitive[face.cell.0];
@@ -195,12 +199,20 @@ impl OpenBoundaries {
         for line in &mut self.lines {
             for face in line.at_work.iter().map(|&face| &line.faces[face]) {
                 let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
+                let volume = (carried * outwards).abs();
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "no volume on Earth comes near the greatest of these numbers"
+                )]
+                let counted = (volume * COUNTED) as i128;
                 if outwards > 0.0 {
                     leaving += outwards;
-                    line.booked.1 += carried * outwards;
+                    line.booked.1 += volume;
+                    line.counted.1 += counted;
                 } else {
                     coming -= outwards;
-                    line.booked.0 -= carried * outwards;
+                    line.booked.0 += volume;
+                    line.counted.0 += counted;
                 }
             }
         }
@@ -229,13 +241,8 @@ impl OpenBoundaries {
         let mut fastest = (0.0, (0, 0));
         for line in &mut self.lines {
             line.look(state, scale, methods);
-            pass(
-                &line.condition,
-                (Faces::OfAnEdge, &line.inside),
-                (scale, datum),
-                (step, Of::Largest),
-                &mut line.passing,
-            );
+            let faces = Faces::OfAnEdge { returned: line.returned() };
+            pass(&line.condition, (faces, &line.inside), (scale, datum), (step, Of::Largest), &mut line.passing);
             for (&face, passing) in line.at_work.iter().zip(&line.passing) {
                 if passing.speed > fastest.0 {
                     fastest = (passing.speed, line.faces[face].cell);
@@ -307,6 +314,12 @@ impl Line {
         }
     }
 
+    /// (M93): the share of the water that came in by the boundary which left by it again.
+    fn returned(&self) -> f64 {
+        let (came, left) = self.counted;
+        if came > 0 { smaller(left as f64 / came as f64, 1.0) } else { 0.0 }
+    }
+
     /// Reads the water before the faces.
     fn look(&mut self, state: &State, scale: &Scale, methods: RestingMethods) {
         let is_carried = methods.reconstruction != Reconstruction::None;
@@ -356,10 +369,10 @@ pub(in crate::solver) fn pass(
         }
         Condition::Stage(series) | Condition::Level(series) => {
             let level = value(series) - datum;
-            let paid = match condition {
-                Condition::Stage(_) if faces != Faces::BeforeBuffers => 1.0,
-                Condition::Stage(_) => 0.0,
-                _ => returning(inside),
+            let paid = match (condition, faces) {
+                (_, Faces::BeforeBuffers) => 0.0,
+                (Condition::Level(_), Faces::OfAnEdge { returned }) => returned,
+                _ => 1.0,
             };
             passing.extend(inside.iter().map(|inside| inside.held(level, paid, scale)));
         }
@@ -575,23 +588,6 @@ impl Passing {
             beyond: Some(state),
         }
     }
-}
-
-/// (M93): the share of the water that comes in through the faces of a boundary which leaves through others of them.
-fn returning(inside: &[Inside]) -> f64 {
-    // Whole numbers add up to the same in any order, so that mirrored water has mirrored bits.
-    let (mut coming, mut leaving) = (0_i128, 0_i128);
-    for face in inside.iter().filter(|face| face.is_wet) {
-        let discharge = face.width * face.face.depth * face.face.outwards;
-        #[expect(clippy::cast_possible_truncation, reason = "no discharge comes near the greatest of these numbers")]
-        let counted = (discharge * COUNTED) as i128;
-        if counted > 0 {
-            leaving += counted;
-        } else {
-            coming -= counted;
-        }
-    }
-    if coming > 0 { smaller(leaving as f64 / coming as f64, 1.0) } else { 0.0 }
 }
 
 /// The strips of a section that have a width.

@@ -407,7 +407,6 @@ fn levels_and_waves_at_the_ends_of_a_channel_are_those_of_a_lattice_of_one_row()
         (1.0, Condition::Wave { level: levels(0.3), still: None }),
         (1.0, Condition::Wave { level: levels(0.3), still }),
         (-1.0, Condition::Level(levels(0.3))),
-        (1.0, Condition::Level(levels(-1.5))),
     ] {
         let mut row = plane((40, 1), 1.0, |place| bed(place.x), |_| behind);
         row.forcing
