@@ -6,13 +6,9 @@
 //!
 //! For a cell under water that is the mean of the terrain; for one with the shore in it, the mean of the terrain with what
 //! stands above the level cut down to it. The bed is never set below the lowest terrain in the cell, because no part of the
-//! cell is deeper than that. A cell that the rim of the polygon cuts where the ground beyond is dry or ends holds what lies
-//! inside; where a filled pocket lies beyond, it counts whole. Where the polygon pokes out of the terrain, what the cells
-//! without terrain would hold goes to the cells beside them that the rim cuts, as far as their uncovered parts have room for it:
-//!
-//! ```text
-//! V' = V + f (V_whole − V),   f = min(1, Σ V without terrain / Σ (V_whole − V))
-//! ```
+//! cell is deeper than that. A cell that the rim of the polygon cuts where the ground beyond is dry holds what lies
+//! inside; where a filled pocket lies beyond, or the terrain ends, it counts whole: a bed that is raised along the edge of the
+//! terrain, because the polygon ends short of it, would be a row of sills in the flow that comes later.
 //!
 //! Left as they are: cells that the rim cuts beside open ground or another body, and those on the way there (`Filling::approach`),
 //! where a raised bed would be a sill in open water: the opening of a dam would be narrower up to the rim than beyond it. So are
@@ -21,8 +17,13 @@
 //!
 //! So are dry cells on an upright bank: one that stands higher above the level than the water beside it is deep, which no plane does.
 //! Cut down to the level, a house in a film would lose the cells of its outline to the flood that comes later. What such cells would
-//! hold goes to the cells before the bank whose bed is raised for the part of the bank in them, as above: V_whole is then what a cell
-//! holds on the bed that it had.
+//! hold goes to the cells before the bank whose bed is raised for the part of the bank in them, as far as they have room for it:
+//!
+//! ```text
+//! V' = V + f (V_whole − V),   f = min(1, Σ V on the bank / Σ (V_whole − V))
+//! ```
+//!
+//! with V_whole what a cell holds on the bed that it had.
 
 use std::collections::BTreeSet;
 
@@ -60,16 +61,12 @@ pub(super) fn fit_bed_to_water(
     let area = filling.bed.lattice.cell_area();
     let approach = filling.approach(number, level, reached);
     let banks = upright_banks((number, level), reached, filling);
-    // Cells with their beds before; those at the edge of the terrain, and those before a bank, with the room (m³) that is left in them.
-    let (mut set, mut edge, mut foot) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut without_terrain, mut on_banks) = (0.0, 0.0);
+    // Cells with their beds before; those before a bank, with the room (m³) that is left in them.
+    let (mut set, mut foot) = (Vec::new(), Vec::new());
+    let mut on_banks = 0.0;
     for &cell in reached {
         let part = scan.part(cell);
-        if !filling.bed.has_terrain(cell) {
-            without_terrain += part.volume;
-            continue;
-        }
-        if !is_to_be_set((number, level), cell, part, (filling, &approach)) {
+        if !filling.bed.has_terrain(cell) || !is_to_be_set((number, level), cell, part, (filling, &approach)) {
             continue;
         }
         let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
@@ -81,10 +78,8 @@ pub(super) fn fit_bed_to_water(
             on_banks += share;
             continue;
         }
-        if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket()) {
+        if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket() || is_at_edge()) {
             share = whole();
-        } else if part.is_cut() && is_at_edge() {
-            edge.push((cell, (whole() - share).max(0.0)));
         } else if !banks.is_empty() && filling.neighbours(cell, level).any(|other| banks.contains(&other)) {
             foot.push((cell, ((level - before) * area - share).max(0.0)));
         }
@@ -96,13 +91,11 @@ pub(super) fn fit_bed_to_water(
         }
         set.push((cell, before));
     }
-    for (cells, volume) in [(edge, without_terrain), (foot, on_banks)] {
-        let room: f64 = cells.iter().map(|(_, room)| room).sum();
-        let fraction = if room > 0.0 { (volume / room).min(1.0) } else { 0.0 };
-        for (cell, room) in cells {
-            if filling.body[cell] == Some(number) {
-                filling.bed.elevation[cell] -= fraction * room / area;
-            }
+    let room: f64 = foot.iter().map(|(_, room)| room).sum();
+    let fraction = if room > 0.0 { (on_banks / room).min(1.0) } else { 0.0 };
+    for (cell, room) in foot {
+        if filling.body[cell] == Some(number) {
+            filling.bed.elevation[cell] -= fraction * room / area;
         }
     }
     let mut shore = Shore::default();
