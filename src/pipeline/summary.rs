@@ -192,6 +192,9 @@ fn write_channel_gauges(f: &mut fmt::Formatter<'_>, gauges: &[ChannelGaugeResult
     Ok(())
 }
 
+/// What less than this share of a body makes at the edge of the terrain is not worth a word.
+const EDGE_SHARE: f64 = 1e-4;
+
 /// What was done to the bed and to cells so that a body of water is level and holds its volume; nothing where nothing was.
 fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result {
     let mut parts = Vec::new();
@@ -204,6 +207,9 @@ fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result 
     }
     if water.pocket_cells > 0 {
         parts.push(format!("{} cells filled beside the polygon, where the lake ends", water.pocket_cells));
+    }
+    if water.at_edge_m3 > EDGE_SHARE * water.integral_m3 {
+        parts.push(format!("{:.4e} m3 beside the polygon, up to the edge of the terrain", water.at_edge_m3));
     }
     if water.toggled > 0 {
         parts.push(format!("{} cells at the open rim taken in or left out", water.toggled));

@@ -207,17 +207,19 @@ fn for_each_piece(
     }
 }
 
-/// Integral of level minus terrain over a whole cell, where positive (m³).
+/// What a whole cell holds of water of a level (m³): the mean of level minus terrain, where positive, over the terrain in the cell, times
+/// its area. Where a part of the cell has no terrain, the rest speaks for it.
 pub(super) fn volume_of_whole_cell(level: f64, cell: usize, bed: &BedParticles, surface: &impl Surface) -> f64 {
     let lattice = &bed.lattice;
     let step = lattice.spacing / SUBDIVISION as f64;
     let south_west = lattice.centre(cell) - Vec2::new(lattice.spacing, lattice.spacing) * 0.5;
-    let depth = |piece: usize| {
+    let elevation = |piece: usize| {
         let (x, y) = ((piece % SUBDIVISION) as f64 + 0.5, (piece / SUBDIVISION) as f64 + 0.5);
-        let place = lattice.to_map(south_west + Vec2::new(x, y) * step);
-        surface.mean_preserving_elevation(place, lattice.spacing).map_or(0.0, |elevation| (level - elevation).max(0.0))
+        surface.mean_preserving_elevation(lattice.to_map(south_west + Vec2::new(x, y) * step), lattice.spacing)
     };
-    (0..SUBDIVISION * SUBDIVISION).map(depth).sum::<f64>() * step * step
+    let depths = (0..SUBDIVISION * SUBDIVISION).filter_map(elevation).map(|elevation| (level - elevation).max(0.0));
+    let (sum, count) = depths.fold((0.0, 0.0), |(sum, count), depth| (sum + depth, count + 1.0));
+    if count > 0.0 { sum / count * lattice.cell_area() } else { 0.0 }
 }
 
 /// Elevation at a place (map), or the mean of the planes on which the terrain ends to the west, east, south and north

@@ -40,6 +40,8 @@ pub(super) struct Shore {
     pub largest_change: f64,
     /// The largest change of the bed of cells wholly under water (m).
     pub largest_change_under_water: f64,
+    /// What the cells at the edge of the terrain hold more than the polygon has there and beyond it (m³).
+    pub at_edge: f64,
 }
 
 /// A share less deep than this (m) is no water.
@@ -63,10 +65,14 @@ pub(super) fn fit_bed_to_water(
     let banks = upright_banks((number, level), reached, filling);
     // Cells with their beds before; those before a bank, with the room (m³) that is left in them.
     let (mut set, mut foot) = (Vec::new(), Vec::new());
-    let mut on_banks = 0.0;
+    let (mut on_banks, mut at_edge) = (0.0, 0.0);
     for &cell in reached {
         let part = scan.part(cell);
-        if !filling.bed.has_terrain(cell) || !is_to_be_set((number, level), cell, part, (filling, &approach)) {
+        if !filling.bed.has_terrain(cell) {
+            at_edge -= part.volume;
+            continue;
+        }
+        if !is_to_be_set((number, level), cell, part, (filling, &approach)) {
             continue;
         }
         let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
@@ -78,8 +84,11 @@ pub(super) fn fit_bed_to_water(
             on_banks += share;
             continue;
         }
-        if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket() || is_at_edge()) {
+        if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket()) {
             share = whole();
+        } else if part.is_cut() && is_at_edge() {
+            share = whole();
+            at_edge += share - part.volume;
         } else if !banks.is_empty() && filling.neighbours(cell, level).any(|other| banks.contains(&other)) {
             foot.push((cell, ((level - before) * area - share).max(0.0)));
         }
@@ -98,7 +107,7 @@ pub(super) fn fit_bed_to_water(
             filling.bed.elevation[cell] -= fraction * room / area;
         }
     }
-    let mut shore = Shore::default();
+    let mut shore = Shore { at_edge: at_edge.max(0.0), ..Shore::default() };
     for (cell, before) in set {
         let change = (filling.bed.elevation[cell] - before).abs();
         let part = scan.part(cell);

@@ -37,8 +37,11 @@ const VOLUME_AIM: f64 = 0.25 * VOLUME_TOLERANCE;
 /// The books of one body of still water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeededVolume {
-    /// Integral of level minus terrain over the polygon, where positive (m³); parts that later bodies cover are left out.
+    /// Integral of level minus terrain over the polygon, where positive (m³); parts that later bodies cover are left out. Up to the edge
+    /// of the terrain in the cells there.
     pub integral_m3: f64,
+    /// The part of it that a polygon which ends short of the edge of the terrain leaves out.
+    pub at_edge_m3: f64,
     /// Volume on the lattice (m³).
     pub seeded_m3: f64,
     /// Number of cells with water.
@@ -141,10 +144,12 @@ fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling, surfac
     reached.sort_unstable();
     reached.dedup();
     let shore = fit_bed_to_water((number, level), &scan, &reached, filling, surface);
-    let toggled = meet_volume(number, level, &scan, &reached, filling);
+    let integral = scan.integral + shore.at_edge;
+    let toggled = meet_volume((number, level), (&scan, integral), &reached, filling);
     let cells = holds(filling, &reached);
     SeededVolume {
-        integral_m3: scan.integral,
+        integral_m3: integral,
+        at_edge_m3: shore.at_edge,
         seeded_m3: cells.iter().map(|&cell| volume_of(filling, cell, level)).sum(),
         cells: cells.len(),
         toggled,
@@ -165,7 +170,12 @@ fn volume_of(filling: &Filling, cell: usize, level: f64) -> f64 {
 
 /// Takes in and leaves out cells cut by the rim until the volume is within the tolerance or no cell brings it nearer.
 /// Returns the number of cells that differ from before.
-fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], filling: &mut Filling) -> usize {
+fn meet_volume(
+    (number, level): (u32, f64),
+    (scan, integral): (&BodyScan, f64),
+    reached: &[usize],
+    filling: &mut Filling,
+) -> usize {
     let mut rim: Vec<(usize, f64)> = scan
         .cells
         .iter()
@@ -182,12 +192,12 @@ fn meet_volume(number: u32, level: f64, scan: &BodyScan, reached: &[usize], fill
             && !filling.neighbours(cell, level).any(|other| is_pocket(number, other, scan, filling))
     };
     let filled = reached.iter().filter(|&&cell| filling.body[cell] == Some(number));
-    let mut surplus = filled.map(|&cell| volume_of(filling, cell, level)).sum::<f64>() - scan.integral;
+    let mut surplus = filled.map(|&cell| volume_of(filling, cell, level)).sum::<f64>() - integral;
     loop {
         let at_start = surplus;
         let is_taking_in = surplus < 0.0;
         for place in 0..rim.len() {
-            if surplus.abs() <= VOLUME_AIM * scan.integral || (surplus < 0.0) != is_taking_in {
+            if surplus.abs() <= VOLUME_AIM * integral || (surplus < 0.0) != is_taking_in {
                 break;
             }
             // Best covered first when taking in, least covered first when leaving out.

@@ -400,3 +400,25 @@ fn opening_in_raster_ground_is_as_wide_before_the_rim_as_beyond_it() {
         assert!(still.volumes[0].relative_error().abs() < 0.03, "{:?}", still.volumes[0]);
     }
 }
+
+#[test]
+fn a_polygon_that_ends_short_of_the_edge_of_the_terrain_raises_no_bed_along_it() {
+    // The terrain ends at the line y = 0.3 x.
+    let ground = |p: Vec2| if p.y > 0.3 * p.x { 0.02 * p.x } else { f64::NAN };
+    for short in [0.0, 0.3, 0.9, 1.7] {
+        let corners = [(-50.0, -15.0 + short), (50.0, 15.0 + short), (50.0, 60.0), (-50.0, 60.0)];
+        let bodies = [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 10.0)];
+        let lattice = lattice(50, 2.0);
+        let dry = place_bed(&Formula(ground), &lattice, BedMethod::Pointwise, &Nothing, 0.03);
+        let (bed, still) = fill(ground, &lattice, &bodies);
+        for cell in (0..lattice.len()).filter(|&cell| dry.has_terrain(cell)) {
+            let change = bed.elevation[cell] - dry.elevation[cell];
+            // The ground falls by 0.02 m from the middle of a cell to its edge.
+            assert!(change.abs() < 0.021, "{short} m short: bed changed by {change} m");
+            assert!(still.body[cell].is_some(), "{short} m short: dry at {:?}", lattice.centre(cell));
+        }
+        let volume = &still.volumes[0];
+        let is_booked = volume.at_edge_m3 > 0.0 && volume.is_within_tolerance();
+        assert!(short < 0.5 || volume.pocket_cells > 0 || is_booked, "{short} m short: {volume:?}");
+    }
+}
