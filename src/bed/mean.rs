@@ -54,10 +54,9 @@ pub(super) fn mean_height(
     {
         return Some(low);
     }
-    let Plane { height: mean, offset: middle, slope } = Plane::fitted(pieces);
-    let residual = |piece: &Piece| (piece.elevation - mean - slope.dot(piece.offset - middle)).abs();
-    let largest_residual = pieces.iter().map(residual).fold(0.0, f64::max);
-    Some(bounded(height - slope.dot(offset), (lowest, highest), largest_residual))
+    let plane = Plane::fitted(pieces);
+    let largest_residual = pieces.iter().map(|piece| plane.residual(piece).abs()).fold(0.0, f64::max);
+    Some(bounded(height - plane.slope.dot(offset), (lowest, highest), largest_residual))
 }
 
 /// The lowest and the highest elevation (m).
@@ -74,7 +73,7 @@ fn means(pieces: &[Piece]) -> (f64, Vec2) {
 }
 
 /// A plane through the means of pieces.
-struct Plane {
+pub(super) struct Plane {
     height: f64,
     offset: Vec2,
     slope: Vec2,
@@ -82,7 +81,7 @@ struct Plane {
 
 impl Plane {
     /// The plane that fits pieces best; along their line where they lie on one, level where there is but one.
-    fn fitted(pieces: &[Piece]) -> Self {
+    pub fn fitted(pieces: &[Piece]) -> Self {
         let (height, offset) = means(pieces);
         let product = |of: &dyn Fn(Vec2, f64) -> f64| {
             sum(pieces, |piece| piece.share * of(piece.offset - offset, piece.elevation - height))
@@ -103,6 +102,11 @@ impl Plane {
             Vec2::ZERO
         };
         Plane { height, offset, slope }
+    }
+
+    /// How far a piece lies above it (m).
+    pub fn residual(&self, piece: &Piece) -> f64 {
+        piece.elevation - self.height - self.slope.dot(piece.offset - self.offset)
     }
 }
 

@@ -7,8 +7,10 @@
 use rayon::prelude::*;
 
 use super::Pixels;
+use super::mean::Plane;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::terrain::Piece;
 
 /// Fewest pixels that leave something beside a plane.
 const FEWEST_PIXELS: usize = 6;
@@ -37,29 +39,14 @@ fn scatter(pixels: &impl Pixels, lattice: &Lattice, cell: usize, values: &mut Ve
     values.clear();
     pixels.read(&grid, &block, cell, values);
     let places = block.rows.clone().flat_map(|row| block.columns.clone().map(move |column| (column, row)));
-    let known = || places.clone().zip(values.iter()).filter(|(_, z)| !z.is_nan());
-    let offset = |(column, row): (i64, i64)| grid.centre(column, row) - centre;
-    let count = known().count();
-    if count < FEWEST_PIXELS {
+    let known = places.zip(values.iter()).filter(|(_, z)| !z.is_nan());
+    let piece =
+        |((column, row), &elevation)| Piece { offset: grid.centre(column, row) - centre, elevation, share: 1.0 };
+    let pieces: Vec<Piece> = known.map(piece).collect();
+    if pieces.len() < FEWEST_PIXELS {
         return None;
     }
-    let per_count = 1.0 / count as f64;
-    let (mut mean, mut middle) = (0.0, Vec2::ZERO);
-    for (place, z) in known() {
-        mean += z * per_count;
-        middle += offset(place) * per_count;
-    }
-    let (mut xx, mut xy, mut yy, mut xz, mut yz, mut zz) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for (place, z) in known() {
-        let (Vec2 { x, y }, z) = (offset(place) - middle, z - mean);
-        (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
-        (xz, yz, zz) = (xz + x * z, yz + y * z, zz + z * z);
-    }
-    let determinant = xx * yy - xy * xy;
-    // All in one line: no plane.
-    if determinant <= 1e-9 * xx * yy {
-        return None;
-    }
-    let gradient = Vec2::new((yy * xz - xy * yz) / determinant, (xx * yz - xy * xz) / determinant);
-    Some(((zz - gradient.x * xz - gradient.y * yz).max(0.0) * per_count).sqrt())
+    let plane = Plane::fitted(&pieces);
+    let squares: f64 = pieces.iter().map(|piece| plane.residual(piece).powi(2)).sum();
+    Some((squares / pieces.len() as f64).sqrt())
 }

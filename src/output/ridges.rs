@@ -11,8 +11,6 @@ pub struct Ridge {
     pub sill: Option<f64>,
     /// Bed elevation (m) of the cells to the left and to the right of the line.
     pub beds: [f64; 2],
-    /// Share of the face over which water passes at that level.
-    pub open_share: f64,
 }
 
 impl Ridge {

@@ -102,7 +102,6 @@ fn lines<'a>(passes: &'a PassSills, bed: &'a BedParticles) -> impl Iterator<Item
             line: [middle - half, middle + half],
             sill: (sill.level < SHUT).then_some(sill.level),
             beds: [bed.elevation[sill.cell], bed.elevation[other]],
-            open_share: if sill.level < SHUT { 1.0 } else { 0.0 },
         }
     })
 }

@@ -66,7 +66,7 @@ fn the_jump_before_a_building_moves_upstream_as_measured() {
     let Some(mixed) = rows("isolated_obstacle", "isolated_obstacle", "motion=eulerian turbulence=mixing_length") else {
         return;
     };
-    // docs/validation/isolated_obstacle.md: 0.0216 m without and 0.0162 m with mixing at 10 cm, where the bar is 0.020 m.
+    // Decision 0041: 0.0216 m without and 0.0162 m with mixing at 10 cm; the limit is 0.020 m.
     assert_eq!((plain[0].status, mixed[0].status), (Status::FallShort, Status::Pass), "{plain:?} {mixed:?}");
     assert!(mixed[0].error_depth < plain[0].error_depth);
     assert!(mixed[0].note.starts_with("turbulence mixing_length; RMSE in m: G1 "), "{}", mixed[0].note);
@@ -76,7 +76,7 @@ fn the_jump_before_a_building_moves_upstream_as_measured() {
 fn the_building_at_the_scale_of_the_field_is_that_of_the_flume() {
     let Some(rows) = rows("ea_test6b_scaled", "ea_test6b", "motion=eulerian") else { return };
     // Measured at 2 m: 0.316 m from the measurements, 0.058 m from the flume at the same number of cells, on another raster: the building is
-    // eight cells long. At 1 m, where the bar of 0.04 m holds, 0.022 m.
+    // eight cells long. At 1 m, where the limit of 0.04 m holds, 0.022 m.
     assert!(rows[0].error_depth.unwrap() < 0.36, "{:?}", rows[0]);
     let apart = rows[0].note.split("RMSE from the flume times 20 in m: ").nth(1).unwrap();
     assert!(apart.split(' ').next().unwrap().parse::<f64>().unwrap() < 0.06, "{apart}");

@@ -1,11 +1,11 @@
 //! Levees that are narrower than a cell, against the same on cells of the size of the pixels: they hold, and are overtopped at their crest.
 
-use super::scene::{Scene, Tiff, raster_layer, scenario, sourced};
+use super::scene::{Scene, Tiff, flow_problem, raster_layer, scenario, sourced};
 use crate::error::Severity;
 use crate::math::Vec2;
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::methods::{BedMethod, Motion};
-use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+use crate::solver::{EulerianSolver, FlowSolver};
 
 /// How long the water runs (s).
 const TIME: f64 = 60.0;
@@ -72,16 +72,7 @@ impl Levee {
         let (scenario, prepared) = (&scene.scenario, prepare(&scene.scenario));
         assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
         let lattice = prepared.lattice.clone().unwrap();
-        let mut solver = EulerianSolver::new(FlowProblem {
-            bed: prepared.bed.unwrap(),
-            walls: prepared.walls,
-            open_edges: prepared.open_edges,
-            forcing: prepared.forcing,
-            initial_depth: prepared.still_water.unwrap().depth,
-            gravity: scenario.numerics.gravity,
-            courant: scenario.numerics.cfl,
-            dry_depth: scenario.numerics.dry_depth,
-        });
+        let mut solver = EulerianSolver::new(flow_problem(scenario, prepared));
         let share = |cell: usize| {
             let pieces = (0..100).map(|k| Vec2::new((k % 10) as f64 - 4.5, (k / 10) as f64 - 4.5) * (0.1 * spacing));
             pieces.filter(|piece| self.across(lattice.centre(cell) + *piece) > 0.0).count() as f64 / 100.0

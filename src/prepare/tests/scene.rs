@@ -7,10 +7,26 @@ use gdal::raster::{Buffer, GdalType};
 use tempfile::TempDir;
 
 use crate::math::Vec2;
+use crate::prepare::Prepared;
 use crate::scenario::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
 };
 use crate::scenario::*;
+use crate::solver::FlowProblem;
+
+/// The problem of a scenario that can be run.
+pub(super) fn flow_problem(scenario: &Scenario, prepared: Prepared) -> FlowProblem {
+    FlowProblem {
+        bed: prepared.bed.unwrap(),
+        walls: prepared.walls,
+        open_edges: prepared.open_edges,
+        forcing: prepared.forcing,
+        initial_depth: prepared.still_water.unwrap().depth,
+        gravity: scenario.numerics.gravity,
+        courant: scenario.numerics.cfl,
+        dry_depth: scenario.numerics.dry_depth,
+    }
+}
 
 /// A value with a key and no place.
 pub(super) fn sourced<T>(key: &str, value: T) -> Sourced<T> {

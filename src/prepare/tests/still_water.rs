@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use super::malpasset;
-use super::scene::{raster_layer, sourced, vector};
+use super::scene::{flow_problem, raster_layer, sourced, vector};
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::methods::BedMethod;
 use crate::scenario::{Scenario, load};
 use crate::seeding::SeededVolume;
-use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+use crate::solver::{EulerianSolver, FlowSolver};
 
 fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -29,16 +29,7 @@ fn volumes(prepared: &Prepared) -> &[SeededVolume] {
 
 /// The greatest speed (m/s) in some steps of resting particles.
 fn greatest_speed(scenario: &Scenario, prepared: Prepared, steps: usize) -> f64 {
-    let mut solver = EulerianSolver::new(FlowProblem {
-        bed: prepared.bed.unwrap(),
-        walls: prepared.walls,
-        open_edges: prepared.open_edges,
-        forcing: prepared.forcing,
-        initial_depth: prepared.still_water.unwrap().depth,
-        gravity: scenario.numerics.gravity,
-        courant: scenario.numerics.cfl,
-        dry_depth: scenario.numerics.dry_depth,
-    });
+    let mut solver = EulerianSolver::new(flow_problem(scenario, prepared));
     let mut greatest = 0.0_f64;
     for _ in 0..steps {
         let choice = solver.choose_step();

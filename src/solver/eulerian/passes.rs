@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::faces::{EAST, Half, NORTH, Numbers, Side, Sill, over_sill};
 use super::spans::ActiveSet;
 use super::state::{GroundRow, State, datum};
-use super::walls::{Beside, NEIGHBOURS, Walls, correct};
+use super::walls::{Beside, NEIGHBOURS, NO_SILLS, SpecialCell, Walls, correct_gradients};
 use super::{RestingMethods, Scale};
 use crate::bed::PassSill;
 use crate::math::larger;
@@ -27,7 +27,7 @@ use crate::solver::FlowProblem;
 /// The faces with a sill, and the cells beside them, of every padded row.
 pub(crate) struct Passes {
     faces: Vec<Vec<PassFace>>,
-    cells: Vec<Vec<PassCell>>,
+    cells: Vec<Vec<SpecialCell>>,
 }
 
 /// A face with a sill, in the row of its owner.
@@ -40,15 +40,6 @@ struct PassFace {
     level_at_start: f64,
     /// The beds (m) of the two cells at the start.
     beds: [f64; 2],
-}
-
-/// A cell beside such faces.
-#[derive(Clone, Copy, Debug)]
-struct PassCell {
-    column: usize,
-    beside: Beside,
-    /// The levels (m) of the sills on the ways to its neighbours, minus infinity where there is none.
-    sills: [f64; 4],
 }
 
 /// The place (row, column) of the other particle of a face.
@@ -71,7 +62,7 @@ impl Passes {
             }
             faces[place.0].push(PassFace::new(sill, (place.1, direction), problem, datum));
         }
-        let cell = |(column, beside)| PassCell { column, beside, sills: [f64::NEG_INFINITY; 4] };
+        let cell = |(column, beside)| SpecialCell { column, beside, sills: NO_SILLS };
         let cells = cells.into_iter().map(|row| row.into_iter().map(cell).collect()).collect();
         let mut passes = Passes { faces, cells };
         passes.follow(&state.ground);
@@ -105,15 +96,7 @@ impl Passes {
 
     /// Gradients of the cells beside sills, after those beside walls.
     pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
-        let (primitive, ground) = (&state.primitive, &state.ground);
-        state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
-            if active.work[row].is_empty() {
-                return;
-            }
-            for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
-                correct((primitive, ground), (row, cell.column), (cell.beside, &cell.sills), scale, gradient);
-            }
-        });
+        correct_gradients(&self.cells, state, active, scale);
     }
 
     /// Fluxes of the faces with a sill.
@@ -122,10 +105,10 @@ impl Passes {
         let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
         let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
         state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
+            if [row, row + 1].iter().all(|&row| active.work.get(row).is_none_or(Vec::is_empty)) {
+                return;
+            }
             for face in faces {
-                if [row, row + 1].iter().all(|&row| active.work.get(row).is_none_or(Vec::is_empty)) {
-                    return;
-                }
                 let there = other((row, face.column), face.direction);
                 // Between films nothing flows, whatever stands between them.
                 let is_film = |(row, column): (usize, usize)| primitive[row].depth[column] <= scale.dry_depth;

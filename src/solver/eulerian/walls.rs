@@ -50,9 +50,11 @@ impl Beside {
 
 /// A cell with at least one special face.
 #[derive(Clone, Copy, Debug)]
-struct WallCell {
-    column: usize,
-    beside: Beside,
+pub(super) struct SpecialCell {
+    pub column: usize,
+    pub beside: Beside,
+    /// The levels (m) of the sills on the ways to its neighbours, minus infinity where there is none.
+    pub sills: [f64; 4],
 }
 
 /// How much of an ordinary face beside a stair counts, in the row of its owner.
@@ -67,7 +69,7 @@ struct PartOfFace {
 pub(super) const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
 /// No sills on the ways to the four neighbours.
-const NO_SILLS: [f64; 4] = [f64::NEG_INFINITY; 4];
+pub(super) const NO_SILLS: [f64; 4] = [f64::NEG_INFINITY; 4];
 
 /// The bit of a neighbour at an offset (column, row).
 fn bit_of(offset: (isize, isize)) -> u8 {
@@ -77,7 +79,7 @@ fn bit_of(offset: (isize, isize)) -> u8 {
 /// The special faces of every padded row.
 pub(crate) struct Walls {
     faces: Vec<Vec<SpecialFace>>,
-    cells: Vec<Vec<WallCell>>,
+    cells: Vec<Vec<SpecialCell>>,
     parts: Vec<Vec<PartOfFace>>,
     /// Column and direction of the open faces of every padded row.
     open: Vec<Vec<(usize, usize)>>,
@@ -132,7 +134,8 @@ impl Walls {
             find_stairs(&mut faces, &mut beside, state)
         };
         let cells_of_row = |(row, cells): (usize, &Vec<Beside>)| {
-            let cells = cells.iter().enumerate().map(|(column, &beside)| WallCell { column, beside });
+            let cells =
+                cells.iter().enumerate().map(|(column, &beside)| SpecialCell { column, beside, sills: NO_SILLS });
             cells.filter(|cell| cell.beside.blocked != 0 && state.has_terrain(row, cell.column)).collect()
         };
         let open_of_row = |faces: &Vec<SpecialFace>| {
@@ -164,15 +167,7 @@ impl Walls {
     /// Gradients of the cells beside special faces: over such a face surface and depth do not change, and the velocity
     /// is mirrored; over a stair it does not change either, and over an open face all goes on as it comes from the other side of the cell.
     pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
-        let (primitive, ground) = (&state.primitive, &state.ground);
-        state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
-            if active.work[row].is_empty() {
-                return;
-            }
-            for cell in self.cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
-                correct((primitive, ground), (row, cell.column), (cell.beside, &NO_SILLS), scale, gradient);
-            }
-        });
+        correct_gradients(&self.cells, state, active, scale);
     }
 
     /// Fluxes of the special faces: of those that active cells own, and of those in the ring around the lattice, which is never active.
@@ -298,11 +293,24 @@ impl Beyond {
     }
 }
 
-/// The gradients of a padded cell (row, column) beside special faces, and beside sills (m) on the ways to its neighbours.
-pub(super) fn correct(
+/// Gradients of the active cells among special ones.
+pub(super) fn correct_gradients(cells: &[Vec<SpecialCell>], state: &mut State, active: &ActiveSet, scale: &Scale) {
+    let (primitive, ground) = (&state.primitive, &state.ground);
+    state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
+        if active.work[row].is_empty() {
+            return;
+        }
+        for cell in cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
+            correct((primitive, ground), row, cell, scale, gradient);
+        }
+    });
+}
+
+/// The gradients of a padded cell of a row.
+fn correct(
     (primitive, ground): (&[PrimitiveRow], &[GroundRow]),
-    (row, i): (usize, usize),
-    (beside, sills): (Beside, &[f64; 4]),
+    row: usize,
+    &SpecialCell { column: i, beside, sills }: &SpecialCell,
     scale: &Scale,
     out: &mut GradientRow,
 ) {

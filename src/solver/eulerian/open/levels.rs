@@ -1,9 +1,10 @@
 //! Levels that are held at the boundary and waves that come in, against exact solutions: simple waves, uniform flow, critical flow onto dry
 //! ground and over an edge, and waves that come back from a wall.
 
+use super::tests::noise;
 use crate::boundary::{Condition, Series};
 use crate::math::Vec2;
-use crate::solver::testing::{open, run_steps, run_until, still_water as problem};
+use crate::solver::testing::{open, run_until, still_water as problem};
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
 
 const G: f64 = 9.81;
@@ -166,39 +167,6 @@ fn a_tide_that_falls_below_the_bed_drains_it_over_the_edge_and_comes_back() {
     // It still swings by some 5 %.
     assert!((wet - 0.5).abs() < 0.05, "{wet} m where the tide stands at 0.5 m");
     assert!(solver.ledger().relative_error().abs() < 1e-12);
-}
-
-fn noise(place: Vec2) -> f64 {
-    ((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545_3).fract() - 0.5
-}
-
-#[test]
-fn a_lake_stays_at_rest_behind_levels_and_waves_at_its_level() {
-    for level in [2.0, 1234.5] {
-        let bed = |place: Vec2| level - 2.0 + 2.5 * (noise(place) + 0.2);
-        let held = || Series::constant(level);
-        for (west, east) in [
-            (Condition::Level(held()), Condition::Wave { level: held(), still: None }),
-            (Condition::Wave { level: held(), still: Some(held()) }, Condition::Level(held())),
-        ] {
-            let mut problem = problem((30, 24), 1.0, bed, |_| level);
-            open(&mut problem, true, west);
-            open(&mut problem, false, east);
-            let fastest = run_steps(&mut EulerianSolver::new(problem), 300);
-            assert!(fastest < 1e-12, "level {level}: {fastest:e} m/s");
-        }
-    }
-}
-
-#[test]
-fn a_bay_before_a_level_at_its_edge_comes_to_rest() {
-    let mut problem = problem((30, 30), 5.0, |place| 0.5 * noise(place) - 1.75, |_| 0.0);
-    problem.bed.manning.fill(0.02);
-    open(&mut problem, true, Condition::Level(Series::constant(1.0)));
-    let mut solver = EulerianSolver::new(problem);
-    run_until(&mut solver, 2500.0);
-    let fastest = solver.choose_step().max_speed;
-    assert!(fastest < 0.25, "{fastest} m/s");
 }
 
 /// A hump of a wave of a height (m), 20 s long.

@@ -48,16 +48,19 @@ fn a_sill_is_overtopped_by_what_a_broad_crested_weir_lets_pass() {
     }
 }
 
-fn noise(place: Vec2) -> f64 {
+pub(super) fn noise(place: Vec2) -> f64 {
     ((place.x * 12.9898 + place.y * 78.233).sin() * 43_758.545_3).fract() - 0.5
 }
 
 #[test]
 fn a_lake_stays_at_rest_behind_edges_at_its_level() {
     for level in [2.0, 1234.5] {
+        let held = || Series::constant(level);
         for conditions in [
-            [Condition::Stage(Series::constant(level)), Condition::Free],
+            [Condition::Stage(held()), Condition::Free],
             [Condition::Discharge { discharge: Series::constant(0.0), level: None }, Condition::Free],
+            [Condition::Level(held()), Condition::Wave { level: held(), still: None }],
+            [Condition::Wave { level: held(), still: Some(held()) }, Condition::Level(held())],
         ] {
             let bed = |place: Vec2| level - 2.0 + 2.5 * (noise(place) + 0.2);
             let mut problem = problem((30, 24), 1.0, bed, |_| level);
@@ -73,15 +76,16 @@ fn a_lake_stays_at_rest_behind_edges_at_its_level() {
 
 #[test]
 fn a_bay_before_a_held_level_comes_to_rest() {
-    let mut problem = problem((30, 30), 5.0, |place| 0.5 * noise(place) - 1.75, |_| 0.0);
-    problem.bed.manning.fill(0.02);
-    open(&mut problem, true, Condition::Stage(Series::constant(1.0)));
-    let mut solver = EulerianSolver::new(problem);
-    run_until(&mut solver, 2500.0);
-    let fastest = solver.choose_step().max_speed;
-    println!("{fastest} m/s");
-    // With the level held against what comes in, an eddy at the edge grows to more than 5 m/s.
-    assert!(fastest < 0.25, "{fastest} m/s");
+    // With the level held against all that comes in, an eddy at the edge grows to more than 5 m/s.
+    for condition in [Condition::Stage(Series::constant(1.0)), Condition::Level(Series::constant(1.0))] {
+        let mut problem = problem((30, 30), 5.0, |place| 0.5 * noise(place) - 1.75, |_| 0.0);
+        problem.bed.manning.fill(0.02);
+        open(&mut problem, true, condition);
+        let mut solver = EulerianSolver::new(problem);
+        run_until(&mut solver, 2500.0);
+        let fastest = solver.choose_step().max_speed;
+        assert!(fastest < 0.25, "{fastest} m/s");
+    }
 }
 
 #[test]
