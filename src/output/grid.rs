@@ -114,6 +114,18 @@ impl OutputGrid {
         grid
     }
 
+    /// The grid of the pixels of a raster, on which nothing is averaged: corner in the north-west, edge of a cell (m), columns and rows,
+    /// and whether each cell holds any terrain.
+    pub(super) fn of_pixels(
+        (west, north): (f64, f64),
+        cell: f64,
+        (columns, rows): (usize, usize),
+        has_terrain: Arc<[bool]>,
+    ) -> Self {
+        let (column_overlaps, row_overlaps) = (Vec::new(), Vec::new());
+        OutputGrid { west, north, cell, columns, rows, lattice_columns: 0, column_overlaps, row_overlaps, has_terrain }
+    }
+
     /// Number of cells.
     pub fn len(&self) -> usize {
         self.columns * self.rows

@@ -101,6 +101,33 @@ impl PassageRecord {
     }
 }
 
+/// Discharges of the particles beside those of their faces (M98), over the moments of the frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct DischargeRecord {
+    /// Sum of their differences over the sum of the greater ones (dimensionless).
+    pub apart_relative: f64,
+    /// Share of the latter in particles where they differ by more than half (dimensionless).
+    pub in_doubt_relative: f64,
+    /// The particle of the greatest difference among these, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst: Option<WorstDischarge>,
+}
+
+/// A particle whose discharge is not that of its faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct WorstDischarge {
+    /// When (s).
+    pub time_s: f64,
+    /// Where (map coordinates, m).
+    pub x: f64,
+    /// Where (map coordinates, m).
+    pub y: f64,
+    /// Its own discharge, depth times speed (m²/s).
+    pub own_m2_s: f64,
+    /// That of its faces (m²/s).
+    pub at_faces_m2_s: f64,
+}
+
 /// What a bed that moved has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MovingBedRecord {
@@ -203,6 +230,9 @@ pub struct RunManifest {
     pub dt_s: StepLengths,
     /// How many steps each limit cut.
     pub limiters: BTreeMap<String, u64>,
+    /// Discharges of the particles beside those of their faces, where particles have faces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub discharges: Option<DischargeRecord>,
     /// The dam that breaks, where the scenario has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub breach: Option<BreachRecord>,

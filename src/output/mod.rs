@@ -19,6 +19,7 @@ mod grid;
 mod hazard;
 mod manifest;
 mod maxima;
+mod on_terrain;
 mod outline;
 mod recorder;
 mod ridges;
@@ -33,8 +34,8 @@ pub use gauges::{GaugeResult, GaugeSample};
 pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
-    BreachRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts, PassageRecord, RunManifest, StepLengths,
-    VolumeBooks, WarningRecord,
+    BreachRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts, PassageRecord, RunManifest, StepLengths,
+    VolumeBooks, WarningRecord, WorstDischarge,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;
@@ -60,6 +61,23 @@ pub struct Gauge {
     pub position: Vec2,
     /// Further columns of the gauge file, kept as they were: name and value.
     pub attributes: Vec<(String, String)>,
+}
+
+/// The terrain as it is in the run by the pixels of its finest raster, under the whole lattice; row 0 in the north.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TerrainPixels {
+    /// Map coordinate of the western edge (m).
+    pub west: f64,
+    /// Map coordinate of the northern edge (m).
+    pub north: f64,
+    /// Edge of a pixel (m).
+    pub cell: f64,
+    /// Number of columns.
+    pub columns: usize,
+    /// Number of rows.
+    pub rows: usize,
+    /// Elevation (m) of each pixel; NaN where there is no terrain.
+    pub elevation: Vec<f32>,
 }
 
 /// The coordinate reference system of the results, as writers need it.

@@ -6,7 +6,9 @@ use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
 use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample, Parting};
 use super::grid::{GridMaps, OutputGrid};
 use super::maxima::Maxima;
-use super::{Gauge, WET_DEPTH};
+use super::on_terrain::{OnTerrain, WaterOfCells};
+use super::{Gauge, TerrainPixels, WET_DEPTH};
+use crate::bed::PassSills;
 use crate::error::Error;
 use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
 use crate::math::Vec2;
@@ -20,6 +22,8 @@ pub struct RecorderPlan {
     pub bed_elevation: Vec<f64>,
     /// Edge of a cell of the output grid (m).
     pub cell: f64,
+    /// The terrain's own raster and the pass sills of the lattice, where the maps are on that raster.
+    pub terrain: Option<(TerrainPixels, PassSills)>,
     /// Depths (m) for which arrival, duration and recession are followed; at least one.
     pub thresholds: Vec<f64>,
     /// Rise above the initial level (m) that counts as arrival on ground that was wet at the start.
@@ -49,8 +53,12 @@ pub struct Recorder {
     bed_elevation: Vec<f64>,
     columns: usize,
     grid: OutputGrid,
+    /// Where the maps are on the terrain's own raster.
+    terrain: Option<OnTerrain>,
     /// Cells whose bed may change, and the greatest level (m) that they saw.
     highest: BTreeMap<usize, f64>,
+    /// Their bed (m) at the start.
+    bed_at_start: BTreeMap<usize, f64>,
     maxima: Maxima,
     frames: Schedule,
     gauges: GaugeRecorder,
@@ -91,12 +99,14 @@ impl Recording {
 impl Recorder {
     /// A recorder that has seen nothing yet.
     pub fn new(plan: RecorderPlan) -> Self {
-        let RecorderPlan { lattice, bed_elevation, cell, thresholds, rise_on_wet, .. } = plan;
+        let RecorderPlan { lattice, bed_elevation, cell, terrain, thresholds, rise_on_wet, .. } = plan;
         let gauge_schedule = Schedule::new(plan.gauges_every, plan.end_time);
         Recorder {
             columns: lattice.columns,
             grid: OutputGrid::new(&lattice, cell, &bed_elevation),
+            terrain: terrain.map(|(pixels, passes)| OnTerrain::new(lattice.clone(), pixels, passes, &plan.walls)),
             highest: BTreeMap::new(),
+            bed_at_start: BTreeMap::new(),
             maxima: Maxima::new(lattice.len(), lattice.columns, &thresholds, rise_on_wet),
             frames: Schedule::new(plan.every, plan.end_time),
             gauges: GaugeRecorder::new(
@@ -131,9 +141,14 @@ impl Recorder {
         }
     }
 
-    /// The grid of the output files.
+    /// The grid of the frames.
     pub fn grid(&self) -> &OutputGrid {
         &self.grid
+    }
+
+    /// The grid of the maps.
+    pub fn grid_of_maps(&self) -> &OutputGrid {
+        self.terrain.as_ref().map_or(&self.grid, OnTerrain::grid)
     }
 
     /// Whether a frame lies at or before a time (s): then [`step`](Self::step) needs the balances at both ends of the step to it.
@@ -152,6 +167,8 @@ impl Recorder {
         // The same cells come with every step.
         if self.highest.len() < cells.len() {
             self.highest.extend(cells.iter().map(|(cell, _)| (*cell, f64::NEG_INFINITY)));
+            let before = cells.iter().map(|(cell, _)| (*cell, self.bed_elevation[*cell]));
+            self.bed_at_start.extend(before);
         }
         for &(cell, elevation) in cells {
             if self.bed_elevation[cell].to_bits() != elevation.to_bits() {
@@ -217,13 +234,32 @@ impl Recorder {
             let arrivals = cells.iter().map(|&cell| self.maxima.seen_of_threshold(cell, 0, self.time).arrival);
             arrivals.filter(|arrival| !arrival.is_nan()).min_by(f64::total_cmp)
         };
-        let maps = || self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest);
+        let section_arrivals = self.sections.iter().map(arrivals).collect();
+        let maps = match self.terrain {
+            _ if !self.has_maps => GridMaps::default(),
+            None => self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest),
+            Some(terrain) => terrain.maps(&WaterOfCells {
+                bed: &self.bed_elevation,
+                rise_of_bed: &|cell| {
+                    self.bed_at_start.get(&cell).map_or(0.0, |before| self.bed_elevation[cell] - before)
+                },
+                level: &|cell| {
+                    self.highest
+                        .get(&cell)
+                        .copied()
+                        .unwrap_or_else(|| self.bed_elevation[cell] + self.maxima.seen(cell).max_depth)
+                },
+                seen: &|cell| self.maxima.seen(cell),
+                thresholds: self.maxima.thresholds(),
+                seen_of_threshold: &|cell, which| self.maxima.seen_of_threshold(cell, which, self.time),
+            }),
+        };
         Recording {
             end_time: self.time,
-            maps: if self.has_maps { maps() } else { GridMaps::default() },
+            maps,
             gauge_results,
             gauge_samples,
-            section_arrivals: self.sections.iter().map(arrivals).collect(),
+            section_arrivals,
             mass_balance: self.mass_balance,
         }
     }

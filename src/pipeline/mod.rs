@@ -5,6 +5,7 @@
 mod channels;
 pub(crate) mod clock;
 pub(crate) mod cores;
+mod discharges;
 mod plan;
 mod progress;
 mod records;
@@ -194,7 +195,7 @@ impl Run<'_> {
         let lattice = bed.lattice.clone();
         let plan = recorder_plan(self.scenario, &self.prepared, bed);
         let mut recorder = recorder_of(self.scenario, plan);
-        let grid = recorder.grid().clone();
+        let (grid, grid_of_maps) = (recorder.grid().clone(), recorder.grid_of_maps().clone());
         let provenance = self.provenance();
         let has_plane = !grid.is_empty();
         let start_fields = || FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance);
@@ -222,7 +223,7 @@ impl Run<'_> {
         fields.map_or(Ok(()), FieldsWriter::finish)?;
         self.clock.part("fields");
         if has_plane {
-            self.write_plane(&grid, &provenance, &recording, &section_results)?;
+            self.write_plane(&grid_of_maps, &provenance, &recording, &section_results)?;
         }
         let writes = |part: OutputPart| self.scenario.outputs.writes(part);
         let sections = &self.prepared.sections;
@@ -298,6 +299,7 @@ impl Run<'_> {
         recorder.start(&solver.water(), books_at_start, &mut push)?;
         self.clock.part(RECORDING);
         let mut steps = progress::StepStatistics::default();
+        let mut discharges = discharges::Discharges::new(self.prepared.lattice.as_ref());
         let mut early = None;
         while solver.time() < end {
             self.clock.part("rest");
@@ -325,6 +327,9 @@ impl Run<'_> {
                 recorder.set_bed(solver.bed_now());
                 self.clock.part("rest");
                 let volumes = is_frame_due.then(|| books(solver));
+                if recorder.is_frame_due(time) {
+                    discharges.add(time, solver.discharges());
+                }
                 self.clock.part(BALANCE);
                 let water = solver.water();
                 self.clock.skip();
@@ -352,6 +357,7 @@ impl Run<'_> {
         self.manifest.particle_evaluations = solver.particle_evaluations();
         self.manifest.particles.last = solver.particles();
         self.manifest.simulated_s = solver.time();
+        self.manifest.discharges = discharges.record();
         self.manifest.breach =
             self.prepared.forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
         self.manifest.moving_bed = moving_bed_record(&self.prepared.forcing.moving_bed, solver);
@@ -500,6 +506,7 @@ fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) ->
         lattice: bed.lattice,
         bed_elevation: bed.elevation,
         cell: outputs.cell,
+        terrain: prepared.pixels.clone().map(|pixels| (pixels, bed.passes.clone())),
         thresholds: outputs.thresholds.clone(),
         rise_on_wet: outputs.rise_on_wet,
         every: outputs.every,

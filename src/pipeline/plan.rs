@@ -158,7 +158,7 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     let mut recorder = recorder_of(scenario, recorder_plan(scenario, &prepared, bed));
     let preparation = start.elapsed().as_secs_f64();
     let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
-    let cells = recorder.grid().len();
+    let cells = [recorder.grid().len(), recorder.grid_of_maps().len()];
     let memory_now = memory_mib();
     let plan = draw(scenario, prepared, (&still, &reach), measured, (cells, memory_now));
     let limit = scenario.limits.memory / MIB;
@@ -243,13 +243,13 @@ fn written_shares(outputs: &Outputs) -> [f64; 4] {
     ]
 }
 
-/// Draws the bounds from the measurement; `cells` of the output grid, and the greatest memory so far (MiB).
+/// Draws the bounds from the measurement; cells of the frames and of the maps, and the greatest memory so far (MiB).
 fn draw(
     scenario: &Scenario,
     prepared: Prepared,
     (still, reach): (&StillWater, &Reach),
     measured: Measured,
-    (cells, memory_now): (usize, f64),
+    ([cells, map_cells], memory_now): ([usize; 2], f64),
 ) -> Plan {
     let spacing = scenario.resolution.value;
     let moves = is_moving(scenario);
@@ -261,7 +261,7 @@ fn draw(
         (false, false) => peak..peak.max((reach.cells() + prepared.needs.channel_particles) as f64),
     };
     let steps = steps(scenario, &measured);
-    let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, cells);
+    let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, map_cells);
     let frames = (scenario.end_time / scenario.outputs.every).ceil() + 1.0;
     let gauges = prepared.gauges.len() + prepared.channels.iter().map(|channel| channel.gauges.len()).sum::<usize>();
     let has_tables = scenario.outputs.writes(OutputPart::Tables);
@@ -273,14 +273,14 @@ fn draw(
     let has_channels = if prepared.channels.is_empty() { 0.0 } else { 1.0 };
     let disk = |[map, frame, profile, file]: [f64; 4], wet: f64| {
         let of_channels = profile * profiles + file * has_channels;
-        (map * cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * samples + of_channels) / 1e6
+        (map * map_cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * samples + of_channels) / 1e6
     };
     let ranges = [MAP_BYTES, FRAME_BYTES, PROFILE_BYTES, CHANNELS_FILE];
     let shares = written_shares(&scenario.outputs);
     let least = [0, 1, 2, 3].map(|k: usize| shares[k] * ranges[k].start);
     let most = [0, 1, 2, 3].map(|k: usize| shares[k] * ranges[k].end);
     let cells_at_end = if moves { reach.cells() as f64 } else { now * growth };
-    let written = WRITERS_BYTES * (cells + lattice_cells) as f64 / MIB;
+    let written = WRITERS_BYTES * (map_cells + lattice_cells) as f64 / MIB;
     let neighbours = if moves { NEIGHBOUR_BYTES * peak / MIB } else { 0.0 };
     let spread = (reach.cells() as f64 / wet.max(1) as f64).sqrt().min(WIDEST);
     Plan {

@@ -96,7 +96,7 @@ pub(super) fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice) 
             corner(Some(&first.x), Some(&first.y))
         ))
         .with_remedy(
-            "take the terrain and the `resolution` of the earlier run, in which `outputs.cell` was the resolution",
+            "take the terrain and the `resolution` of the earlier run, in which `outputs.cell` was the resolution or `terrain`",
         ))
 }
 

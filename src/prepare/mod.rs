@@ -14,6 +14,7 @@ mod earlier;
 mod earlier_fields;
 mod earlier_structures;
 mod findings;
+mod fine_maps;
 mod forcing;
 mod gaps;
 mod grid;
@@ -54,7 +55,7 @@ use crate::bed::{BedParticles, place_bed};
 use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::output::{ChannelProfile, Gauge, OutputCrs, Ridge, Section};
+use crate::output::{ChannelProfile, Gauge, OutputCrs, Ridge, Section, TerrainPixels};
 use crate::scenario::methods::Motion;
 use crate::scenario::{OpenBoundary, Scenario};
 use crate::seeding::StillWater;
@@ -128,6 +129,8 @@ pub struct Prepared {
     pub bed: Option<BedParticles>,
     /// The ridges of the terrain that its cells do not see.
     pub ridges: Vec<Ridge>,
+    /// The terrain by its pixels, where the maps are on them.
+    pub pixels: Option<TerrainPixels>,
     /// Bodies of still water at the start.
     pub waters: Vec<StillBody>,
     /// The bodies on the lattice: depths, volumes, leaks.
@@ -227,6 +230,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         forcing: Forcing::default(),
         bed: None,
         ridges: Vec::new(),
+        pixels: None,
         waters: Vec::new(),
         still_water: None,
         initial_velocity: Vec::new(),
@@ -323,6 +327,7 @@ fn place_on_lattice(
     let surface = changes.on(terrain, &lattice);
     ridges::find_again(scenario, &surface, &before, &mut bed);
     start::wet(start, scenario, (&bed, &changes), &mut still_water, findings);
+    let without_earlier = bed.elevation.clone();
     let earlier =
         earlier::take_over(scenario, &prepared.crs, (breach.as_ref(), &changes), &mut bed, &mut still_water, findings);
     prepared.earlier_time = earlier.as_ref().map(|state| state.time);
@@ -365,7 +370,9 @@ fn place_on_lattice(
         places::check_gauges(source, &prepared.gauges, terrain.extent(), (&surface, &bed), findings);
     }
     prepared.ridges = ridges::report(scenario, &surface, &bed, findings);
-    prepared.needs = needs(scenario, (&bed, &still_water), &prepared.forcing.channels, findings);
+    prepared.pixels = fine_maps::pixels(scenario, (&surface, terrain), (&without_earlier, &bed), findings);
+    let pixels = prepared.pixels.as_ref().map_or(0, |pixels| pixels.elevation.len());
+    prepared.needs = needs(scenario, (&bed, &still_water), (&prepared.forcing.channels, pixels), findings);
     prepared.gap = grid::gap_report(terrain, &lattice);
     prepared.waters = bodies.into_iter().map(|body| body.body).collect();
     prepared.bed = Some(bed);
@@ -384,7 +391,7 @@ fn place_channels_alone(
     let bed = BedParticles::from_elevation(lattice.clone(), Vec::new(), 0.0);
     let still_water = StillWater { depth: Vec::new(), body: Vec::new(), volumes: Vec::new() };
     (prepared.forcing.channels, prepared.channels) = channels::on_lattice(reaches, scenario, &bed, findings);
-    prepared.needs = needs(scenario, (&bed, &still_water), &prepared.forcing.channels, findings);
+    prepared.needs = needs(scenario, (&bed, &still_water), (&prepared.forcing.channels, 0), findings);
     prepared.bed = Some(bed);
     prepared.still_water = Some(still_water);
     prepared.lattice = Some(lattice);
@@ -394,7 +401,7 @@ fn place_channels_alone(
 fn needs(
     scenario: &Scenario,
     (bed, still_water): (&BedParticles, &StillWater),
-    channels: &[Channel],
+    (channels, pixels): (&[Channel], usize),
     findings: &mut Findings,
 ) -> Needs {
     let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
@@ -405,7 +412,9 @@ fn needs(
     let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
     let channel_strips = channels.iter().map(strips).sum();
     // A strip takes no more than a cell.
-    let memory = (bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL + fluid as f64 * BYTES_PER_FLUID_PARTICLE;
+    let memory = (bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
+        + fluid as f64 * BYTES_PER_FLUID_PARTICLE
+        + pixels as f64 * fine_maps::BYTES_PER_PIXEL;
     let counts = [bed_particles, fluid, channel_strips];
     let (spacing, limits) = (bed.lattice.spacing, &scenario.limits);
     let beyond = grid::check_particles(counts, spacing, limits).or_else(|| grid::check_memory(memory, spacing, limits));

@@ -83,7 +83,8 @@ pub(super) struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
-    fn changed(&self, place: Vec2, elevation: Option<f64>) -> Option<f64> {
+    /// What the changes make of an elevation (m) at a place (map coordinates).
+    pub fn changed(&self, place: Vec2, elevation: Option<f64>) -> Option<f64> {
         if self.changes.0.is_empty() {
             return elevation;
         }

@@ -41,7 +41,8 @@ pub(super) struct RunFolder {
     /// The size of the discharge over time at each section.
     pub discharges: Vec<Series>,
     maps: netcdf::File,
-    fields: Option<netcdf::File>,
+    /// With the grid of the frames.
+    fields: Option<(netcdf::File, MapGrid)>,
 }
 
 impl RunFolder {
@@ -67,7 +68,12 @@ impl RunFolder {
         }
         let maps = open(&folder.join("maps.nc"))?;
         let fields_path = folder.join("fields.nc");
-        let fields = fields_path.exists().then(|| open(&fields_path)).transpose()?;
+        let open_fields = || {
+            let fields = open(&fields_path)?;
+            let grid = read_grid(&fields, &fields_path)?;
+            Ok::<_, Error>((fields, grid))
+        };
+        let fields = fields_path.exists().then(open_fields).transpose()?;
         let grid = read_grid(&maps, &folder.join("maps.nc"))?;
         let bed = variable(&maps, "bed_elevation", None)?
             .ok_or_else(|| unreadable(&folder.join("maps.nc"), "it has no variable `bed_elevation`".to_string()))?;
@@ -105,12 +111,17 @@ impl RunFolder {
 
     /// Depth in the first frame.
     pub fn initial_depth(&self) -> Result<Option<Vec<f64>>, Error> {
-        self.fields.as_ref().map_or(Ok(None), |fields| variable(fields, "depth", Some(0)))
+        self.fields.as_ref().map_or(Ok(None), |(fields, grid)| self.depth(fields, grid, 0))
+    }
+
+    /// Depth in a frame on the grid of the maps.
+    fn depth(&self, fields: &netcdf::File, grid: &MapGrid, frame: usize) -> Result<Option<Vec<f64>>, Error> {
+        Ok(variable(fields, "depth", Some(frame))?.map(|depth| onto(&self.grid, grid, depth)))
     }
 
     /// Time (s) and depth of the frames nearest to an eighth, a quarter, a half and the whole of the run.
     pub fn four_frames(&self) -> Result<Vec<(f64, Vec<f64>)>, Error> {
-        let Some(fields) = &self.fields else { return Ok(Vec::new()) };
+        let Some((fields, grid)) = &self.fields else { return Ok(Vec::new()) };
         let Some(times) = variable(fields, "time", None)? else { return Ok(Vec::new()) };
         let end = times.last().copied().unwrap_or(0.0);
         let nearest = |wanted: f64| {
@@ -120,7 +131,7 @@ impl RunFolder {
         chosen.dedup();
         let mut frames = Vec::new();
         for frame in chosen {
-            if let Some(depth) = variable(fields, "depth", Some(frame))? {
+            if let Some(depth) = self.depth(fields, grid, frame)? {
                 frames.push((times[frame], depth));
             }
         }
@@ -209,6 +220,28 @@ fn variable(file: &netcdf::File, name: &str, frame: Option<usize>) -> Result<Opt
         values.iter_mut().filter(|value| value.to_bits() == fill.to_bits()).for_each(|value| *value = f64::NAN);
     }
     Ok(Some(values))
+}
+
+/// Values of one grid on another: those of the cell that holds the middle of each of its cells, NaN where there is none.
+fn onto(grid: &MapGrid, own: &MapGrid, values: Vec<f64>) -> Vec<f64> {
+    if grid == own {
+        return values;
+    }
+    let middle = |index: usize, cell: f64| (index as f64 + 0.5) * cell;
+    let index = |offset: f64, count: usize| {
+        let index = (offset / own.cell).floor();
+        (index >= 0.0 && index < count as f64).then_some(index as usize)
+    };
+    let columns: Vec<Option<usize>> =
+        (0..grid.columns).map(|column| index(grid.west + middle(column, grid.cell) - own.west, own.columns)).collect();
+    let rows = (0..grid.rows).map(|row| index(own.north - grid.north + middle(row, grid.cell), own.rows));
+    let value = |row: Option<usize>, column: Option<usize>| match (row, column) {
+        (Some(row), Some(column)) => values[row * own.columns + column],
+        _ => f64::NAN,
+    };
+    rows.flat_map(|row| columns.iter().map(move |&column| (row, column)))
+        .map(|(row, column)| value(row, column))
+        .collect()
 }
 
 /// The grid from the coordinate variables, which hold the centres of the cells, y descending.

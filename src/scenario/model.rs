@@ -473,8 +473,10 @@ pub struct Outputs {
     pub folder: Sourced<PathBuf>,
     /// The parts to write, ascending; the others are not computed.
     pub write: Vec<OutputPart>,
-    /// Edge of a cell of the output grids (m).
+    /// Edge of a cell of the output grids (m); of the frames alone where the maps are on the terrain's own raster.
     pub cell: f64,
+    /// Where the scenario asks for maps on the terrain's own raster.
+    pub maps_on_terrain: Option<Sourced<()>>,
     /// Interval of the frames of `fields.nc` (s).
     pub every: f64,
     /// Interval of the gauge series (s).

@@ -20,7 +20,7 @@ use super::model::{
 };
 use super::read::{FromNode, Reader};
 use super::schema::{
-    BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, NumericsSection, OutputsSection, RainSection,
+    BoundaryEntry, InitialEntry, LayerEntry, LimitsSection, MapCell, NumericsSection, OutputsSection, RainSection,
     Roughness as RoughnessSection, ScenarioFile, SourceEntry, Terrain,
 };
 use super::units::INTENSITY;
@@ -378,7 +378,14 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
             }
             None => OutputPart::ALL.to_vec(),
         },
-        cell: section.cell.map_or(resolution, |cell| cell.value()),
+        cell: match &section.cell {
+            Some(MapCell::Length(cell)) => cell.value(),
+            Some(MapCell::Terrain(_)) | None => resolution,
+        },
+        maps_on_terrain: match section.cell {
+            Some(MapCell::Terrain(place)) => Some(place),
+            _ => None,
+        },
         every,
         gauges_every: section.gauges_every.map_or_else(|| (every / 10.0).max(1.0).min(every), |every| every.value()),
         sections: section.sections.map(|sections| sections.0),

@@ -291,7 +291,9 @@ impl Scenario {
         let parts: Vec<&str> = outputs.write.iter().map(|part| part.name()).collect();
         writeln!(text, "  write: [{}]", parts.join(", "))?;
         if has_maps {
-            writeln!(text, "  cell: {} m", outputs.cell)?;
+            let cell =
+                if outputs.maps_on_terrain.is_some() { "terrain".to_owned() } else { format!("{} m", outputs.cell) };
+            writeln!(text, "  cell: {cell}")?;
         }
         writeln!(text, "  every: {} s\n  gauges_every: {} s", outputs.every, outputs.gauges_every)?;
         if let Some(gauges) = &outputs.gauges {

@@ -20,7 +20,7 @@ use super::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
 };
-use super::model::{OutputPart, PointInterpolation, RainUnit, Side, Stamp};
+use super::model::{OutputPart, PointInterpolation, RainUnit, Side, Sourced, Stamp};
 use super::moving_bed::MovingBedEntry;
 use super::read::{FromNode, NonEmpty, Reader, section};
 use super::start::{FrameTime, check_alone, check_initial};
@@ -537,8 +537,8 @@ section! {
         folder: Option<Text>,
         /// What to write beside `run.json` and `scenario.resolved.yaml`: fields, maps, cog, gpkg, tables, sections, channels; all when absent.
         write: Option<Vec<Chosen<OutputPart>>>,
-        /// Edge of a cell of the maps; the resolution when absent.
-        cell: Option<Quantity<Length>>,
+        /// Edge of a cell of the maps and of `fields.nc`, or `terrain`: then the maps are on the terrain's own raster and `fields.nc` at the resolution; the resolution when absent.
+        cell: Option<MapCell>,
         /// Interval of the frames of `fields.nc`; a fortieth of the run, rounded, when absent.
         every: Option<Quantity<Duration>>,
         /// File of gauges: CSV with columns id, x, y, or points.
@@ -551,6 +551,44 @@ section! {
         arrival: Option<ArrivalSection>,
         /// Times of the isochrones; 5, 10, 15, 30, 45, 60, 90, 120 min and then every hour when absent.
         isochrones: Option<Vec<Quantity<Duration>>>,
+    }
+}
+
+/// The cells of the maps.
+#[derive(Clone, Debug)]
+pub enum MapCell {
+    /// `cell: terrain`
+    Terrain(Sourced<()>),
+    /// `cell: 20 m`
+    Length(Quantity<Length>),
+}
+
+impl FromNode for MapCell {
+    fn example() -> String {
+        "terrain".to_owned()
+    }
+
+    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
+        match &node.value {
+            Value::Text(text) if text == "terrain" => Some(MapCell::Terrain(reader.sourced(node, ()))),
+            Value::Text(text) if !text.contains(|c: char| c.is_ascii_digit()) => {
+                let remedy = "write `terrain` for the raster of the terrain itself, or a length such as `20 m`";
+                reader.error(node, "unknown-name", format!("`{text}` is no cell of a map"), remedy);
+                None
+            }
+            _ => Quantity::from_node(node, reader).map(MapCell::Length),
+        }
+    }
+}
+
+impl JsonSchema for MapCell {
+    fn schema_name() -> Cow<'static, str> {
+        "MapCell".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let length = generator.subschema_for::<Quantity<Length>>();
+        json_schema!({"anyOf": [{"const": "terrain"}, length]})
     }
 }
 

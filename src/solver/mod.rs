@@ -172,6 +172,30 @@ pub struct ChannelSample {
     pub discharge: f64,
 }
 
+/// A particle whose discharge is not that of its faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DischargesInDoubt {
+    /// Its own discharge (m²/s), depth times speed.
+    pub own: f64,
+    /// That of its faces (m²/s).
+    pub at_faces: f64,
+    /// Where it is (local coordinates, m).
+    pub place: Vec2,
+}
+
+/// The discharges of particles beside those of their faces at one moment, summed over particles (m²/s).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DischargeCheck {
+    /// The greater of the two.
+    pub carried: f64,
+    /// Their difference.
+    pub apart: f64,
+    /// The greater of the two where they differ by more than half of it.
+    pub in_doubt: f64,
+    /// The particle among these with the greatest difference.
+    pub worst: Option<DischargesInDoubt>,
+}
+
 /// A core that moves water, in whichever formulation and motion.
 pub trait FlowSolver: Send {
     /// Simulated time (s).
@@ -219,6 +243,10 @@ pub trait FlowSolver: Send {
     }
     /// What the moving bed of the problem has done; none where it has none.
     fn bed_books(&self) -> Option<BedBooks> {
+        None
+    }
+    /// The discharges of the particles beside those of their faces in the last step; none before it and where particles have no faces.
+    fn discharges(&self) -> Option<DischargeCheck> {
         None
     }
     /// What came and went by each way of the problem; nothing where the core keeps no such books.

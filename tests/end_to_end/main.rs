@@ -11,6 +11,7 @@ mod commands;
 mod dam_breaks;
 mod doubtful_inputs;
 mod hot_start;
+mod maps_on_terrain;
 mod mistaken_files;
 mod moving_bed;
 mod plan;

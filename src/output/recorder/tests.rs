@@ -21,6 +21,7 @@ fn plan(every: f64) -> RecorderPlan {
         lattice: lattice(),
         bed_elevation,
         cell: 10.0,
+        terrain: None,
         thresholds: vec![0.1, 0.5],
         rise_on_wet: 0.2,
         every,

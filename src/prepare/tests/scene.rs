@@ -63,6 +63,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         outputs: Outputs {
             folder: sourced("outputs.folder", PathBuf::from("out")),
             write: OutputPart::ALL.to_vec(),
+            maps_on_terrain: None,
             cell: resolution,
             every: 1.0,
             gauges_every: 1.0,

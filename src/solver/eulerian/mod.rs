@@ -21,6 +21,7 @@
 
 mod apertures;
 mod breach;
+mod discharges;
 mod faces;
 mod gradient;
 mod inputs;
@@ -44,7 +45,7 @@ mod thin_water_tests;
 
 use super::phases::Phases;
 use super::{
-    BedBooks, ChannelSample, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit, Way,
+    BedBooks, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit, Way,
 };
 use crate::error::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
@@ -438,6 +439,10 @@ impl FlowSolver for EulerianSolver {
             .chain(inputs)
             .chain(self.reaches.passages(self.time))
             .collect()
+    }
+
+    fn discharges(&self) -> Option<DischargeCheck> {
+        (self.steps > 0).then(|| self.compare_discharges())
     }
 
     fn bed_books(&self) -> Option<BedBooks> {

@@ -1,0 +1,389 @@
+//! Maps on the terrain's own raster: the level of the water less the terrain, where that joins the water of a cell (M97).
+//!
+//! The level in a wet cell falls or rises linearly from its middle, where it is η_i, to the middle of each of its faces:
+//!
+//! ```text
+//! e = min(½ (η_i + η_j), max(½ (z_i + z_j) + 2 d_i, min(η_i, η_j)))     the cell beyond the face is wet, and the face open
+//! e = 2 η_i − e_opposite, held between η_i and ½ (η_i + z_j)            that cell is dry, the face open, the opposite cell wet
+//! e = η_i                                                               in all other cases
+//! ```
+//!
+//! A lake is level in it, and a sheet on a slope is as deep everywhere in the cell as in its middle. A face is shut where a wall crosses
+//! it, and where its pass sill (M80) stands above both levels.
+//!
+//! A pixel is wet where it lies below that level and joins, over such pixels that meet at an edge, the lowest pixel of a wet cell. In
+//! a dry cell beside a wet one the water reaches the pixels below η_i, but only where the bed of that cell stands at or above η_i: where it
+//! lies lower, the water of the run could have come there and did not. The lowest pixel of a wet cell is wet, and no less deep than the cell.
+//!
+//! Deliberately absent: levels of the pixels over time. Arrival, duration and recession are those of the cell for the highest threshold
+//! that it reached no later than the pixel reached its own.
+
+use std::collections::BTreeSet;
+
+use super::grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
+use super::hazard::hazard_class;
+use super::maxima::{Seen, ThresholdSeen};
+use super::{TerrainPixels, WET_DEPTH};
+use crate::bed::PassSills;
+use crate::lattice::Lattice;
+use crate::math::{Vec2, segments_cross};
+
+/// No wet cell.
+const NONE: u32 = u32::MAX;
+/// A depth that misses a threshold by less than this (m) reaches it: the round-off of levels.
+const ROUND_OFF: f64 = 1e-6;
+
+/// The steps to the neighbours of a cell in the order of its faces: east, west, north, south.
+const FACES: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
+/// The water of the run by the cells of the lattice.
+pub(super) struct WaterOfCells<'a> {
+    /// Bed elevation (m) at the end; NaN where there is no terrain.
+    pub bed: &'a [f64],
+    /// The rise of the bed (m) in the cells where it changed in the run.
+    pub rise_of_bed: &'a dyn Fn(usize) -> f64,
+    /// Greatest level (m) of a cell that was wet.
+    pub level: &'a dyn Fn(usize) -> f64,
+    /// What a cell has seen.
+    pub seen: &'a dyn Fn(usize) -> Seen,
+    /// The thresholds (m).
+    pub thresholds: &'a [f64],
+    /// What a cell has seen of a threshold, given by its place in the list.
+    pub seen_of_threshold: &'a dyn Fn(usize, usize) -> ThresholdSeen,
+}
+
+/// The terrain's own raster, and what keeps the water of a cell from the next.
+#[derive(Debug)]
+pub(super) struct OnTerrain {
+    lattice: Lattice,
+    pixels: TerrainPixels,
+    passes: PassSills,
+    /// Faces that a wall crosses, by the cell to the west or south and whether the other lies to the north.
+    walled: BTreeSet<(usize, bool)>,
+    grid: OutputGrid,
+    /// Lattice column of each column of pixels, lattice row of each row.
+    columns: Vec<usize>,
+    rows: Vec<usize>,
+}
+
+/// A cell that was wet.
+struct WetCell {
+    cell: usize,
+    seen: Seen,
+    level: f64,
+    /// Level (m) in the middle of each face.
+    at_faces: [f64; 4],
+}
+
+/// The cell beyond a face.
+enum Beyond {
+    Wet(f64),
+    Dry(f64),
+    Shut,
+}
+
+impl OnTerrain {
+    pub(super) fn new(lattice: Lattice, pixels: TerrainPixels, passes: PassSills, walls: &[[Vec2; 2]]) -> Self {
+        let TerrainPixels { west, north, cell, columns, rows, .. } = pixels;
+        let has_terrain = pixels.elevation.iter().map(|z| !z.is_nan()).collect();
+        let of = |place: f64, count: usize| ((place / lattice.spacing) as usize).min(count.saturating_sub(1));
+        let from_west = |column: usize| west - lattice.origin.x + (column as f64 + 0.5) * cell;
+        let from_south = |row: usize| north - lattice.origin.y - (row as f64 + 0.5) * cell;
+        OnTerrain {
+            grid: OutputGrid::of_pixels((west, north), cell, (columns, rows), has_terrain),
+            columns: (0..columns).map(|column| of(from_west(column), lattice.columns)).collect(),
+            rows: (0..rows).map(|row| of(from_south(row), lattice.rows)).collect(),
+            walled: crossed_faces(&lattice, walls),
+            lattice,
+            pixels,
+            passes,
+        }
+    }
+
+    /// The grid of the pixels.
+    pub(super) fn grid(&self) -> &OutputGrid {
+        &self.grid
+    }
+
+    /// The maps of the run.
+    pub(super) fn maps(mut self, water: &WaterOfCells<'_>) -> GridMaps {
+        self.raise_bed(water);
+        let (wet, numbers) = self.wet_cells(water);
+        let sources = self.flood(&wet, &numbers, water.bed);
+        let mut maps = self.dry_maps(water.thresholds);
+        for (pixel, &source) in sources.iter().enumerate().filter(|(_, source)| **source != NONE) {
+            self.fill_in(pixel, &wet[source as usize], water, &mut maps);
+        }
+        maps
+    }
+
+    /// Takes over the bed at the end of the run.
+    fn raise_bed(&mut self, water: &WaterOfCells<'_>) {
+        for row in 0..self.rows.len() {
+            for column in 0..self.columns.len() {
+                let rise = (water.rise_of_bed)(self.cell_of(column, row));
+                self.pixels.elevation[row * self.columns.len() + column] += rise as f32;
+            }
+        }
+    }
+
+    fn cell_of(&self, column: usize, row: usize) -> usize {
+        self.lattice.index(self.columns[column], self.rows[row])
+    }
+
+    /// Column and row of a pixel.
+    fn place_of(&self, pixel: usize) -> (usize, usize) {
+        (pixel % self.columns.len(), pixel / self.columns.len())
+    }
+
+    fn elevation(&self, pixel: usize) -> f64 {
+        f64::from(self.pixels.elevation[pixel])
+    }
+
+    /// Centre of a pixel in the local coordinates of the lattice (m).
+    fn centre(&self, column: usize, row: usize) -> Vec2 {
+        let TerrainPixels { west, north, cell, .. } = self.pixels;
+        self.lattice.to_local(Vec2::new(west + (column as f64 + 0.5) * cell, north - (row as f64 + 0.5) * cell))
+    }
+
+    /// The wet cells, ascending, and the number of each cell among them.
+    fn wet_cells(&self, water: &WaterOfCells<'_>) -> (Vec<WetCell>, Vec<u32>) {
+        let is_wet = |cell: usize| (water.seen)(cell).max_depth > WET_DEPTH;
+        let mut numbers = vec![NONE; self.lattice.len()];
+        let mut wet = Vec::new();
+        for cell in (0..self.lattice.len()).filter(|&cell| is_wet(cell)) {
+            numbers[cell] = wet.len() as u32;
+            let (seen, level) = ((water.seen)(cell), (water.level)(cell));
+            wet.push(WetCell { cell, seen, level, at_faces: [level; 4] });
+        }
+        let at_faces: Vec<[f64; 4]> =
+            wet.iter().map(|own| self.levels_at_faces(own, &wet, &numbers, water.bed)).collect();
+        for (own, at_faces) in wet.iter_mut().zip(at_faces) {
+            own.at_faces = at_faces;
+        }
+        (wet, numbers)
+    }
+
+    /// The levels in the middles of the faces of a wet cell.
+    fn levels_at_faces(&self, own: &WetCell, wet: &[WetCell], numbers: &[u32], bed: &[f64]) -> [f64; 4] {
+        let (level, depth) = (own.level, own.seen.max_depth);
+        let beyond = FACES.map(|step| {
+            let Some(other) = self.neighbour(own.cell, step).filter(|&other| !bed[other].is_nan()) else {
+                return (Beyond::Shut, f64::NAN);
+            };
+            let its = if numbers[other] == NONE { bed[other] } else { wet[numbers[other] as usize].level };
+            let is_shut =
+                self.walled.contains(&face(own.cell, other)) || self.passes.between(own.cell, other) > level.max(its);
+            let of = match numbers[other] {
+                _ if is_shut => Beyond::Shut,
+                NONE => Beyond::Dry(its),
+                _ => Beyond::Wet(its),
+            };
+            (of, bed[other])
+        });
+        let to_wet = |(of, its_bed): &(Beyond, f64)| match of {
+            Beyond::Wet(its) => {
+                let deepest = 0.5 * (bed[own.cell] + its_bed) + 2.0 * depth;
+                Some((0.5 * (level + its)).min(deepest.max(level.min(*its))))
+            }
+            _ => None,
+        };
+        let wet_faces = [0, 1, 2, 3].map(|which: usize| to_wet(&beyond[which]));
+        [0, 1, 2, 3].map(|which: usize| match (&beyond[which].0, wet_faces[which], wet_faces[which ^ 1]) {
+            (_, Some(level), _) => level,
+            (Beyond::Dry(its_bed), None, Some(opposite)) => {
+                let halfway = 0.5 * (level + its_bed);
+                (2.0 * level - opposite).clamp(level.min(halfway), level.max(halfway))
+            }
+            _ => level,
+        })
+    }
+
+    fn neighbour(&self, cell: usize, (across, up): (isize, isize)) -> Option<usize> {
+        let (column, row) = self.lattice.column_row(cell);
+        let (column, row) = (column.checked_add_signed(across)?, row.checked_add_signed(up)?);
+        (column < self.lattice.columns && row < self.lattice.rows).then(|| self.lattice.index(column, row))
+    }
+
+    /// The level (m) of a wet cell at a place in it (local coordinates).
+    fn level_at(&self, own: &WetCell, place: Vec2) -> f64 {
+        let from_middle = (place - self.lattice.centre(own.cell)) * (2.0 / self.lattice.spacing);
+        let [east, west, north, south] = own.at_faces.map(|level| level - own.level);
+        let x = if from_middle.x > 0.0 { east } else { west };
+        let y = if from_middle.y > 0.0 { north } else { south };
+        own.level + from_middle.x.abs() * x + from_middle.y.abs() * y
+    }
+
+    /// The level (m) at a pixel of the water of a wet cell.
+    fn level_at_pixel(&self, own: &WetCell, pixel: usize) -> f64 {
+        let (column, row) = self.place_of(pixel);
+        if self.cell_of(column, row) == own.cell { self.level_at(own, self.centre(column, row)) } else { own.level }
+    }
+
+    /// Of each pixel that is wet the number of the wet cell whose water it is.
+    fn flood(&self, wet: &[WetCell], numbers: &[u32], bed: &[f64]) -> Vec<u32> {
+        let mut sources = vec![NONE; self.pixels.elevation.len()];
+        let mut open = self.lowest_pixels(wet.len(), numbers);
+        for &pixel in &open {
+            let (column, row) = self.place_of(pixel);
+            sources[pixel] = numbers[self.cell_of(column, row)];
+        }
+        while let Some(pixel) = open.pop() {
+            let (column, row) = self.place_of(pixel);
+            for (across, down) in FACES {
+                let (Some(column), Some(row)) = (column.checked_add_signed(across), row.checked_add_signed(down))
+                else {
+                    continue;
+                };
+                if column >= self.columns.len() || row >= self.rows.len() {
+                    continue;
+                }
+                let next = row * self.columns.len() + column;
+                let cell = self.cell_of(column, row);
+                let source = if numbers[cell] == NONE { sources[pixel] } else { numbers[cell] };
+                let own = &wet[source as usize];
+                let is_in_reach = own.cell == cell || self.is_bank(own, cell, bed);
+                if sources[next] == NONE
+                    && is_in_reach
+                    && self.level_at_pixel(own, next) - self.elevation(next) > WET_DEPTH
+                {
+                    sources[next] = source;
+                    open.push(next);
+                }
+            }
+        }
+        sources
+    }
+
+    /// Whether a dry cell beside a wet one holds the shore of its water.
+    fn is_bank(&self, own: &WetCell, cell: usize, bed: &[f64]) -> bool {
+        let ((column, row), (own_column, own_row)) = (self.lattice.column_row(cell), self.lattice.column_row(own.cell));
+        column.abs_diff(own_column) <= 1 && row.abs_diff(own_row) <= 1 && bed[cell] >= own.level
+    }
+
+    /// The lowest pixel of each wet cell that has one.
+    fn lowest_pixels(&self, count: usize, numbers: &[u32]) -> Vec<usize> {
+        let mut lowest = vec![usize::MAX; count];
+        for pixel in 0..self.pixels.elevation.len() {
+            let (column, row) = self.place_of(pixel);
+            let number = numbers[self.cell_of(column, row)];
+            if number != NONE && !self.pixels.elevation[pixel].is_nan() {
+                let lowest = &mut lowest[number as usize];
+                if *lowest == usize::MAX || self.pixels.elevation[pixel] < self.pixels.elevation[*lowest] {
+                    *lowest = pixel;
+                }
+            }
+        }
+        lowest.retain(|&pixel| pixel != usize::MAX);
+        lowest
+    }
+
+    /// Maps without water.
+    fn dry_maps(&self, thresholds: &[f64]) -> GridMaps {
+        let with = |value: f32| {
+            let terrain = self.pixels.elevation.iter();
+            terrain.map(|z| if z.is_nan() { FILL } else { value }).collect::<Vec<f32>>()
+        };
+        let of_threshold = |&threshold: &f64| ThresholdGrids {
+            threshold,
+            arrival: with(FILL),
+            duration: with(0.0),
+            recession: with(FILL),
+        };
+        GridMaps {
+            bed_elevation: self.pixels.elevation.iter().map(|&z| if z.is_nan() { FILL } else { z }).collect(),
+            max_depth: with(0.0),
+            max_water_level: with(FILL),
+            max_speed: with(0.0),
+            max_depth_velocity: with(0.0),
+            time_of_max_depth: with(FILL),
+            hazard_class: with(0.0),
+            thresholds: thresholds.iter().map(of_threshold).collect(),
+        }
+    }
+
+    /// Fills in the water of a pixel, which is that of a wet cell.
+    fn fill_in(&self, pixel: usize, own: &WetCell, water: &WaterOfCells<'_>, maps: &mut GridMaps) {
+        let seen = &own.seen;
+        let elevation = self.elevation(pixel);
+        let below = self.level_at_pixel(own, pixel) - elevation;
+        // Only the lowest pixel of a cell that lies no lower than its bed is no deeper.
+        let depth = if below > WET_DEPTH { below } else { seen.max_depth };
+        let class = hazard_class(depth, seen.max_speed);
+        maps.max_depth[pixel] = depth as f32;
+        maps.max_water_level[pixel] = (elevation + depth) as f32;
+        maps.max_speed[pixel] = seen.max_speed as f32;
+        maps.max_depth_velocity[pixel] = (seen.max_depth_velocity * depth / seen.max_depth) as f32;
+        maps.time_of_max_depth[pixel] = filled(seen.time_of_max_depth);
+        maps.hazard_class[pixel] = f32::from(if depth < seen.max_depth { class.min(seen.hazard_class) } else { class });
+        for grids in maps.thresholds.iter_mut().filter(|grids| depth >= grids.threshold) {
+            let needed = seen.max_depth - (depth - grids.threshold);
+            let found = of_threshold(own, needed, water);
+            grids.arrival[pixel] = filled(found.arrival);
+            grids.duration[pixel] = found.duration as f32;
+            grids.recession[pixel] = filled(found.recession);
+        }
+    }
+}
+
+/// What a wet cell has seen of the highest threshold that is not above a depth (m) of the cell, or of its lowest; of a cell that never
+/// was as deep as that the moment at which it was deepest.
+fn of_threshold(own: &WetCell, needed: f64, water: &WaterOfCells<'_>) -> ThresholdSeen {
+    let by_depth = |a: &usize, b: &usize| water.thresholds[*a].total_cmp(&water.thresholds[*b]);
+    let all = 0..water.thresholds.len();
+    let below = all.clone().filter(|&which| water.thresholds[which] <= needed + ROUND_OFF).max_by(by_depth);
+    let Some(which) = below.or_else(|| all.min_by(by_depth)) else {
+        return ThresholdSeen { arrival: f64::NAN, duration: 0.0, recession: f64::NAN };
+    };
+    let found = (water.seen_of_threshold)(own.cell, which);
+    if own.seen.max_depth < water.thresholds[which] {
+        return ThresholdSeen { arrival: own.seen.time_of_max_depth, ..found };
+    }
+    found
+}
+
+/// The faces of a lattice that walls (local coordinates, m) cross.
+fn crossed_faces(lattice: &Lattice, walls: &[[Vec2; 2]]) -> BTreeSet<(usize, bool)> {
+    let mut crossed = BTreeSet::new();
+    for &wall in walls {
+        let along = wall[1] - wall[0];
+        let pieces = (along.norm() / lattice.spacing).ceil().max(1.0) as usize;
+        let near: BTreeSet<usize> = (0..=pieces)
+            .filter_map(|piece| lattice.cell_of(wall[0] + along * (piece as f64 / pieces as f64)))
+            .flat_map(|cell| around(lattice, cell))
+            .collect();
+        for cell in near {
+            let (column, row) = lattice.column_row(cell);
+            let east = (column + 1 < lattice.columns).then(|| (cell + 1, false));
+            let north = (row + 1 < lattice.rows).then(|| (cell + lattice.columns, true));
+            let others = [east, north].into_iter().flatten();
+            let is_crossed =
+                |other: &(usize, bool)| segments_cross([lattice.centre(cell), lattice.centre(other.0)], wall);
+            crossed.extend(others.filter(is_crossed).map(|(_, is_north)| (cell, is_north)));
+        }
+    }
+    crossed
+}
+
+/// A cell and the cells around it.
+fn around(lattice: &Lattice, cell: usize) -> impl Iterator<Item = usize> {
+    let (column, row) = lattice.column_row(cell);
+    let (columns, last_row, width) = (lattice.columns, lattice.rows - 1, lattice.columns);
+    let rows = row.saturating_sub(1)..=(row + 1).min(last_row);
+    rows.flat_map(move |row| {
+        (column.saturating_sub(1)..=(column + 1).min(columns - 1)).map(move |column| row * width + column)
+    })
+}
+
+/// The face between two cells beside each other.
+fn face(a: usize, b: usize) -> (usize, bool) {
+    (a.min(b), a.abs_diff(b) != 1)
+}
+
+/// A value as it is written.
+fn filled(value: f64) -> f32 {
+    if value.is_nan() { FILL } else { value as f32 }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,76 @@
+//! The terrain under maps on its own raster (`outputs.cell: terrain`).
+
+use rayon::prelude::*;
+
+use super::findings::Findings;
+use super::shaped::Shaped;
+use crate::bed::{BedParticles, Pixels};
+use crate::error::{Problem, ProblemKind};
+use crate::math::Vec2;
+use crate::output::TerrainPixels;
+use crate::scenario::{OutputPart, Scenario};
+use crate::terrain::{PixelGrid, Terrain};
+
+/// Memory (bytes) that a pixel takes: its elevation, the water that it belongs to, and the maps while they are written.
+pub(super) const BYTES_PER_PIXEL: f64 = 150.0;
+
+/// The terrain by the pixels of its finest raster, where the scenario wants its maps on them; warns where no raster is finer than the
+/// lattice.
+///
+/// - `bed`: that of the terrain, and that at the start of the run, which an earlier run may have changed
+pub(super) fn pixels(
+    scenario: &Scenario,
+    (surface, terrain): (&Shaped<'_>, &Terrain),
+    (own, at_start): (&[f64], &BedParticles),
+    findings: &mut Findings,
+) -> Option<TerrainPixels> {
+    let source = scenario.outputs.maps_on_terrain.as_ref()?;
+    let lattice = &at_start.lattice;
+    let (low, high) = (lattice.origin, lattice.origin + lattice.size());
+    let Some(grid) = surface.grid(low, high, lattice.spacing) else {
+        findings.add(source, no_finer_raster(lattice.spacing));
+        return None;
+    };
+    if ![OutputPart::Maps, OutputPart::Cog, OutputPart::Gpkg].iter().any(|part| scenario.outputs.writes(*part)) {
+        return None;
+    }
+    let (outline, cell) = outline(&grid, low, high);
+    let row_of = |row: usize| {
+        let place = |column: usize| {
+            Vec2::new(outline.west + (column as f64 + 0.5) * cell, outline.north - (row as f64 + 0.5) * cell)
+        };
+        let elevation = |column: usize| {
+            let place = place(column);
+            let (pixel_column, pixel_row) = grid.at(place);
+            let z = terrain.pixel(&grid, pixel_column, pixel_row);
+            let own_z = surface.changed(place, Some(z).filter(|z| !z.is_nan()));
+            let risen =
+                lattice.cell_at(lattice.to_local(place)).map_or(0.0, |cell| at_start.elevation[cell] - own[cell]);
+            // A cell without terrain has no bed that an earlier run could have changed.
+            own_z.map_or(f32::NAN, |z| if risen.is_nan() { z as f32 } else { (z + risen) as f32 })
+        };
+        (0..outline.columns).map(elevation).collect::<Vec<f32>>()
+    };
+    let rows: Vec<Vec<f32>> = (0..outline.rows).into_par_iter().map(row_of).collect();
+    Some(TerrainPixels { elevation: rows.concat(), ..outline })
+}
+
+/// The raster over a rectangle (map coordinates), and the edge of its pixels (m): square ones, where those of the terrain are none.
+fn outline(grid: &PixelGrid, low: Vec2, high: Vec2) -> (TerrainPixels, f64) {
+    let block = grid.block(low, high);
+    let size = grid.cell();
+    let cell = size.x.min(size.y);
+    let corner = grid.centre(block.columns.start, block.rows.start) + Vec2::new(-0.5 * size.x, 0.5 * size.y);
+    let count =
+        |pixels: usize, size: f64| if size > cell { (pixels as f64 * size / cell).round() as usize } else { pixels };
+    let columns = count(block.columns.count(), size.x);
+    let rows = count(block.rows.count(), size.y);
+    (TerrainPixels { west: corner.x, north: corner.y, cell, columns, rows, elevation: Vec::new() }, cell)
+}
+
+fn no_finer_raster(spacing: f64) -> Problem {
+    let message = format!("no raster of the terrain is finer than the resolution of {spacing} m");
+    Problem::warning(ProblemKind::Scenario, "no-finer-raster", "", message)
+        .with_cause("maps on the terrain's own raster show it inside the cells; these maps are on the cells themselves")
+        .with_remedy("leave `cell` out, or take a coarser `resolution`")
+}

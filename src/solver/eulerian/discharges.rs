@@ -1,0 +1,68 @@
+//! Whether the velocities of the particles are those of the water that passes between them.
+//!
+//! Volume is carried by faces, momentum by particles. In steady flow both agree but for the second order of the spacing,
+//!
+//! ```text
+//! (M98)  q_f = ½ (F_w + F_e, F_s + F_n),   ε = Σ |d v − q_f| / Σ max(|d v|, |q_f|)
+//! ```
+//!
+//! with F the fluxes of volume through the four faces of a particle. Where the bed is too rough for the spacing they part: the faces
+//! hold back or let go what the particle does not know of, and its velocity, a map of speeds and hazard after it, are wrong. Particles
+//! beside walls, edges and dry ground are left out: some of their faces carry nothing, whatever the particle does.
+
+use super::EulerianSolver;
+use super::faces::{EAST, NORTH};
+use super::state::State;
+use super::walls::NEIGHBOURS;
+use crate::math::Vec2;
+use crate::solver::{DischargeCheck, DischargesInDoubt};
+
+/// A particle is in doubt where the two differ by more than this share of the greater one: its speed may be twice the right one, or half of it.
+const IN_DOUBT: f64 = 0.5;
+
+impl EulerianSolver {
+    /// Compares the discharges of the particles with those of their faces in the last step.
+    pub(super) fn compare_discharges(&self) -> DischargeCheck {
+        let (state, dry_depth, spacing) = (&self.state, self.scale.dry_depth, self.scale.spacing);
+        let mut check = DischargeCheck::default();
+        for row in 1..=state.rows {
+            for run in &self.active.work[row] {
+                for column in run.clone() {
+                    let is_open = |offset: &(isize, isize)| {
+                        let (r, c) = (row.wrapping_add_signed(offset.1), column.wrapping_add_signed(offset.0));
+                        state.primitive[r].depth[c] > dry_depth && !self.walls.is_blocked((row, column), *offset)
+                    };
+                    if state.primitive[row].depth[column] > dry_depth && NEIGHBOURS.iter().all(is_open) {
+                        check.add(discharges(state, row, column), || State::position(row, column, spacing));
+                    }
+                }
+            }
+        }
+        check
+    }
+}
+
+/// Discharge (m²/s) of a particle, and that of its faces.
+fn discharges(state: &State, row: usize, column: usize) -> (Vec2, Vec2) {
+    let water = &state.primitive[row];
+    let own = Vec2::new(water.velocity_x[column], water.velocity_y[column]) * water.depth[column];
+    let mean = |before: f64, behind: f64| 0.5 * (before + behind);
+    let across = &state.flux[row][EAST].mass;
+    let up = |row: usize| state.flux[row][NORTH].mass[column];
+    (own, Vec2::new(mean(across[column - 1], across[column]), mean(up(row - 1), up(row))))
+}
+
+impl DischargeCheck {
+    /// Adds a particle: its discharge and that of its faces (m²/s).
+    fn add(&mut self, (own, at_faces): (Vec2, Vec2), place: impl FnOnce() -> Vec2) {
+        let (greater, apart) = (own.norm().max(at_faces.norm()), (own - at_faces).norm());
+        self.carried += greater;
+        self.apart += apart;
+        if apart > IN_DOUBT * greater {
+            self.in_doubt += greater;
+            if self.worst.is_none_or(|worst| apart > (worst.own - worst.at_faces).abs()) {
+                self.worst = Some(DischargesInDoubt { own: own.norm(), at_faces: at_faces.norm(), place: place() });
+            }
+        }
+    }
+}
