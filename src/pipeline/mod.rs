@@ -35,7 +35,7 @@ use channels::Channels;
 use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
 use progress::Progress;
-use records::{books, breach_record, first_manifest, gate, moving_bed_record, passages};
+use records::{books, breach_record, first_manifest, gate, gate_of_discharges, moving_bed_record, passages};
 pub use summary::RunSummary;
 
 /// What the planner asks of a run beyond the scenario.
@@ -394,6 +394,7 @@ impl Run<'_> {
                 .reduce(f64::max)
                 .map(|worst| gate("booked inflow against what was asked for", worst, ASKED_TOLERANCE)),
         );
+        manifest.gates.extend(manifest.discharges.as_ref().map(gate_of_discharges));
         let failed_gates: Vec<String> =
             manifest.gates.iter().filter(|gate| gate.starts_with("failed")).cloned().collect();
         self.clock.note(manifest);

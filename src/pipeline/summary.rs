@@ -127,6 +127,9 @@ impl fmt::Display for RunSummary {
             "volume {:.6e} m3 at the start, {:.6e} m3 came in, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}{on_grid}",
             volume.initial, volume.inflow, volume.outflow, volume.last, volume.error_relative,
         )?;
+        for gate in run.gates.iter().filter(|gate| gate.starts_with("reported")) {
+            writeln!(f, "{gate}")?;
+        }
         if !self.gauges.is_empty() {
             writeln!(f, "{:<12} {:>10} {:>10} {:>10} {:>10}", "gauge", "arrival s", "max m", "level m", "speed m/s")?;
         }

@@ -121,10 +121,7 @@ fn a_later_run_goes_on_from_frames_at_the_resolution_and_the_report_shows_both_g
     let page = std::fs::read_to_string(scene.path("second/report/index.html")).unwrap();
     assert!(page.contains("120 × 120 cells of 1 m"), "the grid of the maps");
     // The same maps with any number of threads.
-    let answer = floodsim(
-        scene.folder.path(),
-        &["run", "s.yaml", "--out", "one", "--quiet", "--threads", "1"],
-    );
+    let answer = floodsim(scene.folder.path(), &["run", "s.yaml", "--out", "one", "--quiet", "--threads", "1"]);
     assert_eq!(answer.code, 0, "{}", answer.stderr);
     let [one, more] = ["one", "first"].map(|out| Netcdf::read(&scene.path(out).join("maps.nc")));
     assert!(one.bits() == more.bits());

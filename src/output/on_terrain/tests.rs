@@ -79,7 +79,7 @@ fn lake(level: f64) -> impl Fn(usize, f64) -> f64 {
 fn a_lake_ends_at_its_contour_and_is_level_less_terrain() {
     // A shore askew, which divides cells at any share, and a hollow beyond a hill that the water does not reach.
     let terrain = |place: Vec2| {
-        let hollow = (place - Vec2::new(65.0, 25.0)).norm() < 4.0;
+        let hollow = (place - Vec2::new(65.0, 25.0)).norm() < 2.0;
         if hollow { 8.0 } else { 9.0 + 0.04 * place.x + 0.013 * place.y }
     };
     let scene = Scene { columns: 8, rows: 5, terrain: &terrain, depth: &lake(10.0), passes: vec![], walls: vec![] };
@@ -87,7 +87,7 @@ fn a_lake_ends_at_its_contour_and_is_level_less_terrain() {
     let mut wet = 0;
     for (pixel, (&depth, &z)) in maps.max_depth.iter().zip(&pixels.elevation).enumerate() {
         let place = Vec2::new((pixel % 80) as f64 + 0.5, 49.5 - (pixel / 80) as f64);
-        let is_hollow = (place - Vec2::new(65.0, 25.0)).norm() < 4.0;
+        let is_hollow = (place - Vec2::new(65.0, 25.0)).norm() < 2.0;
         let expected = if is_hollow { 0.0 } else { (10.0 - f64::from(z)).max(0.0) };
         // Less than a millimetre counts as dry.
         assert!((f64::from(depth) - expected).abs() < 1.1e-3, "{place:?}: {depth} m in place of {expected} m");
@@ -152,14 +152,15 @@ fn levels_on_both_sides_of_a_wall_or_of_a_ridge_stay_apart() {
 
 #[test]
 fn a_pixel_has_the_times_of_the_highest_threshold_that_its_cell_reached_first() {
-    // The pixel stands 0.45 m over the mean of its cell: 0.1 m there are 0.55 m of the cell.
+    // The high pixels stand 0.45 m over the mean of their cell: 0.1 m there are 0.55 m of the cell. The low ones lie 0.05 m below it: they
+    // are 0.5 m deep when the cell has 0.45 m, some time after it had 0.1 m.
     let terrain = |place: Vec2| if (10.0..11.0).contains(&place.x) { 10.5 } else { 10.0 };
     let scene = Scene { columns: 3, rows: 1, terrain: &terrain, depth: &lake(10.8), passes: vec![], walls: vec![] };
     let maps = scene.maps();
     let (low, high) = (5 * 30 + 15, 5 * 30 + 10);
     assert!((maps.max_depth[high] - 0.3).abs() < 1e-5 && (maps.max_depth[low] - 0.8).abs() < 1e-5);
     let arrivals = |pixel: usize| [0, 1].map(|which: usize| maps.thresholds[which].arrival[pixel] as i32);
-    assert_eq!((arrivals(low), arrivals(high)), ([10, 20], [20, FILL as i32]));
+    assert_eq!((arrivals(low), arrivals(high)), ([10, 10], [20, FILL as i32]));
     // Deeper than its cell it is in a higher class than it, shallower in none that is higher.
     assert!(maps.hazard_class[low] >= f32::from(hazard_class(0.8, 1.5)));
     assert!(maps.hazard_class[high] <= f32::from(hazard_class(0.75, 1.5)));

@@ -66,3 +66,47 @@ impl DischargeCheck {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{problem, run};
+    use super::*;
+    use crate::lattice::Lattice;
+    use crate::solver::FlowSolver;
+
+    /// A swing of water in a basin with a shore, after some steps.
+    fn swing() -> EulerianSolver {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 40, rows: 30, spacing: 1.0 };
+        let bed = |cell: usize| 0.003 * (lattice.centre(cell) - Vec2::new(20.0, 15.0)).norm_squared();
+        let elevation: Vec<f64> = (0..lattice.len()).map(bed).collect();
+        let depth = (0..lattice.len())
+            .map(|cell| (0.6 + 0.01 * (lattice.centre(cell).x - 20.0) - elevation[cell]).max(0.0))
+            .collect();
+        let mut solver = EulerianSolver::new(problem(lattice, elevation, depth));
+        assert_eq!(solver.discharges(), None, "nothing before the first step");
+        run(&mut solver, 60);
+        solver
+    }
+
+    #[test]
+    fn smooth_flow_is_carried_by_particles_as_by_their_faces() {
+        let check = swing().discharges().unwrap();
+        assert!(check.carried > 10.0, "{check:?}");
+        assert!(check.apart < 0.05 * check.carried && check.in_doubt < 1e-3 * check.carried, "{check:?}");
+    }
+
+    #[test]
+    fn particles_that_are_faster_than_their_water_are_in_doubt_with_their_place() {
+        let mut solver = swing();
+        let before = solver.discharges().unwrap();
+        for row in &mut solver.state.primitive[10..20] {
+            row.velocity_x[5..15].iter_mut().for_each(|velocity| *velocity *= 4.0);
+        }
+        let check = solver.discharges().unwrap();
+        let worst = check.worst.unwrap();
+        assert!(check.in_doubt > 0.1 * check.carried && check.in_doubt > 10.0 * before.in_doubt, "{check:?}");
+        // Padded rows 10 to 19 and columns 5 to 14 are those from 9 m and 4 m on.
+        assert!((4.0..15.0).contains(&worst.place.x) && (9.0..20.0).contains(&worst.place.y), "{worst:?}");
+        assert!((worst.own / worst.at_faces - 4.0).abs() < 1.0, "{worst:?}");
+    }
+}

@@ -45,7 +45,8 @@ mod thin_water_tests;
 
 use super::phases::Phases;
 use super::{
-    BedBooks, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit, Way,
+    BedBooks, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice,
+    StepLimit, Way,
 };
 use crate::error::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
