@@ -53,6 +53,8 @@ STUDY = {
         "threads": {("eulerian", 2): (1,), ("lagrangian", 2): (2,)},
     },
 }
+# The grounds of `terrain.py`, which makes the table of that name.
+GROUNDS = ("flat", "terrain")
 PHASE_COLUMNS = ("neighbours", "gradients", "rates", "faces", "update", "velocities", "motion", "gridding", "recording")
 PLANS = {
     "demo": ["scenarios/demo/scenario.yaml"],
@@ -344,6 +346,25 @@ def study(name, bar):
     return table(heading + (["Wu et al."] if name == "parma" else []), rows)
 
 
+def terrain():
+    """What an evaluation costs by parts, and what terrain adds to each."""
+    text = read("terrain")
+    shown, total = [], {}
+    for row in text:
+        for key in row:
+            if key != "part":
+                total[key] = total.get(key, 0.0) + float(row[key])
+    for row in [*text, {"part": "**all**", **total}]:
+        number = lambda key: float(row[key])
+        extra = number("terrain_ns") - number("flat_ns")
+        share = extra / (total["terrain_ns"] - total["flat_ns"])
+        cells = [row["part"], *(f"{number(f'{ground}_ns'):.1f}" for ground in GROUNDS), f"{extra:.1f}", f"{100 * share:.0f} %"]
+        cells += [f"{number(f'{ground}_{what}'):.{digits}f}" for what, digits in (("instructions", 0), ("lines", 1)) for ground in GROUNDS]
+        shown.append(cells)
+    heading = ["part", "ns, flat", "ns, terrain", "more", "share of that", "instructions, flat", "terrain", "cache lines, flat", "terrain"]
+    return table(heading, shown)
+
+
 def plans():
     return table(["run", "what", "at least", "was", "at most"], [[row["run"], row["what"], row["low"], row["actual"], row["high"]] for row in read("plans")])
 
@@ -384,6 +405,7 @@ PARTS = {
     "threads": threads,
     "roofline": roofline,
     "instructions": instructions,
+    "terrain": terrain,
     "parma": lambda: study("parma", PARMA_BAR),
     "obstacle": lambda: study("obstacle", OBSTACLE_BAR),
     "plans": plans,
