@@ -6,7 +6,7 @@
     python3 docs/performance/build.py --run phases threads machine parma --machine avx2  # those of a processor without AVX-512, in the folder avx2
 
 Run it in the folder of the repository. The tables are made by `cargo bench --bench measure`, by `scripts/instructions.sh` (valgrind) and by runs of
-the program after `cargo build --release`; `memory`, `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. Only the standard library is needed. No number stands in this
+the program after `cargo build --release`; `memory`, `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. The table `terrain` is made by `terrain.py`. Only the standard library is needed. No number stands in this
 file that is not a bar, another author's, or a count of what the code reads and writes.
 """
 
