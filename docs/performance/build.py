@@ -6,7 +6,7 @@
     python3 docs/performance/build.py --run phases threads machine parma --machine avx2  # those of a processor without AVX-512, in the folder avx2
 
 Run it in the folder of the repository. The tables are made by `cargo bench --bench measure`, by `scripts/instructions.sh` (valgrind) and by runs of
-the program after `cargo build --release`; `memory`, `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. Only the standard library is needed. No number stands in this
+the program after `cargo build --release`; `memory`, `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. The table `terrain` is made by `terrain.py`. Only the standard library is needed. No number stands in this
 file that is not a bar, another author's, or a count of what the code reads and writes.
 """
 
@@ -53,6 +53,8 @@ STUDY = {
         "threads": {("eulerian", 2): (1,), ("lagrangian", 2): (2,)},
     },
 }
+# The grounds of `terrain.py`, which makes the table of that name.
+GROUNDS = ("flat", "terrain")
 PHASE_COLUMNS = ("neighbours", "gradients", "rates", "faces", "update", "velocities", "motion", "gridding", "recording")
 PLANS = {
     "demo": ["scenarios/demo/scenario.yaml"],
@@ -344,6 +346,25 @@ def study(name, bar):
     return table(heading + (["Wu et al."] if name == "parma" else []), rows)
 
 
+def terrain():
+    """What an evaluation costs by parts, and what terrain adds to each."""
+    text = read("terrain")
+    shown, total = [], {}
+    for row in text:
+        for key in row:
+            if key != "part":
+                total[key] = total.get(key, 0.0) + float(row[key])
+    for row in [*text, {"part": "**all**", **total}]:
+        number = lambda key: float(row[key])
+        extra = number("terrain_ns") - number("flat_ns")
+        share = extra / (total["terrain_ns"] - total["flat_ns"])
+        cells = [row["part"], *(f"{number(f'{ground}_ns'):.1f}" for ground in GROUNDS), f"{extra:.1f}", f"{100 * share:.0f} %"]
+        cells += [f"{number(f'{ground}_{what}'):.{digits}f}" for what, digits in (("instructions", 0), ("lines", 1)) for ground in GROUNDS]
+        shown.append(cells)
+    heading = ["part", "ns, flat", "ns, terrain", "more", "share of that", "instructions, flat", "terrain", "cache lines, flat", "terrain"]
+    return table(heading, shown)
+
+
 def plans():
     return table(["run", "what", "at least", "was", "at most"], [[row["run"], row["what"], row["low"], row["actual"], row["high"]] for row in read("plans")])
 
@@ -384,6 +405,7 @@ PARTS = {
     "threads": threads,
     "roofline": roofline,
     "instructions": instructions,
+    "terrain": terrain,
     "parma": lambda: study("parma", PARMA_BAR),
     "obstacle": lambda: study("obstacle", OBSTACLE_BAR),
     "plans": plans,
