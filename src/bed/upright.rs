@@ -3,6 +3,7 @@
 //! Neighbouring pieces are on one side of a step unless it rises between them by more than [`UPRIGHT`] for each metre and by the
 //! least height that counts in the cell. Sides that join round the end of a step are one.
 
+use super::Surface;
 use crate::math::Vec2;
 use crate::terrain::Piece;
 
@@ -89,6 +90,18 @@ pub(super) fn keep_largest_side(pieces: &mut Vec<Piece>, width: f64) -> bool {
     let before = pieces.len();
     pieces.retain(|_| side.next().copied() == kept);
     pieces.len() < before
+}
+
+/// Whether an upright step of the terrain's own pixels divides a square of a width (m) around a place (map) into sides, of which the
+/// bed of a cell is the largest (M5).
+///
+/// - `spacing` (m): of the cells; larger pixels, and points, are no upright step but the surface between them
+pub fn is_divided(surface: &impl Surface, centre: Vec2, width: f64, spacing: f64) -> bool {
+    let mut pieces = Vec::new();
+    surface.has_pixels(centre, spacing) && {
+        surface.pieces(centre, width, false, &mut pieces);
+        keep_largest_side(&mut pieces, spacing)
+    }
 }
 
 /// For each piece the first one on its side of all steps.

@@ -34,7 +34,7 @@ pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
     BreachRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts, PassageRecord, RunManifest, StepLengths,
-    VolumeBooks, WarningRecord,
+    StillWaterRecord, VolumeBooks, WarningRecord,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;
