@@ -20,8 +20,9 @@
 //! is neither, and would be a sill before it. They are filled whole or not at all; what that adds or takes is reported.
 //!
 //! So are dry cells on an upright bank that is not in the pixels: one that stands higher above the level than the water beside it is
-//! deep, which no plane does. Cut down to the level, a house in a film would lose the cells of its outline to the flood that comes later. What such cells would
-//! hold goes to the cells before the bank whose bed is raised for the part of the bank in them, as far as they have room for it:
+//! deep, which no plane does. Cut down to the level, a house in a film would lose the cells of its outline to the flood that comes
+//! later. What such cells would hold goes to the cells before the bank whose bed is raised for the part of the bank in them, as far as
+//! they have room for it:
 //!
 //! ```text
 //! V' = V + f (V_whole − V),   f = min(1, Σ V on the bank / Σ (V_whole − V))
@@ -48,6 +49,18 @@ pub(super) struct Shore {
     pub at_edge: f64,
     /// What the cells at upright banks hold more than the polygon has there (m³); below 0 where they hold less.
     pub at_banks: f64,
+}
+
+impl Shore {
+    /// Takes note of a change (m) of the bed of a cell.
+    fn note(&mut self, part: CellPart, change: f64) {
+        if part.is_cut() || part.has_shore {
+            self.cells += usize::from(change > 0.0);
+            self.largest_change = self.largest_change.max(change);
+        } else {
+            self.largest_change_under_water = self.largest_change_under_water.max(change);
+        }
+    }
 }
 
 /// A share less deep than this (m) is no water.
@@ -125,14 +138,7 @@ pub(super) fn fit_bed_to_water(
     }
     shore.at_edge = shore.at_edge.max(0.0);
     for (cell, before) in set {
-        let change = (filling.bed.elevation[cell] - before).abs();
-        let part = scan.part(cell);
-        if part.is_cut() || part.has_shore {
-            shore.cells += usize::from(change > 0.0);
-            shore.largest_change = shore.largest_change.max(change);
-        } else {
-            shore.largest_change_under_water = shore.largest_change_under_water.max(change);
-        }
+        shore.note(scan.part(cell), (filling.bed.elevation[cell] - before).abs());
     }
     shore
 }
