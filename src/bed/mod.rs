@@ -15,7 +15,7 @@ pub use place::{derive_curvatures, place_bed};
 pub use ridge::Ridges;
 pub use sample::BedPoint;
 pub use store::BedParticles;
-pub use upright::{Step, highest_step};
+pub use upright::{Step, highest_step, is_divided};
 
 use crate::math::Vec2;
 use crate::terrain::Piece;
@@ -62,6 +62,12 @@ pub trait Surface: Sync {
             pieces.extend(elevation.map(|elevation| Piece { offset, elevation, share: 1.0 }));
         }
     }
+
+    /// Whether the terrain at a place is known by pixels no larger than a spacing (m), and not as a surface between points or larger
+    /// pixels.
+    fn has_pixels(&self, _map: Vec2, _spacing: f64) -> bool {
+        false
+    }
 }
 
 /// What stands on the terrain and does not belong to the ground beside it, such as the houses that a survey saw.
@@ -106,5 +112,9 @@ impl Surface for crate::terrain::Terrain {
 
     fn pieces(&self, centre: Vec2, width: f64, with_surroundings: bool, pieces: &mut Vec<Piece>) {
         crate::terrain::Terrain::pieces(self, centre, width, with_surroundings, pieces);
+    }
+
+    fn has_pixels(&self, map: Vec2, spacing: f64) -> bool {
+        crate::terrain::Terrain::has_pixels(self, map, spacing)
     }
 }

@@ -3,6 +3,7 @@
 //! Neighbouring pieces are on one side of a step unless it rises between them by more than [`UPRIGHT`] for each metre and by the
 //! least height that counts in the cell. Sides that join round the end of a step are one.
 
+use super::Surface;
 use crate::math::Vec2;
 use crate::terrain::Piece;
 
@@ -91,6 +92,18 @@ pub(super) fn keep_largest_side(pieces: &mut Vec<Piece>, width: f64) -> bool {
     pieces.len() < before
 }
 
+/// Whether an upright step of the terrain's own pixels divides a square of a width (m) around a place (map) into sides, of which the
+/// bed of a cell is the largest (M5).
+///
+/// - `spacing` (m): of the cells; larger pixels, and points, are no upright step but the surface between them
+pub fn is_divided(surface: &impl Surface, centre: Vec2, width: f64, spacing: f64) -> bool {
+    let mut pieces = Vec::new();
+    surface.has_pixels(centre, spacing) && {
+        surface.pieces(centre, width, false, &mut pieces);
+        keep_largest_side(&mut pieces, spacing)
+    }
+}
+
 /// For each piece the first one on its side of all steps.
 fn sides(pieces: &[Piece], width: f64) -> Vec<usize> {
     fn first(sides: &mut [usize], mut piece: usize) -> usize {
@@ -113,6 +126,8 @@ fn sides(pieces: &[Piece], width: f64) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::PointInterpolation;
+    use crate::terrain::{Layer, Raster, Survey, SurveyPoint, Terrain};
 
     fn pieces(values: &[f64], columns: usize) -> Vec<Piece> {
         let offset = |i: usize| Vec2::new((i % columns) as f64, -((i / columns) as f64));
@@ -150,6 +165,26 @@ mod tests {
         // A ramp is no step, and no low one is.
         assert_eq!(kept(&[0.0, 0.9, 1.8, 2.7], 4, 10.0).len(), 4);
         assert_eq!(kept(&[0.0, 0.0, 0.9], 3, 10.0).len(), 3);
+    }
+
+    #[test]
+    fn pixels_divide_a_cell_and_points_and_larger_pixels_do_not() {
+        // A quay of 4 m at x = 9, in pixels and in points of 1 m.
+        let height = |x: f64| if x > 9.0 { 4.0 } else { 0.0 };
+        let value = |i: usize| height((i % 20) as f64 + 0.5);
+        let raster = |columns: usize, cell: f64, values: Vec<f64>| {
+            let north = columns as f64 * cell;
+            Layer::Raster(Raster { columns, rows: columns, west: 0.0, north, cell_x: cell, cell_y: cell, values })
+        };
+        let place = |i: usize| Vec2::new((i % 20) as f64 + 0.5, (i / 20) as f64 + 0.5);
+        let points = (0..400).map(|i| SurveyPoint { position: place(i), elevation: value(i) }).collect();
+        let survey = Survey::new(points, PointInterpolation::NaturalNeighbour, 5.0).unwrap();
+        let fine = Terrain::new(vec![raster(20, 1.0, (0..400).map(value).collect())]).unwrap();
+        let coarse = Terrain::new(vec![raster(2, 9.0, vec![0.0, 40.0, 0.0, 40.0])]).unwrap();
+        let points = Terrain::new(vec![Layer::Survey(survey)]).unwrap();
+        let divides = |terrain: &Terrain, x: f64, width: f64| is_divided(terrain, Vec2::new(x, 7.5), width, 5.0);
+        assert!(divides(&fine, 7.5, 5.0) && !divides(&fine, 2.5, 5.0) && divides(&fine, 2.5, 15.0));
+        assert!(!divides(&coarse, 7.5, 5.0) && !divides(&points, 7.5, 5.0));
     }
 
     #[test]

@@ -51,6 +51,23 @@ pub struct VolumeBooks {
     pub grid_error_relative: f64,
 }
 
+/// A body of still water at the start.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StillWaterRecord {
+    /// Key of the scenario.
+    pub name: String,
+    /// Its level (m).
+    pub level_m: f64,
+    /// Integral of level minus terrain over its polygon, with the next two (m³).
+    pub integral_m3: f64,
+    /// What lies beside the polygon, up to the edge of the terrain (m³).
+    pub at_edge_m3: f64,
+    /// What the cells at upright banks hold more than the polygon has there (m³); below 0 where they hold less.
+    pub at_banks_m3: f64,
+    /// Volume of its cells at the level (m³).
+    pub seeded_m3: f64,
+}
+
 /// Lengths of the time steps (s).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StepLengths {
@@ -224,6 +241,9 @@ pub struct RunManifest {
     pub peak_rss_mb: f64,
     /// The water books.
     pub volume_m3: VolumeBooks,
+    /// The bodies of still water at the start, where there are any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub still_water: Vec<StillWaterRecord>,
     /// Greatest speed of the run (m/s).
     pub max_speed_m_s: f64,
     /// Lengths of the time steps.

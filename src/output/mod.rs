@@ -35,7 +35,7 @@ pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
     BreachRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts, PassageRecord, RunManifest,
-    StepLengths, VolumeBooks, WarningRecord, WorstDischarge,
+    StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;

@@ -35,7 +35,9 @@ use channels::Channels;
 use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
 use progress::Progress;
-use records::{books, breach_record, first_manifest, gate, gate_of_discharges, moving_bed_record, passages};
+use records::{
+    books, breach_record, first_manifest, gate, gate_of_discharges, moving_bed_record, passages, still_water_records,
+};
 pub use summary::RunSummary;
 
 /// What the planner asks of a run beyond the scenario.
@@ -129,8 +131,9 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let seeds = cores::seeds(scenario, &problem, &still, &levels);
     let moving = summary::MovingAtStart::of(&seeds);
     let solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
-    let manifest = first_manifest(scenario, options, &prepared, &bed);
+    let mut manifest = first_manifest(scenario, options, &prepared, &bed);
     let seeded = still.into_volumes();
+    manifest.still_water = still_water_records(&prepared.waters, &seeded);
     let run = Run { manifest, scenario, folder, prepared, seeded, moving, clock };
     run.execute(solver, bed, !options.quiet)
 }

@@ -7,10 +7,11 @@ use crate::bed::BedParticles;
 use crate::math::{Vec2, simd};
 use crate::output::{
     BreachRecord, ChannelWater, DischargeRecord, HotStart, InputFile, MovingBedRecord, PassageRecord, RunManifest,
-    Volumes, WarningRecord,
+    StillWaterRecord, Volumes, WarningRecord,
 };
-use crate::prepare::{Prepared, sha256};
+use crate::prepare::{Prepared, StillBody, sha256};
 use crate::scenario::Scenario;
+use crate::seeding::SeededVolume;
 use crate::solver::{BedMotion, Breach, ChannelSample, FlowSolver, GrowthLaw, Opening, Passage, Way};
 use crate::version;
 
@@ -65,6 +66,19 @@ pub(super) fn in_channels(solver: &dyn FlowSolver) -> Vec<Vec<ChannelWater>> {
         discharge: sample.discharge,
     };
     solver.channels().iter().map(|channel| channel.iter().map(water).collect()).collect()
+}
+
+/// The bodies of still water at the start.
+pub(super) fn still_water_records(waters: &[StillBody], seeded: &[SeededVolume]) -> Vec<StillWaterRecord> {
+    let record = |(water, volume): (&StillBody, &SeededVolume)| StillWaterRecord {
+        name: water.key.clone(),
+        level_m: water.level,
+        integral_m3: volume.integral_m3,
+        at_edge_m3: volume.at_edge_m3,
+        at_banks_m3: volume.at_banks_m3,
+        seeded_m3: volume.seeded_m3,
+    };
+    waters.iter().zip(seeded).map(record).collect()
 }
 
 /// The breach and when it began, for the record.

@@ -195,8 +195,8 @@ fn write_channel_gauges(f: &mut fmt::Formatter<'_>, gauges: &[ChannelGaugeResult
     Ok(())
 }
 
-/// What less than this share of a body makes at the edge of the terrain is not worth a word.
-const EDGE_SHARE: f64 = 1e-4;
+/// What less than this share of a body makes at the edge of the terrain or at banks is not worth a word.
+const TOLD_SHARE: f64 = 1e-4;
 
 /// What was done to the bed and to cells so that a body of water is level and holds its volume; nothing where nothing was.
 fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result {
@@ -211,8 +211,11 @@ fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result 
     if water.pocket_cells > 0 {
         parts.push(format!("{} cells filled beside the polygon, where the lake ends", water.pocket_cells));
     }
-    if water.at_edge_m3 > EDGE_SHARE * water.integral_m3 {
+    if water.at_edge_m3 > TOLD_SHARE * water.integral_m3 {
         parts.push(format!("{:.4e} m3 beside the polygon, up to the edge of the terrain", water.at_edge_m3));
+    }
+    if water.share_at_banks().abs() > TOLD_SHARE {
+        parts.push(format!("{:+.4e} m3 in cells at upright banks, whose ground is unchanged", water.at_banks_m3));
     }
     if water.toggled > 0 {
         parts.push(format!("{} cells at the open rim taken in or left out", water.toggled));

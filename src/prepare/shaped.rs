@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use crate::bed::{BedParticles, CellPlane, Pixels, Surface};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::terrain::{PixelBlock, PixelGrid, Terrain};
+use crate::terrain::{Piece, PixelBlock, PixelGrid, Terrain};
 
 /// A change of the elevation (m) in a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,6 +115,19 @@ impl Surface for Shaped<'_> {
         let own: Vec<(Vec2, f64)> = out.drain(first..).collect();
         out.extend(own.into_iter().filter_map(|(place, z)| Some((place, self.changed(place, Some(z))?))));
     }
+
+    fn pieces(&self, centre: Vec2, width: f64, with_surroundings: bool, pieces: &mut Vec<Piece>) {
+        self.terrain.pieces(centre, width, with_surroundings, pieces);
+        pieces.retain_mut(|piece| {
+            let changed = self.changed(centre + piece.offset, Some(piece.elevation));
+            piece.elevation = changed.unwrap_or(piece.elevation);
+            changed.is_some()
+        });
+    }
+
+    fn has_pixels(&self, map: Vec2, spacing: f64) -> bool {
+        self.terrain.has_pixels(map, spacing)
+    }
 }
 
 impl Pixels for Shaped<'_> {
@@ -189,5 +202,9 @@ mod tests {
         let mut samples = Vec::new();
         surface.samples(Vec2::new(9.0, 1.0), 2.5, &mut samples);
         assert_eq!(samples.iter().map(|sample| sample.1).collect::<Vec<_>>(), [3.0, 3.0, 5.5]);
+        let mut pieces = Vec::new();
+        surface.pieces(Vec2::new(7.0, 3.0), 6.0, false, &mut pieces);
+        let elevations: Vec<f64> = pieces.iter().map(|piece| piece.elevation).collect();
+        assert_eq!(elevations, [3.0, 3.0, 3.0, 3.0, 3.0, 3.0, 5.5], "from the north; none in cells 7 and 12");
     }
 }

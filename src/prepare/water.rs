@@ -12,7 +12,7 @@ use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
-use crate::seeding::{self, Barriers, Leak, StillWater, fill_still_water};
+use crate::seeding::{self, Barriers, Leak, SeededVolume, StillWater, fill_still_water};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 use crate::vector::Feature;
 
@@ -26,6 +26,8 @@ const RIM_OF_DATA: f64 = 2.0;
 const TOLERATED_NODATA: f64 = 0.01;
 /// Leaks less deep than this (m) lie within the error of any terrain.
 const NEGLIGIBLE_LEAK: f64 = 0.01;
+/// Share of a body by which the cells at upright banks may hold another volume: as of a moving bed that is finer than the lattice.
+const OTHER_VOLUME: f64 = 0.02;
 /// Number of leaks that are listed.
 const LISTED_LEAKS: usize = 5;
 
@@ -214,8 +216,8 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &m
     }
 }
 
-/// Fills the bodies, fits the bed to their shores, and warns where their water would run out of them if the ground is complete: beside a
-/// dam that was refused nobody need be told.
+/// Fills the bodies, fits the bed to their shores, and warns where their water would run out of them, and where upright banks make their
+/// volume another one, if the ground is complete: beside a dam that was refused nobody need be told.
 pub(super) fn fill(
     bodies: &[SourcedBody],
     bed: &mut BedParticles,
@@ -231,6 +233,9 @@ pub(super) fn fill(
         let leaks: Vec<&Leak> = volume.leaks.iter().filter(|leak| leak.depth > NEGLIGIBLE_LEAK).collect();
         if let Some(deepest) = leaks.first().filter(|_| is_complete) {
             findings.add(body.source, leak_warning(&body.body, deepest, &leaks, bed.lattice.spacing));
+        }
+        if is_complete && volume.share_at_banks().abs() > OTHER_VOLUME {
+            findings.add(body.source, bank_warning(&body.body, volume));
         }
     }
     water
@@ -393,4 +398,18 @@ fn leak_warning(body: &StillBody, deepest: &Leak, leaks: &[&Leak], spacing: f64)
             "right where the dam breaks; elsewhere extend the polygon, lower the level, or draw a wall along the rim",
         )
         .with_at(deepest.position)
+}
+
+fn bank_warning(body: &StillBody, volume: &SeededVolume) -> Problem {
+    let message = format!(
+        "at {} m the water holds {:+.1} % of its volume ({:+.3e} m³) at upright banks",
+        body.level,
+        100.0 * volume.share_at_banks(),
+        volume.at_banks_m3
+    );
+    Problem::warning(ProblemKind::Scenario, "volume-at-banks", "", message)
+        .with_cause(
+            "cells that a quay or a wall of the terrain divides keep their ground, and are filled whole or not at all",
+        )
+        .with_remedy("choose a finer `resolution` if this matters")
 }

@@ -15,9 +15,14 @@
 //! cells that the rim cuts at a wall, where a cell is filled whole or not at all by the side on which its centre lies, and dry cells
 //! beside ground below the level, which hold the water back.
 //!
-//! So are dry cells on an upright bank: one that stands higher above the level than the water beside it is deep, which no plane does.
-//! Cut down to the level, a house in a film would lose the cells of its outline to the flood that comes later. What such cells would
-//! hold goes to the cells before the bank whose bed is raised for the part of the bank in them, as far as they have room for it:
+//! So are cells at an upright bank of the terrain's own pixels, as a quay is: those that an upright step divides
+//! ([`is_divided`]), whose bed is the ground on its larger side, and those that the rim cuts beside one. A bed between its foot and its top
+//! is neither, and would be a sill before it. They are filled whole or not at all; what that adds or takes is reported.
+//!
+//! So are dry cells on an upright bank that is not in the pixels: one that stands higher above the level than the water beside it is
+//! deep, which no plane does. Cut down to the level, a house in a film would lose the cells of its outline to the flood that comes
+//! later. What such cells would hold goes to the cells before the bank whose bed is raised for the part of the bank in them, as far as
+//! they have room for it:
 //!
 //! ```text
 //! V' = V + f (V_whole − V),   f = min(1, Σ V on the bank / Σ (V_whole − V))
@@ -29,7 +34,7 @@ use std::collections::BTreeSet;
 
 use super::leaks::Filling;
 use super::scan::{BodyScan, CellPart, volume_of_whole_cell};
-use crate::bed::Surface;
+use crate::bed::{Surface, is_divided};
 
 /// What was done to the bed.
 #[derive(Default)]
@@ -42,12 +47,28 @@ pub(super) struct Shore {
     pub largest_change_under_water: f64,
     /// What the cells at the edge of the terrain hold more than the polygon has there and beyond it (m³).
     pub at_edge: f64,
+    /// What the cells at upright banks hold more than the polygon has there (m³); below 0 where they hold less.
+    pub at_banks: f64,
+}
+
+impl Shore {
+    /// Takes note of a change (m) of the bed of a cell.
+    fn note(&mut self, part: CellPart, change: f64) {
+        if part.is_cut() || part.has_shore {
+            self.cells += usize::from(change > 0.0);
+            self.largest_change = self.largest_change.max(change);
+        } else {
+            self.largest_change_under_water = self.largest_change_under_water.max(change);
+        }
+    }
 }
 
 /// A share less deep than this (m) is no water.
 const SHALLOWEST_SHARE: f64 = 1e-6;
 /// Changes of the bed less than this (m) are rounding: a plane stays a plane.
 const ROUNDING: f64 = 1e-9;
+/// The width, in cells, about a cell that the rim cuts in which a bank may stand: the rim is drawn along it.
+const BESIDE_RIM: f64 = 3.0;
 
 /// Sets the bed of the cells of a body, and fills those at its shore that thereby come to lie below its level.
 ///
@@ -62,14 +83,16 @@ pub(super) fn fit_bed_to_water(
 ) -> Shore {
     let area = filling.bed.lattice.cell_area();
     let approach = filling.approach(number, level, reached);
-    let banks = upright_banks((number, level), reached, filling);
+    let mut banks = upright_banks((number, level), reached, filling);
+    banks.retain(|&cell| !is_at_pixel_bank(cell, scan.part(cell), filling, surface));
+    let mut shore = Shore::default();
     // Cells with their beds before; those before a bank, with the room (m³) that is left in them.
     let (mut set, mut foot) = (Vec::new(), Vec::new());
-    let (mut on_banks, mut at_edge) = (0.0, 0.0);
+    let mut on_banks = 0.0;
     for &cell in reached {
         let part = scan.part(cell);
         if !filling.bed.has_terrain(cell) {
-            at_edge -= part.volume;
+            shore.at_edge -= part.volume;
             continue;
         }
         if !is_to_be_set((number, level), cell, part, (filling, &approach)) {
@@ -78,6 +101,7 @@ pub(super) fn fit_bed_to_water(
         let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
         let is_before_pocket = || filling.neighbours(cell, level).any(|other| is_pocket(number, other, scan, filling));
         let is_at_edge = || filling.neighbours(cell, level).any(|other| !filling.bed.has_terrain(other));
+        let is_at_pixel_bank = is_at_pixel_bank(cell, part, filling, surface);
         let before = filling.bed.elevation[cell];
         let mut share = part.volume;
         if banks.contains(&cell) {
@@ -88,9 +112,14 @@ pub(super) fn fit_bed_to_water(
             share = whole();
         } else if part.is_cut() && is_at_edge() {
             share = whole();
-            at_edge += share - part.volume;
-        } else if !banks.is_empty() && filling.neighbours(cell, level).any(|other| banks.contains(&other)) {
+            shore.at_edge += share - part.volume;
+        } else if !is_at_pixel_bank && filling.neighbours(cell, level).any(|other| banks.contains(&other)) {
             foot.push((cell, ((level - before) * area - share).max(0.0)));
+        }
+        if is_at_pixel_bank {
+            let held = if filling.body[cell].is_some() { (level - before) * area } else { 0.0 };
+            shore.at_banks += held - share;
+            continue;
         }
         let is_wet = share / area > SHALLOWEST_SHARE;
         filling.body[cell] = is_wet.then_some(number);
@@ -107,18 +136,18 @@ pub(super) fn fit_bed_to_water(
             filling.bed.elevation[cell] -= fraction * room / area;
         }
     }
-    let mut shore = Shore { at_edge: at_edge.max(0.0), ..Shore::default() };
+    shore.at_edge = shore.at_edge.max(0.0);
     for (cell, before) in set {
-        let change = (filling.bed.elevation[cell] - before).abs();
-        let part = scan.part(cell);
-        if part.is_cut() || part.has_shore {
-            shore.cells += usize::from(change > 0.0);
-            shore.largest_change = shore.largest_change.max(change);
-        } else {
-            shore.largest_change_under_water = shore.largest_change_under_water.max(change);
-        }
+        shore.note(scan.part(cell), (filling.bed.elevation[cell] - before).abs());
     }
     shore
+}
+
+/// Whether a cell is at an upright bank of the terrain's own pixels: one divides it or, where the rim cuts it, stands beside it.
+fn is_at_pixel_bank(cell: usize, part: CellPart, filling: &Filling, surface: &impl Surface) -> bool {
+    let lattice = &filling.bed.lattice;
+    let cells = if part.is_cut() { BESIDE_RIM } else { 1.0 };
+    is_divided(surface, lattice.to_map(lattice.centre(cell)), cells * lattice.spacing, lattice.spacing)
 }
 
 /// Dry cells that stand higher above the level than the water of a body beside them is deep.

@@ -16,6 +16,8 @@
 //!    by taking in cells that the rim cuts (those covered most come first) or leaving them out (those covered least), the
 //!    latter beside open ground only: a lake is filled up to its pockets, and holds what they hold.
 //!
+//! Cells at an upright bank of the terrain's pixels keep their bed, and the volume to be met is that which they hold.
+//!
 //! What is left is in the books: cells at a wall, filled whole or not at all, and a body of a few cells in open water.
 //! Where bodies overlap the later one wins.
 
@@ -38,10 +40,13 @@ const VOLUME_AIM: f64 = 0.25 * VOLUME_TOLERANCE;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeededVolume {
     /// Integral of level minus terrain over the polygon, where positive (m³); parts that later bodies cover are left out. Up to the edge
-    /// of the terrain in the cells there.
+    /// of the terrain in the cells there, and with what the cells at upright banks hold.
     pub integral_m3: f64,
     /// The part of it that a polygon which ends short of the edge of the terrain leaves out.
     pub at_edge_m3: f64,
+    /// The part of it that cells at upright banks of the terrain's pixels hold more than the polygon has there, because they are filled
+    /// whole or not at all; below 0 where they hold less.
+    pub at_banks_m3: f64,
     /// Volume on the lattice (m³).
     pub seeded_m3: f64,
     /// Number of cells with water.
@@ -68,6 +73,12 @@ impl SeededVolume {
     /// (seeded − integral) / integral; 0 for a body without water.
     pub fn relative_error(&self) -> f64 {
         if self.integral_m3 > 0.0 { (self.seeded_m3 - self.integral_m3) / self.integral_m3 } else { 0.0 }
+    }
+
+    /// `at_banks_m3` over the integral over the polygon alone; 0 for a body without water.
+    pub fn share_at_banks(&self) -> f64 {
+        let own = self.integral_m3 - self.at_edge_m3 - self.at_banks_m3;
+        if own > 0.0 { self.at_banks_m3 / own } else { 0.0 }
     }
 
     /// Whether the seeded volume is as near to the integral as promised. A body of a few cells may not be: its shore is
@@ -144,12 +155,13 @@ fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling, surfac
     reached.sort_unstable();
     reached.dedup();
     let shore = fit_bed_to_water((number, level), &scan, &reached, filling, surface);
-    let integral = scan.integral + shore.at_edge;
+    let integral = scan.integral + shore.at_edge + shore.at_banks;
     let toggled = meet_volume((number, level), (&scan, integral), &reached, filling);
     let cells = holds(filling, &reached);
     SeededVolume {
         integral_m3: integral,
         at_edge_m3: shore.at_edge,
+        at_banks_m3: shore.at_banks,
         seeded_m3: cells.iter().map(|&cell| volume_of(filling, cell, level)).sum(),
         cells: cells.len(),
         toggled,

@@ -166,6 +166,16 @@ impl Terrain {
         })
     }
 
+    /// Whether the topmost terrain at a place is a raster with cells no larger than a spacing (m).
+    pub fn has_pixels(&self, map: Vec2, spacing: f64) -> bool {
+        let size = |index: usize| match &self.layers[index] {
+            Layer::Raster(raster) => Some(raster.cell_x.max(raster.cell_y)),
+            Layer::Survey(_) => None,
+        };
+        let top = self.top(map).and_then(|(index, _)| size(index));
+        top.is_some_and(|size| size <= spacing * (1.0 + SPACING_ROUNDING))
+    }
+
     /// Distance (m) from a place to the nearest survey point, where a survey is on top.
     pub fn gap(&self, map: Vec2) -> Option<f64> {
         let (index, _) = self.top(map)?;
@@ -233,6 +243,9 @@ mod tests {
         assert_eq!(terrain.elevation(Vec2::new(-1.0, 10.0)), None);
         assert_eq!(terrain.finest_cell_at(Vec2::new(50.0, 50.0)), Some(5.0));
         assert_eq!(terrain.finest_cell_at(hole), Some(20.0));
+        let pixels =
+            [(Vec2::new(50.0, 50.0), 5.0), (Vec2::new(50.0, 50.0), 4.9), (hole, 10.0), (Vec2::new(-1.0, 10.0), 30.0)];
+        assert_eq!(pixels.map(|(place, spacing)| terrain.has_pixels(place, spacing)), [true, false, false, false]);
         assert_eq!(terrain.extent(), (Vec2::ZERO, Vec2::new(100.0, 100.0)));
     }
 

@@ -1,6 +1,7 @@
 //! The checks on tiny made inputs, one for each kind of bad input, and on real ones.
 
 mod bad_inputs;
+mod banks;
 mod breach;
 mod channels;
 mod ground;
