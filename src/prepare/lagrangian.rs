@@ -3,6 +3,8 @@
 //! The figures were measured on cases with a known answer (`docs/validation/README.md`, `ritter_plane`), at the places where the method
 //! fails: a front over dry ground in the plane, a film of rain, a wall askew to the lattice, a strong jump, a level held over dry ground.
 
+use std::cmp::Ordering;
+
 use super::findings::Findings;
 use super::plausible::{Placed, peak_until};
 use crate::bed::BedParticles;
@@ -358,15 +360,15 @@ fn stairs(edges: &[Edge]) -> Vec<[Vec2; 2]> {
     let turn = |a: &Edge, b: &Edge| {
         let joins = (a.end - b.start).norm() <= JOINED * (a.end - a.start).norm();
         let turn = (a.end - a.start).cross(b.end - b.start);
-        if joins && turn != 0.0 { turn.signum() } else { 0.0 }
+        turn.partial_cmp(&0.0).filter(|_| joins).unwrap_or(Ordering::Equal)
     };
     let mut first = 0;
     while first < edges.len() {
         let mut last = first;
-        let mut before = 0.0;
+        let mut before = Ordering::Equal;
         while let Some(next) = edges.get(last + 1) {
             let turn = turn(&edges[last], next);
-            if turn == 0.0 || turn == before {
+            if turn == Ordering::Equal || turn == before {
                 break;
             }
             (before, last) = (turn, last + 1);

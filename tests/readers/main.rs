@@ -65,6 +65,7 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         bed_elevation: (0..lattice.len()).map(elevation).collect(),
         lattice: lattice.clone(),
         cell,
+        terrain: None,
         thresholds: vec![0.1, 0.305, 1.0],
         rise_on_wet: RISE_ON_WET,
         every: 100.0,
