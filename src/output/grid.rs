@@ -348,7 +348,7 @@ impl Mean {
 }
 
 /// A value as it is written.
-fn filled(value: f64) -> f32 {
+pub(super) fn filled(value: f64) -> f32 {
     if value.is_nan() { FILL } else { value as f32 }
 }
 

@@ -12,15 +12,16 @@
 //! it, and where its pass sill (M80) stands above both levels.
 //!
 //! A pixel is wet where it lies below that level and joins, over such pixels that meet at an edge, the lowest pixel of a wet cell. In
-//! a dry cell beside a wet one the water reaches the pixels below η_i, but only where the bed of that cell stands at or above η_i: where it
-//! lies lower, the water of the run could have come there and did not. The lowest pixel of a wet cell is wet, and no less deep than the cell.
+//! a dry cell beside a wet one the water reaches the pixels below η_i; where the bed of that cell lies lower than η_i, only those that do
+//! not join its lowest pixel below η_i, as before a levee in it: to the others the run could have sent water and did not. The lowest
+//! pixel of a wet cell is wet; where the level lies no higher than it, as over a bed that is not the mean, it is as deep as the cell.
 //!
 //! Deliberately absent: levels of the pixels over time. Arrival, duration and recession are those of the cell for the highest threshold
 //! that it reached no later than the pixel reached its own.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
+use super::grid::{FILL, GridMaps, OutputGrid, ThresholdGrids, filled};
 use super::hazard::hazard_class;
 use super::maxima::{Seen, ThresholdSeen};
 use super::{TerrainPixels, WET_DEPTH};
@@ -222,6 +223,7 @@ impl OnTerrain {
 
     /// Of each pixel that is wet the number of the wet cell whose water it is.
     fn flood(&self, wet: &[WetCell], numbers: &[u32], bed: &[f64]) -> Vec<u32> {
+        let mut kept_dry: BTreeMap<(u32, usize), BTreeSet<usize>> = BTreeMap::new();
         let mut sources = vec![NONE; self.pixels.elevation.len()];
         let mut open = self.lowest_pixels(wet.len(), numbers);
         for &pixel in &open {
@@ -229,24 +231,20 @@ impl OnTerrain {
             sources[pixel] = numbers[self.cell_of(column, row)];
         }
         while let Some(pixel) = open.pop() {
-            let (column, row) = self.place_of(pixel);
-            for (across, down) in FACES {
-                let (Some(column), Some(row)) = (column.checked_add_signed(across), row.checked_add_signed(down))
-                else {
-                    continue;
-                };
-                if column >= self.columns.len() || row >= self.rows.len() {
-                    continue;
-                }
-                let next = row * self.columns.len() + column;
+            for next in self.neighbours(pixel) {
+                let (column, row) = self.place_of(next);
                 let cell = self.cell_of(column, row);
                 let source = if numbers[cell] == NONE { sources[pixel] } else { numbers[cell] };
                 let own = &wet[source as usize];
-                let is_in_reach = own.cell == cell || self.is_bank(own, cell, bed);
-                if sources[next] == NONE
-                    && is_in_reach
-                    && self.level_at_pixel(own, next) - self.elevation(next) > WET_DEPTH
-                {
+                if sources[next] != NONE || self.level_at_pixel(own, next) - self.elevation(next) <= WET_DEPTH {
+                    continue;
+                }
+                let is_shore = own.cell != cell && self.is_beside(own.cell, cell) && !bed[cell].is_nan();
+                let mut is_kept_dry = || {
+                    let joined = || self.joined_to_lowest(cell, own.level);
+                    kept_dry.entry((source, cell)).or_insert_with(joined).contains(&next)
+                };
+                if own.cell == cell || is_shore && (bed[cell] >= own.level || !is_kept_dry()) {
                     sources[next] = source;
                     open.push(next);
                 }
@@ -255,10 +253,39 @@ impl OnTerrain {
         sources
     }
 
-    /// Whether a dry cell beside a wet one holds the shore of its water.
-    fn is_bank(&self, own: &WetCell, cell: usize, bed: &[f64]) -> bool {
-        let ((column, row), (own_column, own_row)) = (self.lattice.column_row(cell), self.lattice.column_row(own.cell));
-        column.abs_diff(own_column) <= 1 && row.abs_diff(own_row) <= 1 && bed[cell] >= own.level
+    /// The pixels that meet a pixel at an edge.
+    fn neighbours(&self, pixel: usize) -> impl Iterator<Item = usize> {
+        let ((column, row), (columns, rows)) = (self.place_of(pixel), (self.columns.len(), self.rows.len()));
+        FACES.into_iter().filter_map(move |(across, down)| {
+            let (column, row) = (column.checked_add_signed(across)?, row.checked_add_signed(down)?);
+            (column < columns && row < rows).then(|| row * columns + column)
+        })
+    }
+
+    /// The pixels of a cell that join its lowest ones below a level (m) inside it.
+    fn joined_to_lowest(&self, cell: usize, level: f64) -> BTreeSet<usize> {
+        let (column, row) = self.lattice.column_row(cell);
+        let of = |places: &[usize], place: usize| (0..places.len()).filter(|&k| places[k] == place).collect::<Vec<_>>();
+        let (columns, rows) = (of(&self.columns, column), of(&self.rows, row));
+        let pixels = || rows.iter().flat_map(|row| columns.iter().map(move |column| row * self.columns.len() + column));
+        let lowest = pixels().map(|pixel| self.elevation(pixel)).fold(level, f64::min);
+        let mut joined: BTreeSet<usize> =
+            pixels().filter(|&pixel| self.elevation(pixel) <= lowest && lowest < level).collect();
+        let mut open: Vec<usize> = joined.iter().copied().collect();
+        while let Some(pixel) = open.pop() {
+            for next in self.neighbours(pixel) {
+                let (column, row) = self.place_of(next);
+                if self.cell_of(column, row) == cell && self.elevation(next) < level && joined.insert(next) {
+                    open.push(next);
+                }
+            }
+        }
+        joined
+    }
+
+    fn is_beside(&self, own: usize, cell: usize) -> bool {
+        let ((column, row), (own_column, own_row)) = (self.lattice.column_row(cell), self.lattice.column_row(own));
+        column.abs_diff(own_column) <= 1 && row.abs_diff(own_row) <= 1
     }
 
     /// The lowest pixel of each wet cell that has one.
@@ -307,7 +334,7 @@ impl OnTerrain {
         let seen = &own.seen;
         let elevation = self.elevation(pixel);
         let below = self.level_at_pixel(own, pixel) - elevation;
-        // Only the lowest pixel of a cell that lies no lower than its bed is no deeper.
+        // A lowest pixel above the level shows the depth of its cell.
         let depth = if below > WET_DEPTH { below } else { seen.max_depth };
         let class = hazard_class(depth, seen.max_speed);
         maps.max_depth[pixel] = depth as f32;
@@ -378,11 +405,6 @@ fn around(lattice: &Lattice, cell: usize) -> impl Iterator<Item = usize> {
 /// The face between two cells beside each other.
 fn face(a: usize, b: usize) -> (usize, bool) {
     (a.min(b), a.abs_diff(b) != 1)
-}
-
-/// A value as it is written.
-fn filled(value: f64) -> f32 {
-    if value.is_nan() { FILL } else { value as f32 }
 }
 
 #[cfg(test)]

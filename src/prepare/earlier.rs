@@ -27,11 +27,25 @@ const TOLD_CHANGE: f64 = 1e-3;
 /// A difference between the beds of two runs (m) that makes them runs on different terrain.
 const OTHER_BED: f64 = 0.05;
 
-/// What the `run.json` beside the fields of an earlier run says against going on from them; nothing where there is none.
-pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
+/// The `run.json` beside the fields of an earlier run, and its path; null where there is none.
+fn run_beside(fields: &Path) -> (PathBuf, serde_json::Value) {
     let file = fields.with_file_name("run.json");
     let text = std::fs::read_to_string(&file).unwrap_or_default();
-    let Ok(run) = serde_json::from_str::<serde_json::Value>(&text) else { return Vec::new() };
+    (file, serde_json::from_str(&text).unwrap_or_default())
+}
+
+/// Whether a dam broke or the bed moved in the earlier run of a scenario, as its `run.json` says.
+pub(super) fn has_moved_bed(scenario: &Scenario) -> bool {
+    let earlier = scenario.start.earlier.as_ref().map(|earlier| run_beside(&earlier.fields.value).1);
+    earlier.is_some_and(|run| !run["breach"].is_null() || !run["moving_bed"].is_null())
+}
+
+/// What the `run.json` beside the fields of an earlier run says against going on from them; nothing where there is none.
+pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
+    let (file, run) = run_beside(fields);
+    if run.is_null() {
+        return Vec::new();
+    }
     let name = file.display();
     let warning = |code, message: String, cause: &str, remedy: &str| {
         Problem::warning(ProblemKind::Input, code, "", message).with_cause(cause).with_remedy(remedy)

@@ -370,7 +370,9 @@ fn place_on_lattice(
         places::check_gauges(source, &prepared.gauges, terrain.extent(), (&surface, &bed), findings);
     }
     prepared.ridges = ridges::report(scenario, &surface, &bed, findings);
-    prepared.pixels = fine_maps::pixels(scenario, (&surface, terrain), (&without_earlier, &bed), findings);
+    // An earlier run fitted the bed to its shores, too: only one in which ground moved counts for the terrain itself.
+    let own = if earlier::has_moved_bed(scenario) { &without_earlier } else { &bed.elevation };
+    prepared.pixels = fine_maps::pixels(scenario, (&surface, terrain), (own, &bed), findings);
     let pixels = prepared.pixels.as_ref().map_or(0, |pixels| pixels.elevation.len());
     prepared.needs = needs(scenario, (&bed, &still_water), (&prepared.forcing.channels, pixels), findings);
     prepared.gap = grid::gap_report(terrain, &lattice);

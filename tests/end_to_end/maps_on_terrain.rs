@@ -11,6 +11,7 @@ const SIDE: usize = 120;
 
 const SCENARIO: &str = "\
 floodsim: 1
+crs: local
 terrain: dem.asc
 roughness: {manning: 0.03}
 initial: [{reservoir: lake.geojson, level: 103 m}]
@@ -118,6 +119,10 @@ fn a_later_run_goes_on_from_frames_at_the_resolution_and_the_report_shows_both_g
     scene.run("second", &["initial=[{fields: first/fields.nc}]"]);
     let report = floodsim(scene.folder.path(), &["report", "second"]);
     assert_eq!(report.code, 0, "{}", report.stderr);
+    // The terrain is the same in both, whatever the first fitted to its shore.
+    let [first, second] =
+        ["first", "second"].map(|out| Netcdf::read(&scene.path(out).join("maps.nc")).values("bed_elevation").to_vec());
+    assert!(first == second);
     let page = std::fs::read_to_string(scene.path("second/report/index.html")).unwrap();
     assert!(page.contains("120 × 120 cells of 1 m"), "the grid of the maps");
     // The same maps with any number of threads.
@@ -132,7 +137,7 @@ fn a_lattice_as_fine_as_the_terrain_keeps_its_cells_and_says_so() {
     let scene = Scene::new();
     let coarse = ["resolution=1 m", "time.end=1 s", "outputs.every=1 s"];
     let stderr = scene.run("same", &coarse);
-    assert!(stderr.contains("warning[no-finer-raster] outputs.cell at s.yaml:7"), "{stderr}");
+    assert!(stderr.contains("warning[no-finer-raster] outputs.cell (s.yaml:8:17)"), "{stderr}");
     let maps = Netcdf::read(&scene.path("same/maps.nc"));
     assert_eq!((maps.dimensions["x"], maps.dimensions["y"]), (SIDE, SIDE));
     let answer = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", "outputs.cell=pixels"]);

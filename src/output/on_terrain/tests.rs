@@ -115,20 +115,25 @@ fn a_sheet_on_a_slope_is_as_deep_everywhere_and_its_front_ends_with_its_cell() {
 
 #[test]
 fn water_does_not_show_behind_a_levee_inside_a_cell() {
-    // A crest of two pixels in the second cell; behind it the ground is as low as before it.
-    let terrain = |place: Vec2| if (14.0..16.0).contains(&place.x) { 13.0 } else { 10.0 };
+    // A crest of two pixels in the second cell; behind it the ground is lower than before it.
+    let terrain = |place: Vec2| match place.x {
+        x if x < 14.0 => 10.0,
+        x if x < 16.0 => 13.0,
+        _ => 9.5,
+    };
     let held = |cell: usize, bed: f64| if cell.is_multiple_of(4) { 11.0 - bed } else { 0.0 };
     let sill = |cell: usize| PassSill { cell, is_north: false, level: 13.0 };
     let passes = vec![sill(0), sill(4), sill(8)];
     let scene = Scene { columns: 4, rows: 3, terrain: &terrain, depth: &held, passes, walls: vec![] };
     let maps = scene.maps();
     assert!((scene.at(&maps, 9.5, 15.0) - 1.0).abs() < 1e-6, "level up to the levee");
-    assert!((10..40).all(|x| scene.at(&maps, f64::from(x) + 0.5, 15.0) <= 0.0), "nothing comes behind it");
-    // Water on both sides of the cell of the levee: it shows where the lowest pixels are, on both of them.
-    let through = |cell: usize, bed: f64| if cell % 4 < 2 { 11.0 - bed } else { 0.0 };
-    let scene = Scene { depth: &through, passes: vec![], ..scene };
+    assert!((scene.at(&maps, 13.5, 15.0) - 1.0).abs() < 1e-6, "up to the levee, whose cell is dry");
+    assert!((14..40).all(|x| scene.at(&maps, f64::from(x) + 0.5, 15.0) <= 0.0), "nothing comes behind it");
+    // Without a levee the water could have run on, and did not.
+    let terrain = |place: Vec2| if place.x < 10.0 { 10.0 } else { 9.5 };
+    let scene = Scene { terrain: &terrain, passes: vec![], ..scene };
     let maps = scene.maps();
-    assert!(scene.at(&maps, 12.5, 15.0) > 0.9 && scene.at(&maps, 14.5, 15.0) <= 0.0);
+    assert!(scene.at(&maps, 5.0, 15.0) > 0.9 && (10..40).all(|x| scene.at(&maps, f64::from(x) + 0.5, 15.0) <= 0.0));
 }
 
 #[test]
