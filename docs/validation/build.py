@@ -351,6 +351,8 @@ def page():
         "Channels of one row (`ritter`, `stoker`, `wu_...`, `dressler`) flatter Lagrangian particles, which cannot leave their line there. In the plane the front over dry ground comes far too late: [ritter_plane](#ritter_plane),",
         "where they are scored on the map as well. The overview has the row of the map there.",
         "",
+        "CPU seconds are those of one machine, and other codes (peers.csv) may have run on another: the same rows took 246 CPU seconds on the processor of the table before this one.",
+        "",
         "Where methods fail, and how: [the map of stability](stability.md).",
         "",
         "## Overview: finest spacing, default methods of both motions",
