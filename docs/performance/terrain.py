@@ -38,7 +38,7 @@ PARTS = (
     ("gradients beside walls and sills", r"walls::correct"),
     ("faces of walls, parts beside stairs", r"walls\.rs|FaceRow::scale"),
     ("velocities", r"primitive\.rs"),
-    ("cells in work, their runs", r"spans\.rs"),
+    ("active cells, their runs", r"spans\.rs"),
     ("maxima, gauges", r"output/(maxima|gauges|recorder)"),
     ("the rest of the steps", r"src/solver/"),
 )

@@ -264,8 +264,7 @@ impl OutputGrid {
         highest: &BTreeMap<usize, f64>,
     ) -> GridMaps {
         let seen = |index: usize| maxima.seen(index);
-        let level =
-            |index: usize| highest.get(&index).copied().unwrap_or(bed_elevation[index] + maxima.seen(index).max_depth);
+        let level = |index: usize| greatest_level(maxima, bed_elevation, highest, index);
         let of_threshold = |which: usize| {
             let seen = |index| maxima.seen_of_threshold(index, which, time);
             ThresholdGrids {
@@ -345,6 +344,11 @@ impl Mean {
             self.wet += share;
         }
     }
+}
+
+/// The greatest level (m) of a cell: that of its greatest depth, or what was seen where its bed changed.
+pub(super) fn greatest_level(maxima: &Maxima, bed: &[f64], highest: &BTreeMap<usize, f64>, index: usize) -> f64 {
+    highest.get(&index).copied().unwrap_or(bed[index] + maxima.seen(index).max_depth)
 }
 
 /// A value as it is written.

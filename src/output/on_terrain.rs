@@ -41,8 +41,8 @@ const FACES: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 pub(super) struct WaterOfCells<'a> {
     /// Bed elevation (m) at the end; NaN where there is no terrain.
     pub bed: &'a [f64],
-    /// The rise of the bed (m) in the cells where it changed in the run.
-    pub rise_of_bed: &'a dyn Fn(usize) -> f64,
+    /// The bed (m) at the start of the cells where it may have changed in the run.
+    pub bed_at_start: &'a BTreeMap<usize, f64>,
     /// Greatest level (m) of a cell that was wet.
     pub level: &'a dyn Fn(usize) -> f64,
     /// What a cell has seen.
@@ -108,7 +108,7 @@ impl OnTerrain {
 
     /// The maps of the run.
     pub(super) fn maps(mut self, water: &WaterOfCells<'_>) -> GridMaps {
-        self.raise_bed(water);
+        self.move_bed(water);
         let (wet, numbers) = self.wet_cells(water);
         let sources = self.flood(&wet, &numbers, water.bed);
         let mut maps = self.dry_maps(water.thresholds);
@@ -119,11 +119,15 @@ impl OnTerrain {
     }
 
     /// Takes over the bed at the end of the run.
-    fn raise_bed(&mut self, water: &WaterOfCells<'_>) {
-        for row in 0..self.rows.len() {
-            for column in 0..self.columns.len() {
-                let rise = (water.rise_of_bed)(self.cell_of(column, row));
-                self.pixels.elevation[row * self.columns.len() + column] += rise as f32;
+    fn move_bed(&mut self, water: &WaterOfCells<'_>) {
+        if water.bed_at_start.is_empty() {
+            return;
+        }
+        for pixel in 0..self.pixels.elevation.len() {
+            let (column, row) = self.place_of(pixel);
+            let cell = self.cell_of(column, row);
+            if let Some(before) = water.bed_at_start.get(&cell) {
+                self.pixels.elevation[pixel] += (water.bed[cell] - before) as f32;
             }
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
 use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample, Parting};
-use super::grid::{GridMaps, OutputGrid};
+use super::grid::{GridMaps, OutputGrid, greatest_level};
 use super::maxima::Maxima;
 use super::on_terrain::{OnTerrain, WaterOfCells};
 use super::{Gauge, TerrainPixels, WET_DEPTH};
@@ -240,15 +240,8 @@ impl Recorder {
             None => self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest),
             Some(terrain) => terrain.maps(&WaterOfCells {
                 bed: &self.bed_elevation,
-                rise_of_bed: &|cell| {
-                    self.bed_at_start.get(&cell).map_or(0.0, |before| self.bed_elevation[cell] - before)
-                },
-                level: &|cell| {
-                    self.highest
-                        .get(&cell)
-                        .copied()
-                        .unwrap_or_else(|| self.bed_elevation[cell] + self.maxima.seen(cell).max_depth)
-                },
+                bed_at_start: &self.bed_at_start,
+                level: &|cell| greatest_level(&self.maxima, &self.bed_elevation, &self.highest, cell),
                 seen: &|cell| self.maxima.seen(cell),
                 thresholds: self.maxima.thresholds(),
                 seen_of_threshold: &|cell, which| self.maxima.seen_of_threshold(cell, which, self.time),

@@ -196,7 +196,7 @@ impl Run<'_> {
         self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
         self.manifest.write(&self.folder)?;
         let lattice = bed.lattice.clone();
-        let plan = recorder_plan(self.scenario, &self.prepared, bed);
+        let plan = recorder_plan(self.scenario, &mut self.prepared, bed);
         let mut recorder = recorder_of(self.scenario, plan);
         let (grid, grid_of_maps) = (recorder.grid().clone(), recorder.grid_of_maps().clone());
         let provenance = self.provenance();
@@ -504,13 +504,13 @@ pub(crate) fn flow_problem(
     }
 }
 
-fn recorder_plan(scenario: &Scenario, prepared: &Prepared, bed: BedParticles) -> RecorderPlan {
+fn recorder_plan(scenario: &Scenario, prepared: &mut Prepared, bed: BedParticles) -> RecorderPlan {
     let outputs = &scenario.outputs;
     RecorderPlan {
         lattice: bed.lattice,
         bed_elevation: bed.elevation,
         cell: outputs.cell,
-        terrain: prepared.pixels.clone().map(|pixels| (pixels, bed.passes.clone())),
+        terrain: prepared.pixels.take().map(|pixels| (pixels, bed.passes)),
         thresholds: outputs.thresholds.clone(),
         rise_on_wet: outputs.rise_on_wet,
         every: outputs.every,

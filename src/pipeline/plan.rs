@@ -155,7 +155,7 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     };
     let seeds = cores::seeds(scenario, &problem, &still, &levels);
     let mut solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
-    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &prepared, bed));
+    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &mut prepared, bed));
     let preparation = start.elapsed().as_secs_f64();
     let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
     let cells = [recorder.grid().len(), recorder.grid_of_maps().len()];

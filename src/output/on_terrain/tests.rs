@@ -55,7 +55,7 @@ impl Scene<'_> {
         };
         OnTerrain::new(lattice, pixels, PassSills::new(self.passes.clone()), &self.walls).maps(&WaterOfCells {
             bed: &bed,
-            rise_of_bed: &|_| 0.0,
+            bed_at_start: &BTreeMap::new(),
             level: &|cell| bed[cell] + depth[cell],
             seen: &seen,
             thresholds: &thresholds,

@@ -98,11 +98,11 @@ fn no_bed_is_invented_at_a_quay_and_what_that_adds_is_reported() {
             let quay = Quay { degrees, top, half_canal: None };
             let scene = quay.scene(spacing, beyond);
             let prepared = prepare(&scene.scenario);
-            let told = warnings(&prepared);
+            let warned = warnings(&prepared);
             let water = quay.assert_bed_is_that_of_the_terrain(prepared, &scene);
             println!("{quay:?}, cells of {spacing} m, polygon to {beyond} m: {water:?}");
             assert!(water.relative_error().abs() < 1e-9, "{water:?}");
-            assert_eq!((water.shore_cells, told), (0, usize::from(water.share_at_banks().abs() > 0.02)));
+            assert_eq!((water.shore_cells, warned), (0, usize::from(water.share_at_banks().abs() > 0.02)));
             // As the cells have it, the quay runs within half a cell of where it is.
             let along = SIDE as f64 / degrees.to_radians().cos();
             let half_a_cell = LEVEL * along * 0.5 * spacing;
@@ -117,12 +117,12 @@ fn a_canal_between_quays_says_how_much_wider_or_narrower_its_cells_are() {
         let canal = Quay { degrees, top: 6.0, half_canal: Some(21.5) };
         let scene = canal.scene(spacing, 300.0);
         let prepared = prepare(&scene.scenario);
-        let told = warnings(&prepared);
+        let warned = warnings(&prepared);
         let water = canal.assert_bed_is_that_of_the_terrain(prepared, &scene);
         println!("{canal:?}, cells of {spacing} m: {water:?}");
         let differs = water.seeded_m3 - canal.volume();
         // The integral meets the pixels to a thirtieth: its scan lines are an eighth of a cell apart.
         assert!((water.at_banks_m3 - differs).abs() < 0.035 * canal.volume(), "{water:?}, {differs} m³");
-        assert_eq!(told, usize::from(water.share_at_banks().abs() > 0.02), "{water:?}");
+        assert_eq!(warned, usize::from(water.share_at_banks().abs() > 0.02), "{water:?}");
     }
 }
