@@ -1,6 +1,9 @@
 //! The riverbed as particles: elevation, roughness and curvature on the lattice, and the bed between the particles.
 
+mod fence;
+mod gap;
 mod mean;
+mod morphology;
 mod noise;
 mod pass_sill;
 mod place;

@@ -22,6 +22,7 @@ use std::collections::BinaryHeap;
 use rayon::prelude::*;
 
 use super::BedParticles;
+use super::gap::{Opening, Tiles};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::terrain::{PixelBlock, PixelGrid, Terrain};
@@ -63,11 +64,25 @@ pub struct PassSill {
     pub cell: usize,
     /// Whether the other cell lies to the north of it; to the east otherwise.
     pub is_north: bool,
-    /// Its level P (m); [`SHUT`] where nothing joins the two cells.
+    /// Its level P (m); [`SHUT`] where nothing joins the two cells, minus infinity where a gap leads down to the beds.
     pub level: f64,
+    /// The share of the face that it holds, 1 without a gap (M100);
+    pub share: f64,
+    /// the rest has this level (m), that of the crest.
+    pub crest: f64,
 }
 
 impl PassSill {
+    /// A sill that takes the whole face.
+    pub fn whole(cell: usize, is_north: bool, level: f64) -> Self {
+        PassSill { cell, is_north, level, share: 1.0, crest: level }
+    }
+
+    /// What faces are ordered by.
+    pub(super) fn face(&self) -> (usize, bool) {
+        (self.cell, self.is_north)
+    }
+
     /// The other cell.
     pub fn other(&self, lattice: &Lattice) -> usize {
         self.cell + if self.is_north { lattice.columns } else { 1 }
@@ -79,29 +94,80 @@ impl PassSill {
 pub struct PassSills {
     /// By cell and direction, ascending.
     sills: Vec<PassSill>,
+    /// What gaps leave open, likewise.
+    openings: Vec<Opening>,
 }
 
 impl PassSills {
     /// These sills, in any order.
-    pub fn new(mut sills: Vec<PassSill>) -> Self {
-        sills.sort_by_key(|sill| (sill.cell, sill.is_north));
-        PassSills { sills }
+    pub fn new(sills: Vec<PassSill>) -> Self {
+        let mut sills = PassSills { sills, openings: Vec::new() };
+        sills.sort();
+        sills
     }
 
-    /// The sills of a bed whose cells see no ridge narrower than they are.
-    pub fn find(pixels: &impl Pixels, bed: &BedParticles) -> Self {
+    fn sort(&mut self) {
+        self.sills.sort_by_key(|sill| (sill.cell, sill.is_north));
+    }
+
+    /// The sills of a bed whose cells see no ridge narrower than they are; cells in gaps get the ground of the gap.
+    pub fn find(pixels: &impl Pixels, bed: &mut BedParticles) -> Self {
         let lattice = &bed.lattice;
         let (low, high) = (lattice.origin, lattice.origin + lattice.size());
         if lattice.is_empty() || pixels.grid(low, high, lattice.spacing).is_none() {
             return PassSills::default();
         }
+        let tiles = Tiles::all(pixels, lattice);
+        let gaps = tiles.cells_with_gaps(pixels, bed);
+        for &(cell, ground) in &gaps {
+            bed.elevation[cell] = bed.elevation[cell].min(ground);
+        }
+        let (bed, lattice) = (&*bed, &bed.lattice);
         let of_row = |row: usize| {
             let mut search = Search::new(pixels, bed);
             let cells = row * lattice.columns..(row + 1) * lattice.columns;
             cells.flat_map(|cell| [search.sill(cell, false), search.sill(cell, true)]).flatten().collect::<Vec<_>>()
         };
         let rows: Vec<Vec<PassSill>> = (0..lattice.rows).into_par_iter().map(of_row).collect();
-        PassSills { sills: rows.concat() }
+        let mut sills = PassSills { sills: rows.concat(), openings: Vec::new() };
+        sills.openings = tiles.openings(pixels, bed, gaps.iter().map(|gap| gap.0), &sills);
+        sills.open();
+        sills
+    }
+
+    /// Finds what gaps leave open anew, near some cells.
+    fn find_openings_again(&mut self, changed: &[usize], pixels: &impl Pixels, bed: &BedParticles) {
+        let lattice = &bed.lattice;
+        let tiles = Tiles::near(pixels, lattice, changed);
+        let gaps = tiles.cells_with_gaps(pixels, bed);
+        self.sills.retain(|sill| sill.level > f64::NEG_INFINITY);
+        for sill in &mut self.sills {
+            (sill.share, sill.crest) = (1.0, sill.level);
+        }
+        let openings = tiles.openings(pixels, bed, gaps.iter().map(|gap| gap.0), self);
+        self.openings.retain(|opening| !tiles.hold(lattice, opening.cell));
+        self.openings.extend(openings);
+        self.openings.sort_by_key(Opening::face);
+        self.open();
+    }
+
+    /// Leaves of the faces with a gap the share that is open.
+    fn open(&mut self) {
+        let mut new = Vec::new();
+        for opening in &self.openings {
+            let key = (opening.cell, opening.is_north);
+            let found = self.sills.binary_search_by_key(&key, |sill| (sill.cell, sill.is_north));
+            let mut sill = found.map_or(PassSill::whole(key.0, key.1, f64::NEG_INFINITY), |place| self.sills[place]);
+            if opening.crest > sill.level {
+                (sill.share, sill.crest) = (opening.share, opening.crest);
+                match found {
+                    Ok(place) => self.sills[place] = sill,
+                    Err(_) => new.push(sill),
+                }
+            }
+        }
+        self.sills.append(&mut new);
+        self.sort();
     }
 
     /// Finds those of some cells (ascending) anew, whose bed is another one by now.
@@ -119,9 +185,9 @@ impl PassSills {
         }
         faces.sort_unstable();
         faces.dedup();
-        let mut sills = std::mem::take(&mut self.sills);
-        sills.extend(faces.into_iter().filter_map(|(cell, is_north)| search.sill(cell, is_north)));
-        *self = PassSills::new(sills);
+        self.sills.extend(faces.into_iter().filter_map(|(cell, is_north)| search.sill(cell, is_north)));
+        self.sort();
+        self.find_openings_again(cells, pixels, bed);
     }
 
     /// Whether there are none.
@@ -218,7 +284,7 @@ impl<'a, P: Pixels> Search<'a, P> {
         if is_last {
             return None;
         }
-        let mut sill = PassSill { cell, is_north, level: 0.0 };
+        let mut sill = PassSill::whole(cell, is_north, 0.0);
         let other = sill.other(lattice);
         let beds = [cell, other].map(|cell| self.bed.elevation[cell]);
         if beds[0].is_nan() || beds[1].is_nan() {
@@ -238,7 +304,7 @@ impl<'a, P: Pixels> Search<'a, P> {
             beds[0].max(beds[1]) + LEAST_RISE.min(SHARE_OF_SPACING * lattice.spacing),
         );
         [self.first, self.second] = places;
-        sill.level = level?;
+        (sill.level, sill.crest) = (level?, level?);
         Some(sill)
     }
 

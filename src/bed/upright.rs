@@ -34,7 +34,7 @@ fn step_between(a: &Piece, b: &Piece, width: f64) -> Option<Step> {
     is_upright.then_some(Step { height, offset: (a.offset + b.offset) * 0.5 })
 }
 
-fn least_step(width: f64) -> f64 {
+pub(super) fn least_step(width: f64) -> f64 {
     LEAST_STEP.min(SHARE_OF_CELL * width)
 }
 

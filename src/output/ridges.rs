@@ -9,13 +9,17 @@ pub struct Ridge {
     pub line: [Vec2; 2],
     /// The lowest level (m) at which water passes it; none where there is none.
     pub sill: Option<f64>,
+    /// The share of the face that lies in a gap, whose level is the sill; 1 without a gap.
+    pub open: f64,
+    /// The level (m) at which water passes the rest; none where there is none.
+    pub crest: Option<f64>,
     /// Bed elevation (m) of the cells to the left and to the right of the line.
     pub beds: [f64; 2],
 }
 
 impl Ridge {
-    /// How far it rises above the higher of both beds (m); none where no water passes at any level.
+    /// How far it rises above the higher of both beds (m), beside its gap; none where no water passes at any level.
     pub fn rise(&self) -> Option<f64> {
-        self.sill.map(|sill| sill - self.beds[0].max(self.beds[1]))
+        self.crest.map(|crest| crest - self.beds[0].max(self.beds[1]))
     }
 }

@@ -44,7 +44,7 @@ pub(super) fn report(
     findings: &mut Findings,
 ) -> Vec<Ridge> {
     let is_moving = scenario.numerics.motion == Motion::Lagrangian;
-    let unseen = if is_moving { PassSills::find(surface, bed) } else { PassSills::default() };
+    let unseen = if is_moving { PassSills::find(surface, &mut bed.clone()) } else { PassSills::default() };
     let passes = if is_moving { &unseen } else { &bed.passes };
     let ridges: Vec<Ridge> = lines(passes, bed).filter(|ridge| rise(ridge) >= WORTH_A_WORD).collect();
     let Some(highest) = ridges.iter().max_by(|a, b| finite_rise(a).total_cmp(&finite_rise(b))) else { return ridges };
@@ -55,19 +55,24 @@ pub(super) fn report(
     let shut = ridges.iter().filter(|ridge| ridge.sill.is_none()).count();
     let without_data =
         if shut > 0 { format!("; {shut} of them are shut by pixels without data") } else { String::new() };
-    let height = highest.sill.map_or(String::new(), |sill| {
-        format!("; the highest rises {:.2} m above the bed on both sides, to {sill:.2} m", rise(highest))
+    let height = highest.crest.map_or(String::new(), |crest| {
+        format!("; the highest rises {:.2} m above the bed on both sides, to {crest:.2} m", rise(highest))
     });
-    let message = format!("{faces} a ridge that the cells do not see ({length}){height}{without_data}");
+    let open = ridges.iter().filter(|ridge| ridge.open < 1.0).count();
+    let gaps = if open > 0 { format!("; {open} of them lie in its gaps") } else { String::new() };
+    let message = format!("{faces} a ridge that the cells do not see ({length}){height}{gaps}{without_data}");
     let noise = noise_in_cells(surface, &bed.lattice).map_or(String::new(), |[median, most]| {
         format!("; inside a cell the terrain scatters by {median:.2} m about a plane (median), by {most:.2} m or less in 95 % of the cells")
     });
-    let held =
-        if is_moving { "moving particles pass them unhindered" } else { "water passes them at their lowest place" };
+    let held = if is_moving {
+        "moving particles pass them unhindered"
+    } else {
+        "water passes them at their lowest place, and gaps by their width"
+    };
     let remedy = if is_moving {
         "leave out `motion: lagrangian`, choose a finer `resolution`, or raise them by `terrain.breaklines`"
     } else {
-        "look at the layer `ridges` of results.gpkg; choose a finer `resolution` where gaps in a levee matter"
+        "look at the layer `ridges` of results.gpkg; choose a finer `resolution` where a levee or its gaps decide"
     };
     let problem = Problem::warning(ProblemKind::Input, "ridge-in-cell", "", message)
         .with_cause(format!(
@@ -98,10 +103,14 @@ fn lines<'a>(passes: &'a PassSills, bed: &'a BedParticles) -> impl Iterator<Item
         let half = Vec2::new(there.y - here.y, there.x - here.x) * 0.5;
         let middle = lattice.to_map((here + there) * 0.5);
         let half = if sill.is_north { half * -1.0 } else { half };
+        let beds = [bed.elevation[sill.cell], bed.elevation[other]];
+        let passable = |level: f64| (level < SHUT).then_some(level.max(beds[0].max(beds[1])));
         Ridge {
             line: [middle - half, middle + half],
-            sill: (sill.level < SHUT).then_some(sill.level),
-            beds: [bed.elevation[sill.cell], bed.elevation[other]],
+            sill: passable(sill.level),
+            open: sill.share,
+            crest: passable(sill.crest),
+            beds,
         }
     })
 }

@@ -122,7 +122,7 @@ fn water_does_not_show_behind_a_levee_inside_a_cell() {
         _ => 9.5,
     };
     let held = |cell: usize, bed: f64| if cell.is_multiple_of(4) { 11.0 - bed } else { 0.0 };
-    let sill = |cell: usize| PassSill { cell, is_north: false, level: 13.0 };
+    let sill = |cell: usize| PassSill::whole(cell, false, 13.0);
     let passes = vec![sill(0), sill(4), sill(8)];
     let scene = Scene { columns: 4, rows: 3, terrain: &terrain, depth: &held, passes, walls: vec![] };
     let maps = scene.maps();
@@ -141,7 +141,7 @@ fn levels_on_both_sides_of_a_wall_or_of_a_ridge_stay_apart() {
     let terrain = |_: Vec2| 5.0;
     let two = |cell: usize, bed: f64| if cell % 4 < 2 { 10.0 - bed } else { 6.0 - bed };
     let wall = [Vec2::new(20.0, -1.0), Vec2::new(20.0, 31.0)];
-    let sill = |row: usize| PassSill { cell: row * 4 + 1, is_north: false, level: 12.0 };
+    let sill = |row: usize| PassSill::whole(row * 4 + 1, false, 12.0);
     let open = Scene { columns: 4, rows: 3, terrain: &terrain, depth: &two, passes: vec![], walls: vec![] };
     let walled = Scene { walls: vec![wall], passes: vec![], ..open };
     let ridged = Scene { passes: [0, 1, 2].map(sill).to_vec(), walls: vec![], ..walled };

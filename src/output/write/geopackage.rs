@@ -276,14 +276,14 @@ fn section_layer<'a>((sections, results): (&[Section], &[SectionResult])) -> Gda
 
 /// The faces that carry a ridge which their cells do not see.
 fn ridge_layer<'a>(ridges: &[Ridge]) -> GdalResult<Layer<'a>> {
-    let columns = number_columns(&["sill_m", "rise_m", "bed_left_m", "bed_right_m"]);
+    let columns = number_columns(&["sill_m", "rise_m", "bed_left_m", "bed_right_m", "open_share", "crest_m"]);
     let feature = |ridge: &Ridge| {
         let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
         for place in ridge.line {
             line.add_point_2d((place.x, place.y));
         }
         let [left, right] = ridge.beds.map(Some);
-        let numbers = [ridge.sill, ridge.rise(), left, right];
+        let numbers = [ridge.sill, ridge.rise(), left, right, Some(ridge.open), ridge.crest];
         Ok((Some(line), numbers.map(Value::Number).into()))
     };
     let features = ridges.iter().map(feature).collect::<GdalResult<_>>()?;

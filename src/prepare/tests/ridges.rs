@@ -15,6 +15,29 @@ const TIME: f64 = 60.0;
 struct Levee {
     degrees: f64,
     side: usize,
+    gap: Option<Gap>,
+}
+
+/// A gap through a levee.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    /// From one distance (m) along the crest to another, at its foot.
+    along: [f64; 2],
+    /// The level (m) of its floor.
+    floor: f64,
+    /// The slope of its sides, 0 for upright ones (m along the crest for each metre of height).
+    sides: f64,
+}
+
+impl Gap {
+    /// Whether the levee stands at a distance (m) along the crest, and how high.
+    fn height(self, along: f64, levee: f64) -> f64 {
+        let outside = (self.along[0] - along).max(along - self.along[1]);
+        if outside <= 0.0 {
+            return self.floor.min(levee);
+        }
+        if self.sides > 0.0 { (self.floor + outside / self.sides).min(levee) } else { levee }
+    }
 }
 
 /// What a run leaves behind a levee (m³).
@@ -37,8 +60,16 @@ impl Levee {
         x * cos + y * sin
     }
 
+    /// Distance (m) along the crest from the middle of the terrain.
+    fn along(self, place: Vec2) -> f64 {
+        let (sin, cos) = self.degrees.to_radians().sin_cos();
+        let (x, y) = (place.x - 0.5 * self.side as f64 - 3.3, place.y - 0.5 * self.side as f64);
+        y * cos - x * sin
+    }
+
     fn height(self, place: Vec2) -> f64 {
-        (3.0 - (self.across(place).abs() - 1.5).max(0.0)).clamp(0.0, 3.0)
+        let levee = (3.0 - (self.across(place).abs() - 1.5).max(0.0)).clamp(0.0, 3.0);
+        self.gap.map_or(levee, |gap| gap.height(self.along(place), levee))
     }
 
     /// The scenario of a lake to the west of it at a level (m), on cells of a size (m).
@@ -97,7 +128,7 @@ impl Levee {
 fn an_unbroken_levee_holds_at_any_angle_and_ratio() {
     for degrees in [0.0, 20.0, 45.0] {
         for ratio in [2.5, 5.0, 10.0] {
-            let Behind { lake, beyond, by_area, at_start } = Levee { degrees, side: 200 }.run(2.0, ratio);
+            let Behind { lake, beyond, by_area, at_start } = Levee { degrees, side: 200, gap: None }.run(2.0, ratio);
             // Water of the lake in cells that the crest cuts is shown on both sides of it, from the start.
             assert!(
                 beyond <= 0.0 && (by_area - at_start).abs() < 0.005 * lake,
@@ -110,12 +141,34 @@ fn an_unbroken_levee_holds_at_any_angle_and_ratio() {
 #[test]
 fn a_levee_is_overtopped_as_on_cells_of_its_pixels() {
     for degrees in [0.0, 20.0, 45.0] {
-        let levee = Levee { degrees, side: 100 };
+        let levee = Levee { degrees, side: 100, gap: None };
         let fine = levee.run(3.6, 1.0).beyond;
         for ratio in [5.0, 10.0] {
             let share = levee.run(3.6, ratio).beyond / fine;
             assert!((share - 1.0).abs() < 0.2, "{degrees} degrees, ratio {ratio}: {share} of {fine} m³");
         }
+    }
+}
+
+#[test]
+fn a_gap_narrower_than_a_cell_passes_as_much_as_on_cells_of_its_pixels() {
+    for degrees in [0.0, 20.0, 45.0] {
+        for from in [-2.0, 3.0] {
+            let gap = Gap { along: [from, from + 4.0], floor: 0.0, sides: 0.0 };
+            let levee = Levee { degrees, side: 100, gap: Some(gap) };
+            let fine = levee.run(2.0, 1.0).beyond;
+            for ratio in [5.0, 10.0] {
+                let share = levee.run(2.0, ratio).beyond / fine;
+                assert!((share - 1.0).abs() < 0.25, "{degrees} degrees, ratio {ratio}, {gap:?}: {share} of {fine} m³");
+            }
+        }
+    }
+    // The floor a third of the way up, sides of two in height to one.
+    let gap = Gap { along: [-2.0, 2.0], floor: 1.0, sides: 0.5 };
+    for degrees in [0.0, 20.0, 45.0] {
+        let levee = Levee { degrees, side: 100, gap: Some(gap) };
+        let share = levee.run(2.0, 5.0).beyond / levee.run(2.0, 1.0).beyond;
+        assert!((share - 1.0).abs() < 0.25, "{degrees} degrees: {share}");
     }
 }
 
@@ -132,7 +185,7 @@ fn ridge_warnings(prepared: &Prepared) -> Vec<String> {
 
 #[test]
 fn check_warns_of_ridges_that_cells_do_not_see_and_of_moving_particles_that_pass_them() {
-    let levee = Levee { degrees: 20.0, side: 100 };
+    let levee = Levee { degrees: 20.0, side: 100, gap: None };
     let mut scene = levee.scene(2.0, 10.0);
     let prepared = prepare(&scene.scenario);
     let warnings = ridge_warnings(&prepared);

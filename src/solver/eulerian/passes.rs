@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::faces::{EAST, Half, NORTH, Numbers, Side, Sill, over_sill};
+use super::faces::{EAST, Half, NORTH, Numbers, Side, Sill, over_sill, single};
 use super::spans::ActiveSet;
 use super::state::{GroundRow, State, datum};
 use super::walls::{Beside, NEIGHBOURS, NO_SILLS, SpecialCell, Walls, correct_gradients};
@@ -37,7 +37,11 @@ struct PassFace {
     direction: usize,
     /// Its level (m) now, and on the beds of the start.
     level: f64,
+    /// The share of the face that has this level, and the level (m) of the rest above it.
+    share: f64,
+    crest: f64,
     level_at_start: f64,
+    crest_at_start: f64,
     /// The beds (m) of the two cells at the start.
     beds: [f64; 2],
 }
@@ -79,6 +83,7 @@ impl Passes {
                 let rises = [here, there].map(|(row, column)| ground[row].bed[column]);
                 let rise = (rises[0] - face.beds[0]).min(rises[1] - face.beds[1]);
                 face.level = face.level_at_start + rise;
+                face.crest = face.crest_at_start + rise;
                 let (level, offset) = (face.level, if face.direction == EAST { (1, 0) } else { (0, 1) });
                 self.set_beside(here, offset, level);
                 self.set_beside(there, (-offset.0, -offset.1), level);
@@ -121,11 +126,19 @@ impl Passes {
                     Half { step: larger(half.step, face.level - half.z), ..half }
                 };
                 let (i, j) = (half((row, face.column)), half(there));
-                let sill = Sill { level: face.level, lowest: face.level };
+                let part = |level: f64| over_sill(i, j, Sill { level, lowest: face.level }, numbers, methods);
                 let out = &mut flux[face.direction];
                 let k = face.column;
-                (out.mass[k], out.tangential[k], out.normal_left[k], out.normal_right[k]) =
-                    over_sill(i, j, sill, numbers, methods);
+                let open =
+                    if face.level > f64::NEG_INFINITY { part(face.level) } else { single(i, j, numbers, methods) };
+                let sum = if face.share < 1.0 {
+                    let rest = part(face.crest);
+                    let mean = |open: f64, rest: f64| face.share * open + (1.0 - face.share) * rest;
+                    (mean(open.0, rest.0), mean(open.1, rest.1), mean(open.2, rest.2), mean(open.3, rest.3))
+                } else {
+                    open
+                };
+                (out.mass[k], out.tangential[k], out.normal_left[k], out.normal_right[k]) = sum;
             }
         });
     }
@@ -135,7 +148,17 @@ impl PassFace {
     fn new(sill: &PassSill, (column, direction): (usize, usize), problem: &FlowProblem, datum: f64) -> Self {
         let beds = [sill.cell, sill.other(&problem.bed.lattice)].map(|cell| problem.bed.elevation[cell] - datum);
         let level = sill.level - datum;
-        PassFace { column, direction, level, level_at_start: level, beds }
+        let crest = sill.crest - datum;
+        PassFace {
+            column,
+            direction,
+            level,
+            share: sill.share,
+            crest,
+            level_at_start: level,
+            crest_at_start: crest,
+            beds,
+        }
     }
 }
 

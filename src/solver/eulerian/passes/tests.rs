@@ -17,7 +17,7 @@ fn lattice(rows: usize) -> Lattice {
 
 /// The same sill (m) in all faces to the east of a column.
 fn ridge(rows: usize, column: usize, level: f64) -> Vec<PassSill> {
-    (0..rows).map(|row| PassSill { cell: row * COLUMNS + column, is_north: false, level }).collect()
+    (0..rows).map(|row| PassSill::whole(row * COLUMNS + column, false, level)).collect()
 }
 
 fn depths(solver: &mut EulerianSolver) -> Vec<f64> {
@@ -34,7 +34,7 @@ fn pockets_on_both_sides_of_ridges_stay_at_rest_at_their_own_levels() {
         for (is_north, is_ridge) in [(false, column % 4 == 3), (true, row % 3 == 2)] {
             let is_last = if is_north { row + 1 == 30 } else { column + 1 == COLUMNS };
             if !is_last && (is_ridge || noise(cell) > 0.2) {
-                sills.push(PassSill { cell, is_north, level: if is_ridge { 3.0 } else { 0.9 } });
+                sills.push(PassSill::whole(cell, is_north, if is_ridge { 3.0 } else { 0.9 }));
             }
         }
     }
@@ -72,6 +72,7 @@ fn overtopped(level: f64, is_mirrored: bool) -> FlowProblem {
     let mut sills = ridge(6, if is_mirrored { COLUMNS - 20 } else { 18 }, 2.0);
     for sill in &mut sills {
         sill.level += 0.1 * noise(sill.cell / COLUMNS);
+        sill.crest = sill.level;
     }
     let mut problem = problem(lattice, elevation, depth);
     problem.bed.manning = vec![0.03; problem.bed.lattice.len()];
