@@ -91,6 +91,15 @@ pub struct Problem {
     pub at: Option<Vec2>,
 }
 
+/// Brings problems into the order in which a planner works them off: errors first, each kind by its place in the scenario. What has none,
+/// such as a value from the command line, comes before.
+pub fn sort_problems(problems: &mut [Problem]) {
+    problems.sort_by_key(|problem| {
+        let at = problem.place.as_ref().map(|place| (place.line, place.column));
+        (problem.severity == Severity::Warning, at)
+    });
+}
+
 impl Problem {
     /// An error of the given kind; add the rest by the `with_` functions.
     pub fn error(kind: ProblemKind, code: &'static str, key: impl Into<String>, message: impl Into<String>) -> Self {
@@ -290,5 +299,30 @@ impl Error {
             Error::Stopped { .. } => ExitCode::Interrupted,
             Error::Internal(_) => ExitCode::Internal,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn problems_come_in_the_order_of_their_lines_errors_first() {
+        let place = |line, column| Some(Place { file: "s.yaml".into(), line, column });
+        let error = |code, place| Problem::error(ProblemKind::Scenario, code, "", "").with_place(place);
+        let warning = |code, place| Problem::warning(ProblemKind::Scenario, code, "", "").with_place(place);
+        let mut problems = [
+            warning("third line", place(3, 1)),
+            error("nowhere", None),
+            error("second line, later", place(2, 9)),
+            error("second line", place(2, 3)),
+            error("second line, found after it", place(2, 3)),
+            warning("first line", place(1, 1)),
+        ];
+        sort_problems(&mut problems);
+        let codes = problems.map(|problem| problem.code);
+        let errors = ["nowhere", "second line", "second line, found after it", "second line, later"];
+        assert_eq!(codes[..4], errors);
+        assert_eq!(codes[4..], ["first line", "third line"]);
     }
 }

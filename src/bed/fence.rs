@@ -86,7 +86,7 @@ impl Window {
     }
 
     /// What the largest squares no higher than a level (m) cover that fit into some rows; of several such places the largest, of
-    /// equal ones the lowest.
+    /// equal ones the lowest, and all of those that are equal in both.
     fn widest_place(&self, level: f64, rows: Range<usize>) -> Option<Vec<usize>> {
         let columns = self.columns;
         // The side of the largest square whose last pixel is this one.
@@ -106,18 +106,19 @@ impl Window {
                 is_wide[end - largest..end].fill(true);
             }
         }
-        let mut best: Option<(usize, f64, Vec<usize>)> = None;
+        // The size, the sum of heights and the pixels.
+        let mut best = (0, 0.0, Vec::new());
         for first in rows.start * columns..rows.end * columns {
             let place = take_joined(first, columns, rows.end, &mut is_wide);
             let height = place.iter().map(|&pixel| self.values[pixel]).sum::<f64>();
-            let is_better = |(size, lowest, _): &(usize, f64, Vec<usize>)| {
-                place.len() > *size || place.len() == *size && height < *lowest
-            };
-            if !place.is_empty() && best.as_ref().is_none_or(is_better) {
-                best = Some((place.len(), height, place));
+            let is_larger = place.len() > best.0;
+            if is_larger || place.len() == best.0 && height < best.1 {
+                best = (place.len(), height, place);
+            } else if !place.is_empty() && place.len() == best.0 && height <= best.1 {
+                best.2.extend(place);
             }
         }
-        best.map(|(_, _, place)| place)
+        Some(best.2)
     }
 
     /// Length of the shortest fence from the first column to the last that parts what lies no higher than a level (m): pixels above it

@@ -1,23 +1,23 @@
-//! Gaps in ridges that are narrower than a cell: how much of a face they leave open, and the ground of their cells.
+//! Gaps in ridges that are narrower than two cells: how much of a face they leave open, and the ground of their cells.
 //!
 //! The ground without its ridges is the grey opening of the terrain by squares of two cells, z° = max over squares S ∋ x of min over S
 //! of z; a ridge stands higher than that. The closing z• = min over S ∋ x of max over S of z fills what parts two ridges:
 //!
 //! ```text
-//! (M99)   gap at x:  z•(x) − (z•)°(x) > max(s, relief of (z•)° within a cell)   and   z•(x) − z(x) > s
+//! (M99)   gap at x:  z•(x) − (z•)°(x) > max(s, relief of (z•)° within Δ of x)   and   z•(x) − z(x) > s
 //! (M100)  ψ(L) = F(z, L) / F(z°, L),   F(z, L) the length of the shortest fence that parts the two cells of a face where z ≤ L
 //! ```
 //!
-//! A fence runs from one side of the two cells to the other, between the widest places of each, and costs nothing where the terrain
+//! A fence runs from one side of the two cells to the other, between the widest places of each. It costs nothing where the terrain
 //! stands above L. A plane and a valley are their own openings, whatever their slope and width: nothing but ridges makes a gap, and
 //! of these only such as stand higher than the ground rises under them.
 //!
-//! The bed of a cell with a gap is the mean of its pixels in the gap and on the ground, if that is lower; of a face beside it the part
-//! ψ(L) is open, at the level of its pass sill or of its beds, L higher than that by s, and the rest has the level of the crest, at
-//! which half of it is open. A ridge without a gap is left to its pass sill (M80).
+//! The bed of a cell with a gap is the mean of its pixels in the gap and on the ground, if that is lower. Of a face beside it the part
+//! ψ(L) is open, at the level of its pass sill or of its beds, L higher than that by s. The rest has the level of the crest, at which
+//! half of it is open. A face with a pass sill is measured alike, since its crest may be uneven.
 //!
-//! Deliberately absent: terrain with fewer than four pixels to a cell, and the area of the ridge in the cell. Openings and closings:
-//! `Soille2004`; squares in two passes: `vanHerk1992`.
+//! Deliberately absent: terrain with fewer than four pixels to a cell, or with pixels that are far from square, and the area of the
+//! ridge in the cell. Openings and closings: `Soille2004`; squares in two passes: `vanHerk1992`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -34,11 +34,15 @@ use crate::math::{Vec2, larger, smaller};
 
 /// A cell has at least so many pixels from one side to the other; with fewer a gap has no width.
 const LEAST_PIXELS: f64 = 4.0;
+/// With more pixels than this from one side to the other a square of them counts as one, at its highest: no ridge gets a gap by it.
+const MOST_PIXELS: f64 = 32.0;
+/// Pixels whose sides differ by more than this ratio are no measure of a width.
+const SQUARE: f64 = 1.25;
 /// A side of a tile has about so many pixels,
 const TILE: f64 = 320.0;
-/// and so many cells;
-const CELLS_OF_TILE: [usize; 2] = [4, 32];
-/// with those around it, as far as what decides of a gap reaches: a closing, an opening and the relief.
+/// and no more cells than this,
+const MOST_CELLS: usize = 32;
+/// without those around it, as far as what decides of a gap reaches: a closing, an opening and the relief.
 const MARGIN: usize = 6;
 /// A gap is narrower than so many cells.
 const WIDEST: usize = 2;
@@ -54,6 +58,17 @@ pub(super) struct Opening {
     pub share: f64,
     /// The level (m) of the rest.
     pub crest: f64,
+}
+
+/// Gives the cells of a bed that hold a gap the ground of the gap, where that is lower; the terrain is that before anything is built
+/// on it.
+pub fn lower_gaps(pixels: &impl Pixels, bed: &mut BedParticles) {
+    if bed.lattice.is_empty() {
+        return;
+    }
+    for (cell, ground) in Tiles::all(pixels, &bed.lattice).cells_with_gaps(pixels, bed) {
+        bed.elevation[cell] = bed.elevation[cell].min(ground);
+    }
 }
 
 /// A lattice in tiles.
@@ -103,7 +118,8 @@ impl Tiles {
 
     /// Their cells with a gap, ascending, and the ground (m) without its ridges.
     pub fn cells_with_gaps(&self, pixels: &impl Pixels, bed: &BedParticles) -> Vec<(usize, f64)> {
-        let of_tile = |&corner: &(usize, usize)| Tile::read(pixels, bed, corner, self.size).map(|tile| tile.gaps(bed));
+        let of_tile =
+            |&corner: &(usize, usize)| Tile::read(pixels, bed, corner, self.size).map(|tile| tile.gaps(pixels, bed));
         let corners: Vec<_> = self.corners.iter().collect();
         let mut cells: Vec<(usize, f64)> = corners.into_par_iter().filter_map(of_tile).flatten().collect();
         cells.sort_by_key(|&(cell, _)| cell);
@@ -117,12 +133,12 @@ impl Tiles {
         &self,
         pixels: &impl Pixels,
         bed: &BedParticles,
-        cells: impl Iterator<Item = usize>,
+        cells: &[usize],
         sills: &PassSills,
     ) -> Vec<Opening> {
         let lattice = &bed.lattice;
         let mut faces: BTreeSet<(usize, bool)> = sills.iter().map(PassSill::face).collect();
-        for cell in cells {
+        for &cell in cells {
             let (column, row) = lattice.column_row(cell);
             faces.extend((column + 1 < lattice.columns).then_some((cell, false)));
             faces.extend((row + 1 < lattice.rows).then_some((cell, true)));
@@ -137,7 +153,7 @@ impl Tiles {
             }
         }
         let of_tile = |(&corner, faces): (&(usize, usize), &Vec<(usize, bool)>)| {
-            Tile::read(pixels, bed, corner, self.size).map(|tile| tile.openings(bed, faces, sills))
+            Tile::read(pixels, bed, corner, self.size).map(|tile| tile.openings(pixels, bed, faces, sills))
         };
         let of_tiles: Vec<_> = of_tiles.iter().collect();
         let mut openings: Vec<Opening> = of_tiles.into_par_iter().filter_map(of_tile).flatten().collect();
@@ -150,8 +166,17 @@ impl Tiles {
 fn size_of_tiles(pixels: &impl Pixels, lattice: &Lattice) -> Option<usize> {
     let grid = pixels.grid(lattice.origin, lattice.origin + lattice.size(), lattice.spacing)?;
     let along = lattice.spacing / grid.cell().x.max(grid.cell().y);
-    let [least, most] = CELLS_OF_TILE;
-    (along >= LEAST_PIXELS).then(|| ((TILE / along) as usize).clamp(least, most))
+    (along >= LEAST_PIXELS).then(|| ((TILE / along.min(MOST_PIXELS)) as usize).min(MOST_CELLS))
+}
+
+/// Whether the terrain of a cell itself has pixels that are fine enough, and nearly square.
+fn is_fine(pixels: &impl Pixels, lattice: &Lattice, cell: usize) -> bool {
+    let (column, row) = lattice.column_row(cell);
+    let corner = |column: usize, row: usize| lattice.to_map(Vec2::new(column as f64, row as f64) * lattice.spacing);
+    pixels.grid(corner(column, row), corner(column + 1, row + 1), lattice.spacing).is_some_and(|grid| {
+        let (least, greatest) = (grid.cell().x.min(grid.cell().y), grid.cell().x.max(grid.cell().y));
+        lattice.spacing >= LEAST_PIXELS * greatest && greatest <= SQUARE * least
+    })
 }
 
 impl Opening {
@@ -192,40 +217,45 @@ impl Tile {
             return None;
         }
         let whole = grid.block(low, far);
-        let size = |range: &Range<i64>| (range.end - range.start) as usize;
-        let (pixel_columns, pixel_rows) = (size(&whole.columns), size(&whole.rows));
-        let within = |range: Range<i64>, whole: &Range<i64>| {
-            (range.start - whole.start) as usize..(range.end - whole.start) as usize
-        };
+        // Pixels of the grid along a side of one of the tile.
+        let coarse = (along / MOST_PIXELS).ceil() as usize;
+        let place = |pixel: i64, whole: &Range<i64>| (pixel - whole.start) as usize / coarse;
+        let within = |range: Range<i64>, whole: &Range<i64>| place(range.start, whole)..place(range.end - 1, whole) + 1;
+        let [pixel_columns, pixel_rows] = [&whole.columns, &whole.rows].map(|whole| within(whole.clone(), whole).end);
         let block = |column: usize, row: usize| grid.block(corner(column, row), corner(column + 1, row + 1));
         let columns = wide.clone().map(|column| within(block(column, row).columns, &whole.columns)).collect();
         let rows = high.clone().map(|row| within(block(column, row).rows, &whole.rows)).collect();
         let mut values = vec![f64::NEG_INFINITY; pixel_columns * pixel_rows];
         let mut of_cell = Vec::new();
-        for row in high.clone() {
-            for column in wide.clone() {
-                let cell = row * lattice.columns + column;
-                let block = block(column, row);
-                of_cell.clear();
-                pixels.read(&grid, &block, cell, &mut of_cell);
-                let mut read = of_cell.iter();
-                for row in block.rows.clone() {
-                    let start = (row - whole.rows.start) as usize * pixel_columns;
-                    for column in block.columns.clone() {
-                        let here = &mut values[start + (column - whole.columns.start) as usize];
-                        let value = read.next().copied().unwrap_or(f64::NAN);
-                        *here = here.max(if value.is_nan() { f64::INFINITY } else { value });
-                    }
+        for (row, column) in high.clone().flat_map(|row| wide.clone().map(move |column| (row, column))) {
+            let block = block(column, row);
+            of_cell.clear();
+            pixels.read(&grid, &block, row * lattice.columns + column, &mut of_cell);
+            let mut read = of_cell.iter();
+            for row in block.rows.clone() {
+                let start = place(row, &whole.rows) * pixel_columns;
+                for column in block.columns.clone() {
+                    let here = &mut values[start + place(column, &whole.columns)];
+                    // `max` leaves NaN out.
+                    *here = read.next().map_or(*here, |value| here.max(*value));
                 }
             }
         }
+        values.iter_mut().filter(|z| z.is_infinite()).for_each(|z| *z = f64::INFINITY);
         let (lowest, highest) =
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &z| (low.min(z), high.max(z)));
         if highest - lowest <= least_step(lattice.spacing) {
             return None;
         }
         let terrain = Field { columns: pixel_columns, values };
-        Some(Tile { first: (wide.start, high.start), own, columns, rows, terrain, width: along.round() as usize })
+        Some(Tile {
+            first: (wide.start, high.start),
+            own,
+            columns,
+            rows,
+            terrain,
+            width: (along / coarse as f64).round() as usize,
+        })
     }
 
     /// Ranges of pixels of a cell (column, row).
@@ -239,7 +269,7 @@ impl Tile {
     }
 
     /// The cells of the tile with a gap, and their ground (m) without ridges.
-    fn gaps(&self, bed: &BedParticles) -> Vec<(usize, f64)> {
+    fn gaps(&self, pixels: &impl Pixels, bed: &BedParticles) -> Vec<(usize, f64)> {
         let lattice = &bed.lattice;
         let step = least_step(lattice.spacing);
         let ground = self.ground();
@@ -274,7 +304,7 @@ impl Tile {
             let cell = row * lattice.columns + column;
             let [wide, high] = self.pixels_of((column, row));
             let places = || high.clone().flat_map(|row| wide.clone().map(move |column| row * columns + column));
-            if bed.has_terrain(cell) && places().any(is_gap) {
+            if bed.has_terrain(cell) && places().any(is_gap) && is_fine(pixels, lattice, cell) {
                 let is_low = |&k: &usize| self.terrain.values[k] - ground.values[k] <= step || is_gap(k);
                 let mut levels: Vec<f64> = places().filter(is_low).map(|k| self.terrain.values[k]).collect();
                 // In an order that a mirrored terrain has, too.
@@ -286,12 +316,18 @@ impl Tile {
     }
 
     /// What gaps leave of some faces that cells of the tile own.
-    fn openings(&self, bed: &BedParticles, faces: &[(usize, bool)], sills: &PassSills) -> Vec<Opening> {
+    fn openings(
+        &self,
+        pixels: &impl Pixels,
+        bed: &BedParticles,
+        faces: &[(usize, bool)],
+        sills: &PassSills,
+    ) -> Vec<Opening> {
         let lattice = &bed.lattice;
         let ground = self.ground();
         let opening = |&(cell, is_north): &(usize, bool)| {
             let other = cell + if is_north { lattice.columns } else { 1 };
-            if !bed.has_terrain(cell) || !bed.has_terrain(other) {
+            if !bed.has_terrain(cell) || !bed.has_terrain(other) || !is_fine(pixels, lattice, cell) {
                 return None;
             }
             let beds = bed.elevation[cell].max(bed.elevation[other]);

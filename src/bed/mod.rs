@@ -12,6 +12,7 @@ mod sample;
 mod store;
 mod upright;
 
+pub use gap::lower_gaps;
 pub use noise::noise_in_cells;
 pub use pass_sill::{PassSill, PassSills, Pixels, SHUT};
 pub use place::{derive_curvatures, place_bed};

@@ -32,7 +32,13 @@ impl<T: Copy> Field<T> {
         for (row, values) in self.values.chunks(self.columns).enumerate() {
             padded.values[(row + around) * columns + around..][..values.len()].copy_from_slice(values);
         }
-        padded.run(width, &of_square).run(width, &of_square).run(width, &of_squares).run(width, &of_squares)
+        for _ in 0..2 {
+            padded = padded.run(width, &of_square);
+        }
+        for _ in 0..2 {
+            padded = padded.run(width, &of_squares);
+        }
+        padded
     }
 
     /// The best of each run of so many pixels in a row, transposed.

@@ -94,14 +94,16 @@ impl PassSill {
 pub struct PassSills {
     /// By cell and direction, ascending.
     sills: Vec<PassSill>,
-    /// What gaps leave open, likewise.
+    /// The cells with a gap, ascending.
+    gaps: Vec<usize>,
+    /// What gaps leave open, by cell and direction.
     openings: Vec<Opening>,
 }
 
 impl PassSills {
     /// These sills, in any order.
     pub fn new(sills: Vec<PassSill>) -> Self {
-        let mut sills = PassSills { sills, openings: Vec::new() };
+        let mut sills = PassSills { sills, ..PassSills::default() };
         sills.sort();
         sills
     }
@@ -110,41 +112,35 @@ impl PassSills {
         self.sills.sort_by_key(|sill| (sill.cell, sill.is_north));
     }
 
-    /// The sills of a bed whose cells see no ridge narrower than they are; cells in gaps get the ground of the gap.
-    pub fn find(pixels: &impl Pixels, bed: &mut BedParticles) -> Self {
+    /// The sills of a bed whose cells see no ridge narrower than they are.
+    pub fn find(pixels: &impl Pixels, bed: &BedParticles) -> Self {
         let lattice = &bed.lattice;
         let (low, high) = (lattice.origin, lattice.origin + lattice.size());
         if lattice.is_empty() || pixels.grid(low, high, lattice.spacing).is_none() {
             return PassSills::default();
         }
-        let tiles = Tiles::all(pixels, lattice);
-        let gaps = tiles.cells_with_gaps(pixels, bed);
-        for &(cell, ground) in &gaps {
-            bed.elevation[cell] = bed.elevation[cell].min(ground);
-        }
-        let (bed, lattice) = (&*bed, &bed.lattice);
         let of_row = |row: usize| {
             let mut search = Search::new(pixels, bed);
             let cells = row * lattice.columns..(row + 1) * lattice.columns;
             cells.flat_map(|cell| [search.sill(cell, false), search.sill(cell, true)]).flatten().collect::<Vec<_>>()
         };
         let rows: Vec<Vec<PassSill>> = (0..lattice.rows).into_par_iter().map(of_row).collect();
-        let mut sills = PassSills { sills: rows.concat(), openings: Vec::new() };
-        sills.openings = tiles.openings(pixels, bed, gaps.iter().map(|gap| gap.0), &sills);
-        sills.open();
+        let mut sills = PassSills { sills: rows.concat(), ..PassSills::default() };
+        sills.find_openings(&Tiles::all(pixels, lattice), pixels, bed);
         sills
     }
 
-    /// Finds what gaps leave open anew, near some cells.
-    fn find_openings_again(&mut self, changed: &[usize], pixels: &impl Pixels, bed: &BedParticles) {
+    /// Finds what gaps leave open in some tiles.
+    fn find_openings(&mut self, tiles: &Tiles, pixels: &impl Pixels, bed: &BedParticles) {
         let lattice = &bed.lattice;
-        let tiles = Tiles::near(pixels, lattice, changed);
-        let gaps = tiles.cells_with_gaps(pixels, bed);
         self.sills.retain(|sill| sill.level > f64::NEG_INFINITY);
         for sill in &mut self.sills {
             (sill.share, sill.crest) = (1.0, sill.level);
         }
-        let openings = tiles.openings(pixels, bed, gaps.iter().map(|gap| gap.0), self);
+        self.gaps.retain(|&cell| !tiles.hold(lattice, cell));
+        self.gaps.extend(tiles.cells_with_gaps(pixels, bed).into_iter().map(|(cell, _)| cell));
+        self.gaps.sort_unstable();
+        let openings = tiles.openings(pixels, bed, &self.gaps, self);
         self.openings.retain(|opening| !tiles.hold(lattice, opening.cell));
         self.openings.extend(openings);
         self.openings.sort_by_key(Opening::face);
@@ -187,7 +183,7 @@ impl PassSills {
         faces.dedup();
         self.sills.extend(faces.into_iter().filter_map(|(cell, is_north)| search.sill(cell, is_north)));
         self.sort();
-        self.find_openings_again(cells, pixels, bed);
+        self.find_openings(&Tiles::near(pixels, lattice, cells), pixels, bed);
     }
 
     /// Whether there are none.

@@ -4,16 +4,17 @@ use serde_json::{Value, json};
 
 use super::Stages;
 use super::args::CheckArguments;
-use crate::error::{Error, ExitCode, Problem, ProblemKind, Severity};
+use crate::error::{Error, ExitCode, Problem, ProblemKind, Severity, sort_problems};
 use crate::scenario;
 
 /// Checks a scenario and prints its problems to stdout; the exit code is that of a run that stops at them.
 pub fn check(arguments: &CheckArguments, stages: &Stages) -> ExitCode {
-    let problems = match scenario::load(&arguments.scenario, &arguments.overrides) {
+    let mut problems: Vec<Problem> = match scenario::load(&arguments.scenario, &arguments.overrides) {
         Ok(loaded) => loaded.warnings.into_iter().chain((stages.prepare)(&loaded.scenario)).collect(),
         Err(Error::Problems(problems)) => problems,
         Err(other) => return super::exit_code(Err(other)),
     };
+    sort_problems(&mut problems);
     let text = listing(&arguments.scenario.display().to_string(), &problems, arguments.json);
     match super::print(&text) {
         Ok(()) if error_count(&problems) == 0 => ExitCode::Done,

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::Stages;
 use super::args::PlanArguments;
 use super::check::{findings, listing};
-use crate::error::{Error, ExitCode, Problem};
+use crate::error::{Error, ExitCode, Problem, sort_problems};
 use crate::pipeline::Plan;
 use crate::scenario;
 
@@ -28,7 +28,8 @@ pub fn plan(arguments: &PlanArguments, stages: &Stages) -> ExitCode {
             super::print(&text)
         }
         Err(Error::Problems(problems)) => {
-            let all: Vec<Problem> = warnings.into_iter().chain(problems).collect();
+            let mut all: Vec<Problem> = warnings.into_iter().chain(problems).collect();
+            sort_problems(&mut all);
             return match super::print(&listing(&file, &all, arguments.json)) {
                 Ok(()) => Error::Problems(all).exit_code(),
                 Err(error) => super::exit_code(Err(error)),

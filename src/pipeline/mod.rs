@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::bed::BedParticles;
-use crate::error::{Error, NumericalFailure, Problem, ProblemKind, Severity};
+use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
 use crate::math::readable;
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
@@ -74,7 +74,7 @@ pub fn check(scenario: &Scenario) -> Vec<Problem> {
     let prepared = prepare(scenario);
     let mut problems = in_folder(&prepared.inputs, &scenario.outputs.folder.value);
     problems.extend(prepared.problems);
-    problems.sort_by_key(|problem| problem.severity == Severity::Warning);
+    sort_problems(&mut problems);
     problems
 }
 
@@ -108,6 +108,7 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let mut prepared = prepare(scenario);
     prepared.problems.extend(RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)));
     prepared.problems.extend(in_folder(&prepared.inputs, &out));
+    sort_problems(&mut prepared.problems);
     if prepared.has_errors() {
         return Err(Error::Problems(prepared.problems));
     }

@@ -1,6 +1,6 @@
 //! The list of problems while it grows: each finding gets the key and the place of the scenario value it belongs to.
 
-use crate::error::{Place, Problem, Severity};
+use crate::error::{Place, Problem, Severity, sort_problems};
 use crate::scenario::Sourced;
 
 /// Problems found so far.
@@ -41,9 +41,9 @@ impl Findings {
         self.problems.iter().any(|problem| problem.key == key && problem.severity == Severity::Error)
     }
 
-    /// All of them, errors first, each kind in the order in which they were found.
+    /// All of them in order; see [`sort_problems`].
     pub fn into_problems(mut self) -> Vec<Problem> {
-        self.problems.sort_by_key(|problem| problem.severity == Severity::Warning);
+        sort_problems(&mut self.problems);
         self.problems
     }
 }

@@ -301,6 +301,7 @@ fn place_on_lattice(
     let mut changes = Changes::default();
     gaps::treat(scenario, &mut bed, &mut changes, findings);
     gaps::check_seams(scenario, &bed, findings);
+    ridges::lower_gaps(scenario, &changes.on(terrain, &lattice), &mut bed);
     bed.manning = roughness::on_lattice(rough, &scenario.roughness, &lattice, &bed.elevation, findings);
     ground::on_lattice(ground, scenario, &mut bed, &mut changes, findings);
     let mut breach = breach::on_lattice(dam, scenario, &mut bed, findings);

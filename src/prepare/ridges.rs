@@ -2,7 +2,7 @@
 
 use super::findings::Findings;
 use super::shaped::Shaped;
-use crate::bed::{BedParticles, PassSills, Pixels, SHUT, noise_in_cells};
+use crate::bed::{self, BedParticles, PassSills, Pixels, SHUT, noise_in_cells};
 use crate::error::{Problem, ProblemKind};
 use crate::math::Vec2;
 use crate::output::Ridge;
@@ -11,6 +11,13 @@ use crate::scenario::methods::Motion;
 
 /// Ridges that rise less than this (m) above both beds are the noise of the terrain, and not reported.
 const WORTH_A_WORD: f64 = 0.1;
+
+/// Gives cells in gaps of ridges the ground of the gap; before anything is built on the terrain, which may close them.
+pub(super) fn lower_gaps(scenario: &Scenario, surface: &impl Pixels, bed: &mut BedParticles) {
+    if scenario.numerics.motion == Motion::Eulerian {
+        bed::lower_gaps(surface, bed);
+    }
+}
 
 /// Finds the pass sills of a bed. Moving particles know none: they keep a bed without.
 pub(super) fn find(scenario: &Scenario, surface: &impl Pixels, bed: &mut BedParticles) {
@@ -44,7 +51,7 @@ pub(super) fn report(
     findings: &mut Findings,
 ) -> Vec<Ridge> {
     let is_moving = scenario.numerics.motion == Motion::Lagrangian;
-    let unseen = if is_moving { PassSills::find(surface, &mut bed.clone()) } else { PassSills::default() };
+    let unseen = if is_moving { PassSills::find(surface, bed) } else { PassSills::default() };
     let passes = if is_moving { &unseen } else { &bed.passes };
     let ridges: Vec<Ridge> = lines(passes, bed).filter(|ridge| rise(ridge) >= WORTH_A_WORD).collect();
     let Some(highest) = ridges.iter().max_by(|a, b| finite_rise(a).total_cmp(&finite_rise(b))) else { return ridges };
@@ -59,7 +66,7 @@ pub(super) fn report(
         format!("; the highest rises {:.2} m above the bed on both sides, to {crest:.2} m", rise(highest))
     });
     let open = ridges.iter().filter(|ridge| ridge.open < 1.0).count();
-    let gaps = if open > 0 { format!("; {open} of them lie in its gaps") } else { String::new() };
+    let gaps = if open > 0 { format!("; {open} of these faces are partly open, by gaps") } else { String::new() };
     let message = format!("{faces} a ridge that the cells do not see ({length}){height}{gaps}{without_data}");
     let noise = noise_in_cells(surface, &bed.lattice).map_or(String::new(), |[median, most]| {
         format!("; inside a cell the terrain scatters by {median:.2} m about a plane (median), by {most:.2} m or less in 95 % of the cells")

@@ -25,7 +25,7 @@ use super::schema::{
 };
 use super::units::INTENSITY;
 use super::{breach, channel, ground, moving_bed, preset, start, tree};
-use crate::error::{Error, Place, Problem, ProblemKind};
+use crate::error::{Error, Place, Problem, ProblemKind, sort_problems};
 
 /// Largest scenario file (bytes); data belongs into files of its own.
 const MAX_FILE_BYTES: u64 = 1 << 20;
@@ -73,6 +73,7 @@ pub fn resolve(text: &str, file: &Path, overrides: &[String]) -> Result<Loaded, 
         }
         _ => {
             list_missing_files(&mut reader);
+            sort_problems(&mut reader.problems);
             Err(Error::Problems(reader.problems))
         }
     }
@@ -547,17 +548,17 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
             (3, "unknown-key", "terrain.layer"),
             (3, "conflict", "terrain.layers[0].max_gap"),
             (4, "range", "roughness.manning"),
+            (6, "missing-key", "initial[0]"),
             (6, "unknown-key", "initial[0].reservor"),
             (6, "unit", "initial[0].level"),
-            (6, "missing-key", "initial[0]"),
             (7, "conflict", "initial[1]"),
             (8, "range", "resolution"),
             (9, "missing-unit", "time.end"),
             (10, "wrong-type", "outputs.every"),
             (10, "range", "outputs.arrival.thresholds[0]"),
-            (11, "unknown-name", "numerics.kernel"),
-            (11, "range", "numerics.cfl"),
             (11, "method-combination", "numerics.motion"),
+            (11, "range", "numerics.cfl"),
+            (11, "unknown-name", "numerics.kernel"),
         ];
         assert_eq!(found, expected.map(|(line, code, key)| (line, code, key.to_owned())));
     }

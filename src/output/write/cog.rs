@@ -6,6 +6,7 @@
 use gdal::cpl::CslStringList;
 use gdal::raster::{Buffer, ColorEntry, ColorTable, GdalType, PaletteInterpretation, RasterBand};
 use gdal::{Dataset, DriverManager, Metadata};
+use rayon::prelude::*;
 
 use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
@@ -18,6 +19,8 @@ use super::qgis::raster_style;
 use super::variables::{MapKind, MapVariable, map_variables};
 use crate::error::Error;
 
+/// So many maps are written at once: each takes its pixels twice more.
+const AT_ONCE: usize = 4;
 /// "No value" in the class map, which is of bytes: colour tables need them.
 const CLASS_FILL: u8 = 255;
 
@@ -33,11 +36,11 @@ pub fn write_cogs(
     maps: &GridMaps,
     rise_on_wet: f64,
 ) -> Result<(), Error> {
-    let crs = WritableCrs::new(crs, &folder.file("cog"))?;
-    for map in map_variables(maps, rise_on_wet) {
+    let write = |map: &MapVariable<'_>| {
+        let crs = WritableCrs::new(crs, &folder.file("cog"))?;
         folder.write_with(&format!("cog/{}.tif", map.name), |path| {
             let failed = |cause: gdal::errors::GdalError| output_error(path, cause);
-            let source = in_memory(&map, grid, &crs, provenance).map_err(failed)?;
+            let source = in_memory(map, grid, &crs, provenance).map_err(failed)?;
             let mut options = CslStringList::new();
             for option in ["COMPRESS=DEFLATE", "PREDICTOR=YES", "BLOCKSIZE=512", "OVERVIEWS=AUTO", "RESAMPLING=NEAREST"]
             {
@@ -47,7 +50,11 @@ pub fn write_cogs(
             let copy = source.create_copy(&driver, path, &options).map_err(failed)?;
             copy.close().map_err(failed)
         })?;
-        folder.write(&format!("cog/{}.qml", map.name), raster_style(&map).as_bytes())?;
+        folder.write(&format!("cog/{}.qml", map.name), raster_style(map).as_bytes())
+    };
+    for maps in map_variables(maps, rise_on_wet).chunks(AT_ONCE) {
+        let written: Vec<Result<(), Error>> = maps.par_iter().map(write).collect();
+        written.into_iter().collect::<Result<(), Error>>()?;
     }
     Ok(())
 }

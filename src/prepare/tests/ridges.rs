@@ -1,10 +1,11 @@
 //! Levees that are narrower than a cell, against the same on cells of the size of the pixels: they hold, and are overtopped at their crest.
 
-use super::scene::{Scene, Tiff, flow_problem, raster_layer, scenario, sourced};
+use super::scene::{Scene, Tiff, flow_problem, raster_layer, scenario, sourced, vector};
 use crate::error::Severity;
 use crate::math::Vec2;
 use crate::prepare::{Prepared, prepare};
 use crate::scenario::methods::{BedMethod, Motion};
+use crate::scenario::{Breach, BreachTrigger, GrowthLaw};
 use crate::solver::{EulerianSolver, FlowSolver};
 
 /// How long the water runs (s).
@@ -99,7 +100,10 @@ impl Levee {
 
     /// Lets the water of a level (m) run on cells of a size (m).
     fn run(self, level: f64, spacing: f64) -> Behind {
-        let scene = self.scene(level, spacing);
+        self.run_scene(&self.scene(level, spacing), spacing)
+    }
+
+    fn run_scene(self, scene: &Scene, spacing: f64) -> Behind {
         let (scenario, prepared) = (&scene.scenario, prepare(&scene.scenario));
         assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
         let lattice = prepared.lattice.clone().unwrap();
@@ -169,6 +173,38 @@ fn a_gap_narrower_than_a_cell_passes_as_much_as_on_cells_of_its_pixels() {
         let levee = Levee { degrees, side: 100, gap: Some(gap) };
         let share = levee.run(2.0, 5.0).beyond / levee.run(2.0, 1.0).beyond;
         assert!((share - 1.0).abs() < 0.25, "{degrees} degrees: {share}");
+    }
+}
+
+#[test]
+fn what_is_built_into_a_gap_closes_it() {
+    let gap = Gap { along: [-2.0, 2.0], floor: 0.0, sides: 0.0 };
+    let levee = Levee { degrees: 0.0, side: 100, gap: Some(gap) };
+    for spacing in [5.0, 10.0] {
+        let mut scene = levee.scene(2.0, spacing);
+        let ridge = prepare(&scene.scenario).bed.unwrap();
+        assert!(ridge.passes.iter().any(|sill| sill.share < 1.0));
+        // A dam along the crest that breaks long after the run.
+        scene.scenario.end_time = 2e4;
+        scene.line("dam.geojson", &[(53.3, 30.0), (53.3, 70.0)]);
+        scene.scenario.breach = Some(Breach {
+            dam: vector("breach.dam", scene.path("dam.geojson")),
+            crest: Some(sourced("breach.crest", 3.0)),
+            crest_field: None,
+            trigger: BreachTrigger::At(sourced("breach.trigger.at", 1e4)),
+            shape: None,
+            law: GrowthLaw::Linear,
+            duration: Some(sourced("breach.growth.duration", 5.0)),
+            share: None,
+            method: None,
+        });
+        let prepared = prepare(&scene.scenario);
+        assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
+        let cells: Vec<usize> = prepared.forcing.breach.as_ref().unwrap().cells.iter().map(|cell| cell.cell).collect();
+        let bed = prepared.bed.as_ref().unwrap();
+        assert!(cells.iter().all(|&cell| bed.elevation[cell] >= 3.0), "cells of {spacing} m");
+        let Behind { beyond, .. } = levee.run_scene(&scene, spacing);
+        assert!(beyond <= 0.0, "cells of {spacing} m: {beyond} m³");
     }
 }
 

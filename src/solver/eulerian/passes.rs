@@ -3,6 +3,7 @@
 //! ```text
 //! (M81)  z* ← max(z*, P)                           after (M14)
 //! (M82)  D η = max(η_j, P) − max(η_i, P)           in (M11) and (M12); no slope where both levels lie below P
+//! (M101) F = ψ F(P) + (1 − ψ) F(P^c)               of a face in a gap: the rest stands as high as the crest, P^c in (M81)
 //! ```
 //!
 //! Both sides see the same bed at the face. At rest a level below P leaves no depth there, and levels above it are equal: no term is
