@@ -8,7 +8,7 @@
 //!
 //! with F the fluxes of volume through the four faces of a particle. Where the bed is too rough for the spacing they part: the faces
 //! hold back or let go what the particle does not know of, and its velocity, a map of speeds and hazard after it, are wrong. Particles
-//! beside walls, edges and dry ground are left out: some of their faces carry nothing, whatever the particle does.
+//! beside walls, edges, gaps and dry ground are left out: some of their faces carry nothing, or not all, whatever the particle does.
 
 use super::EulerianSolver;
 use super::faces::{EAST, NORTH};
@@ -30,7 +30,9 @@ impl EulerianSolver {
                 for column in run.clone() {
                     let is_open = |offset: &(isize, isize)| {
                         let (r, c) = (row.wrapping_add_signed(offset.1), column.wrapping_add_signed(offset.0));
-                        state.primitive[r].depth[c] > dry_depth && !self.walls.is_blocked((row, column), *offset)
+                        state.primitive[r].depth[c] > dry_depth
+                            && !self.walls.is_blocked((row, column), *offset)
+                            && !self.passes.is_part((row, column), *offset)
                     };
                     if state.primitive[row].depth[column] > dry_depth && NEIGHBOURS.iter().all(is_open) {
                         check.add(discharges(state, row, column), || State::position(row, column, spacing));

@@ -92,6 +92,18 @@ impl Passes {
         }
     }
 
+    /// Whether a gap leaves a part of the face open from a padded cell to its neighbour at an offset (column, row).
+    pub fn is_part(&self, (row, column): (usize, usize), offset: (isize, isize)) -> bool {
+        let (direction, owner) = match offset {
+            (1, 0) => (EAST, (row, column)),
+            (-1, 0) => (EAST, (row, column - 1)),
+            (0, 1) => (NORTH, (row, column)),
+            _ => (NORTH, (row - 1, column)),
+        };
+        let is_it = |face: &&PassFace| face.column == owner.1 && face.direction == direction;
+        self.faces[owner.0].iter().find(is_it).is_some_and(|face| face.share < 1.0)
+    }
+
     fn set_beside(&mut self, (row, column): (usize, usize), offset: (isize, isize), level: f64) {
         let found = self.cells[row].binary_search_by_key(&column, |cell| cell.column);
         let way = NEIGHBOURS.iter().position(|neighbour| *neighbour == offset);
