@@ -410,8 +410,12 @@ fn findings_are_the_same_as_json() {
     let answer = floodsim(folder.path(), &["check", "s.yaml", "--json"]);
     assert_eq!(answer.code, 3);
     let all: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
-    let problem = &all["problems"][0];
-    assert_eq!((&problem["code"], &problem["key"]), (&"unit".into(), &"resolution".into()));
+    let problems = all["problems"].as_array().unwrap();
+    let problem = problems.iter().find(|problem| problem["key"] == "resolution").unwrap();
+    assert_eq!(problem["code"], "unit");
     assert_eq!((&problem["line"], &problem["column"]), (&7.into(), &13.into()));
-    assert_eq!(all["errors"].as_u64(), Some(all["problems"].as_array().unwrap().len() as u64));
+    assert_eq!(all["errors"].as_u64(), Some(problems.len() as u64));
+    // In the order of the lines.
+    let lines: Vec<u64> = problems.iter().filter_map(|problem| problem["line"].as_u64()).collect();
+    assert!(lines.len() == problems.len() && lines.is_sorted(), "{lines:?}");
 }
