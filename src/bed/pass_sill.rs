@@ -109,7 +109,7 @@ impl PassSills {
     }
 
     fn sort(&mut self) {
-        self.sills.sort_by_key(|sill| (sill.cell, sill.is_north));
+        self.sills.sort_by_key(PassSill::face);
     }
 
     /// The sills of a bed whose cells see no ridge narrower than they are.
@@ -151,9 +151,9 @@ impl PassSills {
     fn open(&mut self) {
         let mut new = Vec::new();
         for opening in &self.openings {
-            let key = (opening.cell, opening.is_north);
-            let found = self.sills.binary_search_by_key(&key, |sill| (sill.cell, sill.is_north));
-            let mut sill = found.map_or(PassSill::whole(key.0, key.1, f64::NEG_INFINITY), |place| self.sills[place]);
+            let found = self.sills.binary_search_by_key(&opening.face(), PassSill::face);
+            let without_sill = || PassSill::whole(opening.cell, opening.is_north, f64::NEG_INFINITY);
+            let mut sill = found.map_or_else(|_| without_sill(), |place| self.sills[place]);
             if opening.crest > sill.level {
                 (sill.share, sill.crest) = (opening.share, opening.crest);
                 match found {
@@ -199,7 +199,7 @@ impl PassSills {
     /// The level (m) of the sill between two cells beside each other; minus infinity where there is none.
     pub fn between(&self, a: usize, b: usize) -> f64 {
         let key = (a.min(b), a.abs_diff(b) != 1);
-        let found = self.sills.binary_search_by_key(&key, |sill| (sill.cell, sill.is_north));
+        let found = self.sills.binary_search_by_key(&key, PassSill::face);
         found.map_or(f64::NEG_INFINITY, |place| self.sills[place].level)
     }
 }

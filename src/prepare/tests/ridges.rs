@@ -176,6 +176,31 @@ fn a_gap_narrower_than_a_cell_passes_as_much_as_on_cells_of_its_pixels() {
     }
 }
 
+/// The table of decision 0052: run it with `--ignored --nocapture`.
+#[test]
+#[ignore = "two minutes of runs on cells of 1 m"]
+fn table_of_gaps() {
+    for (width, floor, sides) in [(4.0, 0.0, 0.0), (7.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 1.0), (4.0, 1.0, 0.5)] {
+        for degrees in [0.0, 20.0, 45.0] {
+            let shares = [-2.0, 0.5, 3.0, 5.5].map(|from| {
+                let gap = Gap { along: [from, from + width], floor, sides };
+                let levee = Levee { degrees, side: 100, gap: Some(gap) };
+                let fine = levee.run(2.0, 1.0).beyond;
+                [5.0, 10.0].map(|spacing| levee.run(2.0, spacing).beyond / fine)
+            });
+            let ends = [0, 1].map(|k: usize| {
+                let of_spacing = shares.iter().map(|share| share[k]);
+                of_spacing.fold([f64::INFINITY, 0.0_f64], |[low, high], share| [low.min(share), high.max(share)])
+            });
+            println!(
+                "{width} m, floor {floor} m, sides {sides}, {degrees}°: 5 m {:.2?}, 10 m {:.2?}",
+                ends[0], ends[1]
+            );
+            assert!(ends.iter().all(|[low, _]| *low > 0.0), "nothing passes");
+        }
+    }
+}
+
 #[test]
 fn what_is_built_into_a_gap_closes_it() {
     let gap = Gap { along: [-2.0, 2.0], floor: 0.0, sides: 0.0 };
