@@ -1,5 +1,6 @@
 //! The riverbed as particles: elevation, roughness and curvature on the lattice, and the bed between the particles.
 
+mod cover;
 mod fence;
 mod gap;
 mod mean;
@@ -12,6 +13,7 @@ mod sample;
 mod store;
 mod upright;
 
+pub use cover::{CellInPart, Cover, FaceInPart};
 pub use gap::lower_gaps;
 pub use noise::noise_in_cells;
 pub use pass_sill::{PassSill, PassSills, Pixels, SHUT};

@@ -1,5 +1,6 @@
 //! Riverbed particles, one for each cell of the lattice, one `Vec` for each quantity.
 
+use super::cover::Cover;
 use super::pass_sill::PassSills;
 use super::ridge::Ridges;
 use crate::lattice::Lattice;
@@ -24,6 +25,8 @@ pub struct BedParticles {
     pub ridges: Ridges,
     /// Ridges of the terrain that are narrower than a cell.
     pub passes: PassSills,
+    /// Cells that stand for a part of their cell, or for more.
+    pub cover: Cover,
 }
 
 impl BedParticles {
@@ -31,6 +34,11 @@ impl BedParticles {
     #[inline]
     pub fn has_terrain(&self, index: usize) -> bool {
         !self.elevation[index].is_nan()
+    }
+
+    /// Area (m²) for which a cell stands.
+    pub fn area(&self, index: usize) -> f64 {
+        self.cover.cell(index).area * self.lattice.cell_area()
     }
 
     /// Whether a face, given by its midpoint (local coordinates, m), is one of a sealed cell.
@@ -56,6 +64,7 @@ impl BedParticles {
             sealed: Vec::new(),
             ridges: Ridges::default(),
             passes: PassSills::default(),
+            cover: Cover::default(),
         }
     }
 }

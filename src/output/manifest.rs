@@ -145,6 +145,17 @@ pub struct WorstDischarge {
     pub at_faces_m2_s: f64,
 }
 
+/// Cells at the edge of the terrain that count for more or less than a cell (M102).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct CellsInPartRecord {
+    /// How many there are.
+    pub cells: usize,
+    /// The least and the greatest area, over that of a cell (dimensionless).
+    pub least: f64,
+    /// See [`Self::least`].
+    pub greatest: f64,
+}
+
 /// What a bed that moved has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MovingBedRecord {
@@ -225,6 +236,9 @@ pub struct RunManifest {
     pub particles: ParticleCounts,
     /// Riverbed particles.
     pub bed_particles: usize,
+    /// Cells of them that count in part, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells_in_part: Option<CellsInPartRecord>,
     /// Steps taken.
     pub steps: u64,
     /// Evaluations of the rates of one particle.

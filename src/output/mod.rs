@@ -34,8 +34,8 @@ pub use gauges::{GaugeResult, GaugeSample};
 pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
-    BreachRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts, PassageRecord, RunManifest,
-    StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
+    BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts,
+    PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;

@@ -10,7 +10,7 @@ use super::on_terrain::{OnTerrain, WaterOfCells};
 use super::{Gauge, TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
 use crate::error::Error;
-use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
+use crate::lattice::{Lattice, Span, WaterInCell, WaterOnLattice};
 use crate::math::Vec2;
 
 /// What to record, and where.
@@ -20,6 +20,8 @@ pub struct RecorderPlan {
     pub lattice: Lattice,
     /// Bed elevation (m) of its cells; NaN where there is no terrain.
     pub bed_elevation: Vec<f64>,
+    /// Cells whose water has another area than a cell has, ascending, and how much more (m²).
+    pub more_area: Vec<(usize, f64)>,
     /// Edge of a cell of the output grid (m).
     pub cell: f64,
     /// The terrain's own raster and the pass sills of the lattice, where the maps are on that raster.
@@ -52,6 +54,7 @@ pub type FrameSink<'a> = dyn FnMut(Frame) -> Result<(), Error> + 'a;
 pub struct Recorder {
     bed_elevation: Vec<f64>,
     columns: usize,
+    more_area: Vec<(usize, f64)>,
     grid: OutputGrid,
     /// Where the maps are on the terrain's own raster.
     terrain: Option<OnTerrain>,
@@ -103,6 +106,7 @@ impl Recorder {
         let gauge_schedule = Schedule::new(plan.gauges_every, plan.end_time);
         Recorder {
             columns: lattice.columns,
+            more_area: plan.more_area,
             grid: OutputGrid::new(&lattice, cell, &bed_elevation),
             terrain: terrain.map(|(pixels, passes)| OnTerrain::new(lattice.clone(), pixels, passes, &plan.walls)),
             highest: BTreeMap::new(),
@@ -274,11 +278,24 @@ impl Recorder {
                 Some(frame) => self.grid.volume(&frame.depth),
                 None => self.grid.volume_of(&self.bed_elevation, rows),
             };
+            let grid_volume = grid_volume + self.volume_in_part(share, water);
             let volumes = self.previous_volumes.between(&volumes, share);
             self.mass_balance.push(MassBalanceRow { time, volumes, grid_volume });
             frame.map_or(Ok(()), &mut *sink)?;
         }
         Ok(())
+    }
+
+    /// What cells in part hold more (m³) than whole cells of their depth would, `share` of the way from the step before to this one.
+    fn volume_in_part(&self, share: f64, water: &WaterOnLattice<'_>) -> f64 {
+        let more = |&(cell, area): &(usize, f64)| {
+            let (column, row) = (cell % self.columns, cell / self.columns);
+            let is_held = |span: &Span| (span.from as usize..span.to as usize).contains(&column);
+            let is_followed = water.spans_of_row(row).iter().any(is_held);
+            let now = water.at(cell);
+            area * if is_followed { self.maxima.previous(cell).towards(now, share).depth } else { now.depth }
+        };
+        self.more_area.iter().map(more).sum()
     }
 
     /// The water of a row of the lattice `share` of the way from the step before to this one.

@@ -506,8 +506,10 @@ pub(crate) fn flow_problem(
 }
 
 fn recorder_plan(scenario: &Scenario, prepared: &mut Prepared, bed: BedParticles) -> RecorderPlan {
-    let outputs = &scenario.outputs;
+    let (outputs, area) = (&scenario.outputs, bed.lattice.cell_area());
+    let more_area = bed.cover.cells().iter().map(|part| (part.cell, (part.area - 1.0) * area)).collect();
     RecorderPlan {
+        more_area,
         lattice: bed.lattice,
         bed_elevation: bed.elevation,
         cell: outputs.cell,

@@ -6,8 +6,8 @@ use super::RunOptions;
 use crate::bed::BedParticles;
 use crate::math::{Vec2, simd};
 use crate::output::{
-    BreachRecord, ChannelWater, DischargeRecord, HotStart, InputFile, MovingBedRecord, PassageRecord, RunManifest,
-    StillWaterRecord, Volumes, WarningRecord,
+    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, MovingBedRecord,
+    PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
 };
 use crate::prepare::{Prepared, StillBody, sha256};
 use crate::scenario::Scenario;
@@ -119,6 +119,18 @@ pub(super) fn gate_of_discharges(record: &DischargeRecord) -> String {
     )
 }
 
+/// The cells in part of a bed; nothing where all are whole.
+fn cells_in_part(bed: &BedParticles) -> Option<CellsInPartRecord> {
+    let cells = bed.cover.cells();
+    let areas = || cells.iter().map(|part| part.area);
+    let record = || CellsInPartRecord {
+        cells: cells.len(),
+        least: areas().fold(f64::INFINITY, f64::min),
+        greatest: areas().fold(0.0, f64::max),
+    };
+    (!cells.is_empty()).then(record)
+}
+
 /// When the bed began to move and the volumes that it moved; nothing where it does not.
 pub(super) fn moving_bed_record(motions: &[BedMotion], solver: &dyn FlowSolver) -> Option<MovingBedRecord> {
     let began_s = motions.iter().map(|motion| motion.begin).fold(f64::INFINITY, f64::min);
@@ -172,6 +184,7 @@ pub(super) fn first_manifest(
         warnings: prepared.problems.iter().map(WarningRecord::from).collect(),
         methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
         bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
+        cells_in_part: cells_in_part(bed),
         not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),
         status: "running".to_owned(),
         phase_s: BTreeMap::new(),

@@ -73,6 +73,14 @@ impl fmt::Display for RunSummary {
                 moving.count, moving.volume_m3
             )?;
         }
+        if let Some(part) = &run.cells_in_part {
+            let (least, greatest) = (part.least, part.greatest);
+            writeln!(
+                f,
+                "edge of the terrain: {} cells count in part, for {least:.2} of a cell to {greatest:.2}",
+                part.cells
+            )?;
+        }
         writeln!(
             f,
             "simulated {} in {:.1} s ({:.1} CPU s, {} threads): {} steps, {:.3e} particle evaluations, peak memory {:.0} MiB",

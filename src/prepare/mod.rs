@@ -9,6 +9,7 @@ mod burn;
 mod cf_time;
 mod channel_places;
 mod channels;
+mod cover;
 mod crests;
 mod earlier;
 mod earlier_fields;
@@ -320,6 +321,7 @@ fn place_on_lattice(
     (prepared.forcing.channels, prepared.channels) = channels::on_lattice(reaches, scenario, &bed, findings);
     water::check(&mut bodies, &bed, findings);
     ridges::find(scenario, &changes.on(terrain, &lattice), &mut bed);
+    cover::find(scenario, terrain, &changes.on(terrain, &lattice), &mut bed);
     let is_complete = scenario.breach.is_some() == breach.is_some();
     let before = bed.elevation.clone();
     let ground = (terrain, &prepared.walls[..], is_complete);

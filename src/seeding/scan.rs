@@ -29,7 +29,7 @@ const COVERAGE_ROUNDING: f64 = 1e-9;
 pub(super) struct CellPart {
     /// Covered fraction of the cell.
     pub coverage: f64,
-    /// Whether the centre is covered.
+    /// Whether the centre is covered; of a cell in part, that of what the terrain covers.
     pub holds_centre: bool,
     /// Integral of level minus terrain over what is covered, where positive (m³).
     pub volume: f64,
@@ -93,6 +93,13 @@ fn scan_row(level: f64, lines: &[ScanLines], bed: &BedParticles, surface: &impl 
     for (i, part) in parts.iter_mut().enumerate() {
         let centre = ((first_column + i) as f64 + 0.5) * lattice.spacing;
         part.holds_centre = inside.iter().any(|&(from, to)| from <= centre && centre < to);
+    }
+    // A cell in part is held by the middle of what it has.
+    let cells = lattice.index(first_column, row)..lattice.index(first_column, row) + parts.len();
+    for part in bed.cover.cells_of(cells.clone()) {
+        let place = lattice.centre(part.cell) + part.middle * lattice.spacing;
+        let mut inside = stretches(lines, place.y).into_iter();
+        parts[part.cell - cells.start].holds_centre = inside.any(|(from, to)| from <= place.x && place.x < to);
     }
     let mut scan = BodyScan::default();
     // Where the terrain is one plane under water all over a cell, its mean says all.

@@ -10,6 +10,8 @@
 //! inside; where a filled pocket lies beyond, or the terrain ends, it counts whole: a bed that is raised along the edge of the
 //! terrain, because the polygon ends short of it, would be a row of sills in the flow that comes later.
 //!
+//! Cells in part (`bed::Cover`) count whole, with all of their area, and keep their bed where no shore runs through them.
+//!
 //! Left as they are: cells that the rim cuts beside open ground or another body, and those on the way there (`Filling::approach`),
 //! where a raised bed would be a sill in open water: the opening of a dam would be narrower up to the rim than beyond it. So are
 //! cells that the rim cuts at a wall, where a cell is filled whole or not at all by the side on which its centre lies, and dry cells
@@ -81,21 +83,30 @@ pub(super) fn fit_bed_to_water(
     filling: &mut Filling,
     surface: &impl Surface,
 ) -> Shore {
-    let area = filling.bed.lattice.cell_area();
     let approach = filling.approach(number, level, reached);
     let mut banks = upright_banks((number, level), reached, filling);
     banks.retain(|&cell| !is_at_pixel_bank(cell, scan.part(cell), filling, surface));
     let mut shore = Shore::default();
     // Cells with their beds before; those before a bank, with the room (m³) that is left in them.
     let (mut set, mut foot) = (Vec::new(), Vec::new());
-    let mut on_banks = 0.0;
+    let (mut on_banks, mut in_part) = (0.0, 0.0);
     for &cell in reached {
         let part = scan.part(cell);
+        let (is_in_part, area) = (filling.bed.cover.holds(cell), filling.bed.area(cell));
+        let is_set = filling.bed.has_terrain(cell)
+            && is_to_be_set((number, level), cell, part, (filling, &approach))
+            && !(is_in_part && is_at_pixel_bank(cell, part, filling, surface));
+        if is_in_part && !(is_set && part.has_shore && !banks.contains(&cell)) {
+            let is_filled = filling.body[cell] == Some(number);
+            let held = if is_filled { (level - filling.bed.elevation[cell]) * area } else { 0.0 };
+            in_part += held - part.volume;
+            continue;
+        }
         if !filling.bed.has_terrain(cell) {
             shore.at_edge -= part.volume;
             continue;
         }
-        if !is_to_be_set((number, level), cell, part, (filling, &approach)) {
+        if !is_set {
             continue;
         }
         let whole = || volume_of_whole_cell(level, cell, filling.bed, surface);
@@ -108,7 +119,10 @@ pub(super) fn fit_bed_to_water(
             on_banks += share;
             continue;
         }
-        if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket()) {
+        if is_in_part {
+            share = whole() * filling.bed.cover.cell(cell).area;
+            in_part += share - part.volume;
+        } else if part.is_cut() && (part.coverage <= 0.0 || is_before_pocket()) {
             share = whole();
         } else if part.is_cut() && is_at_edge() {
             share = whole();
@@ -133,10 +147,10 @@ pub(super) fn fit_bed_to_water(
     let fraction = if room > 0.0 { (on_banks / room).min(1.0) } else { 0.0 };
     for (cell, room) in foot {
         if filling.body[cell] == Some(number) {
-            filling.bed.elevation[cell] -= fraction * room / area;
+            filling.bed.elevation[cell] -= fraction * room / filling.bed.area(cell);
         }
     }
-    shore.at_edge = shore.at_edge.max(0.0);
+    shore.at_edge = shore.at_edge.max(0.0) + in_part;
     for (cell, before) in set {
         shore.note(scan.part(cell), (filling.bed.elevation[cell] - before).abs());
     }

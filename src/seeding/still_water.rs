@@ -42,7 +42,7 @@ pub struct SeededVolume {
     /// Integral of level minus terrain over the polygon, where positive (m³); parts that later bodies cover are left out. Up to the edge
     /// of the terrain in the cells there, and with what the cells at upright banks hold.
     pub integral_m3: f64,
-    /// The part of it that a polygon which ends short of the edge of the terrain leaves out.
+    /// The part of it that a polygon which ends short of the edge of the terrain leaves out, less what a polygon has beyond cells in part.
     pub at_edge_m3: f64,
     /// The part of it that cells at upright banks of the terrain's pixels hold more than the polygon has there, because they are filled
     /// whole or not at all; below 0 where they hold less.
@@ -177,7 +177,7 @@ fn adjust(number: u32, level: f64, scan: BodyScan, filling: &mut Filling, surfac
 
 /// Volume (m³) of a cell that is filled to a level.
 fn volume_of(filling: &Filling, cell: usize, level: f64) -> f64 {
-    (level - filling.bed.elevation[cell]) * filling.bed.lattice.cell_area()
+    (level - filling.bed.elevation[cell]) * filling.bed.area(cell)
 }
 
 /// Takes in and leaves out cells cut by the rim until the volume is within the tolerance or no cell brings it nearer.

@@ -110,6 +110,17 @@ impl Terrain {
         self.extent
     }
 
+    /// The rectangles around the data of its rasters: south-western and north-eastern corners.
+    pub fn extents_of_rasters(&self) -> Vec<(Vec2, Vec2)> {
+        let of_layers = self.layers.iter().zip(&self.extents);
+        of_layers.filter(|(layer, _)| matches!(layer, Layer::Raster(_))).map(|(_, extent)| *extent).collect()
+    }
+
+    /// Whether survey points say how high a place lies.
+    pub fn is_surveyed(&self, map: Vec2) -> bool {
+        self.layers.iter().any(|layer| matches!(layer, Layer::Survey(survey) if survey.elevation(map).is_some()))
+    }
+
     /// Elevation (m) at a place, of the topmost layer with data if no other rule says how it meets those under it; none where no layer has any.
     ///
     /// In a raster it is bilinear between cell centres, and exact at them; see [`Raster::elevation`] for edges.

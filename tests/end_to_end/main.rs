@@ -5,6 +5,7 @@ mod bad_inputs;
 mod bad_scenarios;
 mod boundaries;
 mod breaches;
+mod cells_in_part;
 mod channels;
 mod channels_alone;
 mod commands;

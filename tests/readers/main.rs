@@ -62,6 +62,7 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         attributes: vec![("name".into(), format!("mill, \"{id}\"")), ("ID".into(), "own".into())],
     };
     RecorderPlan {
+        more_area: vec![],
         bed_elevation: (0..lattice.len()).map(elevation).collect(),
         lattice: lattice.clone(),
         cell,

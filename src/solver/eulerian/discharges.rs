@@ -8,7 +8,8 @@
 //!
 //! with F the fluxes of volume through the four faces of a particle. Where the bed is too rough for the spacing they part: the faces
 //! hold back or let go what the particle does not know of, and its velocity, a map of speeds and hazard after it, are wrong. Particles
-//! beside walls, edges, gaps and dry ground are left out: some of their faces carry nothing, or not all, whatever the particle does.
+//! beside walls, edges, gaps and dry ground are left out, and those in part: some of their faces carry nothing, or not all, whatever
+//! the particle does.
 
 use super::EulerianSolver;
 use super::faces::{EAST, NORTH};
@@ -34,7 +35,8 @@ impl EulerianSolver {
                             && !self.walls.is_blocked((row, column), *offset)
                             && !self.passes.is_part((row, column), *offset)
                     };
-                    if state.primitive[row].depth[column] > dry_depth && NEIGHBOURS.iter().all(is_open) {
+                    let is_whole = !self.in_part.holds(row, column);
+                    if state.primitive[row].depth[column] > dry_depth && is_whole && NEIGHBOURS.iter().all(is_open) {
                         check.add(discharges(state, row, column), || State::position(row, column, spacing));
                     }
                 }

@@ -21,7 +21,7 @@ struct Spring {
 /// All sources and the rain of a problem.
 pub(crate) struct Inputs {
     springs: Vec<Spring>,
-    /// For each cell to which sources give, who they are and their shares.
+    /// For each cell to which sources give, who they are and what of their discharge makes depth in it: their shares by its 1/φ.
     givers: Vec<Vec<(usize, f64)>>,
     rain: Option<Rain>,
     /// Volume (m³) that rained.
@@ -57,7 +57,8 @@ impl Inputs {
         let mut givers: BTreeMap<(usize, usize), Vec<(usize, f64)>> = BTreeMap::new();
         for (number, spring) in springs.iter().enumerate() {
             for &(cell, share) in &spring.cells {
-                givers.entry(cell).or_default().push((number, share));
+                let per_area = state.ground[cell.0].per_area[cell.1];
+                givers.entry(cell).or_default().push((number, share * per_area));
             }
         }
         let rain = problem.forcing.rain.clone();
@@ -78,7 +79,7 @@ impl Inputs {
         for Spring { discharge, cells, booked, .. } in &mut self.springs {
             let came = discharge.integral(from, to).max(0.0);
             for ((row, column), share) in cells.iter() {
-                state.water[*row].depth[*column] += came * share / area;
+                state.water[*row].depth[*column] += came * share / area * state.ground[*row].per_area[*column];
                 volume += came * share;
                 *booked += came * share;
             }
@@ -105,7 +106,7 @@ impl Inputs {
                         Rain::Frames(frames) => falling[frames.place[cell] as usize],
                     };
                     water.depth[column] += depth;
-                    fallen += depth;
+                    fallen += depth / ground[row].per_area[column];
                 }
                 fallen
             });
@@ -127,8 +128,11 @@ impl Inputs {
         if let Some(rain) = &self.rain {
             let with_terrain = |row: usize| (1..=state.columns).filter(move |&column| state.has_terrain(row, column));
             let cells = (1..=state.rows).flat_map(|row| with_terrain(row).map(move |column| (row, column)));
-            let depth = |(row, column): (usize, usize)| rain.depth((row - 1) * state.columns + column - 1, 0.0, time);
-            let asked = cells.map(depth).sum::<f64>() * scale.spacing * scale.spacing;
+            let fallen = |(row, column): (usize, usize)| {
+                let depth = rain.depth((row - 1) * state.columns + column - 1, 0.0, time);
+                depth / state.ground[row].per_area[column]
+            };
+            let asked = cells.map(fallen).sum::<f64>() * scale.spacing * scale.spacing;
             passages.push(came(Way::Rain, self.rained, asked));
         }
         passages

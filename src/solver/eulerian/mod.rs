@@ -12,7 +12,7 @@
 //! The particles rest on a square lattice and the support of the kernel is a little less than √2 spacings, so that each has
 //! four neighbours and 2 s_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
 //! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
-//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`], [`passes`]) → [`update`]; only wet
+//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`], [`passes`], [`walls`], [`cells_in_part`]) → [`update`]; only wet
 //! particles and a rim of two cells are in work ([`spans`]). Cells without terrain and cells beyond a wall are treated in
 //! [`walls`].
 //!
@@ -21,6 +21,7 @@
 
 mod apertures;
 mod breach;
+mod cells_in_part;
 mod discharges;
 mod faces;
 mod gradient;
@@ -53,6 +54,7 @@ use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
 use crate::scenario::methods::{Reconstruction, Stabilisation, Turbulence};
 use breach::Breaking;
+use cells_in_part::CellsInPart;
 use inputs::Inputs;
 use moving_bed::MovingBed;
 use open::OpenBoundaries;
@@ -72,6 +74,7 @@ pub struct EulerianSolver {
     active: ActiveSet,
     walls: Walls,
     passes: Passes,
+    in_part: CellsInPart,
     open: OpenBoundaries,
     reaches: Reaches,
     inputs: Inputs,
@@ -160,7 +163,8 @@ impl EulerianSolver {
         }
         let walls = Walls::new(&problem, &state, reconstruction);
         let passes = Passes::new(&problem, &state, &walls);
-        let open = OpenBoundaries::new(&problem, &state, &walls);
+        let in_part = CellsInPart::new(&problem, &state);
+        let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part));
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state);
@@ -172,6 +176,7 @@ impl EulerianSolver {
             active,
             walls,
             passes,
+            in_part,
             open,
             reaches,
             inputs,
@@ -214,7 +219,7 @@ impl EulerianSolver {
 
     /// All water, that of the channels too (m³).
     fn volume(&self) -> f64 {
-        self.state.volume(self.scale.spacing) + self.reaches.volume(self.scale.spacing)
+        self.in_part.volume(&self.state, self.scale.spacing) + self.reaches.volume(self.scale.spacing)
     }
 
     /// Puts the bed of a dam that breaks and of ground that moves into one list, where there are both.
@@ -242,6 +247,7 @@ impl EulerianSolver {
         }
         self.passes.apply(state, active, scale, self.methods);
         self.walls.apply(state, active, scale);
+        self.in_part.apply(state, scale);
         let step = (self.time, self.time + time_step);
         self.open.apply(state, scale, self.methods, step);
         self.reaches.pass(state, scale, self.methods, stage, step);
@@ -299,8 +305,8 @@ impl FlowSolver for EulerianSolver {
 
     fn choose_step(&mut self) -> StepChoice {
         self.phases.start();
-        let fastest = self.state.fastest();
         let scale = &self.scale;
+        let fastest = self.in_part.fastest(&self.state, scale);
         let mut choice = if fastest.signal_speed > 0.0 {
             StepChoice {
                 time_step: scale.courant * scale.spacing / fastest.signal_speed,
@@ -373,7 +379,7 @@ impl FlowSolver for EulerianSolver {
         }
         self.hand_out_bed();
         self.phases.end("velocities");
-        let fastest = self.state.fastest();
+        let fastest = self.in_part.fastest(&self.state, &self.scale);
         let in_channels = self.reaches.fastest(&self.scale).0;
         let signal_speed = reach::larger_or_nan(fastest.signal_speed, in_channels);
         let place = || match self.reaches.place_of(in_channels, &self.scale) {

@@ -44,8 +44,9 @@ impl MovingBed {
             let (row, column) = self.places[k];
             state.ground[row].bed[column] = self.ground.bed()[k].1 - self.datum;
             if state.water[row].depth[column] > dry_depth {
-                lifted += self.area * rise.max(0.0);
-                lowered += self.area * rise.min(0.0);
+                let area = self.area / state.ground[row].per_area[column];
+                lifted += area * rise.max(0.0);
+                lowered += area * rise.min(0.0);
             }
         }
         self.ground.book(lifted);

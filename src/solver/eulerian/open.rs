@@ -5,7 +5,7 @@
 //! faces of its boundary by conveyance,
 //!
 //! ```text
-//! (M45)  q_k = Q w_k / (Δ Σ w)        w = cos θ d^(5/3)/n, d the depth below one level: the mean one before the faces,
+//! (M45)  q_k = Q w_k / (Δ Σ ψ w)      w = cos θ d^(5/3)/n, d the depth below one level: the mean one before the faces,
 //!                                     at least that of critical flow of Q
 //! ```
 //!
@@ -14,6 +14,7 @@
 //! from the way that the edge faces: what comes in has the velocity of that way, and uniform flow is that of the slope along it. Boundaries
 //! are few: their faces are worked off one after another.
 
+use super::cells_in_part::CellsInPart;
 use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::gradient::surface_difference;
 use super::state::{State, datum};
@@ -52,6 +53,10 @@ struct Face {
     rest: Option<f64>,
     /// Whether water may come in here while the particle is dry.
     gives: bool,
+    /// Its length in spacings.
+    width: f64,
+    /// σ of (M104) of the cell before it.
+    haste: f64,
 }
 
 /// A particle near a face: its depth (m), bed (m) and velocity outwards and along the face (m/s).
@@ -136,7 +141,7 @@ pub(in crate::solver) enum Of {
 }
 
 impl OpenBoundaries {
-    pub fn new(problem: &FlowProblem, state: &State, walls: &Walls) -> Self {
+    pub fn new(problem: &FlowProblem, state: &State, (walls, in_part): (&Walls, &CellsInPart)) -> Self {
         let line = |condition: &Condition| Line {
             condition: condition.clone(),
             faces: Vec::new(),
@@ -151,7 +156,7 @@ impl OpenBoundaries {
             for row in 0..=state.rows {
                 for column in 0..=state.columns {
                     for direction in [EAST, NORTH] {
-                        if let Some((line, face)) = face(problem, state, walls, (row, column), direction) {
+                        if let Some((line, face)) = face(problem, state, (walls, in_part), (row, column), direction) {
                             lines[line].faces.push(face);
                         }
                     }
@@ -188,6 +193,7 @@ impl OpenBoundaries {
                 let normal = inside.momentum_lost(passing, scale.gravity);
                 (out.mass[i], out.tangential[i]) = (mass, carried);
                 (out.normal_left[i], out.normal_right[i]) = if face.sign > 0.0 { (normal, 0.0) } else { (0.0, normal) };
+                out.scale(i, face.width);
             }
         }
     }
@@ -244,8 +250,9 @@ impl OpenBoundaries {
             let faces = Faces::OfAnEdge { returned: line.returned() };
             pass(&line.condition, (faces, &line.inside), (scale, datum), (step, Of::Largest), &mut line.passing);
             for (&face, passing) in line.at_work.iter().zip(&line.passing) {
-                if passing.speed > fastest.0 {
-                    fastest = (passing.speed, line.faces[face].cell);
+                let (speed, cell) = (line.faces[face].haste * passing.speed, line.faces[face].cell);
+                if speed > fastest.0 {
+                    fastest = (speed, cell);
                 }
             }
         }
@@ -262,7 +269,7 @@ fn axis(direction: usize) -> Vec2 {
 fn face(
     problem: &FlowProblem,
     state: &State,
-    walls: &Walls,
+    (walls, in_part): (&Walls, &CellsInPart),
     owner: (usize, usize),
     direction: usize,
 ) -> Option<(usize, Face)> {
@@ -289,7 +296,9 @@ fn face(
     let further = behind.and_then(next);
     let condition = &problem.forcing.boundaries[line].condition;
     let gives = condition.feeds() || rest.is_some();
-    Some((line, Face { owner, direction, cell, behind, further, sign, facing: (1.0, 0.0), rest, gives }))
+    let (width, haste) = (in_part.open(owner, direction), in_part.haste(cell));
+    let facing = (1.0, 0.0);
+    Some((line, Face { owner, direction, cell, behind, further, sign, facing, rest, gives, width, haste }))
 }
 
 impl Line {
@@ -356,7 +365,9 @@ pub(in crate::solver) fn pass(
                 through_section(total, given, inside, g, passing);
                 return;
             }
-            let shares = Shares::new(inside, total, g);
+            // Buffer particles have widths of their own.
+            let width = |inside: &Inside| if faces == Faces::BeforeBuffers { 1.0 } else { inside.width };
+            let shares = Shares::new((inside, &width), total, g);
             passing.extend(inside.iter().map(|inside| {
                 let q = shares.of(inside) * total * inside.facing.0;
                 let held = given.map(|level| (level - inside.sill).max(0.0));
@@ -421,7 +432,8 @@ impl Face {
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];
         let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
-        Inside { rest: self.rest, friction, facing: self.facing, ..Inside::before(at(self.cell), behind, scale) }
+        let before = Inside::before(at(self.cell), behind, scale);
+        Inside { rest: self.rest, friction, facing: self.facing, width: self.width, ..before }
     }
 }
 
@@ -657,9 +669,10 @@ struct Shares {
 
 impl Shares {
     /// Of a discharge `total` (m²/s, over all faces) among these faces.
-    fn new(inside: &[Inside], total: f64, g: f64) -> Self {
+    fn new((inside, width): (&[Inside], &impl Fn(&Inside) -> f64), total: f64, g: f64) -> Self {
         let lowest = inside.iter().map(|i| i.bed).fold(f64::INFINITY, f64::min);
-        let critical = |level: f64| inside.iter().map(|i| (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
+        let critical =
+            |level: f64| inside.iter().map(|i| width(i) * (g * (level - i.bed).max(0.0).powi(3)).sqrt()).sum::<f64>();
         // All through the lowest face alone stands highest.
         let (mut low, mut high) = (lowest, lowest + (total * total / g).cbrt());
         for _ in 0..HALVINGS {
@@ -671,11 +684,11 @@ impl Shares {
             }
         }
         let counts_roughness = inside.iter().all(|i| i.friction > 0.0);
-        let wet = inside.iter().filter(|i| i.is_wet).map(|i| (i.depth, i.bed + i.depth));
+        let wet = inside.iter().filter(|i| i.is_wet).map(|i| (width(i) * i.depth, i.bed + i.depth));
         let (area, moment) = wet.fold((0.0, 0.0), |(area, sum), (depth, level)| (area + depth, sum + depth * level));
         let level = if area > 0.0 { high.max(moment / area) } else { high };
         let mut shares = Shares { level, counts_roughness, sum: 0.0 };
-        shares.sum = inside.iter().map(|i| i.facing.0 * shares.weight(i)).sum();
+        shares.sum = inside.iter().map(|i| width(i) * i.facing.0 * shares.weight(i)).sum();
         shares
     }
 

@@ -22,6 +22,8 @@ pub(crate) struct GroundRow {
     pub friction: Vec<f64>,
     /// Greatest step of the bed to one of the four neighbours (m), those without terrain left out.
     pub step: Vec<f64>,
+    /// 1/φ of (M102), 0 without terrain: what passes a boundary stays out of the water of the cell beyond.
+    pub per_area: Vec<f64>,
 }
 
 impl GroundRow {
@@ -151,14 +153,23 @@ impl State {
         let width = columns + 2 + MOST_LANES - 1;
         let zeros = || vec![0.0; width];
         let face = || FaceRow::without_flow(width);
-        let mut ground = vec![GroundRow { bed: vec![NO_TERRAIN; width], friction: zeros(), step: zeros() }; rows + 2];
+        let mut ground =
+            vec![
+                GroundRow { bed: vec![NO_TERRAIN; width], friction: zeros(), step: zeros(), per_area: zeros() };
+                rows + 2
+            ];
         let mut water = vec![WaterRow { depth: zeros(), discharge_x: zeros(), discharge_y: zeros() }; rows + 2];
         let datum = datum(bed, initial_depth);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
             let (column, row) = bed.lattice.column_row(index);
             ground[row + 1].bed[column + 1] = bed.elevation[index] - datum;
+            ground[row + 1].per_area[column + 1] = 1.0;
             ground[row + 1].friction[column + 1] = gravity * bed.manning[index] * bed.manning[index];
             water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
+        }
+        for part in bed.cover.cells() {
+            let (column, row) = bed.lattice.column_row(part.cell);
+            ground[row + 1].per_area[column + 1] = 1.0 / part.area;
         }
         find_steps(&mut ground);
         let primitive =

@@ -4,6 +4,8 @@
 //! (M17)  U' = F(U + Δt L(U))        U'' = F(U + ½ Δt (L(U) + L(U')))
 //! ```
 //!
+//! The sums of a cell in part are over its area, 1/φ of (M102).
+//!
 //! The first stage leaves U + ½ Δt L(U) where U was. F is the implicit Manning friction of one step (M18), exact for friction alone
 //! ([`kept_by_friction`]).
 
@@ -13,7 +15,7 @@ use super::Scale;
 use super::faces::{EAST, NORTH};
 use super::primitive::per_moving_depth;
 use super::spans::{ActiveSet, Run};
-use super::state::{FluxRow, GroundRow, NO_TERRAIN, PrimitiveRow, State, WaterRow};
+use super::state::{FluxRow, GroundRow, PrimitiveRow, State, WaterRow};
 use crate::math::{larger, smaller};
 use crate::physics::friction::manning::kept_by_friction;
 
@@ -43,17 +45,17 @@ pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale
         .into_par_iter()
         .with_min_len(4)
         .flat_map_iter(|row| {
-            let depth = match stage {
+            let depth: &[f64] = match stage {
                 Stage::First => &water[row].depth,
                 Stage::Second => &primitive[row].depth,
             };
             let (south, here) = (&flux[row - 1], &flux[row]);
-            let runs = active.work[row].iter().filter(move |run| some_are_short(south, here, depth, run, step_ratio));
-            // A cell without terrain gives what comes over the boundary of the flow: it is not short of it.
-            let cells = runs.cloned().flatten().filter(move |&i| ground[row].bed[i] < NO_TERRAIN);
-            cells.filter_map(move |i| {
-                let wanted = step_ratio
-                    * outflow([here[EAST].mass[i], here[EAST].mass[i - 1], here[NORTH].mass[i], south[NORTH].mass[i]]);
+            let per_area: &[f64] = &ground[row].per_area;
+            let rows = (south, here, depth, per_area);
+            let runs = active.work[row].iter().filter(move |run| some_are_short(rows, run, step_ratio));
+            runs.cloned().flatten().filter_map(move |i| {
+                let passing = [here[EAST].mass[i], here[EAST].mass[i - 1], here[NORTH].mass[i], south[NORTH].mass[i]];
+                let wanted = step_ratio * per_area[i] * outflow(passing);
                 (wanted > depth[i]).then(|| (row, i, depth[i].max(0.0) / wanted))
             })
         })
@@ -79,16 +81,21 @@ fn outflow([east, west, north, south]: [f64; 4]) -> f64 {
     (larger(east, 0.0) - smaller(west, 0.0)) + (larger(north, 0.0) - smaller(south, 0.0))
 }
 
-/// Whether any cell of a run would give more than it has: rarely so, and then its cells are looked at one by one.
+/// Whether any cell of a run would give more than it has: rarely so, and then its cells are looked at one by one. A cell without terrain
+/// gives what comes over the boundary of the flow: it is not short of it.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn some_are_short(south: &FluxRow, here: &FluxRow, depth: &[f64], run: &Run, step_ratio: f64) -> bool {
+fn some_are_short(
+    (south, here, depth, per_area): (&FluxRow, &FluxRow, &[f64], &[f64]),
+    run: &Run,
+    step_ratio: f64,
+) -> bool {
     let len = run.len();
     let (east, west) = (&here[EAST].mass[run.start..][..len], &here[EAST].mass[run.start - 1..][..len]);
     let (north, from_south) = (&here[NORTH].mass[run.start..][..len], &south[NORTH].mass[run.start..][..len]);
-    let depth = &depth[run.start..][..len];
+    let (depth, per_area) = (&depth[run.start..][..len], &per_area[run.start..][..len]);
     let mut is_short = false;
     for i in 0..len {
-        is_short |= step_ratio * outflow([east[i], west[i], north[i], from_south[i]]) > depth[i];
+        is_short |= step_ratio * per_area[i] * outflow([east[i], west[i], north[i], from_south[i]]) > depth[i];
     }
     is_short
 }
@@ -128,7 +135,7 @@ fn row_update<const IS_FIRST: bool>(
     let (east_mass, east_normal, east_tangential) = columns!(here[EAST], from, mass normal_left tangential);
     let (south_mass, south_normal, south_tangential) = columns!(south[NORTH], from, mass normal_right tangential);
     let (north_mass, north_normal, north_tangential) = columns!(here[NORTH], from, mass normal_left tangential);
-    let (bed, friction) = columns!(ground, from, bed friction);
+    let (per_area, friction) = columns!(ground, from, per_area friction);
     let WaterRow { depth, discharge_x, discharge_y } = water;
     let depth = &mut depth[from..][..len];
     let (discharge_x, discharge_y) = (&mut discharge_x[from..][..len], &mut discharge_y[from..][..len]);
@@ -139,8 +146,7 @@ fn row_update<const IS_FIRST: bool>(
         let gained_depth = (west_mass[i] - east_mass[i]) + (south_mass[i] - north_mass[i]);
         let gained_x = (west_normal[i] - east_normal[i]) + (south_tangential[i] - north_tangential[i]);
         let gained_y = (south_normal[i] - north_normal[i]) + (west_tangential[i] - east_tangential[i]);
-        // What passes a boundary of the flow stays out of the books of the cell beyond.
-        let half = if bed[i] < NO_TERRAIN { 0.5 * step_ratio } else { 0.0 };
+        let half = 0.5 * step_ratio * per_area[i];
         let (half_depth, raised) = take(depth[i], half * gained_depth, ahead);
         let (half_x, q_x) = take(discharge_x[i], half * gained_x, ahead);
         let (half_y, q_y) = take(discharge_y[i], half * gained_y, ahead);

@@ -60,7 +60,12 @@ impl Ground {
             let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|j| bed.get(j));
             neighbours.map(|neighbour| (neighbour - bed[i]).abs()).fold(0.0, f64::max)
         };
-        GroundRow { step: (0..bed.len()).map(step).collect(), friction: vec![0.0; bed.len()], bed }
+        GroundRow {
+            step: (0..bed.len()).map(step).collect(),
+            friction: vec![0.0; bed.len()],
+            per_area: vec![1.0; bed.len()],
+            bed,
+        }
     }
 
     /// Number of particles.

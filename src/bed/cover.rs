@@ -1,0 +1,345 @@
+//! Cells in part: what of its cell a riverbed particle stands for, where the terrain ends inside the cell.
+//!
+//! A lattice need not divide the terrain, and rasters of unlike origin end anywhere. A cell belongs to the terrain by its centre. It
+//! stands for the part of it that the terrain covers, and for what the terrain covers of cells beyond its edge:
+//!
+//! ```text
+//! (M102)  φ_i = (1/Δ²) (area of terrain in cell i and in its share of the cells beyond),   ¼ ≤ φ_i ≤ 9/4
+//! (M103)  w_ik = (1/Δ) (length of that area across the way to side k),   ψ_ij = (1/Δ) (length that i and j have in common)
+//! ```
+//!
+//! so that the area of all cells is that of the terrain, whatever the spacing. What is covered is known exactly: it is made of the
+//! rectangles of the rasters. Data that are missing inside of a raster take whole cells, as blocked buildings do.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use super::{BedParticles, Surface};
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+
+/// Edges that lie so near to a line of the lattice (in cells) lie on it: the round-off of map coordinates.
+const ON_A_LINE: f64 = 1e-6;
+/// How far beside a line (in cells) its two sides are looked at.
+const BESIDE: f64 = 1e-7;
+/// Parts that differ from a whole by less are whole.
+const ROUNDING: f64 = 1e-9;
+
+/// The ways to the four neighbours: east, west, north, south.
+const WAYS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
+/// A cell that is not just itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellInPart {
+    /// Its index.
+    pub cell: usize,
+    /// Its area over that of a cell, φ.
+    pub area: f64,
+    /// Lengths of its sides to the east, west, north and south, over the spacing: w.
+    pub sides: [f64; 4],
+    /// From the middle of the cell to that of what is covered of it, over the spacing.
+    pub middle: Vec2,
+}
+
+/// A face of a cell in part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceInPart {
+    /// Row and column, from 1, of the cell to the west or south of it; 0 is beyond the lattice.
+    pub place: (usize, usize),
+    /// Whether the other cell lies to the north; to the east otherwise.
+    pub is_north: bool,
+    /// The length through which water passes, over the spacing: ψ; where the other cell has no terrain the length of the side.
+    pub open: f64,
+    /// The lengths of the sides of the two cells that it parts.
+    pub sides: [f64; 2],
+}
+
+/// All cells and faces in part; all others are whole.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cover {
+    /// In ascending order.
+    cells: Vec<CellInPart>,
+    faces: Vec<FaceInPart>,
+    /// Cells without terrain of which a part belongs to cells beside them; ascending.
+    given: Vec<usize>,
+}
+
+/// A rectangle: its south-western and north-eastern corner.
+type Rectangle = (Vec2, Vec2);
+
+impl Cover {
+    /// Finds the cells in part of a bed.
+    ///
+    /// - `rasters`: the rectangles of the rasters with data (map)
+    /// - `surface`: the terrain, with what is built on it
+    /// - `is_surveyed`: whether a place (map) is known by points, which end at no line
+    pub fn find(
+        rasters: &[Rectangle],
+        surface: &impl Surface,
+        is_surveyed: &impl Fn(Vec2) -> bool,
+        bed: &BedParticles,
+    ) -> Cover {
+        let lattice = &bed.lattice;
+        let ends: Vec<Rectangle> = rasters.iter().map(|&rectangle| in_cells(rectangle, lattice)).collect();
+        let near = near_ends(&ends, lattice);
+        if near.is_empty() {
+            return Cover::default();
+        }
+        let extent = Extent { ends: &ends, surface, is_surveyed, bed };
+        let gifts = extent.gifts(&near);
+        let mut receivers: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (&given, takers) in &gifts {
+            takers.iter().for_each(|&taker| receivers.entry(taker).or_default().push(given));
+        }
+        let mut cells = Vec::new();
+        for &cell in near.iter().filter(|&&cell| bed.has_terrain(cell)) {
+            let taken = receivers.get(&cell).map_or(&[][..], Vec::as_slice);
+            let shares = taken.iter().map(|given| extent.covered(*given, true).0 / gifts[given].len() as f64);
+            let (covered, middle) = extent.covered(cell, false);
+            let area = covered + shares.sum::<f64>();
+            let own = |other: usize| taken.contains(&other) && gifts[&other].len() == 1;
+            let sides = [0, 1, 2, 3].map(|way| extent.side(cell, way, &own));
+            let part = CellInPart { cell, area, sides, middle };
+            if !part.is_whole() {
+                cells.push(part);
+            }
+        }
+        let given = gifts.keys().copied().collect();
+        let mut cover = Cover { cells, faces: Vec::new(), given };
+        cover.faces = extent.faces(&cover, &gifts);
+        cover
+    }
+
+    /// The cells.
+    pub fn cells(&self) -> &[CellInPart] {
+        &self.cells
+    }
+
+    /// Those of a range of cells.
+    pub fn cells_of(&self, cells: Range<usize>) -> &[CellInPart] {
+        let place = |cell: usize| self.cells.partition_point(|part| part.cell < cell);
+        &self.cells[place(cells.start)..place(cells.end)]
+    }
+
+    /// Their faces.
+    pub fn faces(&self) -> &[FaceInPart] {
+        &self.faces
+    }
+
+    /// What a cell stands for.
+    pub fn cell(&self, cell: usize) -> CellInPart {
+        let found = self.cells.binary_search_by_key(&cell, |part| part.cell);
+        found.map_or(CellInPart { cell, area: 1.0, sides: [1.0; 4], middle: Vec2::ZERO }, |place| self.cells[place])
+    }
+
+    /// Whether a cell is not just itself, or gives itself to those beside it.
+    pub fn holds(&self, cell: usize) -> bool {
+        self.cells.binary_search_by_key(&cell, |part| part.cell).is_ok() || self.given.binary_search(&cell).is_ok()
+    }
+}
+
+impl CellInPart {
+    fn is_whole(&self) -> bool {
+        self.sides.iter().chain([&self.area]).all(|share| (share - 1.0).abs() < ROUNDING)
+    }
+}
+
+/// A rectangle (map) in cells of a lattice, with edges that nearly lie on its lines on them.
+fn in_cells((low, high): Rectangle, lattice: &Lattice) -> Rectangle {
+    let snapped = |at: f64| if (at - at.round()).abs() < ON_A_LINE { at.round() } else { at };
+    [low, high]
+        .map(|corner| lattice.to_local(corner) / lattice.spacing)
+        .map(|corner| Vec2::new(snapped(corner.x), snapped(corner.y)))
+        .into()
+}
+
+/// The cells in which an edge of a rectangle lies, and those about them.
+fn near_ends(ends: &[Rectangle], lattice: &Lattice) -> BTreeSet<usize> {
+    let about = |low: f64, high: f64, count: usize| {
+        // Casts of negative numbers give 0.
+        ((low.floor() - 1.0).max(0.0) as usize)..((high.ceil() + 1.0).max(0.0) as usize).min(count)
+    };
+    let is_cut = |at: f64| at.fract().abs() > 0.0;
+    let mut near = BTreeSet::new();
+    for &(low, high) in ends {
+        let mut add = |x: (f64, f64), y: (f64, f64)| {
+            for row in about(y.0, y.1, lattice.rows) {
+                near.extend(about(x.0, x.1, lattice.columns).map(|column| lattice.index(column, row)));
+            }
+        };
+        for x in [low.x, high.x].into_iter().filter(|&x| is_cut(x)) {
+            add((x, x), (low.y, high.y));
+        }
+        for y in [low.y, high.y].into_iter().filter(|&y| is_cut(y)) {
+            add((low.x, high.x), (y, y));
+        }
+    }
+    near
+}
+
+/// What is covered; places and lengths in cells.
+struct Extent<'a, S, P> {
+    ends: &'a [Rectangle],
+    surface: &'a S,
+    is_surveyed: &'a P,
+    bed: &'a BedParticles,
+}
+
+impl<S: Surface, P: Fn(Vec2) -> bool> Extent<'_, S, P> {
+    /// Whether a place belongs to the terrain; by the data there too, where asked.
+    fn is_covered(&self, place: Vec2, by_data: bool) -> bool {
+        let lattice = &self.bed.lattice;
+        let map = lattice.to_map(place * lattice.spacing);
+        let in_raster = |place: Vec2| self.ends.iter().any(|&(low, high)| is_within(place, low, high));
+        // Ground that fills a hole has no rectangle.
+        let is_filled = || {
+            let cell = lattice.cell_at(place * lattice.spacing);
+            cell.is_some_and(|cell| self.bed.has_terrain(cell) && !in_raster(lattice.centre(cell) / lattice.spacing))
+        };
+        (in_raster(place) || (self.is_surveyed)(map) || is_filled())
+            && (!by_data || self.surface.elevation(map).is_some())
+    }
+
+    /// The lines of the rectangles between two places along an axis, with those places.
+    fn cuts(&self, from: f64, to: f64, along: impl Fn(Vec2) -> f64) -> Vec<f64> {
+        let edges = self.ends.iter().flat_map(|&(low, high)| [along(low), along(high)]);
+        let mut cuts: Vec<f64> = edges.filter(|&edge| from < edge && edge < to).chain([from, to]).collect();
+        cuts.sort_by(f64::total_cmp);
+        cuts
+    }
+
+    /// The covered area of a cell, and the way from its middle to that of the area.
+    fn covered(&self, cell: usize, by_data: bool) -> (f64, Vec2) {
+        let (column, row) = self.place(cell);
+        let (x, y) = (self.cuts(column, column + 1.0, |p| p.x), self.cuts(row, row + 1.0, |p| p.y));
+        let centre = Vec2::new(column + 0.5, row + 0.5);
+        let (mut area, mut moment) = (0.0, Vec2::ZERO);
+        for (x, y) in x.windows(2).flat_map(|x| y.windows(2).map(move |y| (x, y))) {
+            let middle = Vec2::new(0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
+            if self.is_covered(middle, by_data) {
+                let piece = (x[1] - x[0]) * (y[1] - y[0]);
+                area += piece;
+                moment += (middle - centre) * piece;
+            }
+        }
+        (area, if area > 0.0 { moment / area } else { Vec2::ZERO })
+    }
+
+    fn place(&self, cell: usize) -> (f64, f64) {
+        let (column, row) = self.bed.lattice.column_row(cell);
+        (column as f64, row as f64)
+    }
+
+    /// The length of a side of a cell that is covered on both of its sides.
+    fn open(&self, cell: usize, way: usize, by_data: bool) -> f64 {
+        let (column, row) = self.place(cell);
+        let out = Vec2::new(WAYS[way].0 as f64, WAYS[way].1 as f64);
+        let middle = Vec2::new(column + 0.5, row + 0.5) + out * 0.5;
+        let is_across = WAYS[way].0 != 0;
+        let from = if is_across { row } else { column };
+        let cuts = self.cuts(from, from + 1.0, |p| if is_across { p.y } else { p.x });
+        let covered = cuts.windows(2).filter(|piece| {
+            let along = 0.5 * (piece[0] + piece[1]);
+            let place = if is_across { Vec2::new(middle.x, along) } else { Vec2::new(along, middle.y) };
+            [-BESIDE, BESIDE].into_iter().all(|beside| self.is_covered(place + out * beside, by_data))
+        });
+        covered.map(|piece| piece[1] - piece[0]).sum()
+    }
+
+    /// The length that the covered part of a cell has across a way: where it ends inside the cell its wall stands there.
+    fn across(&self, cell: usize, way: usize, by_data: bool) -> f64 {
+        let (column, row) = self.place(cell);
+        let (x, y) = (self.cuts(column, column + 1.0, |p| p.x), self.cuts(row, row + 1.0, |p| p.y));
+        let is_across = WAYS[way].0 != 0;
+        let (along, out) = if is_across { (y, x) } else { (x, y) };
+        let covered = along.windows(2).filter(|piece| {
+            out.windows(2).any(|other| {
+                let (a, b) = (0.5 * (piece[0] + piece[1]), 0.5 * (other[0] + other[1]));
+                self.is_covered(if is_across { Vec2::new(b, a) } else { Vec2::new(a, b) }, by_data)
+            })
+        });
+        covered.map(|piece| piece[1] - piece[0]).sum()
+    }
+
+    /// The length of a side of a cell, with those of the cells that are its own beside it.
+    fn side(&self, cell: usize, way: usize, is_own: &impl Fn(usize) -> bool) -> f64 {
+        let beside = ends_of(way).filter_map(|end| step(&self.bed.lattice, cell, end)).filter(|&other| is_own(other));
+        self.across(cell, way, false) + beside.map(|other| self.across(other, way, true)).sum::<f64>()
+    }
+
+    /// The cells beyond the edge of which a part is covered, each with those to which it belongs: the cells beside it that have terrain
+    /// or, where there are none, those at its corners.
+    fn gifts(&self, near: &BTreeSet<usize>) -> BTreeMap<usize, Vec<usize>> {
+        let lattice = &self.bed.lattice;
+        let is_beyond = |cell: usize| {
+            let (column, row) = self.place(cell);
+            !self.bed.has_terrain(cell)
+                && !self.is_covered(Vec2::new(column + 0.5, row + 0.5), false)
+                && self.covered(cell, true).0 > ROUNDING
+        };
+        let takers = |cell: usize| {
+            let with_terrain = |ways: &[(isize, isize)]| -> Vec<usize> {
+                let others = ways.iter().filter_map(|&way| step(lattice, cell, way));
+                others.filter(|&other| self.bed.has_terrain(other)).collect()
+            };
+            let beside = with_terrain(&WAYS);
+            if beside.is_empty() { with_terrain(&[(1, 1), (-1, 1), (1, -1), (-1, -1)]) } else { beside }
+        };
+        let beyond = near.iter().copied().filter(|&cell| is_beyond(cell));
+        beyond.map(|cell| (cell, takers(cell))).filter(|(_, takers)| !takers.is_empty()).collect()
+    }
+
+    /// The faces of the cells in part.
+    fn faces(&self, cover: &Cover, gifts: &BTreeMap<usize, Vec<usize>>) -> Vec<FaceInPart> {
+        let lattice = &self.bed.lattice;
+        let is_of = |given: usize, taker: usize| gifts.get(&given).is_some_and(|takers| takers[..] == [taker]);
+        let mut faces = BTreeMap::new();
+        for part in &cover.cells {
+            let (column, row) = lattice.column_row(part.cell);
+            for (way, own) in part.sides.into_iter().enumerate() {
+                let other = step(lattice, part.cell, WAYS[way]).filter(|&other| self.bed.has_terrain(other));
+                let open = other.map_or(own, |other| {
+                    let beyond = ends_of(way).filter_map(|end| {
+                        let pair = (step(lattice, part.cell, end)?, step(lattice, other, end)?);
+                        let is_theirs = is_of(pair.0, part.cell) && is_of(pair.1, other);
+                        is_theirs.then(|| self.open(pair.0, way, true))
+                    });
+                    self.open(part.cell, way, false) + beyond.sum::<f64>()
+                });
+                // The side across a face is the one after or before.
+                let others = other.map_or(own, |other| cover.cell(other).sides[way ^ 1]);
+                let (place, sides) = match way {
+                    0 | 2 => ((row + 1, column + 1), [own, others]),
+                    1 => ((row + 1, column), [others, own]),
+                    _ => ((row, column + 1), [others, own]),
+                };
+                if [open, own, others].iter().any(|share| (share - 1.0).abs() > ROUNDING) {
+                    let is_north = way > 1;
+                    faces.entry((place, is_north)).or_insert(FaceInPart { place, is_north, open, sides });
+                }
+            }
+        }
+        faces.into_values().collect()
+    }
+}
+
+/// The ways along a side to its two ends.
+fn ends_of(way: usize) -> impl Iterator<Item = (isize, isize)> {
+    let ends = if WAYS[way].0 != 0 { [WAYS[2], WAYS[3]] } else { [WAYS[0], WAYS[1]] };
+    ends.into_iter()
+}
+
+/// The cell at an offset (column, row) from a cell, if the lattice has it.
+fn step(lattice: &Lattice, cell: usize, (dc, dr): (isize, isize)) -> Option<usize> {
+    let (column, row) = lattice.column_row(cell);
+    let (column, row) = (column.checked_add_signed(dc)?, row.checked_add_signed(dr)?);
+    (column < lattice.columns && row < lattice.rows).then(|| lattice.index(column, row))
+}
+
+/// Whether a place lies in a rectangle or on its edge.
+fn is_within(place: Vec2, low: Vec2, high: Vec2) -> bool {
+    (low.x..=high.x).contains(&place.x) && (low.y..=high.y).contains(&place.y)
+}
+
+#[cfg(test)]
+mod tests;

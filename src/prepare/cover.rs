@@ -1,0 +1,15 @@
+//! Cells in part, where the terrain ends inside a cell (M102).
+
+use super::shaped::Shaped;
+use crate::bed::{BedParticles, Cover};
+use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
+use crate::terrain::Terrain;
+
+/// Finds the cells in part. Moving particles know none: they keep to whole cells.
+pub(super) fn find(scenario: &Scenario, terrain: &Terrain, surface: &Shaped<'_>, bed: &mut BedParticles) {
+    if scenario.numerics.motion == Motion::Eulerian {
+        let is_surveyed = |place| terrain.is_surveyed(place);
+        bed.cover = Cover::find(&terrain.extents_of_rasters(), surface, &is_surveyed, bed);
+    }
+}

@@ -1,0 +1,140 @@
+//! Cells in part: those of which the terrain covers more or less than their cell (M102).
+//!
+//! Faces are as long as the terrain along them; what of a side no water passes is a wall:
+//!
+//! ```text
+//! (M104)  F ← ψ F + (w − ψ) F_wall,    Δt ≤ C Δ / (σ (|v| + c)),   σ = max(1, Σ_k w_k / (4 φ))
+//! ```
+//!
+//! with ψ and w of (M103). The walls of both sides are those of [`super::walls`]; the pressure of still water is not part of any F, so
+//! that water at rest stays at rest in cells of any shape. σ is the length of the sides over the area, against those of a whole cell.
+
+use rayon::prelude::*;
+
+use super::Scale;
+use super::faces::{EAST, NORTH, turned_by};
+use super::state::{Fastest, State};
+use super::walls::mirrored;
+use crate::math::larger;
+use crate::solver::FlowProblem;
+
+/// Parts of a side shorter than this (in spacings) are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A face in the row of its owner.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    column: usize,
+    direction: usize,
+    /// ψ, and what of the sides before and behind it is wall.
+    open: f64,
+    walls: [f64; 2],
+}
+
+/// A padded cell.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    row: usize,
+    column: usize,
+    area: f64,
+    /// σ.
+    haste: f64,
+}
+
+/// The cells in part of a problem, and their faces of every padded row.
+pub(crate) struct CellsInPart {
+    faces: Vec<Vec<Face>>,
+    cells: Vec<Cell>,
+}
+
+impl CellsInPart {
+    pub fn new(problem: &FlowProblem, state: &State) -> Self {
+        let (lattice, cover) = (&problem.bed.lattice, &problem.bed.cover);
+        let mut faces = vec![Vec::new(); state.rows + 2];
+        for face in cover.faces() {
+            let direction = if face.is_north { NORTH } else { EAST };
+            let walls = face.sides.map(|side| side - face.open);
+            faces[face.place.0].push(Face { column: face.place.1, direction, open: face.open, walls });
+        }
+        let cell = |part: &crate::bed::CellInPart| {
+            let (column, row) = lattice.column_row(part.cell);
+            let haste = larger(part.sides.iter().sum::<f64>() / (4.0 * part.area), 1.0);
+            Cell { row: row + 1, column: column + 1, area: part.area, haste }
+        };
+        CellsInPart { faces, cells: cover.cells().iter().map(cell).collect() }
+    }
+
+    /// The length (in spacings) through which water passes a face, given by the padded row and column of its owner and its direction.
+    pub fn open(&self, (row, column): (usize, usize), direction: usize) -> f64 {
+        let found = self.faces[row].iter().find(|face| face.column == column && face.direction == direction);
+        found.map_or(1.0, |face| face.open)
+    }
+
+    /// Whether a padded cell is in part.
+    pub fn holds(&self, row: usize, column: usize) -> bool {
+        self.find((row, column)).is_some()
+    }
+
+    /// σ of a padded cell (row, column).
+    pub fn haste(&self, place: (usize, usize)) -> f64 {
+        self.find(place).map_or(1.0, |cell| cell.haste)
+    }
+
+    fn find(&self, place: (usize, usize)) -> Option<&Cell> {
+        let found = self.cells.binary_search_by_key(&place, |cell| (cell.row, cell.column));
+        found.ok().map(|found| &self.cells[found])
+    }
+
+    /// Brings the fluxes of faces in part to what passes them.
+    pub fn apply(&self, state: &mut State, scale: &Scale) {
+        if self.cells.is_empty() {
+            return;
+        }
+        let primitive = &state.primitive;
+        state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
+            for face in faces {
+                let i = face.column;
+                let behind = if face.direction == EAST { (row, i + 1) } else { (row + 1, i) };
+                let thrust = |side: usize, (row, column): (usize, usize), sign: f64| {
+                    let water = &primitive[row];
+                    if face.walls[side].abs() < ROUNDING || water.depth[column] <= scale.dry_depth {
+                        return 0.0;
+                    }
+                    let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
+                    let towards = sign * turned_by(face.direction, u, v).0;
+                    face.walls[side] * mirrored(water.depth[column], towards, scale.gravity)
+                };
+                let thrusts = [thrust(0, (row, i), 1.0), thrust(1, behind, -1.0)];
+                let out = &mut flux[face.direction];
+                out.scale(i, face.open);
+                out.normal_left[i] += thrusts[0];
+                out.normal_right[i] += thrusts[1];
+            }
+        });
+    }
+
+    /// The greatest signal speed of these cells (m/s), times σ; where it is, and the flow speed of all water.
+    pub fn fastest(&self, state: &State, scale: &Scale) -> Fastest {
+        let mut fastest = state.fastest();
+        for &Cell { row, column, haste, .. } in &self.cells {
+            let water = &state.primitive[row];
+            let (d, u, v) = (water.depth[column], water.velocity_x[column], water.velocity_y[column]);
+            if d > scale.dry_depth {
+                let signal_speed = haste * ((u * u + v * v).sqrt() + (scale.gravity * d).sqrt());
+                if signal_speed > fastest.signal_speed {
+                    fastest = Fastest { signal_speed, row, column, ..fastest };
+                }
+            }
+        }
+        fastest
+    }
+
+    /// Volume (m³) of all water, that of cells in part by their area.
+    pub fn volume(&self, state: &State, spacing: f64) -> f64 {
+        let beside = |cell: &Cell| (cell.area - 1.0) * state.water[cell.row].depth[cell.column];
+        state.volume(spacing) + self.cells.iter().map(beside).sum::<f64>() * spacing * spacing
+    }
+}
+
+#[cfg(test)]
+mod tests;

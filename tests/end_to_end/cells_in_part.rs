@@ -1,0 +1,110 @@
+//! Terrain that ends inside of cells, through the whole program: a resolution that does not divide the raster, rasters of unlike origin.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::{Netcdf, floodsim};
+
+struct Scene(TempDir);
+
+impl Scene {
+    fn new(scenario: &str) -> Scene {
+        let scene = Scene(TempDir::new().unwrap());
+        std::fs::write(scene.path("s.yaml"), scenario).unwrap();
+        scene
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Level ground at 0 m in cells of half a metre, from a south-western corner on, so many metres wide and high.
+    fn raster(&self, name: &str, (west, south): (f64, f64), (width, height): (f64, f64)) {
+        let (columns, rows) = ((2.0 * width) as usize, (2.0 * height) as usize);
+        let mut text = format!("ncols {columns}\nnrows {rows}\nxllcorner {west}\nyllcorner {south}\ncellsize 0.5\n");
+        let row = vec!["0"; columns].join(" ");
+        (0..rows).for_each(|_| writeln!(text, "{row}").unwrap());
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    /// Rectangles of water, from a south-western to a north-eastern corner, with one level.
+    fn water(&self, name: &str, rectangles: &[[f64; 4]], level: f64) {
+        let feature = |&[west, south, east, north]: &[f64; 4]| {
+            let ring =
+                format!("[[{west},{south}],[{east},{south}],[{east},{north}],[{west},{north}],[{west},{south}]]");
+            let geometry = format!(r#"{{"type":"Polygon","coordinates":[{ring}]}}"#);
+            format!(r#"{{"type":"Feature","properties":{{"level_m":{level}}},"geometry":{geometry}}}"#)
+        };
+        let features: Vec<String> = rectangles.iter().map(feature).collect();
+        let text = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(","));
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    #[track_caller]
+    fn run(&self) -> (Netcdf, Value) {
+        let answer = floodsim(self.0.path(), &["run", "s.yaml", "--out", "out", "--quiet", "--overwrite"]);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let text = std::fs::read_to_string(self.path("out/run.json")).unwrap();
+        (Netcdf::read(&self.path("out/fields.nc")), serde_json::from_str(&text).unwrap())
+    }
+}
+
+const SCENARIO: &str = "\
+floodsim: 1
+crs: local
+terrain: {layers: [{raster: dem.asc}]}
+roughness: {manning: 0.02}
+initial: [{reservoir: water.geojson}]
+resolution: 1 m
+time: {end: 6 s}
+outputs: {every: 2 s}
+";
+
+#[test]
+fn a_row_that_is_half_covered_flows_as_the_others() {
+    let scene = Scene::new(SCENARIO);
+    scene.raster("dem.asc", (0.0, 0.0), (60.0, 17.5));
+    scene.water("water.geojson", &[[0.0, 0.0, 20.0, 17.5]], 2.0);
+    let (fields, run) = scene.run();
+    let (columns, rows) = (60, 18);
+    for (time, depths) in fields.values("depth").chunks(columns * rows).enumerate() {
+        for column in 0..columns {
+            let spread =
+                (0..rows).map(|row| (depths[row * columns + column] - depths[column]).abs()).fold(0.0, f64::max);
+            assert!(spread < 1e-6, "frame {time}, column {column}: {spread} m, single precision");
+        }
+    }
+    let volume = &run["volume_m3"];
+    let expected = 20.0 * 17.5 * 2.0;
+    assert!((volume["initial"].as_f64().unwrap() / expected - 1.0).abs() < 1e-12, "{volume}");
+    assert!(volume["grid_error_relative"].as_f64().unwrap() < 1e-6, "{volume}");
+    assert_eq!(run["cells_in_part"], serde_json::json!({"cells": 60, "least": 0.5, "greatest": 0.5}));
+    assert!(run["still_water"][0]["at_edge_m3"].as_f64().unwrap().abs() < 1e-9, "{}", run["still_water"]);
+}
+
+#[test]
+fn a_lake_on_rasters_of_unlike_origin_has_the_area_of_both_and_rests() {
+    let scene = Scene::new(&SCENARIO.replace("{raster: dem.asc}", "{raster: dem.asc}, {raster: other.asc}"));
+    scene.raster("dem.asc", (0.0, 0.0), (40.0, 17.5));
+    scene.raster("other.asc", (35.7, 4.3), (20.0, 20.5));
+    scene.water("water.geojson", &[[0.0, 0.0, 40.0, 17.5], [35.7, 4.3, 55.7, 24.8]], 2.0);
+    let (_, run) = scene.run();
+    let area = 40.0 * 17.5 + 20.0 * 20.5 - 4.3 * 13.2;
+    let volume = &run["volume_m3"];
+    assert!((volume["initial"].as_f64().unwrap() / (2.0 * area) - 1.0).abs() < 1e-9, "{volume} for {area} m2");
+    assert!(run["max_speed_m_s"].as_f64().unwrap() < 1e-12, "{}", run["max_speed_m_s"]);
+    let part = &run["cells_in_part"];
+    let share = |name: &str| part[name].as_f64().unwrap();
+    assert!(share("least") >= 0.25 && share("greatest") <= 2.25 && share("greatest") > 1.0, "{part}");
+}
+
+#[test]
+fn a_raster_that_the_resolution_divides_has_no_cells_in_part() {
+    let scene = Scene::new(&SCENARIO.replace("1 m", "2.5 m"));
+    scene.raster("dem.asc", (0.0, 0.0), (60.0, 17.5));
+    scene.water("water.geojson", &[[0.0, 0.0, 20.0, 17.5]], 2.0);
+    assert_eq!(scene.run().1.get("cells_in_part"), None);
+}
