@@ -15,30 +15,32 @@ const JOINING: &[&str] = &["cli", "pipeline", "prepare", "laboratory", "main", "
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("lattice", &["math"]),
+    ("failure", &["math"]),
+    ("methods", &[]),
     ("error", &["math"]),
     ("physics", &["math"]),
     ("neighbours", &["math", "lattice"]),
     ("particles", &["math", "lattice"]),
     ("boundary", &["math", "lattice", "bed"]),
-    ("bed", &["math", "lattice", "error", "physics::kernel", "scenario::methods", "terrain"]),
-    ("seeding", &["math", "lattice", "error", "bed", "particles", "scenario::methods"]),
+    ("bed", &["math", "lattice", "physics::kernel", "methods", "terrain"]),
+    ("seeding", &["math", "lattice", "bed", "particles"]),
     ("gridding", &["math", "lattice", "bed", "boundary", "particles", "physics"]),
     ("geodata", &["math", "error"]),
     ("vector", &["math", "error", "geodata"]),
-    ("terrain", &["math", "error", "geodata", "vector", "scenario::PointInterpolation"]),
+    ("terrain", &["math", "error", "geodata", "vector"]),
     (
         "solver",
         &[
             "math",
             "lattice",
-            "error",
+            "failure",
+            "methods",
             "bed",
             "boundary",
             "particles",
             "neighbours",
             "gridding",
             "physics",
-            "scenario::methods",
         ],
     ),
     ("output", &["math", "lattice", "error", "bed", "maps", "physics::kernel"]),
@@ -97,7 +99,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Every source file below `src` with its module (the first part of its path).
+/// Every source file below `src` with its module: the first part of its path, the second in `core`.
 fn sources() -> Vec<(String, PathBuf, String)> {
     let mut found = Vec::new();
     let mut folders = vec![root().join("src")];
@@ -108,8 +110,8 @@ fn sources() -> Vec<(String, PathBuf, String)> {
                 folders.push(path);
             } else if path.extension().is_some_and(|extension| extension == "rs") {
                 let relative = path.strip_prefix(root().join("src")).unwrap().to_path_buf();
-                let first = relative.iter().next().unwrap().to_string_lossy();
-                let module = first.trim_end_matches(".rs").to_string();
+                let mut parts = relative.iter().map(|part| part.to_string_lossy());
+                let module = parts.find(|part| part != "core").unwrap().trim_end_matches(".rs").to_string();
                 let text = std::fs::read_to_string(&path).unwrap();
                 found.push((module, relative, text));
             }

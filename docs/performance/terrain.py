@@ -40,7 +40,7 @@ PARTS = (
     ("velocities", r"primitive\.rs"),
     ("active cells, their runs", r"spans\.rs"),
     ("maxima, gauges", r"output/(maxima|gauges|recorder)"),
-    ("the rest of the steps", r"src/solver/"),
+    ("the rest of the steps", r"src/core/solver/"),
 )
 SECONDS_A_SAMPLE = 5e-4
 RUNS = 3

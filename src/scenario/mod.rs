@@ -10,7 +10,6 @@ pub mod choices;
 mod defaults;
 pub mod fields;
 pub mod ground;
-pub mod methods;
 mod model;
 pub mod moving_bed;
 mod preset;
@@ -24,6 +23,7 @@ pub mod tree;
 pub mod units;
 
 pub use defaults::{DRY_DEPTH, GRAVITY};
+pub use floodsim_core::methods;
 pub use ground::{Breakline, BreaklineMode, BuildingMode, Buildings, Gaps, Ground, LayerMode, LineLevel};
 pub use model::*;
 pub use moving_bed::{BedMovement, MovingBed};

@@ -2,6 +2,7 @@
 //!
 //! Stops at `pipeline` and `prepare`, which hand each stage a small plain struct.
 
+pub use floodsim_core::terrain::PointInterpolation;
 use std::path::PathBuf;
 
 use super::channel::Channel;
@@ -74,15 +75,6 @@ impl TerrainLayer {
         let (TerrainLayer::Raster { clip, .. } | TerrainLayer::Points { clip, .. }) = self;
         clip.as_ref()
     }
-}
-
-/// Interpolation between survey points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PointInterpolation {
-    /// Inverse squared distance over the nearest points.
-    InverseDistance,
-    /// Natural neighbour (Sibson).
-    NaturalNeighbour,
 }
 
 /// The coordinate reference system of the run.

@@ -1,0 +1,165 @@
+//! Flow in basins that end inside of cells: rest, volume, one dimension, the period of a swing, mirror images, what leaves.
+
+use super::super::EulerianSolver;
+use super::super::tests::{noise, problem, run};
+use super::*;
+use crate::bed::{BedParticles, Cover, Nothing, place_bed};
+use crate::boundary::Pieces;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::methods::BedMethod;
+use crate::solver::{FlowSolver, OpenEdges};
+use crate::terrain::{Layer, Raster, Terrain};
+
+/// A basin from (west, south) on, of a width and a height (m), on cells of 1 m; its level (m), and the level of the water over its bed.
+fn basin(
+    (west, south): (f64, f64),
+    (width, height): (f64, f64),
+    bed: impl Fn(Vec2) -> f64,
+    level: impl Fn(Vec2) -> f64,
+) -> FlowProblem {
+    let cell = 0.1;
+    let (columns, rows) = ((width / cell).round() as usize, (height / cell).round() as usize);
+    let mut raster = Raster {
+        columns,
+        rows,
+        west,
+        north: south + height,
+        cell_x: cell,
+        cell_y: cell,
+        values: vec![0.0; columns * rows],
+    };
+    for i in 0..columns * rows {
+        raster.values[i] = bed(raster.centre(i % columns, i / columns));
+    }
+    let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
+    let count = |length: f64| length.ceil() as usize;
+    let (columns, rows) = (count(west + width), count(south + height));
+    let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing: 1.0 };
+    let made = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.0);
+    let depth = (0..lattice.len()).map(|cell| (level(lattice.centre(cell)) - made.elevation[cell]).max(0.0));
+    let mut problem = problem(lattice.clone(), made.elevation.clone(), depth.collect());
+    let is_surveyed = |place| terrain.is_surveyed(place);
+    let cover = Cover::find(&terrain.extents_of_rasters(), &terrain, &is_surveyed, &made);
+    problem.bed = BedParticles { cover, ..problem.bed };
+    problem
+}
+
+/// Places of a basin that end at halves, less than halves and more.
+const ENDS: [((f64, f64), (f64, f64)); 4] =
+    [((0.0, 0.0), (30.5, 17.5)), ((0.8, 0.7), (29.5, 15.4)), ((0.3, 0.4), (30.0, 16.0)), ((0.0, 0.0), (30.3, 17.8))];
+
+#[test]
+fn a_lake_in_cells_in_part_stays_at_rest() {
+    for (corner, size) in ENDS {
+        let rough = |place: Vec2| 1.5 * noise((place.x * 1000.0 + place.y * 77.0) as usize);
+        let mut solver = EulerianSolver::new(basin(corner, size, rough, |_| 0.4));
+        assert!(!solver.in_part.cells.is_empty());
+        run(&mut solver, 300);
+        let speed = solver.choose_step().max_speed;
+        assert!(speed < 1e-12, "{corner:?} {size:?}: {speed:e} m/s");
+    }
+}
+
+#[test]
+fn volume_is_that_of_the_basin_and_is_kept() {
+    for (corner, size) in ENDS {
+        let is_high = |place: Vec2| place.x < 12.0 && place.y < 9.0;
+        let level = |place: Vec2| if is_high(place) { 4.0 } else { 1.0 };
+        let mut solver = EulerianSolver::new(basin(corner, size, |_| 0.0, level));
+        let high = (12.0 - corner.0) * (9.0 - corner.1);
+        let volume = size.0 * size.1 + 3.0 * high;
+        let error = solver.ledger().stored / volume - 1.0;
+        assert!(error.abs() < 1e-12, "{corner:?} {size:?}: {error:e}");
+        run(&mut solver, 400);
+        let error = solver.ledger().stored / volume - 1.0;
+        assert!(error.abs() < 1e-12, "{corner:?} {size:?} after 400 steps: {error:e}");
+        let fastest = solver.in_part.fastest(&solver.state, &solver.scale).signal_speed;
+        assert!(fastest < 12.0, "{fastest} m/s: a bore runs at 8 m/s");
+    }
+}
+
+#[test]
+fn flow_of_one_dimension_stays_so() {
+    for (corner, size) in ENDS {
+        let level = |place: Vec2| if place.x < 12.0 { 2.0 } else { 0.5 };
+        let mut solver = EulerianSolver::new(basin(corner, size, |_| 0.0, level));
+        run(&mut solver, 200);
+        let rows: Vec<usize> = (1..=solver.state.rows).filter(|&row| solver.state.has_terrain(row, 10)).collect();
+        for column in 1..=solver.state.columns {
+            let depths: Vec<f64> = rows.iter().map(|&row| solver.state.water[row].depth[column]).collect();
+            let spread = depths.iter().map(|depth| (depth - depths[0]).abs()).fold(0.0, f64::max);
+            assert!(spread < 1e-12, "{corner:?} {size:?}: {spread:e} m in column {column}");
+        }
+    }
+}
+
+#[test]
+fn a_swing_has_the_period_of_its_basin() {
+    // The ends lie in cells that are given away, kept in part, or both.
+    for (west, length) in [(0.7, 19.4), (0.3, 19.3), (0.4, 19.8)] {
+        let level = |place: Vec2| 1.0 - 1e-3 * (std::f64::consts::PI * (place.x - west) / length).cos();
+        let mut solver = EulerianSolver::new(basin((west, 0.0), (length, 3.0), |_| 0.0, level));
+        // The water near the western end passes the level of rest twice in a period.
+        let (mut crossings, mut before) = (Vec::new(), -1.0);
+        while crossings.len() < 9 {
+            let choice = solver.choose_step();
+            let time = solver.time();
+            solver.advance(choice.time_step).unwrap();
+            let now = solver.state.water[2].depth[3] - 1.0;
+            if (now > 0.0) != (before > 0.0) {
+                crossings.push(time + choice.time_step * before / (before - now));
+            }
+            before = now;
+        }
+        let period = (crossings[8] - crossings[0]) / 4.0;
+        let exact = 2.0 * length / 9.81_f64.sqrt();
+        println!("{west} {length}: {period} s of {exact} s");
+        assert!((period / exact - 1.0).abs() < 4e-3, "{west} {length}: {period} s of {exact} s");
+    }
+}
+
+#[test]
+fn mirrored_basins_have_mirrored_water() {
+    let size = (20.6, 11.4);
+    let level = |place: Vec2| if (place - Vec2::new(6.0, 4.0)).norm() < 3.0 { 3.0 } else { 1.0 };
+    let run_from = |west: f64, mirrored: bool| {
+        let level = |place: Vec2| level(if mirrored { Vec2::new(21.0 - place.x, place.y) } else { place });
+        let mut solver = EulerianSolver::new(basin((west, 0.3), size, |_| 0.0, level));
+        run(&mut solver, 150);
+        solver
+    };
+    // From 0.4 to 21 m, and from 0 to 20.6 m.
+    let (own, other) = (run_from(0.4, false), run_from(0.0, true));
+    for row in 1..=own.state.rows {
+        for column in 1..=21 {
+            let error = own.state.water[row].depth[column] - other.state.water[row].depth[22 - column];
+            assert!(error.abs() < 1e-12, "{row} {column}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn what_leaves_over_an_open_edge_is_as_wide_as_the_terrain() {
+    // Uniform flow down a slope to an open edge in the east: by the width of the basin, whatever cells it has.
+    let discharge = |south: f64, height: f64| {
+        let slope = 0.01;
+        let bed = move |place: Vec2| -slope * place.x;
+        let mut problem = basin((0.0, south), (30.0, height), bed, move |place| 0.5 - slope * place.x);
+        let edge = Pieces::from(vec![[Vec2::new(30.0, -1.0), Vec2::new(30.0, 20.0)]]);
+        problem.open_edges = OpenEdges { pieces: edge, ..problem.open_edges };
+        problem.bed.manning.fill(0.03);
+        let mut solver = EulerianSolver::new(problem);
+        let (state, slope) = (&mut solver, slope);
+        state.set_velocity(|_| Vec2::new(0.5_f64.powf(2.0 / 3.0) * f64::sqrt(slope) / 0.03, 0.0));
+        run(state, 20);
+        let row = state.walls.leaving(&state.state);
+        row / height
+    };
+    let whole = discharge(0.0, 8.0);
+    assert!(whole > 0.9, "{whole} m2/s");
+    for (south, height) in [(0.0, 8.5), (0.6, 7.0), (0.3, 7.4)] {
+        let part = discharge(south, height);
+        assert!((part / whole - 1.0).abs() < 1e-9, "{south} {height}: {part} of {whole} m2/s");
+    }
+}

@@ -1,0 +1,474 @@
+//! Motion `eulerian` of the balanced formulation: riverbed particles carry the water and exchange it through the faces of
+//! their pairs.
+//!
+//! Depth d and discharge q = d v of particle i change by the pair fluxes of its neighbours j (theory (M10) to (M18)):
+//!
+//! ```text
+//! dd_i/dt = − Σ_j 2 s_ij F_d
+//! dq_i/dt = − Σ_j 2 s_ij { [F_n − g d_l²/2 + g (d_i + d_iR) a_1/2] e + F_d v_t t }
+//! s_ij = A_j |W'_ij| / Σ_j A_j |W'_ij| r e_x²
+//! ```
+//!
+//! The particles rest on a square lattice and the support of the kernel is a little less than √2 spacings, so that each has
+//! four neighbours and 2 s_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
+//! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
+//! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`], [`passes`], [`walls`], [`cells_in_part`]) → [`update`]; only wet
+//! particles and a rim of two cells are in work ([`spans`]). Cells without terrain and cells beyond a wall are treated in
+//! [`walls`].
+//!
+//! Deliberately absent: moving particles, sensors, a floor for the depth. Source of the scheme: `Audusse2004`,
+//! `ChenNoelle2017`, `Vila1999`.
+
+mod apertures;
+mod breach;
+mod cells_in_part;
+mod discharges;
+mod faces;
+mod gradient;
+mod inputs;
+mod mixing;
+mod moving_bed;
+pub(super) mod open;
+mod passes;
+mod primitive;
+mod reach;
+mod sections;
+mod spans;
+mod stairs;
+mod state;
+mod update;
+mod walls;
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod thin_water_tests;
+
+use super::phases::Phases;
+use super::{
+    BedBooks, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice,
+    StepLimit, Way,
+};
+use crate::failure::{FailurePlace, NumericalFailure};
+use crate::lattice::WaterOnLattice;
+use crate::math::Vec2;
+use crate::methods::{Reconstruction, Stabilisation, Turbulence};
+use breach::Breaking;
+use cells_in_part::CellsInPart;
+use inputs::Inputs;
+use moving_bed::MovingBed;
+use open::OpenBoundaries;
+use passes::Passes;
+use reach::Reaches;
+use sections::Sections;
+use spans::{ActiveSet, Run};
+use state::State;
+use update::Stage;
+use walls::Walls;
+
+/// The core with resting particles.
+pub struct EulerianSolver {
+    scale: Scale,
+    methods: RestingMethods,
+    state: State,
+    active: ActiveSet,
+    walls: Walls,
+    passes: Passes,
+    in_part: CellsInPart,
+    open: OpenBoundaries,
+    reaches: Reaches,
+    inputs: Inputs,
+    breaking: Option<Breaking>,
+    moving_bed: Option<MovingBed>,
+    /// The cells of both and their bed (m), where there are both.
+    bed_out: Vec<(usize, f64)>,
+    sections: Sections,
+    lattice: crate::lattice::Lattice,
+    time: f64,
+    steps: u64,
+    evaluations: u64,
+    initial_volume: f64,
+    inflow: f64,
+    outflow: f64,
+    /// The part of the outflow (m³) that left by open edges without a condition.
+    left_over_edges: f64,
+    phases: Phases,
+}
+
+/// The numbers of a run that every pass needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    pub spacing: f64,
+    pub gravity: f64,
+    pub courant: f64,
+    pub dry_depth: f64,
+}
+
+/// The fluxes that resting particles have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RestingFlux {
+    Hllc,
+    LaxFriedrichs,
+}
+
+/// The methods of a run that every face needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RestingMethods {
+    pub flux: RestingFlux,
+    pub reconstruction: Reconstruction,
+    pub turbulence: Turbulence,
+}
+
+/// Below this step (s) the run has collapsed: a million steps would not reach one second.
+const SMALLEST_STEP: f64 = 1e-6;
+
+impl EulerianSolver {
+    /// Sets the still water of `problem` on its riverbed; HLLC with limited reconstruction, no turbulence.
+    pub fn new(problem: FlowProblem) -> Self {
+        Self::with_methods(problem, Stabilisation::Hllc, Reconstruction::Limited, Turbulence::None)
+    }
+
+    /// The same by other methods.
+    ///
+    /// # Panics
+    /// With a stabilisation that resting particles do not have; a scenario that asks for it is refused.
+    pub fn with_methods(
+        problem: FlowProblem,
+        stabilisation: Stabilisation,
+        reconstruction: Reconstruction,
+        turbulence: Turbulence,
+    ) -> Self {
+        let flux = match stabilisation {
+            Stabilisation::Hllc => RestingFlux::Hllc,
+            Stabilisation::LaxFriedrichs => RestingFlux::LaxFriedrichs,
+            Stabilisation::TwoShocks | Stabilisation::ArtificialViscosity => {
+                panic!("resting particles have no {}", stabilisation.name())
+            }
+        };
+        let lattice = problem.bed.lattice.clone();
+        let scale = Scale {
+            spacing: lattice.spacing,
+            gravity: problem.gravity,
+            courant: problem.courant,
+            dry_depth: problem.dry_depth,
+        };
+        let mut state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
+        let mut breaking = Breaking::new(&problem);
+        if let Some(breaking) = &mut breaking {
+            breaking.follow(&mut state, 0.0, scale.dry_depth);
+        }
+        let mut moving_bed = MovingBed::new(&problem);
+        if let Some(moving) = &mut moving_bed {
+            moving.follow(&mut state, 0.0, scale.dry_depth);
+        }
+        let walls = Walls::new(&problem, &state, reconstruction);
+        let passes = Passes::new(&problem, &state, &walls);
+        let in_part = CellsInPart::new(&problem, &state);
+        let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part));
+        let reaches = Reaches::new(&problem, &mut state, &walls);
+        let inputs = Inputs::new(&problem, &state);
+        let sections = Sections::new(&problem, &state);
+        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
+        let mut solver = EulerianSolver {
+            scale,
+            methods: RestingMethods { flux, reconstruction, turbulence },
+            state,
+            active,
+            walls,
+            passes,
+            in_part,
+            open,
+            reaches,
+            inputs,
+            breaking,
+            moving_bed,
+            bed_out: Vec::new(),
+            sections,
+            lattice,
+            time: 0.0,
+            steps: 0,
+            evaluations: 0,
+            initial_volume: 0.0,
+            inflow: 0.0,
+            outflow: 0.0,
+            left_over_edges: 0.0,
+            phases: Phases::default(),
+        };
+        solver.initial_volume = solver.volume();
+        solver.hand_out_bed();
+        solver.evaluate_primitive();
+        solver
+    }
+
+    /// Gives the water a velocity (m/s) at the start, by place (local coordinates).
+    pub fn set_velocity(&mut self, velocity: impl Fn(Vec2) -> Vec2) {
+        for (row, water) in self.state.water.iter_mut().enumerate() {
+            for column in (0..water.depth.len()).filter(|&column| water.depth[column] > self.scale.dry_depth) {
+                let discharge = velocity(State::position(row, column, self.scale.spacing)) * water.depth[column];
+                (water.discharge_x[column], water.discharge_y[column]) = (discharge.x, discharge.y);
+            }
+        }
+        self.evaluate_primitive();
+    }
+
+    /// Velocities and the greatest signal speed of the current state.
+    fn evaluate_primitive(&mut self) {
+        primitive::evaluate(&mut self.state, &self.active, &self.scale);
+        self.reaches.evaluate_primitive(Stage::First);
+    }
+
+    /// All water, that of the channels too (m³).
+    fn volume(&self) -> f64 {
+        self.in_part.volume(&self.state, self.scale.spacing) + self.reaches.volume(self.scale.spacing)
+    }
+
+    /// Puts the bed of a dam that breaks and of ground that moves into one list, where there are both.
+    fn hand_out_bed(&mut self) {
+        if let (Some(breaking), Some(moving)) = (&self.breaking, &self.moving_bed) {
+            self.bed_out.clear();
+            self.bed_out.extend(breaking.bed().iter().chain(moving.bed()));
+        }
+    }
+
+    /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
+    fn stage(&mut self, stage: Stage, time_step: f64) {
+        let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
+        let is_mixed = self.methods.turbulence != Turbulence::None;
+        if is_mixed || self.methods.reconstruction != Reconstruction::None {
+            gradient::evaluate(state, active, scale);
+            self.walls.correct_gradients(state, active, scale);
+            self.passes.correct_gradients(state, active, scale);
+            self.reaches.evaluate_gradients(state, scale);
+        }
+        self.phases.end("gradients");
+        faces::evaluate(state, active, scale, self.methods);
+        if is_mixed {
+            mixing::add(state, active, scale, time_step);
+        }
+        self.passes.apply(state, active, scale, self.methods);
+        self.walls.apply(state, active, scale);
+        self.in_part.apply(state, scale);
+        let step = (self.time, self.time + time_step);
+        self.open.apply(state, scale, self.methods, step);
+        self.reaches.pass(state, scale, self.methods, stage, step);
+        self.phases.end("faces");
+        update::limit_outflow(state, active, scale, stage, time_step);
+        update::apply(state, active, scale, stage, time_step);
+        // Each of the two stages carries half of the step's exchange.
+        let carried = 0.5 * time_step * scale.spacing;
+        let (coming, leaving) = self.open.book(state, carried);
+        let (to_channels, from_channels) = self.reaches.apply(state, scale, stage, time_step);
+        self.inflow += carried * coming + 0.5 * time_step * to_channels;
+        let over_edges = self.walls.leaving(state);
+        self.left_over_edges += carried * over_edges;
+        self.outflow += carried * (over_edges + leaving) + 0.5 * time_step * from_channels;
+        self.sections.add(state, scale, time_step);
+        self.evaluations += (active.cells() + self.reaches.particles().0) as u64;
+        self.phases.end("update");
+    }
+
+    fn failure(&self, quantity: &'static str, value: f64, place: FailurePlace) -> NumericalFailure {
+        NumericalFailure {
+            time: self.time,
+            step: self.steps,
+            quantity,
+            value,
+            place,
+            limiter: StepLimit::Courant.name(),
+        }
+    }
+}
+
+/// For every padded row the cells to which water comes from elsewhere than their neighbours: all terrain where it rains.
+fn fed(state: &State, open: &OpenBoundaries, inputs: &Inputs, reaches: &Reaches) -> Vec<Vec<Run>> {
+    let mut fed: Vec<Vec<Run>> = vec![Vec::new(); state.rows + 2];
+    if inputs.is_wetted {
+        for runs in &mut fed[1..=state.rows] {
+            runs.push(1..state.columns + 1);
+        }
+        return fed;
+    }
+    for (row, column) in open.inlets().chain(inputs.cells()).chain(reaches.cells()) {
+        fed[row].push(column..column + 1);
+    }
+    fed
+}
+
+impl FlowSolver for EulerianSolver {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    fn choose_step(&mut self) -> StepChoice {
+        self.phases.start();
+        let scale = &self.scale;
+        let fastest = self.in_part.fastest(&self.state, scale);
+        let mut choice = if fastest.signal_speed > 0.0 {
+            StepChoice {
+                time_step: scale.courant * scale.spacing / fastest.signal_speed,
+                limit: StepLimit::Courant,
+                position: State::position(fastest.row, fastest.column, scale.spacing),
+                max_speed: fastest.flow_speed,
+            }
+        } else {
+            StepChoice {
+                time_step: scale.spacing / scale.gravity.sqrt(),
+                limit: StepLimit::NoWater,
+                position: Vec2::ZERO,
+                max_speed: 0.0,
+            }
+        };
+        let (in_channels, flow_in_channels) = self.reaches.fastest(scale);
+        choice.max_speed = choice.max_speed.max(flow_in_channels);
+        if scale.courant * scale.spacing < choice.time_step * in_channels {
+            choice.time_step = scale.courant * scale.spacing / in_channels;
+            choice.limit = StepLimit::Courant;
+        }
+        // What comes in may be faster than what is there.
+        let step = (self.time, self.time + choice.time_step);
+        let coming = self.reaches.fastest_inflow(scale, self.methods, step);
+        if scale.courant * scale.spacing < choice.time_step * coming {
+            choice.time_step = scale.courant * scale.spacing / coming;
+            choice.limit = StepLimit::Courant;
+        }
+        let (speed, (row, column)) = self.open.fastest(&self.state, scale, self.methods, step);
+        if scale.courant * scale.spacing < choice.time_step * speed {
+            choice.time_step = scale.courant * scale.spacing / speed;
+            choice.limit = StepLimit::Courant;
+            choice.position = State::position(row, column, scale.spacing);
+        }
+        choice.time_step = self.inputs.longest_step(scale, self.time, choice.time_step);
+        if let Some(breaking) = &self.breaking {
+            choice.time_step = breaking.step_until_change(self.time, choice.time_step);
+        }
+        if let Some(moving) = &self.moving_bed {
+            choice.time_step = moving.longest_step(&self.scale, self.time, choice.time_step);
+        }
+        self.phases.end("choice of the step");
+        choice
+    }
+
+    fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
+        self.phases.start();
+        if let Some(moving) = &mut self.moving_bed {
+            moving.follow(&mut self.state, self.time + 0.5 * time_step, self.scale.dry_depth);
+            self.passes.follow(&self.state.ground);
+        }
+        self.stage(Stage::First, time_step);
+        self.reaches.evaluate_primitive(Stage::Second);
+        self.stage(Stage::Second, time_step);
+        self.sections.close(time_step);
+        self.inflow += self.inputs.add(&mut self.state, &self.scale, self.time, self.time + time_step);
+        self.active.follow(&mut self.state, self.scale.dry_depth);
+        self.phases.end("cells in work");
+        self.evaluate_primitive();
+        self.time += time_step;
+        self.steps += 1;
+        if let Some(breaking) = &mut self.breaking {
+            breaking.follow(&mut self.state, self.time, self.scale.dry_depth);
+        }
+        if let Some(moving) = &mut self.moving_bed {
+            moving.follow(&mut self.state, self.time, self.scale.dry_depth);
+        }
+        if self.breaking.is_some() || self.moving_bed.is_some() {
+            self.passes.follow(&self.state.ground);
+        }
+        self.hand_out_bed();
+        self.phases.end("velocities");
+        let fastest = self.in_part.fastest(&self.state, &self.scale);
+        let in_channels = self.reaches.fastest(&self.scale).0;
+        let signal_speed = reach::larger_or_nan(fastest.signal_speed, in_channels);
+        let place = || match self.reaches.place_of(in_channels, &self.scale) {
+            Some((number, distance)) if in_channels > fastest.signal_speed || in_channels.is_nan() => {
+                FailurePlace::InChannel { number, distance }
+            }
+            _ => {
+                let position = State::position(fastest.row, fastest.column, self.scale.spacing);
+                FailurePlace::OnMap(self.lattice.to_map(position))
+            }
+        };
+        if !signal_speed.is_finite() {
+            return Err(self.failure("signal speed", signal_speed, place()));
+        }
+        if signal_speed > 0.0 {
+            let next = self.scale.courant * self.scale.spacing / signal_speed;
+            if next < SMALLEST_STEP {
+                return Err(self.failure("time step", next, place()));
+            }
+        }
+        Ok(())
+    }
+
+    fn water(&mut self) -> WaterOnLattice<'_> {
+        WaterOnLattice { rows: &self.state, lattice: &self.lattice, spans: self.active.recorded() }
+    }
+
+    fn ledger(&self) -> Ledger {
+        Ledger { initial: self.initial_volume, inflow: self.inflow, outflow: self.outflow, stored: self.volume() }
+    }
+
+    fn sections(&self) -> &[SectionFlow] {
+        self.sections.flows()
+    }
+
+    fn channels(&self) -> Vec<Vec<ChannelSample>> {
+        self.reaches.samples()
+    }
+
+    fn volume_in_channels(&self) -> f64 {
+        self.reaches.volume(self.scale.spacing)
+    }
+
+    fn bed_now(&self) -> &[(usize, f64)] {
+        match (&self.breaking, &self.moving_bed) {
+            (Some(_), Some(_)) => &self.bed_out,
+            (Some(breaking), None) => breaking.bed(),
+            (None, Some(moving)) => moving.bed(),
+            (None, None) => &[],
+        }
+    }
+
+    fn passages(&self) -> Vec<Passage> {
+        let over_edges = self.walls.has_open_edges().then_some(Passage {
+            way: Way::OpenEdges,
+            inflow: 0.0,
+            outflow: self.left_over_edges,
+            asked: None,
+        });
+        let inputs = self.inputs.passages(&self.state, &self.scale, self.time);
+        over_edges
+            .into_iter()
+            .chain(self.open.passages(self.time))
+            .chain(inputs)
+            .chain(self.reaches.passages(self.time))
+            .collect()
+    }
+
+    fn discharges(&self) -> Option<DischargeCheck> {
+        (self.steps > 0).then(|| self.compare_discharges())
+    }
+
+    fn bed_books(&self) -> Option<BedBooks> {
+        self.moving_bed.as_ref().map(MovingBed::books)
+    }
+
+    fn breach_began(&self) -> Option<f64> {
+        self.breaking.as_ref().and_then(Breaking::opened)
+    }
+
+    fn particles(&self) -> usize {
+        self.active.wet_cells() + self.reaches.particles().1
+    }
+
+    fn particle_evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    fn phases(&self) -> &Phases {
+        &self.phases
+    }
+}
