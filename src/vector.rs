@@ -458,8 +458,8 @@ mod tests {
             );
             assert_eq!(features[0].attribute("ort"), Some(&Value::Text("Mühle".to_owned())));
             let codes: Vec<&str> = warnings.iter().map(|problem| problem.code).collect();
-            let told: &[&str] = if encoding == "UTF-8" || is_stated { &[] } else { &["assumed-encoding"] };
-            assert_eq!(codes, told, "{encoding}");
+            let reported: &[&str] = if encoding == "UTF-8" || is_stated { &[] } else { &["assumed-encoding"] };
+            assert_eq!(codes, reported, "{encoding}");
         }
     }
 

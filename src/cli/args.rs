@@ -70,7 +70,7 @@ pub enum Command {
         /// The run folder
         folder: PathBuf,
     },
-    /// Run the built-in cases with known answers: error, order, cost, pass or fail; exit code 7 if the default methods miss a bar
+    /// Run the built-in cases with known answers: error, order, cost, pass or fail; exit code 7 if the default methods miss an acceptance limit
     Validate(ValidateArguments),
     /// Chart speed against accuracy of chosen methods on the built-in cases: CSV, and an SVG for each case and error
     Chart(ChartArguments),

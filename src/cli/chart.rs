@@ -42,7 +42,10 @@ pub fn chart(arguments: &ChartArguments) -> Result<(), Error> {
     write(&table, &text)?;
     let mut files = vec![table];
     // A lake at rest is right or wrong: no figure.
-    for case in chosen.into_iter().filter(|case| case.bars.iter().all(|bar| bar.max_speed.is_none())) {
+    for case in chosen
+        .into_iter()
+        .filter(|case| case.acceptance_limits.iter().all(|acceptance_limit| acceptance_limit.max_speed.is_none()))
+    {
         let of_case: Vec<&Row> = rows.iter().filter(|row| row.case == case.name).collect();
         let others: Vec<&Peer> = peers
             .iter()
@@ -107,7 +110,7 @@ fn lines(rows: &[&Row], error: ErrorOf<Row>) -> Vec<ChartLine> {
         [|row| &row.formulation, |row| &row.motion, |row| &row.flux, |row| &row.kernel, |row| &row.integrator];
     // What all rows share needs no mention; which motion it is always does.
     let differs = families.map(|family| rows.iter().any(|row| family(row) != family(rows[0])));
-    // Moving particles may be scored on the map as well, which is a line of its own.
+    // Lagrangian particles may be scored on the map as well, which is a line of its own.
     let on_map =
         |row: &Row| (row.motion == Motion::Lagrangian.name() && row.norm == "mean_abs_grid").then_some("on the map");
     let name = |row: &Row| {

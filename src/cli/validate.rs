@@ -17,7 +17,7 @@ use crate::validation::{
 /// Runs the cases, prints and writes their rows.
 ///
 /// # Errors
-/// `Error::Usage` for wrong names, `Error::Output` for files, and `Error::Gate` where the default methods miss a bar: that of each run
+/// `Error::Usage` for wrong names, `Error::Output` for files, and `Error::Gate` where the default methods miss an acceptance limit: that of each run
 /// in every motion that was run, that of the better motion in all of them; `Error::Problems` where the data of no experiment were there, and
 /// `Error::Usage` where nothing was run for another reason.
 pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
@@ -29,7 +29,7 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
     arguments.figures.iter().try_for_each(|folder| make_folder(folder))?;
     let results = run_cases(&chosen, &arguments.cases, arguments.resolutions)?;
     let mut rows: Vec<Row> = results.iter().flat_map(|result| result.result.rows.iter().cloned()).collect();
-    let mut missed = missed_bars(&results);
+    let mut missed = missed_limits(&results);
     let mut left_out: Vec<(&Experiment, Skipped)> = Vec::new();
     for &experiment in &experiments {
         let found = run_in_laboratory(experiment, arguments)?;
@@ -45,7 +45,7 @@ pub fn validate(arguments: &ValidateArguments) -> Result<(), Error> {
         write(file, &rows_as_csv(&rows))?;
     }
     if !missed.is_empty() {
-        return Err(Error::Gate(format!("the default methods miss a bar of {}", missed.join(", "))));
+        return Err(Error::Gate(format!("the default methods miss an acceptance limit of {}", missed.join(", "))));
     }
     has_run(&experiments, &left_out, rows.is_empty())?;
     match results.iter().find_map(|run| run.result.skipped.as_ref().map(|why| (run.case.name, why))) {
@@ -130,7 +130,7 @@ fn list_of_experiments(experiments: &[&Experiment]) -> String {
 #[derive(Default)]
 struct Found {
     rows: Vec<Row>,
-    /// Whether the default methods miss its bar.
+    /// Whether the default methods miss its acceptance limit.
     is_missed: bool,
     /// Why the last choice that was left out was.
     skipped: Option<Skipped>,
@@ -237,18 +237,22 @@ fn resolutions_of(argument: ResolutionsArgument) -> Resolutions {
     }
 }
 
-/// The names of the cases of which the default methods miss a bar.
-fn missed_bars(runs: &[CaseRun]) -> Vec<&'static str> {
+/// The names of the cases of which the default methods miss an acceptance limit.
+fn missed_limits(runs: &[CaseRun]) -> Vec<&'static str> {
     let mut missed: Vec<&'static str> = Vec::new();
     for run in runs.iter().filter(|run| run.choice.is_default) {
         let same_case = || runs.iter().filter(|other| other.choice.is_default && other.case.name == run.case.name);
-        let is_met_by = |run: &CaseRun, bar: usize| {
-            run.result.verdicts.iter().filter(|verdict| verdict.bar == bar).all(|verdict| verdict.is_met)
+        let is_met_by = |run: &CaseRun, acceptance_limit: usize| {
+            run.result
+                .verdicts
+                .iter()
+                .filter(|verdict| verdict.acceptance_limit == acceptance_limit)
+                .all(|verdict| verdict.is_met)
         };
         let is_missed = run.result.verdicts.iter().any(|verdict| {
             let counts = match verdict.scope {
                 Scope::Each | Scope::Of(_) => true,
-                Scope::Better => !same_case().any(|other| is_met_by(other, verdict.bar)),
+                Scope::Better => !same_case().any(|other| is_met_by(other, verdict.acceptance_limit)),
                 Scope::Shown => false,
             };
             counts && !verdict.is_met

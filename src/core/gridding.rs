@@ -1,4 +1,4 @@
-//! Gridding: the water of moving particles onto the lattice, with volume and momentum conserved.
+//! Gridding: the water of Lagrangian particles onto the lattice, with volume and momentum conserved.
 //!
 //! Particle j gives its volume to the cells c under its kernel W, in proportion to the root of the water column that its level leaves
 //! there, and its momentum in the same shares:
@@ -15,7 +15,7 @@
 //! where their distances are up to twice as wide. It is never less than 1.5 cells, so that particles closer together than cells leave
 //! none, either.
 //!
-//! Moving particles are never evenly spaced, and where they crowd together or stand apart, and beside walls, cells would be too full or
+//! Lagrangian particles are never evenly spaced, and where they crowd together or stand apart, and beside walls, cells would be too full or
 //! too empty by some percent: maxima would gather that noise. So some sweeps bring the factors f_c, 1 at first, nearer to what gives every
 //! cell the mean column over it, D_c, where the particles cover the cell (S_c near 1):
 //!
@@ -520,7 +520,7 @@ pub struct Lent<'a> {
     pub pieces: [&'a mut [f32]; 4],
 }
 
-/// Grids moving particles again and again with the same buffers.
+/// Grids Lagrangian particles again and again with the same buffers.
 #[derive(Clone, Debug)]
 pub struct Gridder {
     measures: Measures,

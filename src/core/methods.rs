@@ -57,8 +57,8 @@ family! {
     /// What keeps the flow between a pair of particles stable.
     Stabilisation {
         #[default]
-        Hllc = "hllc": "HLLC Riemann solver: two waves and the contact between them; default of resting particles",
-        TwoShocks = "two_shocks": "Riemann solver with two shocks or two rarefactions; default of the balanced formulation with moving particles",
+        Hllc = "hllc": "HLLC Riemann solver: two waves and the contact between them; default of Eulerian particles",
+        TwoShocks = "two_shocks": "Riemann solver with two shocks or two rarefactions; default of the balanced formulation with Lagrangian particles",
         LaxFriedrichs = "lax_friedrichs": "Lax-Friedrichs flux with the greatest speed of the pair",
         ArtificialViscosity = "artificial_viscosity": "viscosity between particles that approach each other; default of the variational formulation, and for it alone",
     }
@@ -69,7 +69,7 @@ family! {
     Reconstruction {
         #[default]
         Limited = "limited": "levels, depths and normal velocities carried to the face along gradients that a limiter bounds",
-        Sharp = "sharp": "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for resting particles alone",
+        Sharp = "sharp": "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for Eulerian particles alone",
         None = "none": "the values of the two particles; default with artificial viscosity",
     }
 }
@@ -85,7 +85,7 @@ impl Stabilisation {
 }
 
 family! {
-    /// How moving particles are placed in still water at the start.
+    /// How Lagrangian particles are placed in still water at the start.
     Seeding {
         #[default]
         Lattice = "lattice": "one particle at the centre of each wet cell, with the volume of its water",
@@ -134,12 +134,12 @@ family! {
     Turbulence {
         #[default]
         None = "none": "nothing: the shallow-water equations alone",
-        MixingLength = "mixing_length": "an eddy viscosity of bed friction and of a mixing length of half the depth: where jets, wakes and jumps are many depths wide; for resting particles alone",
+        MixingLength = "mixing_length": "an eddy viscosity of bed friction and of a mixing length of half the depth: where jets, wakes and jumps are many depths wide; for Eulerian particles alone",
     }
 }
 
 family! {
-    /// What stands for a wall beside moving particles.
+    /// What stands for a wall beside Lagrangian particles.
     WallMethod {
         #[default]
         Mirror = "mirror": "mirror images of the particle and its neighbours",
@@ -151,8 +151,8 @@ family! {
     /// Time integration.
     Integrator {
         #[default]
-        Heun = "heun": "two-stage strong-stability-preserving Runge-Kutta; default of resting particles",
-        Leapfrog = "leapfrog": "kick-drift-kick with predicted velocity; default of moving particles",
+        Heun = "heun": "two-stage strong-stability-preserving Runge-Kutta; default of Eulerian particles",
+        Leapfrog = "leapfrog": "kick-drift-kick with predicted velocity; default of Lagrangian particles",
     }
 }
 
@@ -160,7 +160,7 @@ family! {
     /// A named set of choices, of which single keys beside it change one each; docs/decisions/0010 has the figures behind them.
     Preset {
         #[default]
-        Balanced = "balanced": "the defaults: resting particles, slopes as sharp as the bed allows; nothing of the stability suite fails with them",
+        Balanced = "balanced": "the defaults: Eulerian particles, slopes as sharp as the bed allows; nothing of the stability suite fails with them",
         Fast = "fast": "for dam-break waves on smooth ground and coarse lattices: sharp reconstruction, up to half of the error of depth of `balanced` at like time, none with friction or over thin water; 3 to 14 times the error in steady flow, noise in smooth flow; in long runs water that should rest makes waves by itself",
         Accurate = "accurate": "half the time step of `balanced` for twice its time: 4 to 13 % less error of depth in most dam breaks, a fifth on a slope with friction, nothing in bowls and over a bump",
     }

@@ -14,7 +14,7 @@ pub fn named(name: &str) -> Option<&'static Experiment> {
     all().find(|experiment| experiment.name == name)
 }
 
-const CHANNELS: &str = "channels in one dimension, which it is about, are not for moving particles";
+const CHANNELS: &str = "channels in one dimension, which it is about, are not for Lagrangian particles";
 
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {
@@ -25,7 +25,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["isolated_obstacle"],
         resolutions: [0.10, 0.05],
         rests_because: "",
-        bar: "mean RMSE of the depth <= 0.020 m",
+        acceptance_limit: "mean RMSE of the depth <= 0.020 m",
         judge: |run| obstacle::judge(run, 1.0),
     },
     Experiment {
@@ -36,7 +36,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["parma_dbdb"],
         resolutions: [0.015, 0.0075],
         rests_because: "",
-        bar: "no front before that of Ritter",
+        acceptance_limit: "no front before that of Ritter",
         judge: parma,
     },
     Experiment {
@@ -47,7 +47,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["kleefsman_marin"],
         resolutions: [0.02, 0.01],
         rests_because: "",
-        bar: "",
+        acceptance_limit: "",
         judge: marin,
     },
     Experiment {
@@ -58,7 +58,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["ea_test1"],
         resolutions: [20.0, 10.0],
         rests_because: "",
-        bar: "final levels within 0.02 m of the sill",
+        acceptance_limit: "final levels within 0.02 m of the sill",
         judge: disconnected,
     },
     Experiment {
@@ -69,7 +69,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["ea_test4"],
         resolutions: [20.0, 10.0],
         rests_because: "",
-        bar: "front symmetric within 1 % in every cell; arrival at P5 within 5 % of the published 1.0 to 1.2 h",
+        acceptance_limit: "front symmetric within 1 % in every cell; arrival at P5 within 5 % of the published 1.0 to 1.2 h",
         judge: plain,
     },
     Experiment {
@@ -80,7 +80,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["isolated_obstacle", "ea_test6b"],
         resolutions: [2.0, 1.0],
         rests_because: "",
-        bar: "mean RMSE of the depth <= 0.40 m",
+        acceptance_limit: "mean RMSE of the depth <= 0.40 m",
         judge: |run| obstacle::judge(run, obstacle::SCALE),
     },
     Experiment {
@@ -91,7 +91,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["isolated_obstacle", "ea_test6b"],
         resolutions: [2.0, 1.0],
         rests_because: "",
-        bar: "mean RMSE of the depth <= 0.40 m; depths those of the flume times 20 within 0.04 m on average",
+        acceptance_limit: "mean RMSE of the depth <= 0.40 m; depths those of the flume times 20 within 0.04 m on average",
         judge: obstacle::judge_scaled,
     },
     Experiment {
@@ -102,7 +102,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["radial_dam_break"],
         resolutions: [2.0, 1.0],
         rests_because: "",
-        bar: "levels within 3 %, speeds and fluxes within 10 % of the reference on average",
+        acceptance_limit: "levels within 3 %, speeds and fluxes within 10 % of the reference on average",
         judge: wet_bed::judge,
     },
     Experiment {
@@ -113,7 +113,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["monai_valley"],
         resolutions: [0.028, 0.014],
         rests_because: "",
-        bar: "RMSE of the level up to 25 s <= 0.006 m at each gauge",
+        acceptance_limit: "RMSE of the level up to 25 s <= 0.006 m at each gauge",
         judge: monai,
     },
     Experiment {
@@ -124,7 +124,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &[],
         resolutions: [0.05, 0.025],
         rests_because: CHANNELS,
-        bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
+        acceptance_limit: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
         judge: |run| rajar::compare(run, &rajar::A),
     },
     Experiment {
@@ -135,7 +135,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &[],
         resolutions: [0.05, 0.025],
         rests_because: CHANNELS,
-        bar: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
+        acceptance_limit: "coupled within 5 % of two dimensions, at least 40 % of the CPU time saved",
         judge: |run| rajar::compare(run, &rajar::B),
     },
     Experiment {
@@ -146,7 +146,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["merewether"],
         resolutions: [2.0, 1.0],
         rests_because: "",
-        bar: "mean absolute error at five marks <= 0.15 m",
+        acceptance_limit: "mean absolute error at five marks <= 0.15 m",
         judge: merewether,
     },
     Experiment {
@@ -157,7 +157,7 @@ const EXPERIMENTS: &[Experiment] = &[
         data: &["malpasset"],
         resolutions: [40.0, 20.0],
         rests_because: "",
-        bar: "mean absolute error of arrival at S6 to S14 <= 40 s, of the greatest level <= 2.6 m; transformers within 5 %",
+        acceptance_limit: "mean absolute error of arrival at S6 to S14 <= 40 s, of the greatest level <= 2.6 m; transformers within 5 %",
         judge: malpasset,
     },
 ];

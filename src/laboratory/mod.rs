@@ -37,10 +37,10 @@ pub struct Experiment {
     pub data: &'static [&'static str],
     /// Resolutions (m), the coarsest first; the first one is that of tests.
     pub resolutions: [f64; 2],
-    /// Why moving particles are left out; empty where they run it.
+    /// Why Lagrangian particles are left out; empty where they run it.
     pub rests_because: &'static str,
     /// What must hold at the finer resolution, in words; empty where there is nothing to hold it to.
-    pub bar: &'static str,
+    pub acceptance_limit: &'static str,
     /// Looks at a run.
     pub judge: fn(&Run) -> Result<Finding, String>,
 }
@@ -52,7 +52,7 @@ pub struct Finding {
     pub norm: &'static str,
     /// Error of depth or level (m).
     pub error: Option<f64>,
-    /// Whether the bar is met; none without a bar.
+    /// Whether the acceptance limit is met; none without an acceptance limit.
     pub is_met: Option<bool>,
     /// Single figures, in words.
     pub note: String,

@@ -23,7 +23,7 @@ pub struct ExperimentResult {
     pub rows: Vec<Row>,
     /// Measured and computed lines: one panel for each gauge, with the lines of all resolutions.
     pub panels: Vec<GaugePanel>,
-    /// Whether the bar is missed.
+    /// Whether the acceptance limit is missed.
     pub is_missed: bool,
     /// Why it was left out, where it was.
     pub skipped: Option<Skipped>,
@@ -63,7 +63,7 @@ pub fn run_experiment(
             return Ok(result);
         }
         (Ok(_), Motion::Lagrangian) if !experiment.rests_because.is_empty() => {
-            let why = format!("it is for resting particles: {}", experiment.rests_because);
+            let why = format!("it is for Eulerian particles: {}", experiment.rests_because);
             result.skipped = Some(Skipped::Methods(why));
             return Ok(result);
         }
@@ -111,7 +111,7 @@ fn data_of(experiment: &Experiment) -> Result<PathBuf, String> {
     }
 }
 
-/// What a scenario may ask for and moving particles do not have.
+/// What a scenario may ask for and Lagrangian particles do not have.
 fn rests_alone(choice: &Choice) -> Option<String> {
     (choice.numerics.motion == Motion::Lagrangian).then(|| "numerics.turbulence=none".to_owned())
 }
@@ -166,13 +166,13 @@ impl One<'_> {
     }
 
     fn empty_row(&self, spacing: f64, cpu_s: f64) -> Row {
-        let bar = match (self.experiment.bar, self.is_finest) {
+        let acceptance_limit = match (self.experiment.acceptance_limit, self.is_finest) {
             ("", _) => String::new(),
-            (bar, true) => bar.to_owned(),
-            (bar, false) => format!("{bar} (of the finer resolution)"),
+            (acceptance_limit, true) => acceptance_limit.to_owned(),
+            (acceptance_limit, false) => format!("{acceptance_limit} (of the finer resolution)"),
         };
         let of = (self.experiment.suite.name(), self.experiment.name);
-        Row { cpu_s, bar, ..Row::new(of, &self.choice.numerics, spacing) }
+        Row { cpu_s, acceptance_limit, ..Row::new(of, &self.choice.numerics, spacing) }
     }
 }
 

@@ -19,7 +19,7 @@ pub struct Frame {
     pub velocity_y: Vec<f32>,
 }
 
-/// The books of the core at one moment (m³).
+/// The volume balance of the core at one moment (m³).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Volumes {
     /// Water there.
@@ -35,7 +35,7 @@ pub struct Volumes {
 }
 
 impl Volumes {
-    /// The books between two moments, `share` of the way from `self` to `later`.
+    /// The volume balance between two moments, `share` of the way from `self` to `later`.
     pub(super) fn between(&self, later: &Volumes, share: f64) -> Volumes {
         let mix = |a: f64, b: f64| a + (b - a) * share;
         Volumes {
@@ -53,7 +53,7 @@ impl Volumes {
 pub struct MassBalanceRow {
     /// Time (s).
     pub time: f64,
-    /// The books of the core.
+    /// The volume balance of the core.
     pub volumes: Volumes,
     /// Sum of depth times area over the output grid (m³), from the values as they are written.
     pub grid_volume: f64,

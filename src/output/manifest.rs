@@ -31,7 +31,7 @@ pub struct ParticleCounts {
     pub last: usize,
 }
 
-/// The water books (m³).
+/// The water balance (m³).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct VolumeBooks {
     /// At the start.
@@ -96,7 +96,7 @@ pub struct BreachRecord {
     pub duration_s: f64,
 }
 
-/// What came and went by one way.
+/// Inflow and outflow by one way.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PassageRecord {
     /// Key of the scenario, or what it is.
@@ -253,7 +253,7 @@ pub struct RunManifest {
     pub phase_s: BTreeMap<String, f64>,
     /// Greatest memory in use (MiB).
     pub peak_rss_mb: f64,
-    /// The water books.
+    /// The water balance.
     pub volume_m3: VolumeBooks,
     /// The bodies of still water at the start, where there are any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -279,7 +279,7 @@ pub struct RunManifest {
     /// The earlier run that this one went on from, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hot_start: Option<HotStart>,
-    /// What came and went by each boundary, source, channel and by rain, where the scenario has any.
+    /// Inflow and outflow by each boundary, source, channel and by rain, where the scenario has any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundaries: Vec<PassageRecord>,
     /// What the check warned of, where there is anything.

@@ -12,7 +12,7 @@
 //! has risen by `rise_on_wet` and the threshold is reached. Duration is the sum of all times with d ≥ τ; recession is the
 //! last fall below τ, and missing while the place is still under water.
 //!
-//! A cell in still or slowly falling water costs a few comparisons a step, on lanes of the processor: times under water are booked when
+//! A cell in still or slowly falling water costs a few comparisons a step, on lanes of the processor: times under water are counted when
 //! they begin and when they end, not step by step. Records of cells that stay dry are zero in every bit and never touched, so that they take no memory:
 //! the system gives it at the first touch, but to records that are not laid to whole cache lines. Times that are written to maps and
 //! nowhere else are kept in their single precision. Each cell is written by one thread and reads only itself, so the bits do not

@@ -6,7 +6,7 @@
 //!
 //! Maps follow the compute steps and never the stored frames; frames are interpolated between compute steps and never
 //! shorten one. Channels of one dimension have a recorder and a writer of their own, [`ChannelRecorder`] and [`ChannelsWriter`]; a run
-//! of channels alone has nothing of the rest but its books. The writers know map coordinates and files; they do not know the solver.
+//! of channels alone has nothing of the rest but its balance. The writers know map coordinates and files; they do not know the solver.
 
 use crate::math::Vec2;
 

@@ -41,7 +41,7 @@ pub enum Core {
 }
 
 impl Core {
-    /// The core of the chosen methods. Resting particles take the water of `problem`, moving ones that of `seeds`; a channel of
+    /// The core of the chosen methods. Eulerian particles take the water of `problem`, moving ones that of `seeds`; a channel of
     /// one dimension is a lattice of one row.
     pub fn new(
         numerics: &Numerics,
@@ -82,7 +82,7 @@ impl Core {
     }
 }
 
-/// The moving particles at the start; none where particles rest. `levels` (m) are those of the bodies of still water.
+/// The Lagrangian particles at the start; none where particles rest. `levels` (m) are those of the bodies of still water.
 pub fn seeds(scenario: &Scenario, problem: &FlowProblem, still: &StillWater, levels: &[f64]) -> Vec<FluidSeed> {
     let numerics = &scenario.numerics;
     match (numerics.motion, numerics.seeding) {

@@ -36,7 +36,7 @@ use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
 use progress::Progress;
 use records::{
-    books, breach_record, first_manifest, gate, gate_of_discharges, moving_bed_record, passages, still_water_records,
+    balance, breach_record, first_manifest, gate, gate_of_discharges, moving_bed_record, passages, still_water_records,
 };
 pub use summary::RunSummary;
 
@@ -62,7 +62,7 @@ const BALANCE: &str = "water balance";
 const RECORDING: &str = "recording";
 /// What the volume ledger may be off, relative.
 const LEDGER_TOLERANCE: f64 = 1e-9;
-/// What the books of a boundary, a source or rain may differ from the integral of what was asked for, relative.
+/// What the volume balance of a boundary, a source or rain may differ from the integral of what was asked for, relative.
 const ASKED_TOLERANCE: f64 = 1e-9;
 /// What the volume on the output grid may differ from that of the particles, relative.
 const GRID_TOLERANCE: f64 = 5e-3;
@@ -296,7 +296,7 @@ impl Run<'_> {
         self.manifest.particles.initial = solver.particles();
         recorder.set_bed(solver.bed_now());
         let mut push = |frame| fields.as_mut().map_or(Ok(()), |fields| fields.push(frame));
-        let books_at_start = books(solver);
+        let books_at_start = balance(solver);
         // What the core measured of its own start.
         self.clock.part("start");
         self.clock.add("start", -solver.phases().times().iter().map(|(_, time)| time.wall).sum::<f64>());
@@ -316,7 +316,7 @@ impl Run<'_> {
             let is_each_step_recorded = solver.steps_of_a_record() == 1;
             let is_frame_due = !is_each_step_recorded || recorder.is_frame_due(solver.time() + choice.time_step);
             if is_frame_due && is_each_step_recorded {
-                recorder.set_balance(books(solver));
+                recorder.set_balance(balance(solver));
                 self.clock.part(BALANCE);
             }
             if let Err(failure) = solver.advance(choice.time_step) {
@@ -330,7 +330,7 @@ impl Run<'_> {
             if solver.is_record_due(end) || received != 0 {
                 recorder.set_bed(solver.bed_now());
                 self.clock.part("rest");
-                let volumes = is_frame_due.then(|| books(solver));
+                let volumes = is_frame_due.then(|| balance(solver));
                 if recorder.is_frame_due(time) {
                     discharges.add(time, solver.discharges());
                 }
@@ -345,7 +345,7 @@ impl Run<'_> {
                 channels.step(solver)?;
             }
             self.clock.part("sections and channels");
-            progress.show((time, solver.particles()), &choice, || books(solver).error_relative);
+            progress.show((time, solver.particles()), &choice, || balance(solver).error_relative);
             if received != 0 {
                 early = Some(Early::Signal(received as i32));
                 break;
@@ -396,7 +396,7 @@ impl Run<'_> {
         manifest.gates.extend(
             asked
                 .reduce(f64::max)
-                .map(|worst| gate("booked inflow against what was asked for", worst, ASKED_TOLERANCE)),
+                .map(|worst| gate("counted inflow against what was asked for", worst, ASKED_TOLERANCE)),
         );
         manifest.gates.extend(manifest.discharges.as_ref().map(gate_of_discharges));
         let failed_gates: Vec<String> =
@@ -444,7 +444,7 @@ impl Run<'_> {
     }
 }
 
-/// Warnings about bodies whose cells hold another volume at their level than the integral of level minus terrain: resting particles keep
+/// Warnings about bodies whose cells hold another volume at their level than the integral of level minus terrain: Eulerian particles keep
 /// the level, moving ones the volume.
 fn seeding_warnings(scenario: &Scenario, prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
     let bodies = prepared.waters.iter().zip(&still.volumes);
@@ -455,7 +455,7 @@ fn seeding_warnings(scenario: &Scenario, prepared: &Prepared, still: &StillWater
         let message = if keeps_volume {
             let rise = (volume.integral_m3 - volume.seeded_m3) / (volume.cells as f64 * area);
             format!(
-                "the level of {} m is not held: moving particles get the {:.5e} m³ of the integral of level minus terrain, which stand {:.3} m {} it on the mean",
+                "the level of {} m is not held: Lagrangian particles get the {:.5e} m³ of the integral of level minus terrain, which stand {:.3} m {} it on the mean",
                 readable(water.level),
                 volume.integral_m3,
                 rise.abs(),

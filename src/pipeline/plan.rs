@@ -8,7 +8,7 @@
 //!   the initial levels that it can reach by gravity ([`crate::seeding::reach`]).
 //!
 //! The length of the steps follows the fastest signal, which starts as √(g d) of the deepest water, may double in the front and falls
-//! as the lake drains. A run that ends within the measurement is told as measured.
+//! as the lake drains. A run that ends within the measurement is reported as measured.
 //!
 //! Left out: rain on the machine by other programs (a plan made on a busy machine says what a run takes on a busy machine), and
 //! waves that run up above their level.
@@ -16,7 +16,7 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use super::{books, cores, flow_problem, memory_mib, recorder_of, recorder_plan, seeding_warnings, thread_pool};
+use super::{balance, cores, flow_problem, memory_mib, recorder_of, recorder_plan, seeding_warnings, thread_pool};
 use crate::bed::BedParticles;
 use crate::error::{Error, Problem, ProblemKind};
 use crate::math::Vec2;
@@ -34,12 +34,12 @@ const FEWEST_STEPS: u64 = 3;
 /// The mean of the fastest signal over a run, over √(g d) of the deepest water at the start: from half of that depth up to the front
 /// of a dam break.
 const SIGNAL: Range<f64> = 0.7..2.0;
-/// An evaluation of moving particles costs up to so many times what it does at the start: wide particles of thin water have many
+/// An evaluation of Lagrangian particles costs up to so many times what it does at the start: wide particles of thin water have many
 /// neighbours, and walls show images of each (0.8 million evaluations a CPU second on a plane, 0.2 at Malpasset: decision 0003).
 const DEARER_WHEN_SPREAD: f64 = 4.0;
-/// A moving particle spreads to so many times its width at most (`LARGEST_SPREAD` of the solver).
+/// A Lagrangian particle spreads to so many times its width at most (`LARGEST_SPREAD` of the solver).
 const WIDEST: f64 = 12.0;
-/// Resting particles are advised where moving ones would get wider than this many spacings.
+/// Eulerian particles are advised where moving ones would get wider than this many spacings.
 const STILL_RESOLVED: f64 = 2.0;
 /// Bytes of the maps per cell of the output grid (NetCDF and COG together, compressed): the demonstration 11, Malpasset at 40 m 19.
 const MAP_BYTES: Range<f64> = 8.0..24.0;
@@ -60,7 +60,7 @@ const PLAN_BYTES: f64 = 40.0;
 const WRITERS_MIB: f64 = 80.0;
 /// Memory (bytes) that they take per cell of the lattice and of the output grid beyond that, at most.
 const WRITERS_BYTES: f64 = 100.0;
-/// Memory (bytes) that a moving particle adds as it gets more neighbours.
+/// Memory (bytes) that a Lagrangian particle adds as it gets more neighbours.
 const NEIGHBOUR_BYTES: f64 = 400.0;
 
 /// Bytes of a MiB.
@@ -196,7 +196,7 @@ fn with_flowing_water(
 /// Takes the first steps of a run.
 fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Recorder) -> Result<Measured, Error> {
     let mut no_sink = |_| Ok(());
-    let first = books(solver);
+    let first = balance(solver);
     let particles = solver.particles();
     let mut measured =
         Measured { particles_at_start: particles, particles: (particles, particles), ..Measured::default() };
@@ -213,7 +213,7 @@ fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut Reco
         solver.advance(step.min(scenario.end_time - solver.time()))?;
         if solver.is_record_due(scenario.end_time) {
             let time = solver.time();
-            let balance = recorder.is_frame_due(time).then(|| books(solver));
+            let balance = recorder.is_frame_due(time).then(|| balance(solver));
             recorder.step(time, &solver.water(), balance, &mut no_sink)?;
         }
         measured.steps += 1;
@@ -297,12 +297,12 @@ fn draw(
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
         advice: if !prepared.forcing.channels.is_empty() {
-            (Motion::Eulerian, "channels of one dimension have resting particles alone".to_owned())
+            (Motion::Eulerian, "channels of one dimension have Eulerian particles alone".to_owned())
         } else if !prepared.forcing.is_still() {
-            let why = "water that comes in goes where resting particles follow it evenly";
+            let why = "water that comes in goes where Eulerian particles follow it evenly";
             (Motion::Eulerian, why.to_owned())
         } else if prepared.forcing.breach.is_some() || !prepared.forcing.moving_bed.is_empty() {
-            let why = "how far the water of a bed that changes can run is not known before, and resting particles keep their spacing";
+            let why = "how far the water of a bed that changes can run is not known before, and Eulerian particles keep their spacing";
             (Motion::Eulerian, why.to_owned())
         } else {
             advice(reach, spread, spacing)
@@ -353,19 +353,19 @@ fn run_time(steps: &Range<f64>, measured: &Measured, growth: f64, cells: usize) 
 fn advice(reach: &Reach, spread: f64, spacing: f64) -> (Motion, String) {
     if reach.pockets > 0 {
         let why = format!(
-            "the water can reach {} pockets of the ground, in which moving particles slosh and resting ones do not",
+            "the water can reach {} pockets of the ground, in which Lagrangian particles slosh and resting ones do not",
             reach.pockets
         );
         (Motion::Eulerian, why)
     } else if spread > STILL_RESOLVED {
         let why = format!(
-            "spread over all that it can reach, the water would leave moving particles {:.3} m apart, {spread:.1} spacings; resting ones keep {spacing} m",
+            "spread over all that it can reach, the water would leave Lagrangian particles {:.3} m apart, {spread:.1} spacings; resting ones keep {spacing} m",
             spread * spacing
         );
         (Motion::Eulerian, why)
     } else {
         let why = format!(
-            "no pocket holds water back, and spread over all that it can reach the water leaves moving particles {:.3} m apart at most",
+            "no pocket holds water back, and spread over all that it can reach the water leaves Lagrangian particles {:.3} m apart at most",
             spread * spacing
         );
         (Motion::Lagrangian, why)

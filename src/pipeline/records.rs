@@ -1,4 +1,4 @@
-//! What a run writes down about itself: the books, what came and went, the breach, the manifest before the first step.
+//! What a run writes down about itself: the volume balance, inflow and outflow, the breach, the manifest before the first step.
 
 use std::collections::BTreeMap;
 
@@ -18,8 +18,8 @@ use crate::version;
 /// Share of the discharge that may be carried by particles in doubt (M98) before a run says so; real floods on fit lattices have up to 0.03.
 const IN_DOUBT_TOLERANCE: f64 = 0.1;
 
-/// The books of the core, as the recorder takes them.
-pub(super) fn books(solver: &dyn FlowSolver) -> Volumes {
+/// The volume balance of the core, as the recorder takes them.
+pub(super) fn balance(solver: &dyn FlowSolver) -> Volumes {
     let ledger = solver.ledger();
     Volumes {
         stored: ledger.stored,
@@ -30,7 +30,7 @@ pub(super) fn books(solver: &dyn FlowSolver) -> Volumes {
     }
 }
 
-/// What came and went by each way, by the names of the scenario.
+/// Inflow and outflow by each way, by the names of the scenario.
 pub(super) fn passages(solver: &dyn FlowSolver, scenario: &Scenario, prepared: &Prepared) -> Vec<PassageRecord> {
     let channel = |index: usize| prepared.channels.get(index).map_or("", |channel| channel.id.as_str());
     let name = |way: Way| match way {
@@ -134,12 +134,12 @@ fn cells_in_part(bed: &BedParticles) -> Option<CellsInPartRecord> {
 /// When the bed began to move and the volumes that it moved; nothing where it does not.
 pub(super) fn moving_bed_record(motions: &[BedMotion], solver: &dyn FlowSolver) -> Option<MovingBedRecord> {
     let began_s = motions.iter().map(|motion| motion.begin).fold(f64::INFINITY, f64::min);
-    solver.bed_books().map(|books| MovingBedRecord {
+    solver.bed_balance().map(|balance| MovingBedRecord {
         began_s,
-        raised_m3: books.raised,
-        sunk_m3: books.sunk,
-        lifted_m3: books.lifted,
-        lowered_m3: books.lowered,
+        raised_m3: balance.raised,
+        sunk_m3: balance.sunk,
+        lifted_m3: balance.lifted,
+        lowered_m3: balance.lowered,
     })
 }
 

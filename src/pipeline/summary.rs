@@ -7,7 +7,7 @@ use super::progress::clock_time;
 use crate::output::{ChannelGaugeResult, Gauge, GaugeResult, RunManifest, Section, SectionResult};
 use crate::seeding::{FluidSeed, SeededVolume};
 
-/// The moving particles at the start, in short.
+/// The Lagrangian particles at the start, in short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovingAtStart {
     /// How many there are.
@@ -39,7 +39,7 @@ pub struct RunSummary {
     pub manifest: RunManifest,
     /// Volumes of the bodies of still water.
     pub seeded: Vec<SeededVolume>,
-    /// The moving particles at the start, where there are any.
+    /// The Lagrangian particles at the start, where there are any.
     pub moving: Option<MovingAtStart>,
     /// The gauges and what they saw.
     pub gauges: Vec<(Gauge, GaugeResult)>,
@@ -69,7 +69,7 @@ impl fmt::Display for RunSummary {
             let (least, greatest) = moving.range_m3;
             writeln!(
                 f,
-                "moving particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
+                "Lagrangian particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
                 moving.count, moving.volume_m3
             )?;
         }

@@ -103,7 +103,7 @@ pub(super) fn on_lattice(
     let written = &by_formula(written, opened.crest, scenario.numerics.gravity);
     let lattice = &bed.lattice;
     let line: Vec<Vec2> = opened.line.iter().map(|place| lattice.to_local(*place)).collect();
-    // The bed that moving particles see is lower between two cells that meet at a corner only.
+    // The bed that Lagrangian particles see is lower between two cells that meet at a corner only.
     let crossed = match scenario.numerics.motion {
         Motion::Eulerian => crossed(&line, lattice),
         Motion::Lagrangian => strip(&line, 0.0, lattice),
@@ -159,7 +159,7 @@ pub(super) fn on_lattice(
         findings.add(duration, problem.with_remedy("let the run last longer, if the final opening matters"));
     }
     if let (Motion::Lagrangian, Some(duration)) = (scenario.numerics.motion, &duration) {
-        let message = "moving particles pass a crest that sinks slowly late, and then too many of them at once: the flood may begin many minutes late, and its peak be too high";
+        let message = "Lagrangian particles pass a crest that sinks slowly late, and then too many of them at once: the flood may begin many minutes late, and its peak be too high";
         let problem = Problem::warning(ProblemKind::Scenario, "late-breach", "", message);
         findings.add(
             duration,
@@ -215,7 +215,7 @@ fn cells_standing(breach: &Breach, share: f64) -> Vec<usize> {
 }
 
 /// Fills the lake behind the dam, on the bed that the dam has at the start: one that goes at once then never stands, and its run is that
-/// without a dam. What leaks is told of the dam standing.
+/// without a dam. What leaks is reported of the dam standing.
 pub(super) fn fill_behind(
     breach: Option<&Breach>,
     bodies: &[SourcedBody],
@@ -514,7 +514,7 @@ fn trigger(
     }
 }
 
-/// Refuses a wall in the opening, and warns of a bank beside it: no water would pass, and nobody would be told.
+/// Refuses a wall in the opening, and warns of a bank beside it: no water would pass, and nobody would be reported.
 pub(super) fn check_way(
     scenario: &Scenario,
     breach: &Breach,

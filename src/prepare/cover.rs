@@ -6,7 +6,7 @@ use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::terrain::Terrain;
 
-/// Finds the cells in part. Moving particles know none: they keep to whole cells.
+/// Finds the cells in part. Lagrangian particles know none: they keep to whole cells.
 pub(super) fn find(scenario: &Scenario, terrain: &Terrain, surface: &Shaped<'_>, bed: &mut BedParticles) {
     if scenario.numerics.motion == Motion::Eulerian {
         let is_surveyed = |place| terrain.is_surveyed(place);

@@ -22,7 +22,7 @@ use crate::solver::Breach;
 
 /// Share of a level or a depth that single precision and one sum may cost.
 const SINGLE_PRECISION: f64 = 2.5e-7;
-/// A change of the bed by the earlier run that is told (m).
+/// A change of the bed by the earlier run that is reported (m).
 const TOLD_CHANGE: f64 = 1e-3;
 /// A difference between the beds of two runs (m) that makes them runs on different terrain.
 const OTHER_BED: f64 = 0.05;
@@ -50,15 +50,15 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
     let warning = |code, message: String, cause: &str, remedy: &str| {
         Problem::warning(ProblemKind::Input, code, "", message).with_cause(cause).with_remedy(remedy)
     };
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     let simulated = run["simulated_s"].as_f64().unwrap_or(f64::NAN);
     match run["status"].as_str() {
-        Some("failed") => told.push(
+        Some("failed") => reported.push(
             input_error("failed-run", format!("the earlier run failed, says {name}, at {simulated} s"))
                 .with_cause("its computation broke down, and its last frames may be of no worth")
                 .with_remedy("mend and repeat that run, or begin from a frame of one that ended"),
         ),
-        Some("stopped" | "running") => told.push(warning(
+        Some("stopped" | "running") => reported.push(warning(
             "unfinished-earlier-run",
             format!("the earlier run did not come to its end, says {name}: it was stopped at {simulated} s"),
             "its last frame is earlier than its `time.end`",
@@ -69,7 +69,7 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
     let failed = run["gates"].as_array().into_iter().flatten().filter_map(|gate| gate.as_str());
     let failed: Vec<&str> = failed.filter(|gate| gate.starts_with("failed")).collect();
     if !failed.is_empty() {
-        told.push(warning(
+        reported.push(warning(
             "gate-of-earlier-run",
             format!("a quality gate of the earlier run failed, says {name}: {}", failed.join("; ")),
             "its water may not be right",
@@ -77,23 +77,23 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
         ));
     }
     if run["methods"]["motion"].as_str() == Some(Motion::Lagrangian.name()) {
-        told.push(warning(
+        reported.push(warning(
             "drawn-fields",
-            format!("the earlier run had moving particles, says {name}: its fields are drawn from them"),
+            format!("the earlier run had Lagrangian particles, says {name}: its fields are drawn from them"),
             "each particle is spread over the cells around it: over a curved bed and beside walls a still lake is not level in the \
              file, by some hundredths of its depth, and moves at first",
-            "nothing, if that does not matter; otherwise run it whole, or its first part with resting particles",
+            "nothing, if that does not matter; otherwise run it whole, or its first part with Eulerian particles",
         ));
     }
     if !run["moving_bed"].is_null() {
-        told.push(warning(
+        reported.push(warning(
             "moving-bed-of-earlier-run",
             format!("the bed of the earlier run moved, says {name}; here it is so under its water alone"),
             "`fields.nc` has no bed where the ground is dry",
             "give a terrain that has what moved",
         ));
     }
-    told
+    reported
 }
 
 /// Takes over the state of an earlier run, and hands it out.

@@ -39,13 +39,13 @@ pub(super) fn other_structures(scenario: &Scenario, fields: &Path) -> Option<Pro
     let added: Vec<String> = here.into_iter().map(|built| built.words).collect();
     let parts =
         [("there and not here", gone), ("here and not there", added), ("with another content of its file", changed)];
-    let told: Vec<String> = parts
+    let reported: Vec<String> = parts
         .into_iter()
         .filter(|(_, words)| !words.is_empty())
         .map(|(which, words)| format!("{which}: {}", words.join("; ")))
         .collect();
-    (!told.is_empty()).then(|| {
-        let message = format!("the earlier run had other structures, says {}; {}", file.display(), told.join("; "));
+    (!reported.is_empty()).then(|| {
+        let message = format!("the earlier run had other structures, says {}; {}", file.display(), reported.join("; "));
         Problem::warning(ProblemKind::Input, "other-structures", "", message)
             .with_cause(
                 "what a wall, a levee or a building held back there flows here, or is held back here and flowed there",

@@ -21,7 +21,7 @@ const LEAST_PART: f64 = 0.01;
 /// A seam is so many cells wide at most on either side of a cell.
 const SEAM: isize = 5;
 
-/// Treats the holes of the bed as the scenario says; where it says nothing they are walls, which is told.
+/// Treats the holes of the bed as the scenario says; where it says nothing they are walls, which is reported.
 pub(super) fn treat(scenario: &Scenario, bed: &mut BedParticles, changes: &mut Changes, findings: &mut Findings) {
     let gaps = scenario.ground.gaps.as_ref();
     if gaps.is_some_and(|gaps| gaps.value == Gaps::Wall) {
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
     use crate::math::Vec2;
 
-    /// Seven by six cells on a plane that rises by 1 m a cell to the east, without terrain where told.
+    /// Seven by six cells on a plane that rises by 1 m a cell to the east, without terrain where reported.
     fn bed(without: &[(usize, usize)]) -> BedParticles {
         let lattice = Lattice { origin: Vec2::ZERO, columns: 7, rows: 6, spacing: 2.0 };
         let elevation =

@@ -158,9 +158,9 @@ fn open_single(path: &Path, unit: RainUnit) -> Result<RasterFile, Problem> {
 }
 
 /// Of the warnings of each file the first of each kind, with the number of files that have it.
-fn one_of_a_kind(told: Vec<Vec<Problem>>) -> Vec<Problem> {
+fn one_of_a_kind(reported: Vec<Vec<Problem>>) -> Vec<Problem> {
     let mut kinds: Vec<(Problem, usize)> = Vec::new();
-    for mut warnings in told {
+    for mut warnings in reported {
         warnings.dedup_by_key(|warning| warning.code);
         for warning in warnings {
             match kinds.iter_mut().find(|(first, _)| first.code == warning.code) {
@@ -249,14 +249,14 @@ pub(super) fn on_lattice(
             findings.add_all(file, warnings);
         }
         Rasters::Files(paths) => {
-            let mut told = Vec::new();
+            let mut reported = Vec::new();
             for path in needed.iter().map(|&k| &paths[k]) {
                 let read = open_single(path, unit).and_then(|raster| {
                     raster.read_bands(1..2, &request(path), &crs, |raster, placing| take(raster, placing, path))
                 });
-                told.push(findings.take(file, read)?);
+                reported.push(findings.take(file, read)?);
             }
-            findings.add_all(file, one_of_a_kind(told));
+            findings.add_all(file, one_of_a_kind(reported));
         }
     }
     let (grid, beside) = grid?;

@@ -320,7 +320,7 @@ enum ListTimes {
 }
 
 impl ListTimes {
-    /// The time of a field (s); 0 of a date that cannot be read, which is told with the others.
+    /// The time of a field (s); 0 of a date that cannot be read, which is reported with the others.
     fn seconds(&self, text: &str) -> Option<f64> {
         match self {
             ListTimes::Dates(_) if text.is_empty() => None,

@@ -19,7 +19,7 @@ pub(super) fn lower_gaps(scenario: &Scenario, surface: &impl Pixels, bed: &mut B
     }
 }
 
-/// Finds the pass sills of a bed. Moving particles know none: they keep a bed without.
+/// Finds the pass sills of a bed. Lagrangian particles know none: they keep a bed without.
 pub(super) fn find(scenario: &Scenario, surface: &impl Pixels, bed: &mut BedParticles) {
     if scenario.numerics.motion == Motion::Eulerian {
         bed.passes = PassSills::find(surface, bed);
@@ -72,7 +72,7 @@ pub(super) fn report(
         format!("; inside a cell the terrain scatters by {median:.2} m about a plane (median), by {most:.2} m or less in 95 % of the cells")
     });
     let held = if is_moving {
-        "moving particles pass them unhindered"
+        "Lagrangian particles pass them unhindered"
     } else {
         "water passes them at their lowest place, and gaps by their width"
     };

@@ -43,7 +43,7 @@ struct Column {
 }
 
 impl Column {
-    /// Its field as it is written, and in SI units; none where it is empty or no number. A date that cannot be read is 0: it is told
+    /// Its field as it is written, and in SI units; none where it is empty or no number. A date that cannot be read is 0: it is reported
     /// with the other dates.
     fn read(self, fields: &[String], origin: Origin) -> Option<(f64, f64)> {
         let text = fields.get(self.index)?;
@@ -271,7 +271,7 @@ pub(super) fn rows_of<const COLUMNS: usize>(
     }
 }
 
-/// A column and how it is read; none after an error. Of dates every fault is told.
+/// A column and how it is read; none after an error. Of dates every fault is reported.
 fn find_column(
     (asked, place, dimension): (&ColumnUnit, usize, &'static Dimension),
     (parsed, header, name): (&Table, &[String], &str),

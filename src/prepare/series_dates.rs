@@ -81,18 +81,18 @@ pub(super) fn faults(dates: &Dates, asked: &ColumnUnit, origin: Origin) -> Vec<P
     let mut found = beside_unit(dates, asked);
     found.extend(without_start(dates, origin));
     let name = dates.name;
-    let told = || {
+    let reported = || {
         let field = |(line, fields): &(usize, Vec<String>)| Some((*line, fields.get(dates.column)?.clone()));
         dates.rows.iter().filter_map(field).filter(|(_, text)| !text.is_empty())
     };
     found.extend(in_lines(
-        told().filter(|(_, text)| is_number(text)),
+        reported().filter(|(_, text)| is_number(text)),
         "mixed-times",
         |count, lines| format!("{} a number among the dates of {name}: {lines}", rows_are(count)),
         "write all times as dates, or all as numbers in a column with a unit, such as `time_h`",
     ));
     let is_day_first = |text: &str| has_a_day(text) && text.split('-').next().is_none_or(|year| year.len() != 4);
-    let unknown = || told().filter(|(_, text)| !is_number(text) && seconds_of(text).is_none());
+    let unknown = || reported().filter(|(_, text)| !is_number(text) && seconds_of(text).is_none());
     let ambiguous = in_lines(
         unknown().filter(|(_, text)| is_day_first(text)),
         "ambiguous-date",

@@ -25,7 +25,7 @@ use crate::vector::Feature;
 const DEEPEST_RIVER: f64 = 100.0;
 const DEEPEST_WATER: f64 = 1000.0;
 
-/// A share by which the cells of a river may hold another volume before that is told.
+/// A share by which the cells of a river may hold another volume before that is reported.
 const TOLD_SIZE: f64 = 0.25;
 
 /// The place of water with a depth; map coordinates.
@@ -40,7 +40,7 @@ enum Place {
 #[derive(Debug, Default)]
 pub(super) struct Opened(Vec<Option<Place>>);
 
-/// Opens the files of water with a depth, and refuses what moving particles do not have.
+/// Opens the files of water with a depth, and refuses what Lagrangian particles do not have.
 pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let start = &scenario.start;
     if scenario.numerics.motion == Motion::Lagrangian {
@@ -98,8 +98,8 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
                 .with_remedy("leave `rain.losses.initial` out, if so");
             findings.add(rain, problem);
         }
-        let told = how_it_ended(&earlier.fields.value);
-        findings.add_all(&earlier.fields, told);
+        let reported = how_it_ended(&earlier.fields.value);
+        findings.add_all(&earlier.fields, reported);
         for boundary in &scenario.boundaries {
             let remedy = match boundary.value.condition {
                 BoundaryCondition::Free => "give a `stage`, or `normal_depth` for water that only leaves",

@@ -29,7 +29,7 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
     table(&mut html, "The bed that moves", &moving_bed_rows(&run.summary["moving_bed"]));
     table(&mut html, "Volume ledger", &ledger_rows(&run.summary["volume_m3"]));
     let boundaries: Vec<&[String]> = run.boundaries.1.iter().map(|row| &row[..]).collect();
-    records(&mut html, "What came and went", &run.boundaries.0, &boundaries);
+    records(&mut html, "Inflow and outflow", &run.boundaries.0, &boundaries);
     table(&mut html, "Warnings under which it ran", &warning_rows(&run.summary));
     for figure in figures {
         let _ = write!(html, "<h2>{}</h2>\n<figure>{}</figure>\n", figure.caption, figure.svg);
@@ -150,11 +150,11 @@ fn warning_rows(summary: &Value) -> Vec<(String, String)> {
     let above = |above: &Value| {
         let [height, distance, time] =
             ["height_m", "distance_m", "time_s"].map(|key| above[key].as_f64().unwrap_or(f64::NAN));
-        let told = format!(
+        let reported = format!(
             "its water stood {height:.2} m above the last row of its sections, {distance:.0} m from its far end at {}; what would have left it there stayed in",
             clock(time)
         );
-        (format!("channel {}", text(&above["channel"])), told)
+        (format!("channel {}", text(&above["channel"])), reported)
     };
     list("warnings").map(warning).chain(list("above_banks").map(above)).collect()
 }

@@ -105,8 +105,9 @@ fn where_the_dam_breaks_later_times_count_from_the_start_of_the_run() {
     let page = std::fs::read_to_string(files.last().unwrap()).unwrap();
     assert!(page.contains("2 min 30 s after the start of the run") && !page.contains("the failure"));
     assert!(page.contains("boundaries[0].line") && page.contains("725400.0"));
-    let told = ["112.50 m", "40.00 m", "1.00 to 1", "35.0 min", "the opening is &lt;5 cells wide (at 1055.0, 2125.0)"];
-    for text in told.into_iter().chain(["channel upper", "0.40 m above the last row"]) {
+    let reported =
+        ["112.50 m", "40.00 m", "1.00 to 1", "35.0 min", "the opening is &lt;5 cells wide (at 1055.0, 2125.0)"];
+    for text in reported.into_iter().chain(["channel upper", "0.40 m above the last row"]) {
         assert!(page.contains(text), "the page lacks {text}");
     }
 }

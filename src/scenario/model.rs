@@ -513,7 +513,7 @@ pub struct Numerics {
     pub stabilisation: Stabilisation,
     /// Reconstruction.
     pub reconstruction: Reconstruction,
-    /// Seeding of moving particles.
+    /// Seeding of Lagrangian particles.
     pub seeding: Seeding,
     /// Kernel.
     pub kernel: Kernel,
@@ -525,7 +525,7 @@ pub struct Numerics {
     pub bed_slope: BedSlope,
     /// Turbulence in the plane.
     pub turbulence: Turbulence,
-    /// Walls beside moving particles.
+    /// Walls beside Lagrangian particles.
     pub wall: WallMethod,
     /// Courant number.
     pub cfl: f64,

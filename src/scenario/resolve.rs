@@ -571,10 +571,10 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         assert_eq!(written("[tables, maps, tables]"), [OutputPart::Maps, OutputPart::Tables]);
         assert!(written("[]").is_empty());
         let found = problems(&text("[map, geopackage]"));
-        let told: Vec<_> = found.iter().map(|p| (p.code, p.key.as_str(), p.remedy.as_deref().unwrap())).collect();
+        let reported: Vec<_> = found.iter().map(|p| (p.code, p.key.as_str(), p.remedy.as_deref().unwrap())).collect();
         let all = "use one of fields, maps, cog, gpkg, tables, sections, channels";
         assert_eq!(
-            told,
+            reported,
             [("unknown-name", "outputs.write[0]", "did you mean `maps`?"), ("unknown-name", "outputs.write[1]", all),]
         );
         let text = text("[maps]").replace("every: 100 s", "every: 100 s, isochrones: [5 min]");
@@ -617,7 +617,7 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
             }
         }
         let count = |formulation, motion| accepted.iter().filter(|pair| **pair == (formulation, motion)).count();
-        // Resting particles have two stabilisations, moving ones three, variational ones four; all with and without
+        // Eulerian particles have two stabilisations, moving ones three, variational ones four; all with and without
         // reconstruction, resting ones also with the sharp one. Moving ones have two integrators and two fillings.
         assert_eq!(count(Formulation::Balanced, Motion::Eulerian), 2 * 3);
         assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 3 * 2 * 4);
@@ -706,10 +706,10 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
             let warnings = loaded(&TEN_LINES.replace(from, to), &[]).unwrap().warnings;
             warnings.into_iter().map(|problem| (problem.code, problem.key)).collect()
         };
-        let told = |code: &'static str, key: &str| vec![(code, key.to_owned())];
-        assert_eq!(codes("every: 100 s", "every: 67 min"), told("longer-than-run", "outputs.every"));
-        assert_eq!(codes("every: 100 s", "gauges_every: 2 h"), told("longer-than-run", "outputs.gauges_every"));
-        assert_eq!(codes("cell: 20 m", "cell: 19 m"), told("finer-than-resolution", "outputs.cell"));
+        let reported = |code: &'static str, key: &str| vec![(code, key.to_owned())];
+        assert_eq!(codes("every: 100 s", "every: 67 min"), reported("longer-than-run", "outputs.every"));
+        assert_eq!(codes("every: 100 s", "gauges_every: 2 h"), reported("longer-than-run", "outputs.gauges_every"));
+        assert_eq!(codes("cell: 20 m", "cell: 19 m"), reported("finer-than-resolution", "outputs.cell"));
         assert_eq!(codes("cell: 20 m, every: 100 s", "cell: 30 m, every: 4000 s"), []);
     }
 

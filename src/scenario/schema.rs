@@ -437,7 +437,7 @@ fn check_rain(node: &Node, reader: &mut Reader) -> Option<()> {
     }
 }
 
-/// Why moving particles do not have something, as the end of a sentence.
+/// Why Lagrangian particles do not have something, as the end of a sentence.
 fn why_not(what: &str) -> &'static str {
     match what {
         "rain" => "lifts the water, and the depths of this formulation are sums over particles of fixed volume",
@@ -452,7 +452,7 @@ pub(super) fn has(section: &Node, key: &str) -> bool {
     section.get(key).is_some_and(|value| value.value != Value::Empty)
 }
 
-/// Refuses what moving particles or channels alone do not have, and a scenario without any water.
+/// Refuses what Lagrangian particles or channels alone do not have, and a scenario without any water.
 fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     tell_of_outputs(node, reader);
     check_alone(node, reader)?;
@@ -478,7 +478,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     if meant(numerics, "motion", usual)? == Motion::Eulerian {
         return is_whole.then_some(());
     }
-    // An entry that says nothing of the water beyond is told so by the reader of boundaries.
+    // An entry that says nothing of the water beyond is reported so by the reader of boundaries.
     let has_condition = |entry: &Node| {
         let is_free = entry.get("type").is_some_and(|kind| kind.value == Value::Text("free".to_owned()));
         is_free || feeds(entry) || ["normal_depth", "rating"].iter().any(|key| has(entry, key))
@@ -509,7 +509,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
         is_fit = false;
     }
     for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {
-        let who = if is_summed { "the particles of the variational formulation" } else { "moving particles" };
+        let who = if is_summed { "the particles of the variational formulation" } else { "Lagrangian particles" };
         let message = format!("{who} know no {}", what.trim_start_matches("a "));
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", place.key.clone(), message)
             .with_cause(format!("{what} {}", why_not(what)))
@@ -672,15 +672,15 @@ section! {
         formulation: Option<Chosen<Formulation>>,
         /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
         motion: Option<Chosen<Motion>>,
-        /// Treatment of a pair of particles; hllc for resting, two_shocks for moving particles, artificial_viscosity for the variational formulation when absent.
+        /// Treatment of a pair of particles; hllc for resting, two_shocks for Lagrangian particles, artificial_viscosity for the variational formulation when absent.
         stabilisation: Option<Chosen<Stabilisation>>,
         /// States on both sides of a face; limited when absent, none with artificial_viscosity.
         reconstruction: Option<Chosen<Reconstruction>>,
-        /// Places of moving particles at the start; lattice when absent.
+        /// Places of Lagrangian particles at the start; lattice when absent.
         seeding: Option<Chosen<Seeding>>,
         /// Smoothing kernel; cubic_spline when absent.
         kernel: Option<Chosen<Kernel>>,
-        /// Time integration; heun for resting, leapfrog for moving particles when absent.
+        /// Time integration; heun for resting, leapfrog for Lagrangian particles when absent.
         integrator: Option<Chosen<Integrator>>,
         /// How riverbed particles get their elevation; see the methods for the default.
         bed: Option<Chosen<BedMethod>>,
@@ -688,9 +688,9 @@ section! {
         bed_slope: Option<Chosen<BedSlope>>,
         /// Mixing by turbulence in the plane; none when absent.
         turbulence: Option<Chosen<Turbulence>>,
-        /// What stands for a wall beside moving particles; mirror when absent.
+        /// What stands for a wall beside Lagrangian particles; mirror when absent.
         wall: Option<Chosen<WallMethod>>,
-        /// Courant number; 0.5 for resting, 0.4 for moving particles when absent.
+        /// Courant number; 0.5 for resting, 0.4 for Lagrangian particles when absent.
         cfl: Option<Quantity<Courant>>,
         /// Gravity in m/s²; 9.81 when absent.
         gravity: Option<Quantity<Gravity>>,
@@ -699,7 +699,7 @@ section! {
     }
 }
 
-/// The greatest Courant number at which resting particles hold in the suite of stability (cases `cfl_02` to `cfl_16`).
+/// The greatest Courant number at which Eulerian particles hold in the suite of stability (cases `cfl_02` to `cfl_16`).
 const GREATEST_RESTING_COURANT: f64 = 0.6;
 
 /// A number as it is written; none where there is none, or something that is no number, which is reported elsewhere.
@@ -736,7 +736,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     if is_variational && motion == Some(Motion::Eulerian) {
         refuse(
             "motion",
-            "the variational formulation has no resting particles",
+            "the variational formulation has no Eulerian particles",
             "its depth is summed over particles that move",
             "write `motion: lagrangian`, or take `formulation: balanced`",
         );
@@ -762,7 +762,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
         if meant(node, "reconstruction", Reconstruction::Limited) == Some(Reconstruction::Sharp) {
             refuse(
                 "reconstruction",
-                "moving particles have no sharp reconstruction",
+                "Lagrangian particles have no sharp reconstruction",
                 "their faces have no sharper limiter",
                 "write `reconstruction: limited`, or take `motion: eulerian`",
             );
@@ -770,7 +770,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
         if meant(node, "turbulence", Turbulence::None).is_some_and(|turbulence| turbulence != Turbulence::None) {
             refuse(
                 "turbulence",
-                "moving particles have no model of turbulence",
+                "Lagrangian particles have no model of turbulence",
                 "no stress acts between their pairs but that of the Riemann problem",
                 "write `turbulence: none`, or take `motion: eulerian`",
             );
@@ -780,7 +780,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     if stabilisation == Some(Stabilisation::TwoShocks) {
         refuse(
             "stabilisation",
-            "resting particles have no two-shock solver",
+            "Eulerian particles have no two-shock solver",
             "their faces rest in the middle of the waves, and it tells the state between the waves only",
             "write `stabilisation: hllc`, or take `motion: lagrangian`",
         );
@@ -788,7 +788,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     if meant(node, "integrator", Integrator::Heun) == Some(Integrator::Leapfrog) {
         refuse(
             "integrator",
-            "resting particles have no leapfrog",
+            "Eulerian particles have no leapfrog",
             "their faces are upwinded, which leapfrog makes unstable",
             "write `integrator: heun`, or take `motion: lagrangian`",
         );
@@ -796,7 +796,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     if number(node, "cfl").is_some_and(|courant| courant > GREATEST_RESTING_COURANT && courant <= 1.0) {
         refuse(
             "cfl",
-            &format!("resting particles are unstable beyond a Courant number of {GREATEST_RESTING_COURANT}"),
+            &format!("Eulerian particles are unstable beyond a Courant number of {GREATEST_RESTING_COURANT}"),
             "in two dimensions water leaves through faces of both directions: 0.5 is safe, 0.8 degrades, 1 breaks down",
             "write `cfl: 0.5`, or leave it out",
         );
@@ -804,7 +804,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     if meant(node, "seeding", Seeding::Lattice) == Some(Seeding::EqualVolume) {
         refuse(
             "seeding",
-            "resting particles have no equal-volume filling",
+            "Eulerian particles have no equal-volume filling",
             "each takes up one cell, and is as deep as the water there",
             "write `seeding: lattice`, or take `motion: lagrangian`",
         );
@@ -812,7 +812,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     if meant(node, "wall", WallMethod::default()).is_some_and(|wall| wall != WallMethod::default()) {
         refuse(
             "wall",
-            "resting particles have no choice of wall",
+            "Eulerian particles have no choice of wall",
             "their faces at a wall are those of the mirror problem",
             "write `wall: mirror`, or take `motion: lagrangian`",
         );
@@ -820,7 +820,7 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     if meant(node, "kernel", Kernel::default()).is_some_and(|kernel| kernel != Kernel::default()) {
         refuse(
             "kernel",
-            "resting particles have no choice of kernel",
+            "Eulerian particles have no choice of kernel",
             "with four neighbours at one distance every kernel gives the same faces",
             "write `kernel: cubic_spline`, or take `motion: lagrangian`",
         );

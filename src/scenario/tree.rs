@@ -141,7 +141,7 @@ fn is_duplicate_key(error: &serde_yaml::Error) -> bool {
 fn syntax_problem(error: &serde_yaml::Error, text: &str, file: &Path) -> Problem {
     let place = error.location().and_then(|location| place_in(file, location));
     let said = error.without_snippet().to_string();
-    // The place is told once, in front.
+    // The place is reported once, in front.
     let said = said.split(" at line ").next().unwrap_or_default().to_owned();
     let problem = |code, message: String| Problem::error(ProblemKind::Scenario, code, "", message);
     let problem = match error.without_snippet() {

@@ -205,7 +205,7 @@ impl RasterFile {
         let name = path.display();
         let options = DatasetOptions {
             open_flags: GdalOpenFlags::GDAL_OF_RASTER | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
-            // What a file calls invalid is taken out here, where it can be counted and told.
+            // What a file calls invalid is taken out here, where it can be counted and reported.
             open_options: cf_axes::is_netcdf(path).then_some(&["HONOUR_VALID_RANGE=NO"]),
             ..DatasetOptions::default()
         };

@@ -1,4 +1,4 @@
-//! What a case is: a problem with an answer, the spacings it is run at, and the bars it is held to.
+//! What a case is: a problem with an answer, the spacings it is run at, and the acceptance limits it is held to.
 
 use super::judge::Limits;
 use super::run::Snapshot;
@@ -36,7 +36,7 @@ impl Suite {
     }
 }
 
-/// Which runs a bar is for.
+/// Which runs an acceptance limit is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// Every run of the case.
@@ -51,7 +51,7 @@ pub enum Scope {
 
 /// What a case must reach. All that is given must hold.
 #[derive(Clone, Copy, Debug)]
-pub struct Bar {
+pub struct AcceptanceLimit {
     /// Which runs it is for.
     pub scope: Scope,
     /// The spacing (m) at which the errors are judged; any when absent.
@@ -68,9 +68,9 @@ pub struct Bar {
     pub checks: bool,
 }
 
-impl Bar {
-    /// A bar that asks nothing of any run; fill in what it asks.
-    pub const NONE: Bar = Bar {
+impl AcceptanceLimit {
+    /// An acceptance limit that asks nothing of any run; fill in what it asks.
+    pub const NONE: AcceptanceLimit = AcceptanceLimit {
         scope: Scope::Each,
         spacing: None,
         depth: None,
@@ -110,9 +110,9 @@ pub type Checks = Box<dyn Fn(&Snapshot, &Snapshot) -> Vec<Check> + Send + Sync>;
 
 /// One run, ready to go but for its methods.
 pub struct Setup {
-    /// Bed, walls, and the water of resting particles.
+    /// Bed, walls, and the water of Eulerian particles.
     pub problem: FlowProblem,
-    /// The water of moving particles.
+    /// The water of Lagrangian particles.
     pub seeds: Vec<FluidSeed>,
     /// Velocity at the start; at rest when absent.
     pub velocity: Option<Velocity>,
@@ -126,7 +126,7 @@ pub struct Setup {
     pub earlier: Vec<(f64, Exact)>,
     /// The places at which errors count.
     pub counts: Box<dyn Fn(Vec2) -> bool + Send + Sync>,
-    /// Greatest depth (m) of the answer: half a per cent of it is the least depth at which the velocity of resting particles counts.
+    /// Greatest depth (m) of the answer: half a per cent of it is the least depth at which the velocity of Eulerian particles counts.
     pub scale_depth: f64,
     /// Greatest speed (m/s) of the answer, to foresee the number of steps.
     pub scale_speed: f64,
@@ -138,7 +138,7 @@ pub struct Setup {
     pub courant: Option<f64>,
     /// What tells holding from degrading and failing; only in the suite of stability.
     pub limits: Option<Limits>,
-    /// Whether moving particles are scored on the map, too: what planners see may be worse than what the particles say.
+    /// Whether Lagrangian particles are scored on the map, too: what planners see may be worse than what the particles say.
     pub is_scored_on_map: bool,
 }
 
@@ -191,7 +191,7 @@ pub struct Case {
     /// So many of the coarsest make up the test resolution.
     pub tested: usize,
     /// What must hold.
-    pub bars: &'static [Bar],
+    pub acceptance_limits: &'static [AcceptanceLimit],
     /// The run at a spacing (m) with a motion.
     pub setup: fn(f64, Motion) -> SetupResult,
 }

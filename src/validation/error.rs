@@ -4,15 +4,15 @@
 //! error of the depth = Σ |d − d_exact| / N,   error of the velocity = Σ |v − v_exact| / N
 //! ```
 //!
-//! A resting particle is wet when either depth exceeds a ten-thousandth of the greatest one; its velocity counts as an error of 0 where
+//! A Eulerian particle is wet when either depth exceeds a ten-thousandth of the greatest one; its velocity counts as an error of 0 where
 //! the exact depth is below half a per cent of the greatest, because the velocity of such a film means nothing.
 
 use super::case::{Exact, Setup};
 use super::run::{Sample, Snapshot};
 
-/// Share of the greatest depth from which a resting particle is wet.
+/// Share of the greatest depth from which an Eulerian particle is wet.
 const WET_SHARE: f64 = 1e-4;
-/// Share of the greatest depth from which the velocity of a resting particle counts.
+/// Share of the greatest depth from which the velocity of an Eulerian particle counts.
 const THICK_SHARE: f64 = 5e-3;
 
 /// Mean absolute errors.
@@ -42,7 +42,7 @@ pub fn errors(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
     mean_errors(&snapshot.samples, (wet, thick), setup, exact)
 }
 
-/// The errors of moving particles on the map, judged as those of resting ones.
+/// The errors of Lagrangian particles on the map, judged as those of resting ones.
 pub fn errors_on_map(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
     let bounds = (WET_SHARE * setup.scale_depth, THICK_SHARE * setup.scale_depth);
     mean_errors(&snapshot.on_map, bounds, setup, exact)

@@ -1,7 +1,7 @@
 //! Problems with known answers: what every method makes of them, its order, its cost, and where it fails.
 //!
 //! ```text
-//! Case ── setup(spacing, motion) ──→ Setup ── run(methods) ──→ Outcome ── judge(bars) ──→ Row
+//! Case ── setup(spacing, motion) ──→ Setup ── run(methods) ──→ Outcome ── judge(acceptance limits) ──→ Row
 //! ```
 //!
 //! `floodsim validate`, `floodsim chart` and the tests in `tests/analytic` call the same cases. Methods are chosen by the keys of
@@ -21,7 +21,7 @@ mod scene;
 mod suite;
 mod table;
 
-pub use case::{Bar, Case, Check, Scope, Setup, SetupResult, Suite, Until};
+pub use case::{AcceptanceLimit, Case, Check, Scope, Setup, SetupResult, Suite, Until};
 pub use choice::{Choice, Varied, choices};
 pub use error::{Errors, errors};
 pub use judge::{Judgement, Limits, Measure, Share, judge};

@@ -8,11 +8,11 @@ use crate::scenario::Numerics;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// Its bar is met.
+    /// Its acceptance limit is met.
     Pass,
-    /// Its bar is missed.
+    /// Its acceptance limit is missed.
     FallShort,
-    /// It has no bar and came to its end.
+    /// It has no acceptance limit and came to its end.
     Holds,
     /// It came to its end, worse than it should have.
     Degrades,
@@ -76,7 +76,7 @@ pub struct Row {
     /// How it came out.
     pub status: Status,
     /// What it is held to; empty where it is held to nothing.
-    pub bar: String,
+    pub acceptance_limit: String,
     /// What else there is to say: other methods that were asked for, checks, the breakdown.
     pub note: String,
 }
@@ -101,7 +101,7 @@ pub const FIELDS: [&str; 20] = [
     "order_velocity",
     "max_speed_m_s",
     "status",
-    "bar",
+    "acceptance_limit",
     "note",
 ];
 
@@ -127,7 +127,7 @@ impl Row {
             order_velocity: None,
             max_speed_m_s: 0.0,
             status: Status::Fails,
-            bar: String::new(),
+            acceptance_limit: String::new(),
             note: String::new(),
         }
     }
@@ -154,7 +154,7 @@ impl Row {
             self.order_velocity.map_or(String::new(), |order| format!("{order:.3}")),
             format!("{:.4e}", self.max_speed_m_s),
             self.status.name().to_owned(),
-            self.bar.clone(),
+            self.acceptance_limit.clone(),
             self.note.clone(),
         ]
     }
@@ -183,7 +183,9 @@ pub fn rows_from_csv(text: &str) -> Result<Vec<Row>, String> {
 }
 
 fn row(record: &[String]) -> Option<Row> {
-    let [suite, case, formulation, motion, kernel, flux, integrator, numbers @ .., status, bar, note] = record else {
+    let [suite, case, formulation, motion, kernel, flux, integrator, numbers @ .., status, acceptance_limit, note] =
+        record
+    else {
         return None;
     };
     let [spacing, particles, evaluations, cpu, norm, errors @ .., speed] = numbers else { return None };
@@ -208,7 +210,7 @@ fn row(record: &[String]) -> Option<Row> {
         order_velocity,
         max_speed_m_s: speed.parse().ok()?,
         status: Status::ALL.into_iter().find(|one| one.name() == status)?,
-        bar: bar.clone(),
+        acceptance_limit: acceptance_limit.clone(),
         note: note.clone(),
     })
 }
@@ -289,7 +291,7 @@ mod tests {
             order_velocity: None,
             max_speed_m_s: 16.0,
             status: Status::FallShort,
-            bar: "depth <= 0.021 m".to_owned(),
+            acceptance_limit: "depth <= 0.021 m".to_owned(),
             note: "a \"quoted\" word, and a comma".to_owned(),
         };
         let rows = vec![row.clone(), Row { status: Status::Fails, error_depth: None, ..row }];

@@ -19,7 +19,7 @@ const STEPS_IN_RESERVE: f64 = 20.0;
 const FEWEST_STEPS: f64 = 1000.0;
 /// A run whose end is this near (s) is over.
 const END_TOLERANCE: f64 = 1e-9;
-/// The share of the scale of the depth below which the velocity of a resting particle's film is not looked at.
+/// The share of the scale of the depth below which the velocity of an Eulerian particle's film is not looked at.
 const FILM_SHARE: f64 = 1e-4;
 
 /// One particle.
@@ -44,16 +44,16 @@ pub struct Snapshot {
     pub is_moving: bool,
     /// The particles.
     pub samples: Vec<Sample>,
-    /// The cells of the lattice, onto which moving particles are gridded as for the maps; empty where the setup asks for no score on the
+    /// The cells of the lattice, onto which Lagrangian particles are gridded as for the maps; empty where the setup asks for no score on the
     /// map, and where particles rest, whose samples are the cells.
     pub on_map: Vec<Sample>,
-    /// Depth (m) on the lattice, where moving particles are gridded as for the maps.
+    /// Depth (m) on the lattice, where Lagrangian particles are gridded as for the maps.
     pub depth_on_lattice: Vec<f64>,
     /// Gravity (m/s²).
     pub gravity: f64,
     /// Simulated time (s).
     pub time: f64,
-    /// The books of the core; in a channel those of a strip as wide as a cell.
+    /// The volume balance of the core; in a channel those of a strip as wide as a cell.
     pub ledger: Ledger,
 }
 

@@ -1,6 +1,6 @@
-//! A case at its spacings with given methods, judged by its bars.
+//! A case at its spacings with given methods, judged by its acceptance limits.
 
-use super::case::{Bar, Case, Check, Scope, Until};
+use super::case::{AcceptanceLimit, Case, Check, Scope, Until};
 use super::choice::Choice;
 use super::error::Errors;
 use super::judge::{Judgement, judge};
@@ -20,12 +20,12 @@ pub enum Resolutions {
     Full,
 }
 
-/// Whether a bar was met by one run.
+/// Whether an acceptance limit was met by one run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verdict {
-    /// Number of the bar in its case.
-    pub bar: usize,
-    /// Which runs the bar is for.
+    /// Number of the acceptance limit in its case.
+    pub acceptance_limit: usize,
+    /// Which runs the acceptance limit is for.
     pub scope: Scope,
     /// Whether it was met.
     pub is_met: bool,
@@ -36,7 +36,7 @@ pub struct Verdict {
 pub struct CaseResult {
     /// A row for each spacing.
     pub rows: Vec<Row>,
-    /// The bars that applied.
+    /// The acceptance limits that applied.
     pub verdicts: Vec<Verdict>,
     /// Why the case was left out, where it was.
     pub skipped: Option<String>,
@@ -95,7 +95,7 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
 enum Norm {
     /// Particles that move; the cells under those that rest.
     Usual,
-    /// The map of moving particles.
+    /// The map of Lagrangian particles.
     Map,
 }
 
@@ -145,12 +145,12 @@ impl Placed<'_> {
         let outcome = ended.as_ref().ok();
         let mut asked = Vec::new();
         let mut verdicts = Vec::new();
-        for (number, bar) in self.case.bars.iter().enumerate() {
-            let items = self.asked_by(bar, &cost, outcome);
+        for (number, acceptance_limit) in self.case.acceptance_limits.iter().enumerate() {
+            let items = self.asked_by(acceptance_limit, &cost, outcome);
             if !items.is_empty() {
                 let is_met = items.iter().all(|item| item.is_met);
-                verdicts.push(Verdict { bar: number, scope: bar.scope, is_met });
-                let whose = match bar.scope {
+                verdicts.push(Verdict { acceptance_limit: number, scope: acceptance_limit.scope, is_met });
+                let whose = match acceptance_limit.scope {
                     Scope::Each | Scope::Of(_) => "",
                     Scope::Better => " (the better motion)",
                     Scope::Shown => " (for show)",
@@ -179,16 +179,16 @@ impl Placed<'_> {
             order_velocity: orders.1,
             max_speed_m_s: cost.max_speed,
             status,
-            bar: asked.join("; "),
+            acceptance_limit: asked.join("; "),
             note: self.note(ended),
             ..Row::new((self.case.suite.name(), self.case.name), numerics, self.spacing)
         };
         (row, verdicts)
     }
 
-    /// What a bar asks of this run and whether it is so; nothing where the bar is for other runs.
-    fn asked_by(&self, bar: &Bar, cost: &Cost, outcome: Option<&Outcome>) -> Vec<Check> {
-        let is_for_me = match bar.scope {
+    /// What an acceptance limit asks of this run and whether it is so; nothing where the acceptance limit is for other runs.
+    fn asked_by(&self, acceptance_limit: &AcceptanceLimit, cost: &Cost, outcome: Option<&Outcome>) -> Vec<Check> {
+        let is_for_me = match acceptance_limit.scope {
             Scope::Each | Scope::Better | Scope::Shown => true,
             Scope::Of(motion) => motion == self.choice.numerics.motion,
         };
@@ -198,18 +198,18 @@ impl Placed<'_> {
         }
         let mut ask = |found: String, is_met: bool| items.push(Check { found, is_met });
         let at_most = |value: Option<f64>, most: f64| value.is_some_and(|value| value <= most);
-        if bar.spacing.is_none_or(|spacing| (spacing / self.spacing - 1.0).abs() < 1e-9) {
-            if let Some(most) = bar.depth {
+        if acceptance_limit.spacing.is_none_or(|spacing| (spacing / self.spacing - 1.0).abs() < 1e-9) {
+            if let Some(most) = acceptance_limit.depth {
                 ask(format!("depth <= {most} m"), at_most(self.errors.map(|errors| errors.depth), most));
             }
-            if let Some(most) = bar.velocity {
+            if let Some(most) = acceptance_limit.velocity {
                 ask(format!("velocity <= {most} m/s"), at_most(self.errors.map(|errors| errors.velocity), most));
             }
-            if let Some(most) = bar.max_speed {
+            if let Some(most) = acceptance_limit.max_speed {
                 ask(format!("max speed <= {most:e} m/s"), at_most(outcome.map(|_| cost.max_speed), most));
             }
         }
-        if let (Some((depth, velocity)), Some(orders)) = (bar.order, self.whole_order) {
+        if let (Some((depth, velocity)), Some(orders)) = (acceptance_limit.order, self.whole_order) {
             let shown = |order: Option<f64>| order.map_or("none".to_owned(), |order| format!("{order:.3}"));
             let at_least = |order: Option<f64>, least: f64| order.is_some_and(|order| order >= least);
             ask(format!("order of depth {} >= {depth}", shown(orders.0)), at_least(orders.0, depth));
@@ -217,7 +217,7 @@ impl Placed<'_> {
                 ask(format!("order of velocity {} >= {velocity}", shown(orders.1)), at_least(orders.1, velocity));
             }
         }
-        if bar.checks {
+        if acceptance_limit.checks {
             let checks = outcome.map_or(&[][..], |outcome| &outcome.checks);
             ask("checks in the note".to_owned(), outcome.is_some() && checks.iter().all(|check| check.is_met));
         }
@@ -259,9 +259,14 @@ mod tests {
         is_tuned: true,
         spacings: &[40.0, 20.0],
         tested: 2,
-        bars: &[
-            Bar { scope: Scope::Of(Motion::Lagrangian), spacing: Some(20.0), depth: Some(1e-9), ..Bar::NONE },
-            Bar { order: Some((0.5, None)), ..Bar::NONE },
+        acceptance_limits: &[
+            AcceptanceLimit {
+                scope: Scope::Of(Motion::Lagrangian),
+                spacing: Some(20.0),
+                depth: Some(1e-9),
+                ..AcceptanceLimit::NONE
+            },
+            AcceptanceLimit { order: Some((0.5, None)), ..AcceptanceLimit::NONE },
         ],
         setup: |spacing, _| Ok(channel(spacing, 5.0, 20.0)),
     };
@@ -274,13 +279,13 @@ mod tests {
     }
 
     #[test]
-    fn bars_are_judged_where_they_apply() {
+    fn acceptance_limits_are_judged_where_they_apply() {
         let [resting, moving] = results(CASE.setup);
         let statuses = |result: &CaseResult| result.rows.iter().map(|row| row.status).collect::<Vec<_>>();
         assert_eq!(statuses(&resting), [Status::Holds, Status::Pass]);
         assert_eq!(statuses(&moving), [Status::Holds, Status::FallShort]);
         assert_eq!(
-            moving.rows[1].bar,
+            moving.rows[1].acceptance_limit,
             format!("depth <= 0.000000001 m; order of depth {:.3} >= 0.5", moving.rows[1].order_depth.unwrap())
         );
         let row = &resting.rows[1];
@@ -301,7 +306,7 @@ mod tests {
             assert_eq!((broken.status, broken.error_depth), (Status::Fails, None));
             assert!(broken.note.contains("broke down at t =") && broken.note.contains("limited by"), "{}", broken.note);
             assert!(sound.status != Status::Fails && sound.error_depth.is_some());
-            // Without a coarser error there is no order, and a bar on it is missed.
+            // Without a coarser error there is no order, and an acceptance limit on it is missed.
             assert_eq!((sound.order_depth, sound.status), (None, Status::FallShort));
         }
     }

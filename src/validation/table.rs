@@ -35,10 +35,10 @@ pub fn table_of_rows(rows: &[Row]) -> String {
         }
         format!("{}\n", (text + rest).trim_end())
     };
-    let mut table = line(&HEADING.map(str::to_owned), "bar; note");
+    let mut table = line(&HEADING.map(str::to_owned), "acceptance limit; note");
     for (row, cells) in rows.iter().zip(&cells) {
         let rest: Vec<&str> =
-            [row.bar.as_str(), row.note.as_str()].into_iter().filter(|text| !text.is_empty()).collect();
+            [row.acceptance_limit.as_str(), row.note.as_str()].into_iter().filter(|text| !text.is_empty()).collect();
         table += &line(cells, &rest.join("; "));
     }
     table

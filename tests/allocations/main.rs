@@ -1,6 +1,6 @@
 //! What a step takes from the allocator, on one thread, once the buffers have their sizes, and what a solver holds.
 //!
-//! Resting particles must take nothing. With moving particles buffers grow as the water spreads: thin particles are wide, and the room
+//! Eulerian particles must take nothing. With Lagrangian particles buffers grow as the water spreads: thin particles are wide, and the room
 //! for what they say about the grid grows in small pieces, so that memory stays small. Nothing else may allocate with the number of
 //! particles, and what every step takes must not either.
 
@@ -15,7 +15,7 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Steps before what is counted, and of it: three rounds of the sorting of moving particles each.
+/// Steps before what is counted, and of it: three rounds of the sorting of Lagrangian particles each.
 const STEPS: usize = 24;
 /// What every step may take: the results of its passes, one list each.
 const OF_A_STEP: usize = 10;
@@ -57,10 +57,10 @@ fn steps_leave_the_allocator_alone() {
     let resting = sizes.map(|particles| asked(Motion::Eulerian, particles));
     let moving = sizes.map(|particles| asked(Motion::Lagrangian, particles));
     for ((particles, resting), moving) in sizes.into_iter().zip(&resting).zip(&moving) {
-        assert!(resting.a_step == 0.0, "{} allocations a step with {particles} resting particles", resting.a_step);
+        assert!(resting.a_step == 0.0, "{} allocations a step with {particles} Eulerian particles", resting.a_step);
         let allowed = (OF_A_STEP + particles / PARTICLES_FOR_EACH) as f64;
-        println!("{particles} moving particles: {:.1} allocations a step", moving.a_step);
-        assert!(moving.a_step <= allowed, "{} allocations a step with {particles} moving particles", moving.a_step);
+        println!("{particles} Lagrangian particles: {:.1} allocations a step", moving.a_step);
+        assert!(moving.a_step <= allowed, "{} allocations a step with {particles} Lagrangian particles", moving.a_step);
     }
     let of_each = |[_, small, large]: &[Asked; 3]| (large.held - small.held) / (sizes[2] - sizes[1]) as f64;
     // Twice as many particles rest as are wet.

@@ -4,8 +4,8 @@ use floodsim::validation::{Case, Resolutions, Row, Scope, Status, cases, choices
 
 use crate::support::methods;
 
-/// Cases of which a bar is missed today at test resolution, with the motion: the page of results says so too. A case that comes to
-/// meet its bars must be taken from here, and no other one may join.
+/// Cases of which an acceptance limit is missed today at test resolution, with the motion: the page of results says so too. A case that comes to
+/// meet its acceptance limits must be taken from here, and no other one may join.
 const FALL_SHORT: &[(&str, &str)] = &[
     ("ritter_plane", "lagrangian"),
     ("stoker", "eulerian"),
@@ -13,7 +13,7 @@ const FALL_SHORT: &[(&str, &str)] = &[
     ("stoker_plane", "lagrangian"),
 ];
 
-/// Nothing breaks down, and the bars are met but for those that are known to be missed.
+/// Nothing breaks down, and the acceptance limits are met but for those that are known to be missed.
 fn check(cases: &[Case]) {
     for case in cases {
         for motion in ["eulerian", "lagrangian"] {

@@ -96,7 +96,7 @@ fn all_choices() -> Vec<Choice> {
     choices
 }
 
-/// Greatest speed (m/s) of a lake of moving particles in the plane in a few hundred steps.
+/// Greatest speed (m/s) of a lake of Lagrangian particles in the plane in a few hundred steps.
 fn lake_speed(kernel: Kernel, bed: fn(Vec2) -> f64, jitter: f64) -> Result<f64, Broken> {
     let (cost, ended) =
         run(&still(bed, 0.25, jitter, 300), &methods(&[("motion", "lagrangian"), ("kernel", kernel.name())]));

@@ -1,4 +1,4 @@
-//! The core with resting particles against exact solutions: errors are means over the grid, and their order is checked.
+//! The core with Eulerian particles against exact solutions: errors are means over the grid, and their order is checked.
 
 use floodsim::scenario::methods::Motion;
 use floodsim::validation::cases::circles::circular;

@@ -1,4 +1,4 @@
-//! Walls, open edges, the books, and the same bits for any number of threads.
+//! Walls, open edges, the volume balance, and the same bits for any number of threads.
 
 use floodsim::error::FailurePlace;
 use floodsim::lattice::WaterInCell;

@@ -375,7 +375,7 @@ fn a_polygon_that_ends_within_its_water_is_told_as_each_motion_has_it() {
         ("eulerian", "off the integral of level minus terrain; the level of 5 m is held", true),
         (
             "lagrangian",
-            "the level of 5 m is not held: moving particles get the 6.00000e3 m³ of the integral of level minus terrain",
+            "the level of 5 m is not held: Lagrangian particles get the 6.00000e3 m³ of the integral of level minus terrain",
             false,
         ),
     ] {

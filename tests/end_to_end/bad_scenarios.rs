@@ -225,7 +225,7 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("formulation: variational, motion: eulerian"),
-        &["error[method-combination] numerics.motion (s.yaml:2:46)", "has no resting particles"],
+        &["error[method-combination] numerics.motion (s.yaml:2:46)", "has no Eulerian particles"],
     );
     assert_change_refused(
         "title: Test",

@@ -242,7 +242,7 @@ fn every_way_of_the_water_is_booked_against_what_was_asked_for() {
     assert!((sum("in_m3") / volume(&run, "in") - 1.0).abs() < 1e-12, "{run:#}");
     assert!((sum("out_m3") / volume(&run, "out") - 1.0).abs() < 1e-12 && sum("out_m3") > 100.0);
     let gates = run["gates"].as_array().unwrap();
-    assert!(gates.iter().any(|gate| gate.as_str().unwrap().starts_with("passed: booked inflow against")), "{gates:?}");
+    assert!(gates.iter().any(|gate| gate.as_str().unwrap().starts_with("passed: counted inflow against")), "{gates:?}");
 }
 
 #[test]
@@ -696,7 +696,7 @@ fn moving_particles_refuse_what_they_do_not_know() {
     let more = "sources: [{at: [1100, 2030], discharge: 1 m3/s}, {line: springs.geojson, discharge: 1 m3/s}]\nrain: {rate: 1 mm/h}\nresolution: 5 m";
     let moving = format!("numerics: {{motion: lagrangian}}\n{more}");
     let scene = Scene::with(&[("resolution: 5 m", &moving.replace("resolution", "channels: []\nresolution"))]);
-    scene.assert_refused(3, &["method-combination", "moving particles know no channels", "motion: eulerian"]);
+    scene.assert_refused(3, &["method-combination", "Lagrangian particles know no channels", "motion: eulerian"]);
     scene.assert_silent_on(&["with a condition", "know no source", "cross-sections", "know no rain"]);
     let variational = format!("numerics: {{formulation: variational}}\n{more}");
     let scene = Scene::with(&[("resolution: 5 m", &variational)]);
@@ -748,7 +748,7 @@ fn a_river_of_moving_particles_comes_in_and_leaves() {
     assert!((sum("in_m3") / volume(&run, "in") - 1.0).abs() < 1e-12, "{run:#}");
     assert!((sum("out_m3") / volume(&run, "out") - 1.0).abs() < 1e-12);
     let gates = run["gates"].as_array().unwrap();
-    assert!(gates.iter().any(|gate| gate.as_str().unwrap().starts_with("passed: booked inflow against")), "{gates:?}");
+    assert!(gates.iter().any(|gate| gate.as_str().unwrap().starts_with("passed: counted inflow against")), "{gates:?}");
 }
 
 #[test]

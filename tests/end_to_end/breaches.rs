@@ -1,4 +1,4 @@
-//! A dam that breaks, through the whole program, before resting and moving particles.
+//! A dam that breaks, through the whole program, before resting and Lagrangian particles.
 
 use std::path::PathBuf;
 
@@ -188,12 +188,12 @@ fn the_shore_before_a_dam_is_no_sill_in_its_opening() {
 #[test]
 fn what_leaks_beside_a_dam_that_goes_at_the_start_is_told_and_its_opening_is_not() {
     let folder = scene_with_dam(102.5, 102.5, 0.0);
-    let told = |scenario: &str| floodsim(folder.path(), &["check", scenario]).stdout.contains("leaking-rim");
-    assert!(told("without.yaml") && !told("gone.yaml"));
+    let reported = |scenario: &str| floodsim(folder.path(), &["check", scenario]).stdout.contains("leaking-rim");
+    assert!(reported("without.yaml") && !reported("gone.yaml"));
     // A dam that ends in the middle of the valley.
     let short = r#"{"type":"Feature","properties":{},"geometry":{"type":"LineString","coordinates":[[500102.5,5300000.5],[500102.5,5300062.5]]}}"#;
     std::fs::write(folder.path().join("dam.geojson"), short).unwrap();
-    assert!(told("gone.yaml"));
+    assert!(reported("gone.yaml"));
 }
 
 #[test]

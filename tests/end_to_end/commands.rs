@@ -91,9 +91,9 @@ fn validate_prints_a_table_and_writes_its_rows() {
     for key in rows[0].as_object().unwrap().keys() {
         assert!(heading.contains(&key.as_str()), "{key}");
     }
-    // The order of resting particles on the wet dam break is below 1 at one moment.
+    // The order of Eulerian particles on the wet dam break is below 1 at one moment.
     command(&["validate", "stoker"]).code(7).stderr(predicate::str::contains("stoker"));
-    // A channel of one row does not show what moving particles do in the plane; the plane comes with it, scored on the map, too.
+    // A channel of one row does not show what Lagrangian particles do in the plane; the plane comes with it, scored on the map, too.
     command(&["validate", "ritter", "--json", "ritter.json"]).code(7).stderr(predicate::str::contains("ritter_plane"));
     let rows = std::fs::read_to_string(folder.path().join("ritter.json")).unwrap();
     let rows: Vec<serde_json::Value> = serde_json::from_str(&rows).unwrap();

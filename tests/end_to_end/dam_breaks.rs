@@ -76,7 +76,7 @@ fn check_ritter(run: impl Fn(f64, &str) -> State) {
     }
     let order = (depth_errors[0] / depth_errors[1]).log2();
     println!("Ritter: order {order:.2}");
-    // What resting particles of second order reach on this channel.
+    // What Eulerian particles of second order reach on this channel.
     assert!(depth_errors[0] <= 0.006 && order >= 0.9, "errors {depth_errors:?}, order {order:.2}");
 }
 

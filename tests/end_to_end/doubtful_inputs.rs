@@ -295,14 +295,14 @@ fn levees_that_lie_below_the_ground_in_part_are_told_with_the_length_that_does()
     let wall = |crest: &str| format!("structures: {{walls: [{{lines: along.geojson, crest: {crest}}}]}}");
     let code = "warning[crest-below-terrain]";
     // The ground falls from 5 m to 1 m; that of 28 of 40 cells lies higher than 2.2 m.
-    let told: &[&str] = &[
+    let reported: &[&str] = &[
         "140 m of 200 m of feature 1 of along.geojson lie below the terrain, by up to 3.00 m",
         "at      1002.5",
         "cause",
     ];
     assert_said(&[
-        (&levee("along", "2 m"), &format!("{code} terrain.breaklines[0].z"), told),
-        (&wall("2 m"), &format!("{code} structures.walls[0].crest"), told),
+        (&levee("along", "2 m"), &format!("{code} terrain.breaklines[0].z"), reported),
+        (&wall("2 m"), &format!("{code} structures.walls[0].crest"), reported),
         (&wall("4.8 m"), "", &[]),
         // Both ends lie in the plateau.
         (&levee("across", "8 m"), "", &[]),
@@ -316,13 +316,13 @@ fn levees_that_lie_below_the_ground_in_part_are_told_with_the_length_that_does()
 
 #[test]
 fn what_a_file_holds_beside_what_is_wanted_is_not_dropped_in_silence() {
-    let told: &[&str] = &["1 of 2 features of mixed.geojson hold no line: feature 2"];
+    let reported: &[&str] = &["1 of 2 features of mixed.geojson hold no line: feature 2"];
     let wall = "structures: {walls: [{lines: mixed.geojson}]}";
     assert_said(&[
-        (wall, "warning[left-out] structures.walls[0].lines", told),
-        ("outputs: {sections: mixed.geojson}", "warning[left-out] outputs.sections", told),
+        (wall, "warning[left-out] structures.walls[0].lines", reported),
+        ("outputs: {sections: mixed.geojson}", "warning[left-out] outputs.sections", reported),
         ("outputs: {gauges: mixed.geojson}", "warning[left-out] outputs.gauges", &["hold no point: feature 1"]),
-        ("initial: [{river: mixed.geojson, depth: 1 m}]", "warning[left-out] initial[0].river", told),
+        ("initial: [{river: mixed.geojson, depth: 1 m}]", "warning[left-out] initial[0].river", reported),
         (
             "sources: [{points: mixed.geojson, discharge: 1 m3/s}]",
             "error[not-a-point] sources[0].points",

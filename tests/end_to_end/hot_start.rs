@@ -118,13 +118,13 @@ fn two_halves_are_the_whole() {
     }
     // Inflow is that of the whole; storage and outflow differ as far as the steps of the two do.
     let relative = |key: &str, sum: f64| sum / volume(&whole, key) - 1.0;
-    let books = [
+    let balance = [
         relative("in", volume(&first, "in") + volume(&second, "in")),
         relative("out", volume(&first, "out") + volume(&second, "out")),
         relative("final", volume(&second, "final")),
     ];
     assert!(volume(&whole, "out") > 100.0, "water must have left by the end: {whole}");
-    assert!(books[0].abs() < 1e-9 && books[1].abs() < 1e-5 && books[2].abs() < 1e-5, "{books:?}");
+    assert!(balance[0].abs() < 1e-9 && balance[1].abs() < 1e-5 && balance[2].abs() < 1e-5, "{balance:?}");
     for run in [&whole, &first, &second] {
         assert!(volume(run, "error_relative").abs() < 1e-12);
     }
@@ -155,12 +155,12 @@ fn volume_of(fields: &Netcdf, number: Option<usize>) -> f64 {
 }
 
 /// By how much a uniform stream may be off in depth and velocity (relative) where it goes on from a run of one motion in another, resting
-/// ones first: twice what was found. From resting particles it is as uniform as it was; those that move are drawn a little off
+/// ones first: twice what was found. From Eulerian particles it is as uniform as it was; those that move are drawn a little off
 /// beside walls and, up to five cells inside, beside edges, which runs through the stream as waves.
 const ALLOWED: [[(f64, f64); 2]; 2] = [[(1.5e-3, 1e-3), (1.8e-2, 1e-3)], [(0.03, 0.06), (0.02, 0.04)]];
 
 /// Greatest speed (m/s) of a lake at rest that goes on from a run of one motion in another, resting ones first: twice what was found.
-/// Resting particles keep what rests. Moving ones do not keep quite still over this bed, and are drawn a little off.
+/// Eulerian particles keep what rests. Moving ones do not keep quite still over this bed, and are drawn a little off.
 const STILL: [[f64; 2]; 2] = [[1e-12, 4e-3], [6e-3, 6e-3]];
 
 const MOTIONS: [&str; 2] = ["numerics.motion=eulerian", "numerics.motion=lagrangian"];
@@ -236,7 +236,7 @@ fn a_uniform_stream_goes_on() {
         "boundaries=[{{side: west, discharge: {} m3/s}}, {{side: east, normal_depth: {{slope: 0.002}}}}]",
         125.0 * velocity
     );
-    // Five cells from the rim, where moving particles are drawn evenly.
+    // Five cells from the rim, where Lagrangian particles are drawn evenly.
     let is_inside = |cell: usize| (5..55).contains(&(cell % COLUMNS)) && (5..20).contains(&(cell / COLUMNS));
     let off = |fields: &Netcdf, number: usize| {
         let worst = |name: &str, wanted: f64| {
@@ -377,10 +377,10 @@ fn a_levee_on_dry_ground_that_is_left_out_is_told() {
     let levee = "terrain={layers: [{raster: dem.asc}], breaklines: [{lines: levee.geojson, mode: raise, z: 130 m}]}";
     scene.run("first", &["time.end=20 s", levee]);
     let go_on = "initial=[{fields: first/fields.nc}]";
-    let told = "warning[other-dry-ground] initial";
-    scene.assert_check(&[go_on], 0, &[told, "on 20 cells", "remedy"]);
+    let reported = "warning[other-dry-ground] initial";
+    scene.assert_check(&[go_on], 0, &[reported, "on 20 cells", "remedy"]);
     let with_levee = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", go_on, "--set", levee]);
-    assert!(with_levee.code == 0 && !with_levee.stderr.contains(told), "{}", with_levee.stderr);
+    assert!(with_levee.code == 0 && !with_levee.stderr.contains(reported), "{}", with_levee.stderr);
 }
 
 #[test]
@@ -411,14 +411,14 @@ fn structures_that_the_earlier_run_had_and_this_one_has_not_are_told() {
     let wall = "structures={walls: [{lines: wall.geojson}]}";
     scene.run("first", &["time.end=10 s", wall]);
     let go_on = "initial=[{fields: first/fields.nc}]";
-    let told = "warning[other-structures] initial";
+    let reported = "warning[other-structures] initial";
     scene.assert_check(
         &[go_on],
         0,
-        &[told, "there and not here: wall wall.geojson", "first/scenario.resolved.yaml", "remedy"],
+        &[reported, "there and not here: wall wall.geojson", "first/scenario.resolved.yaml", "remedy"],
     );
     let both = "structures={walls: [{lines: wall.geojson}, {lines: low.geojson, crest: 130 m}]}";
-    scene.assert_check(&[go_on, both], 0, &[told, "here and not there: wall low.geojson, crest 130 m"]);
+    scene.assert_check(&[go_on, both], 0, &[reported, "here and not there: wall low.geojson, crest 130 m"]);
     let silent = |changes: &[&str]| {
         let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
         let check = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &changes].concat());
@@ -430,7 +430,7 @@ fn structures_that_the_earlier_run_had_and_this_one_has_not_are_told() {
     std::fs::copy(scene.path("wall.geojson"), scene.path("gis/wall.geojson")).unwrap();
     silent(&[go_on, "structures={walls: [{lines: gis/wall.geojson}]}"]);
     scene.feature("wall.geojson", "LineString", "[[500102.5,5300000],[500102.5,5300060]]");
-    scene.assert_check(&[go_on, wall], 0, &[told, "with another content of its file: wall wall.geojson"]);
+    scene.assert_check(&[go_on, wall], 0, &[reported, "with another content of its file: wall wall.geojson"]);
     std::fs::remove_file(scene.path("first/scenario.resolved.yaml")).unwrap();
     silent(&[go_on]);
 }

@@ -214,11 +214,11 @@ fn both_fillings_hold_the_integral_of_level_minus_terrain() {
             // The summary prints seven digits.
             assert!((initial / integral - 1.0).abs() < 1e-6, "{name}, {seeding}: {initial} m3 of {integral} m3");
             assert_eq!(record["methods"]["seeding"], seeding);
-            let volumes = summary.split_once("moving particles: ").unwrap().1;
+            let volumes = summary.split_once("Lagrangian particles: ").unwrap().1;
             let (least, greatest) = (number_after(volumes, " with "), number_after(volumes, " to "));
             assert!((seeding == "equal_volume") == (least.to_bits() == greatest.to_bits()), "{summary}");
             counts.push(record["particles"]["initial"].as_i64().unwrap());
-            assert_eq!(counts.last(), Some(&(number_after(&summary, "moving particles: ") as i64)));
+            assert_eq!(counts.last(), Some(&(number_after(&summary, "Lagrangian particles: ") as i64)));
         }
         // One body: as many particles of one volume as there are wet cells.
         assert_eq!(counts[0], counts[1], "{name}");

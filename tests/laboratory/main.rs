@@ -85,7 +85,7 @@ fn the_building_at_the_scale_of_the_field_is_that_of_the_flume() {
 #[test]
 fn a_round_column_collapses_over_a_wet_bed() {
     let Some(rows) = rows("radial_dam_break", "radial_dam_break", "motion=eulerian") else { return };
-    // Within the bars of 1 m at 2 m already.
+    // Within the acceptance limits of 1 m at 2 m already.
     assert_eq!((rows[0].status, rows[0].norm.as_str()), (Status::Pass, "mean_relative"), "{}", rows[0].note);
 }
 
@@ -124,7 +124,7 @@ fn the_flood_of_merewether_reaches_its_marks() {
 #[test]
 fn the_flood_of_malpasset_comes_when_and_as_high_as_it_did() {
     let Some(rows) = rows("malpasset", "malpasset", "motion=eulerian") else { return };
-    // Measured at 40 m: 3.20 m at the gauges of the scale model, arrival 59 s off, which is short of the bar of 20 m.
+    // Measured at 40 m: 3.20 m at the gauges of the scale model, arrival 59 s off, which is short of the acceptance limit of 20 m.
     assert!(rows[0].error_depth.unwrap() < 3.4, "{:?}", rows[0]);
     let arrival = rows[0].note.split("mean absolute error of arrival ").nth(1).unwrap().split(' ').next().unwrap();
     assert!(arrival.parse::<f64>().unwrap() <= 60.0, "{}", rows[0].note);
@@ -159,7 +159,7 @@ fn a_suite_without_any_data_is_no_success() {
 fn moving_particles_are_left_out_of_channels() {
     let (code, said, rows) = validate("rajar_a", &data(), "motion=lagrangian");
     assert_eq!((code, rows.len()), (2, 0), "{said}");
-    assert!(said.contains("skipped, because it is for resting particles: channels in one dimension"), "{said}");
+    assert!(said.contains("skipped, because it is for Eulerian particles: channels in one dimension"), "{said}");
     assert!(said.contains("nothing was run"), "{said}");
 }
 
@@ -168,8 +168,8 @@ fn reaches_in_one_dimension_give_what_two_give() {
     for (flume, bound) in [("rajar_a", 0.045), ("rajar_b", 0.016)] {
         let (code, said, rows) = validate(flume, &data(), "motion=eulerian");
         assert_eq!((code, rows.len()), (0, 1), "{said}\n{rows:?}");
-        // The bar asks for CPU time saved, too, which a busy machine may miss: it is told here, and the command holds the run to it.
-        // The bar of the difference is 0.05; measured are 0.043 in A, where the lower reach is off most, and 0.015 in B (0.010 before
+        // The acceptance limit asks for CPU time saved, too, which a busy machine may miss: it is reported here, and the command holds the run to it.
+        // The acceptance limit of the difference is 0.05; measured are 0.043 in A, where the lower reach is off most, and 0.015 in B (0.010 before
         // decision 0036); along the axis below the dam 0.024 and 0.005 (docs/validation/laboratory.md).
         assert!(rows[0].error_depth.is_some_and(|error| error < bound), "{:?}", rows[0]);
         let along_the_axis = rows[0].note.split("coupled ").skip(1);

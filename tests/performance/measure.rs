@@ -9,7 +9,7 @@
 //! cargo bench --bench measure -- steps MOTION PARTICLES STEPS  nothing but steps, for `scripts/instructions.sh`
 //! ```
 //!
-//! Every measurement is repeated and the best one is told: other programs only ever make one slower.
+//! Every measurement is repeated and the best one is reported: other programs only ever make one slower.
 
 mod scene;
 
@@ -37,7 +37,7 @@ fn best(motion: Motion, particles: usize, steps: usize) -> Cost {
         .unwrap_or(Cost { evaluations: 0, phases: Vec::new() })
 }
 
-/// Steps of about so many evaluations, whole rounds of the sorting of moving particles.
+/// Steps of about so many evaluations, whole rounds of the sorting of Lagrangian particles.
 fn steps_of(particles: usize) -> usize {
     EVALUATIONS.div_ceil(particles).next_multiple_of(8)
 }
@@ -85,7 +85,7 @@ fn threads(particles: usize) {
 
 fn memory(motion: Motion, particles: usize, cells_for_each: usize) {
     let mut solver = scene::solver_for(motion, scene::dam_break_in(particles, cells_for_each));
-    // Some more than there are between two sortings of moving particles.
+    // Some more than there are between two sortings of Lagrangian particles.
     scene::steps(solver.as_mut(), FIRST_STEPS);
     println!("{},{particles},{},{}", motion.name(), solver.water().lattice.len(), peak_bytes());
 }

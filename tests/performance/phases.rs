@@ -96,7 +96,7 @@ fn physics(criterion: &mut Criterion<ProcessorTime>) {
     group.finish();
 }
 
-/// The search for neighbours on a disordered lattice, and the gridding of moving particles.
+/// The search for neighbours on a disordered lattice, and the gridding of Lagrangian particles.
 fn search_and_gridding(criterion: &mut Criterion<ProcessorTime>) {
     let mut group = criterion.benchmark_group("particles");
     group.sampling_mode(SamplingMode::Flat).throughput(Throughput::Elements(PARTICLES as u64));

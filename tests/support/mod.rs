@@ -12,13 +12,13 @@ pub fn methods(given: &[(&str, &str)]) -> Choice {
     Choice::new(given).unwrap()
 }
 
-/// Moving particles with an integrator and the Courant number that suits it.
+/// Lagrangian particles with an integrator and the Courant number that suits it.
 pub fn moving(integrator: &str) -> Choice {
     let courant = if integrator == "heun" { "0.6" } else { "0.4" };
     methods(&[("motion", "lagrangian"), ("integrator", integrator), ("cfl", courant)])
 }
 
-/// Resting particles.
+/// Eulerian particles.
 pub fn resting() -> Choice {
     methods(&[("motion", "eulerian")])
 }

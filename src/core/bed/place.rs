@@ -28,8 +28,8 @@ use super::upright::keep_largest_side;
 use super::{BedParticles, LeftOut, Surface};
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
-use crate::physics::kernel::{CubicSpline, Shape};
 use crate::methods::BedMethod;
+use crate::physics::kernel::{CubicSpline, Shape};
 use crate::terrain::Piece;
 
 /// Support radius over lattice spacing for heights and slopes.

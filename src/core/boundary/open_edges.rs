@@ -142,7 +142,7 @@ fn is_square(piece: &Piece, normal: Vec2) -> bool {
     across.dot(normal).abs() < SQUARE * across.norm() * normal.norm()
 }
 
-/// Water that leaves the terrain through an open edge is booked; at all other edges the terrain ends at a wall.
+/// Water that leaves the terrain through an open edge is counted; at all other edges the terrain ends at a wall.
 ///
 /// Edges of the lattice and of no-data areas are walls. A lattice or no-data edge face is open when its midpoint lies beside one of
 /// these lines, within `reach`.

@@ -1,4 +1,4 @@
-//! Virtual boundary particles: walls as rows of fixed particles in which each moving particle is mirrored through points.
+//! Virtual boundary particles: walls as rows of fixed particles in which each Lagrangian particle is mirrored through points.
 //!
 //! ```text
 //! x' = 2 x_w − x_i + k Δ n,   v' = −v_i,   k = 0, 1, 2
@@ -29,7 +29,7 @@ pub(super) struct VirtualParticles {
 }
 
 impl Walls {
-    /// The same walls with virtual particles, for moving particles that start `spacing` (m) apart.
+    /// The same walls with virtual particles, for Lagrangian particles that start `spacing` (m) apart.
     pub fn with_virtual_particles(mut self, spacing: f64) -> Self {
         let mut virtuals =
             VirtualParticles { places: Vec::new(), starts: vec![0], first_transform: self.isometries().len() as u32 };

@@ -1,4 +1,4 @@
-//! Equal-volume filling: moving particles that all carry the same volume, closer together where the water is deep.
+//! Equal-volume filling: Lagrangian particles that all carry the same volume, closer together where the water is deep.
 //!
 //! 1. The water is cut into samples smaller than a particle, in the order of Hilbert's curve, along which neighbours stay
 //!    together. Pieces of the curve with equal volumes give the first places: their centroids.
@@ -64,9 +64,9 @@ pub fn equal_volume_filling(
 ) -> Vec<FluidSeed> {
     debug_assert!(particle_volume > 0.0);
     let mut seeds = Vec::new();
-    for (number, (&level, books)) in levels.iter().zip(&still.volumes).enumerate() {
-        let count = (books.integral_m3 / particle_volume).round().max(1.0);
-        let volume = books.integral_m3 / count;
+    for (number, (&level, balance)) in levels.iter().zip(&still.volumes).enumerate() {
+        let count = (balance.integral_m3 / particle_volume).round().max(1.0);
+        let volume = balance.integral_m3 / count;
         let wet = Wet { number: number as u32, level, bed, still };
         let samples = wet.samples(volume);
         if samples.is_empty() {

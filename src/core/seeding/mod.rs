@@ -1,4 +1,4 @@
-//! Water at the start: bodies of still water become depths of resting particles, or moving particles.
+//! Water at the start: bodies of still water become depths of Eulerian particles, or Lagrangian particles.
 
 mod equal_volume;
 mod lattice;

@@ -83,7 +83,7 @@ pub struct StepChoice {
     pub max_speed: f64,
 }
 
-/// The books of the core: volumes in cubic metres.
+/// The volume balance of the core: volumes in cubic metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
     /// Water at the start.
@@ -106,7 +106,7 @@ impl Ledger {
 
 /// What a moving bed has done so far: volumes in cubic metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BedBooks {
+pub struct BedBalance {
     /// By which the bed lies above that of the start, where it does.
     pub raised: f64,
     /// By which it lies below, where it does.
@@ -136,7 +136,7 @@ pub enum Way {
     NearEnd(usize),
 }
 
-/// What came and went by one way since the start.
+/// Inflow and outflow by one way since the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
     /// The way.
@@ -209,7 +209,7 @@ pub trait FlowSolver: Send {
     /// # Errors
     /// When the state is no longer finite, or the step has collapsed.
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure>;
-    /// The water on the lattice now. Moving particles are gridded here, with their volume conserved.
+    /// The water on the lattice now. Lagrangian particles are gridded here, with their volume conserved.
     fn water(&mut self) -> WaterOnLattice<'_>;
     /// After how many steps the water on the lattice is to be recorded: each one, unless it costs about as much as a step to draw it.
     fn steps_of_a_record(&self) -> u64 {
@@ -242,14 +242,14 @@ pub trait FlowSolver: Send {
         None
     }
     /// What the moving bed of the problem has done; none where it has none.
-    fn bed_books(&self) -> Option<BedBooks> {
+    fn bed_balance(&self) -> Option<BedBalance> {
         None
     }
     /// The discharges of the particles beside those of their faces in the last step; none before it and where particles have no faces.
     fn discharges(&self) -> Option<DischargeCheck> {
         None
     }
-    /// What came and went by each way of the problem; nothing where the core keeps no such books.
+    /// Inflow and outflow by each way of the problem; nothing where the core keeps no such balance.
     fn passages(&self) -> Vec<Passage> {
         Vec::new()
     }

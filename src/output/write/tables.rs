@@ -64,7 +64,7 @@ pub fn write_mass_balance(folder: &RunFolder, recording: &Recording) -> Result<(
     write_lines(folder, "tables/mass_balance.csv", header, balance_rows)
 }
 
-/// Writes `boundaries.csv`: what came and went by each boundary, source, channel and by rain; nothing where there are none.
+/// Writes `boundaries.csv`: inflow and outflow by each boundary, source, channel and by rain; nothing where there are none.
 ///
 /// # Errors
 /// When it cannot be written.

@@ -233,7 +233,7 @@ fn what_does_not_fit_is_refused_at_its_key() {
 
 /// The problem of a code among those of a scene with a dam.
 #[track_caller]
-fn told(code: &str, change: impl FnOnce(&mut Scene)) -> Problem {
+fn reported(code: &str, change: impl FnOnce(&mut Scene)) -> Problem {
     let mut scene = dam();
     change(&mut scene);
     let problems = prepare(&scene.scenario).problems;
@@ -243,12 +243,12 @@ fn told(code: &str, change: impl FnOnce(&mut Scene)) -> Problem {
 
 #[test]
 fn what_stands_in_the_way_of_the_water_is_told() {
-    let wall = told("wall-in-breach", |scene| {
+    let wall = reported("wall-in-breach", |scene| {
         scene.line("wall.geojson", &[(1077.5, 2041.0), (1077.5, 2109.0)]);
         scene.scenario.walls = vec![vector("structures.walls[0].lines", scene.path("wall.geojson"))];
     });
     assert_eq!((wall.severity, wall.key.as_str()), (Severity::Error, "breach.dam"));
-    let bank = told("opening-blocked", |scene| {
+    let bank = reported("opening-blocked", |scene| {
         scene.line("bank.geojson", &[(1090.0, 2041.0), (1090.0, 2109.0)]);
         scene.scenario.ground.breaklines = vec![Breakline {
             lines: vector("terrain.breaklines[0].lines", scene.path("bank.geojson")),
@@ -258,7 +258,7 @@ fn what_stands_in_the_way_of_the_water_is_told() {
         }];
     });
     assert_eq!((bank.severity, bank.key.as_str()), (Severity::Warning, "breach.dam"));
-    let volume = told("breach-volume", |scene| {
+    let volume = reported("breach-volume", |scene| {
         let breach = scene.scenario.breach.as_mut().unwrap();
         (breach.shape, breach.duration) = (None, None);
         breach.method = Some(BreachMethod {
@@ -281,11 +281,11 @@ fn open_below(scene: &mut Scene, condition: BoundaryCondition) {
 #[test]
 fn an_edge_where_water_only_leaves_brings_none_to_the_dam() {
     let slope = || BoundaryCondition::NormalDepth(sourced("boundaries[0].normal_depth.slope", 0.01));
-    told("opening-above-water", |scene| {
+    reported("opening-above-water", |scene| {
         open_below(scene, slope());
         scene.scenario.breach.as_mut().unwrap().shape.as_mut().unwrap().invert.value = 9.0;
     });
-    told("level-never-reached", |scene| {
+    reported("level-never-reached", |scene| {
         open_below(scene, BoundaryCondition::Free);
         scene.scenario.breach.as_mut().unwrap().trigger = at_level(8.1, [1060.0, 2070.0]);
     });
@@ -298,7 +298,8 @@ fn an_edge_where_water_only_leaves_brings_none_to_the_dam() {
 
 #[test]
 fn water_above_the_crest_is_told_and_a_refused_dam_leaks_without_a_word() {
-    let over = told("water-above-crest", |scene| scene.scenario.initial[0].level.as_mut().unwrap().value = CREST + 0.5);
+    let over =
+        reported("water-above-crest", |scene| scene.scenario.initial[0].level.as_mut().unwrap().value = CREST + 0.5);
     assert_eq!((over.severity, over.key.as_str()), (Severity::Warning, "breach.dam"));
     assert!(over.at.is_some() && over.message.contains("above its crest"), "{over}");
     let refused = prepared(|_, breach| width(breach, 61.0));
@@ -308,7 +309,8 @@ fn water_above_the_crest_is_told_and_a_refused_dam_leaks_without_a_word() {
 #[test]
 fn a_dam_that_lies_below_the_ground_on_most_of_its_way_is_told() {
     // 50 m of 150 m cross the basin; the plateau of 20 m lies on both sides of it.
-    let part = told("crest-below-terrain", |scene| scene.line("dam.geojson", &[(1077.5, 2005.0), (1077.5, 2145.0)]));
+    let part =
+        reported("crest-below-terrain", |scene| scene.line("dam.geojson", &[(1077.5, 2005.0), (1077.5, 2145.0)]));
     assert_eq!((part.severity, part.key.as_str()), (Severity::Warning, "breach.crest"));
     let place = part.at.unwrap();
     assert!(part.message.contains("90 m of 140 m of the dam lie below the terrain, by up to 10.00 m"), "{part}");
@@ -338,7 +340,7 @@ fn a_dam_that_is_to_break_far_above_its_crest_is_told() {
         open_below(scene, BoundaryCondition::Stage(Timed::Constant(sourced("boundaries[0].stage", 9.0))));
         scene.scenario.breach.as_mut().unwrap().trigger = at_level(level, [1060.0, 2070.0]);
     };
-    let above = told("trigger-above-crest", |scene| fed(scene, CREST + 1.5));
+    let above = reported("trigger-above-crest", |scene| fed(scene, CREST + 1.5));
     assert_eq!((above.severity, above.key.as_str()), (Severity::Warning, "breach.trigger.level"));
     assert!(above.message.contains("1.5 m above its crest") && above.at.is_some() && above.remedy.is_some(), "{above}");
     // Water that runs over it for some decimetres breaks a dam.

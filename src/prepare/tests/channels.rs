@@ -234,14 +234,14 @@ fn the_limit_of_memory_counts_channels_and_moving_particles() {
         scene.scenario.limits.memory = memory;
         let prepared = prepare(&scene.scenario);
         assert_eq!(found(&prepared, Severity::Error), expected);
-        let told = |text: &str| prepared.problems.iter().any(|problem| problem.message.contains(text));
+        let reported = |text: &str| prepared.problems.iter().any(|problem| problem.message.contains(text));
         assert!(
-            expected.is_empty() || told("about 160.0 kB of memory; the limit is 160.0 kB"),
+            expected.is_empty() || reported("about 160.0 kB of memory; the limit is 160.0 kB"),
             "{:?}",
             prepared.problems
         );
     }
-    // 1200 cells in 400 bytes each, and 100 moving particles in 300.
+    // 1200 cells in 400 bytes each, and 100 Lagrangian particles in 300.
     for (memory, is_refused) in [(510_000.0, false), (509_999.0, true)] {
         let mut scene = Scene::sound();
         scene.scenario.numerics.motion = Motion::Lagrangian;

@@ -134,10 +134,10 @@ fn holes(gaps: Option<Gaps>) -> Scene {
 
 #[test]
 fn holes_are_walls_refused_or_filled() {
-    for (gaps, told) in [(None, &["terrain-gaps"][..]), (Some(Gaps::Wall), &[])] {
+    for (gaps, reported) in [(None, &["terrain-gaps"][..]), (Some(Gaps::Wall), &[])] {
         let prepared = prepare(&holes(gaps).scenario);
         let codes: Vec<&str> = prepared.problems.iter().map(|problem| problem.code).collect();
-        assert_eq!((codes.as_slice(), prepared.has_errors()), (told, false));
+        assert_eq!((codes.as_slice(), prepared.has_errors()), (reported, false));
         assert_eq!(prepared.needs.bed_particles, 1200 - 4 - 6);
     }
     for (gaps, code) in [(Gaps::Refuse, "terrain-gaps"), (Gaps::Fill { max_cells: 2 }, "gap-too-large")] {

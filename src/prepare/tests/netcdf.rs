@@ -188,9 +188,9 @@ fn values_beyond_the_bounds_of_the_file_are_no_data() {
         // The greatest value is the bound itself, which has no short text.
         (vec![("valid_max", vec![9990.1])], 1200),
     ] {
-        let told = format!("{bounds:?}");
+        let reported = format!("{bounds:?}");
         let prepared = prepare(&Made { bounds, corners: [-5000.0, 9990.1], ..SOUND }.scene().scenario);
-        assert_eq!(terrain_cells(&prepared), cells, "{told}: {:#?}", prepared.problems);
+        assert_eq!(terrain_cells(&prepared), cells, "{reported}: {:#?}", prepared.problems);
     }
 }
 
@@ -269,7 +269,7 @@ fn a_bound_in_a_wider_type_than_packed_values_is_one_of_the_values() {
         (vec![("valid_range", vec![-100.0, 300.0])], 1198),
         (vec![("valid_min", vec![-100.0])], 1199),
     ] {
-        let told = format!("{bounds:?}");
+        let reported = format!("{bounds:?}");
         let made = Made { bounds, packed: Some(0.01), corners: [-200.0, 320.0], ..SOUND };
         let mut scene = made.scene();
         let path = scene.path("dem.nc");
@@ -278,7 +278,7 @@ fn a_bound_in_a_wider_type_than_packed_values_is_one_of_the_values() {
         file.close().unwrap();
         scene.scenario.initial.clear();
         let prepared = prepare(&scene.scenario);
-        assert_eq!(terrain_cells(&prepared), cells, "{told}: {:#?}", prepared.problems);
+        assert_eq!(terrain_cells(&prepared), cells, "{reported}: {:#?}", prepared.problems);
         let warning = prepared.problems.iter().find(|problem| problem.code == "outside-valid-range").unwrap();
         assert!(
             warning.message.contains("valid_") && warning.message.starts_with(&(1200 - cells).to_string()),
@@ -296,8 +296,8 @@ fn a_bound_in_the_type_of_packed_values_is_one_of_the_packed() {
     scene.scenario.initial.clear();
     let prepared = prepare(&scene.scenario);
     assert_eq!(terrain_cells(&prepared), 1199);
-    let told = |problem: &Problem| problem.message.contains("`valid_max = 31999 as a packed number`");
-    assert!(prepared.problems.iter().any(told), "{:#?}", prepared.problems);
+    let reported = |problem: &Problem| problem.message.contains("`valid_max = 31999 as a packed number`");
+    assert!(prepared.problems.iter().any(reported), "{:#?}", prepared.problems);
 }
 
 #[test]

@@ -260,7 +260,7 @@ fn check_warns_of_ridges_that_cells_do_not_see_and_of_moving_particles_that_pass
     }
     scene.scenario.numerics.motion = Motion::Lagrangian;
     let warnings = ridge_warnings(&prepare(&scene.scenario));
-    assert!(warnings.len() == 1 && warnings[0].contains("moving particles pass them unhindered"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].contains("Lagrangian particles pass them unhindered"), "{warnings:?}");
     // The lattice of the pixels sees all.
     let prepared = prepare(&levee.scene(2.0, 1.0).scenario);
     assert!(ridge_warnings(&prepared).is_empty() && prepared.ridges.is_empty());

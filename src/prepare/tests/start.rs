@@ -44,9 +44,12 @@ fn areas_and_rivers_get_their_depth_where_no_level_puts_water() {
         let prepared = prepare(&scene.scenario);
         assert_eq!(cells_of(&prepared, 0.75), cells);
         // 61 cells, one of them in the lake, where the axis of 98 m has 11 m of width.
-        let [told] = &prepared.problems[..] else { panic!("{:?}", prepared.problems) };
-        assert_eq!((told.code, told.key.as_str()), ("river-size", "initial[2].river"));
-        assert!(told.message.contains("1.144e3 m³, 1.4 times") && told.message.contains("8.085e2 m³"), "{told}");
+        let [reported] = &prepared.problems[..] else { panic!("{:?}", prepared.problems) };
+        assert_eq!((reported.code, reported.key.as_str()), ("river-size", "initial[2].river"));
+        assert!(
+            reported.message.contains("1.144e3 m³, 1.4 times") && reported.message.contains("8.085e2 m³"),
+            "{reported}"
+        );
     }
     assert!(prepared.inputs.iter().any(|input| input.path.ends_with("river.geojson")));
     assert!(prepared.initial_velocity.is_empty());

@@ -21,13 +21,13 @@ fn shipped(name: &str) -> Scenario {
 fn volumes(prepared: &Prepared) -> &[SeededVolume] {
     assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
     let volumes = &prepared.still_water.as_ref().unwrap().volumes;
-    for (water, books) in prepared.waters.iter().zip(volumes) {
-        println!("{}: {:+.4} %, {books:?}", water.key, 100.0 * books.relative_error());
+    for (water, balance) in prepared.waters.iter().zip(volumes) {
+        println!("{}: {:+.4} %, {balance:?}", water.key, 100.0 * balance.relative_error());
     }
     volumes
 }
 
-/// The greatest speed (m/s) in some steps of resting particles.
+/// The greatest speed (m/s) in some steps of Eulerian particles.
 fn greatest_speed(scenario: &Scenario, prepared: Prepared, steps: usize) -> f64 {
     let mut solver = EulerianSolver::new(flow_problem(scenario, prepared));
     let mut greatest = 0.0_f64;
@@ -75,7 +75,7 @@ fn malpasset_with_the_dam_in_place_stays_at_rest_down_to_the_sea() {
         scenario.walls = vec![vector("structures.walls[0].lines", folder.join("dam_line.geojson"))];
         let prepared = prepare(&scenario);
         let volumes = volumes(&prepared);
-        assert!(volumes.iter().all(|books| books.leaks.is_empty()));
+        assert!(volumes.iter().all(|balance| balance.leaks.is_empty()));
         // Half-covered cells of 40 m at the dam, 55 m deep, are filled whole or not at all.
         assert!(resolution > 20.0 || volumes.iter().all(SeededVolume::is_within_tolerance));
         assert!(greatest_speed(&scenario, prepared, steps) < 1e-10);

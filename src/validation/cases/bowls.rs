@@ -4,7 +4,7 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
 use crate::solver::FlowProblem;
-use crate::validation::case::{Bar, Case, Check, Scope, Setup, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Check, Scope, Setup, Suite, Until};
 use crate::validation::exact::Bowl;
 use crate::validation::run::Snapshot;
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
@@ -19,7 +19,7 @@ const START_RADIUS: f64 = 0.8;
 const OFFSET: f64 = 0.5;
 /// How far the energy may be off, relatively.
 const ENERGY: f64 = 1e-3;
-/// The riverbed of moving particles is so many times as fine as they are.
+/// The riverbed of Lagrangian particles is so many times as fine as they are.
 const BED_CELLS: f64 = 4.0;
 
 const SPACINGS: &[f64] = &[0.1, 0.05, 0.025];
@@ -33,10 +33,15 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: SPACINGS,
         tested: 2,
-        bars: &[
-            Bar { scope: Scope::Better, spacing: Some(0.025), depth: Some(2e-5), ..Bar::NONE },
-            Bar { scope: Scope::Of(Motion::Eulerian), spacing: Some(0.025), depth: Some(1e-3), ..Bar::NONE },
-            Bar { scope: Scope::Better, spacing: Some(0.025), checks: true, ..Bar::NONE },
+        acceptance_limits: &[
+            AcceptanceLimit { scope: Scope::Better, spacing: Some(0.025), depth: Some(2e-5), ..AcceptanceLimit::NONE },
+            AcceptanceLimit {
+                scope: Scope::Of(Motion::Eulerian),
+                spacing: Some(0.025),
+                depth: Some(1e-3),
+                ..AcceptanceLimit::NONE
+            },
+            AcceptanceLimit { scope: Scope::Better, spacing: Some(0.025), checks: true, ..AcceptanceLimit::NONE },
         ],
         setup: |spacing, motion| Ok(planar(spacing, motion, 3.0)),
     },
@@ -47,9 +52,9 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: SPACINGS,
         tested: 2,
-        bars: &[
-            Bar { scope: Scope::Better, spacing: Some(0.025), depth: Some(3e-5), ..Bar::NONE },
-            Bar { scope: Scope::Better, spacing: Some(0.025), checks: true, ..Bar::NONE },
+        acceptance_limits: &[
+            AcceptanceLimit { scope: Scope::Better, spacing: Some(0.025), depth: Some(3e-5), ..AcceptanceLimit::NONE },
+            AcceptanceLimit { scope: Scope::Better, spacing: Some(0.025), checks: true, ..AcceptanceLimit::NONE },
         ],
         setup: |spacing, motion| Ok(axisymmetric(spacing, motion, 1.0)),
     },

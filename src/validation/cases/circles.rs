@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
-use crate::validation::case::{Bar, Case, Check, Exact, Setup, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Check, Exact, Setup, Suite, Until};
 use crate::validation::exact::{Accuracy, Profile, radial_dam_break};
 use crate::validation::run::{Sample, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
@@ -18,7 +18,7 @@ pub const DAM: f64 = 2.5;
 pub const DEPTHS: (f64, f64) = (2.5, 0.5);
 /// Time of the comparison (s).
 pub const END: f64 = 1.4;
-/// Resting particles are compared up to this radius (m), which no wave has reached.
+/// Eulerian particles are compared up to this radius (m), which no wave has reached.
 const COMPARED: f64 = 10.0;
 /// Cells of the reference, over 17 m: a twelfth of the finest spacing.
 const REFERENCE_CELLS: usize = 4000;
@@ -36,7 +36,10 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[0.2, 0.1, 0.05],
         tested: 2,
-        bars: &[Bar { order: Some((1.0, Some(1.0))), ..Bar::NONE }, Bar { checks: true, ..Bar::NONE }],
+        acceptance_limits: &[
+            AcceptanceLimit { order: Some((1.0, Some(1.0))), ..AcceptanceLimit::NONE },
+            AcceptanceLimit { checks: true, ..AcceptanceLimit::NONE },
+        ],
         setup: |spacing, motion| Ok(circular(spacing, motion, Accuracy::Second)),
     },
     Case {
@@ -46,7 +49,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5, 0.25],
         tested: 2,
-        bars: &[Bar { order: Some((0.0, Some(0.0))), ..Bar::NONE }],
+        acceptance_limits: &[AcceptanceLimit { order: Some((0.0, Some(0.0))), ..AcceptanceLimit::NONE }],
         setup: |spacing, _| Ok(deep(spacing)),
     },
     Case {
@@ -56,7 +59,7 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[0.1, 0.05, 0.025],
         tested: 2,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, motion| Ok(self::spreading(spacing, motion)),
     },
 ];
@@ -97,7 +100,7 @@ fn deep(spacing: f64) -> Setup {
     quadrant(50.0, spacing, spacing, level, 0.69, Box::new(move |place| exact(place - CENTRE)))
 }
 
-/// The spreading cylinder; the lattice of moving particles and of their bed are different ones.
+/// The spreading cylinder; the lattice of Lagrangian particles and of their bed are different ones.
 pub fn spreading(spacing: f64, motion: Motion) -> Setup {
     static REFERENCE: OnceLock<Profile> = OnceLock::new();
     let reference =
@@ -120,7 +123,7 @@ fn quadrant(size: f64, cell: f64, spacing: f64, level: fn(Vec2) -> f64, end: f64
     Setup::new(problem, seeds, Dimension::Two, Until::Time(end), exact)
 }
 
-/// How far the momentum is off the diagonal, and the depths of resting particles off their mirror images.
+/// How far the momentum is off the diagonal, and the depths of Eulerian particles off their mirror images.
 fn symmetry(end: &Snapshot) -> Check {
     let momentum = end.momentum();
     let mut worst = ((momentum.x - momentum.y) / momentum.x).abs();

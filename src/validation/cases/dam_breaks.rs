@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
-use crate::validation::case::{Bar, Case, Check, Checks, Exact, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Check, Checks, Exact, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::{Profile, plane_dam_break, ritter, ritter_front, stoker};
 use crate::validation::run::Snapshot;
 use crate::validation::scene::{self, flat_strip, line_seeds, seeds_at};
@@ -33,47 +33,61 @@ const REFERENCE_CELLS: usize = 4000;
 const ROWS: usize = 20;
 
 /// What is asked on dry bed; the same of a single row and of a plane.
-const RITTER_BARS: &[Bar] = &[
-    Bar {
+const RITTER_BARS: &[AcceptanceLimit] = &[
+    AcceptanceLimit {
         scope: Scope::Of(Motion::Lagrangian),
         spacing: Some(10.0),
         depth: Some(0.021),
         velocity: Some(0.021),
-        ..Bar::NONE
+        ..AcceptanceLimit::NONE
     },
-    Bar { scope: Scope::Of(Motion::Lagrangian), order: Some((1.0, Some(1.0))), ..Bar::NONE },
-    Bar { scope: Scope::Of(Motion::Eulerian), spacing: Some(10.0), depth: Some(0.017), ..Bar::NONE },
-    Bar { scope: Scope::Of(Motion::Eulerian), order: Some((1.0, None)), ..Bar::NONE },
-    Bar { checks: true, ..Bar::NONE },
+    AcceptanceLimit { scope: Scope::Of(Motion::Lagrangian), order: Some((1.0, Some(1.0))), ..AcceptanceLimit::NONE },
+    AcceptanceLimit {
+        scope: Scope::Of(Motion::Eulerian),
+        spacing: Some(10.0),
+        depth: Some(0.017),
+        ..AcceptanceLimit::NONE
+    },
+    AcceptanceLimit { scope: Scope::Of(Motion::Eulerian), order: Some((1.0, None)), ..AcceptanceLimit::NONE },
+    AcceptanceLimit { checks: true, ..AcceptanceLimit::NONE },
 ];
 
 /// What is asked on wet bed.
-const STOKER_BARS: &[Bar] = &[
-    Bar {
+const STOKER_BARS: &[AcceptanceLimit] = &[
+    AcceptanceLimit {
         scope: Scope::Of(Motion::Lagrangian),
         spacing: Some(10.0),
         depth: Some(0.024),
         velocity: Some(0.026),
-        ..Bar::NONE
+        ..AcceptanceLimit::NONE
     },
-    Bar {
+    AcceptanceLimit {
         scope: Scope::Of(Motion::Eulerian),
         spacing: Some(10.0),
         depth: Some(0.0165),
         velocity: Some(0.019),
-        ..Bar::NONE
+        ..AcceptanceLimit::NONE
     },
-    Bar { order: Some((1.0, Some(1.0))), ..Bar::NONE },
+    AcceptanceLimit { order: Some((1.0, Some(1.0))), ..AcceptanceLimit::NONE },
 ];
 
 /// A dam break in the plane, on which nothing was tuned.
 const fn in_plane(
     name: &'static str,
     about: &'static str,
-    bars: &'static [Bar],
+    acceptance_limits: &'static [AcceptanceLimit],
     setup: fn(f64, Motion) -> SetupResult,
 ) -> Case {
-    Case { name, suite: Suite::Analytic, about, is_tuned: false, spacings: &[10.0, 5.0, 2.5], tested: 2, bars, setup }
+    Case {
+        name,
+        suite: Suite::Analytic,
+        about,
+        is_tuned: false,
+        spacings: &[10.0, 5.0, 2.5],
+        tested: 2,
+        acceptance_limits,
+        setup,
+    }
 }
 
 /// The cases.
@@ -85,12 +99,12 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 2,
-        bars: RITTER_BARS,
+        acceptance_limits: RITTER_BARS,
         setup: |spacing, _| Ok(channel(spacing, 0.0, END)),
     },
     in_plane(
         "ritter_plane",
-        "The same as ritter in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
+        "The same as ritter in a plane of 20 rows of cells, where Lagrangian particles are scored on the map as well: along a \
          single row they cannot leave their line.",
         RITTER_BARS,
         |spacing, _| Ok(plane(spacing, 0.0)),
@@ -102,12 +116,12 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 2,
-        bars: STOKER_BARS,
+        acceptance_limits: STOKER_BARS,
         setup: |spacing, _| Ok(channel(spacing, 5.0, END)),
     },
     in_plane(
         "stoker_plane",
-        "The same as stoker in a plane of 20 rows of cells, where moving particles are scored on the map as well: along a \
+        "The same as stoker in a plane of 20 rows of cells, where Lagrangian particles are scored on the map as well: along a \
          single row they cannot leave their line.",
         STOKER_BARS,
         |spacing, _| Ok(plane(spacing, 5.0)),
@@ -120,7 +134,7 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 2,
-        bars: &[Bar { order: Some((1.0, Some(1.0))), ..Bar::NONE }],
+        acceptance_limits: &[AcceptanceLimit { order: Some((1.0, Some(1.0))), ..AcceptanceLimit::NONE }],
         setup: |spacing, _| Ok(channel_at_moments(spacing, 5.0)),
     },
     Case {
@@ -130,7 +144,7 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 2,
-        bars: &[Bar { order: Some((0.0, Some(0.0))), ..Bar::NONE }],
+        acceptance_limits: &[AcceptanceLimit { order: Some((0.0, Some(0.0))), ..AcceptanceLimit::NONE }],
         setup: |spacing, _| Ok(channel(spacing, 0.1, END)),
     },
     Case {
@@ -140,7 +154,7 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(channel(spacing, 0.0, 50.0)),
     },
     Case {
@@ -150,7 +164,7 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(channel(spacing, 5.0, 30.0)),
     },
     Case {
@@ -160,7 +174,7 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0, 2.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(channel(spacing, 5.0, 50.0)),
     },
     Case {
@@ -171,7 +185,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[10.0, 5.0, 2.5],
         tested: 2,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| rough_channel(spacing),
     },
 ];

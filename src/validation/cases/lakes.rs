@@ -10,7 +10,7 @@ use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedMethod, Motion};
 use crate::solver::FlowProblem;
 use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
-use crate::validation::case::{Bar, Case, Check, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Check, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::run::Snapshot;
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
 
@@ -28,15 +28,15 @@ const REST: f64 = 1e-12;
 const FLOODED_SHARE: f64 = 0.5;
 
 const MADE: &[f64] = &[0.5, 0.25, 0.125];
-const AT_REST: &[Bar] = &[Bar { max_speed: Some(REST), ..Bar::NONE }];
+const AT_REST: &[AcceptanceLimit] = &[AcceptanceLimit { max_speed: Some(REST), ..AcceptanceLimit::NONE }];
 /// Pockets must be at rest in the default motion for terrain; what the other one does is shown.
-const AT_REST_ON_TERRAIN: &[Bar] = &[
-    Bar { scope: Scope::Of(Motion::Eulerian), max_speed: Some(REST), ..Bar::NONE },
-    Bar { scope: Scope::Shown, max_speed: Some(REST), ..Bar::NONE },
+const AT_REST_ON_TERRAIN: &[AcceptanceLimit] = &[
+    AcceptanceLimit { scope: Scope::Of(Motion::Eulerian), max_speed: Some(REST), ..AcceptanceLimit::NONE },
+    AcceptanceLimit { scope: Scope::Shown, max_speed: Some(REST), ..AcceptanceLimit::NONE },
 ];
 
 macro_rules! lakes {
-    ($($name:literal, $disordered:literal, $bed:ident, $bars:ident, $what:literal;)+) => {
+    ($($name:literal, $disordered:literal, $bed:ident, $acceptance_limits:ident, $what:literal;)+) => {
         &[$(
             Case {
                 name: $name,
@@ -45,7 +45,7 @@ macro_rules! lakes {
                 is_tuned: true,
                 spacings: MADE,
                 tested: 2,
-                bars: $bars,
+                acceptance_limits: $acceptance_limits,
                 setup: |spacing, _| Ok(still($bed, spacing, 0.0, STEPS)),
             },
             Case {
@@ -55,9 +55,9 @@ macro_rules! lakes {
                 is_tuned: true,
                 spacings: MADE,
                 tested: 2,
-                bars: $bars,
+                acceptance_limits: $acceptance_limits,
                 setup: |spacing, motion| match motion {
-                    Motion::Eulerian => Err("resting particles lie on their lattice".to_owned()),
+                    Motion::Eulerian => Err("Eulerian particles lie on their lattice".to_owned()),
                     Motion::Lagrangian => Ok(still($bed, spacing, DISORDER, STEPS)),
                 },
             },
@@ -69,7 +69,7 @@ macro_rules! lakes {
             is_tuned: false,
             spacings: &[80.0, 40.0, 20.0],
             tested: 1,
-            bars: AT_REST_ON_TERRAIN,
+            acceptance_limits: AT_REST_ON_TERRAIN,
             setup: |spacing, _| on_valley(spacing),
         },
         Case {
@@ -79,7 +79,7 @@ macro_rules! lakes {
             is_tuned: false,
             spacings: &[200.0, 100.0, 50.0],
             tested: 1,
-            bars: AT_REST_ON_TERRAIN,
+            acceptance_limits: AT_REST_ON_TERRAIN,
             setup: |spacing, _| match std::env::var_os("FLOODSIM_DATA") {
                 Some(folder) => {
                     let file = PathBuf::from(folder).join("malpasset/dem_20m.tif");

@@ -51,10 +51,10 @@ mod tests {
             assert!(case.spacings.len() >= least && case.tested >= 1, "{}: too few spacings", case.name);
             assert!(case.spacings.windows(2).all(|pair| pair[0] > pair[1]), "{}: the coarsest comes first", case.name);
             assert!(case.about.ends_with('.'), "{}: not a sentence", case.name);
-            for spacing in case.bars.iter().filter_map(|bar| bar.spacing) {
+            for spacing in case.acceptance_limits.iter().filter_map(|acceptance_limit| acceptance_limit.spacing) {
                 assert!(
                     case.spacings.iter().any(|s| (s / spacing - 1.0).abs() < 1e-9),
-                    "{}: bar at {spacing}",
+                    "{}: acceptance limit at {spacing}",
                     case.name
                 );
             }

@@ -4,7 +4,7 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
 use crate::solver::{Boundary, Condition, FlowProblem, Series};
-use crate::validation::case::{Bar, Case, Check, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Check, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::normal_velocity;
 use crate::validation::run::Snapshot;
 use crate::validation::scene::{flat_strip, line_seeds};
@@ -22,7 +22,7 @@ const LEDGER: f64 = 1e-9;
 /// Steps of the long run.
 const MANY: usize = 100_000;
 
-const CHECKED: &[Bar] = &[Bar { checks: true, ..Bar::NONE }];
+const CHECKED: &[AcceptanceLimit] = &[AcceptanceLimit { checks: true, ..AcceptanceLimit::NONE }];
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -33,7 +33,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[8.0, 4.0, 2.0],
         tested: 2,
-        bars: CHECKED,
+        acceptance_limits: CHECKED,
         setup: |spacing, _| uniform(spacing, 0.001, 6000.0),
     },
     Case {
@@ -43,17 +43,17 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[8.0, 4.0, 2.0],
         tested: 2,
-        bars: CHECKED,
+        acceptance_limits: CHECKED,
         setup: |spacing, _| uniform(spacing, 0.02, 600.0),
     },
     Case {
         name: "hydrograph_long",
         suite: Suite::Analytic,
-        about: "A channel fed by a discharge that rises and falls every 100 s, over 100 000 steps: the books against the integral of the hydrograph.",
+        about: "A channel fed by a discharge that rises and falls every 100 s, over 100 000 steps: the volume balance against the integral of the hydrograph.",
         is_tuned: false,
         spacings: &[8.0, 4.0, 2.0],
         tested: 1,
-        bars: CHECKED,
+        acceptance_limits: CHECKED,
         setup: hydrograph,
     },
     Case {
@@ -63,7 +63,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5, 0.25],
         tested: 2,
-        bars: CHECKED,
+        acceptance_limits: CHECKED,
         setup: |spacing, _| waves(spacing, 0.01),
     },
     Case {
@@ -73,7 +73,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5, 0.25],
         tested: 2,
-        bars: CHECKED,
+        acceptance_limits: CHECKED,
         setup: |spacing, _| waves(spacing, 0.4),
     },
     Case {
@@ -84,7 +84,7 @@ pub const CASES: &[Case] = &[
         spacings: &[400.0, 200.0, 100.0],
         tested: 2,
         // A hundredth of the tide: the answer is that of small waves, and the tide is half a hundredth of the depth.
-        bars: &[Bar { depth: Some(1e-3), ..Bar::NONE }],
+        acceptance_limits: &[AcceptanceLimit { depth: Some(1e-3), ..AcceptanceLimit::NONE }],
         setup: tide,
     },
 ];
@@ -154,11 +154,11 @@ fn hydrograph(spacing: f64, _: Motion) -> SetupResult {
     let mut setup = Setup::without_answer(problem.clone(), line_seeds(&problem), Dimension::One, Until::Steps(MANY));
     setup.scale_depth = DEPTH;
     setup.checks = Some(Box::new(move |_, end| {
-        // Moving particles carry volumes per metre of width.
+        // Lagrangian particles carry volumes per metre of width.
         let width = if end.is_moving { spacing } else { 1.0 };
         let wanted = series.integral(0.0, end.time) / width;
         let off = (end.ledger.inflow / wanted - 1.0).abs();
-        let found = format!("booked inflow off the integral of the hydrograph by {off:.1e} after {:.0} s", end.time);
+        let found = format!("counted inflow off the integral of the hydrograph by {off:.1e} after {:.0} s", end.time);
         vec![Check { found, is_met: off <= LEDGER }, ledger_check(end)]
     }));
     Ok(setup)

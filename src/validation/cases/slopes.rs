@@ -27,7 +27,7 @@ pub const CASES: &[Case] = &[Case {
     is_tuned: true,
     spacings: &[8.0, 4.0, 2.0],
     tested: 2,
-    bars: &[],
+    acceptance_limits: &[],
     setup: |spacing, _| Ok(uniform(spacing)),
 }];
 

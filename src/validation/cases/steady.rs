@@ -6,7 +6,7 @@
 
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::validation::case::{Bar, Case, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::{Bump, MacDonald, bump_bed};
 use crate::validation::scene::{flat_strip, line_seeds};
 
@@ -21,9 +21,9 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: SPACINGS,
         tested: 2,
-        bars: &[
-            Bar { spacing: Some(0.125), depth: Some(5.4e-4), ..Bar::NONE },
-            Bar { order: Some((1.5, None)), ..Bar::NONE },
+        acceptance_limits: &[
+            AcceptanceLimit { spacing: Some(0.125), depth: Some(5.4e-4), ..AcceptanceLimit::NONE },
+            AcceptanceLimit { order: Some((1.5, None)), ..AcceptanceLimit::NONE },
         ],
         setup: |spacing, _| Ok(over_bump(spacing, Bump::on_one_branch(4.42, 2.0), (280.0, 170.0), 40.0)),
     },
@@ -34,7 +34,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: SPACINGS,
         tested: 2,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(over_bump(spacing, Bump::transcritical(1.53), (200.0, 150.0), 40.0)),
     },
     Case {
@@ -44,7 +44,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: SPACINGS,
         tested: 2,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(over_bump(spacing, Bump::with_jump(0.18, 0.33), (160.0, 130.0), 60.0)),
     },
     Case {
@@ -54,7 +54,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: SPACINGS,
         tested: 2,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(over_bump(spacing, Bump::on_one_branch(25.0, 2.0), (160.0, 60.0), 8.0)),
     },
     Case {
@@ -64,7 +64,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[20.0, 10.0, 5.0],
         tested: 2,
-        bars: &[],
+        acceptance_limits: &[],
         setup: macdonald,
     },
 ];

@@ -17,7 +17,7 @@ const SPACING: f64 = 5.0;
 /// Roughness of the bed (s·m^(−1/3)).
 const MANNING: f64 = 0.03;
 
-/// Resting or moving particles.
+/// Resting or Lagrangian particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Resting.
@@ -61,7 +61,7 @@ pub fn dam_break_in(particles: usize, cells_for_each: usize) -> FlowProblem {
     problem
 }
 
-/// One moving particle on each wet cell.
+/// One Lagrangian particle on each wet cell.
 pub fn seeds(problem: &FlowProblem) -> Vec<FluidSeed> {
     let lattice = &problem.bed.lattice;
     let seed = |cell: usize| {

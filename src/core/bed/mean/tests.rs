@@ -3,8 +3,8 @@
 use crate::bed::{BedParticles, LeftOut, Nothing, place_bed};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::terrain::PointInterpolation;
 use crate::methods::BedMethod;
+use crate::terrain::PointInterpolation;
 use crate::terrain::{Layer, Overlay, Raster, Survey, SurveyPoint, Terrain};
 
 /// Cells of rasters (m).

@@ -49,7 +49,7 @@ fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[Stil
     (bed, still)
 }
 
-/// Every filled cell is level to rounding, and the books are those of the depths.
+/// Every filled cell is level to rounding, and the volume balance is that of the depths.
 pub(crate) fn assert_consistent(bed: &BedParticles, still: &StillWater, bodies: &[StillBody]) {
     let mut seeded = vec![0.0; bodies.len()];
     for (cell, &depth) in still.depth.iter().enumerate() {
@@ -62,8 +62,8 @@ pub(crate) fn assert_consistent(bed: &BedParticles, still: &StillWater, bodies: 
             None => assert!(depth.abs() <= 0.0),
         }
     }
-    for (seeded, books) in seeded.iter().zip(&still.volumes) {
-        assert!((seeded - books.seeded_m3).abs() <= 1e-12 * seeded);
+    for (seeded, balance) in seeded.iter().zip(&still.volumes) {
+        assert!((seeded - balance.seeded_m3).abs() <= 1e-12 * seeded);
     }
     let particles: f64 = lattice_filling(&bed.lattice, still).iter().map(|seed| seed.volume).sum();
     let integral: f64 = still.volumes.iter().map(|volume| volume.integral_m3).sum();
@@ -80,13 +80,13 @@ fn bowls_hold_their_known_volume() {
         [(&cone, PI * 1e4 * 20.0 / 3.0), (&paraboloid, PI * 1e4 * 20.0 / 2.0)];
     for (formula, volume) in cases {
         let (bed, still) = fill(formula, &lattice(60, 5.0), &rim());
-        let books = &still.volumes[0];
+        let balance = &still.volumes[0];
         // Midpoint rule on pieces of 5/9 m in a bowl of 100 m.
-        assert!((books.integral_m3 / volume - 1.0).abs() < 1e-4, "{books:?}");
+        assert!((balance.integral_m3 / volume - 1.0).abs() < 1e-4, "{balance:?}");
         // Cell by cell the integral itself.
-        assert!(books.relative_error().abs() < 1e-9, "{books:?}");
-        assert!(books.shore_cells > 0 && books.largest_bed_change_at_shore < 0.5 * 5.0, "{books:?}");
-        assert_eq!((books.toggled, books.leaks.len(), books.pocket_cells), (0, 0, 0));
+        assert!(balance.relative_error().abs() < 1e-9, "{balance:?}");
+        assert!(balance.shore_cells > 0 && balance.largest_bed_change_at_shore < 0.5 * 5.0, "{balance:?}");
+        assert_eq!((balance.toggled, balance.leaks.len(), balance.pocket_cells), (0, 0, 0));
         assert_consistent(&bed, &still, &rim());
     }
 }
@@ -96,12 +96,12 @@ fn square_oblique_to_the_lattice_is_met_within_a_tenth_of_a_percent() {
     for turn in [0.0, 0.2, 0.5, PI / 4.0, 1.1] {
         let square = [body(regular(Vec2::new(1.3, -2.1), 70.0, 4, turn), 10.0)];
         let (bed, still) = fill(|_| 0.0, &lattice(40, 5.0), &square);
-        let books = &still.volumes[0];
-        assert!((books.integral_m3 / (10.0 * 2.0 * 70.0 * 70.0) - 1.0).abs() < 2e-5, "{books:?}");
-        assert!(books.is_within_tolerance(), "turned by {turn}: {books:?}");
+        let balance = &still.volumes[0];
+        assert!((balance.integral_m3 / (10.0 * 2.0 * 70.0 * 70.0) - 1.0).abs() < 2e-5, "{balance:?}");
+        assert!(balance.is_within_tolerance(), "turned by {turn}: {balance:?}");
         // On a flat bed all of the rim leaks: one gap around the whole square.
-        assert_eq!(books.leaks.len(), 1);
-        assert_eq!(books.leaks[0].depth.to_bits(), 10.0_f64.to_bits());
+        assert_eq!(balance.leaks.len(), 1);
+        assert_eq!(balance.leaks[0].depth.to_bits(), 10.0_f64.to_bits());
         assert_consistent(&bed, &still, &square);
     }
 }
@@ -118,9 +118,9 @@ fn island_and_hole_stay_dry() {
     let rock = PI / 3.0 * (30.0 * 30.0 * 15.0 - 10.0 * 10.0 * 5.0);
     let hole = 24.0 / 2.0 * 15.0 * 15.0 * (2.0 * PI / 24.0).sin();
     let volume = 10.0 * (2.0 * 90.0 * 90.0 - hole) - rock;
-    let books = &still.volumes[0];
-    assert!((books.integral_m3 / volume - 1.0).abs() < 1e-4, "{} {volume}", books.integral_m3);
-    assert!(books.is_within_tolerance(), "{books:?}");
+    let balance = &still.volumes[0];
+    assert!((balance.integral_m3 / volume - 1.0).abs() < 1e-4, "{} {volume}", balance.integral_m3);
+    assert!(balance.is_within_tolerance(), "{balance:?}");
     assert_consistent(&bed, &still, &bodies);
     let depth_at = |x, y| still.depth[bed.lattice.cell_at(bed.lattice.to_local(Vec2::new(x, y))).unwrap()];
     assert_eq!((depth_at(20.0, 10.0), depth_at(-25.0, -20.0)), (0.0, 0.0));
@@ -145,11 +145,11 @@ fn nodata_is_booked_and_stays_dry() {
     let half = |p: Vec2| if p.x > 0.0 { f64::NAN } else { 0.0 };
     let bodies = [body(regular(Vec2::ZERO, 50.0, 4, PI / 4.0), 2.0)];
     let (bed, still) = fill(half, &lattice(60, 2.0), &bodies);
-    let books = &still.volumes[0];
+    let balance = &still.volumes[0];
     // Half of the square of 70.7 m lies without terrain; over the first 2 m of it, one cell, the terrain is prolonged.
     let side = 50.0 * f64::sqrt(2.0);
-    assert!((books.area_without_terrain_m2 / ((0.5 * side - 2.0) * side) - 1.0).abs() < 5e-3, "{books:?}");
-    assert!((books.integral_m3 / (2.0 * (0.5 * side + 2.0) * side) - 1.0).abs() < 5e-3, "{books:?}");
+    assert!((balance.area_without_terrain_m2 / ((0.5 * side - 2.0) * side) - 1.0).abs() < 5e-3, "{balance:?}");
+    assert!((balance.integral_m3 / (2.0 * (0.5 * side + 2.0) * side) - 1.0).abs() < 5e-3, "{balance:?}");
     assert_consistent(&bed, &still, &bodies);
 }
 
@@ -166,10 +166,10 @@ fn reservoir() -> [StillBody; 1] {
 #[test]
 fn open_dam_line_is_the_one_leak() {
     let (bed, still) = fill(valley, &lattice(72, 4.0), &reservoir());
-    let books = &still.volumes[0];
-    assert!(books.is_within_tolerance(), "{books:?}");
-    assert_eq!(books.leaks.len(), 1, "{:?}", books.leaks);
-    let leak = books.leaks[0];
+    let balance = &still.volumes[0];
+    assert!(balance.is_within_tolerance(), "{balance:?}");
+    assert_eq!(balance.leaks.len(), 1, "{:?}", balance.leaks);
+    let leak = balance.leaks[0];
     assert!(leak.position.x.abs() <= 2.0 && leak.position.y < 4.0 && leak.depth > 9.0, "{leak:?}");
     assert_consistent(&bed, &still, &reservoir());
 }
@@ -181,8 +181,8 @@ fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
     let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, &Nothing, 0.03);
     let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
     let still = fill_still_water(&reservoir(), &mut bed, &surface, Barriers { walls: &[dam], dam: &[] });
-    let books = &still.volumes[0];
-    assert_eq!(books.leaks, []);
+    let balance = &still.volumes[0];
+    assert_eq!(balance.leaks, []);
     for cell in (0..bed.lattice.len()).filter(|&cell| still.body[cell].is_some()) {
         let local = bed.lattice.centre(cell);
         let behind_dam = (dam[1] - dam[0]).cross(local - dam[0]) > 0.0;
@@ -202,11 +202,11 @@ fn pocket_left_out_by_the_rim_is_filled() {
     let paraboloid = |p: Vec2| 80.0 + 20.0 * p.norm_squared() / 1e4;
     let bodies = [body(regular(Vec2::ZERO, 100.4, 24, 0.0), 100.0)];
     let (bed, still) = fill(paraboloid, &lattice(60, 5.0), &bodies);
-    let books = &still.volumes[0];
-    assert!(books.pocket_cells > 0 && books.leaks.is_empty(), "{books:?}");
-    assert!(books.is_within_tolerance(), "{books:?}");
+    let balance = &still.volumes[0];
+    assert!(balance.pocket_cells > 0 && balance.leaks.is_empty(), "{balance:?}");
+    assert!(balance.is_within_tolerance(), "{balance:?}");
     let below = (0..bed.lattice.len()).filter(|&cell| bed.elevation[cell] < 100.0).count();
-    assert_eq!(books.cells, below);
+    assert_eq!(balance.cells, below);
 }
 
 #[test]
@@ -217,8 +217,8 @@ fn lake_with_a_rim_inside_its_shore_and_an_open_dam_is_filled_up_to_the_shore() 
         let corners = [(-half_width, -60.0), (half_width, -60.0), (half_width, 0.0), (-half_width, 0.0)];
         let bodies = [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 10.0)];
         let (bed, still) = fill(trough, &lattice(60, 2.0), &bodies);
-        let books = &still.volumes[0];
-        assert!(books.pocket_cells > 0 && books.leaks.len() == 1, "{books:?}");
+        let balance = &still.volumes[0];
+        assert!(balance.pocket_cells > 0 && balance.leaks.len() == 1, "{balance:?}");
         for cell in (0..bed.lattice.len()).filter(|&cell| bed.elevation[cell] < 10.0) {
             let centre = bed.lattice.to_map(bed.lattice.centre(cell));
             let is_filled = still.body[cell].is_some();
@@ -247,9 +247,9 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
         let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
         let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
         let still = fill_still_water(&bodies, &mut bed, &terrain, Barriers::default());
-        let books = &still.volumes[0];
+        let balance = &still.volumes[0];
         let volume = level * 20.0 * 120.0;
-        assert!((books.integral_m3 / volume - 1.0).abs() < 1e-9 && (books.seeded_m3 / volume - 1.0).abs() < 1e-9);
+        assert!((balance.integral_m3 / volume - 1.0).abs() < 1e-9 && (balance.seeded_m3 / volume - 1.0).abs() < 1e-9);
         assert_eq!(bed.elevation, dry.elevation);
     }
 }
@@ -287,18 +287,18 @@ fn assert_house_stands(surface: &impl Surface) {
         }
     }
     assert!(standing > 100);
-    let books = &still.volumes[0];
-    let holds = books.integral_m3.min(level * f64::from(other));
-    assert!((books.seeded_m3 / holds - 1.0).abs() < 1e-9, "{books:?}");
+    let balance = &still.volumes[0];
+    let holds = balance.integral_m3.min(level * f64::from(other));
+    assert!((balance.seeded_m3 / holds - 1.0).abs() < 1e-9, "{balance:?}");
 }
 
 #[test]
 fn body_of_a_few_cells_says_that_it_misses() {
     let bodies = [body(regular(Vec2::new(0.4, 0.3), 3.0, 4, 0.0), 1.0)];
     let (_, still) = fill(|_| 0.0, &lattice(10, 5.0), &bodies);
-    let books = &still.volumes[0];
-    assert!((books.integral_m3 - 18.0).abs() < 0.1);
-    assert!(!books.is_within_tolerance());
+    let balance = &still.volumes[0];
+    assert!((balance.integral_m3 - 18.0).abs() < 0.1);
+    assert!(!balance.is_within_tolerance());
 }
 
 #[test]
@@ -325,8 +325,8 @@ fn rim_through_open_water_makes_no_sill() {
     let corners = [(-60.0, 1.3), (60.0, 1.3), (60.0, 110.0), (-60.0, 110.0)];
     let bodies = [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 10.0)];
     let (bed, still) = fill(valley, &lattice(72, 4.0), &bodies);
-    let books = &still.volumes[0];
-    assert!(books.leaks.len() == 1 && books.relative_error().abs() < 5e-3, "{books:?}");
+    let balance = &still.volumes[0];
+    assert!(balance.leaks.len() == 1 && balance.relative_error().abs() < 5e-3, "{balance:?}");
     for cell in 0..bed.lattice.len() {
         let centre = bed.lattice.to_map(bed.lattice.centre(cell));
         if centre.y < 4.0 && centre.x.abs() < 16.0 {
@@ -342,8 +342,8 @@ fn edge_of_the_terrain_holds_what_the_polygon_draws_beyond_it() {
     let corners = [(-30.0, -20.0), (20.5, -20.0), (20.5, 20.0), (-30.0, 20.0)];
     let bodies = [body(Polygon::new(LineString::from(corners.to_vec()), Vec::new()), 0.0)];
     let (bed, still) = fill(half, &lattice(60, 2.0), &bodies);
-    let books = &still.volumes[0];
-    assert!(books.integral_m3 > 0.0 && books.relative_error().abs() < 0.02, "{books:?}");
+    let balance = &still.volumes[0];
+    assert!(balance.integral_m3 > 0.0 && balance.relative_error().abs() < 0.02, "{balance:?}");
     assert_consistent(&bed, &still, &bodies);
 }
 

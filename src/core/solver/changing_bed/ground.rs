@@ -5,7 +5,7 @@
 use crate::boundary::{BedLaw, BedMotion};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::solver::{BedBooks, FlowProblem};
+use crate::solver::{BedBalance, FlowProblem};
 
 /// All parts of the bed that move.
 #[derive(Clone, Debug)]
@@ -108,9 +108,9 @@ impl MovingGround {
     }
 
     /// What the bed has moved so far.
-    pub fn books(&self) -> BedBooks {
+    pub fn balance(&self) -> BedBalance {
         let changes = || self.bed.iter().zip(&self.cells).map(|(now, cell)| self.area * (now.1 - cell.1));
-        BedBooks {
+        BedBalance {
             raised: changes().map(|volume| volume.max(0.0)).sum(),
             sunk: changes().map(|volume| (-volume).max(0.0)).sum(),
             lifted: self.lifted,

@@ -30,11 +30,11 @@ use rayon::prelude::*;
 use super::gradient::{difference_over_sill, surface_difference};
 use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
-use super::{RestingFlux, RestingMethods, Scale};
+use super::{EulerianFlux, EulerianMethods, Scale};
 use crate::math::{clamp, larger, smaller};
+use crate::methods::Reconstruction;
 use crate::physics::flux::lax_friedrichs;
 use crate::physics::limiter::{monotonised, superbee, van_leer};
-use crate::methods::Reconstruction;
 
 /// The two directions in which a cell owns a face.
 pub(crate) const EAST: usize = 0;
@@ -131,25 +131,25 @@ impl Flux for LaxFriedrichs {
     }
 }
 
-/// Fills the flux rows of all cells in work.
-pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, methods: RestingMethods) {
+/// Fills the flux rows of all active cells.
+pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, methods: EulerianMethods) {
     let is_sharp = methods.reconstruction == Reconstruction::Sharp;
     let numbers = Numbers::new(scale, methods);
     match (methods.flux, is_sharp) {
-        (RestingFlux::Hllc, false) => evaluate_by::<Hllc, false>(state, active, numbers),
-        (RestingFlux::Hllc, true) => evaluate_by::<Hllc, true>(state, active, numbers),
-        (RestingFlux::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, numbers),
-        (RestingFlux::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, numbers),
+        (EulerianFlux::Hllc, false) => evaluate_by::<Hllc, false>(state, active, numbers),
+        (EulerianFlux::Hllc, true) => evaluate_by::<Hllc, true>(state, active, numbers),
+        (EulerianFlux::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, numbers),
+        (EulerianFlux::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, numbers),
     }
 }
 
 /// The same for one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
-pub(super) fn single(i: Half, j: Half, numbers: Numbers, methods: RestingMethods) -> (f64, f64, f64, f64) {
+pub(super) fn single(i: Half, j: Half, numbers: Numbers, methods: EulerianMethods) -> (f64, f64, f64, f64) {
     match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-        (RestingFlux::Hllc, false) => pair::<Hllc, false, false>(i, j, numbers, Sill::NONE),
-        (RestingFlux::Hllc, true) => pair::<Hllc, true, false>(i, j, numbers, Sill::NONE),
-        (RestingFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, false>(i, j, numbers, Sill::NONE),
-        (RestingFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, false>(i, j, numbers, Sill::NONE),
+        (EulerianFlux::Hllc, false) => pair::<Hllc, false, false>(i, j, numbers, Sill::NONE),
+        (EulerianFlux::Hllc, true) => pair::<Hllc, true, false>(i, j, numbers, Sill::NONE),
+        (EulerianFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, false>(i, j, numbers, Sill::NONE),
+        (EulerianFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, false>(i, j, numbers, Sill::NONE),
     }
 }
 
@@ -159,26 +159,28 @@ pub(super) fn over_sill(
     j: Half,
     sill: Sill,
     numbers: Numbers,
-    methods: RestingMethods,
+    methods: EulerianMethods,
 ) -> (f64, f64, f64, f64) {
     match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-        (RestingFlux::Hllc, false) => pair::<Hllc, false, true>(i, j, numbers, sill),
-        (RestingFlux::Hllc, true) => pair::<Hllc, true, true>(i, j, numbers, sill),
-        (RestingFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, true>(i, j, numbers, sill),
-        (RestingFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, true>(i, j, numbers, sill),
+        (EulerianFlux::Hllc, false) => pair::<Hllc, false, true>(i, j, numbers, sill),
+        (EulerianFlux::Hllc, true) => pair::<Hllc, true, true>(i, j, numbers, sill),
+        (EulerianFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, true>(i, j, numbers, sill),
+        (EulerianFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, true>(i, j, numbers, sill),
     }
 }
 
 /// The same for the faces between the first so many cells of a lone row.
-pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: RestingMethods, out: &mut FaceRow) {
+pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: EulerianMethods, out: &mut FaceRow) {
     let len = cells - 1;
     match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-        (RestingFlux::Hllc, false) => row_faces::<Hllc, false, EAST>(row, 0, row, 1, len, numbers, out),
-        (RestingFlux::Hllc, true) => row_faces::<Hllc, true, EAST>(row, 0, row, 1, len, numbers, out),
-        (RestingFlux::LaxFriedrichs, false) => {
+        (EulerianFlux::Hllc, false) => row_faces::<Hllc, false, EAST>(row, 0, row, 1, len, numbers, out),
+        (EulerianFlux::Hllc, true) => row_faces::<Hllc, true, EAST>(row, 0, row, 1, len, numbers, out),
+        (EulerianFlux::LaxFriedrichs, false) => {
             row_faces::<LaxFriedrichs, false, EAST>(row, 0, row, 1, len, numbers, out)
         }
-        (RestingFlux::LaxFriedrichs, true) => row_faces::<LaxFriedrichs, true, EAST>(row, 0, row, 1, len, numbers, out),
+        (EulerianFlux::LaxFriedrichs, true) => {
+            row_faces::<LaxFriedrichs, true, EAST>(row, 0, row, 1, len, numbers, out)
+        }
     }
 }
 
@@ -214,7 +216,7 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    pub(super) fn new(scale: &Scale, methods: RestingMethods) -> Self {
+    pub(super) fn new(scale: &Scale, methods: EulerianMethods) -> Self {
         let slopes = if methods.reconstruction == Reconstruction::None { 0.0 } else { 1.0 };
         Numbers { dx: scale.spacing, per_dx: 1.0 / scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes }
     }

@@ -1,4 +1,4 @@
-//! Gradients of the particles in work: ∇q_i = Σ_j s_ij (q_j − q_i) e_ij over the four neighbours (M11), here (q_E − q_W)/2Δ
+//! Gradients of the active particles: ∇q_i = Σ_j s_ij (q_j − q_i) e_ij over the four neighbours (M11), here (q_E − q_W)/2Δ
 //! and (q_N − q_S)/2Δ.
 //!
 //! **Dry rule.** When one of a pair is dry (or a film) and its surface lies above the other's, the surface difference of the
@@ -30,7 +30,7 @@ impl<'a, Row> Rows<'a, Row> {
     }
 }
 
-/// Fills the gradient rows of all cells in work.
+/// Fills the gradient rows of all active cells.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
     let (primitive, ground) = (&state.primitive, &state.ground);
     state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {

@@ -97,8 +97,8 @@ mod tests {
     use crate::bed::BedParticles;
     use crate::lattice::Lattice;
     use crate::math::Vec2;
-    use crate::physics::turbulence::eddy_viscosity;
     use crate::methods::{Reconstruction, Stabilisation, Turbulence};
+    use crate::physics::turbulence::eddy_viscosity;
     use crate::solver::eulerian::{EulerianSolver, tests};
     use crate::solver::{FlowProblem, FlowSolver};
 

@@ -13,10 +13,10 @@
 //! four neighbours and 2 s_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
 //! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
 //! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`], [`passes`], [`walls`], [`cells_in_part`]) → [`update`]; only wet
-//! particles and a rim of two cells are in work ([`spans`]). Cells without terrain and cells beyond a wall are treated in
+//! particles and a rim of two cells are active ([`spans`]). Cells without terrain and cells beyond a wall are treated in
 //! [`walls`].
 //!
-//! Deliberately absent: moving particles, sensors, a floor for the depth. Source of the scheme: `Audusse2004`,
+//! Deliberately absent: Lagrangian particles, sensors, a floor for the depth. Source of the scheme: `Audusse2004`,
 //! `ChenNoelle2017`, `Vila1999`.
 
 mod apertures;
@@ -46,7 +46,7 @@ mod thin_water_tests;
 
 use super::phases::Phases;
 use super::{
-    BedBooks, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice,
+    BedBalance, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice,
     StepLimit, Way,
 };
 use crate::failure::{FailurePlace, NumericalFailure};
@@ -66,10 +66,10 @@ use state::State;
 use update::Stage;
 use walls::Walls;
 
-/// The core with resting particles.
+/// The core with Eulerian particles.
 pub struct EulerianSolver {
     scale: Scale,
-    methods: RestingMethods,
+    methods: EulerianMethods,
     state: State,
     active: ActiveSet,
     walls: Walls,
@@ -104,17 +104,17 @@ pub(crate) struct Scale {
     pub dry_depth: f64,
 }
 
-/// The fluxes that resting particles have.
+/// The fluxes that Eulerian particles have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RestingFlux {
+pub(crate) enum EulerianFlux {
     Hllc,
     LaxFriedrichs,
 }
 
 /// The methods of a run that every face needs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RestingMethods {
-    pub flux: RestingFlux,
+pub(crate) struct EulerianMethods {
+    pub flux: EulerianFlux,
     pub reconstruction: Reconstruction,
     pub turbulence: Turbulence,
 }
@@ -131,7 +131,7 @@ impl EulerianSolver {
     /// The same by other methods.
     ///
     /// # Panics
-    /// With a stabilisation that resting particles do not have; a scenario that asks for it is refused.
+    /// With a stabilisation that Eulerian particles do not have; a scenario that asks for it is refused.
     pub fn with_methods(
         problem: FlowProblem,
         stabilisation: Stabilisation,
@@ -139,10 +139,10 @@ impl EulerianSolver {
         turbulence: Turbulence,
     ) -> Self {
         let flux = match stabilisation {
-            Stabilisation::Hllc => RestingFlux::Hllc,
-            Stabilisation::LaxFriedrichs => RestingFlux::LaxFriedrichs,
+            Stabilisation::Hllc => EulerianFlux::Hllc,
+            Stabilisation::LaxFriedrichs => EulerianFlux::LaxFriedrichs,
             Stabilisation::TwoShocks | Stabilisation::ArtificialViscosity => {
-                panic!("resting particles have no {}", stabilisation.name())
+                panic!("Eulerian particles have no {}", stabilisation.name())
             }
         };
         let lattice = problem.bed.lattice.clone();
@@ -171,7 +171,7 @@ impl EulerianSolver {
         let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
         let mut solver = EulerianSolver {
             scale,
-            methods: RestingMethods { flux, reconstruction, turbulence },
+            methods: EulerianMethods { flux, reconstruction, turbulence },
             state,
             active,
             walls,
@@ -364,7 +364,7 @@ impl FlowSolver for EulerianSolver {
         self.sections.close(time_step);
         self.inflow += self.inputs.add(&mut self.state, &self.scale, self.time, self.time + time_step);
         self.active.follow(&mut self.state, self.scale.dry_depth);
-        self.phases.end("cells in work");
+        self.phases.end("active cells");
         self.evaluate_primitive();
         self.time += time_step;
         self.steps += 1;
@@ -452,8 +452,8 @@ impl FlowSolver for EulerianSolver {
         (self.steps > 0).then(|| self.compare_discharges())
     }
 
-    fn bed_books(&self) -> Option<BedBooks> {
-        self.moving_bed.as_ref().map(MovingBed::books)
+    fn bed_balance(&self) -> Option<BedBalance> {
+        self.moving_bed.as_ref().map(MovingBed::balance)
     }
 
     fn breach_began(&self) -> Option<f64> {

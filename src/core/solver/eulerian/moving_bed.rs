@@ -7,7 +7,7 @@
 use super::Scale;
 use super::state::{State, datum, step_of_bed};
 use crate::solver::changing_bed::MovingGround;
-use crate::solver::{BedBooks, FlowProblem};
+use crate::solver::{BedBalance, FlowProblem};
 
 /// All parts of the bed that move, on the padded lattice.
 pub(crate) struct MovingBed {
@@ -72,8 +72,8 @@ impl MovingBed {
     }
 
     /// What the bed has moved so far.
-    pub fn books(&self) -> BedBooks {
-        self.ground.books()
+    pub fn balance(&self) -> BedBalance {
+        self.ground.balance()
     }
 }
 

@@ -19,14 +19,14 @@ use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::gradient::surface_difference;
 use super::state::{State, datum};
 use super::walls::Walls;
-use super::{RestingMethods, Scale};
+use super::{EulerianMethods, Scale};
 use crate::boundary::{Condition, Rating};
 use crate::math::{Vec2, clamp, smaller};
+use crate::methods::Reconstruction;
 use crate::physics::limiter::van_leer;
 use crate::physics::open_boundary::{
     EdgeState, HALVINGS, Section, at_depth, inflow, overfall, uniform_flow, wave_enters, waves_leave,
 };
-use crate::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
 
 /// How far (in spacings) the faces lie that say which way an edge faces.
@@ -173,7 +173,7 @@ impl OpenBoundaries {
     }
 
     /// Fluxes of the faces in a step from one time to another (s); those that are not at work stay the walls that they are to [`Walls`].
-    pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, step: (f64, f64)) {
+    pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods, step: (f64, f64)) {
         let datum = self.datum;
         for line in &mut self.lines {
             line.look(state, scale, methods);
@@ -199,7 +199,7 @@ impl OpenBoundaries {
     }
 
     /// Rates at which water comes in and leaves now (m²/s, per metre of face), after outflow was limited to what is there; each
-    /// boundary books its own, which `carried` (m·s) turns into volumes.
+    /// boundary balance its own, which `carried` (m·s) turns into volumes.
     pub fn book(&mut self, state: &State, carried: f64) -> (f64, f64) {
         let (mut coming, mut leaving) = (0.0, 0.0);
         for line in &mut self.lines {
@@ -225,7 +225,7 @@ impl OpenBoundaries {
         (coming, leaving)
     }
 
-    /// What came and went by each boundary until a time (s).
+    /// Inflow and outflow by each boundary until a time (s).
     pub fn passages(&self, time: f64) -> impl Iterator<Item = Passage> + '_ {
         self.lines.iter().enumerate().map(move |(index, line)| Passage {
             way: Way::Boundary(index),
@@ -240,7 +240,7 @@ impl OpenBoundaries {
         &mut self,
         state: &State,
         scale: &Scale,
-        methods: RestingMethods,
+        methods: EulerianMethods,
         step: (f64, f64),
     ) -> (f64, (usize, usize)) {
         let datum = self.datum;
@@ -330,7 +330,7 @@ impl Line {
     }
 
     /// Reads the water before the faces.
-    fn look(&mut self, state: &State, scale: &Scale, methods: RestingMethods) {
+    fn look(&mut self, state: &State, scale: &Scale, methods: EulerianMethods) {
         let is_carried = methods.reconstruction != Reconstruction::None;
         let has_water = |face: &Face| state.primitive[face.cell.0].depth[face.cell.1] > scale.dry_depth;
         let is_at_work = |&face: &usize| self.faces[face].gives || has_water(&self.faces[face]);

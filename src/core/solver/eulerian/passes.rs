@@ -20,7 +20,7 @@ use super::faces::{EAST, Half, NORTH, Numbers, Side, Sill, over_sill, single};
 use super::spans::ActiveSet;
 use super::state::{GroundRow, State, datum};
 use super::walls::{Beside, NEIGHBOURS, NO_SILLS, SpecialCell, Walls, correct_gradients};
-use super::{RestingMethods, Scale};
+use super::{EulerianMethods, Scale};
 use crate::bed::PassSill;
 use crate::math::larger;
 use crate::solver::FlowProblem;
@@ -118,7 +118,7 @@ impl Passes {
     }
 
     /// Fluxes of the faces with a sill.
-    pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale, methods: RestingMethods) {
+    pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale, methods: EulerianMethods) {
         let numbers = Numbers::new(scale, methods);
         let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
         let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };

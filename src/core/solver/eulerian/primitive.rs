@@ -1,4 +1,4 @@
-//! Moving depth and velocity of the particles in work, and the greatest signal speed.
+//! Moving depth and velocity of the active particles, and the greatest signal speed.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use super::Scale;
 use super::spans::ActiveSet;
 use super::state::{Fastest, State};
 
-/// Fills the primitive rows of all cells in work from the water at the end of a step. (After its first stage `update` has filled them.)
+/// Fills the primitive rows of all active cells from the water at the end of a step. (After its first stage `update` has filled them.)
 ///
 /// Water that is not deeper than the dry depth is a film: the pairs see its depth, but it has no velocity and gives nothing.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {

@@ -1,4 +1,4 @@
-//! Which cells are in work: wet ones and a rim of two cells around them.
+//! Which cells are active: wet ones and a rim of two cells around them.
 //!
 //! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off.
 //! Columns and rows are padded ones (the lattice's plus one).
@@ -12,7 +12,7 @@ use crate::math::simd;
 /// Width of the rim around wet cells.
 const RIM: usize = 2;
 
-/// Runs of dry cells up to this length inside a row stay in work: longer loops beat fewer cells.
+/// Runs of dry cells up to this length inside a row stay active: longer loops beat fewer cells.
 const BRIDGE: usize = MOST_LANES - 2;
 
 /// Most numbers that the processor takes at once. Loops over runs of that many cells leave no rest, which would be taken one by one and
@@ -22,10 +22,10 @@ pub(crate) const MOST_LANES: usize = 8;
 /// A run of padded columns `from..to`.
 pub(crate) type Run = std::ops::Range<usize>;
 
-/// The runs of cells in work, for every padded row.
+/// The runs of active cells, for every padded row.
 pub(crate) struct ActiveSet {
     wet: Vec<Vec<Run>>,
-    /// Runs that are in work as if they were wet: water may come to them from elsewhere than their neighbours.
+    /// Runs that are active as if they were wet: water may come to them from elsewhere than their neighbours.
     fed: Vec<Vec<Run>>,
     pub work: Vec<Vec<Run>>,
     /// That of the step before.
@@ -51,7 +51,7 @@ impl ActiveSet {
             wet_cells: 0,
             lanes: if simd() == "avx512" { MOST_LANES } else { 4 },
         };
-        // The first search looks at every cell, later ones only at those in work.
+        // The first search looks at every cell, later ones only at those active.
         for row in 1..=state.rows {
             find_wet(&state.water[row].depth, 1..state.columns + 1, dry_depth, &mut active.wet[row]);
         }
@@ -66,7 +66,7 @@ impl ActiveSet {
         self.work[row].iter().map(|run| run.start..run.start + run.len().next_multiple_of(self.lanes))
     }
 
-    /// Cells in work.
+    /// Cells active.
     pub fn cells(&self) -> usize {
         self.cells
     }
@@ -143,7 +143,7 @@ fn holds(runs: &[Run], column: usize) -> bool {
     runs.iter().any(|run| run.contains(&column))
 }
 
-/// Deeper than the dry depth, or no number: that must stay in work until the watch sees it.
+/// Deeper than the dry depth, or no number: that must stay active until the watch sees it.
 fn is_water(depth: f64, dry_depth: f64) -> bool {
     depth > dry_depth || depth.is_nan()
 }

@@ -1,4 +1,4 @@
-//! The arrays of the resting particles, row by row, padded by one ring of cells without terrain.
+//! The arrays of the Eulerian particles, row by row, padded by one ring of cells without terrain.
 //!
 //! Each group of quantities that one pass writes is a `Vec` of rows, so that a pass over rows in parallel writes its own row
 //! of one group and reads its neighbours' rows of the others.

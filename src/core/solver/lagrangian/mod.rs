@@ -21,9 +21,9 @@ use rayon::prelude::*;
 
 use super::moving::{CHUNK, ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
 use crate::math::{Sym2, Vec2};
+use crate::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::particles::{FluidSeed, Line};
 use crate::physics::dimension::Dimension;
-use crate::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
 use crate::solver::scratch::Scratch;
 

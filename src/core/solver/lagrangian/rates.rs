@@ -56,11 +56,11 @@ use rayon::prelude::*;
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, greatest, measure, total};
 use super::{Balanced, Begun, Faces, Gradients, State};
 use crate::math::{Sym2, Vec2, clamp, larger, smaller};
+use crate::methods::Reconstruction;
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
 use crate::physics::limiter::half_monotonised;
-use crate::methods::Reconstruction;
 use crate::solver::moving::{CHUNK, CHUNKS_AT_ONCE, ChosenKernel, MovingWater, Rates, correction, is_inverted};
 
 /// α: how fast carried depths follow the arrangement of the particles.

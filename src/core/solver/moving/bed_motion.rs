@@ -13,7 +13,7 @@ use super::open::look::Look;
 use super::{CHUNK, MovingWater};
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::solver::BedBooks;
+use crate::solver::BedBalance;
 use crate::solver::changing_bed::{BreakingDam, MovingGround};
 
 /// All of the bed that changes.
@@ -124,8 +124,8 @@ impl ChangingBed {
     }
 
     /// What the ground that moves has done; none where there is none.
-    pub fn books(&self) -> Option<BedBooks> {
-        self.ground.as_ref().map(MovingGround::books)
+    pub fn balance(&self) -> Option<BedBalance> {
+        self.ground.as_ref().map(MovingGround::balance)
     }
 }
 

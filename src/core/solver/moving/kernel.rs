@@ -1,11 +1,11 @@
 //! The kernel that a run has chosen. Loops over neighbours are written once for any kernel and compiled for each; which of them
 //! runs is decided before the loop.
 
+use crate::methods::Kernel;
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{
     Bell, CubicSpline, Gauss, Quadratic, QuarticSpline, QuinticSpline, Smoothing, SuperGauss, WendlandC2, WendlandC4,
 };
-use crate::methods::Kernel;
 
 /// κ of h = κ A^(1/dim): 1.2 in one dimension and 1.5 in two, where 1.2 cannot tell jitter from an edge.
 pub fn smoothing_factor(dimension: Dimension) -> f64 {

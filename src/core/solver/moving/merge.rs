@@ -97,9 +97,9 @@ impl MovingWater {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::methods::{Integrator, Stabilisation};
     use crate::particles::FluidSeed;
     use crate::physics::dimension::Dimension;
-    use crate::methods::{Integrator, Stabilisation};
     use crate::solver::lagrangian::LagrangianSolver;
     use crate::solver::moving::MovingMethods;
     use crate::solver::testing::still_water;

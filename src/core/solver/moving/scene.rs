@@ -1,9 +1,9 @@
 //! Scenes for the tests of moving particles.
 
 use crate::math::Vec2;
+use crate::methods::{Integrator, Stabilisation};
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
-use crate::methods::{Integrator, Stabilisation};
 use crate::solver::FlowProblem;
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::MovingMethods;

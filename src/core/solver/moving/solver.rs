@@ -9,13 +9,13 @@ use crate::failure::{FailurePlace, NumericalFailure};
 use crate::gridding::{Gridder, Lent};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
+use crate::methods::Integrator;
 use crate::particles::FluidSeed;
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
-use crate::methods::Integrator;
 use crate::solver::changing_bed::{BreakingDam, MovingGround};
 use crate::solver::phases::Phases;
-use crate::solver::{BedBooks, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit};
+use crate::solver::{BedBalance, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit};
 
 /// The acceleration may use so much of the smoothing length in a step of Courant number 1.
 const ACCELERATION_SHARE: f64 = 0.8;
@@ -363,8 +363,8 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
         self.changing_bed.as_ref().and_then(ChangingBed::breach_began)
     }
 
-    fn bed_books(&self) -> Option<BedBooks> {
-        self.changing_bed.as_ref().and_then(ChangingBed::books)
+    fn bed_balance(&self) -> Option<BedBalance> {
+        self.changing_bed.as_ref().and_then(ChangingBed::balance)
     }
 
     fn particles(&self) -> usize {

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::{Density, SLACK, Variational};
 use crate::math::{Sym2, Vec2};
-use crate::physics::kernel::{Shape, Smoothing};
 use crate::methods::Reconstruction;
+use crate::physics::kernel::{Shape, Smoothing};
 use crate::solver::moving::{CHUNK, MovingWater, Seen, correction, with_kernel};
 
 const MOST_ROUNDS: usize = 30;

@@ -13,11 +13,11 @@ use rayon::prelude::*;
 
 use super::{Density, Variational};
 use crate::math::{Sym2, Vec2};
+use crate::methods::{BedSlope, Reconstruction, Stabilisation};
 use crate::physics::celerity;
 use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, two_shock};
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::physics::limiter::van_leer;
-use crate::methods::{BedSlope, Reconstruction, Stabilisation};
 use crate::solver::moving::{CHUNK, MovingWater, Rates, Seen, with_kernel};
 
 /// α of the artificial viscosity.

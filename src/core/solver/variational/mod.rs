@@ -14,9 +14,9 @@ mod forces;
 
 use super::moving::{ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
 use crate::math::Vec2;
+use crate::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
-use crate::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
 use crate::solver::FlowProblem;
 
 /// Neighbours are searched with this slack, and h grows by at most as much between two evaluations.
@@ -48,7 +48,7 @@ pub struct Variational {
     slopes: Vec<Vec2>,
 }
 
-/// Moving particles in the variational formulation.
+/// Lagrangian particles in the variational formulation.
 pub type VariationalSolver = MovingSolver<Variational>;
 
 impl VariationalSolver {

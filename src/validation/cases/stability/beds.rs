@@ -21,7 +21,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(waterfall(spacing)),
     },
     Case {
@@ -31,7 +31,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[0.5, 0.25],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(wave_over(spacing, |place| if place.x < 40.0 { 0.0 } else { 1.0 }, 1.0)),
     },
     Case {
@@ -41,7 +41,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[0.5, 0.25],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(wave_over(spacing, |place| if place.x < 20.0 { 0.0 } else { 0.8 * noise(place) }, 0.8)),
     },
     Case {
@@ -51,7 +51,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(steep_film(spacing)),
     },
     Case {
@@ -62,7 +62,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(stopped(spacing, 1e-3)),
     },
     Case {
@@ -72,7 +72,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(stopped(spacing, 1e-5)),
     },
 ];

@@ -25,7 +25,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[10.0, 5.0],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(over_thin_water(spacing, 0.005)),
     },
     Case {
@@ -35,7 +35,7 @@ pub const CASES: &[Case] = &[
         is_tuned: true,
         spacings: &[10.0, 5.0],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(over_thin_water(spacing, 0.1)),
     },
     Case {
@@ -45,7 +45,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[10.0, 5.0],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(over_thin_water(spacing, 0.01)),
     },
     Case {
@@ -56,7 +56,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[2.0, 1.0],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(torn_apart(spacing)),
     },
     Case {
@@ -67,7 +67,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[10.0, 5.0],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(restarted(spacing)),
     },
     Case {
@@ -77,20 +77,20 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[1.0, 0.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(standing_jump(spacing, true)),
     },
     Case {
         name: "standing_jump_unequal",
         suite: Suite::Stability,
-        about: "The same with moving particles that are equally far apart on both sides at the start, so that those behind the jump \
+        about: "The same with Lagrangian particles that are equally far apart on both sides at the start, so that those behind the jump \
                 carry 3.77 times the volume of those that come.",
         is_tuned: false,
         spacings: &[1.0, 0.5],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, motion| match motion {
-            Motion::Eulerian => Err("resting particles do not carry their volume along".to_owned()),
+            Motion::Eulerian => Err("Eulerian particles do not carry their volume along".to_owned()),
             Motion::Lagrangian => Ok(standing_jump(spacing, false)),
         },
     },
@@ -183,7 +183,7 @@ fn restarted(spacing: f64) -> Setup {
     setup
 }
 
-/// A hydraulic jump at rest, behind which moving particles have the volume of those before it where they are `equal`: such a jump is made
+/// A hydraulic jump at rest, behind which Lagrangian particles have the volume of those before it where they are `equal`: such a jump is made
 /// of the water that came through it.
 fn standing_jump(spacing: f64, equal: bool) -> Setup {
     const FROUDE: f64 = 3.0;

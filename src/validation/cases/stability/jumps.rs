@@ -24,7 +24,16 @@ pub const CASES: &[Case] = &[
 ];
 
 const fn jump(name: &'static str, about: &'static str, setup: fn(f64, Motion) -> SetupResult) -> Case {
-    Case { name, suite: Suite::Stability, about, is_tuned: false, spacings: &[0.5], tested: 1, bars: &[], setup }
+    Case {
+        name,
+        suite: Suite::Stability,
+        about,
+        is_tuned: false,
+        spacings: &[0.5],
+        tested: 1,
+        acceptance_limits: &[],
+        setup,
+    }
 }
 
 /// A jump in the middle of a channel fed from the west and held at the depth behind the jump in the east.
@@ -37,7 +46,7 @@ fn wide(spacing: f64, motion: Motion, froude: f64) -> SetupResult {
     /// Amplitude of the noise of the bed (m).
     const NOISE: f64 = 1e-6;
     if motion == Motion::Lagrangian {
-        return Err("jumps of moving particles are known to wander".to_owned());
+        return Err("jumps of Lagrangian particles are known to wander".to_owned());
     }
     let speed = froude * (GRAVITY * SHALLOW).sqrt();
     let deep = behind_jump(SHALLOW, froude);

@@ -30,7 +30,7 @@ macro_rules! courant_numbers {
             is_tuned: false,
             spacings: LONG,
             tested: 1,
-            bars: &[],
+            acceptance_limits: &[],
             setup: stirred,
         },
         Case {
@@ -40,7 +40,7 @@ macro_rules! courant_numbers {
             is_tuned: false,
             spacings: LONG,
             tested: 1,
-            bars: &[],
+            acceptance_limits: &[],
             setup: |spacing, _| Ok(calm(spacing)),
         },
         $(
@@ -54,7 +54,7 @@ macro_rules! courant_numbers {
                 is_tuned: true,
                 spacings: &[0.2],
                 tested: 1,
-                bars: &[],
+                acceptance_limits: &[],
                 setup: |spacing, motion| Ok(with_courant(spacing, motion, $courant)),
             },
         )+
@@ -82,7 +82,7 @@ fn stirred(spacing: f64, motion: Motion) -> SetupResult {
     const WATER: f64 = 1.0;
     const SPEED: f64 = 0.3;
     if motion == Motion::Eulerian {
-        return Err("resting particles lie on their lattice".to_owned());
+        return Err("Eulerian particles lie on their lattice".to_owned());
     }
     let cells = (SIZE / spacing).round() as usize;
     let mut problem = problem(cells, cells, spacing, |_| 0.0);

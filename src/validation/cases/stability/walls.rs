@@ -19,7 +19,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[0.25, 0.125],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(corners(spacing)),
     },
     Case {
@@ -30,7 +30,7 @@ pub const CASES: &[Case] = &[
         is_tuned: false,
         spacings: &[0.4, 0.2],
         tested: 1,
-        bars: &[],
+        acceptance_limits: &[],
         setup: |spacing, _| Ok(gap(spacing)),
     },
 ];

@@ -1,4 +1,4 @@
-//! Dams that break across a rough valley: rest before, the same water as without a dam, volumes in the books.
+//! Dams that break across a rough valley: rest before, the same water as without a dam, the volume balance.
 
 use crate::boundary::{Breach, GrowthLaw, Opening, PointSource, Series, Trigger};
 use crate::lattice::WaterInCell;

@@ -50,15 +50,15 @@ fn ground_that_rises_at_once_lifts_the_surface_by_as_much() {
     }
     let before = solver.ledger().initial;
     run(&mut solver, 60.0);
-    let (ledger, books) = (solver.ledger(), solver.bed_books().unwrap());
+    let (ledger, balance) = (solver.ledger(), solver.bed_balance().unwrap());
     assert!(ledger.relative_error().abs() < 1e-13 && ledger.inflow.abs() <= 0.0 && ledger.outflow.abs() <= 0.0);
     assert!((ledger.stored / before - 1.0).abs() < 1e-13);
     let sum =
         |only: &dyn Fn(usize, f64) -> f64| 25.0 * cells.iter().map(|&(cell, change)| only(cell, change)).sum::<f64>();
-    assert!((books.raised / sum(&|_, change| change.max(0.0)) - 1.0).abs() < 1e-12);
-    assert!((books.sunk / sum(&|_, change| (-change).max(0.0)) - 1.0).abs() < 1e-12);
+    assert!((balance.raised / sum(&|_, change| change.max(0.0)) - 1.0).abs() < 1e-12);
+    assert!((balance.sunk / sum(&|_, change| (-change).max(0.0)) - 1.0).abs() < 1e-12);
     let of_wet = |cell: usize, change: f64| if wet(cell) { change.max(0.0) } else { 0.0 };
-    assert!((books.lifted / sum(&of_wet) - 1.0).abs() < 1e-12 && books.lowered > 0.0);
+    assert!((balance.lifted / sum(&of_wet) - 1.0).abs() < 1e-12 && balance.lowered > 0.0);
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_steep_slide_into_a_lake_keeps_every_drop() {
     }
     assert!((1.0..12.0).contains(&highest) && (2.0..30.0).contains(&fastest), "{highest} m, {fastest} m/s");
     // The slide lies where it came to rest; what lay on the slope is gone there.
-    let books = solver.bed_books().unwrap();
+    let balance = solver.bed_balance().unwrap();
     let offset = slide.offset(length);
     let change = |cell: &(usize, f64)| {
         let centre = problem.bed.lattice.centre(cell.0);
@@ -141,8 +141,8 @@ fn a_steep_slide_into_a_lake_keeps_every_drop() {
         up += 25.0 * change(cell).max(0.0);
         down -= 25.0 * change(cell).min(0.0);
     }
-    assert!((books.raised / up - 1.0).abs() < 1e-12 && (books.sunk / down - 1.0).abs() < 1e-12, "{books:?}");
-    assert!((up / down - 1.0).abs() < 1e-2 && books.lifted > 0.9 * up, "{books:?}");
+    assert!((balance.raised / up - 1.0).abs() < 1e-12 && (balance.sunk / down - 1.0).abs() < 1e-12, "{balance:?}");
+    assert!((up / down - 1.0).abs() < 1e-2 && balance.lifted > 0.9 * up, "{balance:?}");
 }
 
 #[test]

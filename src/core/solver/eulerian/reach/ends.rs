@@ -2,7 +2,7 @@
 
 use super::super::open::{Faces, Inside, Near, Of, Passing, pass};
 use super::super::walls::mirrored;
-use super::super::{RestingMethods, Scale};
+use super::super::{EulerianMethods, Scale};
 use super::junction::Junction;
 use super::{Face, Reach, larger_or_nan};
 use crate::boundary::Condition;
@@ -43,7 +43,7 @@ impl OpenEnd {
 
 impl Reach {
     /// Fluxes of the ends that join nothing, in a step from one time to another (s).
-    pub(super) fn pass_ends(&mut self, scale: &Scale, methods: RestingMethods, step: (f64, f64)) {
+    pub(super) fn pass_ends(&mut self, scale: &Scale, methods: EulerianMethods, step: (f64, f64)) {
         let (strips, last) = (self.ground.strips, self.water.len() - 1);
         for (end, sign) in [(0, -1.0), (1, 1.0)] {
             self.look(end, scale, methods);
@@ -89,7 +89,7 @@ impl Reach {
     }
 
     /// Reads the water before an open end.
-    fn look(&mut self, end: usize, scale: &Scale, methods: RestingMethods) {
+    fn look(&mut self, end: usize, scale: &Scale, methods: EulerianMethods) {
         let End::Open(OpenEnd { rest, inside: found, .. }) = &mut self.ends[end] else { return };
         let (rest, mut found) = (*rest, std::mem::take(found));
         let is_carried = methods.reconstruction != Reconstruction::None;
@@ -121,7 +121,7 @@ impl Reach {
     }
 
     /// The greatest signal speed (m/s) of what comes in by the ends in a step from one time to another (s).
-    pub(super) fn fastest_inflow(&mut self, scale: &Scale, methods: RestingMethods, step: (f64, f64)) -> f64 {
+    pub(super) fn fastest_inflow(&mut self, scale: &Scale, methods: EulerianMethods, step: (f64, f64)) -> f64 {
         let mut fastest = 0.0;
         for end in [0, 1] {
             self.look(end, scale, methods);
@@ -139,7 +139,7 @@ impl Reach {
         fastest
     }
 
-    /// Rates at which water comes in and leaves by the open ends (m³/s); each end books its own over so many seconds.
+    /// Rates at which water comes in and leaves by the open ends (m³/s); each end balance its own over so many seconds.
     pub(super) fn book(&mut self, seconds: f64) -> (f64, f64) {
         let outwards = |end: usize| match (&self.ends[end], end) {
             (End::Open(_), 0) => -self.faces[0].volume,

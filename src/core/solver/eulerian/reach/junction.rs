@@ -8,7 +8,7 @@ use super::super::faces::{EAST, Half, NORTH, Numbers, single, turned_by};
 use super::super::gradient::surface_difference;
 use super::super::state::State;
 use super::super::walls::Walls;
-use super::super::{RestingMethods, Scale};
+use super::super::{EulerianMethods, Scale};
 use super::{Face, Reach, Rise};
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
@@ -166,7 +166,7 @@ impl Junction {
     }
 
     /// Fluxes of the faces; returns what the last particle of the reach loses by them.
-    pub fn pass(&self, reach: &Reach, state: &mut State, scale: &Scale, methods: RestingMethods) -> Face {
+    pub fn pass(&self, reach: &Reach, state: &mut State, scale: &Scale, methods: EulerianMethods) -> Face {
         let numbers = Numbers::new(scale, methods);
         let mut sum = Face::default();
         for opening in &self.openings {

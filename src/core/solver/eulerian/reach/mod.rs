@@ -27,7 +27,7 @@ use super::gradient::{self, surface_difference};
 use super::state::{State, datum};
 use super::update::{Stage, counted, take};
 use super::walls::Walls;
-use super::{RestingMethods, Scale};
+use super::{EulerianMethods, Scale};
 use crate::boundary::{Channel, ChannelEnd};
 use crate::physics::friction::manning::kept_by_friction;
 use crate::solver::{ChannelSample, FlowProblem, Passage, Way};
@@ -132,7 +132,7 @@ impl Reaches {
     }
 
     /// Fluxes of a stage of a step from one time to another (s), no more than the channels hold.
-    pub fn pass(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, stage: Stage, step: (f64, f64)) {
+    pub fn pass(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods, stage: Stage, step: (f64, f64)) {
         for reach in &mut self.reaches {
             reach.pass(state, scale, methods, step);
             reach.limit_outflow(state, scale, stage, step.1 - step.0);
@@ -150,7 +150,7 @@ impl Reaches {
         rates
     }
 
-    /// What came and went by each open end until a time (s).
+    /// Inflow and outflow by each open end until a time (s).
     pub fn passages(&self, time: f64) -> impl Iterator<Item = Passage> + '_ {
         self.reaches.iter().enumerate().flat_map(move |(index, reach)| {
             let ends = [Way::FarEnd(index), Way::NearEnd(index)].into_iter().zip(&reach.ends).zip(reach.booked);
@@ -177,7 +177,7 @@ impl Reaches {
     }
 
     /// The greatest signal speed (m/s) of what comes in by the open ends in a step from one time to another (s).
-    pub fn fastest_inflow(&mut self, scale: &Scale, methods: RestingMethods, step: (f64, f64)) -> f64 {
+    pub fn fastest_inflow(&mut self, scale: &Scale, methods: EulerianMethods, step: (f64, f64)) -> f64 {
         self.reaches.iter_mut().map(|reach| reach.fastest_inflow(scale, methods, step)).fold(0.0, larger_or_nan)
     }
 
@@ -325,7 +325,7 @@ impl Reach {
         slope.u_x[particle] = per_two_spacings * (after.velocity - before.velocity);
     }
 
-    fn pass(&mut self, state: &mut State, scale: &Scale, methods: RestingMethods, step: (f64, f64)) {
+    fn pass(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods, step: (f64, f64)) {
         let (strips, last) = (self.ground.strips, self.water.len() - 1);
         let numbers = Numbers::new(scale, methods);
         self.faces.fill(Face::default());

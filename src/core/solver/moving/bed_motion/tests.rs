@@ -4,8 +4,8 @@ use crate::boundary::{
     BedLaw, BedMotion, Breach, DamCell, GrowthLaw, Opening, Patch, PointSource, Rain, Series, Slide, Trigger,
 };
 use crate::math::Vec2;
-use crate::physics::dimension::Dimension;
 use crate::methods::{Integrator, Stabilisation, WallMethod};
+use crate::physics::dimension::Dimension;
 use crate::solver::changing_bed::scenes::{basin, valley};
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::MovingMethods;
@@ -233,7 +233,7 @@ fn a_lake_that_is_lifted_as_a_whole_stays_at_rest() {
         let mut solver = solver(problem);
         let mut fastest: f64 = 0.0;
         run(&mut solver, 30.0, |solver| fastest = fastest.max(solver.choose_step().max_speed));
-        let books = solver.bed_books().unwrap();
+        let books = solver.bed_balance().unwrap();
         println!("{law:?}: {fastest:e} m/s, {books:?}");
         assert!(fastest < 1e-12, "{law:?}: {fastest:e} m/s");
         assert!((books.raised / (600.0 * 25.0 * 2.5) - 1.0).abs() < 1e-12 && books.sunk.abs() <= 0.0);
@@ -304,7 +304,7 @@ fn a_steep_slide_into_a_lake_keeps_every_drop() {
         fastest = fastest.max(solver.choose_step().max_speed);
         assert!(solver.ledger().relative_error().abs() < 1e-13);
     });
-    let [of_resting, of_moving] = [resting.bed_books().unwrap(), moving.bed_books().unwrap()];
+    let [of_resting, of_moving] = [resting.bed_balance().unwrap(), moving.bed_balance().unwrap()];
     println!("slide: resting {of_resting:?}, moving {of_moving:?}, fastest {fastest} m/s");
     assert!(
         (of_moving.raised / of_resting.raised - 1.0).abs() < 1e-12 && (2.0..30.0).contains(&fastest),
@@ -368,7 +368,7 @@ fn the_same_bits_for_any_number_of_threads() {
             }];
             let mut solver = solver(problem);
             run(&mut solver, 30.0, |_| {});
-            let books = solver.bed_books().unwrap();
+            let books = solver.bed_balance().unwrap();
             let p = &solver.state().particles;
             let state = (0..p.len()).flat_map(|i| [p.position[i].x, p.velocity[i].y, p.depth[i]]);
             state.chain([books.lifted, books.raised]).map(f64::to_bits).collect::<Vec<u64>>()

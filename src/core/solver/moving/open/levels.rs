@@ -2,8 +2,8 @@
 
 use crate::boundary::{Condition, Series};
 use crate::math::Vec2;
-use crate::physics::dimension::Dimension;
 use crate::methods::Integrator;
+use crate::physics::dimension::Dimension;
 use crate::solver::moving::scene::{G, problem, solver};
 use crate::solver::testing::{open, run_steps, run_until};
 use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};

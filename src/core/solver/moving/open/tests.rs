@@ -4,8 +4,8 @@
 use super::LEAST_AREA;
 use crate::boundary::{Boundary, Condition, PointSource, Rating, Series};
 use crate::math::Vec2;
-use crate::physics::dimension::Dimension;
 use crate::methods::Integrator;
+use crate::physics::dimension::Dimension;
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::Rates;
 use crate::solver::moving::scene::{G, problem, solver};

@@ -2,8 +2,8 @@
 
 use crate::boundary::{LineSource, PointSource, Series};
 use crate::math::Vec2;
-use crate::physics::dimension::Dimension;
 use crate::methods::Integrator;
+use crate::physics::dimension::Dimension;
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::scene::{problem, solver};
 use crate::solver::testing::run_until;
