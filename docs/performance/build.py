@@ -7,7 +7,7 @@
 
 Run it in the folder of the repository. The tables are made by `cargo bench --bench measure`, by `scripts/instructions.sh` (valgrind) and by runs of
 the program after `cargo build --release`; `memory`, `parma`, `obstacle` and `plans` need the data behind FLOODSIM_DATA, `accuracy` builds earlier programs from the history of the repository. The table `terrain` is made by `terrain.py`. Only the standard library is needed. No number stands in this
-file that is not a bar, another author's, or a count of what the code reads and writes.
+file that is not a target, another author's, or a count of what the code reads and writes.
 """
 
 import argparse
@@ -25,20 +25,20 @@ OTHER = "avx2"
 PAGE = pathlib.Path("docs/performance.md")
 PROGRAM = "target/release/floodsim"
 MOTIONS = ("eulerian", "lagrangian")
-NAMES = {"eulerian": "resting", "lagrangian": "moving"}
-# The bars: evaluations a CPU second (millions), bytes a particle, efficiency of two threads, seconds of Parma and of the obstacle.
+NAMES = {"eulerian": "Eulerian", "lagrangian": "Lagrangian"}
+# The targets: evaluations a CPU second (millions), bytes a particle, efficiency of two threads, seconds of Parma and of the obstacle.
 RATE_BAR = {"eulerian": 8.0, "lagrangian": 2.5}
 MEMORY_BAR, EFFICIENCY_BAR, PARMA_BAR, OBSTACLE_BAR = 400, 0.95, 60, 1800
 MEMORY_SIZES = (200_000, 800_000)
 # Spacings (mm) of the whole runs of Parma.
 MEMORY_SPACINGS = (10, 5)
-# 8-byte numbers that one evaluation of a resting particle moves to and from memory when no array stays in a cache, as the passes are written:
+# 8-byte numbers that one evaluation of an Eulerian particle moves to and from memory when no array stays in a cache, as the passes are written:
 # read and written by primitive.rs (once for two evaluations), gradient.rs, faces.rs and update.rs, in this order; what is written is read first.
 RESTING_NUMBERS = ((1.5, 1.5), (4, 8), (14, 8), (18, 4.5))
-# Operations on numbers in one evaluation, a comparison or a selection counted as one, by hand from the source to within a fifth. Resting: 300 for each of two
-# faces, 110 for gradients, update and velocities. Moving: 275 for each of 25 neighbours (75 for its gradients, 200 for its face), 125 for the particle; gridding is left out.
+# Operations on numbers in one evaluation, a comparison or a selection counted as one, by hand from the source to within a fifth. Eulerian: 300 for each of two
+# faces, 110 for gradients, update and velocities. Lagrangian: 275 for each of 25 neighbours (75 for its gradients, 200 for its face), 125 for the particle; gridding is left out.
 OPERATIONS = {"eulerian": 710, "lagrangian": 7000}
-# What an evaluation is with moving particles: neighbours, gradients, reconstruction, Riemann problem and rates. Of resting ones it is all.
+# What an evaluation is with Lagrangian particles: neighbours, gradients, reconstruction, Riemann problem and rates. Of Eulerian ones it is all.
 EVALUATION = {"lagrangian": ["neighbours", "gradients", "rates"]}
 # Of Wu2020 (spacing mm: particles; serial original, one core, 20 threads; s), the partial dam break of Parma.
 WU = {15: (4374, 1253, 312, 126), 10: (9801, 6932, 1130, 260), 5: (38801, 123239, 17182, 1679)}
@@ -83,7 +83,7 @@ def measure(*words):
     return output(["cargo", "bench", "--locked", "--quiet", "--bench", "measure", "--", *map(str, words)])
 
 
-# The folder of the tables in work.
+# The folder of the tables in use.
 tables = HERE
 
 
@@ -114,7 +114,7 @@ def run_memory():
 
 
 def run_memory_of_parma():
-    """Whole runs at two spacings; of moving particles also the finer one with half the water, which runs over the same cells."""
+    """Whole runs at two spacings; of Lagrangian particles also the finer one with half the water, which runs over the same cells."""
     whole, half = [], ["initial=[{reservoir: parma_half.geojson}]"]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -190,7 +190,7 @@ def run_accuracy():
                     built = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target")}
                     output(["cargo", "build", "--release", "--locked", "--quiet"], cwd=tree, env=built)
                     command = [str(folder / PROGRAM), "validate", "--suite", "analytic", "--vary", f"motion={motion}", "--csv", str(found)]
-                    # Exit code 7: a bar is missed.
+                    # Exit code 7: an acceptance limit is missed.
                     print("+", " ".join(command), flush=True)
                     subprocess.run(command, check=False, stdout=subprocess.DEVNULL)
                 finally:
@@ -241,7 +241,7 @@ def phases():
         of_evaluation = sum(float(row["cpu_s"]) for row in mine if row["phase"] in EVALUATION.get(motion, [row["phase"]]))
         for name, cpu in [("all", whole), ("of these the evaluation", of_evaluation)]:
             total = evaluations / cpu / 1e6
-            bar = f" (bar {RATE_BAR[motion]}: {verdict(total >= RATE_BAR[motion])})" if cpu == of_evaluation else ""
+            bar = f" (target {RATE_BAR[motion]}: {verdict(total >= RATE_BAR[motion])})" if cpu == of_evaluation else ""
             if name == "all" or cpu != whole:
                 rows.append([f"**{NAMES[motion]}**", f"**{name}**", f"**{1e9 * cpu / evaluations:.0f}**", f"{100 * cpu / whole:.0f} %", f"**{total:.2f}**{bar}"])
     return table(["particles", "phase", "ns an evaluation", "share", "million evaluations a CPU second"], rows)
@@ -257,7 +257,7 @@ def sizes():
 
 
 def memory():
-    """Bytes per particle of the motion: a riverbed particle where they rest, whether wet or not, a fluid particle where they move."""
+    """Bytes per particle of the motion: a riverbed particle where they are Eulerian, whether wet or not, a fluid particle where they are Lagrangian."""
     counted = {"eulerian": "bed_particles", "lagrangian": "particles"}
     rows = []
     for name, text in [("", read("memory")), (", whole run of Parma", read("memory_parma"))]:
@@ -276,7 +276,7 @@ def memory():
                 alone, of_cell = ((db * ec - eb * dc) / (dn * ec - en * dc), (dn * eb - en * db) / (dn * ec - en * dc))
                 fixed = a - alone * n - of_cell * cells
                 rows.append([f"{NAMES[motion]}{name}, without its cells", f"{c / 2**20:.0f} MiB at {k} with {other_cells / k:.1f} cells for each", "-", f"{alone:.0f}", f"{fixed / 2**20:.0f} MiB and {of_cell:.0f} bytes a cell", verdict(alone <= MEMORY_BAR)])
-    return table(["particles", "peak", "cells for each", "bytes a particle", "fixed part", f"bar {MEMORY_BAR} bytes"], rows)
+    return table(["particles", "peak", "cells for each", "bytes a particle", "fixed part", f"target {MEMORY_BAR} bytes"], rows)
 
 
 def threads():
@@ -292,7 +292,7 @@ def threads():
         if len(best) == 2:
             efficiency = best["1"]["wall_s"] / best["2"]["wall_s"] / 2
             rows.append([NAMES[motion], f"{1e9 * best['1']['wall_s']:.0f}", f"{1e9 * best['2']['wall_s']:.0f}", f"{100 * efficiency:.0f} %", f"{100 * best['1']['cpu_s'] / best['2']['cpu_s']:.0f} %", verdict(efficiency >= EFFICIENCY_BAR)])
-    return table(["particles", "ns an evaluation, 1 thread", "2 threads", "efficiency by the wall", "CPU time of 1 thread over that of 2", f"bar {100 * EFFICIENCY_BAR:.0f} %"], rows)
+    return table(["particles", "ns an evaluation, 1 thread", "2 threads", "wall-clock efficiency", "CPU time of 1 thread over that of 2", f"target {100 * EFFICIENCY_BAR:.0f} %"], rows)
 
 
 def roofline():
@@ -328,13 +328,13 @@ def study(name, bar):
     for row in text:
         number = lambda key: float(row[key])
         spacing, threads_ = int(row["spacing_mm"]), int(row["threads"])
-        # Phases are timed on the wall; the share of it in which the program ran at all makes processor time of them.
+        # Phases are timed in wall-clock time; the share of it in which the program ran at all makes CPU time of them.
         ran = number("cpu_s") / number("wall_s")
         seconds = lambda *phases: f"{ran * sum(number(f'{phase}_s') for phase in phases):.2f}"
         idle = number("cpu_s") / threads_
         told = f"{idle:.1f} s" if idle < 300 else f"{idle / 60:.0f} min"
         if (row["spacing_mm"], row["threads"]) == (finest, most[row["motion"]]):
-            told += f" (bar {bar} s: {verdict(idle <= bar)})"
+            told += f" (target {bar} s: {verdict(idle <= bar)})"
         cells = [NAMES[row["motion"]], f"{spacing} mm", row["particles"], row["threads"], row["steps"]]
         cells += [seconds("neighbours") if number("neighbours_s") else "-", seconds("gradients"), seconds("rates", "faces", "update", "velocities"), f"{number('cpu_s'):.1f}"]
         cells += [f"{number('wall_s'):.1f}", told, f"{number('particle_evaluations') / number('cpu_s') / 1e6:.2f}"]
@@ -342,7 +342,7 @@ def study(name, bar):
             particles, _, one, many = WU[spacing]
             cells.append(f"{one} s on 1, {many} s on 20 ({particles})")
         rows.append(cells)
-    heading = ["particles", "spacing", "number", "threads", "steps", "search", "depth", "acceleration", "CPU s", "wall s", "on idle cores", "million evaluations a CPU second"]
+    heading = ["particles", "spacing", "number", "threads", "steps", "search", "depth", "acceleration", "CPU s", "wall-clock s", "on idle cores", "million evaluations a CPU second"]
     return table(heading + (["Wu et al."] if name == "parma" else []), rows)
 
 
