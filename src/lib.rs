@@ -12,6 +12,7 @@ pub mod maps;
 pub mod output;
 pub mod pipeline;
 pub mod prepare;
+pub mod problems;
 pub mod report;
 pub mod scenario;
 pub mod terrain;

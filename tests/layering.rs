@@ -18,6 +18,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("failure", &["math"]),
     ("methods", &[]),
     ("error", &["math"]),
+    ("problems", &[]),
     ("physics", &["math"]),
     ("neighbours", &["math", "lattice"]),
     ("particles", &["math", "lattice"]),

@@ -63,6 +63,8 @@ pub enum Command {
     Run(RunArguments),
     /// Open every input of a scenario and report every problem at once; run nothing
     Check(CheckArguments),
+    /// Explain codes of problems, such as `no-crs`: severity, meaning, remedy; without a code, list all
+    Explain(ExplainArguments),
     /// Take the first steps for a second or two and tell what the run will need: particles, memory, steps, time, disk, resolution, motion
     Plan(PlanArguments),
     /// Draw map sheets and one page from a run folder, without a new simulation
@@ -126,6 +128,20 @@ pub struct CheckArguments {
     /// Set a key of the scenario, as in a run; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+}
+
+/// Which codes are explained, and in which form.
+#[derive(Args, Debug)]
+pub struct ExplainArguments {
+    /// Codes as `check` prints them in brackets; all when none is named
+    #[arg(value_name = "CODE")]
+    pub codes: Vec<String>,
+    /// Print them as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Print all as the tables of docs/problems.md
+    #[arg(long, conflicts_with_all = ["codes", "json"])]
+    pub markdown: bool,
 }
 
 /// The arguments of a plan.

@@ -7,6 +7,7 @@ mod breach;
 mod chart;
 mod check;
 mod documents;
+mod explain;
 mod plan;
 mod validate;
 
@@ -49,6 +50,7 @@ pub fn main(stages: &Stages) -> ExitCode {
         Some(Command::Validate(arguments)) => validate::validate(&arguments),
         Some(Command::Chart(arguments)) => chart::chart(&arguments),
         Some(Command::Breach(arguments)) => breach::breach(&arguments),
+        Some(Command::Explain(arguments)) => explain::explain(&arguments),
         Some(Command::New { file }) => documents::write_starter(&file),
         Some(Command::Schema) => documents::schema(),
         Some(Command::Completions { shell }) => documents::completions(shell),

@@ -95,9 +95,7 @@ pub(super) fn open(
 fn netcdf_series(asked: &Asked, reference: Option<&str>) -> Result<(Times, Rasters, RainUnit), Problem> {
     let path = &asked.file.value.path;
     let name = path.display().to_string();
-    let file = netcdf::open(path).map_err(|cause| {
-        input_error("not-a-netcdf", format!("{name} cannot be read as NetCDF")).with_cause(cause.to_string())
-    })?;
+    let file = netcdf::open(path).map_err(|cause| rain_times::not_netcdf(&name, &cause))?;
     let variable = rain_variable(&file, asked.file.value.layer.as_deref(), &name)?;
     check_order(&file, &variable, &name)?;
     check_axes_are_known(&file, &variable, &name)?;
@@ -536,6 +534,8 @@ mod tests {
         assert_eq!(code(&[0.0, f64::NAN], None), "not-rising");
         assert_eq!(code(&[0.0, 5.0], Some(vec![(0.0, 6.0), (5.0, 10.0)])), "bad-bounds");
         assert_eq!(code(&[0.0, 5.0], Some(vec![(0.0, 5.0), (9.0, 7.0)])), "bad-bounds");
+        let bounded = Times { times: vec![0.0, 5.0], bounds: Some(vec![(0.0, 5.0), (5.0, 9.0)]) };
+        assert_eq!(intervals(&bounded, Some(Stamp::End), "x").unwrap_err().code, "stamp-beside-bounds");
         assert_eq!(
             intervals(&Times { times: vec![3.0], bounds: Some(vec![(0.0, 6.0)]) }, None, "x").unwrap(),
             [(0.0, 6.0)]

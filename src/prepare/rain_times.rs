@@ -42,6 +42,13 @@ pub(super) fn no_time(variable: &str, name: &str, cause: String) -> Problem {
     )
 }
 
+/// The problem of a file that the library does not read.
+pub(super) fn not_netcdf(name: &str, cause: &netcdf::Error) -> Problem {
+    input_error("not-a-netcdf", format!("{name} cannot be read as NetCDF"))
+        .with_cause(cause.to_string())
+        .with_remedy("copy or export the file again; `ncdump -h FILE` shows whether it is NetCDF")
+}
+
 fn bad_bounds(message: String) -> Problem {
     input_error("bad-bounds", message)
 }
@@ -68,9 +75,7 @@ fn check_packing(variable: &netcdf::Variable, name: &str) -> Result<(), Problem>
 
 /// The times of a variable of rain.
 pub(super) fn read(file: &netcdf::File, rain: &netcdf::Variable, start: Start, name: &str) -> Result<Times, Problem> {
-    let unreadable = |cause: netcdf::Error| {
-        input_error("not-a-netcdf", format!("{name} cannot be read as NetCDF")).with_cause(cause.to_string())
-    };
+    let unreadable = |cause: netcdf::Error| not_netcdf(name, &cause);
     let time_name = rain.dimensions()[0].name();
     let no_time = |cause: String| no_time(&rain.name(), name, cause);
     let time = file.variable(&time_name).ok_or_else(|| no_time(format!("there is no variable `{time_name}`")))?;

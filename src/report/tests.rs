@@ -149,7 +149,7 @@ fn a_folder_without_a_run_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let error = report(folder.path()).unwrap_err();
     assert_eq!(error.exit_code(), crate::error::ExitCode::Input);
-    assert!(error.to_string().contains("maps.nc"));
+    assert!(error.to_string().starts_with("error[not-a-run]") && error.to_string().contains("maps.nc"), "{error}");
     assert!(!folder.path().join("report").exists());
 }
 

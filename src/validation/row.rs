@@ -101,7 +101,7 @@ pub const FIELDS: [&str; 20] = [
     "order_velocity",
     "max_speed_m_s",
     "status",
-    "acceptance_limit",
+    "bar",
     "note",
 ];
 

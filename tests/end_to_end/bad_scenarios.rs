@@ -378,6 +378,9 @@ fn a_missing_scenario_and_a_folder_are_refused() {
     let is_folder = floodsim(folder.path(), &["check", "case"]);
     assert_eq!(is_folder.code, 3);
     assert!(is_folder.stdout.contains("did you mean `case/scenario.yaml`?"), "{}", is_folder.stdout);
+    assert!(missing.stdout.contains("error[missing-file]") && is_folder.stdout.contains("error[folder]"));
+    let in_a_file = floodsim(folder.path(), &["check", "case/scenario.yaml/s.yaml"]);
+    assert!(in_a_file.code == 3 && in_a_file.stdout.contains("error[unreadable-file]"), "{}", in_a_file.stdout);
 }
 
 #[test]

@@ -213,7 +213,11 @@ fn a_run_has_what_a_channel_has_and_nothing_of_a_map() {
         assert!(row[1] == row[6] && row[5] == "0.000", "{row:?}");
     }
     let report = floodsim(scene.folder.path(), &["report", "out"]);
-    assert!(report.code == 4 && report.stderr.contains("has channels alone"), "{}", report.stderr);
+    assert!(
+        report.code == 4 && report.stderr.contains("error[no-maps]") && report.stderr.contains("has channels alone"),
+        "{}",
+        report.stderr
+    );
     // The resolved scenario gives the same run.
     let again = ["run", "out/scenario.resolved.yaml", "--out", "again", "--quiet"];
     assert_eq!(floodsim(scene.folder.path(), &again).code, 0);

@@ -70,6 +70,30 @@ fn completions_and_manual_are_printed() {
 }
 
 #[test]
+fn codes_are_explained_and_listed_and_unknown_ones_refused_with_the_nearest() {
+    let explain = |arguments: &[&str]| floodsim().arg("explain").args(arguments).assert();
+    let listed = explain(&[]).code(0).stderr("");
+    let listed = String::from_utf8_lossy(&listed.get_output().stdout).into_owned();
+    let codes: Vec<&str> = listed.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(
+        codes.is_sorted() && codes.contains(&"no-crs") && listed.lines().all(|line| line.ends_with('.')),
+        "{listed}"
+    );
+    let two = explain(&["leaking-rim", "no-crs"]).code(0);
+    let said = String::from_utf8_lossy(&two.get_output().stdout).into_owned();
+    assert!(said.starts_with("warning[leaking-rim]\n  ") && said.contains("\n\nerror[no-crs]\n  "), "{said}");
+    let output = explain(&["--json"]).code(0).get_output().stdout.clone();
+    let all: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    let all = all.as_array().unwrap();
+    assert!(all.len() == codes.len() && all.iter().all(|one| one.as_object().unwrap().len() == 4));
+    let near = predicate::str::contains("did you mean `leaking-rim`?").and(predicate::str::contains("--help"));
+    explain(&["leaking-rims"]).code(2).stdout("").stderr(near);
+    explain(&["no-crs", "--markdown"]).code(2);
+    let document = std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/problems.md"));
+    explain(&["--markdown"]).code(0).stdout(document.unwrap());
+}
+
+#[test]
 fn validate_prints_a_table_and_writes_its_rows() {
     let folder = TempDir::new().unwrap();
     let command = |arguments: &[&str]| floodsim().current_dir(&folder).args(arguments).assert();

@@ -17,6 +17,7 @@ mod mistaken_files;
 mod moving_bed;
 mod plan;
 mod rain;
+mod smallest_inputs;
 mod terrain;
 mod whole_runs;
 

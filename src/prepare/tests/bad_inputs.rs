@@ -54,6 +54,13 @@ fn a_sound_scene_has_no_findings_and_everything_a_run_needs() {
 }
 
 #[test]
+fn a_scenario_without_terrain_is_refused() {
+    let mut scene = Scene::sound();
+    scene.scenario.layers.clear();
+    assert_error(&prepare(&scene.scenario).problems[0], ProblemKind::Scenario, "no-terrain", "terrain.layers");
+}
+
+#[test]
 fn any_data_type_nodata_scale_and_offset_give_the_same_terrain() {
     let scaled = Tiff { scale_offset: Some((0.5, -10.0)), no_data: Some(255.0), ..Tiff::default() };
     // Stored value 20 to 60 for 0 to 20 m; a corner far from the water is nodata.
