@@ -76,6 +76,7 @@ pub struct Row {
     /// How it came out.
     pub status: Status,
     /// What it is held to; empty where it is held to nothing.
+    #[serde(rename = "bar")]
     pub acceptance_limit: String,
     /// What else there is to say: other methods that were asked for, checks, the breakdown.
     pub note: String,

@@ -132,7 +132,7 @@ fn cubic_spline_has_the_two_pieces_of_the_textbook() {
 #[test]
 fn stretches_are_those_of_the_documents() {
     fn check<S: Shape>(name: &str) {
-        let theory = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/theory.md")).unwrap();
+        let theory = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/theory.md")).unwrap();
         let row = theory.lines().find(|line| line.starts_with(&format!("| `{name}` "))).unwrap();
         for dimension in DIMENSIONS {
             let kernel = Smoothing::<S>::new(dimension);
