@@ -215,7 +215,7 @@ fn cells_standing(breach: &Breach, share: f64) -> Vec<usize> {
 }
 
 /// Fills the lake behind the dam, on the bed that the dam has at the start: one that goes at once then never stands, and its run is that
-/// without a dam. What leaks is reported of the dam standing.
+/// without a dam. Leaks are those with the dam standing.
 pub(super) fn fill_behind(
     breach: Option<&Breach>,
     bodies: &[SourcedBody],
@@ -514,7 +514,7 @@ fn trigger(
     }
 }
 
-/// Refuses a wall in the opening, and warns of a bank beside it: no water would pass, and nobody would be reported.
+/// Refuses a wall in the opening, and warns of a bank beside it: no water would pass, without a word.
 pub(super) fn check_way(
     scenario: &Scenario,
     breach: &Breach,

@@ -260,7 +260,7 @@ pub(super) fn pieces_of(section: &Section, lattice: &Lattice) -> Vec<[Vec2; 2]> 
 }
 
 /// Refuses a section that lies on no cell of the terrain, and warns of one that lies beside it in part. A blocked building is no terrain, and
-/// a section that runs into one is reported so.
+/// a section that runs into one is reported.
 fn check_section(
     section: &Section,
     source: &Sourced<crate::scenario::VectorSource>,

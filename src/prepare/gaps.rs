@@ -233,7 +233,7 @@ mod tests {
     use super::*;
     use crate::math::Vec2;
 
-    /// Seven by six cells on a plane that rises by 1 m a cell to the east, without terrain where reported.
+    /// Seven by six cells on a plane that rises by 1 m a cell to the east, without terrain where asked for.
     fn bed(without: &[(usize, usize)]) -> BedParticles {
         let lattice = Lattice { origin: Vec2::ZERO, columns: 7, rows: 6, spacing: 2.0 };
         let elevation =

@@ -1,7 +1,7 @@
 //! Lines that lie on no terrain: how much of them, and where.
 //!
 //! One rule for all that is drawn as lines: what lies beside the terrain altogether is refused, and of what lies beside it in part
-//! the planner is reported the length and a place.
+//! the length and a place are reported.
 
 use super::burn::cut;
 use super::findings::Findings;

@@ -220,7 +220,7 @@ fn line_on_lattice(
             };
             across_its_edge(*piece, lattice).is_none_or(|across| is_ground(-across) || is_ground(across))
         };
-        // In parts only where all of them lie on terrain, so that a problem is reported of the whole piece.
+        // In parts only where all of them lie on terrain, so that a problem is that of the whole piece.
         let pieces = line.windows(2).flat_map(|piece| {
             let parts = in_parts([piece[0], piece[1]], lattice);
             if parts.iter().all(on_its_sides) { parts } else { vec![[piece[0], piece[1]]] }

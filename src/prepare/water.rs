@@ -217,7 +217,7 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &m
 }
 
 /// Fills the bodies, fits the bed to their shores, and warns where their water would run out of them, and where upright banks make their
-/// volume another one, if the ground is complete: beside a dam that was refused nobody need be reported.
+/// volume another one, if the ground is complete: beside a dam that was refused there is no need of a report.
 pub(super) fn fill(
     bodies: &[SourcedBody],
     bed: &mut BedParticles,

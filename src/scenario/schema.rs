@@ -478,7 +478,7 @@ fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     if meant(numerics, "motion", usual)? == Motion::Eulerian {
         return is_whole.then_some(());
     }
-    // An entry that says nothing of the water beyond is reported so by the reader of boundaries.
+    // An entry that says nothing of the water beyond is refused by the reader of boundaries.
     let has_condition = |entry: &Node| {
         let is_free = entry.get("type").is_some_and(|kind| kind.value == Value::Text("free".to_owned()));
         is_free || feeds(entry) || ["normal_depth", "rating"].iter().any(|key| has(entry, key))

@@ -51,7 +51,7 @@ fn room(lattice: &Lattice) -> Walls {
     Walls::new((0..4).map(edge).collect(), lattice.spacing)
 }
 
-/// The volume balance: volume and both momenta (over ρ) on the grid against those of the particles.
+/// Volume and both momenta (over ρ) on the grid against those of the particles.
 fn assert_conserved(particles: &FluidParticles, grid: &WaterOnLattice, cell_area: f64) {
     let on_grid = |field: fn(WaterInCell) -> f64| grid.cells().map(field).sum::<f64>() * cell_area;
     let momentum = |component: fn(&Vec2) -> f64| -> f64 {

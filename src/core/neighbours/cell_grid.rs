@@ -3,7 +3,7 @@
 //! most particles stand near the upper end of theirs, where cells are narrowest for them, and that few alone make no level below.
 //!
 //! A search visits every level that has particles within its reach; in each, rows of cells are contiguous runs of the sorted arrays. What
-//! it finds in a run is reported as spans: where sixteen candidates begin, and which of them are near.
+//! it finds in a run is given as spans: where sixteen candidates begin, and which of them are near.
 //! The order of what is found depends on positions, supports and indices alone, never on threads.
 //!
 //! Places are compared as whole numbers of a small unit, their distances in single precision. What that is not sure of, a sliver
@@ -47,7 +47,7 @@ const LANES: usize = 16;
 /// Bands of cells that are filled side by side, at most.
 const BANDS: usize = 32;
 
-/// Units in twice what all particles span with their supports: places beside the particles have to be reported, too.
+/// Units in twice what all particles span with their supports: places beside the particles have to be told apart, too.
 const UNITS: f64 = (1_u32 << 30) as f64;
 
 /// Share of a support that the rounding of its square and of a distance may take.

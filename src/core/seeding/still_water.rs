@@ -18,7 +18,7 @@
 //!
 //! Cells at an upright bank of the terrain's pixels keep their bed, and the volume to be met is that which they hold.
 //!
-//! What is left is in the volume balance: cells at a wall, filled whole or not at all, and a body of a few cells in open water.
+//! What is left is reported: cells at a wall, filled whole or not at all, and a body of a few cells in open water.
 //! Where bodies overlap the later one wins.
 
 use std::collections::BTreeSet;
@@ -36,7 +36,7 @@ use crate::bed::{BedParticles, Surface};
 pub const VOLUME_TOLERANCE: f64 = 1e-3;
 /// Difference at which toggling cells ends: well within the tolerance.
 const VOLUME_AIM: f64 = 0.25 * VOLUME_TOLERANCE;
-/// The volume balance of one body of still water.
+/// The volumes of one body of still water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeededVolume {
     /// Integral of level minus terrain over the polygon, where positive (m³); parts that later bodies cover are left out. Up to the edge
@@ -95,12 +95,12 @@ pub struct StillWater {
     pub depth: Vec<f64>,
     /// Number of the body that fills a cell.
     pub body: Vec<Option<u32>>,
-    /// The volume balance of each body, in the order given.
+    /// The volumes of each body, in the order given.
     pub volumes: Vec<SeededVolume>,
 }
 
 impl StillWater {
-    /// The volume balance alone: the water itself is in the core by then.
+    /// The volumes alone: the water itself is in the core by then.
     pub fn into_volumes(self) -> Vec<SeededVolume> {
         self.volumes
     }

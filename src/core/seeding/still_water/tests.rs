@@ -49,7 +49,7 @@ fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[Stil
     (bed, still)
 }
 
-/// Every filled cell is level to rounding, and the volume balance is that of the depths.
+/// Every filled cell is level to rounding, and its volumes are those of the depths.
 pub(crate) fn assert_consistent(bed: &BedParticles, still: &StillWater, bodies: &[StillBody]) {
     let mut seeded = vec![0.0; bodies.len()];
     for (cell, &depth) in still.depth.iter().enumerate() {

@@ -244,9 +244,9 @@ fn seiche_left(degrees: f64) -> f64 {
 
 #[test]
 fn a_seiche_goes_on_between_walls_askew_to_the_lattice() {
-    for (degrees, reported) in [(0.0, 0.99), (10.0, 0.96), (30.0, 0.975), (45.0, 0.985)] {
+    for (degrees, documented) in [(0.0, 0.99), (10.0, 0.96), (30.0, 0.975), (45.0, 0.985)] {
         let left = seiche_left(degrees);
         println!("{degrees} degrees: {left:.3}");
-        assert!(left > reported && left < 1.01, "{degrees} degrees: {left}");
+        assert!(left > documented && left < 1.01, "{degrees} degrees: {left}");
     }
 }

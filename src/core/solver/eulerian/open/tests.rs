@@ -1,4 +1,4 @@
-//! Boundaries with a condition: rest, the hydrograph in the volume balance, uniform flow, waves that leave, and the same bits for any threads.
+//! Boundaries with a condition: rest, the volume of a hydrograph, uniform flow, waves that leave, and the same bits for any threads.
 
 use crate::boundary::{Boundary, Condition, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
 use crate::lattice::Lattice;
@@ -29,7 +29,7 @@ fn overflow(length: f64, head: f64) -> f64 {
 #[test]
 fn a_sill_is_overtopped_by_what_a_broad_crested_weir_lets_pass() {
     // Length, head, and the share that docs/theory.md tells.
-    for (length, head, reported) in [
+    for (length, head, documented) in [
         (15.0, 0.25, 0.985),
         (15.0, 0.5, 0.996),
         (15.0, 1.0, 1.0),
@@ -43,7 +43,7 @@ fn a_sill_is_overtopped_by_what_a_broad_crested_weir_lets_pass() {
         // Critical depth on the crest; the level is that of the water at rest, so that the head holds that of the velocity.
         let share = q / ((2.0_f64 / 3.0 * head).powf(1.5) * G.sqrt());
         println!("{length} m long, {head} m over it: {q} m²/s, {share} of the weir");
-        let bounds = reported - 0.01..reported + 0.01;
+        let bounds = documented - 0.01..documented + 0.01;
         assert!(bounds.contains(&share), "{length} m long, {head} m over it: {q} m²/s, {share} of the weir");
     }
 }
@@ -569,7 +569,7 @@ fn between_banks(degrees: f64, slope: f64, bank: Option<f64>, width: f64) -> f64
 fn banks_askew_to_the_lattice_hold_water_up_as_told() {
     // Angle, slope, rise of the banks, and by how much the water is too deep: what docs/theory.md tells.
     let upright = Some(f64::INFINITY);
-    for (degrees, slope, bank, reported) in [
+    for (degrees, slope, bank, documented) in [
         (0.0, 0.02, upright, 0.0),
         (0.0, 0.02, Some(0.5), 0.0),
         (10.0, 0.02, Some(0.5), 0.012),
@@ -579,14 +579,17 @@ fn banks_askew_to_the_lattice_hold_water_up_as_told() {
     ] {
         let depth = between_banks(degrees, slope, bank, 40.0);
         println!("{degrees} degrees, slope {slope}, banks {bank:?}: {depth} m");
-        assert!((depth - 1.0 - reported).abs() < 0.005, "{degrees} degrees, slope {slope}, banks {bank:?}: {depth} m");
+        assert!(
+            (depth - 1.0 - documented).abs() < 0.005,
+            "{degrees} degrees, slope {slope}, banks {bank:?}: {depth} m"
+        );
     }
 }
 
 #[test]
 fn walls_askew_to_the_lattice_do_not_hold_water_up() {
     // Angle, width and slope; at 45° the cells between the walls are 41.0 and 12.7 m wide.
-    for (degrees, width, slope, reported) in [
+    for (degrees, width, slope, documented) in [
         (0.0, 40.0, 0.005, 0.0),
         (5.0, 40.0, 0.005, 0.0),
         (10.0, 40.0, 0.005, 0.0),
@@ -602,7 +605,10 @@ fn walls_askew_to_the_lattice_do_not_hold_water_up() {
     ] {
         let depth = between_banks(degrees, slope, None, width);
         println!("{degrees} degrees, {width} m wide, slope {slope}: {depth:.4} m");
-        assert!((depth - 1.0 - reported).abs() < 0.012, "{degrees} degrees, {width} m wide, slope {slope}: {depth} m");
+        assert!(
+            (depth - 1.0 - documented).abs() < 0.012,
+            "{degrees} degrees, {width} m wide, slope {slope}: {depth} m"
+        );
     }
 }
 
