@@ -1,4 +1,4 @@
-//! Whether the registry of problems has every code of the sources and no other, and whether a test provokes each of them.
+//! Whether the registry of problems has every code of the sources and no other, and whether a test names each of them.
 //!
 //! The check is textual. Where code is: every text in kebab case, `"no-crs"`, and every first text of a call that makes a problem.
 //! Where tests are: `tests/`, files and folders named `tests` below `src`, and what follows `mod tests {`.

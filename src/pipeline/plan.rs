@@ -353,13 +353,13 @@ fn run_time(steps: &Range<f64>, measured: &Measured, growth: f64, cells: usize) 
 fn advice(reach: &Reach, spread: f64, spacing: f64) -> (Motion, String) {
     if reach.pockets > 0 {
         let why = format!(
-            "the water can reach {} pockets of the ground, in which Lagrangian particles slosh and resting ones do not",
+            "the water can reach {} pockets of the ground, in which Lagrangian particles slosh and Eulerian ones do not",
             reach.pockets
         );
         (Motion::Eulerian, why)
     } else if spread > STILL_RESOLVED {
         let why = format!(
-            "spread over all that it can reach, the water would leave Lagrangian particles {:.3} m apart, {spread:.1} spacings; resting ones keep {spacing} m",
+            "spread over all that it can reach, the water would leave Lagrangian particles {:.3} m apart, {spread:.1} spacings; Eulerian ones keep {spacing} m",
             spread * spacing
         );
         (Motion::Eulerian, why)

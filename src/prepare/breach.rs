@@ -687,9 +687,9 @@ pub(super) fn check_level(
     let wet = || (0..water.depth.len()).filter(|&cell| water.depth[cell] > 0.0);
     let level_of = |cell: usize| bed.elevation[cell] + water.depth[cell];
     let highest = wet().map(level_of).fold(f64::NEG_INFINITY, f64::max);
-    let area = bed.lattice.cell_area();
-    let above =
-        |invert: f64| wet().map(|cell| area * (level_of(cell) - bed.elevation[cell].max(invert)).max(0.0)).sum::<f64>();
+    let above = |invert: f64| {
+        wet().map(|cell| bed.area(cell) * (level_of(cell) - bed.elevation[cell].max(invert)).max(0.0)).sum::<f64>()
+    };
     if let Some(written) = &scenario.breach {
         check_water(written, breach, (highest, is_fed), above, findings);
         warn_of_water_above(written, breach, bed, water, findings);

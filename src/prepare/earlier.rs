@@ -212,7 +212,7 @@ fn water_without_terrain(state: &State, path: &Path, bed: &BedParticles) -> Opti
     let lost: Vec<usize> =
         (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0 && !bed.has_terrain(cell)).collect();
     let first = *lost.first()?;
-    let volume = lost.iter().map(|&cell| state.depth[cell]).sum::<f64>() * bed.lattice.cell_area();
+    let volume = lost.iter().map(|&cell| state.depth[cell] * bed.area(cell)).sum::<f64>();
     let message = format!("{} has {volume:.3e} m³ of water on {} cells without terrain", path.display(), lost.len());
     let problem = input_error("water-without-terrain", message)
         .with_remedy("take the terrain and the buildings of that run")

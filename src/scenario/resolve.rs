@@ -618,7 +618,7 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         }
         let count = |formulation, motion| accepted.iter().filter(|pair| **pair == (formulation, motion)).count();
         // Eulerian particles have two stabilisations, moving ones three, variational ones four; all with and without
-        // reconstruction, resting ones also with the sharp one. Moving ones have two integrators and two fillings.
+        // reconstruction, Eulerian ones also with the sharp one. Moving ones have two integrators and two fillings.
         assert_eq!(count(Formulation::Balanced, Motion::Eulerian), 2 * 3);
         assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 3 * 2 * 4);
         assert_eq!(count(Formulation::Variational, Motion::Eulerian), 0);

@@ -672,7 +672,7 @@ section! {
         formulation: Option<Chosen<Formulation>>,
         /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
         motion: Option<Chosen<Motion>>,
-        /// Treatment of a pair of particles; hllc for resting, two_shocks for Lagrangian particles, artificial_viscosity for the variational formulation when absent.
+        /// Treatment of a pair of particles; hllc for Eulerian, two_shocks for Lagrangian particles, artificial_viscosity for the variational formulation when absent.
         stabilisation: Option<Chosen<Stabilisation>>,
         /// States on both sides of a face; limited when absent, none with artificial_viscosity.
         reconstruction: Option<Chosen<Reconstruction>>,
@@ -680,7 +680,7 @@ section! {
         seeding: Option<Chosen<Seeding>>,
         /// Smoothing kernel; cubic_spline when absent.
         kernel: Option<Chosen<Kernel>>,
-        /// Time integration; heun for resting, leapfrog for Lagrangian particles when absent.
+        /// Time integration; heun for Eulerian, leapfrog for Lagrangian particles when absent.
         integrator: Option<Chosen<Integrator>>,
         /// How riverbed particles get their elevation; see the methods for the default.
         bed: Option<Chosen<BedMethod>>,
@@ -690,7 +690,7 @@ section! {
         turbulence: Option<Chosen<Turbulence>>,
         /// What stands for a wall beside Lagrangian particles; mirror when absent.
         wall: Option<Chosen<WallMethod>>,
-        /// Courant number; 0.5 for resting, 0.4 for Lagrangian particles when absent.
+        /// Courant number; 0.5 for Eulerian, 0.4 for Lagrangian particles when absent.
         cfl: Option<Quantity<Courant>>,
         /// Gravity in m/s²; 9.81 when absent.
         gravity: Option<Quantity<Gravity>>,

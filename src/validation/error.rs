@@ -42,7 +42,7 @@ pub fn errors(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
     mean_errors(&snapshot.samples, (wet, thick), setup, exact)
 }
 
-/// The errors of Lagrangian particles on the map, judged as those of resting ones.
+/// The errors of Lagrangian particles on the map, judged as those of Eulerian ones.
 pub fn errors_on_map(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
     let bounds = (WET_SHARE * setup.scale_depth, THICK_SHARE * setup.scale_depth);
     mean_errors(&snapshot.on_map, bounds, setup, exact)

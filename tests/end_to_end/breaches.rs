@@ -1,4 +1,4 @@
-//! A dam that breaks, through the whole program, before resting and Lagrangian particles.
+//! A dam that breaks, through the whole program, before Eulerian and Lagrangian particles.
 
 use std::path::PathBuf;
 

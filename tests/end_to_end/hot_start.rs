@@ -159,7 +159,7 @@ fn volume_of(fields: &Netcdf, number: Option<usize>) -> f64 {
 /// beside walls and, up to five cells inside, beside edges, which runs through the stream as waves.
 const ALLOWED: [[(f64, f64); 2]; 2] = [[(1.5e-3, 1e-3), (1.8e-2, 1e-3)], [(0.03, 0.06), (0.02, 0.04)]];
 
-/// Greatest speed (m/s) of a lake at rest that goes on from a run of one motion in another, resting ones first: twice what was found.
+/// Greatest speed (m/s) of a lake at rest that goes on from a run of one motion in another, Eulerian ones first: twice what was found.
 /// Eulerian particles keep what rests. Moving ones do not keep quite still over this bed, and are drawn a little off.
 const STILL: [[f64; 2]; 2] = [[1e-12, 4e-3], [6e-3, 6e-3]];
 

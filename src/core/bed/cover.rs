@@ -8,20 +8,24 @@
 //! (M103)  w_ik = (1/Δ) (length of that area across the way to side k),   ψ_ij = (1/Δ) (length that i and j have in common)
 //! ```
 //!
-//! so that the area of all cells is that of the terrain, whatever the spacing. What is covered is known exactly: it is made of the
-//! rectangles of the rasters. Data that are missing inside of a raster take whole cells, as blocked buildings do.
+//! so that the area of all cells is that of the terrain, whatever the spacing. The bounds hold for rasters at least two cells wide. What is
+//! covered follows from the rectangles of the rasters; a piece beyond the edge counts where there are data in its middle. Data that are
+//! missing inside of a raster take whole cells, as blocked buildings do, and two cells with terrain have what both span in common: a
+//! narrow gap between rasters is no wall.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+
+use rayon::prelude::*;
 
 use super::{BedParticles, Surface};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
-/// Edges that lie so near to a line of the lattice (in cells) lie on it: the round-off of map coordinates.
+/// Edges that lie so near to a line of the lattice or to the middles of its cells (in cells) lie on it: the round-off of map coordinates.
 const ON_A_LINE: f64 = 1e-6;
-/// How far beside a line (in cells) its two sides are looked at.
-const BESIDE: f64 = 1e-7;
+/// How far from its south-western corner (in cells) rectangles count for a cell: as far as the cells beside it.
+const ABOUT: f64 = 2.5;
 /// Parts that differ from a whole by less are whole.
 const ROUNDING: f64 = 1e-9;
 
@@ -76,7 +80,7 @@ impl Cover {
     pub fn find(
         rasters: &[Rectangle],
         surface: &impl Surface,
-        is_surveyed: &impl Fn(Vec2) -> bool,
+        is_surveyed: &(impl Fn(Vec2) -> bool + Sync),
         bed: &BedParticles,
     ) -> Cover {
         let lattice = &bed.lattice;
@@ -85,28 +89,27 @@ impl Cover {
         if near.is_empty() {
             return Cover::default();
         }
-        let extent = Extent { ends: &ends, surface, is_surveyed, bed };
-        let gifts = extent.gifts(&near);
-        let mut receivers: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (&given, takers) in &gifts {
-            takers.iter().for_each(|&taker| receivers.entry(taker).or_default().push(given));
+        let all = Extent { ends, surface, is_surveyed, bed };
+        let gifts = all.gifts(&near);
+        let mut taken_by: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (&given, gift) in &gifts {
+            gift.takers.iter().for_each(|&taker| taken_by.entry(taker).or_default().push(given));
         }
-        let mut cells = Vec::new();
-        for &cell in near.iter().filter(|&&cell| bed.has_terrain(cell)) {
-            let taken = receivers.get(&cell).map_or(&[][..], Vec::as_slice);
-            let shares = taken.iter().map(|given| extent.covered(*given, true).0 / gifts[given].len() as f64);
+        let part = |&cell: &usize| {
+            let extent = all.about(cell);
+            let taken = taken_by.get(&cell).map_or(&[][..], Vec::as_slice);
+            let shares = taken.iter().map(|given| gifts[given].area / gifts[given].takers.len() as f64);
             let (covered, middle) = extent.covered(cell, false);
-            let area = covered + shares.sum::<f64>();
-            let own = |other: usize| taken.contains(&other) && gifts[&other].len() == 1;
+            let own = |other: usize| taken.contains(&other) && gifts[&other].takers.len() == 1;
             let sides = [0, 1, 2, 3].map(|way| extent.side(cell, way, &own));
-            let part = CellInPart { cell, area, sides, middle };
-            if !part.is_whole() {
-                cells.push(part);
-            }
-        }
+            let part = CellInPart { cell, area: covered + shares.sum::<f64>(), sides, middle };
+            (covered > 0.0 && !part.is_whole()).then_some(part)
+        };
+        let with_terrain: Vec<usize> = near.into_iter().filter(|&cell| bed.has_terrain(cell)).collect();
+        let cells = with_terrain.par_iter().filter_map(part).collect();
         let given = gifts.keys().copied().collect();
         let mut cover = Cover { cells, faces: Vec::new(), given };
-        cover.faces = extent.faces(&cover, &gifts);
+        cover.faces = all.faces(&cover, &gifts);
         cover
     }
 
@@ -144,9 +147,20 @@ impl CellInPart {
     }
 }
 
-/// A rectangle (map) in cells of a lattice, with edges that nearly lie on its lines on them.
+/// A cell beyond the edge of which a part is covered.
+struct Gift {
+    /// The covered area.
+    area: f64,
+    /// The cells that share it.
+    takers: Vec<usize>,
+}
+
+/// A rectangle (map) in cells of a lattice, with edges that nearly lie on its lines or on the middles of its cells on them.
 fn in_cells((low, high): Rectangle, lattice: &Lattice) -> Rectangle {
-    let snapped = |at: f64| if (at - at.round()).abs() < ON_A_LINE { at.round() } else { at };
+    let snapped = |at: f64| {
+        let near = 0.5 * (2.0 * at).round();
+        if (at - near).abs() < ON_A_LINE { near } else { at }
+    };
     [low, high]
         .map(|corner| lattice.to_local(corner) / lattice.spacing)
         .map(|corner| Vec2::new(snapped(corner.x), snapped(corner.y)))
@@ -179,13 +193,23 @@ fn near_ends(ends: &[Rectangle], lattice: &Lattice) -> BTreeSet<usize> {
 
 /// What is covered; places and lengths in cells.
 struct Extent<'a, S, P> {
-    ends: &'a [Rectangle],
+    ends: Vec<Rectangle>,
     surface: &'a S,
     is_surveyed: &'a P,
     bed: &'a BedParticles,
 }
 
-impl<S: Surface, P: Fn(Vec2) -> bool> Extent<'_, S, P> {
+impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
+    /// The same of the rectangles about a cell alone: mosaics have many.
+    fn about(&self, cell: usize) -> Self {
+        let (column, row) = self.place(cell);
+        let is_near = |&&(low, high): &&Rectangle| {
+            let meets = |low: f64, high: f64, at: f64| low <= at + ABOUT && high >= at + 1.0 - ABOUT;
+            meets(low.x, high.x, column) && meets(low.y, high.y, row)
+        };
+        Extent { ends: self.ends.iter().filter(is_near).copied().collect(), ..*self }
+    }
+
     /// Whether a place belongs to the terrain; by the data there too, where asked.
     fn is_covered(&self, place: Vec2, by_data: bool) -> bool {
         let lattice = &self.bed.lattice;
@@ -230,24 +254,8 @@ impl<S: Surface, P: Fn(Vec2) -> bool> Extent<'_, S, P> {
         (column as f64, row as f64)
     }
 
-    /// The length of a side of a cell that is covered on both of its sides.
-    fn open(&self, cell: usize, way: usize, by_data: bool) -> f64 {
-        let (column, row) = self.place(cell);
-        let out = Vec2::new(WAYS[way].0 as f64, WAYS[way].1 as f64);
-        let middle = Vec2::new(column + 0.5, row + 0.5) + out * 0.5;
-        let is_across = WAYS[way].0 != 0;
-        let from = if is_across { row } else { column };
-        let cuts = self.cuts(from, from + 1.0, |p| if is_across { p.y } else { p.x });
-        let covered = cuts.windows(2).filter(|piece| {
-            let along = 0.5 * (piece[0] + piece[1]);
-            let place = if is_across { Vec2::new(middle.x, along) } else { Vec2::new(along, middle.y) };
-            [-BESIDE, BESIDE].into_iter().all(|beside| self.is_covered(place + out * beside, by_data))
-        });
-        covered.map(|piece| piece[1] - piece[0]).sum()
-    }
-
-    /// The length that the covered part of a cell has across a way: where it ends inside the cell its wall stands there.
-    fn across(&self, cell: usize, way: usize, by_data: bool) -> f64 {
+    /// What the covered part of a cell spans across a way: where it ends inside the cell its wall stands there.
+    fn spans(&self, cell: usize, way: usize, by_data: bool) -> Vec<[f64; 2]> {
         let (column, row) = self.place(cell);
         let (x, y) = (self.cuts(column, column + 1.0, |p| p.x), self.cuts(row, row + 1.0, |p| p.y));
         let is_across = WAYS[way].0 != 0;
@@ -258,7 +266,21 @@ impl<S: Surface, P: Fn(Vec2) -> bool> Extent<'_, S, P> {
                 self.is_covered(if is_across { Vec2::new(b, a) } else { Vec2::new(a, b) }, by_data)
             })
         });
-        covered.map(|piece| piece[1] - piece[0]).sum()
+        covered.map(|piece| [piece[0], piece[1]]).collect()
+    }
+
+    /// The length of these.
+    fn across(&self, cell: usize, way: usize, by_data: bool) -> f64 {
+        self.spans(cell, way, by_data).iter().map(|[from, to]| to - from).sum()
+    }
+
+    /// The length that two cells beside each other have in common: a hair of nothing between two rasters is no wall.
+    fn common(&self, cells: (usize, usize), way: usize, by_data: bool) -> f64 {
+        let others = self.spans(cells.1, way, by_data);
+        let overlap = |[from, to]: [f64; 2]| -> f64 {
+            others.iter().map(|other| (to.min(other[1]) - from.max(other[0])).max(0.0)).sum()
+        };
+        self.spans(cells.0, way, by_data).into_iter().map(overlap).sum()
     }
 
     /// The length of a side of a cell, with those of the cells that are its own beside it.
@@ -269,13 +291,15 @@ impl<S: Surface, P: Fn(Vec2) -> bool> Extent<'_, S, P> {
 
     /// The cells beyond the edge of which a part is covered, each with those to which it belongs: the cells beside it that have terrain
     /// or, where there are none, those at its corners.
-    fn gifts(&self, near: &BTreeSet<usize>) -> BTreeMap<usize, Vec<usize>> {
+    fn gifts(&self, near: &BTreeSet<usize>) -> BTreeMap<usize, Gift> {
         let lattice = &self.bed.lattice;
-        let is_beyond = |cell: usize| {
-            let (column, row) = self.place(cell);
-            !self.bed.has_terrain(cell)
-                && !self.is_covered(Vec2::new(column + 0.5, row + 0.5), false)
-                && self.covered(cell, true).0 > ROUNDING
+        let area_beyond = |cell: usize| {
+            let extent = self.about(cell);
+            let centre = lattice.centre(cell) / lattice.spacing;
+            // A centre on the edge lies in the terrain or not, as the round-off of map coordinates has it.
+            let inwards = Vec2::new(ON_A_LINE, ON_A_LINE);
+            let is_hole = extent.ends.iter().any(|&(low, high)| is_within(centre, low + inwards, high - inwards));
+            Some(extent.covered(cell, true).0).filter(|&area| !is_hole && area > ROUNDING)
         };
         let takers = |cell: usize| {
             let with_terrain = |ways: &[(isize, isize)]| -> Vec<usize> {
@@ -285,26 +309,27 @@ impl<S: Surface, P: Fn(Vec2) -> bool> Extent<'_, S, P> {
             let beside = with_terrain(&WAYS);
             if beside.is_empty() { with_terrain(&[(1, 1), (-1, 1), (1, -1), (-1, -1)]) } else { beside }
         };
-        let beyond = near.iter().copied().filter(|&cell| is_beyond(cell));
-        beyond.map(|cell| (cell, takers(cell))).filter(|(_, takers)| !takers.is_empty()).collect()
+        let beyond = near.iter().copied().filter(|&cell| !self.bed.has_terrain(cell));
+        let gifts = beyond.filter_map(|cell| Some((cell, Gift { area: area_beyond(cell)?, takers: takers(cell) })));
+        gifts.filter(|(_, gift)| !gift.takers.is_empty()).collect()
     }
 
     /// The faces of the cells in part.
-    fn faces(&self, cover: &Cover, gifts: &BTreeMap<usize, Vec<usize>>) -> Vec<FaceInPart> {
+    fn faces(&self, cover: &Cover, gifts: &BTreeMap<usize, Gift>) -> Vec<FaceInPart> {
         let lattice = &self.bed.lattice;
-        let is_of = |given: usize, taker: usize| gifts.get(&given).is_some_and(|takers| takers[..] == [taker]);
+        let is_of = |given: usize, taker: usize| gifts.get(&given).is_some_and(|gift| gift.takers[..] == [taker]);
         let mut faces = BTreeMap::new();
         for part in &cover.cells {
-            let (column, row) = lattice.column_row(part.cell);
+            let ((column, row), extent) = (lattice.column_row(part.cell), self.about(part.cell));
             for (way, own) in part.sides.into_iter().enumerate() {
                 let other = step(lattice, part.cell, WAYS[way]).filter(|&other| self.bed.has_terrain(other));
                 let open = other.map_or(own, |other| {
                     let beyond = ends_of(way).filter_map(|end| {
                         let pair = (step(lattice, part.cell, end)?, step(lattice, other, end)?);
                         let is_theirs = is_of(pair.0, part.cell) && is_of(pair.1, other);
-                        is_theirs.then(|| self.open(pair.0, way, true))
+                        is_theirs.then(|| extent.common(pair, way, true))
                     });
-                    self.open(part.cell, way, false) + beyond.sum::<f64>()
+                    extent.common((part.cell, other), way, false) + beyond.sum::<f64>()
                 });
                 // The side across a face is the one after or before.
                 let others = other.map_or(own, |other| cover.cell(other).sides[way ^ 1]);

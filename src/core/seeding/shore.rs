@@ -97,9 +97,11 @@ pub(super) fn fit_bed_to_water(
             && is_to_be_set((number, level), cell, part, (filling, &approach))
             && !(is_in_part && is_at_pixel_bank(cell, part, filling, surface));
         if is_in_part && !(is_set && part.has_shore && !banks.contains(&cell)) {
-            let is_filled = filling.body[cell] == Some(number);
-            let held = if is_filled { (level - filling.bed.elevation[cell]) * area } else { 0.0 };
-            in_part += held - part.volume;
+            if filling.body[cell] == Some(number) {
+                in_part += (level - filling.bed.elevation[cell]) * area - part.volume;
+            } else if !filling.bed.has_terrain(cell) {
+                in_part -= part.volume;
+            }
             continue;
         }
         if !filling.bed.has_terrain(cell) {

@@ -121,3 +121,31 @@ fn missing_data_beyond_the_last_whole_cell_are_nobodys() {
     assert_eq!([2, 3, 5, 6].map(|row| cover.cell(cell(row))), [2, 3, 5, 6].map(|row| without.cell(cell(row))));
     assert!((cover.cell(cell(4)).area - 1.0).abs() < 1e-12, "{:?}", cover.cell(cell(4)));
 }
+
+#[test]
+fn half_covered_cells_are_halves_at_coordinates_of_any_size() {
+    for west in [0.0, 500_000.1, 4_321_000.7] {
+        let (spacing, columns, rows) = (0.3, 10, 8);
+        let origin = Vec2::new(west, 5_000_000.3);
+        // 9.5 cells wide, in cells of a sixth.
+        let raster = Raster {
+            columns: 57,
+            rows: 48,
+            west,
+            north: origin.y + 48.0 * 0.05,
+            cell_x: 0.05,
+            cell_y: 0.05,
+            values: vec![1.0; 57 * 48],
+        };
+        let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
+        let lattice = Lattice { origin, columns, rows, spacing };
+        let bed = place_bed(&terrain, &lattice, BedMethod::Mean, &Nothing, 0.03);
+        let cover = Cover::find(&terrain.extents_of_rasters(), &terrain, &|_| false, &bed);
+        for row in 0..rows {
+            let column = if bed.has_terrain(lattice.index(9, row)) { 9 } else { 8 };
+            let part = cover.cell(lattice.index(column, row));
+            let expected = if column == 9 { 0.5 } else { 1.5 };
+            assert!((part.area - expected).abs() < 1e-9, "{west}, row {row}: {part:?}");
+        }
+    }
+}

@@ -199,7 +199,7 @@ impl OpenBoundaries {
     }
 
     /// Rates at which water comes in and leaves now (m²/s, per metre of face), after outflow was limited to what is there; each
-    /// boundary balance its own, which `carried` (m·s) turns into volumes.
+    /// boundary counts its own, which `carried` (m·s) turns into volumes.
     pub fn book(&mut self, state: &State, carried: f64) -> (f64, f64) {
         let (mut coming, mut leaving) = (0.0, 0.0);
         for line in &mut self.lines {

@@ -18,6 +18,32 @@ fn basin(
     bed: impl Fn(Vec2) -> f64,
     level: impl Fn(Vec2) -> f64,
 ) -> FlowProblem {
+    on_rasters(&[((west, south), (width, height))], 1.0, bed, level)
+}
+
+/// The same on several rectangles, with cells of a spacing (m).
+fn on_rasters(
+    rectangles: &[((f64, f64), (f64, f64))],
+    spacing: f64,
+    bed: impl Fn(Vec2) -> f64,
+    level: impl Fn(Vec2) -> f64,
+) -> FlowProblem {
+    let layers = rectangles.iter().map(|&(corner, size)| Layer::Raster(raster(corner, size, &bed))).collect();
+    let terrain = Terrain::new(layers).unwrap();
+    let ends = terrain.extent().1 / spacing;
+    let (columns, rows) = (ends.x.ceil() as usize, ends.y.ceil() as usize);
+    let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing };
+    let made = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.0);
+    let depth = (0..lattice.len()).map(|cell| (level(lattice.centre(cell)) - made.elevation[cell]).max(0.0));
+    let mut problem = problem(lattice.clone(), made.elevation.clone(), depth.collect());
+    let is_surveyed = |place| terrain.is_surveyed(place);
+    let cover = Cover::find(&terrain.extents_of_rasters(), &terrain, &is_surveyed, &made);
+    problem.bed = BedParticles { cover, ..problem.bed };
+    problem
+}
+
+/// A raster of cells of 0.1 m.
+fn raster((west, south): (f64, f64), (width, height): (f64, f64), bed: &impl Fn(Vec2) -> f64) -> Raster {
     let cell = 0.1;
     let (columns, rows) = ((width / cell).round() as usize, (height / cell).round() as usize);
     let mut raster = Raster {
@@ -32,17 +58,7 @@ fn basin(
     for i in 0..columns * rows {
         raster.values[i] = bed(raster.centre(i % columns, i / columns));
     }
-    let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
-    let count = |length: f64| length.ceil() as usize;
-    let (columns, rows) = (count(west + width), count(south + height));
-    let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing: 1.0 };
-    let made = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.0);
-    let depth = (0..lattice.len()).map(|cell| (level(lattice.centre(cell)) - made.elevation[cell]).max(0.0));
-    let mut problem = problem(lattice.clone(), made.elevation.clone(), depth.collect());
-    let is_surveyed = |place| terrain.is_surveyed(place);
-    let cover = Cover::find(&terrain.extents_of_rasters(), &terrain, &is_surveyed, &made);
-    problem.bed = BedParticles { cover, ..problem.bed };
-    problem
+    raster
 }
 
 /// Places of a basin that end at halves, less than halves and more.
@@ -114,7 +130,6 @@ fn a_swing_has_the_period_of_its_basin() {
         }
         let period = (crossings[8] - crossings[0]) / 4.0;
         let exact = 2.0 * length / 9.81_f64.sqrt();
-        println!("{west} {length}: {period} s of {exact} s");
         assert!((period / exact - 1.0).abs() < 4e-3, "{west} {length}: {period} s of {exact} s");
     }
 }
@@ -161,5 +176,71 @@ fn what_leaves_over_an_open_edge_is_as_wide_as_the_terrain() {
     for (south, height) in [(0.0, 8.5), (0.6, 7.0), (0.3, 7.4)] {
         let part = discharge(south, height);
         assert!((part / whole - 1.0).abs() < 1e-9, "{south} {height}: {part} of {whole} m2/s");
+    }
+}
+
+#[test]
+fn a_dam_break_round_a_step_of_the_outline_is_that_on_half_cells() {
+    // An L whose inner corner lies in the middle of a cell of 1 m, and on a corner of those of 0.5 m. Its mirror image about the diagonal.
+    let shape = [((0.0, 0.0), (30.5, 12.5)), ((0.0, 0.0), (14.5, 28.5))];
+    let turned = [((0.0, 0.0), (12.5, 30.5)), ((0.0, 0.0), (28.5, 14.5))];
+    let level = |place: Vec2| if place.x > 20.5 { 2.0 } else { 1.0 };
+    let level_turned = |place: Vec2| level(Vec2::new(place.y, place.x));
+    let until = |mut solver: EulerianSolver, end: f64| {
+        while solver.time() < end {
+            let step = solver.choose_step().time_step.min(end - solver.time());
+            solver.advance(step).unwrap();
+        }
+        solver
+    };
+    let coarse = until(EulerianSolver::new(on_rasters(&shape, 1.0, |_| 0.0, level)), 4.0);
+    let other = until(EulerianSolver::new(on_rasters(&turned, 1.0, |_| 0.0, level_turned)), 4.0);
+    let fine = until(EulerianSolver::new(on_rasters(&shape, 0.5, |_| 0.0, level)), 4.0);
+    assert!(fine.in_part.cells.is_empty() && coarse.in_part.faces.iter().flatten().any(|face| face.walls[0] > 0.4));
+    let depth = |solver: &EulerianSolver, row: usize, column: usize| solver.state.water[row].depth[column];
+    let (mut error, mut area, mut at_corner) = (0.0, 0.0, 0.0_f64);
+    for (row, column) in (1..=28).flat_map(|row| (1..=30).map(move |column| (row, column))) {
+        if !coarse.state.has_terrain(row, column) {
+            continue;
+        }
+        let own = depth(&coarse, row, column);
+        assert!((own - depth(&other, column, row)).abs() < 1e-12, "row {row}, column {column}: the mirror image");
+        // The four cells of 0.5 m, as far as there are any.
+        let quarters = [
+            (2 * row - 1, 2 * column - 1),
+            (2 * row - 1, 2 * column),
+            (2 * row, 2 * column - 1),
+            (2 * row, 2 * column),
+        ];
+        let there: Vec<f64> = quarters
+            .into_iter()
+            .filter(|&(row, column)| row <= fine.state.rows && fine.state.has_terrain(row, column))
+            .map(|(row, column)| depth(&fine, row, column))
+            .collect();
+        let apart = (own - there.iter().sum::<f64>() / there.len() as f64).abs();
+        (error, area) = (error + apart, area + 1.0);
+        if (row as f64 - 13.0).hypot(column as f64 - 15.0) < 3.0 {
+            at_corner = at_corner.max(apart);
+        }
+    }
+    println!("{} m on average, {at_corner} m at the corner", error / area);
+    assert!(error / area < 0.02 && at_corner < 0.1, "{} m on average, {at_corner} m at the corner", error / area);
+}
+
+#[test]
+fn a_narrow_gap_between_two_rasters_is_no_wall() {
+    // It lies across a line of the lattice, beside one, and inside of a cell.
+    let depth_beyond = |end: f64, begin: f64| {
+        let shape = [((0.0, 0.0), (end, 6.0)), ((begin, 0.0), (30.0 - begin, 6.0))];
+        let level = |place: Vec2| if place.x < 12.0 { 2.0 } else { 1.0 };
+        let mut solver = EulerianSolver::new(on_rasters(&shape, 1.0, |_| 0.0, level));
+        run(&mut solver, 60);
+        solver.state.water[3].depth[19]
+    };
+    let whole = depth_beyond(15.0, 15.0);
+    assert!(whole > 1.2, "{whole} m");
+    for (end, begin) in [(14.9, 15.1), (14.8, 15.0), (14.6, 14.9), (15.0, 15.000_01)] {
+        let own = depth_beyond(end, begin);
+        assert!((own - whole).abs() < 0.1, "from {end} to {begin} m: {own} of {whole} m");
     }
 }

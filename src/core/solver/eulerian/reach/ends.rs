@@ -139,7 +139,7 @@ impl Reach {
         fastest
     }
 
-    /// Rates at which water comes in and leaves by the open ends (m³/s); each end balance its own over so many seconds.
+    /// Rates at which water comes in and leaves by the open ends (m³/s); each end counts its own over so many seconds.
     pub(super) fn book(&mut self, seconds: f64) -> (f64, f64) {
         let outwards = |end: usize| match (&self.ends[end], end) {
             (End::Open(_), 0) => -self.faces[0].volume,
