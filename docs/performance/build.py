@@ -27,8 +27,8 @@ PROGRAM = "target/release/floodsim"
 MOTIONS = ("eulerian", "lagrangian")
 NAMES = {"eulerian": "Eulerian", "lagrangian": "Lagrangian"}
 # The targets: evaluations a CPU second (millions), bytes a particle, efficiency of two threads, seconds of Parma and of the obstacle.
-RATE_BAR = {"eulerian": 8.0, "lagrangian": 2.5}
-MEMORY_BAR, EFFICIENCY_BAR, PARMA_BAR, OBSTACLE_BAR = 400, 0.95, 60, 1800
+RATE_TARGET = {"eulerian": 8.0, "lagrangian": 2.5}
+MEMORY_TARGET, EFFICIENCY_TARGET, PARMA_TARGET, OBSTACLE_TARGET = 400, 0.95, 60, 1800
 MEMORY_SIZES = (200_000, 800_000)
 # Spacings (mm) of the whole runs of Parma.
 MEMORY_SPACINGS = (10, 5)
@@ -241,9 +241,9 @@ def phases():
         of_evaluation = sum(float(row["cpu_s"]) for row in mine if row["phase"] in EVALUATION.get(motion, [row["phase"]]))
         for name, cpu in [("all", whole), ("of these the evaluation", of_evaluation)]:
             total = evaluations / cpu / 1e6
-            bar = f" (target {RATE_BAR[motion]}: {verdict(total >= RATE_BAR[motion])})" if cpu == of_evaluation else ""
+            target = f" (target {RATE_TARGET[motion]}: {verdict(total >= RATE_TARGET[motion])})" if cpu == of_evaluation else ""
             if name == "all" or cpu != whole:
-                rows.append([f"**{NAMES[motion]}**", f"**{name}**", f"**{1e9 * cpu / evaluations:.0f}**", f"{100 * cpu / whole:.0f} %", f"**{total:.2f}**{bar}"])
+                rows.append([f"**{NAMES[motion]}**", f"**{name}**", f"**{1e9 * cpu / evaluations:.0f}**", f"{100 * cpu / whole:.0f} %", f"**{total:.2f}**{target}"])
     return table(["particles", "phase", "ns an evaluation", "share", "million evaluations a CPU second"], rows)
 
 
@@ -268,15 +268,15 @@ def memory():
             (n, cells, a), (m, more_cells, b) = mine[:2]
             slope = (b - a) / (m - n)
             peaks = f"{a / 2**20:.0f} MiB at {n}, {b / 2**20:.0f} MiB at {m}"
-            rows.append([NAMES[motion] + name, peaks, f"{cells / n:.2f}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_BAR)])
+            rows.append([NAMES[motion] + name, peaks, f"{cells / n:.2f}", f"{slope:.0f}", f"{(a - slope * n) / 2**20:.0f} MiB", verdict(slope <= MEMORY_TARGET)])
             if len(mine) > 2:
                 # Of three runs with particles and cells in two proportions: the bytes of each.
                 (k, other_cells, c) = mine[2]
                 (dn, dc, db), (en, ec, eb) = (m - n, more_cells - cells, b - a), (k - m, other_cells - more_cells, c - b)
                 alone, of_cell = ((db * ec - eb * dc) / (dn * ec - en * dc), (dn * eb - en * db) / (dn * ec - en * dc))
                 fixed = a - alone * n - of_cell * cells
-                rows.append([f"{NAMES[motion]}{name}, without its cells", f"{c / 2**20:.0f} MiB at {k} with {other_cells / k:.1f} cells for each", "-", f"{alone:.0f}", f"{fixed / 2**20:.0f} MiB and {of_cell:.0f} bytes a cell", verdict(alone <= MEMORY_BAR)])
-    return table(["particles", "peak", "cells for each", "bytes a particle", "fixed part", f"target {MEMORY_BAR} bytes"], rows)
+                rows.append([f"{NAMES[motion]}{name}, without its cells", f"{c / 2**20:.0f} MiB at {k} with {other_cells / k:.1f} cells for each", "-", f"{alone:.0f}", f"{fixed / 2**20:.0f} MiB and {of_cell:.0f} bytes a cell", verdict(alone <= MEMORY_TARGET)])
+    return table(["particles", "peak", "cells for each", "bytes a particle", "fixed part", f"target {MEMORY_TARGET} bytes"], rows)
 
 
 def threads():
@@ -291,8 +291,8 @@ def threads():
                     place[key] = min(place[key], value)
         if len(best) == 2:
             efficiency = best["1"]["wall_s"] / best["2"]["wall_s"] / 2
-            rows.append([NAMES[motion], f"{1e9 * best['1']['wall_s']:.0f}", f"{1e9 * best['2']['wall_s']:.0f}", f"{100 * efficiency:.0f} %", f"{100 * best['1']['cpu_s'] / best['2']['cpu_s']:.0f} %", verdict(efficiency >= EFFICIENCY_BAR)])
-    return table(["particles", "ns an evaluation, 1 thread", "2 threads", "wall-clock efficiency", "CPU time of 1 thread over that of 2", f"target {100 * EFFICIENCY_BAR:.0f} %"], rows)
+            rows.append([NAMES[motion], f"{1e9 * best['1']['wall_s']:.0f}", f"{1e9 * best['2']['wall_s']:.0f}", f"{100 * efficiency:.0f} %", f"{100 * best['1']['cpu_s'] / best['2']['cpu_s']:.0f} %", verdict(efficiency >= EFFICIENCY_TARGET)])
+    return table(["particles", "ns an evaluation, 1 thread", "2 threads", "wall-clock efficiency", "CPU time of 1 thread over that of 2", f"target {100 * EFFICIENCY_TARGET:.0f} %"], rows)
 
 
 def roofline():
@@ -321,7 +321,7 @@ def instructions():
     return table(["particles", "number", "instructions an evaluation", "evaluations counted", "counter"], rows)
 
 
-def study(name, bar):
+def study(name, target):
     rows, text = [], read(name)
     finest = str(min(STUDY[name]["spacings"]))
     most = {motion: max((row["threads"] for row in text if (row["motion"], row["spacing_mm"]) == (motion, finest)), default="") for motion in MOTIONS}
@@ -332,12 +332,12 @@ def study(name, bar):
         ran = number("cpu_s") / number("wall_s")
         seconds = lambda *phases: f"{ran * sum(number(f'{phase}_s') for phase in phases):.2f}"
         idle = number("cpu_s") / threads_
-        told = f"{idle:.1f} s" if idle < 300 else f"{idle / 60:.0f} min"
+        reported = f"{idle:.1f} s" if idle < 300 else f"{idle / 60:.0f} min"
         if (row["spacing_mm"], row["threads"]) == (finest, most[row["motion"]]):
-            told += f" (target {bar} s: {verdict(idle <= bar)})"
+            reported += f" (target {target} s: {verdict(idle <= target)})"
         cells = [NAMES[row["motion"]], f"{spacing} mm", row["particles"], row["threads"], row["steps"]]
         cells += [seconds("neighbours") if number("neighbours_s") else "-", seconds("gradients"), seconds("rates", "faces", "update", "velocities"), f"{number('cpu_s'):.1f}"]
-        cells += [f"{number('wall_s'):.1f}", told, f"{number('particle_evaluations') / number('cpu_s') / 1e6:.2f}"]
+        cells += [f"{number('wall_s'):.1f}", reported, f"{number('particle_evaluations') / number('cpu_s') / 1e6:.2f}"]
         if name == "parma":
             particles, _, one, many = WU[spacing]
             cells.append(f"{one} s on 1, {many} s on 20 ({particles})")
@@ -385,9 +385,9 @@ def accuracy():
         is_same = lambda before, after: before == after or abs(number(before) - number(after)) < ROUNDING
         same = [key for key, (before, after) in pairs.items() if all(is_same(before[error], after[error]) for error in errors)]
         before, after = next(iter(pairs.values()))
-        told = f"**{what}** (commits {before['commit']} and {after['commit']}): "
-        told += f"all {len(pairs)} rows are the same" if len(same) == len(pairs) else f"{len(same)} of {len(pairs)} rows are the same; the others"
-        sections.append(f"{told}{'.' if len(same) == len(pairs) else ':'}\n")
+        reported = f"**{what}** (commits {before['commit']} and {after['commit']}): "
+        reported += f"all {len(pairs)} rows are the same" if len(same) == len(pairs) else f"{len(same)} of {len(pairs)} rows are the same; the others"
+        sections.append(f"{reported}{'.' if len(same) == len(pairs) else ':'}\n")
         rows = [
             [case, spacing, *(f"{before[error]} / {after[error]}" for error in errors)]
             for (case, spacing), (before, after) in pairs.items()
@@ -406,8 +406,8 @@ PARTS = {
     "roofline": roofline,
     "instructions": instructions,
     "terrain": terrain,
-    "parma": lambda: study("parma", PARMA_BAR),
-    "obstacle": lambda: study("obstacle", OBSTACLE_BAR),
+    "parma": lambda: study("parma", PARMA_TARGET),
+    "obstacle": lambda: study("obstacle", OBSTACLE_TARGET),
     "plans": plans,
     "accuracy": accuracy,
 }

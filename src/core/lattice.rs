@@ -11,6 +11,9 @@ use crate::math::Vec2;
 /// How far (in cells) beyond the outermost edge a place still lies on it: the round-off of map coordinates.
 const EDGE_TOLERANCE: f64 = 1e-6;
 
+/// The steps (column, row) to the four neighbours of a cell: east, west, north, south.
+pub const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+
 /// A lattice of square cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
@@ -51,6 +54,14 @@ impl Lattice {
     #[inline]
     pub fn column_row(&self, index: usize) -> (usize, usize) {
         (index % self.columns, index / self.columns)
+    }
+
+    /// The cell at a step (column, row) from a cell, if the lattice has it.
+    #[inline]
+    pub fn neighbour(&self, index: usize, (across, up): (isize, isize)) -> Option<usize> {
+        let (column, row) = self.column_row(index);
+        let (column, row) = (column.checked_add_signed(across)?, row.checked_add_signed(up)?);
+        (column < self.columns && row < self.rows).then(|| self.index(column, row))
     }
 
     /// Centre of a cell in local coordinates (m).

@@ -26,16 +26,13 @@ use super::hazard::hazard_class;
 use super::maxima::{Seen, ThresholdSeen};
 use super::{TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, NEIGHBOURS};
 use crate::math::{Vec2, segments_cross};
 
 /// No wet cell.
 const NONE: u32 = u32::MAX;
 /// A depth that misses a threshold by less than this (m) reaches it: the round-off of levels.
 const ROUND_OFF: f64 = 1e-6;
-
-/// The steps to the neighbours of a cell in the order of its faces: east, west, north, south.
-const FACES: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
 /// The water of the run by the cells of the lattice.
 pub(super) struct WaterOfCells<'a> {
@@ -172,8 +169,8 @@ impl OnTerrain {
     /// The levels in the middles of the faces of a wet cell.
     fn levels_at_faces(&self, own: &WetCell, wet: &[WetCell], numbers: &[u32], bed: &[f64]) -> [f64; 4] {
         let (level, depth) = (own.level, own.seen.max_depth);
-        let beyond = FACES.map(|step| {
-            let Some(other) = self.neighbour(own.cell, step).filter(|&other| !bed[other].is_nan()) else {
+        let beyond = NEIGHBOURS.map(|step| {
+            let Some(other) = self.lattice.neighbour(own.cell, step).filter(|&other| !bed[other].is_nan()) else {
                 return (Beyond::Shut, f64::NAN);
             };
             let its = if numbers[other] == NONE { bed[other] } else { wet[numbers[other] as usize].level };
@@ -202,12 +199,6 @@ impl OnTerrain {
             }
             _ => level,
         })
-    }
-
-    fn neighbour(&self, cell: usize, (across, up): (isize, isize)) -> Option<usize> {
-        let (column, row) = self.lattice.column_row(cell);
-        let (column, row) = (column.checked_add_signed(across)?, row.checked_add_signed(up)?);
-        (column < self.lattice.columns && row < self.lattice.rows).then(|| self.lattice.index(column, row))
     }
 
     /// The level (m) of a wet cell at a place in it (local coordinates).
@@ -260,7 +251,7 @@ impl OnTerrain {
     /// The pixels that meet a pixel at an edge.
     fn neighbours(&self, pixel: usize) -> impl Iterator<Item = usize> {
         let ((column, row), (columns, rows)) = (self.place_of(pixel), (self.columns.len(), self.rows.len()));
-        FACES.into_iter().filter_map(move |(across, down)| {
+        NEIGHBOURS.into_iter().filter_map(move |(across, down)| {
             let (column, row) = (column.checked_add_signed(across)?, row.checked_add_signed(down)?);
             (column < columns && row < rows).then(|| row * columns + column)
         })

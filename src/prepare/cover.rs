@@ -9,7 +9,6 @@ use crate::terrain::Terrain;
 /// Finds the cells in part. Lagrangian particles know none: they keep to whole cells.
 pub(super) fn find(scenario: &Scenario, terrain: &Terrain, surface: &Shaped<'_>, bed: &mut BedParticles) {
     if scenario.numerics.motion == Motion::Eulerian {
-        let is_surveyed = |place| terrain.is_surveyed(place);
-        bed.cover = Cover::find(&terrain.extents_of_rasters(), surface, &is_surveyed, bed);
+        bed.cover = Cover::find(terrain, surface, bed);
     }
 }

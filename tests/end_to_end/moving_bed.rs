@@ -169,7 +169,7 @@ fn moving_particles_feel_the_bed_that_moves() {
             assert!((of_bed(run, key) - of_bed(of_resting, key)).abs() <= 1e-9 * of_bed(of_resting, key), "{key}");
         }
         let lifted = of_bed(run, "lifted_m3") / of_bed(of_resting, "lifted_m3");
-        println!("lifted: {lifted} of what Eulerian particles book");
+        println!("lifted: {lifted} of what Eulerian particles record");
         assert!((lifted - 1.0).abs() < 0.05, "{lifted}");
         // The bed at the end is the same.
         assert!(moving.1.values("bed_elevation") == resting.1.values("bed_elevation"));

@@ -19,8 +19,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{BedParticles, Surface};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, NEIGHBOURS};
 use crate::math::Vec2;
+use crate::terrain::Terrain;
 
 /// Edges that lie so near to a line of the lattice or to the middles of its cells (in cells) lie on it: the round-off of map coordinates.
 const ON_A_LINE: f64 = 1e-6;
@@ -28,9 +29,6 @@ const ON_A_LINE: f64 = 1e-6;
 const ABOUT: f64 = 2.5;
 /// Parts that differ from a whole by less are whole.
 const ROUNDING: f64 = 1e-9;
-
-/// The ways to the four neighbours: east, west, north, south.
-const WAYS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
 /// A cell that is not just itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,22 +72,17 @@ type Rectangle = (Vec2, Vec2);
 impl Cover {
     /// Finds the cells in part of a bed.
     ///
-    /// - `rasters`: the rectangles of the rasters with data (map)
-    /// - `surface`: the terrain, with what is built on it
-    /// - `is_surveyed`: whether a place (map) is known by points, which end at no line
-    pub fn find(
-        rasters: &[Rectangle],
-        surface: &impl Surface,
-        is_surveyed: &(impl Fn(Vec2) -> bool + Sync),
-        bed: &BedParticles,
-    ) -> Cover {
+    /// - `terrain`: its rasters end along straight lines, its survey points along none
+    /// - `surface`: the terrain with what is built on it
+    pub fn find(terrain: &Terrain, surface: &impl Surface, bed: &BedParticles) -> Cover {
         let lattice = &bed.lattice;
-        let ends: Vec<Rectangle> = rasters.iter().map(|&rectangle| in_cells(rectangle, lattice)).collect();
+        let rasters = terrain.extents_of_rasters();
+        let ends: Vec<Rectangle> = rasters.map(|rectangle| in_cells(rectangle, lattice)).collect();
         let near = near_ends(&ends, lattice);
         if near.is_empty() {
             return Cover::default();
         }
-        let all = Extent { ends, surface, is_surveyed, bed };
+        let all = Extent { ends, terrain, surface, bed };
         let gifts = all.gifts(&near);
         let mut taken_by: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (&given, gift) in &gifts {
@@ -99,7 +92,7 @@ impl Cover {
             let extent = all.about(cell);
             let taken = taken_by.get(&cell).map_or(&[][..], Vec::as_slice);
             let shares = taken.iter().map(|given| gifts[given].area / gifts[given].takers.len() as f64);
-            let (covered, middle) = extent.covered(cell, false);
+            let (covered, middle) = extent.covered(cell);
             let own = |other: usize| taken.contains(&other) && gifts[&other].takers.len() == 1;
             let sides = [0, 1, 2, 3].map(|way| extent.side(cell, way, &own));
             let part = CellInPart { cell, area: covered + shares.sum::<f64>(), sides, middle };
@@ -192,14 +185,14 @@ fn near_ends(ends: &[Rectangle], lattice: &Lattice) -> BTreeSet<usize> {
 }
 
 /// What is covered; places and lengths in cells.
-struct Extent<'a, S, P> {
+struct Extent<'a, S> {
     ends: Vec<Rectangle>,
+    terrain: &'a Terrain,
     surface: &'a S,
-    is_surveyed: &'a P,
     bed: &'a BedParticles,
 }
 
-impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
+impl<S: Surface> Extent<'_, S> {
     /// The same of the rectangles about a cell alone: mosaics have many.
     fn about(&self, cell: usize) -> Self {
         let (column, row) = self.place(cell);
@@ -210,18 +203,16 @@ impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
         Extent { ends: self.ends.iter().filter(is_near).copied().collect(), ..*self }
     }
 
-    /// Whether a place belongs to the terrain; by the data there too, where asked.
-    fn is_covered(&self, place: Vec2, by_data: bool) -> bool {
+    /// Whether a place in a cell belongs to the terrain; beyond the last cell that has terrain by the data there, too.
+    fn is_covered(&self, place: Vec2, cell: usize) -> bool {
         let lattice = &self.bed.lattice;
         let map = lattice.to_map(place * lattice.spacing);
         let in_raster = |place: Vec2| self.ends.iter().any(|&(low, high)| is_within(place, low, high));
         // Ground that fills a hole has no rectangle.
-        let is_filled = || {
-            let cell = lattice.cell_at(place * lattice.spacing);
-            cell.is_some_and(|cell| self.bed.has_terrain(cell) && !in_raster(lattice.centre(cell) / lattice.spacing))
-        };
-        (in_raster(place) || (self.is_surveyed)(map) || is_filled())
-            && (!by_data || self.surface.elevation(map).is_some())
+        let has_terrain = self.bed.has_terrain(cell);
+        let is_filled = || has_terrain && !in_raster(lattice.centre(cell) / lattice.spacing);
+        (in_raster(place) || self.terrain.is_surveyed(map) || is_filled())
+            && (has_terrain || self.surface.elevation(map).is_some())
     }
 
     /// The lines of the rectangles between two places along an axis, with those places.
@@ -233,14 +224,14 @@ impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
     }
 
     /// The covered area of a cell, and the way from its middle to that of the area.
-    fn covered(&self, cell: usize, by_data: bool) -> (f64, Vec2) {
+    fn covered(&self, cell: usize) -> (f64, Vec2) {
         let (column, row) = self.place(cell);
         let (x, y) = (self.cuts(column, column + 1.0, |p| p.x), self.cuts(row, row + 1.0, |p| p.y));
         let centre = Vec2::new(column + 0.5, row + 0.5);
         let (mut area, mut moment) = (0.0, Vec2::ZERO);
         for (x, y) in x.windows(2).flat_map(|x| y.windows(2).map(move |y| (x, y))) {
             let middle = Vec2::new(0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
-            if self.is_covered(middle, by_data) {
+            if self.is_covered(middle, cell) {
                 let piece = (x[1] - x[0]) * (y[1] - y[0]);
                 area += piece;
                 moment += (middle - centre) * piece;
@@ -255,38 +246,39 @@ impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
     }
 
     /// What the covered part of a cell spans across a way: where it ends inside the cell its wall stands there.
-    fn spans(&self, cell: usize, way: usize, by_data: bool) -> Vec<[f64; 2]> {
+    fn spans(&self, cell: usize, way: usize) -> Vec<[f64; 2]> {
         let (column, row) = self.place(cell);
         let (x, y) = (self.cuts(column, column + 1.0, |p| p.x), self.cuts(row, row + 1.0, |p| p.y));
-        let is_across = WAYS[way].0 != 0;
+        let is_across = NEIGHBOURS[way].0 != 0;
         let (along, out) = if is_across { (y, x) } else { (x, y) };
         let covered = along.windows(2).filter(|piece| {
             out.windows(2).any(|other| {
                 let (a, b) = (0.5 * (piece[0] + piece[1]), 0.5 * (other[0] + other[1]));
-                self.is_covered(if is_across { Vec2::new(b, a) } else { Vec2::new(a, b) }, by_data)
+                self.is_covered(if is_across { Vec2::new(b, a) } else { Vec2::new(a, b) }, cell)
             })
         });
         covered.map(|piece| [piece[0], piece[1]]).collect()
     }
 
     /// The length of these.
-    fn across(&self, cell: usize, way: usize, by_data: bool) -> f64 {
-        self.spans(cell, way, by_data).iter().map(|[from, to]| to - from).sum()
+    fn across(&self, cell: usize, way: usize) -> f64 {
+        self.spans(cell, way).iter().map(|[from, to]| to - from).sum()
     }
 
     /// The length that two cells beside each other have in common: a hair of nothing between two rasters is no wall.
-    fn common(&self, cells: (usize, usize), way: usize, by_data: bool) -> f64 {
-        let others = self.spans(cells.1, way, by_data);
+    fn common(&self, cells: (usize, usize), way: usize) -> f64 {
+        let others = self.spans(cells.1, way);
         let overlap = |[from, to]: [f64; 2]| -> f64 {
             others.iter().map(|other| (to.min(other[1]) - from.max(other[0])).max(0.0)).sum()
         };
-        self.spans(cells.0, way, by_data).into_iter().map(overlap).sum()
+        self.spans(cells.0, way).into_iter().map(overlap).sum()
     }
 
     /// The length of a side of a cell, with those of the cells that are its own beside it.
     fn side(&self, cell: usize, way: usize, is_own: &impl Fn(usize) -> bool) -> f64 {
-        let beside = ends_of(way).filter_map(|end| step(&self.bed.lattice, cell, end)).filter(|&other| is_own(other));
-        self.across(cell, way, false) + beside.map(|other| self.across(other, way, true)).sum::<f64>()
+        let beside = ends_of(way).filter_map(|end| self.bed.lattice.neighbour(cell, end));
+        let beside = beside.filter(|&other| is_own(other));
+        self.across(cell, way) + beside.map(|other| self.across(other, way)).sum::<f64>()
     }
 
     /// The cells beyond the edge of which a part is covered, each with those to which it belongs: the cells beside it that have terrain
@@ -299,14 +291,14 @@ impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
             // A centre on the edge lies in the terrain or not, as the round-off of map coordinates has it.
             let inwards = Vec2::new(ON_A_LINE, ON_A_LINE);
             let is_hole = extent.ends.iter().any(|&(low, high)| is_within(centre, low + inwards, high - inwards));
-            Some(extent.covered(cell, true).0).filter(|&area| !is_hole && area > ROUNDING)
+            Some(extent.covered(cell).0).filter(|&area| !is_hole && area > ROUNDING)
         };
         let takers = |cell: usize| {
             let with_terrain = |ways: &[(isize, isize)]| -> Vec<usize> {
-                let others = ways.iter().filter_map(|&way| step(lattice, cell, way));
+                let others = ways.iter().filter_map(|&way| lattice.neighbour(cell, way));
                 others.filter(|&other| self.bed.has_terrain(other)).collect()
             };
-            let beside = with_terrain(&WAYS);
+            let beside = with_terrain(&NEIGHBOURS);
             if beside.is_empty() { with_terrain(&[(1, 1), (-1, 1), (1, -1), (-1, -1)]) } else { beside }
         };
         let beyond = near.iter().copied().filter(|&cell| !self.bed.has_terrain(cell));
@@ -322,14 +314,14 @@ impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
         for part in &cover.cells {
             let ((column, row), extent) = (lattice.column_row(part.cell), self.about(part.cell));
             for (way, own) in part.sides.into_iter().enumerate() {
-                let other = step(lattice, part.cell, WAYS[way]).filter(|&other| self.bed.has_terrain(other));
+                let other = lattice.neighbour(part.cell, NEIGHBOURS[way]).filter(|&other| self.bed.has_terrain(other));
                 let open = other.map_or(own, |other| {
                     let beyond = ends_of(way).filter_map(|end| {
-                        let pair = (step(lattice, part.cell, end)?, step(lattice, other, end)?);
+                        let pair = (lattice.neighbour(part.cell, end)?, lattice.neighbour(other, end)?);
                         let is_theirs = is_of(pair.0, part.cell) && is_of(pair.1, other);
-                        is_theirs.then(|| extent.common(pair, way, true))
+                        is_theirs.then(|| extent.common(pair, way))
                     });
-                    extent.common((part.cell, other), way, false) + beyond.sum::<f64>()
+                    extent.common((part.cell, other), way) + beyond.sum::<f64>()
                 });
                 // The side across a face is the one after or before.
                 let others = other.map_or(own, |other| cover.cell(other).sides[way ^ 1]);
@@ -350,15 +342,8 @@ impl<S: Surface, P: Fn(Vec2) -> bool + Sync> Extent<'_, S, P> {
 
 /// The ways along a side to its two ends.
 fn ends_of(way: usize) -> impl Iterator<Item = (isize, isize)> {
-    let ends = if WAYS[way].0 != 0 { [WAYS[2], WAYS[3]] } else { [WAYS[0], WAYS[1]] };
+    let ends = if NEIGHBOURS[way].0 != 0 { [NEIGHBOURS[2], NEIGHBOURS[3]] } else { [NEIGHBOURS[0], NEIGHBOURS[1]] };
     ends.into_iter()
-}
-
-/// The cell at an offset (column, row) from a cell, if the lattice has it.
-fn step(lattice: &Lattice, cell: usize, (dc, dr): (isize, isize)) -> Option<usize> {
-    let (column, row) = lattice.column_row(cell);
-    let (column, row) = (column.checked_add_signed(dc)?, row.checked_add_signed(dr)?);
-    (column < lattice.columns && row < lattice.rows).then(|| lattice.index(column, row))
 }
 
 /// Whether a place lies in a rectangle or on its edge.

@@ -106,9 +106,9 @@ impl Terrain {
     }
 
     /// The rectangles around the data of its rasters: south-western and north-eastern corners.
-    pub fn extents_of_rasters(&self) -> Vec<(Vec2, Vec2)> {
+    pub fn extents_of_rasters(&self) -> impl Iterator<Item = (Vec2, Vec2)> {
         let of_layers = self.layers.iter().zip(&self.extents);
-        of_layers.filter(|(layer, _)| matches!(layer, Layer::Raster(_))).map(|(_, extent)| *extent).collect()
+        of_layers.filter(|(layer, _)| matches!(layer, Layer::Raster(_))).map(|(_, extent)| *extent)
     }
 
     /// Whether survey points say how high a place lies.

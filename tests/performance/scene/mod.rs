@@ -17,7 +17,7 @@ const SPACING: f64 = 5.0;
 /// Roughness of the bed (s·m^(−1/3)).
 const MANNING: f64 = 0.03;
 
-/// Resting or Lagrangian particles.
+/// Eulerian or Lagrangian particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Resting.

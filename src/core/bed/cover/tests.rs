@@ -22,8 +22,7 @@ fn raster(west: f64, south: f64, width: f64, height: f64) -> Raster {
 fn cover(rasters: Vec<Raster>) -> (Cover, BedParticles) {
     let terrain = Terrain::new(rasters.into_iter().map(Layer::Raster).collect()).unwrap();
     let bed = place_bed(&terrain, &lattice(), BedMethod::Mean, &Nothing, 0.03);
-    let is_surveyed = |place| terrain.is_surveyed(place);
-    (Cover::find(&terrain.extents_of_rasters(), &terrain, &is_surveyed, &bed), bed)
+    (Cover::find(&terrain, &terrain, &bed), bed)
 }
 
 /// Area (m²) of all cells.
@@ -140,7 +139,7 @@ fn half_covered_cells_are_halves_at_coordinates_of_any_size() {
         let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
         let lattice = Lattice { origin, columns, rows, spacing };
         let bed = place_bed(&terrain, &lattice, BedMethod::Mean, &Nothing, 0.03);
-        let cover = Cover::find(&terrain.extents_of_rasters(), &terrain, &|_| false, &bed);
+        let cover = Cover::find(&terrain, &terrain, &bed);
         for row in 0..rows {
             let column = if bed.has_terrain(lattice.index(9, row)) { 9 } else { 8 };
             let part = cover.cell(lattice.index(column, row));

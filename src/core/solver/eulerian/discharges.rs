@@ -14,7 +14,7 @@
 use super::EulerianSolver;
 use super::faces::{EAST, NORTH};
 use super::state::State;
-use super::walls::NEIGHBOURS;
+use crate::lattice::NEIGHBOURS;
 use crate::math::Vec2;
 use crate::solver::{DischargeCheck, DischargesInDoubt};
 

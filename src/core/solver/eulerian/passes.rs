@@ -19,9 +19,10 @@ use rayon::prelude::*;
 use super::faces::{EAST, Half, NORTH, Numbers, Side, Sill, over_sill, single};
 use super::spans::ActiveSet;
 use super::state::{GroundRow, State, datum};
-use super::walls::{Beside, NEIGHBOURS, NO_SILLS, SpecialCell, Walls, correct_gradients};
+use super::walls::{Beside, NO_SILLS, SpecialCell, Walls, correct_gradients};
 use super::{EulerianMethods, Scale};
 use crate::bed::PassSill;
+use crate::lattice::NEIGHBOURS;
 use crate::math::larger;
 use crate::solver::FlowProblem;
 

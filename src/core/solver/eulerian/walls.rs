@@ -17,6 +17,7 @@ use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::spans::{ActiveSet, Run};
 use super::stairs::{self, is_stair};
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
+use crate::lattice::NEIGHBOURS;
 use crate::math::{Vec2, segments_cross};
 use crate::methods::Reconstruction;
 use crate::solver::FlowProblem;
@@ -64,9 +65,6 @@ struct PartOfFace {
     direction: usize,
     share: f64,
 }
-
-/// Offsets (column, row) of the four neighbours.
-pub(super) const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
 /// No sills on the ways to the four neighbours.
 pub(super) const NO_SILLS: [f64; 4] = [f64::NEG_INFINITY; 4];

@@ -11,6 +11,9 @@ use crate::methods::BedMethod;
 use crate::solver::{FlowSolver, OpenEdges};
 use crate::terrain::{Layer, Raster, Terrain};
 
+/// A south-western corner (m), and width and height (m).
+type Rectangle = ((f64, f64), (f64, f64));
+
 /// A basin from (west, south) on, of a width and a height (m), on cells of 1 m; its level (m), and the level of the water over its bed.
 fn basin(
     (west, south): (f64, f64),
@@ -23,7 +26,7 @@ fn basin(
 
 /// The same on several rectangles, with cells of a spacing (m).
 fn on_rasters(
-    rectangles: &[((f64, f64), (f64, f64))],
+    rectangles: &[Rectangle],
     spacing: f64,
     bed: impl Fn(Vec2) -> f64,
     level: impl Fn(Vec2) -> f64,
@@ -36,8 +39,7 @@ fn on_rasters(
     let made = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.0);
     let depth = (0..lattice.len()).map(|cell| (level(lattice.centre(cell)) - made.elevation[cell]).max(0.0));
     let mut problem = problem(lattice.clone(), made.elevation.clone(), depth.collect());
-    let is_surveyed = |place| terrain.is_surveyed(place);
-    let cover = Cover::find(&terrain.extents_of_rasters(), &terrain, &is_surveyed, &made);
+    let cover = Cover::find(&terrain, &terrain, &made);
     problem.bed = BedParticles { cover, ..problem.bed };
     problem
 }
@@ -62,7 +64,7 @@ fn raster((west, south): (f64, f64), (width, height): (f64, f64), bed: &impl Fn(
 }
 
 /// Places of a basin that end at halves, less than halves and more.
-const ENDS: [((f64, f64), (f64, f64)); 4] =
+const ENDS: [Rectangle; 4] =
     [((0.0, 0.0), (30.5, 17.5)), ((0.8, 0.7), (29.5, 15.4)), ((0.3, 0.4), (30.0, 16.0)), ((0.0, 0.0), (30.3, 17.8))];
 
 #[test]
