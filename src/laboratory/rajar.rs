@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::maps::{GaugeLine, GaugePanel, PanelAxis};
 use crate::pipeline::clock::processor_seconds;
 use crate::pipeline::{cores, flow_problem, thread_pool};
-use crate::prepare::{Prepared, prepare};
+use crate::prepare::{Scene, prepare};
 use crate::scenario::{Scenario, load};
 use crate::solver::ChannelSample;
 
@@ -149,15 +149,9 @@ impl Flume {
 
 /// Takes the steps of a scenario on one thread and reads the axis.
 fn follow(scenario: &Scenario) -> Result<Followed, Error> {
-    let mut prepared = prepare(scenario);
-    if prepared.has_errors() {
-        return Err(Error::Problems(prepared.problems));
-    }
-    let (Some(bed), Some(still)) = (prepared.bed.take(), prepared.still_water.take()) else {
-        return Err(Error::Internal("prepared inputs without errors lack the bed or its water".into()));
-    };
-    let axis = Axis::new(&prepared, &bed.elevation);
-    let problem = flow_problem(scenario, &prepared, bed, &still);
+    let setup = prepare(scenario).into_runnable()?.setup;
+    let axis = Axis::new(&setup.scene, &setup.bed.elevation);
+    let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let mut solver = cores::build(scenario, problem, Vec::new(), &[]);
     let take_steps = || -> Result<Followed, Error> {
         let mut followed =
@@ -195,10 +189,10 @@ struct Axis {
 
 impl Axis {
     /// Of the whole channel: what the plane does not hold the channels do.
-    fn new(prepared: &Prepared, bed: &[f64]) -> Axis {
+    fn new(scene: &Scene, bed: &[f64]) -> Axis {
         let mut origins = Vec::new();
         let mut lower_reach: Option<f64> = None;
-        for (index, channel) in prepared.channels.iter().enumerate() {
+        for (index, channel) in scene.channels.iter().enumerate() {
             for (particle, distance) in channel.distance.iter().enumerate() {
                 // The lower reach joins the plane by the end that lies upstream.
                 let is_lower = channel.id == "lower";
@@ -209,15 +203,13 @@ impl Axis {
                 origins.push((place, Origin::Channel(index, particle)));
             }
         }
-        if let Some(lattice) = &prepared.lattice {
-            let half = 0.5 * lattice.spacing;
-            for (cell, elevation) in bed.iter().enumerate() {
-                let place = lattice.to_map(lattice.centre(cell));
-                if !elevation.is_nan() && place.y > AXIS && place.y < AXIS + 2.0 * half {
-                    let column = (cell % lattice.columns..bed.len()).step_by(lattice.columns);
-                    let width = column.filter(|&other| !bed[other].is_nan()).collect();
-                    origins.push((place.x, Origin::Plane([cell, cell - lattice.columns], width)));
-                }
+        let lattice = &scene.lattice;
+        for (cell, elevation) in bed.iter().enumerate() {
+            let place = lattice.to_map(lattice.centre(cell));
+            if !elevation.is_nan() && place.y > AXIS && place.y < AXIS + lattice.spacing {
+                let column = (cell % lattice.columns..bed.len()).step_by(lattice.columns);
+                let width = column.filter(|&other| !bed[other].is_nan()).collect();
+                origins.push((place.x, Origin::Plane([cell, cell - lattice.columns], width)));
             }
         }
         origins.sort_by(|a, b| a.0.total_cmp(&b.0));

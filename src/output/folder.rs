@@ -50,7 +50,7 @@ const TEMPORARY: &str = ".unfinished.";
 const HOLD: &str = ".running";
 
 /// Beginnings of the names of the maps in `cog/`.
-const OWN_MAPS: [&str; 9] = [
+const OWN_MAPS: [&str; 10] = [
     "bed_elevation",
     "max_depth",
     "max_water_level",
@@ -60,6 +60,7 @@ const OWN_MAPS: [&str; 9] = [
     "flood_duration",
     "deflood_time",
     "hazard_class",
+    "ground_source",
 ];
 
 /// The folder that holds one run, and that no other run may write to while this value or a copy of it lives.

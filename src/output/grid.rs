@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::frames::Frame;
+use super::ground_source::SourceGrid;
 use super::maxima::Maxima;
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterInCell};
@@ -83,6 +84,8 @@ pub struct GridMaps {
     pub time_of_max_depth: Vec<f32>,
     /// Hazard class, 0 (dry) to 6; [`FILL`] outside the terrain.
     pub hazard_class: Vec<f32>,
+    /// Who set the ground last.
+    pub ground_source: SourceGrid,
     /// One entry for each threshold.
     pub thresholds: Vec<ThresholdGrids>,
 }
@@ -284,6 +287,7 @@ impl OutputGrid {
             max_depth_velocity: self.pick(bed_elevation, |index| seen(index).max_depth_velocity, f64::max),
             time_of_max_depth: self.times_of_max_depth(maxima),
             hazard_class: self.pick(bed_elevation, |index| f64::from(seen(index).hazard_class), f64::max),
+            ground_source: SourceGrid::default(),
             thresholds: (0..maxima.thresholds().len()).map(of_threshold).collect(),
         }
     }
@@ -301,6 +305,17 @@ impl OutputGrid {
         self.of_cells(|down, across| {
             let parts = self.parts(down, across).filter(|(_, index)| !bed[*index].is_nan());
             filled(parts.map(|(_, index)| value(index)).fold(f64::NAN, &which))
+        })
+    }
+
+    /// Of the codes of the lattice cells in each cell the one with the greatest share of its area, the higher one of two with the same.
+    pub(super) fn largest_share(&self, codes: &[u8]) -> Vec<u8> {
+        self.of_cells(|down, across| {
+            let mut shares: BTreeMap<u8, f64> = BTreeMap::new();
+            for (share, index) in self.parts(down, across) {
+                *shares.entry(codes[index]).or_default() += share;
+            }
+            shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(code, _)| code)
         })
     }
 

@@ -16,6 +16,7 @@ mod folder;
 mod frames;
 mod gauges;
 mod grid;
+mod ground_source;
 mod hazard;
 mod manifest;
 mod maxima;
@@ -32,6 +33,7 @@ pub use folder::RunFolder;
 pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};
 pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
+pub use ground_source::{GroundSource, SetBy, SourceClass, SourceGrid};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
     BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts,

@@ -22,6 +22,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::grid::{FILL, GridMaps, OutputGrid, ThresholdGrids, filled};
+use super::ground_source::SourceGrid;
 use super::hazard::hazard_class;
 use super::maxima::{Seen, ThresholdSeen};
 use super::{TerrainPixels, WET_DEPTH};
@@ -320,6 +321,7 @@ impl OnTerrain {
             max_depth_velocity: with(0.0),
             time_of_max_depth: with(FILL),
             hazard_class: with(0.0),
+            ground_source: SourceGrid::default(),
             thresholds: thresholds.iter().map(of_threshold).collect(),
         }
     }

@@ -16,9 +16,8 @@ pub(super) struct Discharges {
 }
 
 impl Discharges {
-    pub fn new(lattice: Option<&Lattice>) -> Self {
-        let origin = lattice.map_or(Vec2::ZERO, |lattice| lattice.origin);
-        Discharges { origin, carried: 0.0, apart: 0.0, in_doubt: 0.0, worst: None }
+    pub fn new(lattice: &Lattice) -> Self {
+        Discharges { origin: lattice.origin, carried: 0.0, apart: 0.0, in_doubt: 0.0, worst: None }
     }
 
     /// Adds a moment (s).

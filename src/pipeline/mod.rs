@@ -22,13 +22,14 @@ use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems}
 use crate::math::readable;
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
-    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_cogs, write_gauges,
-    write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file, write_section_tables,
+    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, TerrainPixels, VolumeBooks, utc_now, write_cogs,
+    write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
+    write_section_tables,
 };
-use crate::prepare::{Prepared, StillBody, in_folder, prepare};
+use crate::prepare::{Runnable, Scene, Setup, StillBody, in_folder, prepare};
 use crate::scenario::methods::Motion;
 use crate::scenario::{OutputPart, Scenario};
-use crate::seeding::{SeededVolume, StillWater};
+use crate::seeding::SeededVolume;
 use crate::solver::{FlowProblem, FlowSolver, Ledger, StepChoice, StepLimit};
 use crate::version;
 use channels::Channels;
@@ -109,15 +110,10 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     prepared.problems.extend(RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)));
     prepared.problems.extend(in_folder(&prepared.inputs, &out));
     sort_problems(&mut prepared.problems);
-    if prepared.has_errors() {
-        return Err(Error::Problems(prepared.problems));
-    }
-    let (Some(bed), Some(still)) = (prepared.bed.take(), prepared.still_water.take()) else {
-        return Err(Error::Internal("prepared inputs without errors lack the bed or its water".into()));
-    };
+    let Runnable { setup, mut warnings, inputs } = prepared.into_runnable()?;
     clock.lap("inputs, bed and seeding");
-    prepared.problems.extend(seeding_warnings(scenario, &prepared, &still));
-    for problem in &prepared.problems {
+    warnings.extend(seeding_warnings(scenario, &setup));
+    for problem in &warnings {
         eprintln!("{problem}");
     }
 
@@ -127,16 +123,17 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
         }
         other => other,
     })?;
-    let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
-    let levels: Vec<f64> = prepared.waters.iter().map(|water| water.level).collect();
-    let seeds = cores::seeds(scenario, &problem, &still, &levels);
+    let problem = flow_problem(scenario, &setup, setup.bed.clone());
+    let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let moving = summary::MovingAtStart::of(&seeds);
-    let solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
-    let mut manifest = first_manifest(scenario, options, &prepared, &bed);
-    let seeded = still.into_volumes();
-    manifest.still_water = still_water_records(&prepared.waters, &seeded);
-    let run = Run { manifest, scenario, folder, prepared, seeded, moving, clock };
-    run.execute(solver, bed, !options.quiet)
+    let solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
+    let mut manifest = first_manifest(scenario, options, (&inputs, &warnings), &setup);
+    let Setup { bed, still_water, pixels, scene, .. } = setup;
+    let seeded = still_water.into_volumes();
+    manifest.still_water = still_water_records(&scene.waters, &seeded);
+    let plan = recorder_plan(scenario, &scene, bed, pixels);
+    let run = Run { manifest, scenario, folder, scene, warnings, seeded, moving, clock };
+    run.execute(solver, plan, !options.quiet)
 }
 
 /// A problem with the output folder, at the place where the planner wrote the folder.
@@ -156,7 +153,8 @@ fn as_written(mut problem: Problem, scenario: &Scenario, options: &RunOptions) -
 struct Run<'a> {
     scenario: &'a Scenario,
     folder: RunFolder,
-    prepared: Prepared,
+    scene: Scene,
+    warnings: Vec<Problem>,
     seeded: Vec<SeededVolume>,
     moving: Option<summary::MovingAtStart>,
     manifest: RunManifest,
@@ -180,8 +178,8 @@ struct Computed {
 
 impl Run<'_> {
     /// Computes, writes everything, and judges the result; `run.json` says so where files cannot be written.
-    fn execute(mut self, solver: Box<dyn FlowSolver>, bed: BedParticles, show: bool) -> Result<RunSummary, Error> {
-        match self.compute_and_write(solver, bed, show) {
+    fn execute(mut self, solver: Box<dyn FlowSolver>, plan: RecorderPlan, show: bool) -> Result<RunSummary, Error> {
+        match self.compute_and_write(solver, plan, show) {
             Ok(computed) => self.finish(computed),
             Err(error) => Err(self.manifest.failed(&self.folder, error)),
         }
@@ -191,37 +189,38 @@ impl Run<'_> {
     fn compute_and_write(
         &mut self,
         mut solver: Box<dyn FlowSolver>,
-        bed: BedParticles,
+        plan: RecorderPlan,
         show: bool,
     ) -> Result<Computed, Error> {
         self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
         self.manifest.write(&self.folder)?;
-        let lattice = bed.lattice.clone();
-        let plan = recorder_plan(self.scenario, &mut self.prepared, bed);
         let mut recorder = recorder_of(self.scenario, plan);
         let (grid, grid_of_maps) = (recorder.grid().clone(), recorder.grid_of_maps().clone());
         let provenance = self.provenance();
         let has_plane = !grid.is_empty();
-        let start_fields = || FieldsWriter::start(&self.folder, &grid, &self.prepared.crs, &provenance);
+        let start_fields = || FieldsWriter::start(&self.folder, &grid, &self.scene.crs, &provenance);
         let writes = |part: OutputPart| self.scenario.outputs.writes(part);
         let mut fields = (has_plane && writes(OutputPart::Fields)).then(start_fields).transpose()?;
-        let mut progress = Progress::new(self.scenario.end_time, &lattice, show);
+        let mut progress = Progress::new(self.scenario.end_time, &self.scene.lattice, show);
         let outputs = &self.scenario.outputs;
-        let count = self.prepared.sections.len();
+        let count = self.scene.sections.len();
         let mut sections = SectionRecorder::new(count, outputs.gauges_every, self.scenario.end_time);
-        let profiles = self.prepared.channels.clone();
-        let named = (&self.prepared.crs, &provenance);
+        let profiles = self.scene.channels.clone();
+        let named = (&self.scene.crs, &provenance);
         let mut channels = Channels::start((self.scenario, &profiles), solver.as_ref(), &self.folder, named)?;
         let recorders = (&mut recorder, &mut sections, &mut channels);
         let early = self.compute(solver.as_mut(), recorders, &mut fields, &mut progress)?;
         let ledger = solver.ledger();
-        self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.prepared);
+        self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.scene);
         // The outputs take memory of their own.
         drop(solver);
         self.clock.part("rest");
         self.clock.lap(COMPUTE);
 
-        let recording = recorder.finish();
+        let mut recording = recorder.finish();
+        if self.scenario.outputs.needs_maxima() {
+            recording.maps.ground_source = self.scene.ground_source.on_grid(&grid_of_maps);
+        }
         self.clock.part("grids of the maps");
         let (section_results, section_samples) = sections.finish(&recording.section_arrivals);
         fields.map_or(Ok(()), FieldsWriter::finish)?;
@@ -230,9 +229,9 @@ impl Run<'_> {
             self.write_plane(&grid_of_maps, &provenance, &recording, &section_results)?;
         }
         let writes = |part: OutputPart| self.scenario.outputs.writes(part);
-        let sections = &self.prepared.sections;
+        let sections = &self.scene.sections;
         if writes(OutputPart::Sections) {
-            let about = (&self.prepared.crs, &provenance);
+            let about = (&self.scene.crs, &provenance);
             write_section_file(&self.folder, about, sections, &section_results, &section_samples)?;
         }
         let in_channels = channels.map(|channels| channels.finish(&self.folder)).transpose()?.unwrap_or_default();
@@ -255,7 +254,7 @@ impl Run<'_> {
         recording: &Recording,
         sections: &[SectionResult],
     ) -> Result<(), Error> {
-        let (crs, outputs) = (&self.prepared.crs, &self.scenario.outputs);
+        let (crs, outputs) = (&self.scene.crs, &self.scenario.outputs);
         let rise_on_wet = outputs.rise_on_wet;
         let maps = &recording.maps;
         if outputs.writes(OutputPart::Maps) {
@@ -268,17 +267,17 @@ impl Run<'_> {
         }
         if outputs.writes(OutputPart::Gpkg) {
             let findings = Findings {
-                gauges: &self.prepared.gauges,
-                ridges: &self.prepared.ridges,
-                sections: (&self.prepared.sections, sections),
+                gauges: &self.scene.gauges,
+                ridges: &self.scene.ridges,
+                sections: (&self.scene.sections, sections),
                 isochrones: &outputs.isochrones,
-                problems: &self.prepared.problems,
+                problems: &self.warnings,
             };
             write_geopackage(&self.folder, grid, crs, recording, &findings)?;
             self.clock.part("gpkg");
         }
         if outputs.writes(OutputPart::Tables) {
-            write_gauges(&self.folder, &self.prepared.gauges, recording)?;
+            write_gauges(&self.folder, &self.scene.gauges, recording)?;
         }
         Ok(())
     }
@@ -303,7 +302,7 @@ impl Run<'_> {
         recorder.start(&solver.water(), books_at_start, &mut push)?;
         self.clock.part(RECORDING);
         let mut steps = progress::StepStatistics::default();
-        let mut discharges = discharges::Discharges::new(self.prepared.lattice.as_ref());
+        let mut discharges = discharges::Discharges::new(&self.scene.lattice);
         let mut early = None;
         while solver.time() < end {
             self.clock.part("rest");
@@ -363,8 +362,8 @@ impl Run<'_> {
         self.manifest.simulated_s = solver.time();
         self.manifest.discharges = discharges.record();
         self.manifest.breach =
-            self.prepared.forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
-        self.manifest.moving_bed = moving_bed_record(&self.prepared.forcing.moving_bed, solver);
+            self.scene.forcing.breach.as_ref().map(|breach| breach_record(breach, solver.breach_began()));
+        self.manifest.moving_bed = moving_bed_record(&self.scene.forcing.moving_bed, solver);
         Ok(early)
     }
 
@@ -423,8 +422,8 @@ impl Run<'_> {
             manifest: self.manifest,
             seeded: self.seeded,
             moving: self.moving,
-            gauges: self.prepared.gauges.into_iter().zip(recording.gauge_results).collect(),
-            sections: self.prepared.sections.into_iter().zip(sections).collect(),
+            gauges: self.scene.gauges.into_iter().zip(recording.gauge_results).collect(),
+            sections: self.scene.sections.into_iter().zip(sections).collect(),
             channel_gauges,
         })
     }
@@ -446,8 +445,8 @@ impl Run<'_> {
 
 /// Warnings about bodies whose cells hold another volume at their level than the integral of level minus terrain: Eulerian particles keep
 /// the level, moving ones the volume.
-fn seeding_warnings(scenario: &Scenario, prepared: &Prepared, still: &StillWater) -> Vec<Problem> {
-    let bodies = prepared.waters.iter().zip(&still.volumes);
+fn seeding_warnings(scenario: &Scenario, setup: &Setup) -> Vec<Problem> {
+    let bodies = setup.scene.waters.iter().zip(&setup.still_water.volumes);
     let missed = bodies.filter(|(_, volume)| volume.relative_error().abs() > SEEDING_TOLERANCE);
     let keeps_volume = scenario.numerics.motion == Motion::Lagrangian;
     let area = scenario.resolution.value * scenario.resolution.value;
@@ -487,25 +486,22 @@ fn seeding_warnings(scenario: &Scenario, prepared: &Prepared, still: &StillWater
     missed.map(warning).collect()
 }
 
-pub(crate) fn flow_problem(
-    scenario: &Scenario,
-    prepared: &Prepared,
-    bed: BedParticles,
-    still: &StillWater,
-) -> FlowProblem {
+/// The problem of the core on a bed, which is that of the setup.
+pub(crate) fn flow_problem(scenario: &Scenario, setup: &Setup, bed: BedParticles) -> FlowProblem {
+    let scene = &setup.scene;
     FlowProblem {
         bed,
-        walls: prepared.walls.clone(),
-        open_edges: prepared.open_edges.clone(),
-        forcing: prepared.forcing.clone(),
-        initial_depth: still.depth.clone(),
+        walls: scene.walls.clone(),
+        open_edges: scene.open_edges.clone(),
+        forcing: scene.forcing.clone(),
+        initial_depth: setup.still_water.depth.clone(),
         gravity: scenario.numerics.gravity,
         courant: scenario.numerics.cfl,
         dry_depth: scenario.numerics.dry_depth,
     }
 }
 
-fn recorder_plan(scenario: &Scenario, prepared: &mut Prepared, bed: BedParticles) -> RecorderPlan {
+fn recorder_plan(scenario: &Scenario, scene: &Scene, bed: BedParticles, pixels: Option<TerrainPixels>) -> RecorderPlan {
     let (outputs, area) = (&scenario.outputs, bed.lattice.cell_area());
     let more_area = bed.cover.cells().iter().map(|part| (part.cell, (part.area - 1.0) * area)).collect();
     RecorderPlan {
@@ -513,16 +509,16 @@ fn recorder_plan(scenario: &Scenario, prepared: &mut Prepared, bed: BedParticles
         lattice: bed.lattice,
         bed_elevation: bed.elevation,
         cell: outputs.cell,
-        terrain: prepared.pixels.take().map(|pixels| (pixels, bed.passes)),
+        terrain: pixels.map(|pixels| (pixels, bed.passes)),
         thresholds: outputs.thresholds.clone(),
         rise_on_wet: outputs.rise_on_wet,
         every: outputs.every,
         end_time: scenario.end_time,
-        gauges: prepared.gauges.clone(),
-        walls: prepared.walls.clone(),
-        raised: prepared.raised.clone(),
+        gauges: scene.gauges.clone(),
+        walls: scene.walls.clone(),
+        raised: scene.raised.clone(),
         gauges_every: outputs.gauges_every,
-        sections: prepared.crossed.clone(),
+        sections: scene.crossed.clone(),
     }
 }
 

@@ -17,11 +17,9 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::{balance, cores, flow_problem, memory_mib, recorder_of, recorder_plan, seeding_warnings, thread_pool};
-use crate::bed::BedParticles;
 use crate::error::{Error, Problem, ProblemKind};
-use crate::math::Vec2;
 use crate::output::Recorder;
-use crate::prepare::{Prepared, prepare};
+use crate::prepare::{Runnable, Scene, Setup, prepare};
 use crate::scenario::methods::{Formulation, Motion};
 use crate::scenario::{OutputPart, Outputs, Scenario};
 use crate::seeding::{Reach, StillWater, reach};
@@ -138,29 +136,22 @@ pub fn plan(scenario: &Scenario, threads: Option<usize>) -> Result<Plan, Error> 
 
 fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     let start = Instant::now();
-    let mut prepared = prepare(scenario);
-    if prepared.has_errors() {
-        return Err(Error::Problems(prepared.problems));
-    }
-    let (Some(bed), Some(still)) = (prepared.bed.take(), prepared.still_water.take()) else {
-        return Err(Error::Internal("prepared inputs without errors lack the bed or its water".into()));
-    };
-    prepared.problems.extend(seeding_warnings(scenario, &prepared, &still));
-    let levels: Vec<f64> = prepared.waters.iter().map(|water| water.level).collect();
-    let problem = flow_problem(scenario, &prepared, bed.clone(), &still);
+    let Runnable { setup, mut warnings, .. } = prepare(scenario).into_runnable()?;
+    warnings.extend(seeding_warnings(scenario, &setup));
+    let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let reach = {
-        let (still, levels) =
-            with_flowing_water(&still, &levels, &bed, &prepared.initial_velocity, scenario.numerics.gravity);
-        reach(&bed, &still, &levels, &problem.walls, scenario.numerics.dry_depth)
+        let (still, levels) = with_flowing_water(&setup, scenario.numerics.gravity);
+        reach(&setup.bed, &still, &levels, &problem.walls, scenario.numerics.dry_depth)
     };
-    let seeds = cores::seeds(scenario, &problem, &still, &levels);
-    let mut solver = cores::build(scenario, problem, seeds, &prepared.initial_velocity);
-    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &mut prepared, bed));
+    let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
+    let mut solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
+    let Setup { bed, still_water: still, pixels, scene, .. } = setup;
+    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &scene, bed, pixels));
     let preparation = start.elapsed().as_secs_f64();
     let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
     let cells = [recorder.grid().len(), recorder.grid_of_maps().len()];
     let memory_now = memory_mib();
-    let plan = draw(scenario, prepared, (&still, &reach), measured, (cells, memory_now));
+    let plan = Plan { warnings, ..draw(scenario, &scene, (&still, &reach), measured, (cells, memory_now)) };
     let limit = scenario.limits.memory / MIB;
     if plan.memory_mib.start > limit {
         return Err(Error::Problems(with_memory_problem(plan, scenario, limit)));
@@ -170,14 +161,9 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
 
 /// The bodies of water, and as one more of them the water that belongs to none, with the greatest head z + d + v²/(2 g) of its cells
 /// (m): it gets no higher without inflow.
-fn with_flowing_water(
-    still: &StillWater,
-    levels: &[f64],
-    bed: &BedParticles,
-    velocity: &[Vec2],
-    gravity: f64,
-) -> (StillWater, Vec<f64>) {
-    let (mut still, mut levels) = (still.clone(), levels.to_vec());
+fn with_flowing_water(setup: &Setup, gravity: f64) -> (StillWater, Vec<f64>) {
+    let (bed, velocity) = (&setup.bed, &setup.initial_velocity);
+    let (mut still, mut levels) = (setup.still_water.clone(), setup.scene.levels());
     let number = levels.len() as u32;
     let mut highest = f64::NEG_INFINITY;
     for cell in 0..still.depth.len() {
@@ -246,7 +232,7 @@ fn written_shares(outputs: &Outputs) -> [f64; 4] {
 /// Draws the bounds from the measurement; cells of the frames and of the maps, and the greatest memory so far (MiB).
 fn draw(
     scenario: &Scenario,
-    prepared: Prepared,
+    scene: &Scene,
     (still, reach): (&StillWater, &Reach),
     measured: Measured,
     ([cells, map_cells], memory_now): ([usize; 2], f64),
@@ -258,19 +244,19 @@ fn draw(
     let (now, peak) = (measured.particles.0 as f64, measured.particles.1 as f64);
     let particles_at_most = match (moves, measured.is_whole) {
         (true, _) | (_, true) => peak..peak,
-        (false, false) => peak..peak.max((reach.cells() + prepared.needs.channel_particles) as f64),
+        (false, false) => peak..peak.max((reach.cells() + scene.needs.channel_particles) as f64),
     };
     let steps = steps(scenario, &measured);
     let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, map_cells);
     let frames = (scenario.end_time / scenario.outputs.every).ceil() + 1.0;
-    let gauges = prepared.gauges.len() + prepared.channels.iter().map(|channel| channel.gauges.len()).sum::<usize>();
+    let gauges = scene.gauges.len() + scene.channels.iter().map(|channel| channel.gauges.len()).sum::<usize>();
     let has_tables = scenario.outputs.writes(OutputPart::Tables);
     let samples =
         if has_tables { gauges as f64 * (scenario.end_time / scenario.outputs.gauges_every).ceil() } else { 0.0 };
-    let profiles = prepared.needs.channel_particles as f64 * frames;
-    let lattice_cells = prepared.lattice.as_ref().map_or(0, |lattice| lattice.len());
+    let profiles = scene.needs.channel_particles as f64 * frames;
+    let lattice_cells = scene.lattice.len();
     let share = cells as f64 / lattice_cells.max(1) as f64;
-    let has_channels = if prepared.channels.is_empty() { 0.0 } else { 1.0 };
+    let has_channels = if scene.channels.is_empty() { 0.0 } else { 1.0 };
     let disk = |[map, frame, profile, file]: [f64; 4], wet: f64| {
         let of_channels = profile * profiles + file * has_channels;
         (map * map_cells as f64 + frame * frames * wet * share + SAMPLE_BYTES * samples + of_channels) / 1e6
@@ -284,8 +270,8 @@ fn draw(
     let neighbours = if moves { NEIGHBOUR_BYTES * peak / MIB } else { 0.0 };
     let spread = (reach.cells() as f64 / wet.max(1) as f64).sqrt().min(WIDEST);
     Plan {
-        bed_particles: prepared.needs.bed_particles,
-        channel_particles: prepared.needs.channel_particles,
+        bed_particles: scene.needs.bed_particles,
+        channel_particles: scene.needs.channel_particles,
         particles_at_start: measured.particles_at_start,
         particles_at_most,
         area: wet as f64 * spacing * spacing..reach.cells() as f64 * spacing * spacing,
@@ -296,12 +282,12 @@ fn draw(
         disk_mb: disk(least, wet as f64)..disk(most, cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         motion: scenario.numerics.motion,
-        advice: if !prepared.forcing.channels.is_empty() {
+        advice: if !scene.forcing.channels.is_empty() {
             (Motion::Eulerian, "channels of one dimension have Eulerian particles alone".to_owned())
-        } else if !prepared.forcing.is_still() {
+        } else if !scene.forcing.is_still() {
             let why = "water that comes in goes where Eulerian particles follow it evenly";
             (Motion::Eulerian, why.to_owned())
-        } else if prepared.forcing.breach.is_some() || !prepared.forcing.moving_bed.is_empty() {
+        } else if scene.forcing.breach.is_some() || !scene.forcing.moving_bed.is_empty() {
             let why = "how far the water of a bed that changes can run is not known before, and Eulerian particles keep their spacing";
             (Motion::Eulerian, why.to_owned())
         } else {
@@ -309,7 +295,7 @@ fn draw(
         },
         measured,
         threads: rayon::current_num_threads(),
-        warnings: prepared.problems,
+        warnings: Vec::new(),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::output::{
     BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, MovingBedRecord,
     PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
 };
-use crate::prepare::{Prepared, StillBody, sha256};
+use crate::prepare::{Scene, Setup, StillBody, sha256};
 use crate::scenario::Scenario;
 use crate::seeding::SeededVolume;
 use crate::solver::{BedMotion, Breach, ChannelSample, FlowSolver, GrowthLaw, Opening, Passage, Way};
@@ -31,18 +31,18 @@ pub(super) fn balance(solver: &dyn FlowSolver) -> Volumes {
 }
 
 /// Inflow and outflow by each way, by the names of the scenario.
-pub(super) fn passages(solver: &dyn FlowSolver, scenario: &Scenario, prepared: &Prepared) -> Vec<PassageRecord> {
-    let channel = |index: usize| prepared.channels.get(index).map_or("", |channel| channel.id.as_str());
+pub(super) fn passages(solver: &dyn FlowSolver, scenario: &Scenario, scene: &Scene) -> Vec<PassageRecord> {
+    let channel = |index: usize| scene.channels.get(index).map_or("", |channel| channel.id.as_str());
     let name = |way: Way| match way {
         Way::OpenEdges => "open edges".to_owned(),
         Way::Boundary(index) => scenario.boundaries.get(index).map_or_else(String::new, |known| known.key.clone()),
         Way::Source(index) => {
-            let place = prepared.forcing.sources.get(index).zip(prepared.lattice.as_ref());
-            let place = place.map_or(Vec2::ZERO, |(source, lattice)| lattice.to_map(source.place));
+            let source = scene.forcing.sources.get(index);
+            let place = source.map_or(Vec2::ZERO, |source| scene.lattice.to_map(source.place));
             format!("source at {:.2} {:.2}", place.x, place.y)
         }
         Way::LineSource(index) => {
-            prepared.forcing.line_sources.get(index).map_or_else(String::new, |source| source.name.clone())
+            scene.forcing.line_sources.get(index).map_or_else(String::new, |source| source.name.clone())
         }
         Way::Rain => "rain".to_owned(),
         Way::FarEnd(index) => format!("channel {} upstream", channel(index)),
@@ -147,8 +147,8 @@ pub(super) fn moving_bed_record(motions: &[BedMotion], solver: &dyn FlowSolver) 
 pub(super) fn first_manifest(
     scenario: &Scenario,
     options: &RunOptions,
-    prepared: &Prepared,
-    bed: &BedParticles,
+    (inputs, warnings): (&[crate::prepare::InputFile], &[crate::error::Problem]),
+    setup: &Setup,
 ) -> RunManifest {
     let numerics = &scenario.numerics;
     let methods = [
@@ -171,7 +171,7 @@ pub(super) fn first_manifest(
         .start
         .earlier
         .as_ref()
-        .map(|earlier| HotStart { path: earlier.fields.value.display().to_string(), time_s: prepared.earlier_time });
+        .map(|earlier| HotStart { path: earlier.fields.value.display().to_string(), time_s: setup.scene.earlier_time });
     RunManifest {
         hot_start,
         version: version::VERSION.to_owned(),
@@ -180,11 +180,11 @@ pub(super) fn first_manifest(
         threads: rayon::current_num_threads(),
         simd: simd().to_owned(),
         scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
-        inputs: prepared.inputs.iter().map(input).collect(),
-        warnings: prepared.problems.iter().map(WarningRecord::from).collect(),
+        inputs: inputs.iter().map(input).collect(),
+        warnings: warnings.iter().map(WarningRecord::from).collect(),
         methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
-        bed_particles: bed.elevation.iter().filter(|z| !z.is_nan()).count(),
-        cells_in_part: cells_in_part(bed),
+        bed_particles: setup.bed.elevation.iter().filter(|z| !z.is_nan()).count(),
+        cells_in_part: cells_in_part(&setup.bed),
         not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),
         status: "running".to_owned(),
         phase_s: BTreeMap::new(),

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::burn::{Foot, crossed, foot_of, strip};
-use super::crests::{Buried, length_above_ground};
 use super::findings::Findings;
-use super::gaps::around;
 use super::grid::REACH;
+use super::ground::burn::{Foot, crossed, foot_of, strip};
+use super::ground::crests::{Buried, length_above_ground};
+use super::ground::gaps::around;
+use super::ground::{Change, Ground, Made};
 use super::outside::{Outside, all_outside, partly_outside};
-use super::shaped::{Change, Changes};
 use super::water::{self, SourcedBody};
 use super::{places, series};
 use crate::bed::BedParticles;
@@ -16,7 +16,7 @@ use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable, segments_cross};
-use crate::output::Section;
+use crate::output::{Section, SetBy};
 use crate::physics::breach::{FailureMode, breach_estimates};
 use crate::scenario::methods::Motion;
 use crate::scenario::{
@@ -25,7 +25,6 @@ use crate::scenario::{
 };
 use crate::seeding::{Barriers, StillWater};
 use crate::solver::{Breach, DamCell, GrowthLaw, Opening, RimCell, Trigger};
-use crate::terrain::Terrain;
 use crate::vector::Feature;
 
 /// Attributes that may hold the crest where the scenario names none.
@@ -92,11 +91,23 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     Some(Opened { line: places, crest })
 }
 
-/// Raises the dam on the bed and checks what of it goes.
+/// Raises the dam on the ground and checks what of it goes.
 pub(super) fn on_lattice(
     opened: Option<&Opened>,
     scenario: &Scenario,
-    bed: &mut BedParticles,
+    ground: &mut Ground<'_>,
+    findings: &mut Findings,
+) -> Option<Breach> {
+    let breach = planned(opened, scenario, ground.bed(), findings)?;
+    ground.take(beds(&breach, breach.share_at_start()));
+    Some(breach)
+}
+
+/// The dam and its breach; reports what of it does not go.
+fn planned(
+    opened: Option<&Opened>,
+    scenario: &Scenario,
+    bed: &BedParticles,
     findings: &mut Findings,
 ) -> Option<Breach> {
     let (written, opened) = (scenario.breach.as_ref()?, opened?);
@@ -166,7 +177,7 @@ pub(super) fn on_lattice(
             problem.with_remedy("leave out `motion: lagrangian` wherever the hydrograph of a breach counts"),
         );
     }
-    let breach = Breach {
+    Some(Breach {
         cells,
         rim: Vec::new(),
         crest: opened.crest,
@@ -179,9 +190,7 @@ pub(super) fn on_lattice(
             Law::Series => GrowthLaw::Series(share?.1?),
         },
         duration: duration.as_ref().map_or(1.0, |duration| duration.value),
-    };
-    raise(&breach, breach.share_at_start(), bed);
-    Some(breach)
+    })
 }
 
 /// A cell below the line of a dam (local coordinates, m), with its ground (m).
@@ -191,21 +200,22 @@ fn dam_cell(cell: usize, line: &[Vec2], lattice: &Lattice, ground: f64) -> DamCe
     DamCell { cell, station, reach, ground }
 }
 
-/// Raises the dam, as far as it stands at a share of its growth.
-fn raise(breach: &Breach, share: f64, bed: &mut BedParticles) {
-    breach.beds(share).for_each(|(cell, z_b)| bed.elevation[cell] = z_b);
+/// The bed of the dam, as far as it stands at a share of its growth.
+fn beds(breach: &Breach, share: f64) -> Vec<Change> {
+    breach.beds(share).map(|(cell, z_b)| Change { cell, made: Made::Bed(z_b), by: SetBy::Dam }).collect()
 }
 
-/// Takes note of the cells that a dam raises at a share of its growth.
-fn note(breach: &Breach, share: f64, changes: &mut Changes) {
-    for cell in &breach.cells {
+/// The terrain in the cells that a dam raises at a share of its growth.
+fn terrain(breach: &Breach, share: f64) -> Vec<Change> {
+    let level = |cell: &DamCell| {
         let z_b = breach.bed(cell, share);
-        if share <= 0.0 {
-            changes.note(cell.cell, Change::Raise(breach.crest));
-        } else if z_b > cell.ground {
-            changes.note(cell.cell, Change::Raise(z_b));
-        }
-    }
+        if share <= 0.0 { Some(breach.crest) } else { Some(z_b).filter(|z_b| *z_b > cell.ground) }
+    };
+    let change = |cell: &DamCell| {
+        let made = Made::RaiseTerrain(level(cell)?);
+        Some(Change { cell: cell.cell, made, by: SetBy::Dam })
+    };
+    breach.cells.iter().filter_map(change).collect()
 }
 
 /// The cells in which a dam stands above its ground at a share of its growth, ascending.
@@ -219,25 +229,23 @@ fn cells_standing(breach: &Breach, share: f64) -> Vec<usize> {
 pub(super) fn fill_behind(
     breach: Option<&Breach>,
     bodies: &[SourcedBody],
-    (terrain, walls, is_told): (&Terrain, &[[Vec2; 2]], bool),
-    (bed, changes): (&mut BedParticles, &mut Changes),
+    (walls, is_complete): (&[[Vec2; 2]], bool),
+    ground: &mut Ground<'_>,
     findings: &mut Findings,
 ) -> StillWater {
-    let lattice = bed.lattice.clone();
     let share = breach.map_or(0.0, Breach::share_at_start);
     let standing_at = |share| breach.map_or(Vec::new(), |breach| cells_standing(breach, share));
     if let Some(breach) = breach.filter(|_| share > 0.0) {
-        let (mut standing, mut with_dam) = (bed.clone(), changes.clone());
-        raise(breach, 0.0, &mut standing);
-        note(breach, 0.0, &mut with_dam);
+        let mut with_dam = ground.clone();
+        with_dam.take(beds(breach, 0.0));
+        with_dam.take(terrain(breach, 0.0));
         let dam = standing_at(0.0);
-        let barriers = Barriers { walls, dam: &dam };
-        water::fill(bodies, &mut standing, &with_dam.on(terrain, &lattice), barriers, is_told, findings);
+        water::fill(bodies, &mut with_dam, Barriers { walls, dam: &dam }, is_complete, findings);
     }
-    breach.into_iter().for_each(|breach| note(breach, share, changes));
-    let is_told = is_told && share <= 0.0;
+    breach.into_iter().for_each(|breach| ground.take(terrain(breach, share)));
+    let is_complete = is_complete && share <= 0.0;
     let dam = standing_at(share);
-    water::fill(bodies, bed, &changes.on(terrain, &lattice), Barriers { walls, dam: &dam }, is_told, findings)
+    water::fill(bodies, ground, Barriers { walls, dam: &dam }, is_complete, findings)
 }
 
 /// Takes the bed as the lake has shaped it: below a dam that is gone at the start, and beside one that stands, where what the shore raised

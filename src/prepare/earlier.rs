@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use super::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
 use super::earlier_structures::other_structures;
 use super::findings::Findings;
-use super::gaps::around;
-use super::shaped::Changes;
+use super::ground::gaps::around;
+use super::ground::{Changes, Ground};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::lattice::Lattice;
-use crate::output::OutputCrs;
+use crate::output::{OutputCrs, SetBy};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
@@ -100,12 +100,13 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
 pub(super) fn take_over(
     scenario: &Scenario,
     crs: &OutputCrs,
-    (breach, changes): (Option<&Breach>, &Changes),
-    bed: &mut BedParticles,
+    breach: Option<&Breach>,
+    ground: &mut Ground<'_>,
     still: &mut StillWater,
     findings: &mut Findings,
 ) -> Option<State> {
     let earlier = scenario.start.earlier.as_ref()?;
+    let bed = ground.bed();
     let path = &earlier.fields.value;
     let file = findings.take(&earlier.fields, open_fields(path))?;
     let fits = same_lattice(&file, path, &bed.lattice).and_then(|()| same_crs(&file, path, crs));
@@ -124,16 +125,19 @@ pub(super) fn take_over(
         }
     };
     findings.add_all(&earlier.fields, other_structures(scenario, path));
-    let ground = bed_of_maps(path, &bed.lattice);
+    let maps = bed_of_maps(path, &bed.lattice);
     findings.add_all(
         &earlier.fields,
-        ground.as_ref().and_then(|(maps, ground)| other_dry_ground(&state, maps, ground, bed)),
+        maps.as_ref().and_then(|(file, of_maps)| other_dry_ground(&state, file, of_maps, bed)),
     );
-    let films = ground.map_or(Vec::new(), |(_, ground)| ground);
-    let fits = lay((&state, &films), path, (breach, changes), bed, still);
-    match fits {
-        Ok(warning) => {
+    let films = maps.map_or(Vec::new(), |(_, of_maps)| of_maps);
+    match beds_below((&state, &films), path, breach, ground) {
+        Ok((beds, warning)) => {
             findings.add_all(&earlier.fields, warning);
+            ground.take_beds(&beds, SetBy::EarlierRun);
+            for (own, depth) in still.depth.iter_mut().zip(&state.depth).filter(|(_, depth)| **depth > 0.0) {
+                *own = *depth;
+            }
             Some(state)
         }
         Err(problem) => {
@@ -143,27 +147,28 @@ pub(super) fn take_over(
     }
 }
 
-/// Puts the depths on the lattice, and the bed of the earlier run under them where it was another one.
+/// Cells with their beds (m).
+type Beds = Vec<(usize, f64)>;
+
+/// The bed of the earlier run under its water, where it was another one, and a warning of it.
 ///
 /// - `films`: the bed (m) of its maps, for films, of which the fields have no level: at a shore that was fitted to still water one would lie
 ///   on the bank and run down; empty where there is none
-fn lay(
+fn beds_below(
     (state, films): (&State, &[f64]),
     path: &Path,
-    (breach, changes): (Option<&Breach>, &Changes),
-    bed: &mut BedParticles,
-    still: &mut StillWater,
-) -> Result<Option<Problem>, Box<Problem>> {
-    let name = path.display();
-    let place = |cell: usize, bed: &BedParticles| bed.lattice.to_map(bed.lattice.centre(cell));
+    breach: Option<&Breach>,
+    ground: &Ground<'_>,
+) -> Result<(Beds, Option<Problem>), Box<Problem>> {
+    let (bed, changes) = (ground.bed(), ground.changes());
+    let place = |cell: usize| bed.lattice.to_map(bed.lattice.centre(cell));
     if let Some(problem) = water_without_terrain(state, path, bed) {
         return Err(Box::new(problem));
     }
     let dam_at = |cell: usize| breach.and_then(|breach| breach.cells.iter().find(|dam| dam.cell == cell));
-    let mut rises = Vec::new();
+    let (mut level_beds, mut rises) = (Vec::new(), Vec::new());
     for cell in (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0) {
         let (depth, level) = (state.depth[cell], state.level[cell]);
-        still.depth[cell] = depth;
         let rise = level - depth - bed.elevation[cell];
         // A film has no level.
         if rise.is_nan() {
@@ -172,39 +177,36 @@ fn lay(
         if rise.abs() <= SINGLE_PRECISION * (level.abs() + depth) {
             rises.push((cell, 0.0));
             // The level of a lake is one number in the file: on a bed of that level less the depth it stays at rest.
-            bed.elevation[cell] = level - depth;
+            level_beds.push((cell, level - depth));
             continue;
         }
         if dam_at(cell).is_some_and(|dam| bed.elevation[cell] > dam.ground) {
-            return Err(Box::new(water_in_dam(path).with_at(place(cell, bed))));
+            return Err(Box::new(water_in_dam(path).with_at(place(cell))));
         }
         rises.push((cell, rise));
     }
     if let Some(problem) = other_bed(&rises, path, changes, bed) {
         return Err(Box::new(problem));
     }
-    let (mut changed, mut largest) = (0, (0.0_f64, 0));
     // What is built here stays as it is.
     let of_films = under_films(state, films, bed).into_iter();
     let natural = of_films.filter(|&(cell, _)| dam_at(cell).is_none() && !changes.moves(cell));
-    for (cell, rise) in rises.into_iter().chain(natural) {
-        bed.elevation[cell] += rise;
-        if rise.abs() > TOLD_CHANGE {
-            changed += 1;
-            if rise.abs() > largest.0.abs() {
-                largest = (rise, cell);
-            }
-        }
-    }
-    Ok((changed > 0).then(|| {
-        let message = format!("the bed of {changed} wet cells is that of {name}, by {:+.3} m at most", largest.0);
-        Problem::warning(ProblemKind::Input, "bed-of-earlier-run", "", message)
-            .with_cause(
-                "the shore of still water was fitted in that run, its bed had changed, or its terrain was another one",
-            )
-            .with_remedy("nothing, if a shore was fitted or a dam broke there; otherwise take the terrain of that run, or run from the start")
-            .with_at(place(largest.1, bed))
-    }))
+    let risen: Vec<(usize, f64)> = rises.into_iter().filter(|(_, rise)| *rise != 0.0).chain(natural).collect();
+    let warning = risen_beds(&risen, path).map(|(cell, problem)| problem.with_at(place(cell)));
+    let beds = risen.into_iter().map(|(cell, rise)| (cell, bed.elevation[cell] + rise));
+    Ok((level_beds.into_iter().chain(beds).collect(), warning))
+}
+
+/// The warning of cells whose bed lies higher (m) in the earlier run, and the cell of the largest difference; none where none differs.
+fn risen_beds(risen: &[(usize, f64)], path: &Path) -> Option<(usize, Problem)> {
+    let changed = risen.iter().filter(|(_, rise)| rise.abs() > TOLD_CHANGE);
+    let (cell, rise) = changed.clone().copied().reduce(|a, b| if b.1.abs() > a.1.abs() { b } else { a })?;
+    let message =
+        format!("the bed of {} wet cells is that of {}, by {rise:+.3} m at most", changed.count(), path.display());
+    let problem = Problem::warning(ProblemKind::Input, "bed-of-earlier-run", "", message)
+        .with_cause("the shore of still water was fitted in that run, its bed had changed, or its terrain was another one")
+        .with_remedy("nothing, if a shore was fitted or a dam broke there; otherwise take the terrain of that run, or run from the start");
+    Some((cell, problem))
 }
 
 /// Water of the earlier run on cells without terrain, if any.

@@ -1,8 +1,8 @@
 //! Boundaries with a condition, rain and cross-sections: their files, and where they lie on the terrain.
 
-use super::burn::crossed;
 use super::findings::Findings;
 use super::grid::{REACH, faces_opened, open_side};
+use super::ground::burn::crossed;
 use super::levels::{self, Inlet};
 use super::outside::{IN_PART, Outside};
 use super::plausible::Placed;

@@ -3,9 +3,9 @@
 //! One rule for all that is drawn as lines: what lies beside the terrain altogether is refused, and of what lies beside it in part
 //! the length and a place are reported.
 
-use super::burn::cut;
 use super::findings::Findings;
 use super::grid::REACH;
+use super::ground::burn::cut;
 use crate::bed::BedParticles;
 use crate::error::{Problem, input_error, input_warning};
 use crate::lattice::Lattice;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::burn::lengths;
 use super::findings::Findings;
 use super::forcing::COMING;
+use super::ground::burn::lengths;
 use super::plausible::torrent;
 use super::series_dates::Origin;
 use super::{places, series};

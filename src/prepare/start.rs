@@ -1,16 +1,16 @@
 //! Water of the start without a level: areas and rivers of one depth. Where a run goes on from an earlier one: [`super::earlier`].
 //!
 //! Water of a depth lies on cells that no body of still water holds. A river takes the cells of a strip along its axis
-//! ([`super::burn`]).
+//! ([`super::ground::burn`]).
 
 use geo::MultiPolygon;
 
-use super::burn::{lengths, strip};
 use super::earlier::how_it_ended;
 use super::findings::Findings;
+use super::ground::Changes;
+use super::ground::burn::{lengths, strip};
 use super::outside::{Outside, partly_outside};
 use super::polygons::cells_inside;
-use super::shaped::Changes;
 use super::{places, water};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};

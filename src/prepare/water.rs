@@ -4,13 +4,15 @@ use geo::Area;
 
 use super::StillBody;
 use super::findings::Findings;
+use super::ground::Ground;
 use super::places::{features, left_out, unit_of_attribute};
 use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
-use crate::bed::{BedParticles, Surface};
+use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::output::SetBy;
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
 use crate::seeding::{self, Barriers, Leak, SeededVolume, StillWater, fill_still_water};
 use crate::terrain::PLAUSIBLE_ELEVATION;
@@ -216,23 +218,24 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &m
     }
 }
 
-/// Fills the bodies, fits the bed to their shores, and warns where their water would run out of them, and where upright banks make their
-/// volume another one, if the ground is complete: beside a dam that was refused there is no need of a report.
+/// Fills the bodies and fits the ground to their shores; warns where their water would run out of them, and where upright banks make
+/// their volume another one, if the ground is complete: beside a dam that was refused there is no need of a report.
 pub(super) fn fill(
     bodies: &[SourcedBody],
-    bed: &mut BedParticles,
-    surface: &impl Surface,
+    ground: &mut Ground<'_>,
     barriers: Barriers<'_>,
     is_complete: bool,
     findings: &mut Findings,
 ) -> StillWater {
     let plain = |body: &StillBody| seeding::StillBody { polygon: body.polygon.clone(), level: body.level };
     let plain: Vec<seeding::StillBody> = bodies.iter().map(|body| plain(&body.body)).collect();
-    let water = fill_still_water(&plain, bed, surface, barriers);
+    let (water, shore) = fill_still_water(&plain, ground.bed(), &ground.surface(), barriers);
+    ground.take_beds(&shore, SetBy::Shore);
+    let spacing = ground.bed().lattice.spacing;
     for (body, volume) in bodies.iter().zip(&water.volumes) {
         let leaks: Vec<&Leak> = volume.leaks.iter().filter(|leak| leak.depth > NEGLIGIBLE_LEAK).collect();
         if let Some(deepest) = leaks.first().filter(|_| is_complete) {
-            findings.add(body.source, leak_warning(&body.body, deepest, &leaks, bed.lattice.spacing));
+            findings.add(body.source, leak_warning(&body.body, deepest, &leaks, spacing));
         }
         if is_complete && volume.share_at_banks().abs() > OTHER_VOLUME {
             findings.add(body.source, bank_warning(&body.body, volume));

@@ -60,15 +60,15 @@ pub(super) struct Opening {
     pub crest: f64,
 }
 
-/// Gives the cells of a bed that hold a gap the ground of the gap, where that is lower; the terrain is that before anything is built
-/// on it.
-pub fn lower_gaps(pixels: &impl Pixels, bed: &mut BedParticles) {
+/// The cells of a bed that hold a gap whose ground (m) is lower than their bed, ascending, with that ground; the terrain is that before
+/// anything is built on it.
+pub fn ground_in_gaps(pixels: &impl Pixels, bed: &BedParticles) -> Vec<(usize, f64)> {
     if bed.lattice.is_empty() {
-        return;
+        return Vec::new();
     }
-    for (cell, ground) in Tiles::all(pixels, &bed.lattice).cells_with_gaps(pixels, bed) {
-        bed.elevation[cell] = bed.elevation[cell].min(ground);
-    }
+    let mut cells = Tiles::all(pixels, &bed.lattice).cells_with_gaps(pixels, bed);
+    cells.retain(|&(cell, ground)| ground < bed.elevation[cell]);
+    cells
 }
 
 /// A lattice in tiles.

@@ -14,7 +14,7 @@ mod store;
 mod upright;
 
 pub use cover::{CellInPart, Cover, FaceInPart};
-pub use gap::lower_gaps;
+pub use gap::ground_in_gaps;
 pub use noise::noise_in_cells;
 pub use pass_sill::{PassSill, PassSills, Pixels, SHUT};
 pub use place::{derive_curvatures, place_bed};

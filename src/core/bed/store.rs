@@ -51,6 +51,11 @@ impl BedParticles {
             && steps.into_iter().any(|step| self.lattice.cell_at(midpoint + step).is_some_and(is_sealed))
     }
 
+    /// Sets the elevation (m) of cells.
+    pub fn set(&mut self, elevations: &[(usize, f64)]) {
+        elevations.iter().for_each(|&(cell, z_b)| self.elevation[cell] = z_b);
+    }
+
     /// A bed from elevations alone, which goes on level beside its particles, with one roughness: for tests and made cases.
     pub fn from_elevation(lattice: Lattice, elevation: Vec<f64>, manning: f64) -> Self {
         debug_assert_eq!(lattice.len(), elevation.len());

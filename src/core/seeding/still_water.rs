@@ -106,21 +106,23 @@ impl StillWater {
     }
 }
 
-/// Fills bodies of still water, and sets the bed of the cells at their shore to hold their share of it.
+/// Fills bodies of still water; returns the water, and the cells whose bed is to be set to hold their share of it, ascending, with that
+/// bed (m).
 ///
 /// - `surface`: the terrain itself, for the integral
 /// - `barriers`: what water does not pass beside the bed
 pub fn fill_still_water(
     bodies: &[StillBody],
-    bed: &mut BedParticles,
+    bed: &BedParticles,
     surface: &impl Surface,
     barriers: Barriers<'_>,
-) -> StillWater {
+) -> (StillWater, Vec<(usize, f64)>) {
     let lines: Vec<ScanLines> = bodies.iter().map(|body| ScanLines::new(&body.polygon, &bed.lattice)).collect();
     let scans: Vec<BodyScan> =
         (0..bodies.len()).map(|number| scan_body(bodies[number].level, &lines[number..], bed, surface)).collect();
 
-    let mut filling = Filling::new(bed, barriers);
+    let mut shaped = bed.clone();
+    let mut filling = Filling::new(&mut shaped, barriers);
     for (number, (body, scan)) in bodies.iter().zip(&scans).enumerate() {
         for &(cell, _) in scan.cells.iter().filter(|(_, part)| part.holds_centre) {
             if filling.is_below(cell, body.level) {
@@ -135,10 +137,12 @@ pub fn fill_still_water(
     let body = filling.body;
     let depth = body
         .par_iter()
-        .zip(&bed.elevation)
+        .zip(&shaped.elevation)
         .map(|(body, &z_b)| body.map_or(0.0, |number| bodies[number as usize].level - z_b))
         .collect();
-    StillWater { depth, body, volumes }
+    let is_set = |&cell: &usize| shaped.elevation[cell].to_bits() != bed.elevation[cell].to_bits();
+    let set = (0..bed.lattice.len()).filter(is_set).map(|cell| (cell, shaped.elevation[cell])).collect();
+    (StillWater { depth, body, volumes }, set)
 }
 
 /// Fills the pockets of a body, fits the bed to its shore, brings its volume near the integral, and finds its leaks.

@@ -146,6 +146,11 @@ impl Terrain {
         None
     }
 
+    /// Index of the layer that counts at a place.
+    pub fn layer_at(&self, map: Vec2) -> Option<usize> {
+        self.top(map).map(|(layer, _)| layer)
+    }
+
     /// Index of the layer that counts at a place, and its elevation there.
     fn top(&self, map: Vec2) -> Option<(usize, f64)> {
         self.top_of_first(self.layers.len(), &|layer| layer.elevation(map))

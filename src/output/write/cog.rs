@@ -11,12 +11,11 @@ use rayon::prelude::*;
 use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
-use super::super::hazard::HAZARD_CLASSES;
 use super::Provenance;
 use super::crs::WritableCrs;
 use super::gdal_raw::set_unit;
 use super::qgis::raster_style;
-use super::variables::{MapKind, MapVariable, map_variables};
+use super::variables::{MapClass, MapKind, MapVariable, map_variables};
 use crate::error::Error;
 
 /// So many maps are written at once: each takes its pixels twice more.
@@ -71,7 +70,7 @@ fn in_memory(
         let dataset = filled(grid, classes.collect::<Vec<u8>>())?;
         let mut band = dataset.rasterband(1)?;
         band.set_no_data_value(Some(f64::from(CLASS_FILL)))?;
-        set_class_colours(&mut band);
+        set_class_colours(&mut band, &map.classes);
         dataset
     } else {
         let dataset = filled(grid, map.values.to_vec())?;
@@ -100,12 +99,12 @@ fn filled<T: GdalType + Copy>(grid: &OutputGrid, values: Vec<T>) -> gdal::errors
     Ok(dataset)
 }
 
-fn set_class_colours(band: &mut RasterBand<'_>) {
+fn set_class_colours(band: &mut RasterBand<'_>, classes: &[MapClass]) {
     let mut colours = ColorTable::new(PaletteInterpretation::Rgba);
-    colours.set_color_entry(0, &ColorEntry::rgba(255, 255, 255, 0));
-    for (index, class) in HAZARD_CLASSES.iter().enumerate() {
-        let [red, green, blue] = class.colour.map(i16::from);
-        colours.set_color_entry(index as u16 + 1, &ColorEntry::rgba(red, green, blue, 255));
+    for class in classes {
+        let [red, green, blue] = class.colour.unwrap_or([255; 3]).map(i16::from);
+        let alpha = if class.colour.is_some() { 255 } else { 0 };
+        colours.set_color_entry(u16::from(class.value), &ColorEntry::rgba(red, green, blue, alpha));
     }
     band.set_color_table(&colours);
 }

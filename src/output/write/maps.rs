@@ -8,7 +8,6 @@ use netcdf::Options;
 use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
-use super::super::hazard::HAZARD_CLASSES;
 use super::Provenance;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
@@ -79,14 +78,12 @@ fn define_map(file: &mut NetcdfFile<'_>, map: &MapVariable<'_>, grid: &OutputGri
     if map.kind == MapKind::Class {
         file.file.add_variable::<i16>(name, &["y", "x"])?;
         file.compress(name, &[grid.rows, grid.columns])?;
-        let meanings: Vec<String> = HAZARD_CLASSES
-            .iter()
-            .map(|class| format!("{}_{}", class.name, class.meaning.replace(", ", "_").replace(' ', "_")))
-            .collect();
+        let values: Vec<i16> = map.classes.iter().map(|class| i16::from(class.value)).collect();
+        let meanings: Vec<&str> = map.classes.iter().map(|class| class.name.as_str()).collect();
         let mut variable = file.variable(name)?;
         variable.put_attribute("_FillValue", CLASS_FILL)?;
-        variable.put_attribute("flag_values", (0..=HAZARD_CLASSES.len() as i16).collect::<Vec<i16>>())?;
-        variable.put_attribute("flag_meanings", format!("dry {}", meanings.join(" ")))?;
+        variable.put_attribute("flag_values", values)?;
+        variable.put_attribute("flag_meanings", meanings.join(" "))?;
     } else {
         file.file.add_variable::<f32>(name, &["y", "x"])?;
         file.compress(name, &[grid.rows, grid.columns])?;

@@ -1,8 +1,7 @@
 //! QGIS styles: beside each COG, and in the table of styles of `results.gpkg`.
 
 use super::super::grid::FILL;
-use super::super::hazard::HAZARD_CLASSES;
-use super::variables::{MapKind, MapVariable};
+use super::variables::{MapClass, MapKind, MapVariable};
 
 /// Upper limits of the classes of depth (m), of speed (m/s) and of depth times speed (m²/s); below the first nothing is drawn.
 const DEPTHS: [f64; 7] = [0.01, 0.3, 0.5, 1.0, 2.0, 4.0, 8.0];
@@ -27,7 +26,7 @@ struct Class {
 /// The style of a map.
 pub(super) fn raster_style(map: &MapVariable<'_>) -> String {
     let body = match map.kind {
-        MapKind::Class => hazard_renderer(),
+        MapKind::Class => class_renderer(&map.classes),
         MapKind::Depth => discrete_renderer(&limits(&DEPTHS, &BLUES, map.units)),
         MapKind::Speed => discrete_renderer(&limits(&SPEEDS, &REDS, map.units)),
         MapKind::Time => {
@@ -104,17 +103,16 @@ fn discrete_renderer(classes: &[Class]) -> String {
     )
 }
 
-fn hazard_renderer() -> String {
-    let mut entries = String::from("        <paletteEntry value=\"0\" color=\"#ffffff\" alpha=\"0\" label=\"dry\"/>\n");
-    for (index, class) in HAZARD_CLASSES.iter().enumerate() {
-        entries += &format!(
-            "        <paletteEntry value=\"{}\" color=\"{}\" alpha=\"255\" label=\"{}: {}\"/>\n",
-            index + 1,
-            hexadecimal(class.colour),
-            class.name,
-            class.meaning
-        );
-    }
+fn class_renderer(classes: &[MapClass]) -> String {
+    let entry = |class: &MapClass| {
+        let alpha = if class.colour.is_some() { 255 } else { 0 };
+        let (colour, label) = (hexadecimal(class.colour.unwrap_or([255; 3])), escaped(&class.label));
+        format!(
+            "        <paletteEntry value=\"{}\" color=\"{colour}\" alpha=\"{alpha}\" label=\"{label}\"/>\n",
+            class.value
+        )
+    };
+    let entries: String = classes.iter().map(entry).collect();
     format!(
         "    <rasterrenderer type=\"paletted\" band=\"1\" opacity=\"1\" alphaBand=\"-1\">\n      <colorPalette>\n{entries}\
          \x20     </colorPalette>\n    </rasterrenderer>\n"
@@ -229,6 +227,7 @@ mod tests {
     fn classes_cover_all_values() {
         let values = [FILL, 60.0, 120.0, 540.0];
         let map = MapVariable {
+            classes: Vec::new(),
             name: "arrival_time".into(),
             long_name: String::new(),
             standard_name: None,

@@ -1,6 +1,8 @@
 //! The maps as variables: names, units and meaning, the same in `maps.nc` and in the COGs.
 
 use super::super::grid::GridMaps;
+use super::super::ground_source::{SourceClass, SourceGrid};
+use super::super::hazard::HAZARD_CLASSES;
 
 /// What a map shows; decides its data type and its style.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,8 +15,21 @@ pub enum MapKind {
     Speed,
     /// Time since the start (s).
     Time,
-    /// Hazard class.
+    /// One of a few classes.
     Class,
+}
+
+/// A value of a map of classes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapClass {
+    /// The value.
+    pub value: u8,
+    /// Its meaning as one word, for flags.
+    pub name: String,
+    /// Its meaning in words, for legends.
+    pub label: String,
+    /// Its colour, red green blue; none where it is not drawn.
+    pub colour: Option<[u8; 3]>,
 }
 
 /// One map with what a reader has to know about it.
@@ -36,6 +51,8 @@ pub struct MapVariable<'a> {
     pub threshold: Option<f64>,
     /// What it shows.
     pub kind: MapKind,
+    /// Its classes, ascending, where it is a map of them.
+    pub classes: Vec<MapClass>,
     /// Values, row 0 in the north.
     pub values: &'a [f32],
 }
@@ -67,6 +84,7 @@ pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> 
             comment,
             threshold: Some(depth),
             kind: MapKind::Time,
+            classes: Vec::new(),
             values,
         };
         variables.push(time(
@@ -95,6 +113,7 @@ pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> 
             &grids.recession[..],
         ));
     }
+    variables.extend(ground_source(maps));
     variables
 }
 
@@ -109,6 +128,7 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
         comment: String::new(),
         threshold: None,
         kind,
+        classes: Vec::new(),
         values,
     };
     let metres = ("m", MapKind::Level);
@@ -160,6 +180,9 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
         ),
     ];
     for variable in &mut variables {
+        if variable.name == "hazard_class" {
+            variable.classes = hazard_classes();
+        }
         variable.comment = match variable.name.as_str() {
             "max_water_level" => "above the vertical datum of the terrain; no value where always dry".into(),
             "bed_elevation" => "above the vertical datum of the terrain".into(),
@@ -169,6 +192,41 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
         };
     }
     variables
+}
+
+fn hazard_classes() -> Vec<MapClass> {
+    let dry = MapClass { value: 0, name: "dry".into(), label: "dry".into(), colour: None };
+    let others = HAZARD_CLASSES.iter().zip(1..).map(|(class, value)| MapClass {
+        value,
+        name: format!("{}_{}", class.name, class.meaning.replace(", ", "_").replace(' ', "_")),
+        label: format!("{}: {}", class.name, class.meaning),
+        colour: Some(class.colour),
+    });
+    std::iter::once(dry).chain(others).collect()
+}
+
+/// The map of who set the ground, where it is asked for.
+fn ground_source(maps: &GridMaps) -> Option<MapVariable<'_>> {
+    let SourceGrid { codes, classes } = &maps.ground_source;
+    let of_class = |class: &SourceClass| MapClass {
+        value: class.code,
+        name: class.name.clone(),
+        label: class.label.clone(),
+        colour: Some(class.colour),
+    };
+    let listed: Vec<String> = classes.iter().map(|class| format!("{}: {}", class.name, class.label)).collect();
+    (!codes.is_empty()).then(|| MapVariable {
+        name: "ground_source".into(),
+        long_name: "who set the ground of the run last".into(),
+        standard_name: None,
+        units: "1",
+        cell_methods: "",
+        comment: format!("of the ground at the start, by 1 mm or more; {}", listed.join("; ")),
+        threshold: None,
+        kind: MapKind::Class,
+        classes: classes.iter().map(of_class).collect(),
+        values: codes,
+    })
 }
 
 #[cfg(test)]

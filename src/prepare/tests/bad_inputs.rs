@@ -39,17 +39,17 @@ fn a_sound_scene_has_no_findings_and_everything_a_run_needs() {
     let scene = Scene::sound();
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
-    let lattice = prepared.lattice.unwrap();
+    let lattice = &prepared.scene().lattice;
     assert_eq!(
         (lattice.origin, lattice.columns, lattice.rows, lattice.spacing),
         (Vec2::new(1000.0, 2000.0), 40, 30, 5.0)
     );
-    assert_eq!((prepared.needs.bed_particles, prepared.needs.wet_cells), (1200, 100));
-    assert_eq!((prepared.waters.len(), prepared.waters[0].level), (1, 5.0));
-    assert_eq!(prepared.gauges[1].id, "B, below");
-    assert_eq!(prepared.gauges[0].attributes, [("kind".to_string(), "lake".to_string())]);
+    assert_eq!((prepared.scene().needs.bed_particles, prepared.scene().needs.wet_cells), (1200, 100));
+    assert_eq!((prepared.scene().waters.len(), prepared.scene().waters[0].level), (1, 5.0));
+    assert_eq!(prepared.scene().gauges[1].id, "B, below");
+    assert_eq!(prepared.scene().gauges[0].attributes, [("kind".to_string(), "lake".to_string())]);
     assert_eq!(prepared.inputs.len(), 3);
-    assert_eq!(prepared.crs, OutputCrs::Local);
+    assert_eq!(prepared.scene().crs, OutputCrs::Local);
     assert_eq!(prepared.terrain.unwrap().elevation(Vec2::new(1052.5, 2052.5)), Some(0.0));
 }
 
@@ -106,7 +106,7 @@ fn a_raster_that_counts_from_the_south_is_turned_round() {
     let scene = with_terrain(&south_up, |c, r| basin_elevation(centre_of(c, 29 - r)));
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
-    assert_eq!(prepared.needs.wet_cells, 100);
+    assert_eq!(prepared.scene().needs.wet_cells, 100);
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn files_that_are_missing_empty_or_no_rasters_are_all_reported_at_once() {
     scene.scenario.outputs.gauges = Some(vector("outputs.gauges", scene.path("missing.csv")));
     let prepared = prepare(&scene.scenario);
     assert_eq!(codes(&prepared), ["missing-file", "empty-file", "not-a-raster", "missing-file", "missing-file"]);
-    assert!(prepared.has_errors() && prepared.terrain.is_none() && prepared.lattice.is_none());
+    assert!(prepared.has_errors() && prepared.terrain.is_none() && prepared.setup.is_none());
     assert!(
         prepared.problems[2].cause.as_ref().unwrap().contains("not recognized as a supported file format"),
         "{}",
@@ -190,7 +190,9 @@ fn no_crs_at_all_is_refused_and_a_named_one_assumed() {
     scene.scenario.crs.value = CrsChoice::Named("EPSG:25832".to_string());
     let prepared = prepare(&scene.scenario);
     assert_eq!(codes(&prepared), ["assumed-crs", "assumed-crs"]);
-    assert!(matches!(prepared.crs, OutputCrs::Projected { authority: Some(code), .. } if code == "EPSG:25832"));
+    assert!(
+        matches!(&prepared.scene().crs, OutputCrs::Projected { authority: Some(code), .. } if code == "EPSG:25832")
+    );
 }
 
 #[test]
@@ -274,10 +276,10 @@ fn terrain_in_degrees_is_refused_with_the_utm_zone_and_warped_when_asked_for() {
     let mut place = [Vec2::new(9.05, 45.1)];
     let crs = |code| crate::geodata::spatial_ref(code).unwrap();
     crate::geodata::transform(&mut place, &crs("EPSG:4326"), &crs("EPSG:32632")).unwrap();
-    let terrain = prepared.terrain.unwrap();
+    let terrain = prepared.terrain.as_ref().unwrap();
     // 0.05° are 50 m of the plane; half a cell of round-off of the bilinear warp would be 1.25 m.
     assert!((terrain.elevation(place[0]).unwrap() - 50.0).abs() < 0.1);
-    let lattice = prepared.lattice.unwrap();
+    let lattice = &prepared.scene().lattice;
     assert!(lattice.origin.x.rem_euclid(50.0) == 0.0 && lattice.origin.y.rem_euclid(50.0) == 0.0);
 }
 
@@ -375,13 +377,13 @@ fn the_level_comes_from_the_attribute_when_the_scenario_gives_none() {
     let corners = [(1045.0, 2045.0), (1100.0, 2045.0), (1100.0, 2105.0), (1045.0, 2105.0)];
     scene.scenario.initial[0].level = None;
     scene.polygon_with("reservoir.geojson", &corners, r#"{"level_m": 4.5, "stage_1959": 5.5}"#);
-    assert_eq!(prepare(&scene.scenario).waters[0].level, 4.5);
+    assert_eq!(prepare(&scene.scenario).scene().waters[0].level, 4.5);
     scene.scenario.initial[0].level_field = Some("stage_1959".to_string());
-    assert_eq!(prepare(&scene.scenario).waters[0].level, 5.5);
+    assert_eq!(prepare(&scene.scenario).scene().waters[0].level, 5.5);
     scene.scenario.initial[0].level_field = None;
     scene.scenario.initial[0].level = Some(sourced("initial[0].level", 5.0));
     let prepared = prepare(&scene.scenario);
-    assert_eq!((only(&prepared).code, prepared.waters[0].level), ("two-levels", 5.0));
+    assert_eq!((only(&prepared).code, prepared.scene().waters[0].level), ("two-levels", 5.0));
 }
 
 #[test]
@@ -393,8 +395,8 @@ fn overlapping_water_is_refused_at_different_levels_and_shared_out_at_equal_ones
     assert_error(only(&prepared), ProblemKind::Input, "overlapping-water", "initial[1].reservoir");
     scene.scenario.initial[1].level = Some(sourced("initial[1].level", 5.0));
     let prepared = prepare(&scene.scenario);
-    assert_eq!((prepared.problems.len(), prepared.needs.wet_cells), (0, 100));
-    assert!(prepared.waters[1].polygon.0.is_empty());
+    assert_eq!((prepared.problems.len(), prepared.scene().needs.wet_cells), (0, 100));
+    assert!(prepared.scene().waters[1].polygon.0.is_empty());
 }
 
 #[test]
@@ -408,12 +410,12 @@ fn a_leaking_rim_is_a_warning_with_its_lowest_place_and_a_wall_closes_it() {
         (Severity::Warning, "leaking-rim", Some(Vec2::new(1102.5, 2072.5)))
     );
     assert!(problem.cause.as_ref().unwrap().contains("6.00 m at 110"), "{problem}");
-    assert_eq!(prepared.still_water.unwrap().volumes[0].leaks.len(), 1);
+    assert_eq!(prepared.setup.unwrap().still_water.volumes[0].leaks.len(), 1);
     scene.line("dam.geojson", &[(1100.0, 2060.0), (1100.0, 2085.0)]);
     scene.scenario.walls = vec![vector("structures.walls[0].lines", scene.path("dam.geojson"))];
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
-    assert_eq!(prepared.walls, [[Vec2::new(100.0, 60.0), Vec2::new(100.0, 85.0)]]);
+    assert_eq!(prepared.scene().walls, [[Vec2::new(100.0, 60.0), Vec2::new(100.0, 85.0)]]);
 }
 
 #[test]
@@ -436,11 +438,11 @@ fn open_edges_come_from_sides_and_lines_and_a_line_that_opens_nothing_is_told() 
     ];
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
-    assert_eq!((prepared.open_edges.pieces.len(), prepared.open_edges.reach), (2, 7.5));
+    assert_eq!((prepared.scene().open_edges.pieces.len(), prepared.scene().open_edges.reach), (2, 7.5));
     scene.line("sea.geojson", &[(1150.0, 2020.0), (1150.0, 2060.0)]);
     assert_eq!(only(&prepare(&scene.scenario)).code, "opens-nothing");
     scene.scenario.open = vec![OpenBoundary::Side(Side::All)];
-    assert!(prepare(&scene.scenario).open_edges.whole_outline);
+    assert!(prepare(&scene.scenario).scene().open_edges.whole_outline);
 }
 
 #[test]
@@ -486,9 +488,9 @@ fn survey_points_are_terrain_with_their_gaps_reported() {
         let prepared = prepare(&scene.scenario);
         assert_eq!(prepared.problems, []);
         // Lattice cells count from zero here: their centres are the survey points themselves.
-        let gap = prepared.gap.unwrap();
+        let gap = prepared.setup().gap.unwrap();
         assert!(gap.largest < 1e-9, "{gap:?}");
-        assert_eq!(prepared.needs.wet_cells, 100);
+        assert_eq!(prepared.scene().needs.wet_cells, 100);
         assert_eq!(prepared.terrain.unwrap().elevation(Vec2::new(1052.5, 2052.5)), Some(100.0));
     }
     scene.write("survey.txt", "1 2 3\n4 5 6\n");

@@ -73,10 +73,10 @@ impl Quay {
         let raster =
             Raster { columns: SIDE, rows: SIDE, west: 0.0, north: SIDE as f64, cell_x: 1.0, cell_y: 1.0, values };
         let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
-        let bed = prepared.bed.as_ref().unwrap();
+        let bed = &prepared.setup().bed;
         let dry = place_bed(&terrain, &bed.lattice, BedMethod::Mean, &Nothing, 0.03);
         assert_eq!(bed.elevation, dry.elevation, "{self:?}");
-        let volume = prepared.still_water.as_ref().unwrap().volumes[0].clone();
+        let volume = prepared.setup().still_water.volumes[0].clone();
         let mut solver = EulerianSolver::new(flow_problem(&scene.scenario, prepared));
         for _ in 0..20 {
             let choice = solver.choose_step();

@@ -49,8 +49,8 @@ fn prepared(change: impl FnOnce(&Scene, &mut Breach)) -> Prepared {
 fn the_dam_stands_on_the_lattice_and_holds_the_lake() {
     let prepared = prepared(|_, _| {});
     assert_eq!(prepared.problems, []);
-    let (bed, water) = (prepared.bed.unwrap(), prepared.still_water.unwrap());
-    let breach = prepared.forcing.breach.unwrap();
+    let (bed, water) = (&prepared.setup().bed, &prepared.setup().still_water);
+    let breach = prepared.scene().forcing.breach.clone().unwrap();
     assert_eq!(breach.cells.len(), 14);
     for cell in &breach.cells {
         let expected = if cell.ground < CREST { CREST } else { cell.ground };
@@ -75,7 +75,7 @@ fn measured_northwards(change: impl Fn(&mut Scene)) -> bool {
         let mut scene = dam();
         scene.line("dam.geojson", &[(1077.5, from), (1077.5, to)]);
         change(&mut scene);
-        let line = prepare(&scene.scenario).sections.pop().unwrap().line;
+        let line = prepare(&scene.scenario).scene().sections.last().cloned().unwrap().line;
         line[0].y < line[1].y
     });
     assert_eq!(northwards[0], northwards[1], "it depends on how the dam was drawn");
@@ -125,8 +125,9 @@ fn a_dam_of_moving_particles_has_no_cells_that_meet_at_a_corner_only() {
         scene.line("dam.geojson", &[(1050.0, 2050.0), (1090.0, 2090.0)]);
         scene.scenario.breach.as_mut().unwrap().shape = None;
         let prepared = prepare(&scene.scenario);
-        let columns = prepared.bed.as_ref().unwrap().lattice.columns;
-        let cells: Vec<usize> = prepared.forcing.breach.unwrap().cells.iter().map(|cell| cell.cell).collect();
+        let columns = prepared.setup().bed.lattice.columns;
+        let cells: Vec<usize> =
+            prepared.scene().forcing.breach.clone().unwrap().cells.iter().map(|cell| cell.cell).collect();
         let beside = |cell: &usize| cells.iter().filter(|other| [1, columns].contains(&other.abs_diff(*cell))).count();
         cells.iter().map(beside).max().unwrap()
     };
@@ -158,7 +159,7 @@ fn water_finds_its_way_through_the_narrowest_opening_of_a_dam_askew_to_the_latti
 fn without_a_shape_the_whole_dam_goes() {
     let prepared = prepared(|_, breach| breach.shape = None);
     assert_eq!(prepared.problems, []);
-    let breach = prepared.forcing.breach.unwrap();
+    let breach = prepared.scene().forcing.breach.clone().unwrap();
     assert_eq!(breach.opening, Opening::Whole);
     assert!(breach.cells.iter().all(|cell| breach.bed(cell, 1.0).to_bits() == cell.ground.to_bits()));
 }
@@ -175,7 +176,7 @@ fn a_formula_gives_width_sides_and_time() {
             position: None,
         });
     });
-    let breach = prepared.forcing.breach.unwrap();
+    let breach = prepared.scene().forcing.breach.clone().unwrap();
     // 0.27 · 50000^0.32 · 8^0.04 = 0.27 · 31.888 · 1.0867 = 9.357 m on average, 0.7 · 8 m less at the bottom;
     // 63.2 √(50000/(9.81 · 64)) = 564.0 s.
     let Opening::Trapezoid { bottom_width, side_slope, invert, .. } = breach.opening else { panic!("no trapezoid") };
@@ -381,13 +382,13 @@ fn growth_by_a_series_is_that_of_the_file() {
     let prepared = growing("time_s,share\n0,0\n2,0.1\n8,1\n");
     assert_eq!(prepared.problems, []);
     assert!(prepared.inputs.iter().any(|file| file.path.ends_with("growth.csv")));
-    let breach = prepared.forcing.breach.unwrap();
+    let breach = prepared.scene().forcing.breach.clone().unwrap();
     assert!((breach.share(1.0) - 0.05).abs() < 1e-15 && (breach.share(5.0) - 0.55).abs() < 1e-15);
     assert!((breach.duration - 8.0).abs() <= 0.0);
     // In per cent and minutes; it still grows when the run ends after 10 s.
     let slow = growing("time_min,share_%\n0,0\n0.5,100\n");
     assert_eq!(slow.problems.iter().map(|problem| problem.code).collect::<Vec<_>>(), ["breach-unfinished"]);
-    assert!((slow.forcing.breach.unwrap().share(15.0) - 0.5).abs() < 1e-15);
+    assert!((slow.scene().forcing.breach.clone().unwrap().share(15.0) - 0.5).abs() < 1e-15);
     // Rows that are missing.
     let rows = |is_kept: fn(i32) -> bool| {
         (0..=20).filter(move |k| is_kept(*k)).map(|k| format!("{},{}\n", 0.4 * f64::from(k), f64::from(k) / 20.0))
@@ -397,7 +398,7 @@ fn growth_by_a_series_is_that_of_the_file() {
     let found: Vec<_> =
         gap.problems.iter().map(|problem| (problem.code, problem.key.as_str(), problem.severity)).collect();
     assert_eq!(found, [("series-gap", "breach.growth.share", Severity::Warning)]);
-    assert!(gap.forcing.breach.is_some());
+    assert!(gap.scene().forcing.breach.is_some());
 }
 
 #[test]
@@ -417,6 +418,6 @@ fn growth_that_does_not_rise_from_0_to_1_is_refused_with_its_line() {
         let found = found.unwrap_or_else(|| panic!("no {code}: {:?}", prepared.problems));
         assert!(found.severity == Severity::Error && found.message.contains(words), "{found}");
         assert!(found.key == "breach.growth.share" && found.remedy.is_some(), "{found}");
-        assert!(prepared.forcing.breach.is_none());
+        assert!(prepared.scene().forcing.breach.is_none());
     }
 }

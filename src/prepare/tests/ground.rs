@@ -16,13 +16,13 @@ use crate::solver::edge_faces;
 
 /// The bed at a place; NaN without terrain.
 fn bed_at(prepared: &Prepared, x: f64, y: f64) -> f64 {
-    let bed = prepared.bed.as_ref().unwrap();
+    let bed = &prepared.setup().bed;
     bed.elevation[bed.lattice.cell_at(bed.lattice.to_local(Vec2::new(x, y))).unwrap()]
 }
 
 /// The cells of the bed that are not as in the sound scene, with their elevation.
 fn changed(prepared: &Prepared) -> Vec<(usize, f64)> {
-    let bed = prepared.bed.as_ref().unwrap();
+    let bed = &prepared.setup().bed;
     let sound = |cell: usize| basin_elevation(bed.lattice.to_map(bed.lattice.centre(cell)));
     (0..bed.elevation.len()).filter(|&c| bed.elevation[c] != sound(c)).map(|c| (c, bed.elevation[c])).collect()
 }
@@ -138,7 +138,7 @@ fn holes_are_walls_refused_or_filled() {
         let prepared = prepare(&holes(gaps).scenario);
         let codes: Vec<&str> = prepared.problems.iter().map(|problem| problem.code).collect();
         assert_eq!((codes.as_slice(), prepared.has_errors()), (reported, false));
-        assert_eq!(prepared.needs.bed_particles, 1200 - 4 - 6);
+        assert_eq!(prepared.scene().needs.bed_particles, 1200 - 4 - 6);
     }
     for (gaps, code) in [(Gaps::Refuse, "terrain-gaps"), (Gaps::Fill { max_cells: 2 }, "gap-too-large")] {
         let prepared = prepare(&holes(Some(gaps)).scenario);
@@ -153,7 +153,7 @@ fn holes_are_walls_refused_or_filled() {
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems.iter().map(|problem| problem.code).collect::<Vec<_>>(), ["gaps-filled"]);
     assert!((bed_at(&prepared, 1152.5, 2047.5) - 20.0).abs() < 1e-12);
-    assert_eq!(prepared.needs.bed_particles, 1200 - 6);
+    assert_eq!(prepared.scene().needs.bed_particles, 1200 - 6);
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn a_raised_line_stands_on_the_bed_and_holds_the_lake() {
     assert_eq!(prepared.problems, [], "no leak over the rim that lies on the line");
     // Ten cells on the diagonal, nine that join them at their corners.
     assert_eq!(changed(&prepared).iter().filter(|(_, z)| *z == 9.5).count(), 19);
-    let (bed, water) = (prepared.bed.unwrap(), prepared.still_water.unwrap());
+    let (bed, water) = (&prepared.setup().bed, &prepared.setup().still_water);
     for (cell, depth) in water.depth.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
         let centre = bed.lattice.centre(cell);
         assert!(centre.y > centre.x, "water beyond the line at {centre:?}");
@@ -216,8 +216,8 @@ fn no_water_gets_into_a_blocked_building_and_no_boundary_opens_it() {
     assert_eq!(prepared.problems, [], "a building in the reservoir is no hole in the terrain");
     assert!(bed_at(&prepared, 1062.5, 2062.5).is_nan() && bed_at(&prepared, 1067.5, 2072.5).is_nan());
     let without = changed(&prepared).iter().filter(|(_, z)| z.is_nan()).count();
-    assert_eq!((without, prepared.needs.wet_cells), (6, 94));
-    let bed = prepared.bed.unwrap();
+    assert_eq!((without, prepared.scene().needs.wet_cells), (6, 94));
+    let bed = prepared.setup.unwrap().bed;
     assert_eq!(bed.sealed.len(), 6);
     let faces = edge_faces(&bed.lattice, &bed.elevation);
     let sealed = faces.iter().filter(|(_, midpoint)| bed.is_sealed(*midpoint)).count();
@@ -232,7 +232,7 @@ fn the_water_of_a_lake_is_that_beside_its_blocked_buildings() {
         if is_built {
             buildings(&mut scene, BuildingMode::Block);
         }
-        prepare(&scene.scenario).still_water.unwrap().volumes.swap_remove(0)
+        prepare(&scene.scenario).setup.unwrap().still_water.volumes.swap_remove(0)
     };
     let (open, built) = (volume(false), volume(true));
     // 150 m² in a lake of 5 m.
@@ -268,7 +268,7 @@ fn buildings_raise_the_bed_or_roughen_it() {
             assert_eq!(bed_at(&prepared, x, y), z);
         }
         let wet = if z < 5.0 { 100 } else { 94 };
-        assert_eq!(prepared.needs.wet_cells, wet, "the lake at 5 m covers what is lower");
+        assert_eq!(prepared.scene().needs.wet_cells, wet, "the lake at 5 m covers what is lower");
     }
     for (mode, n) in [(BuildingMode::Roughness(Some(0.4)), 0.4), (BuildingMode::Roughness(None), 0.25)] {
         let mut scene = Scene::sound();
@@ -277,7 +277,7 @@ fn buildings_raise_the_bed_or_roughen_it() {
         let prepared = prepare(&scene.scenario);
         assert_eq!(prepared.problems, []);
         assert_eq!(bed_at(&prepared, 1062.5, 2062.5), 0.0);
-        let manning = prepared.bed.unwrap().manning;
+        let manning = prepared.setup.unwrap().bed.manning;
         assert_eq!((manning.iter().filter(|own| **own == n).count(), manning[0]), (6, 0.03));
     }
 }

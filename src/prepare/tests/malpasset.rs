@@ -50,8 +50,8 @@ fn assert_sound(prepared: &Prepared) {
 /// Volume below the level (m³), over the cells of the lattice whose centres lie in the polygon.
 fn volume(prepared: &Prepared, body: usize) -> f64 {
     use geo::Contains;
-    let (terrain, lattice) = (prepared.terrain.as_ref().unwrap(), prepared.lattice.as_ref().unwrap());
-    let body = &prepared.waters[body];
+    let (terrain, lattice) = (prepared.terrain.as_ref().unwrap(), &prepared.scene().lattice);
+    let body = &prepared.scene().waters[body];
     (0..lattice.len())
         .map(|i| lattice.to_map(lattice.centre(i)))
         .filter(|c| body.polygon.contains(&geo::point!(x: c.x, y: c.y)))
@@ -67,12 +67,12 @@ fn malpasset_in_its_own_metres_is_sound() {
     scenario.open = vec![OpenBoundary::Lines(vector("boundaries.open[0].lines", folder.join("sea_boundary.geojson")))];
     let prepared = prepare(&scenario);
     assert_sound(&prepared);
-    assert_eq!(prepared.gauges.len(), 29);
+    assert_eq!(prepared.scene().gauges.len(), 29);
     // README of the data: 48.95 million m³ in the 10 m raster.
     let volume = volume(&prepared, 0);
     assert!((volume / 48.95e6 - 1.0).abs() < 0.01, "{volume}");
     // The dam is gone: the rim leaks at the gorge, and its lowest place lies far below the level.
-    let deepest = prepared.still_water.as_ref().unwrap().volumes[0].leaks[0];
+    let deepest = prepared.setup().still_water.volumes[0].leaks[0];
     assert!(
         deepest.bed_elevation < 60.0 && (deepest.position - Vec2::new(4680.0, 4250.0)).norm() < 100.0,
         "{deepest:?}"
@@ -81,7 +81,7 @@ fn malpasset_in_its_own_metres_is_sound() {
     scenario.walls = vec![vector("structures.walls[0].lines", folder.join("dam_line.geojson"))];
     let prepared = prepare(&scenario);
     assert_sound(&prepared);
-    let lake = &prepared.still_water.as_ref().unwrap().volumes[0];
+    let lake = &prepared.setup().still_water.volumes[0];
     assert_eq!(lake.leaks, [], "a lake behind a standing dam stays where it is");
 }
 
@@ -99,8 +99,10 @@ fn malpasset_in_lambert_coordinates_is_sound_in_every_format() {
         scenario.outputs.gauges = Some(vector("outputs.gauges", lambert.join("gauges.geojson")));
         let prepared = prepare(&scenario);
         assert_sound(&prepared);
-        assert!(matches!(&prepared.crs, OutputCrs::Projected { authority: Some(code), .. } if code == "EPSG:27572"));
-        assert_eq!((prepared.waters[0].level, prepared.gauges.len()), (100.0, 29));
+        assert!(
+            matches!(&prepared.scene().crs, OutputCrs::Projected { authority: Some(code), .. } if code == "EPSG:27572")
+        );
+        assert_eq!((prepared.scene().waters[0].level, prepared.scene().gauges.len()), (100.0, 29));
         // The rasters are the same, turned by a right angle; cell centres on the outline may fall on either side.
         assert!((volume(&prepared, 0) / reference - 1.0).abs() < 1e-4, "{reservoir}");
     }
@@ -125,8 +127,8 @@ fn the_original_survey_makes_the_same_valley_as_the_raster() {
         let started = std::time::Instant::now();
         let prepared = prepare(&scenario);
         let seconds = started.elapsed().as_secs_f64();
-        let gap = prepared.gap.unwrap();
-        let (terrain, lattice) = (prepared.terrain.as_ref().unwrap(), prepared.lattice.as_ref().unwrap());
+        let gap = prepared.setup().gap.unwrap();
+        let (terrain, lattice) = (prepared.terrain.as_ref().unwrap(), &prepared.scene().lattice);
         let mut differences: Vec<f64> = (0..lattice.len())
             .map(|i| lattice.to_map(lattice.centre(i)))
             .filter_map(|place| Some((terrain.elevation(place)? - raster.elevation(place)?).abs()))

@@ -121,7 +121,7 @@ fn refused(scene: &Scene, code: &str) -> Problem {
 }
 
 fn terrain_cells(prepared: &Prepared) -> usize {
-    prepared.bed.as_ref().unwrap().elevation.iter().filter(|z| !z.is_nan()).count()
+    prepared.setup().bed.elevation.iter().filter(|z| !z.is_nan()).count()
 }
 
 #[test]

@@ -106,7 +106,7 @@ impl Levee {
     fn run_scene(self, scene: &Scene, spacing: f64) -> Behind {
         let (scenario, prepared) = (&scene.scenario, prepare(&scene.scenario));
         assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
-        let lattice = prepared.lattice.clone().unwrap();
+        let lattice = prepared.scene().lattice.clone();
         let mut solver = EulerianSolver::new(flow_problem(scenario, prepared));
         let share = |cell: usize| {
             let pieces = (0..100).map(|k| Vec2::new((k % 10) as f64 - 4.5, (k / 10) as f64 - 4.5) * (0.1 * spacing));
@@ -207,7 +207,7 @@ fn what_is_built_into_a_gap_closes_it() {
     let levee = Levee { degrees: 0.0, side: 100, gap: Some(gap) };
     for spacing in [5.0, 10.0] {
         let mut scene = levee.scene(2.0, spacing);
-        let ridge = prepare(&scene.scenario).bed.unwrap();
+        let ridge = prepare(&scene.scenario).setup.unwrap().bed;
         assert!(ridge.passes.iter().any(|sill| sill.share < 1.0));
         // A dam along the crest that breaks long after the run.
         scene.scenario.end_time = 2e4;
@@ -225,8 +225,9 @@ fn what_is_built_into_a_gap_closes_it() {
         });
         let prepared = prepare(&scene.scenario);
         assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
-        let cells: Vec<usize> = prepared.forcing.breach.as_ref().unwrap().cells.iter().map(|cell| cell.cell).collect();
-        let bed = prepared.bed.as_ref().unwrap();
+        let cells: Vec<usize> =
+            prepared.scene().forcing.breach.as_ref().unwrap().cells.iter().map(|cell| cell.cell).collect();
+        let bed = &prepared.setup().bed;
         assert!(cells.iter().all(|&cell| bed.elevation[cell] >= 3.0), "cells of {spacing} m");
         let Behind { beyond, .. } = levee.run_scene(&scene, spacing);
         assert!(beyond <= 0.0, "cells of {spacing} m: {beyond} m³");
@@ -251,8 +252,8 @@ fn check_warns_of_ridges_that_cells_do_not_see_and_of_moving_particles_that_pass
     let prepared = prepare(&scene.scenario);
     let warnings = ridge_warnings(&prepared);
     assert!(warnings.len() == 1 && warnings[0].contains("water passes them at their lowest place"), "{warnings:?}");
-    assert!(!prepared.ridges.is_empty());
-    for ridge in &prepared.ridges {
+    assert!(!prepared.scene().ridges.is_empty());
+    for ridge in &prepared.scene().ridges {
         let middle = (ridge.line[0] + ridge.line[1]) * 0.5;
         assert!(levee.across(middle).abs() < 15.0 && ridge.rise().is_some_and(|rise| rise > 0.1), "{ridge:?}");
         assert!(((ridge.line[1] - ridge.line[0]).norm() - 10.0).abs() < 1e-9);
@@ -263,5 +264,5 @@ fn check_warns_of_ridges_that_cells_do_not_see_and_of_moving_particles_that_pass
     assert!(warnings.len() == 1 && warnings[0].contains("Lagrangian particles pass them unhindered"), "{warnings:?}");
     // The lattice of the pixels sees all.
     let prepared = prepare(&levee.scene(2.0, 1.0).scenario);
-    assert!(ridge_warnings(&prepared).is_empty() && prepared.ridges.is_empty());
+    assert!(ridge_warnings(&prepared).is_empty() && prepared.scene().ridges.is_empty());
 }

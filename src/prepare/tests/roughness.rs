@@ -29,8 +29,8 @@ fn only(prepared: &Prepared) -> &Problem {
 
 /// n at a place of a scene without errors.
 fn n_at(prepared: &Prepared, x: f64, y: f64) -> f64 {
-    let lattice = prepared.lattice.as_ref().unwrap();
-    prepared.bed.as_ref().unwrap().manning[lattice.cell_at(lattice.to_local(Vec2::new(x, y))).unwrap()]
+    let lattice = &prepared.scene().lattice;
+    prepared.setup().bed.manning[lattice.cell_at(lattice.to_local(Vec2::new(x, y))).unwrap()]
 }
 
 #[test]
@@ -139,15 +139,15 @@ fn the_cell_that_holds_a_place_counts_where_the_raster_has_another_system() {
     scene.scenario.rain = Some(sourced("rain", Rain { amount, duration: None, initial_loss: 0.0, constant_loss: 0.0 }));
     let prepared = prepare(&scene.scenario);
     assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
-    let lattice = prepared.lattice.as_ref().unwrap();
+    let lattice = &prepared.scene().lattice;
     let mut places: Vec<Vec2> = (0..lattice.len()).map(|cell| lattice.to_map(lattice.centre(cell))).collect();
     let crs = |code| crate::geodata::spatial_ref(code).unwrap();
     crate::geodata::transform(&mut places, &crs("EPSG:32632"), &crs("EPSG:4326")).unwrap();
-    let rain = prepared.forcing.rain.as_ref().unwrap();
+    let rain = prepared.scene().forcing.rain.as_ref().unwrap();
     assert_eq!(places.len(), 1200);
     for (cell, place) in places.iter().enumerate() {
         let expected = value(((place.x - west) / step_x) as usize, ((north - place.y) / step_y) as usize);
-        let (n, fallen) = (prepared.bed.as_ref().unwrap().manning[cell], rain.depth(cell, 0.0, 1.0) * 1e3);
+        let (n, fallen) = (prepared.setup().bed.manning[cell], rain.depth(cell, 0.0, 1.0) * 1e3);
         assert!((n - expected).abs() < 1e-12, "n of cell {cell} is {n} and not {expected}");
         assert!((fallen - expected).abs() < 1e-12, "rain on cell {cell} is {fallen} and not {expected}");
     }

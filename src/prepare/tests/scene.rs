@@ -7,7 +7,7 @@ use gdal::raster::{Buffer, GdalType};
 use tempfile::TempDir;
 
 use crate::math::Vec2;
-use crate::prepare::Prepared;
+use crate::prepare::{Prepared, Setup};
 use crate::scenario::methods::{
     BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
 };
@@ -16,12 +16,13 @@ use crate::solver::FlowProblem;
 
 /// The problem of a scenario that can be run.
 pub(super) fn flow_problem(scenario: &Scenario, prepared: Prepared) -> FlowProblem {
+    let Setup { bed, still_water, scene, .. } = prepared.setup.unwrap();
     FlowProblem {
-        bed: prepared.bed.unwrap(),
-        walls: prepared.walls,
-        open_edges: prepared.open_edges,
-        forcing: prepared.forcing,
-        initial_depth: prepared.still_water.unwrap().depth,
+        bed,
+        walls: scene.walls,
+        open_edges: scene.open_edges,
+        forcing: scene.forcing,
+        initial_depth: still_water.depth,
         gravity: scenario.numerics.gravity,
         courant: scenario.numerics.cfl,
         dry_depth: scenario.numerics.dry_depth,

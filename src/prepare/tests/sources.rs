@@ -15,8 +15,12 @@ fn with_springs(mut scene: Scene) -> Scene {
 
 /// Column and row of each cell of the first line, from the south-west, and its share.
 fn shares(prepared: &Prepared) -> Vec<((usize, usize), f64)> {
-    let lattice = prepared.lattice.as_ref().unwrap();
-    prepared.forcing.line_sources[0].cells.iter().map(|(cell, share)| (lattice.column_row(*cell), *share)).collect()
+    let lattice = &prepared.scene().lattice;
+    prepared.scene().forcing.line_sources[0]
+        .cells
+        .iter()
+        .map(|(cell, share)| (lattice.column_row(*cell), *share))
+        .collect()
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn add(scene: &mut Scene, name: &str, depth: f64, river: Option<RiverWidth>) {
 
 /// How many cells have this depth.
 fn cells_of(prepared: &Prepared, depth: f64) -> usize {
-    prepared.still_water.as_ref().unwrap().depth.iter().filter(|own| **own == depth).count()
+    prepared.setup().still_water.depth.iter().filter(|own| **own == depth).count()
 }
 
 #[test]
@@ -38,7 +38,7 @@ fn areas_and_rivers_get_their_depth_where_no_level_puts_water() {
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
     assert_eq!((cells_of(&prepared, 0.25), cells_of(&prepared, 0.75)), (2, 20));
-    assert_eq!(prepared.needs.wet_cells, 100 + 22);
+    assert_eq!(prepared.scene().needs.wet_cells, 100 + 22);
     for (width, cells) in [(RiverWidth::Constant(11.0), 60), (RiverWidth::Field("w".to_owned()), 60)] {
         scene.scenario.start.depths[1].river = Some(width);
         let prepared = prepare(&scene.scenario);
@@ -52,7 +52,7 @@ fn areas_and_rivers_get_their_depth_where_no_level_puts_water() {
         );
     }
     assert!(prepared.inputs.iter().any(|input| input.path.ends_with("river.geojson")));
-    assert!(prepared.initial_velocity.is_empty());
+    assert!(prepared.setup().initial_velocity.is_empty());
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn a_frame_that_is_not_whole_is_refused() {
     go_on(&mut scene, "fields.nc", &[0.0, 10.0], as_written);
     let prepared = prepare(&scene.scenario);
     assert_eq!(prepared.problems, []);
-    assert_eq!((cells_of(&prepared, f64::from(DEPTH)), prepared.initial_velocity.len()), (100, 1200));
+    assert_eq!((cells_of(&prepared, f64::from(DEPTH)), prepared.setup().initial_velocity.len()), (100, 1200));
 
     go_on(&mut scene, "fields.nc", &[0.0, 10.0, 20.0], as_written);
     let problem = assert_refused(&scene, "incomplete-frame");

@@ -20,8 +20,8 @@ fn shipped(name: &str) -> Scenario {
 
 fn volumes(prepared: &Prepared) -> &[SeededVolume] {
     assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
-    let volumes = &prepared.still_water.as_ref().unwrap().volumes;
-    for (water, balance) in prepared.waters.iter().zip(volumes) {
+    let volumes = &prepared.setup().still_water.volumes;
+    for (water, balance) in prepared.scene().waters.iter().zip(volumes) {
         println!("{}: {:+.4} %, {balance:?}", water.key, 100.0 * balance.relative_error());
     }
     volumes

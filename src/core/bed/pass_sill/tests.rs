@@ -1,5 +1,5 @@
 use super::*;
-use crate::bed::{Nothing, lower_gaps, place_bed};
+use crate::bed::{Nothing, ground_in_gaps, place_bed};
 use crate::methods::BedMethod;
 use crate::terrain::{Layer, Raster};
 
@@ -175,7 +175,7 @@ fn gaps_of_a_mirrored_terrain_are_mirrored() {
             let terrain = terrain(Vec2::ZERO, (size as usize, 80), 1.0, |place| z(x(place), place.y));
             let lattice = lattice(Vec2::ZERO, cells, cells, spacing);
             let mut bed = place_bed(&terrain, &lattice, BedMethod::Mean, &Nothing, 0.0);
-            lower_gaps(&terrain, &mut bed);
+            bed.set(&ground_in_gaps(&terrain, &bed));
             bed.passes = PassSills::find(&terrain, &bed);
             bed
         };
@@ -226,7 +226,7 @@ fn gaps_are_found_again_across_tiles() {
     let terrain = terrain(Vec2::ZERO, (700, 700), 1.0, z);
     let lattice = lattice(Vec2::ZERO, 70, 70, 10.0);
     let mut bed = place_bed(&terrain, &lattice, BedMethod::Mean, &Nothing, 0.0);
-    lower_gaps(&terrain, &mut bed);
+    bed.set(&ground_in_gaps(&terrain, &bed));
     let mut passes = PassSills::find(&terrain, &bed);
     assert!(passes.iter().filter(|sill| sill.share < 1.0).count() > 20);
     let changed: Vec<usize> = (0..lattice.len()).filter(|cell| cell % 70 == 5 || cell % 611 == 0).collect();

@@ -15,7 +15,8 @@ fn seeds(particle_volume: f64) -> (Vec<FluidSeed>, StillWater) {
     });
     let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, &Nothing, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 20.0)];
-    let still = fill_still_water(&bodies, &mut bed, &surface, Barriers::default());
+    let (still, shore) = fill_still_water(&bodies, &bed, &surface, Barriers::default());
+    bed.set(&shore);
     (equal_volume_filling(&[20.0], &bed, &still, particle_volume), still)
 }
 

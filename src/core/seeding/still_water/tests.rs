@@ -45,7 +45,8 @@ pub(crate) fn body(polygon: Polygon<f64>, level: f64) -> StillBody {
 fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[StillBody]) -> (BedParticles, StillWater) {
     let surface = Formula(formula);
     let mut bed = place_bed(&surface, lattice, BedMethod::Pointwise, &Nothing, 0.03);
-    let still = fill_still_water(bodies, &mut bed, &surface, Barriers::default());
+    let (still, shore) = fill_still_water(bodies, &bed, &surface, Barriers::default());
+    bed.set(&shore);
     (bed, still)
 }
 
@@ -180,7 +181,8 @@ fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
     // The dam lies askew to the rows; the rim of the polygon leaves slivers on both sides of it.
     let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, &Nothing, 0.03);
     let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
-    let still = fill_still_water(&reservoir(), &mut bed, &surface, Barriers { walls: &[dam], dam: &[] });
+    let (still, shore) = fill_still_water(&reservoir(), &bed, &surface, Barriers { walls: &[dam], dam: &[] });
+    bed.set(&shore);
     let balance = &still.volumes[0];
     assert_eq!(balance.leaks, []);
     for cell in (0..bed.lattice.len()).filter(|&cell| still.body[cell].is_some()) {
@@ -246,7 +248,8 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
         };
         let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
         let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
-        let still = fill_still_water(&bodies, &mut bed, &terrain, Barriers::default());
+        let (still, shore) = fill_still_water(&bodies, &bed, &terrain, Barriers::default());
+        bed.set(&shore);
         let balance = &still.volumes[0];
         let volume = level * 20.0 * 120.0;
         assert!((balance.integral_m3 / volume - 1.0).abs() < 1e-9 && (balance.seeded_m3 / volume - 1.0).abs() < 1e-9);
@@ -275,7 +278,8 @@ fn assert_house_stands(surface: &impl Surface) {
     let dry = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, &Nothing, 0.03);
     let mut bed = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, &Nothing, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 100.0, 4, 0.0), level)];
-    let still = fill_still_water(&bodies, &mut bed, surface, Barriers::default());
+    let (still, shore) = fill_still_water(&bodies, &bed, surface, Barriers::default());
+    bed.set(&shore);
     let (mut standing, mut other) = (0, 0);
     for (z_b, before) in bed.elevation.iter().zip(&dry.elevation) {
         if *before > level {
@@ -363,7 +367,8 @@ fn dam_through_a_row_of_centres_holds_however_it_is_drawn() {
     for dam in drawn {
         let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, &Nothing, 0.03);
         let dam: Vec<[Vec2; 2]> = dam.iter().map(|piece| piece.map(|p| bed.lattice.to_local(p))).collect();
-        let still = fill_still_water(&bodies, &mut bed, &surface, Barriers { walls: &dam, dam: &[] });
+        let (still, shore) = fill_still_water(&bodies, &bed, &surface, Barriers { walls: &dam, dam: &[] });
+        bed.set(&shore);
         assert_eq!(still.volumes[0].leaks, [], "{dam:?}");
         for cell in 0..bed.lattice.len() {
             let centre = bed.lattice.to_map(bed.lattice.centre(cell));

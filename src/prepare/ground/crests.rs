@@ -17,11 +17,11 @@ const BURIED_SHARE: f64 = 0.5;
 const BURIED_ON_THE_WAY: f64 = 0.2;
 
 /// A cell of a line with the height (m) of the line above its ground, or of the depth below it where the line carves.
-pub(super) type Height = (usize, f64);
+pub type Height = (usize, f64);
 
 /// A height that hardly any dam, levee or cut has.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Doubt {
+pub struct Doubt {
     pub cell: usize,
     height: f64,
     is_all_along: bool,
@@ -66,14 +66,14 @@ fn depths_along(line: &[Vec2], levels: &[f64], bed: &BedParticles) -> Vec<(f64, 
 }
 
 /// Length (m) over which a line (local coordinates, m) of one level (m) stands above the ground.
-pub(super) fn length_above_ground(line: &[Vec2], level: f64, bed: &BedParticles) -> f64 {
+pub fn length_above_ground(line: &[Vec2], level: f64, bed: &BedParticles) -> f64 {
     let parts = depths_along(line, &vec![level; line.len()], bed);
     parts.iter().filter(|part| part.1 < 0.0).map(|part| part.0).sum()
 }
 
 /// The part of a levee that lies below the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Buried {
+pub struct Buried {
     /// Length (m) below the ground, and of the whole line on terrain.
     length: f64,
     whole: f64,

@@ -2,16 +2,16 @@
 
 use rayon::prelude::*;
 
-use super::findings::Findings;
 use crate::bed::{BedParticles, LeftOut, highest_step};
 use crate::error::input_warning;
 use crate::math::Vec2;
+use crate::prepare::findings::Findings;
 use crate::scenario::Scenario;
 use crate::scenario::methods::BedMethod;
 use crate::terrain::{Piece, Terrain};
 
 /// Warns of cells with an upright step in them, where their bed is a mean.
-pub(super) fn check(
+pub fn check(
     scenario: &Scenario,
     terrain: &Terrain,
     (bed, left_out): (&BedParticles, &impl LeftOut),

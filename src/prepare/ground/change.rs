@@ -1,16 +1,16 @@
-//! The terrain with what is built into it: holes filled, breaklines, buildings, a dam. Each change belongs to a cell of the
-//! lattice and counts for the bed of the cell and for the terrain in it, so that what is filled to a level knows of it, too.
+//! Changes of the ground: of the bed of a cell, and of the terrain in it, so that what is filled to a level knows of it, too.
 
 use std::collections::BTreeMap;
 
-use crate::bed::{BedParticles, CellPlane, Pixels, Surface};
+use crate::bed::{CellPlane, Pixels, Surface};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::output::SetBy;
 use crate::terrain::{Piece, PixelBlock, PixelGrid, Terrain};
 
-/// A change of the elevation (m) in a cell.
+/// What a change makes of an elevation (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Change {
+pub enum Made {
     /// Where there is no terrain it has this elevation.
     Fill(f64),
     /// Nothing lies lower.
@@ -19,49 +19,72 @@ pub(super) enum Change {
     Carve(f64),
     /// All lies higher by so much.
     Lift(f64),
-    /// There is no terrain.
+    /// There is no terrain, and no boundary opens its edge.
     Block,
+    /// The bed lies there, whatever the terrain in the cell.
+    Bed(f64),
+    /// In the terrain in the cell nothing lies lower; the bed stays.
+    RaiseTerrain(f64),
+    /// The bed has this roughness n (s·m^(−1/3)).
+    Roughness(f64),
 }
 
-impl Change {
-    fn of(self, elevation: Option<f64>) -> Option<f64> {
+impl Made {
+    /// Whether it changes the bed of its cell, the terrain in it.
+    pub fn is_of(self) -> (bool, bool) {
         match self {
-            Change::Fill(level) => elevation.or(Some(level)),
-            Change::Raise(level) => elevation.map(|z| z.max(level)),
-            Change::Carve(level) => elevation.map(|z| z.min(level)),
-            Change::Lift(height) => elevation.map(|z| z + height),
-            Change::Block => None,
+            Made::Fill(_) | Made::Raise(_) | Made::Carve(_) | Made::Lift(_) | Made::Block => (true, true),
+            Made::Bed(_) => (true, false),
+            Made::RaiseTerrain(_) => (false, true),
+            Made::Roughness(_) => (false, false),
+        }
+    }
+
+    /// What becomes of an elevation (m); none where there is no terrain.
+    pub fn of(self, elevation: Option<f64>) -> Option<f64> {
+        match self {
+            Made::Fill(level) => elevation.or(Some(level)),
+            Made::Raise(level) | Made::RaiseTerrain(level) => elevation.map(|z| z.max(level)),
+            Made::Carve(level) => elevation.map(|z| z.min(level)),
+            Made::Lift(height) => elevation.map(|z| z + height),
+            Made::Block => None,
+            Made::Bed(level) => Some(level),
+            Made::Roughness(_) => elevation,
         }
     }
 }
 
-/// The changes of each cell, in their order.
+/// A change of the ground in a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// The cell.
+    pub cell: usize,
+    /// What becomes of its ground.
+    pub made: Made,
+    /// Who makes it.
+    pub by: SetBy,
+}
+
+/// What changed the terrain in each cell, in the order of the changes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Changes(BTreeMap<usize, Vec<Change>>);
+pub struct Changes(BTreeMap<usize, Vec<Made>>);
 
 impl Changes {
-    /// Changes a cell of the bed.
-    pub fn make(&mut self, cell: usize, change: Change, bed: &mut BedParticles) {
-        let elevation = Some(bed.elevation[cell]).filter(|z| !z.is_nan());
-        bed.elevation[cell] = change.of(elevation).unwrap_or(f64::NAN);
-        self.note(cell, change);
-    }
-
-    /// Takes note of a change that the bed has already.
-    pub fn note(&mut self, cell: usize, change: Change) {
-        self.0.entry(cell).or_default().push(change);
+    /// Takes note of a change.
+    pub fn note(&mut self, cell: usize, made: Made) {
+        self.0.entry(cell).or_default().push(made);
     }
 
     /// Whether a cell that has terrain is raised, carved or lifted.
     pub fn moves(&self, cell: usize) -> bool {
-        let moves = |change: &Change| matches!(change, Change::Raise(_) | Change::Carve(_) | Change::Lift(_));
-        self.0.get(&cell).is_some_and(|changes| changes.iter().any(moves))
+        self.raises(cell)
+            || self.0.get(&cell).is_some_and(|made| made.iter().any(|made| matches!(made, Made::Carve(_))))
     }
 
     /// Whether a cell is raised or lifted: a dam, a levee, a building that stands in the water.
     pub fn raises(&self, cell: usize) -> bool {
-        let raises = |change: &Change| matches!(change, Change::Raise(_) | Change::Lift(_));
-        self.0.get(&cell).is_some_and(|changes| changes.iter().any(raises))
+        let raises = |made: &Made| matches!(made, Made::Raise(_) | Made::Lift(_) | Made::RaiseTerrain(_));
+        self.0.get(&cell).is_some_and(|made| made.iter().any(raises))
     }
 
     /// All cells that are raised or lifted, ascending.
@@ -76,7 +99,7 @@ impl Changes {
 }
 
 /// A terrain with changes.
-pub(super) struct Shaped<'a> {
+pub struct Shaped<'a> {
     terrain: &'a Terrain,
     lattice: &'a Lattice,
     changes: &'a Changes,
@@ -159,23 +182,18 @@ mod tests {
         let raster = Raster { columns: 5, rows: 5, west: 0.0, north: 10.0, cell_x: 2.0, cell_y: 2.0, values };
         let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
         let lattice = Lattice { origin: Vec2::ZERO, columns: 5, rows: 5, spacing: 2.0 };
-        let elevation =
-            (0..25).map(|cell| terrain.elevation(lattice.to_map(lattice.centre(cell))).unwrap_or(f64::NAN)).collect();
-        let mut bed = BedParticles::from_elevation(lattice.clone(), elevation, 0.0);
         let mut changes = Changes::default();
         let made = [
-            (12, Change::Fill(2.5)),
-            (3, Change::Fill(9.0)),
-            (4, Change::Raise(5.0)),
-            (4, Change::Lift(0.5)),
-            (5, Change::Lift(0.5)),
-            (5, Change::Carve(1.0)),
-            (6, Change::Carve(4.0)),
-            (7, Change::Block),
+            (12, Made::Fill(2.5)),
+            (3, Made::Fill(9.0)),
+            (4, Made::Raise(5.0)),
+            (4, Made::Lift(0.5)),
+            (5, Made::Lift(0.5)),
+            (5, Made::Carve(1.0)),
+            (6, Made::Carve(4.0)),
+            (7, Made::Block),
         ];
-        for (cell, change) in made {
-            changes.make(cell, change, &mut bed);
-        }
+        made.into_iter().for_each(|(cell, made)| changes.note(cell, made));
         assert_eq!(changes.raised().collect::<Vec<_>>(), [4, 5], "raised or lifted");
         let surface = changes.on(&terrain, &lattice);
         for (cell, expected) in
@@ -186,7 +204,6 @@ mod tests {
             // The terrain itself is level to rounding between its cells.
             assert!(found.is_some() == expected.is_some(), "cell {cell}");
             assert!((found.unwrap_or(0.0) - expected.unwrap_or(0.0)).abs() < 1e-12, "cell {cell}: {found:?}");
-            assert_eq!(Some(bed.elevation[cell]).filter(|z| !z.is_nan()), expected, "bed of cell {cell}");
         }
         // The same of the pixels of a cell.
         let read = |cell: usize| {

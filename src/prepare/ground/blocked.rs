@@ -15,7 +15,7 @@ const REACH: f64 = 3.0;
 
 /// Footprints, and of each cell those that may lie in it or its surroundings.
 #[derive(Debug, Default)]
-pub(super) struct Blocked<'a> {
+pub struct Blocked<'a> {
     footprints: Vec<&'a MultiPolygon<f64>>,
     near: BTreeMap<usize, Vec<usize>>,
 }

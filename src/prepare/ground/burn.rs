@@ -2,28 +2,28 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::polygons::distance_to_segment;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::prepare::polygons::distance_to_segment;
 
 /// The cells that a line (local coordinates, m) crosses.
 ///
 /// They close every way from cell to cell through a common edge: where the line passes through a corner, the two cells on its
 /// way meet there, and the other two have no common edge.
-pub(super) fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeSet<usize> {
+pub fn crossed(line: &[Vec2], lattice: &Lattice) -> BTreeSet<usize> {
     cells(line, 0.0, lattice)
 }
 
 /// A part of a straight piece (local coordinates, m) between two lines of the lattice.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub struct Part {
     pub ends: [Vec2; 2],
     pub middle: Vec2,
     pub length: f64,
 }
 
 /// The length (m) of a line (local coordinates, m) in each cell, and the pieces of it that lie beside the lattice.
-pub(super) fn lengths(line: &[Vec2], lattice: &Lattice) -> (BTreeMap<usize, f64>, Vec<[Vec2; 2]>) {
+pub fn lengths(line: &[Vec2], lattice: &Lattice) -> (BTreeMap<usize, f64>, Vec<[Vec2; 2]>) {
     let (mut inside, mut beside) = (BTreeMap::new(), Vec::new());
     for part in line.windows(2).flat_map(|piece| cut([piece[0], piece[1]], lattice)) {
         match lattice.cell_at(part.middle) {
@@ -35,7 +35,7 @@ pub(super) fn lengths(line: &[Vec2], lattice: &Lattice) -> (BTreeMap<usize, f64>
 }
 
 /// A straight piece (local coordinates, m) in parts, each in one cell or beside the lattice, from its start to its end.
-pub(super) fn cut([start, end]: [Vec2; 2], lattice: &Lattice) -> Vec<Part> {
+pub fn cut([start, end]: [Vec2; 2], lattice: &Lattice) -> Vec<Part> {
     let along = end - start;
     let mut cuts = vec![0.0, 1.0];
     for (start, along, count) in [(start.x, along.x, lattice.columns), (start.y, along.y, lattice.rows)] {
@@ -57,7 +57,7 @@ pub(super) fn cut([start, end]: [Vec2; 2], lattice: &Lattice) -> Vec<Part> {
 /// the width (m), and one more wherever two of them meet at a corner only.
 ///
 /// They close every way from cell to cell, through corners, too, and water that runs along them finds a common edge everywhere.
-pub(super) fn strip(line: &[Vec2], width: f64, lattice: &Lattice) -> BTreeSet<usize> {
+pub fn strip(line: &[Vec2], width: f64, lattice: &Lattice) -> BTreeSet<usize> {
     let mut found = cells(line, width, lattice);
     for cell in found.clone() {
         let (column, row) = lattice.column_row(cell);
@@ -116,7 +116,7 @@ fn passes(piece: &[Vec2], corner: Vec2, spacing: f64) -> bool {
 
 /// The place on a line that is nearest to another one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Foot {
+pub struct Foot {
     /// Its distance (m) along the line from the start.
     pub station: f64,
     /// Its distance (m) from the other place.
@@ -128,7 +128,7 @@ pub(super) struct Foot {
 }
 
 /// The foot of a place on a line of two vertices or more, no two of them that follow each other the same.
-pub(super) fn foot_of(place: Vec2, line: &[Vec2]) -> Foot {
+pub fn foot_of(place: Vec2, line: &[Vec2]) -> Foot {
     let mut best = Foot { station: 0.0, distance: f64::INFINITY, foot: Vec2::default(), direction: Vec2::default() };
     let mut before = 0.0;
     for piece in line.windows(2) {
@@ -145,7 +145,7 @@ pub(super) fn foot_of(place: Vec2, line: &[Vec2]) -> Foot {
 }
 
 /// The value at a place, linear along the line between the values at its vertices.
-pub(super) fn value_at(place: Vec2, line: &[Vec2], values: &[f64]) -> f64 {
+pub fn value_at(place: Vec2, line: &[Vec2], values: &[f64]) -> f64 {
     let station = foot_of(place, line).station;
     let mut before = 0.0;
     for (piece, ends) in line.windows(2).zip(values.windows(2)) {

@@ -7,11 +7,12 @@
 //! (M50)  z_c = Σ_k z_k / r_ck² / Σ_k 1 / r_ck²
 //! ```
 
-use super::findings::Findings;
-use super::shaped::{Change, Changes};
+use super::change::{Change, Made};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
+use crate::output::SetBy;
+use crate::prepare::findings::Findings;
 use crate::scenario::{Gaps, Scenario};
 
 /// Holes that are listed with their place.
@@ -21,15 +22,15 @@ const LEAST_PART: f64 = 0.01;
 /// A seam is so many cells wide at most on either side of a cell.
 const SEAM: isize = 5;
 
-/// Treats the holes of the bed as the scenario says; where it says nothing they are walls, which is reported.
-pub(super) fn treat(scenario: &Scenario, bed: &mut BedParticles, changes: &mut Changes, findings: &mut Findings) {
+/// What the scenario makes of the holes of the bed; where it says nothing they are walls, which is reported.
+pub fn fill(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) -> Vec<Change> {
     let gaps = scenario.ground.gaps.as_ref();
     if gaps.is_some_and(|gaps| gaps.value == Gaps::Wall) {
-        return;
+        return Vec::new();
     }
     let mut holes = holes(bed);
     holes.sort_by_key(|hole| std::cmp::Reverse(hole.len()));
-    let (Some(largest), Some(last)) = (holes.first(), scenario.layers.last()) else { return };
+    let (Some(largest), Some(last)) = (holes.first(), scenario.layers.last()) else { return Vec::new() };
     let error = |code, message: String| Problem::error(ProblemKind::Input, code, "", message);
     let at = bed.lattice.to_map(bed.lattice.centre(largest[largest.len() / 2]));
     let remedy = format!(
@@ -41,7 +42,7 @@ pub(super) fn treat(scenario: &Scenario, bed: &mut BedParticles, changes: &mut C
         let problem = Problem::warning(ProblemKind::Input, "terrain-gaps", "", message)
             .with_cause("cells without data are walls where `terrain.gaps` says nothing");
         findings.add(last, problem.with_remedy(remedy).with_at(at));
-        return;
+        return Vec::new();
     };
     match source.value {
         Gaps::Wall => {}
@@ -60,25 +61,24 @@ pub(super) fn treat(scenario: &Scenario, bed: &mut BedParticles, changes: &mut C
                     .with_remedy(format!("add a layer below, or raise `max_cells` to {}", largest.len()))
                     .with_at(at);
                 findings.add(source, problem);
-                return;
+                return Vec::new();
             }
             let message = format!("filled from their rim: {}", described(&holes, &bed.lattice));
             let problem = Problem::warning(ProblemKind::Input, "gaps-filled", "", message)
                 .with_cause("the terrain in them is made up from what surrounds it")
                 .with_at(at);
             findings.add(source, problem);
-            for hole in &holes {
-                for (cell, level) in filled(hole, bed) {
-                    changes.make(cell, Change::Fill(level), bed);
-                }
-            }
+            let levels = holes.iter().flat_map(|hole| filled(hole, bed));
+            let change = |(cell, level)| Change { cell, made: Made::Fill(level), by: SetBy::FilledGap };
+            return levels.map(change).collect();
         }
     }
+    Vec::new()
 }
 
 /// Tells of cells without data between two parts of the terrain: they would stand as a wall in the flood. Where no layer is cut only
 /// those between parts that hang together nowhere, because the outline of a survey is ragged.
-pub(super) fn check_seams(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
+pub fn check_seams(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
     let gaps = scenario.ground.gaps.as_ref().map(|gaps| &gaps.value);
     let clip = scenario.layers.iter().find_map(|layer| layer.value.clip());
     let (Some(last), false) = (scenario.layers.last(), clip.is_none() && gaps == Some(&Gaps::Wall)) else { return };
@@ -201,7 +201,7 @@ fn regions(
 }
 
 /// The up to eight neighbours of a cell.
-pub(super) fn around(cell: usize, lattice: &Lattice) -> impl Iterator<Item = usize> + '_ {
+pub fn around(cell: usize, lattice: &Lattice) -> impl Iterator<Item = usize> + '_ {
     let (column, row) = lattice.column_row(cell);
     let columns = column.saturating_sub(1)..(column + 2).min(lattice.columns);
     let rows = row.saturating_sub(1)..(row + 2).min(lattice.rows);

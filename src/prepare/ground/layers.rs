@@ -2,9 +2,6 @@
 
 use gdal::spatial_ref::SpatialRef;
 
-use super::findings::Findings;
-use super::polygons::cells_inside;
-use super::water;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::{
     Crs, CrsProblem, describe, is_metric, map_scales, run_crs_of, same_horizontal, spatial_ref, suggested_utm,
@@ -12,6 +9,9 @@ use crate::geodata::{
 };
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::prepare::findings::Findings;
+use crate::prepare::polygons::cells_inside;
+use crate::prepare::water;
 use crate::scenario::{CrsChoice, LayerMode, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::terrain::{
     Layer, Overlay, Raster, RasterFile, RasterRequest, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
@@ -33,7 +33,7 @@ impl Opened<'_> {
 }
 
 /// The CRS of the run and its terrain, as far as they can be had.
-pub(super) fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>, Option<Terrain>) {
+pub fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>, Option<Terrain>) {
     let mut opened = Vec::new();
     for source in &scenario.layers {
         let file = match &source.value {

@@ -2,23 +2,23 @@
 
 use rayon::prelude::*;
 
-use super::findings::Findings;
-use super::shaped::Shaped;
+use super::change::Shaped;
 use crate::bed::{BedParticles, Pixels};
 use crate::error::{Problem, ProblemKind};
 use crate::math::Vec2;
 use crate::output::TerrainPixels;
+use crate::prepare::findings::Findings;
 use crate::scenario::{OutputPart, Scenario};
 use crate::terrain::{PixelGrid, Terrain};
 
 /// Memory (bytes) that a pixel takes: its elevation, the water that it belongs to, and the maps while they are written.
-pub(super) const BYTES_PER_PIXEL: f64 = 150.0;
+pub const BYTES_PER_PIXEL: f64 = 150.0;
 
 /// The terrain by the pixels of its finest raster, where the scenario wants its maps on them; warns where no raster is finer than the
 /// lattice.
 ///
 /// - `bed`: that of the terrain, and that at the start of the run, which an earlier run may have changed
-pub(super) fn pixels(
+pub fn pixels(
     scenario: &Scenario,
     (surface, terrain): (&Shaped<'_>, &Terrain),
     (own, at_start): (&[f64], &BedParticles),

@@ -1,35 +1,42 @@
 //! Ridges of the terrain that are narrower than a cell: their pass sills (M80), and what is reported of them.
 
-use super::findings::Findings;
-use super::shaped::Shaped;
-use crate::bed::{self, BedParticles, PassSills, Pixels, SHUT, noise_in_cells};
+use super::Ground;
+use super::change::{Change, Made, Shaped};
+use crate::bed::{BedParticles, PassSills, Pixels, SHUT, ground_in_gaps, noise_in_cells};
 use crate::error::{Problem, ProblemKind};
 use crate::math::Vec2;
-use crate::output::Ridge;
+use crate::output::{Ridge, SetBy};
+use crate::prepare::findings::Findings;
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 
 /// Ridges that rise less than this (m) above both beds are the noise of the terrain, and not reported.
 const WORTH_A_WORD: f64 = 0.1;
 
-/// Gives cells in gaps of ridges the ground of the gap; before anything is built on the terrain, which may close them.
-pub(super) fn lower_gaps(scenario: &Scenario, surface: &impl Pixels, bed: &mut BedParticles) {
-    if scenario.numerics.motion == Motion::Eulerian {
-        bed::lower_gaps(surface, bed);
-    }
+/// The ground of the gap in cells in gaps of ridges; before anything is built on the terrain, which may close them.
+pub fn lower_gaps(scenario: &Scenario, ground: &Ground<'_>) -> Vec<Change> {
+    let is_known = scenario.numerics.motion == Motion::Eulerian;
+    let cells = if is_known { ground_in_gaps(&ground.surface(), ground.bed()) } else { Vec::new() };
+    cells.into_iter().map(|(cell, z)| Change { cell, made: Made::Bed(z), by: SetBy::RidgeGap }).collect()
 }
 
-/// Finds the pass sills of a bed. Lagrangian particles know none: they keep a bed without.
-pub(super) fn find(scenario: &Scenario, surface: &impl Pixels, bed: &mut BedParticles) {
-    if scenario.numerics.motion == Motion::Eulerian {
-        bed.passes = PassSills::find(surface, bed);
+/// The pass sills of a bed. Lagrangian particles know none.
+pub fn find(scenario: &Scenario, surface: &impl Pixels, bed: &BedParticles) -> PassSills {
+    match scenario.numerics.motion {
+        Motion::Eulerian => PassSills::find(surface, bed),
+        Motion::Lagrangian => PassSills::default(),
     }
 }
 
 /// Finds those anew of the cells whose bed changed.
 ///
 /// - `before`: the bed (m) for which they were found
-pub(super) fn find_again(scenario: &Scenario, surface: &impl Pixels, before: &[f64], bed: &mut BedParticles) {
+pub fn find_again(
+    scenario: &Scenario,
+    (surface, before): (&impl Pixels, &[f64]),
+    bed: &BedParticles,
+    passes: &mut PassSills,
+) {
     if scenario.numerics.motion != Motion::Eulerian {
         return;
     }
@@ -37,19 +44,12 @@ pub(super) fn find_again(scenario: &Scenario, surface: &impl Pixels, before: &[f
     let is_changed = |cell: &usize| bed.has_terrain(*cell) && bed.elevation[*cell] != before[*cell];
     let changed: Vec<usize> = (0..bed.lattice.len()).filter(is_changed).collect();
     if !changed.is_empty() {
-        let mut passes = std::mem::take(&mut bed.passes);
         passes.find_again(&changed, surface, bed);
-        bed.passes = passes;
     }
 }
 
 /// The ridges that are worth a word, as lines; warns of them.
-pub(super) fn report(
-    scenario: &Scenario,
-    surface: &Shaped<'_>,
-    bed: &BedParticles,
-    findings: &mut Findings,
-) -> Vec<Ridge> {
+pub fn report(scenario: &Scenario, surface: &Shaped<'_>, bed: &BedParticles, findings: &mut Findings) -> Vec<Ridge> {
     let is_moving = scenario.numerics.motion == Motion::Lagrangian;
     let unseen = if is_moving { PassSills::find(surface, bed) } else { PassSills::default() };
     let passes = if is_moving { &unseen } else { &bed.passes };

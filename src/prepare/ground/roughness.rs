@@ -4,13 +4,13 @@
 
 use geo::MultiPolygon;
 
-use super::findings::Findings;
-use super::polygons::cells_inside;
-use super::{places, water};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::prepare::findings::Findings;
+use crate::prepare::polygons::cells_inside;
+use crate::prepare::{places, water};
 use crate::scenario::{Roughness, Scenario, Sourced, VectorSource};
 use crate::terrain::{Placing, Raster};
 
@@ -25,7 +25,7 @@ const NAMED: usize = 12;
 
 /// What could be opened; map coordinates.
 #[derive(Debug, Default)]
-pub(super) struct Opened {
+pub struct Opened {
     raster: Option<(Raster, Option<Placing>)>,
     /// Of each class its n; none where the raster holds n itself.
     table: Option<Vec<(f64, f64)>>,
@@ -34,9 +34,9 @@ pub(super) struct Opened {
 }
 
 /// Opens every file of the roughness.
-pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
+pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let roughness = &scenario.roughness;
-    let read = |file| super::raster::read_in_place(file, scenario, crs, findings);
+    let read = |file| crate::prepare::raster::read_in_place(file, scenario, crs, findings);
     let raster = roughness.raster.as_ref().and_then(read);
     let table = roughness.table.as_ref().and_then(|file| findings.take(file, table(file)));
     let areas = roughness.polygons.as_ref().map_or_else(Vec::new, |file| areas(file, crs, scenario, findings));
@@ -129,7 +129,7 @@ fn areas(
 }
 
 /// n (s·m^(−1/3)) at every cell; `bed` is its elevation, NaN without terrain. What has none is listed with its area.
-pub(super) fn on_lattice(
+pub fn on_lattice(
     opened: &Opened,
     roughness: &Roughness,
     lattice: &Lattice,

@@ -5,11 +5,11 @@
 
 use std::collections::BTreeMap;
 
-use super::findings::Findings;
 use crate::bed::BedParticles;
 use crate::boundary::distance_to_segment;
 use crate::error::input_warning;
 use crate::math::{Vec2, readable, segments_cross};
+use crate::prepare::findings::Findings;
 use crate::scenario::Scenario;
 
 /// Cells up to which the distance of two ends counts as a gap; a wider one is off by less than `DIFFERENCE`.
@@ -22,7 +22,7 @@ const TOUCH: f64 = 1e-6;
 const LISTED: usize = 3;
 
 /// Tells of gaps that are another width on the lattice.
-pub(super) fn check(scenario: &Scenario, walls: &[[Vec2; 2]], bed: &BedParticles, findings: &mut Findings) {
+pub fn check(scenario: &Scenario, walls: &[[Vec2; 2]], bed: &BedParticles, findings: &mut Findings) {
     let Some(source) = scenario.walls.first() else { return };
     let lattice = &bed.lattice;
     let ends = free_ends(walls, TOUCH * lattice.spacing);

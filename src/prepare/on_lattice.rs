@@ -1,0 +1,323 @@
+//! Everything that a scenario names, put on the lattice and checked there.
+
+use std::collections::BTreeSet;
+
+use super::findings::Findings;
+use super::ground::{self, Ground, burn, wall_gaps};
+use super::water::{self, SourcedBody};
+use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, Scene, Setup};
+use super::{breach, channels, earlier, forcing, grid, lagrangian, moving_bed, places, plausible, start};
+use crate::bed::BedParticles;
+use crate::geodata::Crs;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::output::{ChannelProfile, Gauge, GroundSource, OutputCrs, Section};
+use crate::scenario::methods::Motion;
+use crate::scenario::{OpenBoundary, Scenario};
+use crate::seeding::StillWater;
+use crate::solver::{Breach, Channel, Forcing, OpenEdges};
+use crate::terrain::Terrain;
+
+/// Of several files what they draw, as far as they could be read.
+type Lines = Vec<Option<places::Drawn>>;
+
+/// Files that are open, before what they hold is put on the lattice.
+pub(super) struct Files<'a> {
+    crs: OutputCrs,
+    walls: Lines,
+    open_lines: Lines,
+    bodies: Vec<SourcedBody<'a>>,
+    gauges: Vec<Gauge>,
+    forcing: forcing::Opened,
+    dam: Option<breach::Opened>,
+    moving: Vec<Option<moving_bed::Opened>>,
+    start: start::Opened,
+    ground: ground::Opened,
+    reaches: Vec<Option<channels::Opened>>,
+}
+
+impl<'a> Files<'a> {
+    /// Opens all files but those of the terrain.
+    pub fn open(scenario: &'a Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Files<'a> {
+        let mut pieces = |source| places::pieces(source, crs, scenario, findings);
+        let walls = scenario.walls.iter().map(&mut pieces).collect();
+        let lines = |boundary: &'a OpenBoundary| match boundary {
+            OpenBoundary::Side(_) => None,
+            OpenBoundary::Lines(source) => pieces(source),
+        };
+        let open_lines = scenario.open.iter().map(lines).collect();
+        let bodies = scenario.initial.iter().flat_map(|water| {
+            let bodies = water::bodies(water, crs, scenario, findings);
+            bodies.into_iter().map(|body| SourcedBody { source: &water.polygons, body })
+        });
+        let bodies = bodies.collect();
+        let gauges = scenario.outputs.gauges.as_ref();
+        Files {
+            crs: crs
+                .and_then(|crs| crs.written())
+                .map_or(OutputCrs::Local, |(wkt2, authority)| OutputCrs::Projected { wkt2, authority }),
+            walls,
+            open_lines,
+            bodies,
+            gauges: gauges.map(|source| places::gauges(source, crs, scenario.reproject, findings)).unwrap_or_default(),
+            ground: ground::open(scenario, crs, findings),
+            forcing: forcing::open(scenario, crs, findings),
+            dam: breach::open(scenario, crs, findings),
+            moving: moving_bed::open(scenario, crs, findings),
+            start: start::open(scenario, crs, findings),
+            reaches: channels::open(scenario, crs, findings),
+        }
+    }
+}
+
+/// The lattice, and everything that is checked on it; none where there can be no lattice.
+pub(super) fn place(
+    scenario: &Scenario,
+    terrain: &Terrain,
+    mut files: Files<'_>,
+    findings: &mut Findings,
+) -> Option<Setup> {
+    let lattice = grid::lattice(terrain, scenario.resolution.value, &scenario.limits);
+    let lattice = findings.take(&scenario.resolution, lattice)?;
+    let mut ground = ground::build(scenario, (terrain, &lattice), &files.ground, findings);
+    let mut breach = breach::on_lattice(files.dam.as_ref(), scenario, &mut ground, findings);
+    let edges = Edges::on_lattice(scenario, &mut files, (&ground, breach.as_ref()), findings);
+    let walls = edges.walls_of_each.concat();
+    let (mut forcing, channels) = water_brought(scenario, &mut files, ground.bed(), findings);
+    water::check(&mut files.bodies, ground.bed(), findings);
+    ground.find_passes_and_cover(scenario);
+    let at_start = AtStart::fill(scenario, &files, (&mut breach, &walls), &mut ground, findings);
+    plausible::check(
+        &mut files.forcing.placed,
+        &forcing,
+        scenario,
+        (ground.bed(), &at_start.still_water, &walls),
+        findings,
+    );
+    let mut sections = std::mem::take(&mut files.forcing.sections);
+    if let Some(section) =
+        breach_section(scenario, &files, (breach.as_ref(), &sections), (&ground, &at_start), findings)
+    {
+        forcing.sections.push(forcing::pieces_of(&section, &lattice));
+        sections.push(section);
+    }
+    forcing.breach = breach;
+    let moving = std::mem::take(&mut files.moving);
+    forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (ground.bed(), &forcing), findings);
+    check_lagrangian(scenario, &files, (edges.walls_of_each, &edges.open), (&forcing, &ground, &at_start), findings);
+    if let Some(source) = &scenario.outputs.gauges {
+        let on = (&ground.surface(), ground.bed());
+        places::check_gauges(source, &files.gauges, terrain.extent(), on, findings);
+    }
+    let ridges = ground.ridges(scenario, findings);
+    // An earlier run fitted the bed to its shores, too: only one in which ground moved counts for the terrain itself.
+    let own = if earlier::has_moved_bed(scenario) { &at_start.without_earlier } else { &ground.bed().elevation };
+    let pixels = ground::pixels(scenario, (&ground.surface(), terrain), (own, ground.bed()), findings);
+    let count = pixels.as_ref().map_or(0, |pixels| pixels.elevation.len());
+    let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
+    let scene = Scene {
+        crs: files.crs,
+        ground_source: ground::sources(scenario, &ground, pixels.as_ref()),
+        ridges,
+        raised: at_start.raised,
+        walls,
+        open_edges: edges.open,
+        crossed: forcing.sections.iter().map(|pieces| crossed(pieces, &lattice)).collect(),
+        forcing,
+        waters: files.bodies.into_iter().map(|body| body.body).collect(),
+        earlier_time: at_start.earlier_time,
+        sections,
+        channels,
+        gauges: files.gauges,
+        needs,
+        lattice,
+    };
+    Some(Setup {
+        still_water: at_start.still_water,
+        initial_velocity: at_start.velocity,
+        pixels,
+        gap: grid::gap_report(terrain, &scene.lattice),
+        scene,
+        bed: ground.into_bed(),
+    })
+}
+
+/// Walls and open edges.
+struct Edges {
+    /// Of each wall of the scenario its straight pieces (local coordinates, m).
+    walls_of_each: Vec<Vec<[Vec2; 2]>>,
+    open: OpenEdges,
+}
+
+impl Edges {
+    fn on_lattice(
+        scenario: &Scenario,
+        files: &mut Files<'_>,
+        (ground, breach): (&Ground<'_>, Option<&Breach>),
+        findings: &mut Findings,
+    ) -> Edges {
+        let bed = ground.bed();
+        let mut walls_of_each = Vec::new();
+        for (source, drawn) in scenario.walls.iter().zip(std::mem::take(&mut files.walls)) {
+            let drawn = drawn.unwrap_or_default();
+            walls_of_each.push(places::on_lattice(source, &drawn, bed, places::NOT_HELD, findings));
+        }
+        let walls = walls_of_each.concat();
+        wall_gaps::check(scenario, &walls, bed, findings);
+        if let Some(breach) = breach {
+            breach::check_way(scenario, breach, bed, &walls, findings);
+        }
+        Edges { walls_of_each, open: places::open_edges(scenario, &files.open_lines, bed, findings) }
+    }
+}
+
+/// What brings water in or takes it out, and the channels of one dimension.
+fn water_brought(
+    scenario: &Scenario,
+    files: &mut Files<'_>,
+    bed: &BedParticles,
+    findings: &mut Findings,
+) -> (Forcing, Vec<ChannelProfile>) {
+    let mut forcing = forcing::on_lattice(&mut files.forcing, scenario, bed, findings);
+    let channels;
+    (forcing.channels, channels) = channels::on_lattice(std::mem::take(&mut files.reaches), scenario, bed, findings);
+    (forcing, channels)
+}
+
+/// The water at the start.
+struct AtStart {
+    still_water: StillWater,
+    /// Velocity (m/s) of each cell; empty where all water rests.
+    velocity: Vec<Vec2>,
+    /// The time (s) of the earlier run that this one goes on from.
+    earlier_time: Option<f64>,
+    /// Cells that are raised or lifted, ascending.
+    raised: Vec<usize>,
+    /// The bed (m) without that of an earlier run.
+    without_earlier: Vec<f64>,
+}
+
+impl AtStart {
+    /// Fills still water, rivers and what an earlier run left, and fits the ground to it.
+    fn fill(
+        scenario: &Scenario,
+        files: &Files<'_>,
+        (breach, walls): (&mut Option<Breach>, &[[Vec2; 2]]),
+        ground: &mut Ground<'_>,
+        findings: &mut Findings,
+    ) -> AtStart {
+        let is_complete = scenario.breach.is_some() == breach.is_some();
+        let before = ground.bed().elevation.clone();
+        let mut still_water =
+            breach::fill_behind(breach.as_ref(), &files.bodies, (walls, is_complete), ground, findings);
+        let raised = ground.changes().raised().collect();
+        ground.find_passes_again(scenario, &before);
+        start::wet(&files.start, scenario, (ground.bed(), ground.changes()), &mut still_water, findings);
+        let without_earlier = ground.bed().elevation.clone();
+        let earlier = earlier::take_over(scenario, &files.crs, breach.as_ref(), ground, &mut still_water, findings);
+        if let (Some(dam), Some(breach)) = (&files.dam, breach) {
+            breach::settle(dam, breach, &before, ground.bed());
+        }
+        let earlier_time = earlier.as_ref().map(|state| state.time);
+        let velocity = earlier.map(|state| state.velocity).unwrap_or_default();
+        AtStart { still_water, velocity, earlier_time, raised, without_earlier }
+    }
+}
+
+/// The cross-section along the dam, beside the others; checks the levels of its breach.
+fn breach_section(
+    scenario: &Scenario,
+    files: &Files<'_>,
+    (breach, others): (Option<&Breach>, &[Section]),
+    (ground, at_start): (&Ground<'_>, &AtStart),
+    findings: &mut Findings,
+) -> Option<Section> {
+    let breach = breach?;
+    breach::check_level(scenario, breach, ground.bed(), &at_start.still_water, findings);
+    let dam = files.dam.as_ref()?;
+    Some(breach::section(dam, breach, others, ground.bed(), &at_start.still_water))
+}
+
+/// Warns of what Lagrangian particles get wrong.
+fn check_lagrangian(
+    scenario: &Scenario,
+    files: &Files<'_>,
+    (walls, open_edges): (Vec<Vec<[Vec2; 2]>>, &OpenEdges),
+    (forcing, ground, at_start): (&Forcing, &Ground<'_>, &AtStart),
+    findings: &mut Findings,
+) {
+    let is_open = |middle: Vec2, normal: Vec2| {
+        open_edges.is_open(middle, normal) || forcing.boundary_at(middle, normal).is_some()
+    };
+    let scene = lagrangian::Scene {
+        bed: ground.bed(),
+        still: &at_start.still_water,
+        bodies: files.bodies.iter().map(|body| body.source).collect(),
+        velocity: &at_start.velocity,
+        walls,
+        is_open: &is_open,
+        placed: &files.forcing.placed,
+        forcing,
+    };
+    lagrangian::check(&scene, scenario, findings);
+}
+
+/// The cells that a cross-section crosses, ascending.
+fn crossed(pieces: &[[Vec2; 2]], lattice: &Lattice) -> Vec<usize> {
+    let cells: BTreeSet<usize> = pieces.iter().flat_map(|piece| burn::crossed(piece, lattice)).collect();
+    cells.into_iter().collect()
+}
+
+/// A plane without any cell, and the channels: what is asked of each cell of the plane is then asked of none.
+pub(super) fn channels_alone(scenario: &Scenario, files: Files<'_>, findings: &mut Findings) -> Setup {
+    let lattice = Lattice { origin: Vec2::ZERO, columns: 0, rows: 0, spacing: scenario.resolution.value };
+    let bed = BedParticles::from_elevation(lattice, Vec::new(), 0.0);
+    let still_water = StillWater { depth: Vec::new(), body: Vec::new(), volumes: Vec::new() };
+    let mut forcing = Forcing::default();
+    let channels;
+    (forcing.channels, channels) = channels::on_lattice(files.reaches, scenario, &bed, findings);
+    let scene = Scene {
+        lattice: bed.lattice.clone(),
+        crs: files.crs,
+        ground_source: GroundSource::default(),
+        ridges: Vec::new(),
+        raised: Vec::new(),
+        walls: Vec::new(),
+        open_edges: OpenEdges::default(),
+        waters: Vec::new(),
+        earlier_time: None,
+        sections: files.forcing.sections,
+        crossed: Vec::new(),
+        channels,
+        gauges: files.gauges,
+        needs: needs(scenario, (&bed, &still_water), (&forcing.channels, 0), findings),
+        forcing,
+    };
+    Setup { bed, still_water, initial_velocity: Vec::new(), pixels: None, gap: None, scene }
+}
+
+/// Particles and memory of a run; refuses more of them than their limits.
+fn needs(
+    scenario: &Scenario,
+    (bed, still_water): (&BedParticles, &StillWater),
+    (channels, pixels): (&[Channel], usize),
+    findings: &mut Findings,
+) -> Needs {
+    let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
+    let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
+    let fluid = if scenario.numerics.motion == Motion::Lagrangian { wet_cells } else { 0 };
+    let channel_particles = channels.iter().map(|channel| channel.sections.len()).sum();
+    let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
+    let channel_strips = channels.iter().map(strips).sum();
+    // A strip takes no more than a cell.
+    let memory = (bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
+        + fluid as f64 * BYTES_PER_FLUID_PARTICLE
+        + pixels as f64 * ground::BYTES_PER_PIXEL;
+    let counts = [bed_particles, fluid, channel_strips];
+    let (spacing, limits) = (bed.lattice.spacing, &scenario.limits);
+    let beyond = grid::check_particles(counts, spacing, limits).or_else(|| grid::check_memory(memory, spacing, limits));
+    if let Some(problem) = beyond {
+        findings.add(&scenario.resolution, problem);
+    }
+    Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory }
+}
