@@ -135,7 +135,7 @@ impl fmt::Display for RunSummary {
             "volume {:.6e} m3 at the start, {:.6e} m3 came in, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}{on_grid}",
             volume.initial, volume.inflow, volume.outflow, volume.last, volume.error_relative,
         )?;
-        for gate in run.gates.iter().filter(|gate| gate.starts_with("reported")) {
+        for gate in run.gates.iter().filter(|gate| !gate.passed && !gate.binding) {
             writeln!(f, "{gate}")?;
         }
         if !self.gauges.is_empty() {

@@ -53,10 +53,25 @@ fn status(html: &mut String, run: &RunFolder) {
     };
     let _ = write!(html, "<p class=\"{class}\"><b>{}</b>", escape(&text));
     for gate in gates {
-        let text = gate.as_str().map_or_else(|| gate.to_string(), str::to_string);
-        let _ = write!(html, "<br>{}", escape(&text));
+        let _ = write!(html, "<br>{}", escape(&gate_in_words(gate)));
     }
     html.push_str("</p>\n");
+}
+
+/// A quality gate of `run.json` in a line; those before version 0.2 were lines.
+fn gate_in_words(gate: &serde_json::Value) -> String {
+    if let Some(line) = gate.as_str() {
+        return line.to_owned();
+    }
+    let verdict = match (gate["passed"].as_bool(), gate["binding"].as_bool()) {
+        (Some(true), _) => "passed",
+        (_, Some(false)) => "reported",
+        _ => "failed",
+    };
+    let number = |key: &str| gate[key].as_f64().map_or("no number".to_owned(), |value| format!("{value:.1e}"));
+    let note = gate["note"].as_str().map_or(String::new(), |note| format!("; {note}"));
+    let name = gate["name"].as_str().unwrap_or_default();
+    format!("{verdict}: {name}, {} relative, limit {}{note}", number("figure"), number("limit"))
 }
 
 /// A table of names and values; nothing where there are none.

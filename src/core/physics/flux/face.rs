@@ -1,6 +1,6 @@
 //! Riemann solvers for a face that moves with the water: no volume passes, and only p* and u* between the waves are asked for.
 
-use super::{hllc, lax_friedrichs, two_shock};
+use super::{lax_friedrichs, two_shock, two_waves};
 
 /// The water on one side of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,9 +24,9 @@ pub trait FaceSolver {
 #[derive(Clone, Copy, Debug)]
 pub struct TwoShocks;
 
-/// Waves at the speeds of HLLC: `hllc`.
+/// Two waves at the speeds of Toro for HLLC: `two_waves`.
 #[derive(Clone, Copy, Debug)]
-pub struct Hllc;
+pub struct TwoWaves;
 
 /// Both waves at the greatest speed: `lax_friedrichs`.
 #[derive(Clone, Copy, Debug)]
@@ -39,10 +39,10 @@ impl FaceSolver for TwoShocks {
     }
 }
 
-impl FaceSolver for Hllc {
+impl FaceSolver for TwoWaves {
     #[inline(always)]
     fn star(left: Side, right: Side, gravity: f64) -> (f64, f64) {
-        hllc::star(left, right, gravity)
+        two_waves::star(left, right, gravity)
     }
 }
 
@@ -84,7 +84,7 @@ mod tests {
     type Solver = fn(Side, Side, f64) -> (f64, f64);
 
     const ALL: [(&str, Solver); 3] =
-        [("two_shocks", TwoShocks::star), ("hllc", Hllc::star), ("lax_friedrichs", LaxFriedrichs::star)];
+        [("two_shocks", TwoShocks::star), ("two_waves", TwoWaves::star), ("lax_friedrichs", LaxFriedrichs::star)];
 
     proptest! {
         #![proptest_config(ProptestConfig { rng_algorithm: prop::test_runner::RngAlgorithm::ChaCha, failure_persistence: None, ..ProptestConfig::with_cases(2000) })]

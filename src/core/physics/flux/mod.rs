@@ -3,10 +3,10 @@
 
 pub mod exact;
 mod face;
-mod hllc;
 mod lax_friedrichs;
 mod two_shock;
+mod two_waves;
 
-pub use face::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
+pub use face::{FaceSolver, LaxFriedrichs, Side, TwoShocks, TwoWaves};
 pub use lax_friedrichs::lax_friedrichs;
 pub use two_shock::{Star, two_shock};

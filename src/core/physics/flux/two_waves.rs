@@ -1,4 +1,5 @@
-//! HLLC between two waves of speeds S_l and S_r: `ToroSpruceSpeares1994`, with the speeds of `Toro2001`, section 10.3.
+//! Between two waves of speeds S_l and S_r, those that `Toro2001`, section 10.3, gives for the HLLC solver of `ToroSpruceSpeares1994`. It
+//! is no HLLC: no flux passes, since the face is the contact.
 //!
 //! ```text
 //! d_0 = [ (c_l + c_r)/2 + (u_l − u_r)/4 ]₊² / g,   m_k = max(d_0, d_k)
