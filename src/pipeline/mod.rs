@@ -219,7 +219,7 @@ impl Run<'_> {
 
         let mut recording = recorder.finish();
         if self.scenario.outputs.needs_maxima() {
-            recording.maps.ground_source = self.scene.ground_source.on_grid(&grid_of_maps);
+            recording.maps.ground_source = grid_of_maps.ground_source(&self.scene.ground_source);
         }
         self.clock.part("grids of the maps");
         let (section_results, section_samples) = sections.finish(&recording.section_arrivals);

@@ -175,16 +175,13 @@ fn warning_rows(summary: &Value) -> Vec<(String, String)> {
 }
 
 fn volume_rows(volume: &Value) -> Vec<(String, String)> {
-    let lines = [
-        ("initial", "Water at the start"),
-        ("in", "Inflow"),
-        ("out", "Outflow"),
-        ("final", "Water at the end"),
-    ];
+    let lines =
+        [("initial", "Water at the start"), ("in", "Inflow"), ("out", "Outflow"), ("final", "Water at the end")];
     let volumes = lines.iter().filter_map(|(key, name)| {
         volume[*key].as_f64().map(|cubic_metres| (name.to_string(), format!("{cubic_metres:.1} m³")))
     });
-    let errors = [("error_relative", "Error of the volume balance"), ("grid_error_relative", "Error of the maps' volume")];
+    let errors =
+        [("error_relative", "Error of the volume balance"), ("grid_error_relative", "Error of the maps' volume")];
     let errors = errors.iter().filter_map(|(key, name)| {
         volume[*key].as_f64().map(|error| (format!("{name}, relative"), format!("{error:.1e}")))
     });

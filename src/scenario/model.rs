@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use super::channel::Channel;
 use super::ground::{Ground, LayerMode};
 use super::methods::{
-    BedMethod, BedSlope, Core, FAMILIES, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, Turbulence,
-    WallMethod,
+    BedMethod, BedSlope, Core, FAMILIES, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding,
+    Stabilisation, Turbulence, WallMethod,
 };
 use super::moving_bed::MovingBed;
 use super::start::Start;

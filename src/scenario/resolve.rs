@@ -11,9 +11,7 @@ use super::defaults::{
 };
 use super::fields::{Text, split_layer};
 use super::ground::{Ground, LayerMode};
-use super::methods::{
-    BedMethod, BedSlope, Core, Formulation, Kernel, Motion, Seeding, Turbulence, WallMethod,
-};
+use super::methods::{BedMethod, BedSlope, Core, Formulation, Kernel, Motion, Seeding, Turbulence, WallMethod};
 use super::model::{
     Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, OutputPart, Outputs,
     PointInterpolation, Rain, RainAmount, RainUnit, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
@@ -504,7 +502,10 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         assert_eq!(outputs.isochrones, [300.0, 600.0, 900.0, 1800.0, 2700.0, 3600.0]);
         let numerics = &scenario.numerics;
         assert_eq!((numerics.motion, numerics.integrator), (Motion::Eulerian, Integrator::Heun));
-        assert_eq!((numerics.stabilisation, numerics.reconstruction), (Stabilisation::TwoRarefactions, Reconstruction::Limited));
+        assert_eq!(
+            (numerics.stabilisation, numerics.reconstruction),
+            (Stabilisation::TwoRarefactions, Reconstruction::Limited)
+        );
         assert!(exact(numerics.cfl, 0.5) && exact(numerics.gravity, 9.81) && exact(numerics.dry_depth, 1e-3));
         assert!(exact(scenario.limits.particles, 50e6) && scenario.limits.memory > 1e8);
 

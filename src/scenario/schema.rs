@@ -726,15 +726,15 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     let is_variational = formulation == Formulation::Variational;
     let motion = meant(node, "motion", if is_variational { Motion::Lagrangian } else { Motion::default() })?;
     let core = Core::of(formulation, motion);
-    let mut is_fit = has::<Motion>(core, "motion", node, reader);
-    is_fit &= has::<Stabilisation>(core, "stabilisation", node, reader);
-    is_fit &= has::<Reconstruction>(core, "reconstruction", node, reader);
-    is_fit &= has::<Integrator>(core, "integrator", node, reader);
-    is_fit &= has::<Seeding>(core, "seeding", node, reader);
-    is_fit &= has::<Kernel>(core, "kernel", node, reader);
-    is_fit &= has::<WallMethod>(core, "wall", node, reader);
-    is_fit &= has::<BedSlope>(core, "bed_slope", node, reader);
-    is_fit &= has::<Turbulence>(core, "turbulence", node, reader);
+    let mut is_fit = core_has::<Motion>(core, "motion", node, reader);
+    is_fit &= core_has::<Stabilisation>(core, "stabilisation", node, reader);
+    is_fit &= core_has::<Reconstruction>(core, "reconstruction", node, reader);
+    is_fit &= core_has::<Integrator>(core, "integrator", node, reader);
+    is_fit &= core_has::<Seeding>(core, "seeding", node, reader);
+    is_fit &= core_has::<Kernel>(core, "kernel", node, reader);
+    is_fit &= core_has::<WallMethod>(core, "wall", node, reader);
+    is_fit &= core_has::<BedSlope>(core, "bed_slope", node, reader);
+    is_fit &= core_has::<Turbulence>(core, "turbulence", node, reader);
     let courant = number(node, "cfl").filter(|courant| *courant > GREATEST_COURANT_OF_EULERIAN && *courant <= 1.0);
     if let (Core::Eulerian, Some(_), Some(value)) = (core, courant, node.get("cfl")) {
         let message =
@@ -749,14 +749,15 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 /// Whether a core has the method that is written under a key, if one is; refuses one that it does not have.
-fn has<T: Method + Default>(core: Core, key: &str, node: &Node, reader: &mut Reader) -> bool {
+fn core_has<T: Method + Default>(core: Core, key: &str, node: &Node, reader: &mut Reader) -> bool {
     let (Some(method), Some(value)) = (meant(node, key, T::default()), node.get(key)) else { return true };
     let Value::Text(name) = &value.value else { return true };
     if method.is_in(core) {
         return true;
     }
     let message = format!("{} have no `{key}: {name}`", core.particles());
-    let others = Core::ALL.iter().filter(|other| method.is_in(**other)).map(|core| format!("`{}`", core.asked_for_by()));
+    let others =
+        Core::ALL.iter().filter(|other| method.is_in(**other)).map(|core| format!("`{}`", core.asked_for_by()));
     let remedy = match key {
         "motion" => "leave `motion` or `formulation` out".to_owned(),
         _ => format!("leave `{key}` out, or take {}", others.collect::<Vec<_>>().join(" or ")),

@@ -235,12 +235,20 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("motion: lagrangian, stabilisation: artificial_viscosity"),
-        &["error[method-combination] numerics.stabilisation (s.yaml:2:47)", "cause   the pairs of the balanced formulation are Riemann problems"],
+        &[
+            "error[method-combination] numerics.stabilisation (s.yaml:2:47)",
+            "cause   the pairs of the balanced formulation are Riemann problems",
+        ],
     );
     assert_change_refused(
         "title: Test",
         &numerics("integrator: leapfrog"),
-        &["error[method-combination] numerics.integrator (s.yaml:2:24)", "have no `integrator: leapfrog`", "cause", "remedy"],
+        &[
+            "error[method-combination] numerics.integrator (s.yaml:2:24)",
+            "have no `integrator: leapfrog`",
+            "cause",
+            "remedy",
+        ],
     );
     assert_change_refused(
         "title: Test",
@@ -278,14 +286,21 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("stabilisation: hllc"),
-        &["`hllc` is not a stabilisation", "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles"],
+        &[
+            "`hllc` is not a stabilisation",
+            "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles",
+        ],
     );
     assert_change_refused("title: Test", &numerics("kernel: wendland"), &["did you mean `wendland_c2`?"]);
     assert_change_refused("title: Test", &numerics("kernel: poly6"), &["use one of cubic_spline, quadratic"]);
     assert_change_refused(
         "title: Test",
         &numerics("kernel: wendland_c2"),
-        &["error[method-combination] numerics.kernel (s.yaml:2:20)", "have no `kernel: wendland_c2`", "motion: lagrangian"],
+        &[
+            "error[method-combination] numerics.kernel (s.yaml:2:20)",
+            "have no `kernel: wendland_c2`",
+            "motion: lagrangian",
+        ],
     );
 }
 

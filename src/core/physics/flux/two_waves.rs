@@ -9,7 +9,7 @@
 //! Seen from the contact, which moves at u*, no volume passes, and the flux of momentum is
 //! p* = p_k + d_k (S_k − u_k)(u* − u_k), the same from both sides. That is `between_waves`.
 
-use super::face::{Side, between_waves};
+use super::side::{Side, between_waves};
 
 /// p* (m³/s²) and u* (m/s) between two wet states.
 #[inline(always)]

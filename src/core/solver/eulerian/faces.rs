@@ -176,7 +176,9 @@ pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: Eule
         (Stabilisation::LaxFriedrichs, false) => {
             row_faces::<LaxFriedrichs, false, EAST>(row, 0, row, 1, len, numbers, out)
         }
-        (Stabilisation::LaxFriedrichs, true) => row_faces::<LaxFriedrichs, true, EAST>(row, 0, row, 1, len, numbers, out),
+        (Stabilisation::LaxFriedrichs, true) => {
+            row_faces::<LaxFriedrichs, true, EAST>(row, 0, row, 1, len, numbers, out)
+        }
         (_, false) => row_faces::<TwoRarefactions, false, EAST>(row, 0, row, 1, len, numbers, out),
         (_, true) => row_faces::<TwoRarefactions, true, EAST>(row, 0, row, 1, len, numbers, out),
     }

@@ -56,7 +56,7 @@ use rayon::prelude::*;
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, greatest, measure, total};
 use super::{Balanced, Begun, Gradients, State};
 use crate::math::{Sym2, Vec2, clamp, larger, smaller};
-use crate::methods::Reconstruction;
+use crate::methods::{Reconstruction, Stabilisation};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
 use crate::physics::flux::{FaceSolver, LaxFriedrichs, Side, TwoShocks, TwoWaves};
