@@ -213,6 +213,10 @@ pub fn clamp(value: f64, low: f64, high: f64) -> f64 {
     smaller(larger(value, low), high)
 }
 
+/// Most numbers that the processor takes at once. Loops over runs of that many cells leave no rest, which would be taken one by one and
+/// at the price of a whole piece each.
+pub const MOST_LANES: usize = 8;
+
 /// The vector instructions that the hot loops use on this machine.
 pub fn simd() -> &'static str {
     #[cfg(target_arch = "x86_64")]

@@ -5,19 +5,10 @@
 //! the rules of the gauges of the plane.
 
 use super::WET_DEPTH;
-use super::channels::{ChannelProfile, ChannelWater};
+use super::channel_profile::{ChannelGauge, ChannelProfile, ChannelWater};
 use super::frames::{Schedule, share_of_step};
 use super::gauges::ArrivalRule;
 use super::maxima::arrival_depth;
-
-/// A place of a channel at which the run reports water over time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChannelGauge {
-    /// Name.
-    pub id: String,
-    /// Distance from the far end (m).
-    pub distance: f64,
-}
 
 /// What a gauge has seen.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::frames::Frame;
-use super::ground_source::SourceGrid;
+use super::ground_source::{GroundSource, SourceGrid};
 use super::maxima::Maxima;
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterInCell};
@@ -308,8 +308,16 @@ impl OutputGrid {
         })
     }
 
+    /// Who set the ground: in each cell the source with the greatest share of its area, the higher code of two with the same.
+    pub fn ground_source(&self, source: &GroundSource) -> SourceGrid {
+        let codes =
+            if source.of_pixels.is_empty() { self.largest_share(&source.of_cells) } else { source.of_pixels.clone() };
+        let codes = codes.into_iter().map(|code| if code == 0 { FILL } else { f32::from(code) }).collect();
+        SourceGrid { codes, classes: source.classes.clone() }
+    }
+
     /// Of the codes of the lattice cells in each cell the one with the greatest share of its area, the higher one of two with the same.
-    pub(super) fn largest_share(&self, codes: &[u8]) -> Vec<u8> {
+    fn largest_share(&self, codes: &[u8]) -> Vec<u8> {
         self.of_cells(|down, across| {
             let mut shares: BTreeMap<u8, f64> = BTreeMap::new();
             for (share, index) in self.parts(down, across) {
@@ -506,5 +514,20 @@ mod tests {
         assert_eq!(frame.depth[4 * 7], FILL);
         assert_eq!(frame.depth[4 * 7 + 1], 0.0);
         assert_eq!(frame.water_level[4 * 7 + 1], FILL, "dry ground has no water level");
+    }
+
+    #[test]
+    fn a_coarser_grid_shows_the_source_of_the_greatest_part() {
+        let lattice = Lattice { origin: Vec2::ZERO, columns: 4, rows: 2, spacing: 1.0 };
+        // From the south; the second pair of cells is a tie, which the higher code has.
+        let of_cells = vec![1, 1, 105, 1, 1, 104, 1, 105];
+        let source = GroundSource::new(of_cells, Vec::new(), |source| format!("{source:?}"));
+        let on = |cell: f64| OutputGrid::new(&lattice, cell, &[0.0; 8]).ground_source(&source).codes;
+        assert_eq!(on(1.0), [1.0, 104.0, 1.0, 105.0, 1.0, 1.0, 105.0, 1.0]);
+        assert_eq!(on(2.0), [1.0, 105.0]);
+        assert_eq!(
+            source.classes.iter().map(|class| class.label.as_str()).collect::<Vec<_>>(),
+            ["Layer(0)", "Dam", "Shore"]
+        );
     }
 }

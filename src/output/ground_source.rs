@@ -2,8 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::grid::{FILL, OutputGrid};
-
 /// Who sets the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetBy {
@@ -131,7 +129,7 @@ pub struct GroundSource {
 /// The map of the ground's sources on the output grid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SourceGrid {
-    /// Codes, row 0 in the north; [`FILL`] where nobody set the ground. Empty where the map is not asked for.
+    /// Codes, row 0 in the north; [`FILL`](super::FILL) where nobody set the ground. Empty where the map is not asked for.
     pub codes: Vec<f32>,
     /// The legend.
     pub classes: Vec<SourceClass>,
@@ -147,20 +145,11 @@ impl GroundSource {
         };
         GroundSource { of_cells, of_pixels, classes: codes.into_iter().filter_map(of_code).collect() }
     }
-
-    /// The map on the grid of the maps: in each of its cells the source with the greatest share of the area.
-    pub fn on_grid(&self, grid: &OutputGrid) -> SourceGrid {
-        let codes = if self.of_pixels.is_empty() { grid.largest_share(&self.of_cells) } else { self.of_pixels.clone() };
-        let codes = codes.into_iter().map(|code| if code == 0 { FILL } else { f32::from(code) }).collect();
-        SourceGrid { codes, classes: self.classes.clone() }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lattice::Lattice;
-    use crate::math::Vec2;
 
     #[test]
     fn codes_lead_back_to_their_sources() {
@@ -175,20 +164,5 @@ mod tests {
         let names: BTreeSet<String> =
             expected.iter().filter_map(|code| SetBy::of_code(*code)).map(SetBy::name).collect();
         assert_eq!(names.len(), expected.len());
-    }
-
-    #[test]
-    fn a_coarser_grid_shows_the_source_of_the_greatest_part() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 4, rows: 2, spacing: 1.0 };
-        // From the south; the second pair of cells is a tie, which the higher code has.
-        let of_cells = vec![1, 1, 105, 1, 1, 104, 1, 105];
-        let source = GroundSource::new(of_cells, Vec::new(), |source| format!("{source:?}"));
-        let on = |cell: f64| source.on_grid(&OutputGrid::new(&lattice, cell, &[0.0; 8])).codes;
-        assert_eq!(on(1.0), [1.0, 104.0, 1.0, 105.0, 1.0, 1.0, 105.0, 1.0]);
-        assert_eq!(on(2.0), [1.0, 105.0]);
-        assert_eq!(
-            source.classes.iter().map(|class| class.label.as_str()).collect::<Vec<_>>(),
-            ["Layer(0)", "Dam", "Shore"]
-        );
     }
 }

@@ -11,6 +11,7 @@
 use crate::math::Vec2;
 
 mod channel_gauges;
+mod channel_profile;
 mod channels;
 mod folder;
 mod frames;
@@ -27,8 +28,9 @@ mod ridges;
 mod sections;
 mod write;
 
-pub use channel_gauges::{ChannelGauge, ChannelGaugeResult, ChannelGaugeSample};
-pub use channels::{ChannelFrame, ChannelPlan, ChannelProfile, ChannelRecorder, ChannelRecording, ChannelWater};
+pub use channel_gauges::{ChannelGaugeResult, ChannelGaugeSample};
+pub use channel_profile::{ChannelGauge, ChannelProfile, ChannelWater};
+pub use channels::{ChannelFrame, ChannelPlan, ChannelRecorder, ChannelRecording};
 pub use folder::RunFolder;
 pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};
@@ -36,7 +38,7 @@ pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use ground_source::{GroundSource, SetBy, SourceClass, SourceGrid};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
-    BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts,
+    BreachRecord, CellsInPartRecord, DischargeRecord, Gate, HotStart, InputFile, MovingBedRecord, ParticleCounts,
     PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};

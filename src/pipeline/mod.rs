@@ -21,7 +21,7 @@ use crate::bed::BedParticles;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
 use crate::math::readable;
 use crate::output::{
-    ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
+    ChannelGaugeResult, FieldsWriter, Findings, Gate, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
     Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, TerrainPixels, VolumeBooks, utc_now, write_cogs,
     write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
     write_section_tables,
@@ -37,7 +37,7 @@ use clock::{Clock, memory_mib};
 pub use plan::{Measured, Plan, plan};
 use progress::Progress;
 use records::{
-    balance, breach_record, first_manifest, gate, gate_of_discharges, moving_bed_record, passages, still_water_records,
+    balance, breach_record, first_manifest, gate_of_discharges, moving_bed_record, passages, still_water_records,
 };
 pub use summary::RunSummary;
 
@@ -61,7 +61,7 @@ const COMPUTE: &str = "compute";
 /// Parts of it: the sum of all water, and what the recorder of maps, frames and gauges does.
 const BALANCE: &str = "water balance";
 const RECORDING: &str = "recording";
-/// What the volume ledger may be off, relative.
+/// What the volume balance may be off, relative.
 const LEDGER_TOLERANCE: f64 = 1e-9;
 /// What the volume balance of a boundary, a source or rain may differ from the integral of what was asked for, relative.
 const ASKED_TOLERANCE: f64 = 1e-9;
@@ -219,7 +219,7 @@ impl Run<'_> {
 
         let mut recording = recorder.finish();
         if self.scenario.outputs.needs_maxima() {
-            recording.maps.ground_source = self.scene.ground_source.on_grid(&grid_of_maps);
+            recording.maps.ground_source = grid_of_maps.ground_source(&self.scene.ground_source);
         }
         self.clock.part("grids of the maps");
         let (section_results, section_samples) = sections.finish(&recording.section_arrivals);
@@ -387,19 +387,19 @@ impl Run<'_> {
             error_relative: ledger.relative_error(),
             grid_error_relative: grid_error,
         };
-        manifest.gates = vec![gate("volume ledger", ledger.relative_error().abs(), LEDGER_TOLERANCE)];
+        manifest.gates = vec![Gate::binding("volume balance", ledger.relative_error().abs(), LEDGER_TOLERANCE)];
         if !self.scenario.is_channels_alone() {
-            manifest.gates.push(gate("volume on the grid", grid_error, GRID_TOLERANCE));
+            manifest.gates.push(Gate::binding("volume on the grid", grid_error, GRID_TOLERANCE));
         }
         let asked = manifest.boundaries.iter().filter_map(PassageRecord::error_relative);
         manifest.gates.extend(
             asked
                 .reduce(f64::max)
-                .map(|worst| gate("counted inflow against what was asked for", worst, ASKED_TOLERANCE)),
+                .map(|worst| Gate::binding("counted inflow against what was asked for", worst, ASKED_TOLERANCE)),
         );
         manifest.gates.extend(manifest.discharges.as_ref().map(gate_of_discharges));
         let failed_gates: Vec<String> =
-            manifest.gates.iter().filter(|gate| gate.starts_with("failed")).cloned().collect();
+            manifest.gates.iter().filter(|gate| gate.fails()).map(Gate::to_string).collect();
         self.clock.note(manifest);
         let result = match early {
             Some(Early::Failed(failure)) => Err(Error::Numerical(failure)),

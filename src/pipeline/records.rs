@@ -6,7 +6,7 @@ use super::RunOptions;
 use crate::bed::BedParticles;
 use crate::math::{Vec2, simd};
 use crate::output::{
-    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, MovingBedRecord,
+    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, Gate, HotStart, InputFile, MovingBedRecord,
     PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
 };
 use crate::prepare::{Scene, Setup, StillBody, sha256};
@@ -99,24 +99,16 @@ pub(super) fn breach_record(breach: &Breach, began: Option<f64>) -> BreachRecord
     }
 }
 
-pub(super) fn gate(name: &str, value: f64, limit: f64) -> String {
-    let verdict = if value <= limit { "passed" } else { "failed" };
-    format!("{verdict}: {name}, relative error {value:.1e}, limit {limit:.0e}")
-}
-
-/// What a gate says of the discharges of particles: it reports and fails no run, because where they differ is for the planner to judge.
-pub(super) fn gate_of_discharges(record: &DischargeRecord) -> String {
-    let verdict = if record.in_doubt_relative <= IN_DOUBT_TOLERANCE { "passed" } else { "reported" };
+/// The gate of the discharges of particles: it reports and fails no run, because where they differ is for the planner to judge.
+pub(super) fn gate_of_discharges(record: &DischargeRecord) -> Gate {
     let worst = record.worst.map_or(String::new(), |worst| {
         format!(
-            "; most at {:.1}, {:.1} after {:.0} s, {:.3} m2/s beside {:.3} m2/s",
+            "most at {:.1}, {:.1} after {:.0} s, {:.3} m2/s beside {:.3} m2/s",
             worst.x, worst.y, worst.time_s, worst.own_m2_s, worst.at_faces_m2_s
         )
     });
-    format!(
-        "{verdict}: discharge of particles against that of their faces, {:.1e} of it differs by more than half, limit {IN_DOUBT_TOLERANCE:.0e}{worst}",
-        record.in_doubt_relative
-    )
+    let name = "share of the discharge of particles that differs from that of their faces by more than half";
+    Gate { binding: false, note: worst, ..Gate::binding(name, record.in_doubt_relative, IN_DOUBT_TOLERANCE) }
 }
 
 /// The cells in part of a bed; nothing where all are whole.
@@ -150,19 +142,6 @@ pub(super) fn first_manifest(
     (inputs, warnings): (&[crate::prepare::InputFile], &[crate::error::Problem]),
     setup: &Setup,
 ) -> RunManifest {
-    let numerics = &scenario.numerics;
-    let methods = [
-        ("formulation", numerics.formulation.name()),
-        ("motion", numerics.motion.name()),
-        ("stabilisation", numerics.stabilisation.name()),
-        ("reconstruction", numerics.reconstruction.name()),
-        ("seeding", numerics.seeding.name()),
-        ("kernel", numerics.kernel.name()),
-        ("integrator", numerics.integrator.name()),
-        ("bed", numerics.bed.name()),
-        ("bed_slope", numerics.bed_slope.name()),
-        ("turbulence", numerics.turbulence.name()),
-    ];
     let input = |file: &crate::prepare::InputFile| InputFile {
         path: file.path.display().to_string(),
         sha256: file.sha256.clone(),
@@ -182,7 +161,7 @@ pub(super) fn first_manifest(
         scenario_sha256: sha256(&scenario.file).unwrap_or_default(),
         inputs: inputs.iter().map(input).collect(),
         warnings: warnings.iter().map(WarningRecord::from).collect(),
-        methods: methods.into_iter().map(|(family, name)| (family.to_owned(), name.to_owned())).collect(),
+        methods: scenario.numerics.acting().into_iter().map(|(family, name)| (family.to_owned(), name)).collect(),
         bed_particles: setup.bed.elevation.iter().filter(|z| !z.is_nan()).count(),
         cells_in_part: cells_in_part(&setup.bed),
         not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),

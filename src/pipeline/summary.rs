@@ -103,7 +103,7 @@ impl fmt::Display for RunSummary {
                 let minutes = breach.duration_s / 60.0;
                 write!(
                     f,
-                    "; its opening: {width:.1} m wide at {invert:.2} m, sides {slope:.1} to 1, grown in {minutes:.1} min"
+                    "; its opening: {width:.1} m wide at {invert:.2} m, sides {slope:.1} to 1, formation time {minutes:.1} min"
                 )?;
             }
             writeln!(f)?;
@@ -132,10 +132,10 @@ impl fmt::Display for RunSummary {
         };
         writeln!(
             f,
-            "volume {:.6e} m3 at the start, {:.6e} m3 came in, {:.6e} m3 left through open edges, {:.6e} m3 at the end; error {:.1e}{on_grid}",
+            "volume {:.6e} m3 at the start, inflow {:.6e} m3, outflow {:.6e} m3, {:.6e} m3 at the end; error {:.1e}{on_grid}",
             volume.initial, volume.inflow, volume.outflow, volume.last, volume.error_relative,
         )?;
-        for gate in run.gates.iter().filter(|gate| gate.starts_with("reported")) {
+        for gate in run.gates.iter().filter(|gate| !gate.passed && !gate.binding) {
             writeln!(f, "{gate}")?;
         }
         if !self.gauges.is_empty() {
@@ -211,10 +211,13 @@ fn write_shore(f: &mut fmt::Formatter<'_>, water: &SeededVolume) -> fmt::Result 
     let mut parts = Vec::new();
     if water.shore_cells > 0 {
         let change = water.largest_bed_change_at_shore;
-        parts.push(format!("bed set in {} cells at the shore, by {change:.2} m at most", water.shore_cells));
+        parts.push(format!(
+            "ground changed in {} shoreline cells (by up to {change:.2} m) so that the stored volume is exact",
+            water.shore_cells
+        ));
     }
     if water.largest_bed_change_under_water > 0.0 {
-        parts.push(format!("under water by {:.2} m at most", water.largest_bed_change_under_water));
+        parts.push(format!("under water by up to {:.2} m", water.largest_bed_change_under_water));
     }
     if water.pocket_cells > 0 {
         parts.push(format!("{} cells filled beside the polygon, where the lake ends", water.pocket_cells));
@@ -254,7 +257,7 @@ mod tests {
         water.largest_bed_change_under_water = 0.3;
         let text = Shown(water).to_string();
         assert!(
-            text.contains("bed set in 12 cells at the shore, by 0.46 m at most; under water by 0.30 m at most"),
+            text.contains("ground changed in 12 shoreline cells (by up to 0.46 m) so that the stored volume is exact; under water by up to 0.30 m"),
             "{text}"
         );
         assert_eq!(text.lines().count(), 1);

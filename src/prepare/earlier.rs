@@ -66,8 +66,8 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
         )),
         _ => {}
     }
-    let failed = run["gates"].as_array().into_iter().flatten().filter_map(|gate| gate.as_str());
-    let failed: Vec<&str> = failed.filter(|gate| gate.starts_with("failed")).collect();
+    let gates = run["gates"].as_array().into_iter().flatten();
+    let failed: Vec<&str> = gates.filter_map(failed_gate).collect();
     if !failed.is_empty() {
         reported.push(warning(
             "gate-of-earlier-run",
@@ -94,6 +94,13 @@ pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
         ));
     }
     reported
+}
+
+/// The name of a gate that an earlier run failed; the gates of runs before version 0.2 are lines.
+fn failed_gate(gate: &serde_json::Value) -> Option<&str> {
+    let has_failed = gate["passed"] == false && gate["binding"] == true;
+    let line = gate.as_str().filter(|line| line.starts_with("failed"));
+    line.or_else(|| gate["name"].as_str().filter(|_| has_failed))
 }
 
 /// Takes over the state of an earlier run, and hands it out.

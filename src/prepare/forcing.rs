@@ -18,7 +18,7 @@ use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable, segments_cross};
 use crate::output::Section;
-use crate::scenario::units::{DISCHARGE, INTENSITY, LENGTH};
+use crate::scenario::units::{INTENSITY, LENGTH};
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, RainUnit, Scenario, Side, Sourced};
 use crate::terrain::{Layer, RasterFile, Terrain};
 
@@ -27,10 +27,6 @@ const STEPPED: f64 = 0.1;
 /// Two boundaries that share more than this of the faces of one of them overlap.
 const SHARED: f64 = 0.5;
 
-pub(super) const COMING: Meaning = Meaning {
-    dimension: &DISCHARGE,
-    negative: Some("give what comes in as a positive number; water that leaves needs a boundary of its own"),
-};
 const LEVEL: Meaning = Meaning { dimension: &LENGTH, negative: None };
 const FALLING: Meaning = Meaning {
     dimension: &INTENSITY,
@@ -101,7 +97,7 @@ pub(super) fn condition(
         }
         BoundaryCondition::Rating(table) => Condition::Rating(series::rating(table, findings)?),
         BoundaryCondition::Discharge { discharge, level } => {
-            let discharge = series::series(discharge, COMING, span, findings);
+            let discharge = series::series(discharge, series::COMING, span, findings);
             let level = level.as_ref().map(|level| series::series(level, LEVEL, span, findings));
             Condition::Discharge {
                 discharge: discharge?,

@@ -23,6 +23,12 @@ pub(super) struct Meaning {
     pub negative: Option<&'static str>,
 }
 
+/// Discharges that come in.
+pub(super) const COMING: Meaning = Meaning {
+    dimension: &DISCHARGE,
+    negative: Some("give what comes in as a positive number; water that leaves needs a boundary of its own"),
+};
+
 /// A row of a table: its line in the file and its numbers.
 pub(super) struct Row<const COLUMNS: usize = 2> {
     pub line: usize,

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::findings::Findings;
-use super::forcing::COMING;
 use super::ground::burn::lengths;
 use super::plausible::torrent;
 use super::series_dates::Origin;
@@ -75,7 +74,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             }
         };
         let span = (scenario.end_time, Origin::of_run(scenario));
-        (places, series::series(&source.value.discharge, COMING, span, findings))
+        (places, series::series(&source.value.discharge, series::COMING, span, findings))
     });
     opened.collect()
 }

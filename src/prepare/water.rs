@@ -398,7 +398,7 @@ fn leak_warning(body: &StillBody, deepest: &Leak, leaks: &[&Leak], spacing: f64)
     Problem::warning(ProblemKind::Input, "leaking-rim", "", message)
         .with_cause(format!("lowest places of the rim: {}{more}", places.join("; ")))
         .with_remedy(
-            "right where the dam breaks; elsewhere extend the polygon, lower the level, or draw a wall along the rim",
+            "expected along the dam; elsewhere, enlarge the polygon, lower the level, or draw a wall along the rim",
         )
         .with_at(deepest.position)
 }

@@ -104,7 +104,7 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
     if !max_depth.is_empty() {
         figures.push(common.figure(
             "max_depth",
-            "Greatest water depth at any time",
+            "Maximum water depth at any time",
             map_panel(&max_depth, &depth_classes),
         ));
     }
@@ -130,11 +130,11 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
     }
     if let Some(values) = run.map("hazard_class")? {
         let classes = Classes::hazard();
-        figures.push(common.figure("hazard", "Greatest momentary hazard class", map_panel(&values, &classes)));
+        figures.push(common.figure("hazard", "Maximum hazard class (AIDR H1 to H6)", map_panel(&values, &classes)));
     }
     if let Some(values) = run.map("max_speed")? {
         let classes = Classes::speed(greatest(&values));
-        figures.push(common.figure("max_speed", "Greatest speed at any time", map_panel(&values, &classes)));
+        figures.push(common.figure("max_speed", "Maximum speed at any time", map_panel(&values, &classes)));
     }
     let frames = run.four_frames()?;
     if !frames.is_empty() {

@@ -27,7 +27,7 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
     table(&mut html, "The run", &summary_rows(run));
     table(&mut html, "The breach", &breach_rows(&run.summary["breach"]));
     table(&mut html, "The bed that moves", &moving_bed_rows(&run.summary["moving_bed"]));
-    table(&mut html, "Volume ledger", &ledger_rows(&run.summary["volume_m3"]));
+    table(&mut html, "Volume balance", &volume_rows(&run.summary["volume_m3"]));
     let boundaries: Vec<&[String]> = run.boundaries.1.iter().map(|row| &row[..]).collect();
     records(&mut html, "Inflow and outflow", &run.boundaries.0, &boundaries);
     table(&mut html, "Warnings under which it ran", &warning_rows(&run.summary));
@@ -53,10 +53,25 @@ fn status(html: &mut String, run: &RunFolder) {
     };
     let _ = write!(html, "<p class=\"{class}\"><b>{}</b>", escape(&text));
     for gate in gates {
-        let text = gate.as_str().map_or_else(|| gate.to_string(), str::to_string);
-        let _ = write!(html, "<br>{}", escape(&text));
+        let _ = write!(html, "<br>{}", escape(&gate_in_words(gate)));
     }
     html.push_str("</p>\n");
+}
+
+/// A quality gate of `run.json` in a line; those before version 0.2 were lines.
+fn gate_in_words(gate: &serde_json::Value) -> String {
+    if let Some(line) = gate.as_str() {
+        return line.to_owned();
+    }
+    let verdict = match (gate["passed"].as_bool(), gate["binding"].as_bool()) {
+        (Some(true), _) => "passed",
+        (_, Some(false)) => "reported",
+        _ => "failed",
+    };
+    let number = |key: &str| gate[key].as_f64().map_or("no number".to_owned(), |value| format!("{value:.1e}"));
+    let note = gate["note"].as_str().map_or(String::new(), |note| format!("; {note}"));
+    let name = gate["name"].as_str().unwrap_or_default();
+    format!("{verdict}: {name}, {} relative, limit {}{note}", number("figure"), number("limit"))
 }
 
 /// A table of names and values; nothing where there are none.
@@ -87,18 +102,18 @@ fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
     add("Grid of the maps", Some(format!("{} × {} cells of {metres} m", grid.columns, grid.rows)));
     add("Simulated", seconds(&summary["simulated_s"]));
     add("Riverbed particles", number(&summary["bed_particles"]).map(|n| format!("{n}")));
-    add("Particles with water, at most", number(&summary["particles"]["peak"]).map(|n| format!("{n}")));
+    add("Peak number of wet cells", number(&summary["particles"]["peak"]).map(|n| format!("{n}")));
     add("Time steps", number(&summary["steps"]).map(|n| format!("{n}")));
     let step = &summary["dt_s"];
     let steps = number(&step["min"]).zip(number(&step["median"])).zip(number(&step["max"]));
-    add("Time step: least, median, greatest", steps.map(|((a, b), c)| format!("{a:.3} s, {b:.3} s, {c:.3} s")));
-    add("Greatest speed", number(&summary["max_speed_m_s"]).map(|v| format!("{v:.3} m/s")));
-    add("Time on the clock", seconds(&summary["wall_s"]));
-    add("Time of the processors", seconds(&summary["cpu_s"]));
+    add("Time step: minimum, median, maximum", steps.map(|((a, b), c)| format!("{a:.3} s, {b:.3} s, {c:.3} s")));
+    add("Maximum speed", number(&summary["max_speed_m_s"]).map(|v| format!("{v:.3} m/s")));
+    add("Wall-clock time", seconds(&summary["wall_s"]));
+    add("CPU time", seconds(&summary["cpu_s"]));
     let missing: Vec<&str> = left_out(summary).collect();
     let missing = (!missing.is_empty()).then(|| format!("{}, left out of `outputs.write`", missing.join(", ")));
     add("Not written", missing);
-    add("Memory, at most", number(&summary["peak_rss_mb"]).map(|mb| format!("{mb:.0} MB")));
+    add("Peak memory", number(&summary["peak_rss_mb"]).map(|mb| format!("{mb:.0} MB")));
     rows
 }
 
@@ -159,17 +174,14 @@ fn warning_rows(summary: &Value) -> Vec<(String, String)> {
     list("warnings").map(warning).chain(list("above_banks").map(above)).collect()
 }
 
-fn ledger_rows(volume: &Value) -> Vec<(String, String)> {
-    let lines = [
-        ("initial", "Water at the start"),
-        ("in", "Came in"),
-        ("out", "Left through open edges"),
-        ("final", "Water at the end"),
-    ];
+fn volume_rows(volume: &Value) -> Vec<(String, String)> {
+    let lines =
+        [("initial", "Water at the start"), ("in", "Inflow"), ("out", "Outflow"), ("final", "Water at the end")];
     let volumes = lines.iter().filter_map(|(key, name)| {
         volume[*key].as_f64().map(|cubic_metres| (name.to_string(), format!("{cubic_metres:.1} m³")))
     });
-    let errors = [("error_relative", "Error of the ledger"), ("grid_error_relative", "Error of the maps' volume")];
+    let errors =
+        [("error_relative", "Error of the volume balance"), ("grid_error_relative", "Error of the maps' volume")];
     let errors = errors.iter().filter_map(|(key, name)| {
         volume[*key].as_f64().map(|error| (format!("{name}, relative"), format!("{error:.1e}")))
     });

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
 };
 use super::model::{
@@ -20,6 +20,14 @@ pub trait Choice: Sized + Copy + 'static {
     const WHAT: &'static str;
     /// The names and what they stand for.
     fn choices() -> Vec<(&'static str, Self)>;
+}
+
+/// One of a family of methods.
+pub trait Method: Choice {
+    /// Whether a core has it.
+    fn is_in(self, core: Core) -> bool;
+    /// Why the other cores do not have it.
+    fn why_not_elsewhere(self) -> &'static str;
 }
 
 /// A chosen name with its place.
@@ -40,6 +48,7 @@ impl<T: Choice> FromNode for Chosen<T> {
             return Some(Chosen(reader.sourced(node, *value)));
         }
         let remedy = match nearest(text, names()) {
+            _ if text == "hllc" => "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles: `hllc` was the name of both, and neither is that solver".to_owned(),
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("use one of {list}"),
         };
@@ -69,6 +78,16 @@ macro_rules! method_choices {
 
             fn choices() -> Vec<(&'static str, Self)> {
                 $family::ALL.iter().map(|member| (member.name(), *member)).collect()
+            }
+        }
+
+        impl Method for $family {
+            fn is_in(self, core: Core) -> bool {
+                $family::is_in(self, core)
+            }
+
+            fn why_not_elsewhere(self) -> &'static str {
+                $family::why_not_elsewhere(self)
             }
         })+
     };

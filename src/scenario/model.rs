@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use super::channel::Channel;
 use super::ground::{Ground, LayerMode};
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation, Turbulence,
-    WallMethod,
+    BedMethod, BedSlope, Core, FAMILIES, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding,
+    Stabilisation, Turbulence, WallMethod,
 };
 use super::moving_bed::MovingBed;
 use super::start::Start;
@@ -533,6 +533,34 @@ pub struct Numerics {
     pub gravity: f64,
     /// Depth (m) below which water does not move.
     pub dry_depth: f64,
+}
+
+impl Numerics {
+    /// The core that they ask for.
+    pub fn core(&self) -> Core {
+        Core::of(self.formulation, self.motion)
+    }
+
+    /// Every method that acts, as family and name, and the Courant number.
+    pub fn acting(&self) -> Vec<(&'static str, String)> {
+        let name = |family: &str| match family {
+            "formulation" => self.formulation.name(),
+            "motion" => self.motion.name(),
+            "stabilisation" => self.stabilisation.name(),
+            "reconstruction" => self.reconstruction.name(),
+            "integrator" => self.integrator.name(),
+            "bed" => self.bed.name(),
+            "seeding" => self.seeding.name(),
+            "kernel" => self.kernel.name(),
+            "wall" => self.wall.name(),
+            "bed_slope" => self.bed_slope.name(),
+            "turbulence" => self.turbulence.name(),
+            _ => "",
+        };
+        let acting = FAMILIES.iter().filter(|family| family.acts_in.contains(&self.core()));
+        let named = acting.map(|family| (family.key, name(family.key).to_owned()));
+        named.chain([("cfl", self.cfl.to_string())]).collect()
+    }
 }
 
 /// Limits that are checked before anything is allocated.

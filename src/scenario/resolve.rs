@@ -11,9 +11,7 @@ use super::defaults::{
 };
 use super::fields::{Text, split_layer};
 use super::ground::{Ground, LayerMode};
-use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Seeding, Stabilisation, Turbulence, WallMethod,
-};
+use super::methods::{BedMethod, BedSlope, Core, Formulation, Kernel, Motion, Seeding, Turbulence, WallMethod};
 use super::model::{
     Boundary, BoundaryCondition, CrsChoice, InitialWater, Limits, Numerics, OpenBoundary, OutputPart, Outputs,
     PointInterpolation, Rain, RainAmount, RainUnit, Roughness, Scenario, Source, SourcePlace, Sourced, TerrainLayer,
@@ -400,27 +398,17 @@ fn outputs(section: Option<OutputsSection>, name: &str, file: &Path, resolution:
     }
 }
 
-fn usual_stabilisation(formulation: Formulation, motion: Motion) -> Stabilisation {
-    match (formulation, motion) {
-        (Formulation::Variational, _) => Stabilisation::ArtificialViscosity,
-        (Formulation::Balanced, Motion::Lagrangian) => Stabilisation::TwoShocks,
-        (Formulation::Balanced, Motion::Eulerian) => Stabilisation::Hllc,
-    }
-}
-
 fn methods_of(section: Option<&NumericsSection>) -> Numerics {
     let formulation =
         section.and_then(|s| s.formulation.as_ref()).map_or(Formulation::default(), |chosen| chosen.0.value);
     let is_variational = formulation == Formulation::Variational;
     let usual_motion = if is_variational { Motion::Lagrangian } else { Motion::default() };
     let motion = section.and_then(|s| s.motion.as_ref()).map_or(usual_motion, |chosen| chosen.0.value);
-    let usual_pairs = usual_stabilisation(formulation, motion);
+    let core = Core::of(formulation, motion);
+    let usual_pairs = core.usual_stabilisation();
     let stabilisation = section.and_then(|s| s.stabilisation.as_ref()).map_or(usual_pairs, |chosen| chosen.0.value);
     let usual_states = stabilisation.usual_reconstruction();
-    let (usual_integrator, usual_cfl) = match motion {
-        Motion::Eulerian => (Integrator::Heun, 0.5),
-        Motion::Lagrangian => (Integrator::Leapfrog, 0.4),
-    };
+    let (usual_integrator, usual_cfl) = core.usual_integration();
     Numerics {
         formulation,
         motion,
@@ -450,7 +438,7 @@ fn limits(section: Option<LimitsSection>) -> Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::methods::{Preset, Reconstruction};
+    use crate::scenario::methods::{Integrator, Preset, Reconstruction, Stabilisation};
 
     /// The ten lines of the design, to the letter.
     const TEN_LINES: &str = "floodsim: 1
@@ -514,7 +502,10 @@ outputs: {cell: 20 m, every: 100 s, gauges: gauges.csv}
         assert_eq!(outputs.isochrones, [300.0, 600.0, 900.0, 1800.0, 2700.0, 3600.0]);
         let numerics = &scenario.numerics;
         assert_eq!((numerics.motion, numerics.integrator), (Motion::Eulerian, Integrator::Heun));
-        assert_eq!((numerics.stabilisation, numerics.reconstruction), (Stabilisation::Hllc, Reconstruction::Limited));
+        assert_eq!(
+            (numerics.stabilisation, numerics.reconstruction),
+            (Stabilisation::TwoRarefactions, Reconstruction::Limited)
+        );
         assert!(exact(numerics.cfl, 0.5) && exact(numerics.gravity, 9.81) && exact(numerics.dry_depth, 1e-3));
         assert!(exact(scenario.limits.particles, 50e6) && scenario.limits.memory > 1e8);
 

@@ -10,14 +10,14 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use super::breach::OneBreach;
 use super::channel::ChannelEntry;
 use super::channels_alone;
-use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
+use super::choices::{Choice, Chosen, ElevationUnit, Method, OpenType};
 use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
     Intensity, Length, Level, Manning, Memory, Offset, Quantity, RasterSeriesFile, Slope, Text, VectorFile,
 };
 use super::ground::{BreaklineEntry, BuildingsSection, GapsChoice, LayerMode, Wall};
 use super::methods::{
-    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
 };
 use super::model::{OutputPart, PointInterpolation, RainUnit, Side, Sourced, Stamp};
@@ -672,7 +672,7 @@ section! {
         formulation: Option<Chosen<Formulation>>,
         /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
         motion: Option<Chosen<Motion>>,
-        /// Treatment of a pair of particles; hllc for Eulerian, two_shocks for Lagrangian particles, artificial_viscosity for the variational formulation when absent.
+        /// Treatment of a pair of particles; two_rarefactions for Eulerian, two_shocks for Lagrangian particles, artificial_viscosity for the variational formulation when absent.
         stabilisation: Option<Chosen<Stabilisation>>,
         /// States on both sides of a face; limited when absent, none with artificial_viscosity.
         reconstruction: Option<Chosen<Reconstruction>>,
@@ -700,7 +700,7 @@ section! {
 }
 
 /// The greatest Courant number at which Eulerian particles hold in the suite of stability (cases `cfl_02` to `cfl_16`).
-const GREATEST_RESTING_COURANT: f64 = 0.6;
+const GREATEST_COURANT_OF_EULERIAN: f64 = 0.6;
 
 /// A number as it is written; none where there is none, or something that is no number, which is reported elsewhere.
 fn number(node: &Node, key: &str) -> Option<f64> {
@@ -724,108 +724,47 @@ fn meant<T: Choice>(node: &Node, key: &str, usual: T) -> Option<T> {
 fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     let formulation = meant(node, "formulation", Formulation::default())?;
     let is_variational = formulation == Formulation::Variational;
-    let motion = meant(node, "motion", if is_variational { Motion::Lagrangian } else { Motion::default() });
-    let mut is_fit = true;
-    let mut refuse = |key: &str, message: &str, cause: &str, remedy: &str| {
-        if let Some(value) = node.get(key) {
-            let problem = Problem::error(ProblemKind::Scenario, "method-combination", value.key.clone(), message);
-            reader.report(value, problem.with_cause(cause).with_remedy(remedy));
-            is_fit = false;
-        }
-    };
-    if is_variational && motion == Some(Motion::Eulerian) {
-        refuse(
-            "motion",
-            "the variational formulation has no Eulerian particles",
-            "its depth is summed over particles that move",
-            "write `motion: lagrangian`, or take `formulation: balanced`",
-        );
-    }
-    let stabilisation = meant(node, "stabilisation", Stabilisation::default());
-    if !is_variational && stabilisation == Some(Stabilisation::ArtificialViscosity) {
-        refuse(
-            "stabilisation",
-            "the balanced formulation has no artificial viscosity",
-            "its pairs are Riemann problems",
-            "leave `stabilisation` out, or take `formulation: variational`",
-        );
-    }
-    if !is_variational && meant(node, "bed_slope", BedSlope::Hydrostatic) == Some(BedSlope::Steep) {
-        refuse(
-            "bed_slope",
-            "the balanced formulation has no inertia of the vertical motion",
-            "its faces balance a hydrostatic pressure",
-            "leave `bed_slope` out, or take `formulation: variational`",
-        );
-    }
-    if is_variational || motion != Some(Motion::Eulerian) {
-        if meant(node, "reconstruction", Reconstruction::Limited) == Some(Reconstruction::Sharp) {
-            refuse(
-                "reconstruction",
-                "Lagrangian particles have no sharp reconstruction",
-                "their faces have no sharper limiter",
-                "write `reconstruction: limited`, or take `motion: eulerian`",
-            );
-        }
-        if meant(node, "turbulence", Turbulence::None).is_some_and(|turbulence| turbulence != Turbulence::None) {
-            refuse(
-                "turbulence",
-                "Lagrangian particles have no model of turbulence",
-                "no stress acts between their pairs but that of the Riemann problem",
-                "write `turbulence: none`, or take `motion: eulerian`",
-            );
-        }
-        return is_fit.then_some(());
-    }
-    if stabilisation == Some(Stabilisation::TwoShocks) {
-        refuse(
-            "stabilisation",
-            "Eulerian particles have no two-shock solver",
-            "their faces rest in the middle of the waves, and it tells the state between the waves only",
-            "write `stabilisation: hllc`, or take `motion: lagrangian`",
-        );
-    }
-    if meant(node, "integrator", Integrator::Heun) == Some(Integrator::Leapfrog) {
-        refuse(
-            "integrator",
-            "Eulerian particles have no leapfrog",
-            "their faces are upwinded, which leapfrog makes unstable",
-            "write `integrator: heun`, or take `motion: lagrangian`",
-        );
-    }
-    if number(node, "cfl").is_some_and(|courant| courant > GREATEST_RESTING_COURANT && courant <= 1.0) {
-        refuse(
-            "cfl",
-            &format!("Eulerian particles are unstable beyond a Courant number of {GREATEST_RESTING_COURANT}"),
-            "in two dimensions water leaves through faces of both directions: 0.5 is safe, 0.8 degrades, 1 breaks down",
-            "write `cfl: 0.5`, or leave it out",
-        );
-    }
-    if meant(node, "seeding", Seeding::Lattice) == Some(Seeding::EqualVolume) {
-        refuse(
-            "seeding",
-            "Eulerian particles have no equal-volume filling",
-            "each takes up one cell, and is as deep as the water there",
-            "write `seeding: lattice`, or take `motion: lagrangian`",
-        );
-    }
-    if meant(node, "wall", WallMethod::default()).is_some_and(|wall| wall != WallMethod::default()) {
-        refuse(
-            "wall",
-            "Eulerian particles have no choice of wall",
-            "their faces at a wall are those of the mirror problem",
-            "write `wall: mirror`, or take `motion: lagrangian`",
-        );
-    }
-    if meant(node, "kernel", Kernel::default()).is_some_and(|kernel| kernel != Kernel::default()) {
-        refuse(
-            "kernel",
-            "Eulerian particles have no choice of kernel",
-            "with four neighbours at one distance every kernel gives the same faces",
-            "write `kernel: cubic_spline`, or take `motion: lagrangian`",
-        );
+    let motion = meant(node, "motion", if is_variational { Motion::Lagrangian } else { Motion::default() })?;
+    let core = Core::of(formulation, motion);
+    let mut is_fit = core_has::<Motion>(core, "motion", node, reader);
+    is_fit &= core_has::<Stabilisation>(core, "stabilisation", node, reader);
+    is_fit &= core_has::<Reconstruction>(core, "reconstruction", node, reader);
+    is_fit &= core_has::<Integrator>(core, "integrator", node, reader);
+    is_fit &= core_has::<Seeding>(core, "seeding", node, reader);
+    is_fit &= core_has::<Kernel>(core, "kernel", node, reader);
+    is_fit &= core_has::<WallMethod>(core, "wall", node, reader);
+    is_fit &= core_has::<BedSlope>(core, "bed_slope", node, reader);
+    is_fit &= core_has::<Turbulence>(core, "turbulence", node, reader);
+    let courant = number(node, "cfl").filter(|courant| *courant > GREATEST_COURANT_OF_EULERIAN && *courant <= 1.0);
+    if let (Core::Eulerian, Some(_), Some(value)) = (core, courant, node.get("cfl")) {
+        let message =
+            format!("Eulerian particles are unstable beyond a Courant number of {GREATEST_COURANT_OF_EULERIAN}");
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", value.key.clone(), message)
+            .with_cause("in two dimensions water leaves through faces of both directions: 0.5 is safe, 0.8 degrades, 1 breaks down")
+            .with_remedy("write `cfl: 0.5`, or leave it out");
+        reader.report(value, problem);
+        is_fit = false;
     }
     is_fit.then_some(())
+}
+
+/// Whether a core has the method that is written under a key, if one is; refuses one that it does not have.
+fn core_has<T: Method + Default>(core: Core, key: &str, node: &Node, reader: &mut Reader) -> bool {
+    let (Some(method), Some(value)) = (meant(node, key, T::default()), node.get(key)) else { return true };
+    let Value::Text(name) = &value.value else { return true };
+    if method.is_in(core) {
+        return true;
+    }
+    let message = format!("{} have no `{key}: {name}`", core.particles());
+    let others =
+        Core::ALL.iter().filter(|other| method.is_in(**other)).map(|core| format!("`{}`", core.asked_for_by()));
+    let remedy = match key {
+        "motion" => "leave `motion` or `formulation` out".to_owned(),
+        _ => format!("leave `{key}` out, or take {}", others.collect::<Vec<_>>().join(" or ")),
+    };
+    let problem = Problem::error(ProblemKind::Scenario, "method-combination", value.key.clone(), message);
+    reader.report(value, problem.with_cause(method.why_not_elsewhere()).with_remedy(remedy));
+    false
 }
 
 section! {

@@ -1,7 +1,7 @@
 //! What a case is: a problem with an answer, the spacings it is run at, and the acceptance limits it is held to.
 
 use super::judge::Limits;
-use super::run::Snapshot;
+use super::outcome::{Check, Snapshot};
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
@@ -79,15 +79,6 @@ impl AcceptanceLimit {
         max_speed: None,
         checks: false,
     };
-}
-
-/// Something that was found beside the errors.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Check {
-    /// What was found, with its number.
-    pub found: String,
-    /// Whether it is as it must be.
-    pub is_met: bool,
 }
 
 /// When a run ends.

@@ -8,29 +8,12 @@
 //! the exact depth is below half a per cent of the greatest, because the velocity of such a film means nothing.
 
 use super::case::{Exact, Setup};
-use super::run::{Sample, Snapshot};
+use super::outcome::{Errors, Sample, Snapshot};
 
 /// Share of the greatest depth from which an Eulerian particle is wet.
 const WET_SHARE: f64 = 1e-4;
 /// Share of the greatest depth from which the velocity of an Eulerian particle counts.
 const THICK_SHARE: f64 = 5e-3;
-
-/// Mean absolute errors.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Errors {
-    /// Of the depth (m).
-    pub depth: f64,
-    /// Of the velocity (m/s).
-    pub velocity: f64,
-}
-
-impl Errors {
-    /// The mean of several; not a number where there are none.
-    pub fn mean(all: &[Errors]) -> Errors {
-        let mean = |of: fn(&Errors) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-        Errors { depth: mean(|errors| errors.depth), velocity: mean(|errors| errors.velocity) }
-    }
-}
 
 /// The errors of a snapshot of a setup against an answer; none where no particle counts.
 pub fn errors(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {

@@ -10,8 +10,8 @@
 //! Energy: water of celerity c that falls through a height reaches 2 c + √(2 g height) at most. Where it may be off by a thousandth, as in
 //! the bowls, speed may by half of that; a tenth more speed is a fifth more energy than there is, which no smearing explains.
 
+use super::outcome::{Broken, Cost, Outcome};
 use super::row::Status;
-use super::run::{Broken, Cost, Outcome};
 
 /// Share of the volume that may be lost or made: a hundred thousand steps of rounding stay below it.
 const VOLUME: f64 = 1e-9;

@@ -1,18 +1,16 @@
 //! One run of a setup with chosen methods: from the start to the end, or to the step at which it breaks.
 
-use std::fmt;
-
-use super::case::{Check, Exact, Setup, Until};
+use super::case::{Exact, Setup, Until};
 use super::choice::Choice;
-use super::error::{Errors, errors, errors_on_map};
+use super::error::{errors, errors_on_map};
 use super::judge::Limits;
-use crate::error::NumericalFailure;
+use super::outcome::{Broken, Cost, Errors, Excess, Outcome, Sample, Snapshot};
 use crate::lattice::WaterInCell;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::pipeline::clock::processor_seconds;
 use crate::pipeline::cores::Core;
-use crate::solver::{Ledger, StepChoice};
+use crate::solver::StepChoice;
 
 /// A run may take so many times the steps foreseen, and a few more; beyond that its step has collapsed.
 const STEPS_IN_RESERVE: f64 = 20.0;
@@ -22,88 +20,29 @@ const END_TOLERANCE: f64 = 1e-9;
 /// The share of the scale of the depth below which the velocity of an Eulerian particle's film is not looked at.
 const FILM_SHARE: f64 = 1e-4;
 
-/// One particle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Local coordinates (m).
-    pub place: Vec2,
-    /// Depth (m).
-    pub depth: f64,
-    /// Velocity (m/s).
-    pub velocity: Vec2,
-    /// Volume (m³; in a channel m²).
-    pub volume: f64,
-    /// Bed elevation (m).
-    pub bed: f64,
-}
-
-/// All particles at one moment: moving ones, or the riverbed's with those that are dry.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
-    /// Whether the particles move.
-    pub is_moving: bool,
-    /// The particles.
-    pub samples: Vec<Sample>,
-    /// The cells of the lattice, onto which Lagrangian particles are gridded as for the maps; empty where the setup asks for no score on the
-    /// map, and where particles rest, whose samples are the cells.
-    pub on_map: Vec<Sample>,
-    /// Depth (m) on the lattice, where Lagrangian particles are gridded as for the maps.
-    pub depth_on_lattice: Vec<f64>,
-    /// Gravity (m/s²).
-    pub gravity: f64,
-    /// Simulated time (s).
-    pub time: f64,
-    /// The volume balance of the core; in a channel those of a strip as wide as a cell.
-    pub ledger: Ledger,
-}
-
-impl Snapshot {
-    fn take(core: &mut Core, setup: &Setup) -> Snapshot {
-        let gravity = setup.problem.gravity;
-        let samples = match core {
-            Core::Moving(solver) => {
-                let state = solver.state();
-                let particles = &state.particles;
-                let sample = |i: usize| Sample {
-                    place: particles.position[i],
-                    depth: particles.depth[i],
-                    velocity: particles.velocity[i],
-                    volume: particles.volume[i],
-                    bed: state.bed_at(particles.position[i]).elevation,
-                };
-                (0..particles.len()).map(sample).collect()
-            }
-            Core::Resting(_) => samples_on_lattice(core, setup),
-        };
-        let is_moving = matches!(core, Core::Moving(_));
-        let on_map = if is_moving && setup.is_scored_on_map { samples_on_lattice(core, setup) } else { Vec::new() };
-        let depth_on_lattice = core.flow().water().depths();
-        let (time, ledger) = (core.flow().time(), core.flow().ledger());
-        Snapshot { is_moving, samples, on_map, depth_on_lattice, gravity, time, ledger }
-    }
-
-    /// Volume of all water (m³).
-    pub fn volume(&self) -> f64 {
-        self.samples.iter().map(|sample| sample.volume).sum()
-    }
-
-    /// Momentum over the water's density (m⁴/s).
-    pub fn momentum(&self) -> Vec2 {
-        self.samples.iter().fold(Vec2::ZERO, |sum, sample| sum + sample.velocity * sample.volume)
-    }
-
-    /// Kinetic and potential energy over the water's density (m⁵/s²), the latter above `datum` (m).
-    pub fn energy(&self, datum: f64) -> f64 {
-        let of =
-            |s: &Sample| s.volume * (0.5 * s.velocity.norm_squared() + self.gravity * (s.bed + 0.5 * s.depth - datum));
-        self.samples.iter().map(of).sum()
-    }
-
-    /// Mean speed by volume (m/s) of the difference to a velocity at each place.
-    pub fn velocity_error_by_volume(&self, exact: impl Fn(Vec2) -> Vec2) -> f64 {
-        let error = |s: &Sample| s.volume * (s.velocity - exact(s.place)).norm();
-        self.samples.iter().map(error).sum::<f64>() / self.volume()
-    }
+/// The water of a core as it is now.
+fn snapshot(core: &mut Core, setup: &Setup) -> Snapshot {
+    let gravity = setup.problem.gravity;
+    let samples = match core {
+        Core::Moving(solver) => {
+            let state = solver.state();
+            let particles = &state.particles;
+            let sample = |i: usize| Sample {
+                place: particles.position[i],
+                depth: particles.depth[i],
+                velocity: particles.velocity[i],
+                volume: particles.volume[i],
+                bed: state.bed_at(particles.position[i]).elevation,
+            };
+            (0..particles.len()).map(sample).collect()
+        }
+        Core::Resting(_) => samples_on_lattice(core, setup),
+    };
+    let is_moving = matches!(core, Core::Moving(_));
+    let on_map = if is_moving && setup.is_scored_on_map { samples_on_lattice(core, setup) } else { Vec::new() };
+    let depth_on_lattice = core.flow().water().depths();
+    let (time, ledger) = (core.flow().time(), core.flow().ledger());
+    Snapshot { is_moving, samples, on_map, depth_on_lattice, gravity, time, ledger }
 }
 
 /// The cells with terrain, with the water that the maps would show there.
@@ -124,84 +63,6 @@ fn samples_on_lattice(core: &mut Core, setup: &Setup) -> Vec<Sample> {
     (0..lattice.len()).filter(|&i| bed.has_terrain(i)).map(sample).collect()
 }
 
-/// Why a run ended before its time.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Broken {
-    /// The numerics broke down.
-    Failure(NumericalFailure),
-    /// Far more steps than foreseen.
-    TooManySteps {
-        /// Steps taken.
-        steps: usize,
-        /// Time reached (s).
-        time: f64,
-        /// What limited the steps.
-        limiter: &'static str,
-        /// Where (local coordinates, m).
-        place: Vec2,
-    },
-}
-
-impl fmt::Display for Broken {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Broken::Failure(failure) => write!(f, "{failure}"),
-            Broken::TooManySteps { steps, time, limiter, place } => write!(
-                f,
-                "given up at t = {time:.3} s after {steps} steps: the time step collapsed (limited by {limiter} at {:.1}, {:.1})",
-                place.x, place.y
-            ),
-        }
-    }
-}
-
-/// What came out of a run that reached its end.
-#[derive(Clone, Debug)]
-pub struct Outcome {
-    /// The water at the start.
-    pub start: Snapshot,
-    /// The water at the end.
-    pub end: Snapshot,
-    /// Mean errors; without a meaning where there is no answer to compare with.
-    pub errors: Errors,
-    /// The same on the map, where particles move and the setup asks for it.
-    pub errors_on_map: Option<Errors>,
-    /// What else was looked at.
-    pub checks: Vec<Check>,
-    /// Volume ledger: relative error.
-    pub volume_error: f64,
-}
-
-/// What a run cost, whether it reached its end or not.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cost {
-    /// Most particles that carried water, of the start and the end.
-    pub particles: usize,
-    /// Evaluations of the rates of one particle.
-    pub evaluations: u64,
-    /// Steps.
-    pub steps: usize,
-    /// Processor time (s) of the steps, all threads together.
-    pub cpu_s: f64,
-    /// Greatest speed (m/s) at any step.
-    pub max_speed: f64,
-    /// Where the water was first faster than it may be.
-    pub excess: Option<Excess>,
-}
-
-/// The first step at which the water was faster than its limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Excess {
-    /// Simulated time (s).
-    pub time: f64,
-    /// The fastest particle's place (local coordinates, m).
-    pub place: Vec2,
-    /// The greatest speed (m/s).
-    pub speed: f64,
-    /// What limited the time step.
-    pub limiter: &'static str,
-}
-
 /// Runs a setup to its end; a run that breaks says why.
 pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let mut problem = setup.problem.clone();
@@ -216,7 +77,7 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
             Core::Moving(solver) => solver.set_velocity(velocity),
         }
     }
-    let start = Snapshot::take(&mut core, setup);
+    let start = snapshot(&mut core, setup);
     let mut cost = Cost { particles: core.flow().particles(), ..Cost::default() };
     let (mut found_of_particles, mut found_on_map) = (Vec::new(), Vec::new());
     let mut score = |snapshot: &Snapshot, exact: &Exact| {
@@ -226,7 +87,7 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let mut broken = None;
     for (time, exact) in &setup.earlier {
         broken = broken.or_else(|| advance(&mut core, setup, Until::Time(*time), steps_allowed, &mut cost));
-        score(&Snapshot::take(&mut core, setup), exact);
+        score(&snapshot(&mut core, setup), exact);
     }
     let broken = broken.or_else(|| advance(&mut core, setup, setup.until, steps_allowed, &mut cost));
     cost.cpu_s = processor_seconds() - before;
@@ -237,7 +98,7 @@ pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
         return (cost, Err(broken));
     }
     let volume_error = solver.ledger().relative_error();
-    let end = Snapshot::take(&mut core, setup);
+    let end = snapshot(&mut core, setup);
     let found = setup.checks.as_ref().map_or_else(Vec::new, |checks| checks(&start, &end));
     score(&end, &setup.exact);
     let errors = Errors::mean(&found_of_particles);
@@ -286,7 +147,7 @@ fn advance(core: &mut Core, setup: &Setup, until: Until, steps_allowed: f64, cos
 
 /// The fastest water now.
 fn excess(core: &mut Core, setup: &Setup, choice: &StepChoice) -> Excess {
-    let now = Snapshot::take(core, setup);
+    let now = snapshot(core, setup);
     let fastest = now.samples.iter().max_by(|a, b| a.velocity.norm().total_cmp(&b.velocity.norm()));
     Excess {
         time: core.flow().time(),

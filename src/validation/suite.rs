@@ -1,11 +1,11 @@
 //! A case at its spacings with given methods, judged by its acceptance limits.
 
-use super::case::{AcceptanceLimit, Case, Check, Scope, Until};
+use super::case::{AcceptanceLimit, Case, Scope, Until};
 use super::choice::Choice;
-use super::error::Errors;
 use super::judge::{Judgement, judge};
+use super::outcome::{Broken, Check, Cost, Errors, Outcome};
 use super::row::{Row, Status};
-use super::run::{Broken, Cost, Outcome, run};
+use super::run::run;
 use crate::scenario::methods::Formulation;
 
 /// Errors below this (m, m/s) are rounding and have no order.

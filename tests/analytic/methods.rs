@@ -26,18 +26,18 @@ impl Core {
 
     fn name(self) -> &'static str {
         match self {
-            Core::Resting => "balanced, resting",
-            Core::Moving => "balanced, moving",
+            Core::Resting => "balanced, Eulerian",
+            Core::Moving => "balanced, Lagrangian",
             Core::Variational => "variational",
         }
     }
 
     fn stabilisations(self) -> &'static [Stabilisation] {
-        use Stabilisation::{ArtificialViscosity, Hllc, LaxFriedrichs, TwoShocks};
+        use Stabilisation::{ArtificialViscosity, LaxFriedrichs, TwoRarefactions, TwoShocks, TwoWaves};
         match self {
-            Core::Resting => &[Hllc, LaxFriedrichs],
-            Core::Moving => &[TwoShocks, Hllc, LaxFriedrichs],
-            Core::Variational => &[ArtificialViscosity, LaxFriedrichs, TwoShocks, Hllc],
+            Core::Resting => &[TwoRarefactions, LaxFriedrichs],
+            Core::Moving => &[TwoShocks, TwoWaves, LaxFriedrichs],
+            Core::Variational => &[ArtificialViscosity, LaxFriedrichs, TwoShocks, TwoWaves],
         }
     }
 

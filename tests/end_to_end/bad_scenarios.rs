@@ -225,29 +225,37 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("formulation: variational, motion: eulerian"),
-        &["error[method-combination] numerics.motion (s.yaml:2:46)", "has no Eulerian particles"],
+        &["error[method-combination] numerics.motion (s.yaml:2:46)", "have no `motion: eulerian`"],
     );
     assert_change_refused(
         "title: Test",
         &numerics("stabilisation: artificial_viscosity"),
-        &["error[method-combination] numerics.stabilisation", "has no artificial viscosity"],
+        &["error[method-combination] numerics.stabilisation", "have no `stabilisation: artificial_viscosity`"],
     );
     assert_change_refused(
         "title: Test",
         &numerics("motion: lagrangian, stabilisation: artificial_viscosity"),
-        &["error[method-combination] numerics.stabilisation (s.yaml:2:47)", "cause   its pairs are Riemann problems"],
+        &[
+            "error[method-combination] numerics.stabilisation (s.yaml:2:47)",
+            "cause   the pairs of the balanced formulation are Riemann problems",
+        ],
     );
     assert_change_refused(
         "title: Test",
         &numerics("integrator: leapfrog"),
-        &["error[method-combination] numerics.integrator (s.yaml:2:24)", "have no leapfrog", "cause", "remedy"],
+        &[
+            "error[method-combination] numerics.integrator (s.yaml:2:24)",
+            "have no `integrator: leapfrog`",
+            "cause",
+            "remedy",
+        ],
     );
     assert_change_refused(
         "title: Test",
         &numerics("seeding: equal_volume"),
         &[
             "error[method-combination] numerics.seeding (s.yaml:2:21)",
-            "have no equal-volume filling",
+            "have no `seeding: equal_volume`",
             "motion: lagrangian",
         ],
     );
@@ -259,12 +267,12 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("stabilisation: two_shocks"),
-        &["have no two-shock solver", "cause   their faces rest", "stabilisation: hllc"],
+        &["Eulerian particles have no `stabilisation: two_shocks`", "rest in the middle", "leave `stabilisation` out"],
     );
     assert_change_refused(
         "title: Test",
         &numerics("motion: lagrangian, bed_slope: steep"),
-        &["has no inertia of the vertical motion", "formulation: variational"],
+        &["Lagrangian particles have no `bed_slope: steep`", "formulation: variational"],
     );
     assert_change_refused(
         "title: Test",
@@ -275,12 +283,24 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
             "cfl: 0.5",
         ],
     );
+    assert_change_refused(
+        "title: Test",
+        &numerics("stabilisation: hllc"),
+        &[
+            "`hllc` is not a stabilisation",
+            "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles",
+        ],
+    );
     assert_change_refused("title: Test", &numerics("kernel: wendland"), &["did you mean `wendland_c2`?"]);
     assert_change_refused("title: Test", &numerics("kernel: poly6"), &["use one of cubic_spline, quadratic"]);
     assert_change_refused(
         "title: Test",
         &numerics("kernel: wendland_c2"),
-        &["error[method-combination] numerics.kernel (s.yaml:2:20)", "have no choice of kernel", "motion: lagrangian"],
+        &[
+            "error[method-combination] numerics.kernel (s.yaml:2:20)",
+            "have no `kernel: wendland_c2`",
+            "motion: lagrangian",
+        ],
     );
 }
 
@@ -293,7 +313,7 @@ fn combinations_of_methods_are_all_reported_at_once_and_wrong_names_draw_no_furt
     );
     let folder = TempDir::new().unwrap();
     for (name, other) in [("formulation", "variatonal"), ("motion", "lagrangain")] {
-        let methods = format!("numerics: {{{name}: {other}, stabilisation: hllc, seeding: equal_volume}}");
+        let methods = format!("numerics: {{{name}: {other}, stabilisation: two_shocks, seeding: equal_volume}}");
         std::fs::write(folder.path().join("s.yaml"), GOOD.replace("title: Test", &methods)).unwrap();
         let check = floodsim(folder.path(), &["check", "s.yaml"]).stdout;
         assert!(check.contains("did you mean") && !check.contains("method-combination"), "{check}");

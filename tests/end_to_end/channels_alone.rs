@@ -208,7 +208,7 @@ fn a_run_has_what_a_channel_has_and_nothing_of_a_map() {
     assert_eq!(files(&out), expected);
     assert_eq!((&run["bed_particles"], &run["particles"]["peak"]), (&0.into(), &200.into()));
     let gates = run["gates"].to_string();
-    assert!(gates.contains("volume ledger") && !gates.contains("grid"), "{gates}");
+    assert!(gates.contains("volume balance") && !gates.contains("grid"), "{gates}");
     for row in &table(&out, "mass_balance.csv")[1..] {
         assert!(row[1] == row[6] && row[5] == "0.000", "{row:?}");
     }

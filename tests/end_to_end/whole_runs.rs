@@ -267,7 +267,7 @@ fn no_core_ignores_a_setting_of_the_numerics() {
     let moving = ["integrator: heun", "seeding: equal_volume"];
     let settings = [
         ("", vec!["reconstruction: none", "stabilisation: lax_friedrichs"]),
-        (MOVING, [&moving[..], &["reconstruction: none", "kernel: wendland_c2", "stabilisation: hllc"]].concat()),
+        (MOVING, [&moving[..], &["reconstruction: none", "kernel: wendland_c2", "stabilisation: two_waves"]].concat()),
         (
             VARIATIONAL,
             [

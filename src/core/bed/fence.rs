@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-use super::pass_sill::SHUT;
+use super::sill::SHUT;
 
 /// A face of which more than this share is open has no gap.
 const OPEN: f64 = 0.9;

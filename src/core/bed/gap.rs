@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use super::BedParticles;
 use super::fence::{Window, opening};
 use super::morphology::Field;
-use super::pass_sill::{PassSill, PassSills, Pixels};
+use super::sill::{Opening, PassSill, PassSills, Pixels};
 use super::upright::least_step;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, larger, smaller};
@@ -46,19 +46,6 @@ const MOST_CELLS: usize = 32;
 const MARGIN: usize = 6;
 /// A gap is narrower than so many cells.
 const WIDEST: usize = 2;
-
-/// What a gap leaves of a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Opening {
-    /// The cell to the west or south of the face.
-    pub cell: usize,
-    /// Whether the other cell lies to the north of it; to the east otherwise.
-    pub is_north: bool,
-    /// The share of the face that is open at the level of the gap.
-    pub share: f64,
-    /// The level (m) of the rest.
-    pub crest: f64,
-}
 
 /// The cells of a bed that hold a gap whose ground (m) is lower than their bed, ascending, with that ground; the terrain is that before
 /// anything is built on it.
@@ -177,13 +164,6 @@ fn is_fine(pixels: &impl Pixels, lattice: &Lattice, cell: usize) -> bool {
         let (least, greatest) = (grid.cell().x.min(grid.cell().y), grid.cell().x.max(grid.cell().y));
         lattice.spacing >= LEAST_PIXELS * greatest && greatest <= SQUARE * least
     })
-}
-
-impl Opening {
-    /// What faces are ordered by.
-    pub fn face(&self) -> (usize, bool) {
-        (self.cell, self.is_north)
-    }
 }
 
 /// The pixels of some cells and of those around them.

@@ -15,7 +15,7 @@
 //!
 //! References: `Shepard1968`, `LancasterSalkauskas1981` (the mean corrected to first order is the least-squares plane).
 
-use super::place::{bounded, solve};
+use super::fit::{bounded, solve};
 use crate::math::{Sym2, Vec2};
 use crate::terrain::Piece;
 

@@ -2,6 +2,7 @@
 
 mod cover;
 mod fence;
+mod fit;
 mod gap;
 mod mean;
 mod morphology;
@@ -10,16 +11,17 @@ mod pass_sill;
 mod place;
 mod ridge;
 mod sample;
+mod sill;
 mod store;
 mod upright;
 
 pub use cover::{CellInPart, Cover, FaceInPart};
 pub use gap::ground_in_gaps;
 pub use noise::noise_in_cells;
-pub use pass_sill::{PassSill, PassSills, Pixels, SHUT};
 pub use place::{derive_curvatures, place_bed};
 pub use ridge::Ridges;
 pub use sample::BedPoint;
+pub use sill::{PassSill, PassSills, Pixels, SHUT};
 pub use store::BedParticles;
 pub use upright::{Step, highest_step, is_divided};
 

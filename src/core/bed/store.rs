@@ -1,8 +1,8 @@
 //! Riverbed particles, one for each cell of the lattice, one `Vec` for each quantity.
 
 use super::cover::Cover;
-use super::pass_sill::PassSills;
 use super::ridge::Ridges;
+use super::sill::PassSills;
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
 

@@ -3,8 +3,10 @@
 
 mod breach;
 mod channel;
+mod edge;
 mod forcing;
 mod image;
+mod isometry;
 mod moving_bed;
 mod open_edges;
 mod outline;
@@ -15,10 +17,12 @@ mod wall;
 
 pub use breach::{Breach, DamCell, GrowthLaw, Opening, RimCell, Trigger};
 pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted_perimeter};
+pub use edge::{Edge, distance_to_segment};
 pub use forcing::{Boundary, Condition, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces};
-pub use image::{Image, ImageScratch, Isometry, Viewpoint};
+pub use image::ImageScratch;
+pub use isometry::{Image, Isometry, Viewpoint};
 pub use moving_bed::{BedLaw, BedMotion, Patch, Progress, Slide};
 pub use open_edges::{OpenEdges, Pieces};
 pub use outline::outline;
 pub use series::Series;
-pub use wall::{Edge, Path, Walls, distance_to_segment};
+pub use wall::{Path, Walls};

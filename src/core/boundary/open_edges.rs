@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
 
-use super::wall::distance_to_segment;
+use super::edge::distance_to_segment;
 use crate::math::Vec2;
 
 /// A line is square to a face where the cosine between the face and the line is below this: six degrees off.

@@ -4,7 +4,7 @@
 //! with terrain lies inside; stair steps become straight where that moves the line by less than 0.3 spacings, while corners
 //! of the lattice and corners between longer straight pieces stay sharp. Areas touching only at a corner stay apart.
 
-use super::wall::Edge;
+use super::edge::Edge;
 use crate::bed::BedParticles;
 use crate::math::Vec2;
 
@@ -160,7 +160,7 @@ fn simplified(points: &[Vec2]) -> Vec<Vec2> {
     while let Some((from, to)) = stack.pop() {
         let mut farthest = (STRAIGHTENING, 0);
         for k in from + 1..to {
-            let distance = super::wall::distance_to_segment(points[k], points[from], points[to]);
+            let distance = super::edge::distance_to_segment(points[k], points[from], points[to]);
             if distance > farthest.0 {
                 farthest = (distance, k);
             }
@@ -211,7 +211,7 @@ mod tests {
             let centre = bed.lattice.centre(index);
             let nearest = edges
                 .iter()
-                .map(|edge| super::super::wall::distance_to_segment(centre, edge.start, edge.end))
+                .map(|edge| super::super::edge::distance_to_segment(centre, edge.start, edge.end))
                 .fold(f64::INFINITY, f64::min);
             assert!(nearest > 0.05 * 2.0, "centre {index} is {nearest} m from the outline");
         }

@@ -1,6 +1,7 @@
 //! What a wall hides from a place.
 
-use super::wall::{Edge, Walls};
+use super::edge::Edge;
+use super::wall::Walls;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 

@@ -9,24 +9,14 @@
 //! bed and surface, and its velocity turned round, tangentially too. **Weak spot**: they copy one particle instead of continuing the
 //! arrangement of all, and corners are covered twice in part, not at all elsewhere.
 
-use super::image::{Image, Isometry, Viewpoint};
-use super::wall::Walls;
+use super::isometry::{Image, Isometry, Viewpoint};
+use super::wall::{VirtualParticles, Walls};
 use crate::math::Vec2;
 
 /// Wall particles to a spacing: the rows that they show are then one spacing wide.
 const PER_SPACING: f64 = 2.0;
 /// Transforms of a wall particle: the first row, and the second and third one to either side.
 const TRANSFORMS: u32 = 5;
-
-/// The particles of all walls.
-#[derive(Clone, Debug)]
-pub(super) struct VirtualParticles {
-    places: Vec<Vec2>,
-    /// Where the particles of each edge begin in `places`.
-    starts: Vec<u32>,
-    /// Index of the first of their transforms in `Walls::isometries`.
-    first_transform: u32,
-}
 
 impl Walls {
     /// The same walls with virtual particles, for Lagrangian particles that start `spacing` (m) apart.

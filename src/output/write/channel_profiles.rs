@@ -12,7 +12,8 @@ use std::path::Path;
 
 use netcdf::{FileMut, Options};
 
-use super::super::channels::{ChannelFrame, ChannelProfile, ChannelWater};
+use super::super::channel_profile::{ChannelProfile, ChannelWater};
+use super::super::channels::ChannelFrame;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::FILL;
 use super::super::{OutputCrs, WET_DEPTH};

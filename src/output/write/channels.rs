@@ -1,7 +1,8 @@
 //! The tables of the channels of one dimension: `channels.csv`, a row for each particle at each time, and `channel_gauges.csv` and
 //! `channel_gauge_series.csv` of their gauges.
 
-use super::super::channels::{ChannelProfile, ChannelRecording};
+use super::super::channel_profile::ChannelProfile;
+use super::super::channels::ChannelRecording;
 use super::super::folder::{RunFolder, write_lines};
 use super::tables::{decimals, number, row, text};
 use crate::error::Error;

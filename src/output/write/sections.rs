@@ -76,7 +76,7 @@ const RESULTS: [(Described, OfSection); 9] = [
         Described {
             name: "peak_discharge",
             standard_name: DISCHARGE,
-            long_name: "discharge through the cross-section that was greatest in size",
+            long_name: "peak discharge through the cross-section, by size",
             units: "m3 s-1",
             comment: TOWARDS_THE_LEFT,
         },
@@ -86,7 +86,7 @@ const RESULTS: [(Described, OfSection); 9] = [
         Described {
             name: "time_of_peak",
             standard_name: "",
-            long_name: "time of the discharge that was greatest in size",
+            long_name: "time of the peak discharge, by size",
             units: "s",
             comment: "seconds since the start; no value where no water passed",
         },

@@ -139,16 +139,16 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
         map("bed_elevation", bed, Some("ground_level_altitude"), metres, "area: mean", &maps.bed_elevation[..]),
         map(
             "max_depth",
-            "greatest depth",
+            "maximum depth",
             Some("flood_water_thickness"),
             ("m", MapKind::Depth),
             MAXIMUM,
             &maps.max_depth,
         ),
-        map("max_water_level", "greatest water level", level, metres, MAXIMUM, &maps.max_water_level),
+        map("max_water_level", "maximum water level", level, metres, MAXIMUM, &maps.max_water_level),
         map(
             "max_speed",
-            "greatest speed",
+            "maximum speed",
             Some("flood_water_speed"),
             ("m s-1", MapKind::Speed),
             MAXIMUM,
@@ -156,7 +156,7 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
         ),
         map(
             "max_depth_velocity",
-            "greatest depth times speed of one moment",
+            "maximum depth times speed of one moment",
             None,
             ("m2 s-1", MapKind::Speed),
             MAXIMUM,
@@ -164,7 +164,7 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
         ),
         map(
             "time_of_max_depth",
-            "time of greatest depth",
+            "time of maximum depth",
             time_of_max,
             ("s", MapKind::Time),
             "",
@@ -172,7 +172,7 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
         ),
         map(
             "hazard_class",
-            "greatest hazard class of one moment",
+            "maximum hazard class of one moment",
             None,
             ("1", MapKind::Class),
             MAXIMUM,

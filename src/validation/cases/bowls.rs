@@ -4,9 +4,9 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
 use crate::solver::FlowProblem;
-use crate::validation::case::{AcceptanceLimit, Case, Check, Scope, Setup, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Scope, Setup, Suite, Until};
 use crate::validation::exact::Bowl;
-use crate::validation::run::Snapshot;
+use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
 
 /// Half of the edge of the square (m).

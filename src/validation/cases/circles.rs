@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
-use crate::validation::case::{AcceptanceLimit, Case, Check, Exact, Setup, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Exact, Setup, Suite, Until};
 use crate::validation::exact::{Accuracy, Profile, radial_dam_break};
-use crate::validation::run::{Sample, Snapshot};
+use crate::validation::outcome::{Check, Sample, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
 
 /// Edge of the quadrant (m).

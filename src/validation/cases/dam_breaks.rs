@@ -7,9 +7,9 @@ use std::sync::OnceLock;
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
-use crate::validation::case::{AcceptanceLimit, Case, Check, Checks, Exact, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Checks, Exact, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::{Profile, plane_dam_break, ritter, ritter_front, stoker};
-use crate::validation::run::Snapshot;
+use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{self, flat_strip, line_seeds, seeds_at};
 
 /// Length of the channel (m).

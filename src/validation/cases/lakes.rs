@@ -10,8 +10,8 @@ use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedMethod, Motion};
 use crate::solver::FlowProblem;
 use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
-use crate::validation::case::{AcceptanceLimit, Case, Check, Scope, Setup, SetupResult, Suite, Until};
-use crate::validation::run::Snapshot;
+use crate::validation::case::{AcceptanceLimit, Case, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
 
 /// Edge of the square (m).

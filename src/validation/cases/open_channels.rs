@@ -4,9 +4,9 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::Motion;
 use crate::solver::{Boundary, Condition, FlowProblem, Series};
-use crate::validation::case::{AcceptanceLimit, Case, Check, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::normal_velocity;
-use crate::validation::run::Snapshot;
+use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{flat_strip, line_seeds};
 
 /// Depth of the uniform flow and of the still water before waves (m).

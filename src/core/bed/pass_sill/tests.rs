@@ -1,7 +1,8 @@
 use super::*;
 use crate::bed::{Nothing, ground_in_gaps, place_bed};
+use crate::lattice::Lattice;
 use crate::methods::BedMethod;
-use crate::terrain::{Layer, Raster};
+use crate::terrain::{Layer, Raster, Terrain};
 
 /// A terrain of square pixels (m) with its south-western corner at a place.
 fn terrain(corner: Vec2, (columns, rows): (usize, usize), pixel: f64, z: impl Fn(Vec2) -> f64) -> Terrain {

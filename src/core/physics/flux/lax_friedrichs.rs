@@ -9,7 +9,7 @@
 //!
 //! Unlike the artificial viscosity it acts on pairs that separate, too.
 
-use super::face::{Side, between_waves};
+use super::side::{Side, between_waves};
 
 /// p* (m³/s²) and u* (m/s) between two wet states.
 #[inline(always)]

@@ -3,10 +3,12 @@
 
 pub mod exact;
 mod face;
-mod hllc;
 mod lax_friedrichs;
+mod side;
 mod two_shock;
+mod two_waves;
 
-pub use face::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
+pub use face::{FaceSolver, LaxFriedrichs, TwoShocks, TwoWaves};
 pub use lax_friedrichs::lax_friedrichs;
+pub use side::Side;
 pub use two_shock::{Star, two_shock};

@@ -11,7 +11,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::face::Side;
+use super::side::Side;
 use crate::math::{larger, smaller};
 use crate::physics::celerity;
 

@@ -30,9 +30,9 @@ use rayon::prelude::*;
 use super::gradient::{difference_over_sill, surface_difference};
 use super::spans::ActiveSet;
 use super::state::{FaceRow, GradientRow, GroundRow, PrimitiveRow, State};
-use super::{EulerianFlux, EulerianMethods, Scale};
+use super::{EulerianMethods, Scale};
 use crate::math::{clamp, larger, smaller};
-use crate::methods::Reconstruction;
+use crate::methods::{Reconstruction, Stabilisation};
 use crate::physics::flux::lax_friedrichs;
 use crate::physics::limiter::{monotonised, superbee, van_leer};
 
@@ -111,17 +111,17 @@ pub(crate) trait Flux {
     fn through(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64);
 }
 
-/// [`through_face`]; with the tangential velocity from upwind it is HLLC.
-struct Hllc;
+/// [`through_face`].
+struct TwoRarefactions;
 
-impl Flux for Hllc {
+impl Flux for TwoRarefactions {
     #[inline(always)]
     fn through(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) {
         through_face(d_l, u_l, d_r, u_r, g)
     }
 }
 
-/// [`lax_friedrichs`], the tangential velocity from upwind, too.
+/// [`lax_friedrichs`].
 struct LaxFriedrichs;
 
 impl Flux for LaxFriedrichs {
@@ -136,20 +136,20 @@ pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, met
     let is_sharp = methods.reconstruction == Reconstruction::Sharp;
     let numbers = Numbers::new(scale, methods);
     match (methods.flux, is_sharp) {
-        (EulerianFlux::Hllc, false) => evaluate_by::<Hllc, false>(state, active, numbers),
-        (EulerianFlux::Hllc, true) => evaluate_by::<Hllc, true>(state, active, numbers),
-        (EulerianFlux::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, numbers),
-        (EulerianFlux::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, numbers),
+        (Stabilisation::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, numbers),
+        (Stabilisation::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, numbers),
+        (_, false) => evaluate_by::<TwoRarefactions, false>(state, active, numbers),
+        (_, true) => evaluate_by::<TwoRarefactions, true>(state, active, numbers),
     }
 }
 
 /// The same for one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 pub(super) fn single(i: Half, j: Half, numbers: Numbers, methods: EulerianMethods) -> (f64, f64, f64, f64) {
     match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-        (EulerianFlux::Hllc, false) => pair::<Hllc, false, false>(i, j, numbers, Sill::NONE),
-        (EulerianFlux::Hllc, true) => pair::<Hllc, true, false>(i, j, numbers, Sill::NONE),
-        (EulerianFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, false>(i, j, numbers, Sill::NONE),
-        (EulerianFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, false>(i, j, numbers, Sill::NONE),
+        (Stabilisation::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, false>(i, j, numbers, Sill::NONE),
+        (Stabilisation::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, false>(i, j, numbers, Sill::NONE),
+        (_, false) => pair::<TwoRarefactions, false, false>(i, j, numbers, Sill::NONE),
+        (_, true) => pair::<TwoRarefactions, true, false>(i, j, numbers, Sill::NONE),
     }
 }
 
@@ -162,10 +162,10 @@ pub(super) fn over_sill(
     methods: EulerianMethods,
 ) -> (f64, f64, f64, f64) {
     match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-        (EulerianFlux::Hllc, false) => pair::<Hllc, false, true>(i, j, numbers, sill),
-        (EulerianFlux::Hllc, true) => pair::<Hllc, true, true>(i, j, numbers, sill),
-        (EulerianFlux::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, true>(i, j, numbers, sill),
-        (EulerianFlux::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, true>(i, j, numbers, sill),
+        (Stabilisation::LaxFriedrichs, false) => pair::<LaxFriedrichs, false, true>(i, j, numbers, sill),
+        (Stabilisation::LaxFriedrichs, true) => pair::<LaxFriedrichs, true, true>(i, j, numbers, sill),
+        (_, false) => pair::<TwoRarefactions, false, true>(i, j, numbers, sill),
+        (_, true) => pair::<TwoRarefactions, true, true>(i, j, numbers, sill),
     }
 }
 
@@ -173,14 +173,14 @@ pub(super) fn over_sill(
 pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: EulerianMethods, out: &mut FaceRow) {
     let len = cells - 1;
     match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-        (EulerianFlux::Hllc, false) => row_faces::<Hllc, false, EAST>(row, 0, row, 1, len, numbers, out),
-        (EulerianFlux::Hllc, true) => row_faces::<Hllc, true, EAST>(row, 0, row, 1, len, numbers, out),
-        (EulerianFlux::LaxFriedrichs, false) => {
+        (Stabilisation::LaxFriedrichs, false) => {
             row_faces::<LaxFriedrichs, false, EAST>(row, 0, row, 1, len, numbers, out)
         }
-        (EulerianFlux::LaxFriedrichs, true) => {
+        (Stabilisation::LaxFriedrichs, true) => {
             row_faces::<LaxFriedrichs, true, EAST>(row, 0, row, 1, len, numbers, out)
         }
+        (_, false) => row_faces::<TwoRarefactions, false, EAST>(row, 0, row, 1, len, numbers, out),
+        (_, true) => row_faces::<TwoRarefactions, true, EAST>(row, 0, row, 1, len, numbers, out),
     }
 }
 

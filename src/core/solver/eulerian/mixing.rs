@@ -111,7 +111,7 @@ mod tests {
     }
 
     fn mixed(problem: FlowProblem, turbulence: Turbulence) -> EulerianSolver {
-        EulerianSolver::with_methods(problem, Stabilisation::Hllc, Reconstruction::Limited, turbulence)
+        EulerianSolver::with_methods(problem, Stabilisation::TwoRarefactions, Reconstruction::Limited, turbulence)
     }
 
     fn run(solver: &mut EulerianSolver, end: f64) {

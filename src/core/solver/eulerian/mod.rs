@@ -52,7 +52,7 @@ use super::{
 use crate::failure::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
-use crate::methods::{Reconstruction, Stabilisation, Turbulence};
+use crate::methods::{Core, Reconstruction, Stabilisation, Turbulence};
 use breach::Breaking;
 use cells_in_part::CellsInPart;
 use inputs::Inputs;
@@ -104,17 +104,11 @@ pub(crate) struct Scale {
     pub dry_depth: f64,
 }
 
-/// The fluxes that Eulerian particles have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum EulerianFlux {
-    Hllc,
-    LaxFriedrichs,
-}
-
 /// The methods of a run that every face needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EulerianMethods {
-    pub flux: EulerianFlux,
+    /// One that Eulerian particles have.
+    pub flux: Stabilisation,
     pub reconstruction: Reconstruction,
     pub turbulence: Turbulence,
 }
@@ -123,9 +117,9 @@ pub(crate) struct EulerianMethods {
 const SMALLEST_STEP: f64 = 1e-6;
 
 impl EulerianSolver {
-    /// Sets the still water of `problem` on its riverbed; HLLC with limited reconstruction, no turbulence.
+    /// Sets the still water of `problem` on its riverbed; the usual methods.
     pub fn new(problem: FlowProblem) -> Self {
-        Self::with_methods(problem, Stabilisation::Hllc, Reconstruction::Limited, Turbulence::None)
+        Self::with_methods(problem, Stabilisation::TwoRarefactions, Reconstruction::Limited, Turbulence::None)
     }
 
     /// The same by other methods.
@@ -138,13 +132,7 @@ impl EulerianSolver {
         reconstruction: Reconstruction,
         turbulence: Turbulence,
     ) -> Self {
-        let flux = match stabilisation {
-            Stabilisation::Hllc => EulerianFlux::Hllc,
-            Stabilisation::LaxFriedrichs => EulerianFlux::LaxFriedrichs,
-            Stabilisation::TwoShocks | Stabilisation::ArtificialViscosity => {
-                panic!("Eulerian particles have no {}", stabilisation.name())
-            }
-        };
+        assert!(stabilisation.is_in(Core::Eulerian), "Eulerian particles have no {}", stabilisation.name());
         let lattice = problem.bed.lattice.clone();
         let scale = Scale {
             spacing: lattice.spacing,
@@ -171,7 +159,7 @@ impl EulerianSolver {
         let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
         let mut solver = EulerianSolver {
             scale,
-            methods: EulerianMethods { flux, reconstruction, turbulence },
+            methods: EulerianMethods { flux: stabilisation, reconstruction, turbulence },
             state,
             active,
             walls,

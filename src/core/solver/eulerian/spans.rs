@@ -7,17 +7,13 @@ use rayon::prelude::*;
 
 use super::state::State;
 use crate::lattice::Span;
-use crate::math::simd;
+use crate::math::{MOST_LANES, simd};
 
 /// Width of the rim around wet cells.
 const RIM: usize = 2;
 
 /// Runs of dry cells up to this length inside a row stay active: longer loops beat fewer cells.
 const BRIDGE: usize = MOST_LANES - 2;
-
-/// Most numbers that the processor takes at once. Loops over runs of that many cells leave no rest, which would be taken one by one and
-/// at the price of a whole piece each.
-pub(crate) const MOST_LANES: usize = 8;
 
 /// A run of padded columns `from..to`.
 pub(crate) type Run = std::ops::Range<usize>;

@@ -5,10 +5,9 @@
 
 use rayon::prelude::*;
 
-use super::spans::MOST_LANES;
 use crate::bed::BedParticles;
 use crate::lattice::{WaterInRow, WaterRows};
-use crate::math::Vec2;
+use crate::math::{MOST_LANES, Vec2};
 
 /// Bed elevation (m) given to cells without terrain: above every surface, so that no water reaches them.
 pub(crate) const NO_TERRAIN: f64 = 1e6;

@@ -147,7 +147,8 @@ fn over_a_random_bed(
         ..still_water((1, 1), 1.0, |_| 0.0, |_| 0.0)
     };
     problem.gravity = 9.81;
-    let mut solver = EulerianSolver::with_methods(problem, Stabilisation::Hllc, reconstruction, Turbulence::None);
+    let mut solver =
+        EulerianSolver::with_methods(problem, Stabilisation::TwoRarefactions, reconstruction, Turbulence::None);
     for _ in 0..200 {
         let choice = solver.choose_step();
         solver.advance(choice.time_step).unwrap();

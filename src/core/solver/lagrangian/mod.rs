@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::moving::{CHUNK, ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
 use crate::math::{Sym2, Vec2};
-use crate::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
+use crate::methods::{BedSlope, Core, Integrator, Reconstruction, Stabilisation};
 use crate::particles::{FluidSeed, Line};
 use crate::physics::dimension::Dimension;
 use crate::solver::FlowProblem;
@@ -87,31 +87,13 @@ struct Standing {
     push: f64,
 }
 
-/// The Riemann solvers that give p* and u* of a face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Faces {
-    TwoShocks,
-    Hllc,
-    LaxFriedrichs,
-}
-
-impl Faces {
-    fn new(stabilisation: Stabilisation) -> Self {
-        match stabilisation {
-            Stabilisation::TwoShocks => Faces::TwoShocks,
-            Stabilisation::Hllc => Faces::Hllc,
-            Stabilisation::LaxFriedrichs => Faces::LaxFriedrichs,
-            Stabilisation::ArtificialViscosity => panic!("the balanced formulation has no artificial viscosity"),
-        }
-    }
-}
-
 /// The balanced formulation; scratch space only, all state is in `MovingWater`.
 #[derive(Debug)]
 pub struct Balanced {
     dimension: Dimension,
     kernel: ChosenKernel,
-    faces: Faces,
+    /// One that Lagrangian particles have.
+    faces: Stabilisation,
     reconstruction: Reconstruction,
     factor: f64,
     /// σ: Σ A W where particles and depths agree.
@@ -138,8 +120,7 @@ impl LagrangianSolver {
     /// Water in the plane, or in a channel of unit width along x (a lattice of one row, walls at its two ends), by the given methods.
     ///
     /// # Panics
-    /// With the artificial viscosity or a steep bed, which the variational formulation alone has; a scenario that asks for them is
-    /// refused.
+    /// With a stabilisation or a bed slope that Lagrangian particles do not have; a scenario that asks for them is refused.
     pub fn with_methods(
         problem: FlowProblem,
         seeds: Vec<FluidSeed>,
@@ -147,12 +128,14 @@ impl LagrangianSolver {
         dimension: Dimension,
     ) -> Self {
         assert!(methods.bed_slope == BedSlope::Hydrostatic, "the balanced formulation is hydrostatic");
+        let faces = methods.stabilisation;
+        assert!(faces.is_in(Core::Lagrangian), "Lagrangian particles have no {}", faces.name());
         let kernel = ChosenKernel::new(methods.kernel, dimension);
         let balanced = Balanced {
             dimension,
             full: lattice_partition(&kernel, dimension),
             kernel,
-            faces: Faces::new(methods.stabilisation),
+            faces,
             reconstruction: methods.reconstruction,
             factor: smoothing_factor(dimension),
             states: Vec::new(),

@@ -54,12 +54,12 @@
 use rayon::prelude::*;
 
 use super::pairs::{BLOCK, Group, LANES, Pairs, gather_gradients, gather_states, greatest, measure, total};
-use super::{Balanced, Begun, Faces, Gradients, State};
+use super::{Balanced, Begun, Gradients, State};
 use crate::math::{Sym2, Vec2, clamp, larger, smaller};
-use crate::methods::Reconstruction;
+use crate::methods::{Reconstruction, Stabilisation};
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
-use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, TwoShocks};
+use crate::physics::flux::{FaceSolver, LaxFriedrichs, Side, TwoShocks, TwoWaves};
 use crate::physics::limiter::half_monotonised;
 use crate::solver::moving::{CHUNK, CHUNKS_AT_ONCE, ChosenKernel, MovingWater, Rates, correction, is_inverted};
 
@@ -214,7 +214,7 @@ struct Around<'a> {
     states: &'a [State],
     gradients: &'a [Gradients],
     kernel: &'a ChosenKernel,
-    faces: Faces,
+    faces: Stabilisation,
     reconstruction: Reconstruction,
     gravity: f64,
 }
@@ -237,12 +237,12 @@ fn half_slopes<const IS_LIMITED: bool>(along_i: f64, along_j: f64, difference: f
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn sum_faces(pairs: &mut Pairs, sums: &mut [Sums], around: &Around<'_>) {
     match (around.faces, around.reconstruction != Reconstruction::None) {
-        (Faces::TwoShocks, true) => sum_faces_by::<TwoShocks, true>(pairs, sums, around),
-        (Faces::TwoShocks, false) => sum_faces_by::<TwoShocks, false>(pairs, sums, around),
-        (Faces::Hllc, true) => sum_faces_by::<Hllc, true>(pairs, sums, around),
-        (Faces::Hllc, false) => sum_faces_by::<Hllc, false>(pairs, sums, around),
-        (Faces::LaxFriedrichs, true) => sum_faces_by::<LaxFriedrichs, true>(pairs, sums, around),
-        (Faces::LaxFriedrichs, false) => sum_faces_by::<LaxFriedrichs, false>(pairs, sums, around),
+        (Stabilisation::TwoWaves, true) => sum_faces_by::<TwoWaves, true>(pairs, sums, around),
+        (Stabilisation::TwoWaves, false) => sum_faces_by::<TwoWaves, false>(pairs, sums, around),
+        (Stabilisation::LaxFriedrichs, true) => sum_faces_by::<LaxFriedrichs, true>(pairs, sums, around),
+        (Stabilisation::LaxFriedrichs, false) => sum_faces_by::<LaxFriedrichs, false>(pairs, sums, around),
+        (_, true) => sum_faces_by::<TwoShocks, true>(pairs, sums, around),
+        (_, false) => sum_faces_by::<TwoShocks, false>(pairs, sums, around),
     }
 }
 

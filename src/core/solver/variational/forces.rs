@@ -15,7 +15,7 @@ use super::{Density, Variational};
 use crate::math::{Sym2, Vec2};
 use crate::methods::{BedSlope, Reconstruction, Stabilisation};
 use crate::physics::celerity;
-use crate::physics::flux::{FaceSolver, Hllc, LaxFriedrichs, Side, two_shock};
+use crate::physics::flux::{FaceSolver, LaxFriedrichs, Side, TwoWaves, two_shock};
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::physics::limiter::van_leer;
 use crate::solver::moving::{CHUNK, MovingWater, Rates, Seen, with_kernel};
@@ -65,8 +65,8 @@ impl Variational {
                     let star = two_shock(left.d, left.u, right.d, right.u, g);
                     Some(0.5 * g * star.depth * star.depth)
                 }
-                Stabilisation::Hllc => Some(Hllc::star(left, right, g).0),
                 Stabilisation::LaxFriedrichs => Some(LaxFriedrichs::star(left, right, g).0),
+                Stabilisation::TwoWaves | Stabilisation::TwoRarefactions => Some(TwoWaves::star(left, right, g).0),
             };
             let pair = match pressure {
                 None => {

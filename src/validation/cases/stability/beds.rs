@@ -8,7 +8,7 @@ use crate::validation::case::{Case, Setup, Suite, Until};
 use crate::validation::cases::lakes::noise;
 use crate::validation::exact::normal_velocity;
 use crate::validation::judge::{Limits, Measure, Share};
-use crate::validation::run::Outcome;
+use crate::validation::outcome::Outcome;
 use crate::validation::scene::{flat_strip, line_seeds};
 
 /// The cases.

@@ -10,7 +10,7 @@ use crate::validation::case::{Case, Setup, Suite, Until};
 use crate::validation::cases::dam_breaks::{DAM, DEEP, END, LENGTH, channel};
 use crate::validation::exact::{ritter, ritter_front, stoker};
 use crate::validation::judge::{Limits, Measure, Share};
-use crate::validation::run::Outcome;
+use crate::validation::outcome::Outcome;
 use crate::validation::scene::{flat_strip, line_seeds};
 
 /// Depth (m) that makes the front on dry ground.

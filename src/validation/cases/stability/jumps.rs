@@ -8,7 +8,7 @@ use crate::scenario::methods::Motion;
 use crate::solver::{Boundary, Condition, Series};
 use crate::validation::case::{Case, Setup, SetupResult, Suite, Until};
 use crate::validation::judge::{Limits, Measure, Share};
-use crate::validation::run::{Outcome, Sample};
+use crate::validation::outcome::{Outcome, Sample};
 use crate::validation::scene::problem;
 
 /// The cases.

@@ -11,7 +11,7 @@ use crate::validation::cases::circles::{DEPTHS, circular};
 use crate::validation::cases::lakes::{LEVEL, SIZE, bump, noise, still};
 use crate::validation::exact::Accuracy;
 use crate::validation::judge::{Limits, Measure, Share};
-use crate::validation::run::Outcome;
+use crate::validation::outcome::Outcome;
 use crate::validation::scene::problem;
 
 /// Spacings (m) of the long runs; the finer one takes many more steps.

@@ -14,7 +14,7 @@ use crate::scenario::GRAVITY;
 use crate::solver::FlowProblem;
 use crate::validation::case::Case;
 use crate::validation::judge::{ENERGY, Measure, Share};
-use crate::validation::run::Outcome;
+use crate::validation::outcome::Outcome;
 use crate::validation::scene::problem;
 
 /// The cases, one list per file.

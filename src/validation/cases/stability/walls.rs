@@ -6,7 +6,7 @@ use crate::physics::dimension::Dimension;
 use crate::scenario::GRAVITY;
 use crate::validation::case::{Case, Setup, Suite, Until};
 use crate::validation::judge::{Limits, Measure, Share};
-use crate::validation::run::Outcome;
+use crate::validation::outcome::Outcome;
 use crate::validation::scene::problem;
 
 /// The cases.

@@ -112,7 +112,8 @@ fn down_a_steep_slope(reconstruction: Reconstruction) -> (f64, f64) {
     let discharge = Series::constant(uniform * 2.0 * spacing);
     open(&mut problem, true, Condition::Discharge { discharge, level: Some(Series::constant(depth)) });
     open(&mut problem, false, Condition::NormalDepth { slope });
-    let mut solver = EulerianSolver::with_methods(problem, Stabilisation::Hllc, reconstruction, Turbulence::None);
+    let mut solver =
+        EulerianSolver::with_methods(problem, Stabilisation::TwoRarefactions, reconstruction, Turbulence::None);
     let mut greatest = (0.0_f64, 0.0_f64);
     while solver.time() < 2.0 * 60.0 * spacing * depth / uniform {
         let choice = solver.choose_step();

@@ -1,4 +1,5 @@
-//! HLLC between two waves of speeds S_l and S_r: `ToroSpruceSpeares1994`, with the speeds of `Toro2001`, section 10.3.
+//! Between two waves of speeds S_l and S_r, those that `Toro2001`, section 10.3, gives for the HLLC solver of `ToroSpruceSpeares1994`. It
+//! is no HLLC: no flux passes, since the face is the contact.
 //!
 //! ```text
 //! d_0 = [ (c_l + c_r)/2 + (u_l − u_r)/4 ]₊² / g,   m_k = max(d_0, d_k)
@@ -8,7 +9,7 @@
 //! Seen from the contact, which moves at u*, no volume passes, and the flux of momentum is
 //! p* = p_k + d_k (S_k − u_k)(u* − u_k), the same from both sides. That is `between_waves`.
 
-use super::face::{Side, between_waves};
+use super::side::{Side, between_waves};
 
 /// p* (m³/s²) and u* (m/s) between two wet states.
 #[inline(always)]
