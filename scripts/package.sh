@@ -10,14 +10,13 @@ set -eu
 export LC_ALL=C
 umask 022
 root=$(cd "$(dirname "$0")/.." && pwd)
-# The caller's paths are relative to where the caller stands; ours are to the root.
-caller=$PWD
-absolute() { case $1 in /*) echo "$1" ;; *) echo "$caller/$1" ;; esac; }
+# A path as the caller means it.
+absolute() { case $1 in /*) echo "$1" ;; *) echo "$PWD/$1" ;; esac; }
 
-# What goes along beside the program, its manual page and its completions. Scenarios of others' data are left out.
-documents="README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE
-    docs/tutorial.md docs/tutorial docs/scenario-format.md docs/problems.md docs/glossary.md docs/theory.md docs/references.md"
-scenarios="scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter"
+# What goes along beside the program, its manual page and its completions: all pages, without the figures and tables of the studies;
+# the scenarios whose data the project makes itself.
+files="README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE docs/*.md docs/decisions docs/validation/*.md docs/tutorial data
+    scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter"
 
 # Lays the program and all that goes along into a folder, as the archive has it.
 stage() {
@@ -28,8 +27,8 @@ stage() {
     "$binary" completions zsh >"$1/completions/_floodsim"
     "$binary" completions fish >"$1/completions/floodsim.fish"
     # Files that git knows, so that no leftover of this checkout travels; without git, all.
-    # shellcheck disable=SC2086 # the names are to be split
-    (cd "$root" && { git ls-files -- $documents $scenarios data 2>/dev/null || find $documents $scenarios data -type f; }) |
+    # shellcheck disable=SC2086 # the names are to be split, and the stars to be filled in
+    (cd "$root" && { git ls-files --error-unmatch -- $files 2>/dev/null || find $files -type f; }) |
         while read -r file; do install -D -m 644 "$root/$file" "$1/$file"; done
 }
 
