@@ -15,7 +15,7 @@ absolute() { case $1 in /*) echo "$1" ;; *) echo "$PWD/$1" ;; esac; }
 
 # What goes along beside the program, its manual page and its completions: all pages, without the figures and tables of the studies;
 # the scenarios whose data the project makes itself.
-files="README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE docs/*.md docs/decisions docs/validation/*.md docs/tutorial data
+files="README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE docs/tutorial data
     scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter"
 
 # Lays the program and all that goes along into a folder, as the archive has it.
@@ -26,9 +26,9 @@ stage() {
     "$binary" completions bash >"$1/completions/floodsim.bash"
     "$binary" completions zsh >"$1/completions/_floodsim"
     "$binary" completions fish >"$1/completions/floodsim.fish"
-    # Files that git knows, so that no leftover of this checkout travels; without git, all.
-    # shellcheck disable=SC2086 # the names are to be split, and the stars to be filled in
-    (cd "$root" && { git ls-files --error-unmatch -- $files 2>/dev/null || find $files -type f; }) |
+    # Files that git knows, so that no leftover of this checkout travels; without git, all. Git's star passes over folders.
+    # shellcheck disable=SC2086 # the names are to be split
+    (cd "$root" && { git ls-files --error-unmatch -- $files 'docs/*.md' 2>/dev/null || find $files docs -type f; }) |
         while read -r file; do install -D -m 644 "$root/$file" "$1/$file"; done
 }
 
