@@ -28,8 +28,11 @@ stage() {
     "$binary" completions fish >"$1/completions/floodsim.fish"
     # Files that git knows, so that no leftover of this checkout travels; without git, all. Git's star passes over folders.
     # shellcheck disable=SC2086 # the names are to be split
-    (cd "$root" && { git ls-files --error-unmatch -- $files 'docs/*.md' 2>/dev/null || find $files docs -type f; }) |
-        while read -r file; do install -D -m 644 "$root/$file" "$1/$file"; done
+    (
+        cd "$root"
+        git ls-files --error-unmatch -- $files 'docs/*.md' 2>/dev/null || { find $files -type f && find docs -name '*.md'; }
+    ) |
+        tar --create --directory "$root" --files-from=- --mode=u=rw,go=r | tar --extract --no-same-owner --directory "$1"
 }
 
 # The version of this folder; the one place that has it.
