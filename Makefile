@@ -1,6 +1,6 @@
 # Two commands do all the set-up on Debian or Ubuntu with a Rust toolchain: `make demo` and `make test`.
 
-.PHONY: demo test deps test-deps
+.PHONY: demo test package deps test-deps
 
 # A toolchain installed a minute ago is not yet in the PATH of this shell.
 export PATH := $(PATH):$(HOME)/.cargo/bin
@@ -19,6 +19,10 @@ demo: deps
 # Installs what the tests need beyond that, too, and passes all tests.
 test: test-deps
 	FLOODSIM_REQUIRE_READERS=1 cargo test --release --locked
+
+# What others install without a toolchain: an archive and a package for this release of Debian or Ubuntu, in dist/.
+package: deps
+	./scripts/package.sh
 
 deps:
 	@./scripts/deps.sh

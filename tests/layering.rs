@@ -295,7 +295,7 @@ fn every_path_in_the_document_exists() {
 fn every_command_of_cargo_in_the_readme_exists() {
     let [readme, config] =
         ["README.md", ".cargo/config.toml"].map(|file| std::fs::read_to_string(root().join(file)).unwrap());
-    let own = ["build", "run", "test"];
+    let own = ["build", "run", "test", "install"];
     let aliases: Vec<&str> = config.lines().filter_map(|line| line.split_once(" = ")).map(|(name, _)| name).collect();
     let named: Vec<&str> =
         readme.split("cargo ").skip(1).filter_map(|rest| rest.split([' ', '`', '\n']).next()).collect();

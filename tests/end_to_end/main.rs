@@ -15,6 +15,7 @@ mod hot_start;
 mod maps_on_terrain;
 mod mistaken_files;
 mod moving_bed;
+mod package;
 mod plan;
 mod rain;
 mod smallest_inputs;

@@ -40,7 +40,7 @@ fn provenance(date: &str) -> Provenance {
     Provenance {
         title: "A made valley, \"trial\" & <check>".into(),
         institution: "floodsim tests".into(),
-        source: "floodsim 0.1.0".into(),
+        source: format!("floodsim {}", env!("CARGO_PKG_VERSION")),
         history: format!("{date} floodsim scenario.yaml"),
         references: "docs/theory.md".into(),
         comment: String::new(),
