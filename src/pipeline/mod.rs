@@ -18,11 +18,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::bed::BedParticles;
+use crate::calendar::utc_now;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
 use crate::math::readable;
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
-    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, utc_now, write_cogs, write_gauges,
+    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, VolumeBooks, write_cogs, write_gauges,
     write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file, write_section_tables,
 };
 use crate::prepare::{Prepared, StillBody, in_folder, prepare};
@@ -439,7 +440,7 @@ impl Run<'_> {
             references: String::new(),
             comment: String::new(),
             date_created: now,
-            reference_time: self.scenario.reference_time.clone(),
+            reference_time: self.scenario.reference_time,
         }
     }
 }

@@ -6,7 +6,6 @@
 mod blocked;
 mod breach;
 mod burn;
-mod cf_time;
 mod channel_places;
 mod channels;
 mod cover;
