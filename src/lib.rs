@@ -4,6 +4,7 @@
 //! Data flows one way, and the modules stand in its order:
 //! scenario → terrain → bed → seeding → solver → output → maps. `pipeline` shows one whole run on one screen.
 
+pub mod calendar;
 pub mod cli;
 pub mod error;
 pub mod geodata;

@@ -45,8 +45,8 @@ pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;
 pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
 pub use write::{
-    ChannelsWriter, FieldsWriter, Findings, MapVariable, Provenance, map_variables, utc_now, write_channels,
-    write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
+    ChannelsWriter, FieldsWriter, Findings, MapVariable, Provenance, map_variables, write_channels, write_cogs,
+    write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
     write_section_tables, write_sections,
 };
 

@@ -18,11 +18,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::bed::BedParticles;
+use crate::calendar::utc_now;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
 use crate::math::readable;
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Findings, Gate, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
-    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, TerrainPixels, VolumeBooks, utc_now, write_cogs,
+    Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, TerrainPixels, VolumeBooks, write_cogs,
     write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
     write_section_tables,
 };
@@ -438,7 +439,7 @@ impl Run<'_> {
             references: String::new(),
             comment: String::new(),
             date_created: now,
-            reference_time: self.scenario.reference_time.clone(),
+            reference_time: self.scenario.reference_time,
         }
     }
 }

@@ -154,7 +154,7 @@ fn open_rain(
         }
         RainAmount::Series { file, unit, stamp, start } => {
             let unit = unit.as_ref().map(|unit| unit.1);
-            let asked = rain_series::Asked { file, unit, stamp: *stamp, start: start.as_deref() };
+            let asked = rain_series::Asked { file, unit, stamp: *stamp, start: *start };
             rain_series::open(&asked, losses, scenario, crs, findings).map(OpenedRain::Series)
         }
     }

@@ -4,7 +4,6 @@
 //! solver, gauges and the reference system for the outputs.
 
 mod breach;
-mod cf_time;
 mod channel_places;
 mod channels;
 mod earlier;

@@ -13,6 +13,7 @@ use super::rain_times::{self, Start};
 use super::series::{choose, in_lines, rows_are};
 use super::series_dates::{self, Dates, Origin};
 use super::series_times::takes_little;
+use crate::calendar::UtcTime;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::cf_axes::{check_axes_are_known, check_order, gdal_name, is_netcdf, split_variable, text_of};
 use crate::geodata::{Crs, Table, read_text, readable_file};
@@ -53,7 +54,7 @@ pub(super) struct Asked<'a> {
     pub unit: Option<RainUnit>,
     pub stamp: Option<Stamp>,
     /// Date of the file at which the run begins.
-    pub start: Option<&'a str>,
+    pub start: Option<UtcTime>,
 }
 
 /// Times of rasters, and the interval of each where the file has it.
@@ -72,7 +73,7 @@ pub(super) fn open(
 ) -> Option<Opened> {
     let path = &asked.file.value.path;
     findings.take(asked.file, readable_file(path))?;
-    let reference = scenario.reference_time.as_deref();
+    let reference = scenario.reference_time;
     // Dates have no unit, and the times of a NetCDF file have theirs beside them.
     let (times, rasters, unit, has_unit) = if is_netcdf(path) {
         let (times, rasters, unit) = findings.take(asked.file, netcdf_series(asked, reference))?;
@@ -92,7 +93,7 @@ pub(super) fn open(
 }
 
 /// A NetCDF variable of three dimensions, the first of which is the time.
-fn netcdf_series(asked: &Asked, reference: Option<&str>) -> Result<(Times, Rasters, RainUnit), Problem> {
+fn netcdf_series(asked: &Asked, reference: Option<UtcTime>) -> Result<(Times, Rasters, RainUnit), Problem> {
     let path = &asked.file.value.path;
     let name = path.display().to_string();
     let file = netcdf::open(path).map_err(|cause| rain_times::not_netcdf(&name, &cause))?;
@@ -258,7 +259,7 @@ struct List {
 }
 
 /// A CSV list: a column of times, dates or numbers with their unit at the end of its name, and one of files.
-fn list_series(asked: &Asked, reference: Option<&str>) -> Result<List, Vec<Problem>> {
+fn list_series(asked: &Asked, reference: Option<UtcTime>) -> Result<List, Vec<Problem>> {
     let path = &asked.file.value.path;
     let name = path.display().to_string();
     let mut faults = Vec::new();
@@ -331,7 +332,12 @@ impl ListTimes {
 }
 
 /// How the times of a list are to be read, and what is wrong with its first line and its dates; none where it has no such column.
-fn list_times(parsed: &Table, asked: &Asked, reference: Option<&str>, faults: &mut Vec<Problem>) -> Option<ListTimes> {
+fn list_times(
+    parsed: &Table,
+    asked: &Asked,
+    reference: Option<UtcTime>,
+    faults: &mut Vec<Problem>,
+) -> Option<ListTimes> {
     let name = asked.file.value.path.display().to_string();
     let header = parsed.header.clone().unwrap_or_default();
     let time = ColumnUnit { name: None, unit: None };
@@ -342,7 +348,7 @@ fn list_times(parsed: &Table, asked: &Asked, reference: Option<&str>, faults: &m
         return None;
     }
     if series_dates::are_dates(&parsed.rows, 0) {
-        let start = Start { own: asked.start, reference }.seconds().map_err(|problem| faults.push(problem)).ok()?;
+        let start = Start { own: asked.start, reference }.moment().map_err(|problem| faults.push(problem)).ok()?;
         let dates = Dates { rows: &parsed.rows, column: 0, header: &header[0], name: &name };
         faults.extend(series_dates::faults(&dates, &time, Origin::Start(start)));
         return Some(ListTimes::Dates(Origin::Start(start)));

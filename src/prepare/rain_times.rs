@@ -1,37 +1,34 @@
 //! Times of a NetCDF file of rain and their bounds, in seconds from the start of the run.
 //!
-//! Not here: the interval of each raster ([`super::rain_series`]), and how dates are written ([`super::cf_time`]).
+//! Not here: the interval of each raster ([`super::rain_series`]), and how dates and their units are written ([`crate::calendar`]).
 
-use super::cf_time::{TimeUnit, seconds_of, time_unit};
 use super::rain_series::{SAME_TIME, Times};
+use crate::calendar::cf::{TimeFault, TimeUnit, time_unit};
+use crate::calendar::{DateFault, UtcTime};
 use crate::error::{Problem, input_error};
 use crate::geodata::cf_axes::text_of;
 
-/// Two dates of the start of the run that differ by less (s) are the same.
-const SAME_START: f64 = 1e-3;
-
 /// The dates that the scenario has for the start of the run.
 #[derive(Clone, Copy)]
-pub(super) struct Start<'a> {
+pub(super) struct Start {
     /// `rain.start`.
-    pub own: Option<&'a str>,
+    pub own: Option<UtcTime>,
     /// `time.reference`.
-    pub reference: Option<&'a str>,
+    pub reference: Option<UtcTime>,
 }
 
-impl Start<'_> {
-    /// The start in seconds since 1970; none where the scenario has no date, a problem where it has two.
-    pub fn seconds(&self) -> Result<Option<f64>, Problem> {
-        let seconds = |date: &str| seconds_of(date).unwrap_or(f64::NAN);
+impl Start {
+    /// The date of the start; none where the scenario has none, a problem where it has two.
+    pub fn moment(self) -> Result<Option<UtcTime>, Problem> {
         if let (Some(own), Some(reference)) = (self.own, self.reference)
-            && (seconds(own) - seconds(reference)).abs() > SAME_START
+            && own != reference
         {
             let message = format!("the run starts at `{own}` (`rain.start`) and at `{reference}` (`time.reference`)");
             return Err(input_error("two-starts", message)
                 .with_cause("both are the date of the start of the run in UTC")
                 .with_remedy("take one of them out, or make them agree"));
         }
-        Ok(self.own.or(self.reference).map(seconds))
+        Ok(self.own.or(self.reference))
     }
 }
 
@@ -53,15 +50,50 @@ fn bad_bounds(message: String) -> Problem {
     input_error("bad-bounds", message)
 }
 
-/// The unit of a variable of times; none where it has no `units`.
-fn unit_of(time: &netcdf::Variable) -> Result<Option<(TimeUnit, String)>, String> {
-    let calendar = text_of(time, "calendar").unwrap_or_else(|| "standard".to_owned()).to_lowercase();
-    if !["standard", "gregorian", "proleptic_gregorian"].contains(&calendar.as_str()) {
-        return Err(format!("the calendar `{calendar}` has other days than the Gregorian one"));
+/// Why a variable has no unit of times: the cause, and what to do where it is known.
+struct NoUnit {
+    cause: String,
+    remedy: Option<String>,
+}
+
+impl NoUnit {
+    /// A problem with this cause, and this remedy in place of its own.
+    fn explain(self, problem: Problem) -> Problem {
+        let problem = problem.with_cause(self.cause);
+        match self.remedy {
+            Some(remedy) => problem.with_remedy(remedy),
+            None => problem,
+        }
     }
+}
+
+/// The unit of a variable of times; none where it has no `units`. Bounds count in the calendar of their times (CF 7.1).
+fn unit_of(time: &netcdf::Variable, inherited: Option<String>) -> Result<Option<(TimeUnit, String)>, NoUnit> {
+    let calendar = text_of(time, "calendar").or(inherited);
     let Some(written) = text_of(time, "units") else { return Ok(None) };
-    let unit = time_unit(&written).ok_or_else(|| format!("`{written}` is no unit of time with a date"))?;
-    Ok(Some((unit, written)))
+    match time_unit(&written, calendar.as_deref()) {
+        Ok(unit) => Ok(Some((unit, written))),
+        Err(fault) => Err(no_unit(fault, &time.name(), &written, &calendar.unwrap_or_default())),
+    }
+}
+
+fn no_unit(fault: TimeFault, variable: &str, written: &str, calendar: &str) -> NoUnit {
+    match fault {
+        TimeFault::Unit => NoUnit { cause: format!("`{written}` is no unit of time with a date"), remedy: None },
+        TimeFault::Calendar => NoUnit {
+            cause: format!("the calendar `{calendar}` has other days than the Gregorian one"),
+            remedy: Some("bring the times to the calendar `standard`; xarray does with `convert_calendar(\"standard\")`".to_owned()),
+        },
+        TimeFault::Date(fault) => NoUnit {
+            cause: format!("the date of `{written}` is not known: {fault}"),
+            remedy: (fault == DateFault::TooEarly).then(|| {
+                format!(
+                    "count the times from a later date: `cdo setreftime,1970-01-01,00:00:00 IN OUT`; or, where the Gregorian calendar is \
+                     meant from the year 1 on, say so: `ncatted -a calendar,{variable},o,c,proleptic_gregorian FILE`"
+                )
+            }),
+        },
+    }
 }
 
 /// Refuses packed times: their bounds may be packed as they are, or not at all.
@@ -78,11 +110,12 @@ pub(super) fn read(file: &netcdf::File, rain: &netcdf::Variable, start: Start, n
     let unreadable = |cause: netcdf::Error| not_netcdf(name, &cause);
     let time_name = rain.dimensions()[0].name();
     let no_time = |cause: String| no_time(&rain.name(), name, cause);
+    let no_unit = |why: NoUnit| why.explain(no_time(String::new()));
     let time = file.variable(&time_name).ok_or_else(|| no_time(format!("there is no variable `{time_name}`")))?;
-    let unit = unit_of(&time).map_err(no_time)?;
+    let unit = unit_of(&time, None).map_err(no_unit)?;
     let (unit, written) = unit.ok_or_else(|| no_time(format!("`{time_name}` has no `units`")))?;
     check_packing(&time, name)?;
-    let start = match (unit.since, start.seconds()?) {
+    let start = match (unit.since, start.moment()?) {
         (None, _) if start.own.is_some() => {
             let message =
                 format!("the times of {name} have no date (`{written}`): they count from the start of the run");
@@ -98,12 +131,12 @@ pub(super) fn read(file: &netcdf::File, rain: &netcdf::Variable, start: Start, n
         (_, start) => start,
     };
     let seconds = |numbers: Vec<f64>, unit: TimeUnit| -> Vec<f64> {
-        let offset = unit.since.zip(start).map_or(0.0, |(since, start)| since - start);
+        let offset = unit.since.zip(start).map_or(0.0, |(since, start)| since.seconds_since(start));
         numbers.into_iter().map(|number| number * unit.factor + offset).collect()
     };
     let times = seconds(time.get_values::<f64, _>(..).map_err(unreadable)?, unit);
     let Some(bounds_name) = text_of(&time, "bounds") else { return Ok(Times { times, bounds: None }) };
-    let (bounds, bounds_unit) = bounds_variable(file, &bounds_name, (&time_name, unit, &written), name)?;
+    let (bounds, bounds_unit) = bounds_variable(file, &bounds_name, (&time, unit, &written), name)?;
     let ends = seconds(bounds.get_values::<f64, _>(..).map_err(unreadable)?, bounds_unit);
     let bounds: Vec<(f64, f64)> = ends.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
     check_inside(&times, &bounds, name)?;
@@ -114,26 +147,27 @@ pub(super) fn read(file: &netcdf::File, rain: &netcdf::Variable, start: Start, n
 fn bounds_variable<'a>(
     file: &'a netcdf::File,
     bounds_name: &str,
-    (time_name, unit, written): (&str, TimeUnit, &str),
+    (time, unit, written): (&netcdf::Variable, TimeUnit, &str),
     name: &str,
 ) -> Result<(netcdf::Variable<'a>, TimeUnit), Problem> {
+    let time_name = time.name();
     let remedy = format!("correct the bounds, or take them out: `ncatted -a bounds,{time_name},d,, FILE`");
     let bounds = file.variable(bounds_name).ok_or_else(|| {
         bad_bounds(format!("`{time_name}` of {name} names the bounds `{bounds_name}`, which it does not have"))
             .with_remedy(remedy.clone())
     })?;
     let shape: Vec<(String, usize)> = bounds.dimensions().iter().map(|side| (side.name(), side.len())).collect();
-    if !matches!(&shape[..], [(of, _), (_, 2)] if of == time_name) {
+    if !matches!(&shape[..], [(of, _), (_, 2)] if *of == time_name) {
         let found = shape.iter().map(|(side, length)| format!("{side} = {length}")).collect::<Vec<_>>().join(", ");
         return Err(bad_bounds(format!("the bounds `{bounds_name}` of {name} have no two values for each time"))
             .with_cause(format!("their dimensions are ({found}) and not ({time_name}, 2)"))
             .with_remedy(remedy));
     }
     check_packing(&bounds, name)?;
-    let own = unit_of(&bounds).map_err(|cause| {
-        bad_bounds(format!("the bounds `{bounds_name}` of {name} cannot be read"))
-            .with_cause(cause)
-            .with_remedy(remedy.clone())
+    let own = unit_of(&bounds, text_of(time, "calendar")).map_err(|why| {
+        why.explain(
+            bad_bounds(format!("the bounds `{bounds_name}` of {name} cannot be read")).with_remedy(remedy.clone()),
+        )
     })?;
     match own {
         None => Ok((bounds, unit)),

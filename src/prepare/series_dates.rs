@@ -1,10 +1,10 @@
 //! Times of a table that are dates, as gauges deliver them: read from the start of the run on, and what is wrong with them.
 //!
-//! How a date is written: [`super::cf_time`]. Not here: times that are numbers with a unit ([`super::series`]), and NetCDF files
+//! How a date is written: [`crate::calendar`]. Not here: times that are numbers with a unit ([`super::series`]), and NetCDF files
 //! ([`super::rain_times`]).
 
-use super::cf_time::seconds_of;
 use super::series::{in_lines, rows_are, unit_in_name};
+use crate::calendar::UtcTime;
 use crate::error::{Problem, input_error};
 use crate::scenario::units::TIME;
 use crate::scenario::{ColumnUnit, Scenario};
@@ -12,8 +12,8 @@ use crate::scenario::{ColumnUnit, Scenario};
 /// From what the times of a table count.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Origin {
-    /// The start of the run, in seconds since 1970 (UTC) where the scenario has its date.
-    Start(Option<f64>),
+    /// The start of the run, where the scenario has its date.
+    Start(Option<UtcTime>),
     /// A beginning of their own that has no date, such as the trigger of a breach.
     Own,
 }
@@ -21,17 +21,17 @@ pub(super) enum Origin {
 impl Origin {
     /// The start of the run.
     pub fn of_run(scenario: &Scenario) -> Self {
-        Origin::Start(scenario.reference_time.as_deref().and_then(seconds_of))
+        Origin::Start(scenario.reference_time)
     }
 
-    /// Seconds from it to a date; none of a text that is none. From an origin without a date they count from 1970, which
-    /// [`faults`] refuses.
+    /// Seconds from it to a date; none of a text that is none. From an origin without a date they count from 1970,
+    /// which [`faults`] refuses.
     pub fn seconds_to(self, text: &str) -> Option<f64> {
-        let start = match self {
-            Origin::Start(start) => start.unwrap_or(0.0),
-            Origin::Own => 0.0,
+        let origin = match self {
+            Origin::Start(start) => start.unwrap_or_default(),
+            Origin::Own => UtcTime::default(),
         };
-        seconds_of(text).map(|seconds| seconds - start)
+        UtcTime::read(text).ok().map(|date| date.seconds_since(origin))
     }
 }
 
@@ -66,7 +66,7 @@ fn has_a_day(text: &str) -> bool {
 
 /// Whether a text is meant as a date or a time of day.
 pub(super) fn is_moment(text: &str) -> bool {
-    !is_number(text) && (has_a_day(text) || text.contains(':') || seconds_of(text).is_some())
+    !is_number(text) && (has_a_day(text) || text.contains(':') || UtcTime::read(text).is_ok())
 }
 
 /// Whether the times of a column are dates or times of day: at least as many as are numbers.
@@ -92,7 +92,7 @@ pub(super) fn faults(dates: &Dates, asked: &ColumnUnit, origin: Origin) -> Vec<P
         "write all times as dates, or all as numbers in a column with a unit, such as `time_h`",
     ));
     let is_day_first = |text: &str| has_a_day(text) && text.split('-').next().is_none_or(|year| year.len() != 4);
-    let unknown = || reported().filter(|(_, text)| !is_number(text) && seconds_of(text).is_none());
+    let unknown = || reported().filter(|(_, text)| !is_number(text) && UtcTime::read(text).is_err());
     let ambiguous = in_lines(
         unknown().filter(|(_, text)| is_day_first(text)),
         "ambiguous-date",
@@ -100,14 +100,17 @@ pub(super) fn faults(dates: &Dates, asked: &ColumnUnit, origin: Origin) -> Vec<P
         FORM,
     );
     found.extend(ambiguous);
-    found.extend(in_lines(
+    let fault = |(line, text): (usize, String)| Some(format!("line {line}: {}", UtcTime::read(&text).err()?));
+    let cause = unknown().filter(|(_, text)| !is_day_first(text)).find_map(fault).unwrap_or_default();
+    let unread = in_lines(
         unknown().filter(|(_, text)| !is_day_first(text)),
         "bad-date",
         |count, lines| {
             format!("{} no date that exists, or one in a form that is not read, in {name}: {lines}", rows_are(count))
         },
         FORM,
-    ));
+    );
+    found.extend(unread.map(|problem| problem.with_cause(cause)));
     found
 }
 

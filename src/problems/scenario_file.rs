@@ -14,7 +14,7 @@ pub(super) const GROUP: Group = Group {
         error(
             "date",
             "The value is not a date and time. This date is the start from which dated series count.",
-            "Write it in UTC and in quotes, such as `2026-06-01 06:00:00`.",
+            "Write it in quotes, such as `2026-06-01 06:00:00`, in UTC or with an offset such as `+02:00`.",
         ),
         error(
             "duplicate-key",

@@ -11,6 +11,8 @@ use super::model::{Sourced, VectorSource};
 use super::read::{FromNode, Reader};
 use super::tree::Node;
 use super::units::{self, Dimension};
+use crate::calendar::{DateFault, UtcTime};
+use crate::error::{Problem, ProblemKind};
 
 /// What a quantity is for: its dimension and the range of its values.
 pub trait Kind {
@@ -357,23 +359,35 @@ fn has_extension(path: &str) -> bool {
     std::path::Path::new(path).extension().is_some_and(|extension| !extension.is_empty())
 }
 
-/// A date and time as `YYYY-MM-DD HH:MM:SS` (UTC).
-#[derive(Clone, Debug)]
-pub struct DateTime(pub String);
+/// A date and time, in UTC or with an offset from it.
+#[derive(Clone, Copy, Debug)]
+pub struct DateTime(pub UtcTime);
 
 impl FromNode for DateTime {
     fn example() -> String {
-        "\"2026-06-01 06:00:00\"".to_owned()
+        format!("\"{}\"", UtcTime::EXAMPLE)
     }
 
     fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
         let text = reader.text(node, "a date and time", &Self::example())?;
-        let date = normalised_date(text);
-        if date.is_none() {
-            let remedy = format!("write it as {} (UTC, in quotes)", &Self::example());
-            reader.error(node, "date", format!("`{text}` is not a date and time"), remedy);
+        match UtcTime::read(text) {
+            Ok(moment) => Some(DateTime(moment)),
+            Err(fault) => {
+                let remedy = match fault {
+                    DateFault::TooEarly | DateFault::YearZero => {
+                        "write all dates of the run 400 years later: its days, and its leap years, are the same"
+                            .to_owned()
+                    }
+                    _ => {
+                        format!("write it as {}, in UTC or with an offset such as `+02:00` behind it", Self::example())
+                    }
+                };
+                let message = format!("`{text}` is not a date and time");
+                let problem = Problem::error(ProblemKind::Scenario, "date", node.key.clone(), message);
+                reader.report(node, problem.with_cause(fault.to_string()).with_remedy(remedy));
+                None
+            }
         }
-        date.map(DateTime)
     }
 }
 
@@ -385,39 +399,10 @@ impl JsonSchema for DateTime {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": "string",
-            "description": "A date and time (UTC) as YYYY-MM-DD HH:MM:SS.",
-            "examples": ["2026-06-01 06:00:00"],
+            "description": "A date and time as YYYY-MM-DD HH:MM:SS or in another form of ISO 8601: UTC, or with an offset such as +02:00.",
+            "examples": [UtcTime::EXAMPLE, "2026-06-01T08:00+02:00"],
         })
     }
-}
-
-/// Accepts `YYYY-MM-DD`, with `HH:MM` or `HH:MM:SS` after a blank or a T, and a closing Z.
-fn normalised_date(text: &str) -> Option<String> {
-    let text = text.trim().trim_end_matches('Z');
-    let (date, time) = text.split_once([' ', 'T']).unwrap_or((text, "00:00:00"));
-    let numbers = |text: &str, separator: char, lengths: &[usize]| -> Option<Vec<u32>> {
-        let parts: Vec<&str> = text.split(separator).collect();
-        let fits = |(part, length): (&&str, &usize)| part.len() == *length && part.bytes().all(|b| b.is_ascii_digit());
-        if parts.len() > lengths.len() || !parts.iter().zip(lengths).all(fits) {
-            return None;
-        }
-        parts.iter().map(|part| part.parse().ok()).collect()
-    };
-    let [year, month, day] = numbers(date, '-', &[4, 2, 2])?[..] else { return None };
-    let (hour, minute, second) = match numbers(time, ':', &[2, 2, 2])?[..] {
-        [hour, minute] => (hour, minute, 0),
-        [hour, minute, second] => (hour, minute, second),
-        _ => return None,
-    };
-    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
-    let days = match month {
-        2 => 28 + u32::from(is_leap),
-        4 | 6 | 9 | 11 => 30,
-        1..=12 => 31,
-        _ => return None,
-    };
-    let is_valid = year > 0 && (1..=days).contains(&day) && hour < 24 && minute < 60 && second < 60;
-    is_valid.then(|| format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}"))
 }
 
 #[cfg(test)]
@@ -444,17 +429,6 @@ mod tests {
             ("a.gpkg:", ("a.gpkg:", None)),
         ] {
             assert_eq!(split_layer(text), expected, "{text}");
-        }
-    }
-
-    #[test]
-    fn dates_are_normalised_and_checked() {
-        assert_eq!(normalised_date("1959-12-02 21:14").as_deref(), Some("1959-12-02 21:14:00"));
-        assert_eq!(normalised_date("1959-12-02T21:14:05Z").as_deref(), Some("1959-12-02 21:14:05"));
-        assert_eq!(normalised_date("2024-02-29").as_deref(), Some("2024-02-29 00:00:00"));
-        for text in ["2023-02-29", "2024-13-01", "2024-1-1", "02.12.1959", "2024-01-01 24:00", "", "2024-01-01 1:00:00"]
-        {
-            assert_eq!(normalised_date(text), None, "{text}");
         }
     }
 }

@@ -14,6 +14,7 @@ use super::methods::{
 use super::moving_bed::MovingBed;
 use super::start::Start;
 use super::units::{INTENSITY, LENGTH};
+use crate::calendar::UtcTime;
 use crate::error::Place;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -271,7 +272,7 @@ pub enum RainAmount {
         /// Which end of its interval the time of a raster is, where the scenario says it.
         stamp: Option<Stamp>,
         /// Date and time of the file at which the run begins; the reference time of the run when absent.
-        start: Option<String>,
+        start: Option<UtcTime>,
     },
 }
 
@@ -613,8 +614,8 @@ pub struct Scenario {
     pub resolution: Sourced<f64>,
     /// End time (s).
     pub end_time: f64,
-    /// Date and time of t = 0 as `YYYY-MM-DD HH:MM:SS` (UTC), if given.
-    pub reference_time: Option<String>,
+    /// Date and time of t = 0, if given.
+    pub reference_time: Option<UtcTime>,
     /// Outputs.
     pub outputs: Outputs,
     /// Methods.

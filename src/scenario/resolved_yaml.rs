@@ -228,7 +228,7 @@ impl Scenario {
                     writeln!(text, "  stamp: {}", name_of(|candidate: &Stamp| candidate == stamp))?;
                 }
                 if let Some(start) = start {
-                    writeln!(text, "  start: {}", quoted(start))?;
+                    writeln!(text, "  start: {}", quoted(&start.to_string()))?;
                 }
             }
         }
@@ -283,7 +283,7 @@ impl Scenario {
     fn write_run(&self, text: &mut String) -> std::fmt::Result {
         writeln!(text, "resolution: {} m\ntime:\n  end: {} s", self.resolution.value, self.end_time)?;
         if let Some(reference) = &self.reference_time {
-            writeln!(text, "  reference: {}", quoted(reference))?;
+            writeln!(text, "  reference: {}", quoted(&reference.to_string()))?;
         }
         let outputs = &self.outputs;
         let has_maps = !self.is_channels_alone();

@@ -525,7 +525,7 @@ section! {
     Time, example "{end: 1 h}" {
         /// End of the run, counted from its start.
         end: Quantity<EndTime>,
-        /// Date and time of the start (UTC).
+        /// Date and time of the start, in UTC or with an offset such as `+02:00`; 1582-10-15 or later.
         reference: Option<DateTime>,
     }
 }

@@ -561,6 +561,7 @@ fn faults_of_dates_are_told_all_at_once_by_line() {
         "the unit `min`",
         "one row has no date that exists, or one in a form that is not read, in",
         "line 3 (`2026-06-31 06:01`)",
+        "line 3: there is no such day",
         "ambiguous-date",
         "line 4 (`01.06.2026 06:02`)",
         "`2026-06-01T06:00:00Z`",

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use netcdf::Options;
 use tempfile::TempDir;
 
-use crate::{assert_check, changed, floodsim, with_netcdf};
+use crate::{Netcdf, assert_check, changed, floodsim, with_netcdf};
 
 /// A closed basin of 100 m by 50 m with a slope of 2 % along it; the radar has cells of 20 m by 25 m, two rows of five.
 const SCENARIO: &str = "\
@@ -263,7 +263,14 @@ fn a_radar_that_does_not_fit_is_refused_with_its_place() {
         &["no-variable", "it has rate, quality", "radar.nc:rainfall"],
     );
     check(Radar::sound(), &[("radar.nc", "radar.nc:rain")], &["no-variable", "no variable `rain`", "it has rate"]);
-    check(Radar { calendar: "360_day", ..Radar::sound() }, &[], &["no-time", "`360_day`"]);
+    check(Radar { calendar: "360_day", ..Radar::sound() }, &[], &["no-time", "`360_day`", "convert_calendar"]);
+    let early = Radar { time_units: "minutes since 0001-01-01", ..Radar::sound() };
+    check(early, &[], &["no-time", "0001-01-01", "before 1582-10-15", "calendar,time,o,c,proleptic_gregorian"]);
+    check(
+        Radar { time_units: "minutes since 2026-06-31", ..Radar::sound() },
+        &[],
+        &["no-time", "there is no such day"],
+    );
     check(Radar { time_units: "days after the storm", ..Radar::sound() }, &[], &["no-time", "`days after the storm`"]);
     check(Radar { times: vec![0.0, 2.0, 1.0], ..Radar::sound() }, &[], &["not-rising"]);
     check(Radar::sound(), &[("06:00:00", "05:58:00")], &["series-starts-late", "60 s after the start"]);
@@ -336,13 +343,51 @@ fn bounds_of_times_are_taken_at_their_word_or_refused() {
 }
 
 #[test]
+fn units_of_times_have_an_offset_or_an_early_date_of_the_gregorian_calendar() {
+    let volume = Scene::new(&Radar::sound(), &[]).run().0;
+    let local = Radar { time_units: "minutes since 2026-6-1 7:59 +2:00", ..Radar::sound() };
+    // Minutes from the beginning of the year 1: 2025 years, of which 491 were leap years, and 151 days.
+    let day = 365.0 * 2025.0 + 491.0 + 151.0;
+    let from = 1440.0 * day + 359.0;
+    let ends = |first: f64| vec![first, first + 1.0, first + 1.0, first + 2.0, first + 2.0, first + 3.0];
+    let proleptic = Radar {
+        time_units: "minutes since 0001-01-01",
+        bounds_units: Some("minutes since 0001-01-01"),
+        calendar: "proleptic_gregorian",
+        times: vec![from, from + 1.0, from + 2.0],
+        bounds: Some(ends(from)),
+        ..Radar::sound()
+    };
+    for radar in [local, proleptic] {
+        assert_volume(Scene::new(&radar, &[]).run().0, volume);
+    }
+}
+
+#[test]
 fn two_dates_of_the_start_must_agree() {
     let time = |reference| [("end: 2 min", format!("end: 2 min, reference: \"{reference}\""))];
     let scene = |reference| {
         let [(old, new)] = time(reference);
         Scene::new(&Radar::sound(), &[(old, &new)])
     };
-    scene("2026-06-01 06:00:00").assert_check(0, &["0 errors"]);
+    // The same moment in every form.
+    for reference in [
+        "2026-06-01 06:00:00",
+        "2026-06-01T08:00+02:00",
+        "2026-06-01 06:00:00.0z",
+        "2026-06-1 6",
+        "2026-05-31 24:00-06:00",
+    ] {
+        scene(reference).assert_check(0, &["0 errors"]);
+    }
+    // The file of the run has it in UTC, whatever the form.
+    let local = scene("2026-06-01T08:00+02:00");
+    local.run();
+    assert!(
+        Netcdf::read(&local.folder.path().join("out/fields.nc")).variables["time"]
+            .0
+            .contains("seconds since 2026-06-01 06:00:00")
+    );
     scene("2026-06-01 05:59:00").assert_check(
         4,
         &[

@@ -13,6 +13,7 @@ use super::super::grid::OutputGrid;
 use super::Provenance;
 use super::crs::WritableCrs;
 use super::netcdf_raw::with_caches_of;
+use crate::calendar::cf;
 use crate::error::Error;
 
 /// Greatest edge of a chunk of a compressed variable, in cells.
@@ -162,7 +163,7 @@ pub(super) fn put_time_attributes(file: &mut FileMut, provenance: &Provenance) -
         ("standard_name", "time"),
         ("long_name", "time"),
         ("units", units.as_str()),
-        ("calendar", "standard"),
+        ("calendar", cf::CALENDAR),
         ("units_metadata", "leap_seconds: none"),
         ("axis", "T"),
     ];
