@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::GapReport;
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes, readable};
+use crate::prepare::GapReport;
 use crate::scenario::{Limits, Side};
 use crate::solver::OpenEdges;
 use crate::terrain::{Layer, Terrain};

@@ -4,9 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{rain_series, sha256};
 use crate::error::{Place, Problem, ProblemKind};
 use crate::geodata::cf_axes::split_variable;
+use crate::prepare::rain::series as rain_series;
+use crate::prepare::sha256;
 use crate::scenario::channel::ChannelShape;
 use crate::scenario::{
     BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, Sourced, TableFile,

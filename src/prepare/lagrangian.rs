@@ -5,12 +5,12 @@
 
 use std::cmp::Ordering;
 
-use super::findings::Findings;
-use super::plausible::{Placed, peak_until};
 use crate::bed::BedParticles;
 use crate::boundary::{Condition, Edge, Forcing, Series, outline};
 use crate::error::{Place, Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
+use crate::prepare::findings::Findings;
+use crate::prepare::forcing::plausible::{Placed, peak_until};
 use crate::scenario::methods::{Formulation, Motion};
 use crate::scenario::{Scenario, Sourced, VectorSource};
 use crate::seeding::StillWater;

@@ -3,37 +3,20 @@
 //! What a run needs is handed on in [`Prepared`]: the riverbed and the still water on it, walls and open edges for the
 //! solver, gauges and the reference system for the outputs.
 
-mod breach;
-mod channel_places;
-mod channels;
-mod earlier;
-mod earlier_fields;
-mod earlier_structures;
 mod findings;
 mod forcing;
 mod grid;
 mod ground;
 mod inputs;
 mod lagrangian;
-mod levels;
-mod moving_bed;
 mod on_lattice;
 mod outside;
 mod places;
-mod plausible;
 mod polygons;
 mod rain;
-mod rain_frames;
-mod rain_series;
-mod rain_times;
 mod raster;
-mod series;
-mod series_dates;
-mod series_times;
-mod sources;
-mod start;
+mod tables;
 mod water;
-mod waves;
 
 use std::path::Path;
 

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::findings::Findings;
+use super::forcing::{self, breach, channels, moving_bed, plausible};
 use super::ground::{self, Ground, burn, wall_gaps};
-use super::water::{self, SourcedBody};
+use super::water::{self, SourcedBody, earlier, start};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, Scene, Setup};
-use super::{breach, channels, earlier, forcing, grid, lagrangian, moving_bed, places, plausible, start};
+use super::{grid, lagrangian, places};
 use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;

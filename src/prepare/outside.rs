@@ -3,13 +3,13 @@
 //! One rule for all that is drawn as lines: what lies beside the terrain altogether is refused, and of what lies beside it in part
 //! the length and a place are reported.
 
-use super::findings::Findings;
-use super::grid::REACH;
-use super::ground::burn::cut;
 use crate::bed::BedParticles;
 use crate::error::{Problem, input_error, input_warning};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::prepare::findings::Findings;
+use crate::prepare::grid::REACH;
+use crate::prepare::ground::burn::cut;
 use crate::scenario::{Sourced, VectorSource};
 
 /// Length (in cells) on no terrain that is not worth a word: lines are drawn by hand, and the edge of the terrain runs in steps.

@@ -1,15 +1,16 @@
 //! Gauges, walls and open lines.
 
-use super::findings::Findings;
-use super::grid::{REACH, faces_opened, open_side};
-use super::outside::{Outside, all_outside, partly_outside};
-use super::series::{names_a_length, unit_in_name};
 use crate::bed::{BedParticles, Surface};
 use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::math::Vec2;
 use crate::output::Gauge;
+use crate::prepare::findings::Findings;
+use crate::prepare::grid::{REACH, faces_opened, open_side};
+use crate::prepare::outside::{Outside, all_outside, partly_outside};
+use crate::prepare::tables::rows::unit_in_name;
+use crate::prepare::tables::series::names_a_length;
 use crate::scenario::units::LENGTH;
 use crate::scenario::{OpenBoundary, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::solver::OpenEdges;

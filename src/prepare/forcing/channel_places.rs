@@ -1,11 +1,11 @@
 //! Where a channel of one dimension lies on the map, and its gauges.
 
-use super::findings::Findings;
-use super::places::features;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::math::{Vec2, readable};
 use crate::output::ChannelGauge;
+use crate::prepare::findings::Findings;
+use crate::prepare::places::features;
 use crate::scenario::channel::Channel;
 use crate::scenario::{Sourced, VectorSource};
 
@@ -18,7 +18,7 @@ const MAP: f64 = 1e9;
 
 /// The axis of a channel from its far to its near end (map coordinates): the line of its file that has the name of the channel, or the
 /// only one. It says where results are shown and nothing of the flow, so that it is brought to the reference system of the run unasked.
-pub(super) fn axis(channel: &Channel, crs: Option<&Crs>, findings: &mut Findings) -> Option<Vec<Vec2>> {
+pub fn axis(channel: &Channel, crs: Option<&Crs>, findings: &mut Findings) -> Option<Vec<Vec2>> {
     let source = channel.line.as_ref()?;
     let features = features(source, crs, true, findings)?;
     let is_named = |feature: &&crate::vector::Feature| {
@@ -77,7 +77,7 @@ fn length_of(line: &[Vec2]) -> f64 {
 
 /// Refuses an axis (map coordinates) that runs from the opening of its channel away, or lies elsewhere; warns of one that ends beside it.
 /// `faces` are the middles of the faces of the opening (map coordinates), `length` and `spacing` those of the channel (m).
-pub(super) fn check_axis(
+pub fn check_axis(
     (source, axis): (&Sourced<VectorSource>, &[Vec2]),
     faces: &[Vec2],
     (length, spacing): (f64, f64),
@@ -109,7 +109,7 @@ pub(super) fn check_axis(
 }
 
 /// The place at a share of the length of a line of two corners or more.
-pub(super) fn along(line: &[Vec2], share: f64) -> Vec2 {
+pub fn along(line: &[Vec2], share: f64) -> Vec2 {
     let mut left = share.clamp(0.0, 1.0) * length_of(line);
     for pair in line.windows(2) {
         let length = (pair[1] - pair[0]).norm();
@@ -122,7 +122,7 @@ pub(super) fn along(line: &[Vec2], share: f64) -> Vec2 {
 }
 
 /// The gauges of a channel; `names` are those of the channels before, to which they are added.
-pub(super) fn gauges(channel: &Channel, names: &mut Vec<String>, findings: &mut Findings) -> Vec<ChannelGauge> {
+pub fn gauges(channel: &Channel, names: &mut Vec<String>, findings: &mut Findings) -> Vec<ChannelGauge> {
     let length = channel.length.value;
     for gauge in &channel.gauges {
         if names.contains(&gauge.id.value) {

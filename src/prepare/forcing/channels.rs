@@ -1,13 +1,5 @@
 //! Channels of one dimension: their tables and conditions, and where they join the terrain.
 
-use super::channel_places::{along, axis, check_axis, gauges};
-use super::findings::Findings;
-use super::forcing;
-use super::levels::{self, Inlet};
-use super::plausible::torrent;
-use super::series;
-use super::series_dates::Origin;
-use super::waves;
 use crate::bed::BedParticles;
 use crate::boundary::{Channel, ChannelEnd, ChannelSection, Condition, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
@@ -15,6 +7,14 @@ use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable};
 use crate::output::ChannelProfile;
+use crate::prepare::findings::Findings;
+use crate::prepare::forcing;
+use crate::prepare::forcing::channel_places::{along, axis, check_axis, gauges};
+use crate::prepare::forcing::levels::{self, Inlet};
+use crate::prepare::forcing::plausible::torrent;
+use crate::prepare::forcing::waves;
+use crate::prepare::tables::dates::Origin;
+use crate::prepare::tables::series;
 use crate::scenario::channel::{Channel as Described, ChannelShape, ChannelWalls, ChannelWater, Joint};
 use crate::scenario::units::LENGTH;
 use crate::scenario::{BoundaryCondition, ColumnUnit, Scenario, Side, Sourced};
@@ -39,14 +39,14 @@ struct Table {
 
 /// A channel whose files could be read.
 #[derive(Debug)]
-pub(super) struct Opened {
+pub struct Opened {
     sections: Vec<Table>,
     ends: [Option<Condition>; 2],
     axis: Option<Vec<Vec2>>,
 }
 
 /// Opens every table, series and line of the channels; none for a channel with a fault.
-pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Option<Opened>> {
+pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Option<Opened>> {
     let mut names: Vec<&str> = Vec::new();
     let opened = scenario.channels.iter().map(|channel| {
         if names.contains(&channel.id.value.as_str()) {
@@ -213,7 +213,7 @@ fn perimeter(rows: &[(f64, f64)], walls: ChannelWalls) -> Vec<(f64, f64)> {
 }
 
 /// Puts the channels on the lattice and checks where they join it.
-pub(super) fn on_lattice(
+pub fn on_lattice(
     opened: Vec<Option<Opened>>,
     scenario: &Scenario,
     ground: &BedParticles,

@@ -1,20 +1,20 @@
 //! A run that goes on where an earlier one was.
 //!
-//! Its state is taken cell by cell from `fields.nc` ([`super::earlier_fields`]), which must have the same lattice: depth, velocity and,
+//! Its state is taken cell by cell from `fields.nc` ([`crate::prepare::water::earlier_fields`]), which must have the same lattice: depth, velocity and,
 //! under the water, the bed, z = η − d, whether it was another one or is so by single precision alone: that is what the file has, a depth
 //! of d comes back within 6e-8 d, and a lake at rest has one level. A film has no level in the file; the bed under it is that of `maps.nc`.
 
 use std::path::{Path, PathBuf};
 
-use super::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
-use super::earlier_structures::other_structures;
-use super::findings::Findings;
-use super::ground::gaps::around;
-use super::ground::{Changes, Ground};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::lattice::Lattice;
 use crate::output::{OutputCrs, SetBy};
+use crate::prepare::findings::Findings;
+use crate::prepare::ground::gaps::around;
+use crate::prepare::ground::{Changes, Ground};
+use crate::prepare::water::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
+use crate::prepare::water::earlier_structures::other_structures;
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
@@ -35,13 +35,13 @@ fn run_beside(fields: &Path) -> (PathBuf, serde_json::Value) {
 }
 
 /// Whether a dam broke or the bed moved in the earlier run of a scenario, as its `run.json` says.
-pub(super) fn has_moved_bed(scenario: &Scenario) -> bool {
+pub fn has_moved_bed(scenario: &Scenario) -> bool {
     let earlier = scenario.start.earlier.as_ref().map(|earlier| run_beside(&earlier.fields.value).1);
     earlier.is_some_and(|run| !run["breach"].is_null() || !run["moving_bed"].is_null())
 }
 
 /// What the `run.json` beside the fields of an earlier run says against going on from them; nothing where there is none.
-pub(super) fn how_it_ended(fields: &Path) -> Vec<Problem> {
+pub fn how_it_ended(fields: &Path) -> Vec<Problem> {
     let (file, run) = run_beside(fields);
     if run.is_null() {
         return Vec::new();
@@ -104,7 +104,7 @@ fn failed_gate(gate: &serde_json::Value) -> Option<&str> {
 }
 
 /// Takes over the state of an earlier run, and hands it out.
-pub(super) fn take_over(
+pub fn take_over(
     scenario: &Scenario,
     crs: &OutputCrs,
     breach: Option<&Breach>,

@@ -5,8 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::sha256;
 use crate::error::{Problem, ProblemKind};
+use crate::prepare::sha256;
 use crate::scenario::Scenario;
 use crate::scenario::tree::{Node, Value, parse};
 
@@ -18,7 +18,7 @@ struct Built {
 
 /// Tells what the `scenario.resolved.yaml` beside the fields of an earlier run has and this scenario has not, and the other way
 /// round; nothing where there is no such file.
-pub(super) fn other_structures(scenario: &Scenario, fields: &Path) -> Option<Problem> {
+pub fn other_structures(scenario: &Scenario, fields: &Path) -> Option<Problem> {
     let file = fields.with_file_name("scenario.resolved.yaml");
     let there = all_built(&std::fs::read_to_string(&file).ok()?, &file)?;
     let mut here = all_built(&scenario.to_yaml(), &scenario.file)?;

@@ -7,38 +7,10 @@ use crate::scenario::units::{DISCHARGE, Dimension, LENGTH, SHARE, TIME};
 use crate::scenario::{ColumnUnit, TableFile, Timed};
 use crate::terrain::PLAUSIBLE_ELEVATION;
 
-use super::findings::Findings;
-use super::series_dates::{self, Dates, Origin};
-use super::series_times;
-
-/// So many faulty rows are named one by one.
-const NAMED_ROWS: usize = 5;
-
-/// What the values of a series may be.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Meaning {
-    /// Their dimension.
-    pub dimension: &'static Dimension,
-    /// What to do about values below 0; none of levels, which may be negative.
-    pub negative: Option<&'static str>,
-}
-
-/// Discharges that come in.
-pub(super) const COMING: Meaning = Meaning {
-    dimension: &DISCHARGE,
-    negative: Some("give what comes in as a positive number; water that leaves needs a boundary of its own"),
-};
-
-/// A row of a table: its line in the file and its numbers.
-pub(super) struct Row<const COLUMNS: usize = 2> {
-    pub line: usize,
-    /// In SI units.
-    pub numbers: [f64; COLUMNS],
-    /// As the file has them; dates as in `numbers`.
-    pub written: [f64; COLUMNS],
-    /// Whether its time is a date.
-    pub is_dated: bool,
-}
+use crate::prepare::findings::Findings;
+use crate::prepare::tables::dates::{self, Dates, Origin};
+use crate::prepare::tables::rows::{Meaning, Row, in_lines, rows_are, unit_in_name};
+use crate::prepare::tables::times;
 
 /// A column of a table, as it is read.
 #[derive(Clone, Copy)]
@@ -64,7 +36,7 @@ impl Column {
 }
 
 /// The series of a quantity, which must hold from its origin to an end (s); none after an error.
-pub(super) fn series(
+pub fn series(
     timed: &Timed,
     meaning: Meaning,
     (end, origin): (f64, Origin),
@@ -83,7 +55,7 @@ pub(super) fn series(
         None => implausible(&rows, 1, &name.to_string()),
     });
     if faults.is_empty() {
-        faults.extend(series_times::coverage(&rows, &name.to_string(), (end, table.after_end)));
+        faults.extend(times::coverage(&rows, &name.to_string(), (end, table.after_end)));
     }
     let is_sound = faults.iter().all(|fault| fault.severity == Severity::Warning);
     findings.add_all(&table.file, faults);
@@ -92,7 +64,7 @@ pub(super) fn series(
 }
 
 /// A rating curve; none after an error.
-pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Rating> {
+pub fn rating(table: &TableFile, findings: &mut Findings) -> Option<Rating> {
     let rows = findings.take_all(&table.file, rows(table, [&LENGTH, &DISCHARGE], Origin::Own))?;
     let name = table.file.value.display();
     let mut faults = Vec::new();
@@ -133,7 +105,7 @@ pub(super) fn rating(table: &TableFile, findings: &mut Findings) -> Option<Ratin
 }
 
 /// The growth of something from nothing to all of it, over the seconds since its beginning; none after an error.
-pub(super) fn growth(table: &TableFile, findings: &mut Findings) -> Option<Series> {
+pub fn growth(table: &TableFile, findings: &mut Findings) -> Option<Series> {
     let read = rows_of(&table.file.value, &table.columns, [&TIME, &SHARE], ("time_min,share", Origin::Own));
     let rows = findings.take_all(&table.file, read)?;
     let name = table.file.value.display();
@@ -163,7 +135,7 @@ pub(super) fn growth(table: &TableFile, findings: &mut Findings) -> Option<Serie
         }
     }
     let is_sound = faults.is_empty();
-    faults.extend(series_times::gap(&rows, &name.to_string(), 0.0).filter(|_| is_sound));
+    faults.extend(times::gap(&rows, &name.to_string(), 0.0).filter(|_| is_sound));
     findings.add_all(&table.file, faults);
     let points: Vec<(f64, f64)> = rows.iter().map(|row| (row.numbers[0], row.numbers[1])).collect();
     if is_sound { Series::new(&points) } else { None }
@@ -181,7 +153,7 @@ fn negative(rows: &[Row], name: &str, remedy: &str) -> Option<Problem> {
 }
 
 /// The problem of rows with a level in one of their columns that no ground and no water has.
-pub(super) fn implausible<const COLUMNS: usize>(rows: &[Row<COLUMNS>], column: usize, name: &str) -> Option<Problem> {
+pub fn implausible<const COLUMNS: usize>(rows: &[Row<COLUMNS>], column: usize, name: &str) -> Option<Problem> {
     let odd = rows.iter().filter(|row| !PLAUSIBLE_ELEVATION.contains(&row.numbers[column]));
     in_lines(
         odd.map(|row| (row.line, row.written[column].to_string())),
@@ -189,31 +161,6 @@ pub(super) fn implausible<const COLUMNS: usize>(rows: &[Row<COLUMNS>], column: u
         |count, lines| format!("{} a level that is none on Earth, in {name}: {lines}", rows_are(count)),
         "leave out the rows of a code for missing values, or correct the unit or the datum",
     )
-}
-
-pub(super) fn rows_are(count: usize) -> String {
-    if count == 1 { "one row has".to_owned() } else { format!("{count} rows have") }
-}
-
-/// One problem for all faulty rows, the first of them by line.
-pub(super) fn in_lines(
-    faulty: impl Iterator<Item = (usize, String)>,
-    code: &'static str,
-    message: impl FnOnce(usize, &str) -> String,
-    remedy: &str,
-) -> Option<Problem> {
-    let faulty: Vec<(usize, String)> = faulty.collect();
-    if faulty.is_empty() {
-        return None;
-    }
-    let one = |(line, text): &(usize, String)| {
-        if text.is_empty() { format!("line {line}") } else { format!("line {line} (`{text}`)") }
-    };
-    let mut lines = faulty.iter().take(NAMED_ROWS).map(one).collect::<Vec<_>>().join(", ");
-    if faulty.len() > NAMED_ROWS {
-        lines += &format!(" and {} more", faulty.len() - NAMED_ROWS);
-    }
-    Some(input_error(code, message(faulty.len(), &lines)).with_remedy(remedy))
 }
 
 /// What to do about times that do not rise.
@@ -238,7 +185,7 @@ fn rows(table: &TableFile, dimensions: [&'static Dimension; 2], origin: Origin) 
 }
 
 /// The columns of a file in SI units, every row read; `example` is a first line as it may be, and times count from `origin`.
-pub(super) fn rows_of<const COLUMNS: usize>(
+pub fn rows_of<const COLUMNS: usize>(
     path: &std::path::Path,
     columns: &[ColumnUnit; COLUMNS],
     dimensions: [&'static Dimension; COLUMNS],
@@ -285,9 +232,9 @@ fn find_column(
     faults: &mut Vec<Problem>,
 ) -> Option<Column> {
     let found = index_of(asked, place, header, name).and_then(|index| {
-        if dimension.name == TIME.name && series_dates::are_dates(&parsed.rows, index) {
+        if dimension.name == TIME.name && dates::are_dates(&parsed.rows, index) {
             let dates = Dates { rows: &parsed.rows, column: index, header: &header[index], name };
-            faults.extend(series_dates::faults(&dates, asked, origin));
+            faults.extend(dates::faults(&dates, asked, origin));
             return Ok(Column { index, factor: None });
         }
         choose(asked, place, header, dimension, name).map(|(index, factor)| Column { index, factor: Some(factor) })
@@ -327,7 +274,7 @@ fn read_rows<const COLUMNS: usize>(
         }
     }
     let is_moment =
-        |fields: &[String]| columns.iter().any(|c| fields.get(c.index).is_some_and(|f| series_dates::is_moment(f)));
+        |fields: &[String]| columns.iter().any(|c| fields.get(c.index).is_some_and(|f| dates::is_moment(f)));
     let has_moments = !is_dated && faulty.iter().any(|(_, fields)| is_moment(fields));
     let number = if COLUMNS == 2 { "two".to_owned() } else { COLUMNS.to_string() };
     let what = if is_dated { "no date and number".to_owned() } else { format!("no {number} numbers") };
@@ -363,7 +310,7 @@ fn index_of(column: &ColumnUnit, place: usize, header: &[String], name: &str) ->
 }
 
 /// The number of a column and the factor of its unit.
-pub(super) fn choose(
+pub fn choose(
     column: &ColumnUnit,
     place: usize,
     header: &[String],
@@ -415,18 +362,8 @@ pub(super) fn choose(
     })
 }
 
-/// The factor of the unit at the end of a column's name: `q [m3/s]`, `q (m3/s)` or `q_m3_s`.
-pub(super) fn unit_in_name(name: &str, dimension: &Dimension) -> Option<f64> {
-    let inside = name.strip_suffix([']', ')']).and_then(|rest| rest.rsplit_once(['[', '(']));
-    if let Some((_, unit)) = inside {
-        return dimension.factor_of(unit.trim());
-    }
-    let ends = |unit: &&(&str, f64)| name.ends_with(&format!("_{}", unit.0.replace('/', "_")));
-    dimension.units.iter().filter(ends).max_by_key(|unit| unit.0.len()).map(|unit| unit.1)
-}
-
 /// Whether a column's name ends with a unit of length, such as `rain_mm`; `m` and `in` end other names, too.
-pub(super) fn names_a_length(name: &str) -> bool {
+pub fn names_a_length(name: &str) -> bool {
     ["mm", "cm", "dm", "km", "ft"].iter().any(|unit| {
         let ends = [format!("_{unit}"), format!("[{unit}]"), format!("({unit})")];
         ends.iter().any(|end| name.ends_with(end))

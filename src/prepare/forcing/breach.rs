@@ -2,15 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::findings::Findings;
-use super::grid::REACH;
-use super::ground::burn::{Foot, crossed, foot_of, strip};
-use super::ground::crests::{Buried, length_above_ground};
-use super::ground::gaps::around;
-use super::ground::{Change, Ground, Made};
-use super::outside::{Outside, all_outside, partly_outside};
-use super::water::{self, SourcedBody};
-use super::{places, series};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
@@ -18,6 +9,16 @@ use crate::lattice::Lattice;
 use crate::math::{Vec2, readable, segments_cross};
 use crate::output::{Section, SetBy};
 use crate::physics::breach::{FailureMode, breach_estimates};
+use crate::prepare::findings::Findings;
+use crate::prepare::grid::REACH;
+use crate::prepare::ground::burn::{Foot, crossed, foot_of, strip};
+use crate::prepare::ground::crests::{Buried, length_above_ground};
+use crate::prepare::ground::gaps::around;
+use crate::prepare::ground::{Change, Ground, Made};
+use crate::prepare::outside::{Outside, all_outside, partly_outside};
+use crate::prepare::places;
+use crate::prepare::tables::series;
+use crate::prepare::water::{self, SourcedBody};
 use crate::scenario::methods::Motion;
 use crate::scenario::{
     BoundaryCondition, Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law,
@@ -45,7 +46,7 @@ const ROUND_OFF: f64 = 1e-9;
 const OPEN_END: f64 = 0.05;
 
 /// A dam before it is put on the lattice.
-pub(super) struct Opened {
+pub struct Opened {
     /// Its line in map coordinates (m).
     line: Vec<Vec2>,
     /// Level of its crest (m).
@@ -53,7 +54,7 @@ pub(super) struct Opened {
 }
 
 /// Opens the file of the dam.
-pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Option<Opened> {
+pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Option<Opened> {
     let breach = scenario.breach.as_ref()?;
     let name = breach.dam.value.path.display();
     let features = places::features(&breach.dam, crs, scenario.reproject, findings)?;
@@ -92,7 +93,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
 }
 
 /// Raises the dam on the ground and checks what of it goes.
-pub(super) fn on_lattice(
+pub fn on_lattice(
     opened: Option<&Opened>,
     scenario: &Scenario,
     ground: &mut Ground<'_>,
@@ -226,7 +227,7 @@ fn cells_standing(breach: &Breach, share: f64) -> Vec<usize> {
 
 /// Fills the lake behind the dam, on the bed that the dam has at the start: one that goes at once then never stands, and its run is that
 /// without a dam. Leaks are those with the dam standing.
-pub(super) fn fill_behind(
+pub fn fill_behind(
     breach: Option<&Breach>,
     bodies: &[SourcedBody],
     (walls, is_complete): (&[[Vec2; 2]], bool),
@@ -252,7 +253,7 @@ pub(super) fn fill_behind(
 /// would be a sill before its opening and sinks with it.
 ///
 /// - `before`: the bed (m) before the lake was filled
-pub(super) fn settle(opened: &Opened, breach: &mut Breach, before: &[f64], bed: &BedParticles) {
+pub fn settle(opened: &Opened, breach: &mut Breach, before: &[f64], bed: &BedParticles) {
     let share = breach.share_at_start();
     if share > 0.0 {
         for cell in &mut breach.cells {
@@ -275,7 +276,7 @@ pub(super) fn settle(opened: &Opened, breach: &mut Breach, before: &[f64], bed: 
 const SECTION: &str = "breach";
 
 /// The cross-section along the dam, through which the flood passes: drawn so that what leaves the lake counts as positive.
-pub(super) fn section(
+pub fn section(
     opened: &Opened,
     breach: &Breach,
     others: &[Section],
@@ -523,7 +524,7 @@ fn trigger(
 }
 
 /// Refuses a wall in the opening, and warns of a bank beside it: no water would pass, without a word.
-pub(super) fn check_way(
+pub fn check_way(
     scenario: &Scenario,
     breach: &Breach,
     bed: &BedParticles,
@@ -672,7 +673,7 @@ fn warn_of_water_above(
 }
 
 /// Refuses a level that no water of the run can reach, and an opening above all water; warns of water and of a level above the crest.
-pub(super) fn check_level(
+pub fn check_level(
     scenario: &Scenario,
     breach: &Breach,
     bed: &BedParticles,

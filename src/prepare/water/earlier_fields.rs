@@ -19,7 +19,7 @@ const FASTEST: f64 = 1000.0;
 const SAME_PLACE: f64 = 1e-6;
 
 /// The state of a run at one of its moments, on the cells of the lattice.
-pub(super) struct State {
+pub struct State {
     /// The time of the frame in the earlier run (s).
     pub time: f64,
     /// Depth (m), NaN where the earlier run had no terrain.
@@ -44,7 +44,7 @@ fn is_left_out(path: &Path) -> bool {
     !path.exists() && parts.is_some_and(|parts| parts.iter().any(|part| part == "fields"))
 }
 
-pub(super) fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {
+pub fn open_fields(path: &Path) -> Result<netcdf::File, Problem> {
     if is_left_out(path) {
         let message = format!("{} was not written", path.display());
         return Err(input_error("not-written", message)
@@ -67,7 +67,7 @@ fn axis(file: &netcdf::File, name: &str, path: &Path) -> Result<Vec<f64>, Proble
     variable.get_values::<f64, _>(..).map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))
 }
 
-pub(super) fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice) -> Result<(), Problem> {
+pub fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice) -> Result<(), Problem> {
     let (x, y) = (axis(file, "x", path)?, axis(file, "y", path)?);
     let s = lattice.spacing;
     let first = lattice.to_map(lattice.centre(0));
@@ -100,7 +100,7 @@ pub(super) fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice) 
         ))
 }
 
-pub(super) fn same_crs(file: &netcdf::File, path: &Path, run: &OutputCrs) -> Result<(), Problem> {
+pub fn same_crs(file: &netcdf::File, path: &Path, run: &OutputCrs) -> Result<(), Problem> {
     let own = file.variable("crs").map(|crs| match crs.attribute_value("crs_wkt") {
         Some(Ok(netcdf::AttributeValue::Str(wkt))) => wkt,
         _ => String::new(),
@@ -124,7 +124,7 @@ pub(super) fn same_crs(file: &netcdf::File, path: &Path, run: &OutputCrs) -> Res
 }
 
 /// The number of the frame that is asked for; whether the time is at fault, and the problem otherwise.
-pub(super) fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<(usize, f64), (bool, Problem)> {
+pub fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<(usize, f64), (bool, Problem)> {
     let times = axis(file, "time", path).map_err(|problem| (false, problem))?;
     let Some((first, last)) = times.first().zip(times.last()) else {
         return Err((false, not_fields(path, "it has no frame".to_owned())));
@@ -152,7 +152,7 @@ pub(super) fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> 
 }
 
 /// A part of a variable on the cells of the lattice, NaN where it has no value; the rows of the file count from the north.
-pub(super) fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>>(
+pub fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>>(
     file: &netcdf::File,
     name: &str,
     part: E,
@@ -177,7 +177,7 @@ pub(super) fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>
 }
 
 /// The state of one frame, which must have a value in each cell with terrain.
-pub(super) fn read(
+pub fn read(
     file: &netcdf::File,
     path: &Path,
     (record, time): (usize, f64),

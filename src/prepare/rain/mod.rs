@@ -1,20 +1,24 @@
 //! Rain after its losses.
 
+pub mod frames;
+pub mod series;
+pub mod times;
+
 use crate::boundary::{Rain, Series};
 use crate::error::{Problem, input_warning};
 use crate::math::readable;
 
 /// Intensity (m/s) beyond which another unit is likelier than such rain: 1000 mm/h.
-pub(super) const DOUBTFUL: f64 = 1.0 / 3600.0;
+pub const DOUBTFUL: f64 = 1.0 / 3600.0;
 /// Why such rain gets a warning.
-pub(super) const DOUBTFUL_CAUSE: &str = "hardly any rain is that heavy for long; the values have another unit, perhaps";
+pub const DOUBTFUL_CAUSE: &str = "hardly any rain is that heavy for long; the values have another unit, perhaps";
 
 /// An intensity of 1 m/s (mm/h).
 const MM_PER_HOUR: f64 = 3.6e6;
 
 /// Losses of rain and when it ends.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Losses {
+pub struct Losses {
     /// The first rain that runs off nowhere (m).
     pub initial: f64,
     /// What of the rain is lost from then on (m/s).
@@ -24,7 +28,7 @@ pub(super) struct Losses {
 }
 
 /// Warns of rain as heavy (m/s) as none is.
-pub(super) fn doubtful(peak: f64) -> Option<Problem> {
+pub fn doubtful(peak: f64) -> Option<Problem> {
     (peak > DOUBTFUL).then(|| {
         let message =
             format!("{} mm/h of rain are more than {:.0} mm/h", readable(peak * MM_PER_HOUR), DOUBTFUL * MM_PER_HOUR);
@@ -34,7 +38,7 @@ pub(super) fn doubtful(peak: f64) -> Option<Problem> {
 
 /// What runs off of rain of the same intensity (m/s) everywhere: nothing until the initial loss has fallen, then the intensity less
 /// the constant loss, as far as it is above 0.
-pub(super) fn uniform(rate: &Series, losses: Losses) -> Rain {
+pub fn uniform(rate: &Series, losses: Losses) -> Rain {
     let inside = rate.points().filter(|(time, _)| *time > 0.0 && *time < losses.until);
     let mut points = vec![(0.0, rate.at(0.0))];
     points.extend(inside);
@@ -79,7 +83,7 @@ fn filled(points: &[(f64, f64)], depth: f64) -> Option<f64> {
 }
 
 /// The same of rain with an intensity (m/s) at each cell that is constant in time.
-pub(super) fn map(intensity: Vec<f64>, losses: Losses) -> Rain {
+pub fn map(intensity: Vec<f64>, losses: Losses) -> Rain {
     let from = intensity.iter().map(|i| if *i > 0.0 { losses.initial / i } else { f64::INFINITY }).collect();
     let rate = intensity.into_iter().map(|i| (i - losses.constant).max(0.0)).collect();
     Rain::Map { rate, from, until: losses.until }

@@ -1,21 +1,22 @@
-//! Water of the start without a level: areas and rivers of one depth. Where a run goes on from an earlier one: [`super::earlier`].
+//! Water of the start without a level: areas and rivers of one depth. Where a run goes on from an earlier one: [`crate::prepare::water::earlier`].
 //!
 //! Water of a depth lies on cells that no body of still water holds. A river takes the cells of a strip along its axis
-//! ([`super::ground::burn`]).
+//! ([`crate::prepare::ground::burn`]).
 
 use geo::MultiPolygon;
 
-use super::earlier::how_it_ended;
-use super::findings::Findings;
-use super::ground::Changes;
-use super::ground::burn::{lengths, strip};
-use super::outside::{Outside, partly_outside};
-use super::polygons::cells_inside;
-use super::{places, water};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::math::Vec2;
+use crate::prepare::findings::Findings;
+use crate::prepare::ground::Changes;
+use crate::prepare::ground::burn::{lengths, strip};
+use crate::prepare::outside::{Outside, partly_outside};
+use crate::prepare::places;
+use crate::prepare::polygons::cells_inside;
+use crate::prepare::water;
+use crate::prepare::water::earlier::how_it_ended;
 use crate::scenario::methods::{Formulation, Motion, Seeding};
 use crate::scenario::{BoundaryCondition, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
@@ -38,10 +39,10 @@ enum Place {
 
 /// What could be opened, for each entry.
 #[derive(Debug, Default)]
-pub(super) struct Opened(Vec<Option<Place>>);
+pub struct Opened(Vec<Option<Place>>);
 
 /// Opens the files of water with a depth, and refuses what Lagrangian particles do not have.
-pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
+pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let start = &scenario.start;
     if scenario.numerics.motion == Motion::Lagrangian {
         let refused = |message: &str, cause: &str, remedy: &str| {
@@ -197,7 +198,7 @@ fn other_size(lines: &[(Vec<Vec2>, f64)], cells: usize, (depth, bed): (f64, &Bed
 }
 
 /// Puts water with a depth on the cells that have none yet.
-pub(super) fn wet(
+pub fn wet(
     opened: &Opened,
     scenario: &Scenario,
     (bed, changes): (&BedParticles, &Changes),

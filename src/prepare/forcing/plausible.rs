@@ -3,12 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use super::findings::Findings;
-use super::waves;
 use crate::bed::BedParticles;
 use crate::boundary::{Condition, Forcing, Rain, Rating, Series};
 use crate::error::{Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
+use crate::prepare::findings::Findings;
+use crate::prepare::forcing::waves;
 use crate::scenario::Scenario;
 use crate::seeding::StillWater;
 
@@ -24,7 +24,7 @@ const BEFORE_EDGE: usize = 10;
 
 /// A boundary with a condition on the lattice.
 #[derive(Debug)]
-pub(super) struct Placed {
+pub struct Placed {
     /// Its place in the list of the scenario.
     pub index: usize,
     /// The faces of the edge that it would open alone: cell and midpoint (local coordinates, m).
@@ -32,7 +32,7 @@ pub(super) struct Placed {
 }
 
 /// Warns of boundaries and rain that are hardly meant so.
-pub(super) fn check(
+pub fn check(
     placed: &mut [Placed],
     forcing: &Forcing,
     scenario: &Scenario,
@@ -125,7 +125,7 @@ fn inlet_of_wave(
 }
 
 /// Warns of a discharge so great for the width (m) over which it comes that critical flow would be deeper than any flood.
-pub(super) fn torrent(name: &str, discharge: &Series, width: f64, scenario: &Scenario) -> Option<Problem> {
+pub fn torrent(name: &str, discharge: &Series, width: f64, scenario: &Scenario) -> Option<Problem> {
     let (time, peak) = peak_until(discharge, scenario.end_time)?;
     let critical = ((peak / width).powi(2) / scenario.numerics.gravity).cbrt();
     (critical > TORRENT).then(|| {
@@ -205,7 +205,7 @@ fn drowned(level: &Series, bed: &BedParticles, still: &StillWater, end: f64) -> 
 }
 
 /// Time (s) and value at which a series is greatest before the end of the run (s).
-pub(super) fn peak_until(series: &Series, end: f64) -> Option<(f64, f64)> {
+pub fn peak_until(series: &Series, end: f64) -> Option<(f64, f64)> {
     let points = series.points().filter(|point| point.0 < end).chain([(end, series.at(end))]);
     points.max_by(|a, b| a.1.total_cmp(&b.1))
 }

@@ -1,16 +1,24 @@
 //! Times of a NetCDF file of rain and their bounds, in seconds from the start of the run.
 //!
-//! Not here: the interval of each raster ([`super::rain_series`]), and how dates and their units are written ([`crate::calendar`]).
+//! Not here: the interval of each raster ([`crate::prepare::rain::series`]), and how dates and their units are written ([`crate::calendar`]).
 
-use super::rain_series::{SAME_TIME, Times};
 use crate::calendar::cf::{TimeFault, TimeUnit, time_unit};
 use crate::calendar::{DateFault, UtcTime};
 use crate::error::{Problem, input_error};
 use crate::geodata::cf_axes::text_of;
 
+/// Share of a step by which rounding of the times in a file may miss the end of the rain, or two intervals each other.
+pub const SAME_TIME: f64 = 1e-6;
+
+/// Times of rasters, and the interval of each where the file has it.
+pub struct Times {
+    pub times: Vec<f64>,
+    pub bounds: Option<Vec<(f64, f64)>>,
+}
+
 /// The dates that the scenario has for the start of the run.
 #[derive(Clone, Copy)]
-pub(super) struct Start {
+pub struct Start {
     /// `rain.start`.
     pub own: Option<UtcTime>,
     /// `time.reference`.
@@ -33,14 +41,14 @@ impl Start {
 }
 
 /// The problem of times that are not known, without its cause.
-pub(super) fn no_time(variable: &str, name: &str, cause: String) -> Problem {
+pub fn no_time(variable: &str, name: &str, cause: String) -> Problem {
     input_error("no-time", format!("the times of `{variable}` in {name} are not known")).with_cause(cause).with_remedy(
         "give the first dimension a variable of its name, with `units` such as `minutes since 2026-06-01 06:00:00`",
     )
 }
 
 /// The problem of a file that the library does not read.
-pub(super) fn not_netcdf(name: &str, cause: &netcdf::Error) -> Problem {
+pub fn not_netcdf(name: &str, cause: &netcdf::Error) -> Problem {
     input_error("not-a-netcdf", format!("{name} cannot be read as NetCDF"))
         .with_cause(cause.to_string())
         .with_remedy("copy or export the file again; `ncdump -h FILE` shows whether it is NetCDF")
@@ -106,7 +114,7 @@ fn check_packing(variable: &netcdf::Variable, name: &str) -> Result<(), Problem>
 }
 
 /// The times of a variable of rain.
-pub(super) fn read(file: &netcdf::File, rain: &netcdf::Variable, start: Start, name: &str) -> Result<Times, Problem> {
+pub fn read(file: &netcdf::File, rain: &netcdf::Variable, start: Start, name: &str) -> Result<Times, Problem> {
     let unreadable = |cause: netcdf::Error| not_netcdf(name, &cause);
     let time_name = rain.dimensions()[0].name();
     let no_time = |cause: String| no_time(&rain.name(), name, cause);

@@ -1,18 +1,23 @@
 //! Still water at the start: polygons and levels, and what can be wrong with them.
 
+pub mod earlier;
+pub mod earlier_fields;
+pub mod earlier_structures;
+pub mod start;
+
 use geo::Area;
 
-use super::StillBody;
-use super::findings::Findings;
-use super::ground::Ground;
-use super::places::{features, left_out, unit_of_attribute};
-use super::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::SetBy;
+use crate::prepare::StillBody;
+use crate::prepare::findings::Findings;
+use crate::prepare::ground::Ground;
+use crate::prepare::places::{features, left_out, unit_of_attribute};
+use crate::prepare::polygons::{self, PolygonFault, cells_inside, distance_to_outline};
 use crate::scenario::{InitialWater, Scenario, Sourced, VectorSource};
 use crate::seeding::{self, Barriers, Leak, SeededVolume, StillWater, fill_still_water};
 use crate::terrain::PLAUSIBLE_ELEVATION;
@@ -34,12 +39,7 @@ const OTHER_VOLUME: f64 = 0.02;
 const LISTED_LEAKS: usize = 5;
 
 /// The bodies of one entry of the scenario: one for the whole file when the scenario gives the level, else one for each feature.
-pub(super) fn bodies(
-    water: &InitialWater,
-    crs: Option<&Crs>,
-    scenario: &Scenario,
-    findings: &mut Findings,
-) -> Vec<StillBody> {
+pub fn bodies(water: &InitialWater, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Vec<StillBody> {
     let source = &water.polygons;
     let name = source.value.path.display();
     let Some(features) = features(source, crs, scenario.reproject, findings) else {
@@ -134,7 +134,7 @@ fn warn_of_other_levels(water: &InitialWater, level: &Sourced<f64>, features: &[
 }
 
 /// All polygons of a file as one area.
-pub(super) fn area(
+pub fn area(
     source: &Sourced<VectorSource>,
     crs: Option<&Crs>,
     scenario: &Scenario,
@@ -159,7 +159,7 @@ pub(super) fn area(
 }
 
 /// Reports the fault of a polygon; says whether it can be used.
-pub(super) fn check_polygon(
+pub fn check_polygon(
     source: &Sourced<VectorSource>,
     number: usize,
     polygon: &geo::Polygon<f64>,
@@ -191,13 +191,13 @@ pub(super) fn check_polygon(
 }
 
 /// A body with the scenario value that it comes from.
-pub(super) struct SourcedBody<'a> {
+pub struct SourcedBody<'a> {
     pub source: &'a Sourced<VectorSource>,
     pub body: StillBody,
 }
 
 /// Checks the bodies against the terrain and against each other, and cuts shared area out of the later of two of equal level.
-pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &mut Findings) {
+pub fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &mut Findings) {
     let lattice = &bed.lattice;
     let mut owner = vec![usize::MAX; lattice.len()];
     for i in 0..bodies.len() {
@@ -220,7 +220,7 @@ pub(super) fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &m
 
 /// Fills the bodies and fits the ground to their shores; warns where their water would run out of them, and where upright banks make
 /// their volume another one, if the ground is complete: beside a dam that was refused there is no need of a report.
-pub(super) fn fill(
+pub fn fill(
     bodies: &[SourcedBody],
     ground: &mut Ground<'_>,
     barriers: Barriers<'_>,

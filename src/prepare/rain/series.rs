@@ -2,34 +2,33 @@
 //!
 //! Each raster holds for its interval, constant in time: from its own time to that of the next one (`stamp: begin`), from the one
 //! before to its own (`stamp: end`), or as the bounds of a NetCDF file say. The raster at an end of the series that has no
-//! neighbour there holds as long as the one beside it. Not here: their values and losses ([`super::rain_frames`]), the axes
-//! ([`crate::geodata::cf_axes`]) and times ([`super::rain_times`]) of a NetCDF file.
+//! neighbour there holds as long as the one beside it. Not here: their values and losses ([`crate::prepare::rain::frames`]), the axes
+//! ([`crate::geodata::cf_axes`]) and times ([`crate::prepare::rain::times`]) of a NetCDF file.
 
 use std::path::{Path, PathBuf};
 
-use super::findings::Findings;
-use super::rain::Losses;
-use super::rain_times::{self, Start};
-use super::series::{choose, in_lines, rows_are};
-use super::series_dates::{self, Dates, Origin};
-use super::series_times::takes_little;
 use crate::calendar::UtcTime;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::cf_axes::{check_axes_are_known, check_order, gdal_name, is_netcdf, split_variable, text_of};
 use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::math::readable;
+use crate::prepare::findings::Findings;
+use crate::prepare::rain::Losses;
+use crate::prepare::rain::times::{self, SAME_TIME, Start, Times};
+use crate::prepare::tables::dates::{self, Dates, Origin};
+use crate::prepare::tables::rows::{in_lines, rows_are};
+use crate::prepare::tables::series::choose;
+use crate::prepare::tables::times::takes_little;
 use crate::scenario::units::{INTENSITY, LENGTH, TIME};
 use crate::scenario::{ColumnUnit, RainUnit, Scenario, Sourced, Stamp, VectorSource};
 use crate::terrain::RasterFile;
 
 /// A step of time longer than so many of the usual ones is a gap.
 const GAP: f64 = 1.5;
-/// Share of a step by which rounding of the times in a file may miss the end of the rain, or two intervals each other.
-pub(super) const SAME_TIME: f64 = 1e-6;
 
 /// Rasters with their times, their values not yet read.
 #[derive(Debug)]
-pub(super) struct Opened {
+pub struct Opened {
     /// Beginning and end (s) of each raster.
     pub intervals: Vec<(f64, f64)>,
     pub rasters: Rasters,
@@ -41,7 +40,7 @@ pub(super) struct Opened {
 
 /// Where the rasters are.
 #[derive(Debug)]
-pub(super) enum Rasters {
+pub enum Rasters {
     /// Bands of one file.
     Bands(Box<RasterFile>),
     /// Files of one raster each.
@@ -49,7 +48,7 @@ pub(super) enum Rasters {
 }
 
 /// What the scenario says of the series.
-pub(super) struct Asked<'a> {
+pub struct Asked<'a> {
     pub file: &'a Sourced<VectorSource>,
     pub unit: Option<RainUnit>,
     pub stamp: Option<Stamp>,
@@ -57,14 +56,8 @@ pub(super) struct Asked<'a> {
     pub start: Option<UtcTime>,
 }
 
-/// Times of rasters, and the interval of each where the file has it.
-pub(super) struct Times {
-    pub times: Vec<f64>,
-    pub bounds: Option<Vec<(f64, f64)>>,
-}
-
 /// Opens the file and finds the interval of each raster; none after an error.
-pub(super) fn open(
+pub fn open(
     asked: &Asked,
     losses: Losses,
     scenario: &Scenario,
@@ -96,16 +89,16 @@ pub(super) fn open(
 fn netcdf_series(asked: &Asked, reference: Option<UtcTime>) -> Result<(Times, Rasters, RainUnit), Problem> {
     let path = &asked.file.value.path;
     let name = path.display().to_string();
-    let file = netcdf::open(path).map_err(|cause| rain_times::not_netcdf(&name, &cause))?;
+    let file = netcdf::open(path).map_err(|cause| times::not_netcdf(&name, &cause))?;
     let variable = rain_variable(&file, asked.file.value.layer.as_deref(), &name)?;
     check_order(&file, &variable, &name)?;
     check_axes_are_known(&file, &variable, &name)?;
-    let times = rain_times::read(&file, &variable, Start { own: asked.start, reference }, &name)?;
+    let times = times::read(&file, &variable, Start { own: asked.start, reference }, &name)?;
     let unit = netcdf_unit(asked, &variable, &name)?;
     let raster = RasterFile::open_as(path, &gdal_name(path, &variable.name()))?;
     if raster.bands() != times.times.len() {
         let cause = format!("it has {} rasters and {} times", raster.bands(), times.times.len());
-        return Err(rain_times::no_time(&variable.name(), &name, cause));
+        return Err(times::no_time(&variable.name(), &name, cause));
     }
     Ok((times, Rasters::Bands(Box::new(raster)), unit))
 }
@@ -156,7 +149,7 @@ fn netcdf_unit(asked: &Asked, variable: &netcdf::Variable, name: &str) -> Result
 }
 
 /// Refuses a file whose own unit, where it is one of rain, is another than that of the scenario.
-pub(super) fn check_unit(asked: RainUnit, written: &str, name: &str) -> Result<(), Problem> {
+pub fn check_unit(asked: RainUnit, written: &str, name: &str) -> Result<(), Problem> {
     match unit_of_file(written) {
         Some(own) if !is_same(asked, own) => {
             let message = format!("{name} says `{written}`, and the scenario another unit");
@@ -347,10 +340,10 @@ fn list_times(
         faults.push(problem.with_remedy(begin));
         return None;
     }
-    if series_dates::are_dates(&parsed.rows, 0) {
+    if dates::are_dates(&parsed.rows, 0) {
         let start = Start { own: asked.start, reference }.moment().map_err(|problem| faults.push(problem)).ok()?;
         let dates = Dates { rows: &parsed.rows, column: 0, header: &header[0], name: &name };
-        faults.extend(series_dates::faults(&dates, &time, Origin::Start(start)));
+        faults.extend(dates::faults(&dates, &time, Origin::Start(start)));
         return Some(ListTimes::Dates(Origin::Start(start)));
     }
     if asked.start.is_some() {
@@ -367,7 +360,7 @@ fn list_times(
 }
 
 /// The files of a list, for the record of inputs.
-pub(super) fn listed_files(path: &Path) -> Vec<PathBuf> {
+pub fn listed_files(path: &Path) -> Vec<PathBuf> {
     if is_netcdf(path) {
         return Vec::new();
     }

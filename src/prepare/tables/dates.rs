@@ -1,17 +1,17 @@
 //! Times of a table that are dates, as gauges deliver them: read from the start of the run on, and what is wrong with them.
 //!
-//! How a date is written: [`crate::calendar`]. Not here: times that are numbers with a unit ([`super::series`]), and NetCDF files
-//! ([`super::rain_times`]).
+//! How a date is written: [`crate::calendar`]. Not here: times that are numbers with a unit ([`crate::prepare::tables::series`]), and NetCDF files
+//! ([`crate::prepare::rain::times`]).
 
-use super::series::{in_lines, rows_are, unit_in_name};
 use crate::calendar::UtcTime;
 use crate::error::{Problem, input_error};
+use crate::prepare::tables::rows::{in_lines, rows_are, unit_in_name};
 use crate::scenario::units::TIME;
 use crate::scenario::{ColumnUnit, Scenario};
 
 /// From what the times of a table count.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Origin {
+pub enum Origin {
     /// The start of the run, where the scenario has its date.
     Start(Option<UtcTime>),
     /// A beginning of their own that has no date, such as the trigger of a breach.
@@ -36,7 +36,7 @@ impl Origin {
 }
 
 /// A column of dates.
-pub(super) struct Dates<'a> {
+pub struct Dates<'a> {
     /// Rows of the table with their lines.
     pub rows: &'a [(usize, Vec<String>)],
     /// Its number.
@@ -65,19 +65,19 @@ fn has_a_day(text: &str) -> bool {
 }
 
 /// Whether a text is meant as a date or a time of day.
-pub(super) fn is_moment(text: &str) -> bool {
+pub fn is_moment(text: &str) -> bool {
     !is_number(text) && (has_a_day(text) || text.contains(':') || UtcTime::read(text).is_ok())
 }
 
 /// Whether the times of a column are dates or times of day: at least as many as are numbers.
-pub(super) fn are_dates(rows: &[(usize, Vec<String>)], column: usize) -> bool {
+pub fn are_dates(rows: &[(usize, Vec<String>)], column: usize) -> bool {
     let fields = || rows.iter().filter_map(|(_, fields)| fields.get(column));
     let moments = fields().filter(|text| is_moment(text)).count();
     moments > 0 && moments >= fields().filter(|text| is_number(text)).count()
 }
 
 /// All that is wrong with a column of dates; empty fields are left to the reader of rows.
-pub(super) fn faults(dates: &Dates, asked: &ColumnUnit, origin: Origin) -> Vec<Problem> {
+pub fn faults(dates: &Dates, asked: &ColumnUnit, origin: Origin) -> Vec<Problem> {
     let mut found = beside_unit(dates, asked);
     found.extend(without_start(dates, origin));
     let name = dates.name;

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::findings::Findings;
-use super::rain::{DOUBTFUL, DOUBTFUL_CAUSE, Losses};
-use super::rain_series::{Opened, Rasters, check_unit};
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes};
+use crate::prepare::findings::Findings;
+use crate::prepare::rain::series::{Opened, Rasters, check_unit};
+use crate::prepare::rain::{DOUBTFUL, DOUBTFUL_CAUSE, Losses};
 use crate::scenario::{RainUnit, Scenario, Sourced, VectorSource};
 use crate::terrain::{Placing, Raster, RasterFile};
 
@@ -209,7 +209,7 @@ fn accumulated(depths: &[Vec<f64>], grid: &Grid, name: &str) -> Option<Problem> 
 }
 
 /// Reads the rasters that the run needs; none after an error.
-pub(super) fn on_lattice(
+pub fn on_lattice(
     opened: Opened,
     file: &Sourced<VectorSource>,
     scenario: &Scenario,
@@ -239,7 +239,7 @@ pub(super) fn on_lattice(
         values.push(grid.places.iter().map(|&(index, _)| raster.values[index]).collect());
         Ok(())
     };
-    let request = |path| super::raster::request(path, scenario);
+    let request = |path| crate::prepare::raster::request(path, scenario);
     match rasters {
         Rasters::Bands(raster) => {
             let (path, bands) = (&file.value.path, needed.iter().map(|k| k + 1));

@@ -2,17 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use super::findings::Findings;
-use super::ground::burn::lengths;
-use super::plausible::torrent;
-use super::series_dates::Origin;
-use super::{places, series};
 use crate::bed::BedParticles;
 use crate::boundary::{Forcing, LineSource, PointSource, Series};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use crate::prepare::findings::Findings;
+use crate::prepare::forcing::plausible::torrent;
+use crate::prepare::ground::burn::lengths;
+use crate::prepare::places;
+use crate::prepare::tables::dates::Origin;
+use crate::prepare::tables::{rows, series};
 use crate::scenario::{BuildingMode, Scenario, SourcePlace, Sourced, VectorSource};
 use crate::vector::Feature;
 
@@ -23,18 +24,18 @@ const SAME_PLACE: f64 = 1e-6;
 const SPRING: &str = "the edges of the cell of this source";
 
 /// The places of a source and its discharge.
-pub(super) type Opened = (Places, Option<Series>);
+pub type Opened = (Places, Option<Series>);
 
 /// Where water comes out of the ground (map coordinates).
 #[derive(Debug)]
-pub(super) enum Places {
+pub enum Places {
     Points(Vec<Vec2>),
     /// Of each feature its number in the file and its parts, which share one discharge.
     Lines(Vec<(usize, Vec<Vec<Vec2>>)>),
 }
 
 /// Opens the files of each.
-pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Opened> {
+pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Opened> {
     let opened = scenario.sources.iter().map(|source| {
         let places = match &source.value.place {
             SourcePlace::At(at) => Places::Points(vec![Vec2::new(at.value[0], at.value[1])]),
@@ -74,7 +75,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
             }
         };
         let span = (scenario.end_time, Origin::of_run(scenario));
-        (places, series::series(&source.value.discharge, series::COMING, span, findings))
+        (places, series::series(&source.value.discharge, rows::COMING, span, findings))
     });
     opened.collect()
 }
@@ -89,7 +90,7 @@ fn without_lines<'a>(lines: &Sourced<VectorSource>, left_out: impl Iterator<Item
 }
 
 /// The lines of a feature that have a length.
-pub(super) fn lines_of(feature: &Feature) -> Vec<Vec<Vec2>> {
+pub fn lines_of(feature: &Feature) -> Vec<Vec<Vec2>> {
     let lines = feature.lines.iter().map(|line| {
         let mut places: Vec<Vec2> = line.0.iter().map(|c| Vec2::new(c.x, c.y)).collect();
         places.dedup();
@@ -99,7 +100,7 @@ pub(super) fn lines_of(feature: &Feature) -> Vec<Vec<Vec2>> {
 }
 
 /// Puts the sources on the lattice, and refuses what does not lie on the terrain.
-pub(super) fn on_lattice(
+pub fn on_lattice(
     opened: &[Opened],
     scenario: &Scenario,
     ground: &BedParticles,

@@ -1,8 +1,8 @@
 //! Whether the times of a series fit the run: where it begins and ends, how far beyond the run it goes, and its gaps.
 
-use super::series::Row;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::math::readable;
+use crate::prepare::tables::rows::Row;
 use crate::scenario::AfterEnd;
 
 /// A step of time longer than so many of the usual ones is a gap.
@@ -20,7 +20,7 @@ const LONG: f64 = 20.0;
 const FEW_ROWS: usize = 10;
 
 /// Whether rows that rise hold from the start of the run to its end, or are held on until then, are meant in this unit, and have no gap.
-pub(super) fn coverage(rows: &[Row], name: &str, (end, after_end): (f64, Option<AfterEnd>)) -> Vec<Problem> {
+pub fn coverage(rows: &[Row], name: &str, (end, after_end): (f64, Option<AfterEnd>)) -> Vec<Problem> {
     let mut found = Vec::new();
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return found };
     if first.numbers[0] > 0.0 {
@@ -53,7 +53,7 @@ pub(super) fn coverage(rows: &[Row], name: &str, (end, after_end): (f64, Option<
 }
 
 /// Whether a run to an end (s) takes so few rows of a series, and so little of its time up to its last row (s), that the unit is worth a question.
-pub(super) fn takes_little(taken: usize, end: f64, last: f64) -> bool {
+pub fn takes_little(taken: usize, end: f64, last: f64) -> bool {
     end > 0.0 && last > LONG * end && taken < FEW_ROWS
 }
 
@@ -84,7 +84,7 @@ fn far_beyond(rows: &[Row], name: &str, end: f64) -> Option<Problem> {
 }
 
 /// Warns of steps of time that are long beside the others; those after the end of the run (s) do not matter, where it is not 0.
-pub(super) fn gap(rows: &[Row], name: &str, end: f64) -> Option<Problem> {
+pub fn gap(rows: &[Row], name: &str, end: f64) -> Option<Problem> {
     let steps: Vec<f64> = rows.windows(2).map(|pair| pair[1].numbers[0] - pair[0].numbers[0]).collect();
     let mut sorted = steps.clone();
     sorted.sort_by(f64::total_cmp);

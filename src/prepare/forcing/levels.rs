@@ -12,7 +12,7 @@ const JUST: f64 = 1e-9;
 
 /// Where water comes in: its name in a message, the strips across the flow, the acceleration of gravity (m/s²) and the end of the run (s).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Inlet<'a> {
+pub struct Inlet<'a> {
     pub name: &'a str,
     pub strips: &'a [Strip],
     pub gravity: f64,
@@ -51,11 +51,7 @@ fn at_moment(level: &Timed, time: f64) -> String {
 }
 
 /// Refuses a level that is not above the bed while a discharge comes in, and warns of one so low that the inflow is a jet.
-pub(super) fn check_inflow(
-    level: &Timed,
-    (discharges, levels): (&Series, &Series),
-    inlet: Inlet<'_>,
-) -> Option<Problem> {
+pub fn check_inflow(level: &Timed, (discharges, levels): (&Series, &Series), inlet: Inlet<'_>) -> Option<Problem> {
     let spans = inlet.spans([discharges, levels]);
     let comes_in = |time: &f64| discharges.at(*time) > 0.0;
     // Just beside a point at which it begins or ends to come in the level may be below the bed, too.
@@ -97,7 +93,7 @@ pub(super) fn check_inflow(
 }
 
 /// Refuses a level that is held and never above the bed, and warns of one that is below it for a time.
-pub(super) fn check_stage(level: &Timed, levels: &Series, inlet: Inlet<'_>) -> Option<Problem> {
+pub fn check_stage(level: &Timed, levels: &Series, inlet: Inlet<'_>) -> Option<Problem> {
     let lowest = inlet.lowest();
     let moments: Vec<f64> = inlet.spans([levels, levels]).into_iter().flatten().collect();
     let highest = moments.iter().map(|time| levels.at(*time)).fold(f64::NEG_INFINITY, f64::max);

@@ -11,14 +11,14 @@ const HIGH: f64 = 4.0;
 
 /// Where a wave comes in: the lowest ground (m), the level of the water there at the start (m), if there is any, and the end of the run (s).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Inlet {
+pub struct Inlet {
     pub lowest: f64,
     pub start: Option<f64>,
     pub end: f64,
 }
 
 /// Refuses a wave over no still water, and warns of one that begins with a step or is no simple wave.
-pub(super) fn check(wave: &Series, still: Option<&Series>, inlet: Inlet) -> Option<Problem> {
+pub fn check(wave: &Series, still: Option<&Series>, inlet: Inlet) -> Option<Problem> {
     let Inlet { lowest, start, end } = inlet;
     let level_at = |time: f64| still.map(|still| still.at(time)).or(start);
     let Some(begin) = level_at(0.0) else {

@@ -1,16 +1,14 @@
 //! Boundaries with a condition, rain and cross-sections: their files, and where they lie on the terrain.
 
-use super::findings::Findings;
-use super::grid::{REACH, faces_opened, open_side};
-use super::ground::burn::crossed;
-use super::levels::{self, Inlet};
-use super::outside::{IN_PART, Outside};
-use super::plausible::Placed;
-use super::rain::{self, Losses};
-use super::series::{self, Meaning};
-use super::series_dates::Origin;
-use super::{places, sources};
-use super::{rain_frames, rain_series};
+pub mod breach;
+pub mod channel_places;
+pub mod channels;
+pub mod levels;
+pub mod moving_bed;
+pub mod plausible;
+pub mod sources;
+pub mod waves;
+
 use crate::bed::BedParticles;
 use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Pieces, Rain, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
@@ -18,9 +16,22 @@ use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable, segments_cross};
 use crate::output::Section;
+use crate::prepare::findings::Findings;
+use crate::prepare::grid::{REACH, faces_opened, open_side};
+use crate::prepare::ground::burn::crossed;
+use crate::prepare::outside::{IN_PART, Outside};
+use crate::prepare::places;
+use crate::prepare::rain::frames as rain_frames;
+use crate::prepare::rain::series as rain_series;
+use crate::prepare::rain::{self, Losses};
+use crate::prepare::tables::dates::Origin;
+use crate::prepare::tables::rows::{self, Meaning};
+use crate::prepare::tables::series;
 use crate::scenario::units::{INTENSITY, LENGTH};
 use crate::scenario::{BoundaryCondition, OpenBoundary, RainAmount, RainUnit, Scenario, Side, Sourced};
 use crate::terrain::{Layer, RasterFile, Terrain};
+use levels::Inlet;
+use plausible::Placed;
 
 /// A side may stay a wall along this share of its edge without a word.
 const STEPPED: f64 = 0.1;
@@ -35,7 +46,7 @@ const FALLING: Meaning = Meaning {
 
 /// Everything that could be opened; map coordinates.
 #[derive(Debug, Default)]
-pub(super) struct Opened {
+pub struct Opened {
     boundaries: Vec<OpenedBoundary>,
     sources: Vec<sources::Opened>,
     rain: Option<OpenedRain>,
@@ -57,7 +68,7 @@ enum OpenedRain {
 }
 
 /// Opens every file of boundaries, sources, rain and sections.
-pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
+pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
     let is_rough = !scenario.roughness.is_none();
     let boundaries = scenario.boundaries.iter().map(|boundary| {
         let lines = match &boundary.value.place {
@@ -79,7 +90,7 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
 }
 
 /// A condition with its series; with whether there is roughness where it holds.
-pub(super) fn condition(
+pub fn condition(
     condition: &BoundaryCondition,
     is_rough: bool,
     scenario: &Scenario,
@@ -97,7 +108,7 @@ pub(super) fn condition(
         }
         BoundaryCondition::Rating(table) => Condition::Rating(series::rating(table, findings)?),
         BoundaryCondition::Discharge { discharge, level } => {
-            let discharge = series::series(discharge, series::COMING, span, findings);
+            let discharge = series::series(discharge, rows::COMING, span, findings);
             let level = level.as_ref().map(|level| series::series(level, LEVEL, span, findings));
             Condition::Discharge {
                 discharge: discharge?,
@@ -138,7 +149,7 @@ fn open_rain(
             let check = |opened: &RasterFile| {
                 rain_series::check_unit(RainUnit::Intensity(unit.1), &opened.unit(), &file.value.display().to_string())
             };
-            let mut raster = super::raster::read(file, scenario, crs, &check, findings)?;
+            let mut raster = crate::prepare::raster::read(file, scenario, crs, &check, findings)?;
             let negative = raster.values.iter().filter(|value| **value < 0.0).count();
             if negative > 0 {
                 let message = format!("{negative} cells of {} have rain below 0", file.value.display());
@@ -195,12 +206,7 @@ fn sections(
 }
 
 /// Puts everything on the lattice and checks where it lies.
-pub(super) fn on_lattice(
-    opened: &mut Opened,
-    scenario: &Scenario,
-    ground: &BedParticles,
-    findings: &mut Findings,
-) -> Forcing {
+pub fn on_lattice(opened: &mut Opened, scenario: &Scenario, ground: &BedParticles, findings: &mut Findings) -> Forcing {
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     let mut forcing = Forcing { reach: REACH * lattice.spacing, ..Forcing::default() };
     opened.placed = boundaries(opened, scenario, ground, &mut forcing, findings);
@@ -251,7 +257,7 @@ fn rain_at_cells(
 }
 
 /// The straight pieces of a section in local coordinates (m).
-pub(super) fn pieces_of(section: &Section, lattice: &Lattice) -> Vec<[Vec2; 2]> {
+pub fn pieces_of(section: &Section, lattice: &Lattice) -> Vec<[Vec2; 2]> {
     section.line.windows(2).map(|pair| [lattice.to_local(pair[0]), lattice.to_local(pair[1])]).collect()
 }
 

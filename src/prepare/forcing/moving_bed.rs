@@ -2,16 +2,19 @@
 
 use std::collections::BTreeSet;
 
-use super::findings::Findings;
-use super::outside::{Outside, all_outside};
-use super::series_dates::Origin;
-use super::{places, raster, series, sources::lines_of};
 use crate::bed::BedParticles;
 use crate::boundary::edge_faces;
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable};
+use crate::prepare::findings::Findings;
+use crate::prepare::forcing::sources::lines_of;
+use crate::prepare::outside::{Outside, all_outside};
+use crate::prepare::places;
+use crate::prepare::raster;
+use crate::prepare::tables::dates::Origin;
+use crate::prepare::tables::{rows, series};
 use crate::scenario::units::VELOCITY;
 use crate::scenario::{BedMovement, MovingBed, Scenario, Timed};
 use crate::solver::{BedLaw, BedMotion, Forcing, Patch, Series, Slide};
@@ -28,7 +31,7 @@ const OTHER_VOLUME: f64 = 0.02;
 const CLIMB: f64 = 0.5;
 
 /// The files of a part of the bed that moves, opened; map coordinates.
-pub(super) struct Opened {
+pub struct Opened {
     /// Change or thickness (m), 0 where the file has no data.
     raster: Raster,
     law: OpenedLaw,
@@ -41,7 +44,7 @@ enum OpenedLaw {
 }
 
 /// Opens the files of each; none where one failed.
-pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Option<Opened>> {
+pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Option<Opened>> {
     scenario.moving_bed.iter().map(|bed| open_one(bed, scenario, crs, findings)).collect()
 }
 
@@ -54,7 +57,7 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
         BedMovement::Slide { path, velocity } => {
             // Behind its last row the velocity stays as it is; the line ends the slide.
             let negative = Some("give a velocity of 0 or more: the slide goes along its line, and not back");
-            let meaning = series::Meaning { dimension: &VELOCITY, negative };
+            let meaning = rows::Meaning { dimension: &VELOCITY, negative };
             let velocity = series::series(velocity, meaning, (0.0, Origin::Own), findings);
             let features = places::features(path, crs, scenario.reproject, findings)?;
             let lines: Vec<Vec<Vec2>> = features.iter().flat_map(lines_of).collect();
@@ -102,7 +105,7 @@ fn open_one(bed: &MovingBed, scenario: &Scenario, crs: Option<&Crs>, findings: &
 }
 
 /// The motions on the lattice, as far as they fit.
-pub(super) fn on_lattice(
+pub fn on_lattice(
     opened: Vec<Option<Opened>>,
     scenario: &Scenario,
     (ground, forcing): (&BedParticles, &Forcing),
