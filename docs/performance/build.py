@@ -66,11 +66,11 @@ PLANS = {
 ROUNDING = 1e-12
 # Programs before and after what was done for speed, as commits, and the motion that it was done for.
 ACCURACY = {
-    "resting, update on lanes": ("eulerian", "a1c2c70", "75f8a11"),
-    "moving, loops over pairs, spans, lent memory": ("lagrangian", "543933f", "601ede7"),
-    "moving, walls before a patch, rows in runs of four cells": ("lagrangian", "eaa21dd", "5e0f7c2"),
-    "moving, pairs of several particles at once (decision 0034)": ("lagrangian", "6c1862c", "07d1dfc"),
-    "moving, levels of the search (decision 0038)": ("lagrangian", "b447ace", "9c5d847"),
+    "Eulerian particles, update on lanes": ("eulerian", "a1c2c70", "75f8a11"),
+    "Lagrangian particles, loops over pairs, spans, lent memory": ("lagrangian", "543933f", "601ede7"),
+    "Lagrangian particles, walls before a patch, rows in runs of four cells": ("lagrangian", "eaa21dd", "5e0f7c2"),
+    "Lagrangian particles, pairs of several particles at once (decision 0034)": ("lagrangian", "6c1862c", "07d1dfc"),
+    "Lagrangian particles, levels of the search (decision 0038)": ("lagrangian", "b447ace", "9c5d847"),
 }
 
 

@@ -4,8 +4,8 @@
 //! there, and its momentum in the same shares:
 //!
 //! ```text
-//! s_jc = f_c w_jc / Σ_c' f_c' w_jc',   w_jc = W(|x_c − x_j|) √max(η_j − z_c, 0),   η_j = z_b(x_j) + d_j
-//! d_c = Σ_j V_j s_jc / Δ²,    (d v)_c = Σ_j V_j v_j s_jc / Δ²
+//! ŵ_jc = m_c w_jc / Σ_c' m_c' w_jc',   w_jc = W(|x_c − x_j|) √max(η_j − z_c, 0),   η_j = z_b(x_j) + d_j
+//! d_c = Σ_j V_j ŵ_jc / Δ²,    (d v)_c = Σ_j V_j v_j ŵ_jc / Δ²
 //! ```
 //!
 //! So nothing lands on ground above the surface of the particle nor beyond it or a wall, as seen straight from the particle, nor
@@ -16,12 +16,12 @@
 //! none, either.
 //!
 //! Lagrangian particles are never evenly spaced, and where they crowd together or stand apart, and beside walls, cells would be too full or
-//! too empty by some percent: maxima would gather that noise. So some sweeps bring the factors f_c, 1 at first, nearer to what gives every
+//! too empty by some percent: maxima would gather that noise. So some sweeps bring the factors m_c, 1 at first, nearer to what gives every
 //! cell the mean column over it, D_c, where the particles cover the cell (S_c near 1):
 //!
 //! ```text
 //! D_c = Σ_j A_j w_jc (η_j − z_c) / Σ_j A_j w_jc,   S_c = Σ_j A_j w_jc / (κ_j √D_c),   κ_j = Σ_c Δ² W(|x_c − x_j|)
-//! f_c ← f_c [1 + ω t_c (D_c / d_c − 1)],   t_c = clamp((S_c − 0.6) / 0.2, 0, 1) where d_c < D_c, else 1
+//! m_c ← m_c [1 + ω t_c (D_c / d_c − 1)],   t_c = clamp((S_c − 0.6) / 0.2, 0, 1) where d_c < D_c, else 1
 //! ```
 //!
 //! with κ over the cells that get water from j and those of ground above its level: 1 but beside walls, where A_j / κ_j stands for A_j in
@@ -95,7 +95,7 @@ struct Share {
     level: f64,
     /// A W(0) / κ; zero where the particle gives all of its water to one cell.
     area: f64,
-    /// V / (Δ² Σ f_c w) (m^½).
+    /// V / (Δ² Σ m_c w) (m^½).
     scale: f64,
 }
 
@@ -429,7 +429,7 @@ fn weigh_chunk(
     }
 }
 
-/// Σ f_c w of each particle.
+/// Σ m_c w of each particle.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn add_up(shares: &Shares<'_>, factors: &[f64], columns: usize, sums: &mut [f64]) {
     for (Share { patch, .. }, sum) in shares.of.iter().zip(sums) {
@@ -834,7 +834,7 @@ fn cover(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>], elevatio
     });
 }
 
-/// Fills the band with Σ_j V_j / (Δ² Σ_c' f_c' w_jc') w_jc, which is d_c / f_c.
+/// Fills the band with Σ_j V_j / (Δ² Σ_c' m_c' w_jc') w_jc, which is d_c / m_c.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn fill(particles: &[u32], fields: &mut Fields, shares: &[Shares<'_>]) {
     for_each_row(

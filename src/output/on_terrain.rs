@@ -3,9 +3,9 @@
 //! The level in a wet cell falls or rises linearly from its middle, where it is η_i, to the middle of each of its faces:
 //!
 //! ```text
-//! e = min(½ (η_i + η_j), max(½ (z_i + z_j) + 2 d_i, min(η_i, η_j)))     the cell beyond the face is wet, and the face open
-//! e = 2 η_i − e_opposite, held between η_i and ½ (η_i + z_j)            that cell is dry, the face open, the opposite cell wet
-//! e = η_i                                                               in all other cases
+//! η_f = min(½ (η_i + η_j), max(½ (z_i + z_j) + 2 d_i, min(η_i, η_j)))     the cell beyond the face is wet, and the face open
+//! η_f = 2 η_i − η_opp, held between η_i and ½ (η_i + z_j)            that cell is dry, the face open, the opposite cell wet
+//! η_f = η_i                                                               in all other cases
 //! ```
 //!
 //! A lake is level in it, and a sheet on a slope is as deep everywhere in the cell as in its middle. A face is shut where a wall crosses

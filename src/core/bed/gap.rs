@@ -4,8 +4,8 @@
 //! of z; a ridge stands higher than that. The closing z• = min over S ∋ x of max over S of z fills what parts two ridges:
 //!
 //! ```text
-//! (M99)   gap at x:  z•(x) − (z•)°(x) > max(s, relief of (z•)° within Δ of x)   and   z•(x) − z(x) > s
-//! (M100)  ψ(L) = F(z, L) / F(z°, L),   F(z, L) the length of the shortest fence that parts the two cells of a face where z ≤ L
+//! (M99)   gap at x:  z•(x) − (z•)°(x) > max(s_min, relief of (z•)° within Δ of x)   and   z•(x) − z(x) > s_min
+//! (M100)  ψ(L) = Y(z, L) / Y(z°, L),   Y(z, L) the length of the shortest fence that parts the two cells of a face where z ≤ L
 //! ```
 //!
 //! A fence runs from one side of the two cells to the other, between the widest places of each. It costs nothing where the terrain
@@ -13,7 +13,7 @@
 //! of these only such as stand higher than the ground rises under them.
 //!
 //! The bed of a cell with a gap is the mean of its pixels in the gap and on the ground, if that is lower. Of a face beside it the part
-//! ψ(L) is open, at the level of its pass sill or of its beds, L higher than that by s. The rest has the level of the crest, at which
+//! ψ(L) is open, at the level of its pass sill or of its beds, L higher than that by s_min. The rest has the level of the crest, at which
 //! half of it is open. A face with a pass sill is measured alike, since its crest may be uneven.
 //!
 //! Deliberately absent: terrain with fewer than four pixels to a cell, or with pixels that are far from square, and the area of the

@@ -4,10 +4,10 @@
 //! with these weights:
 //!
 //! ```text
-//! z_b = z̄ − g·ξ̄,   g = C⁻¹ Σ w (ξ − ξ̄_s)(z − z̄_s),   C = Σ w (ξ − ξ̄_s)(ξ − ξ̄_s)ᵀ      (M5)
+//! z_b = z̄ − γ·ξ̄,   γ = M⁻¹ Σ w (ξ − ξ̄_s)(z − z̄_s),   M = Σ w (ξ − ξ̄_s)(ξ − ξ̄_s)ᵀ      (M5)
 //! ```
 //!
-//! g is the slope of the plane that fits the cell and its surroundings (index s) best. It is asked for only where the pieces do not lie
+//! γ is the slope of the plane that fits the cell and its surroundings (index s) best. It is asked for only where the pieces do not lie
 //! evenly about the particle, ξ̄ ≠ 0: at edges, beside nodata and what is left out, and where the lattice does not divide the raster. A
 //! cell that is covered by whole pieces has their mean, and one that is a piece has its elevation, to the last bit.
 //!
@@ -96,7 +96,7 @@ impl Plane {
         let slope = if narrow > LINE * wide {
             solve(spread, moment)
         } else if wide > 0.0 {
-            // C = λ n nᵀ with λ the larger eigenvalue: its pseudo-inverse is C/λ².
+            // M = λ n nᵀ with λ the larger eigenvalue: its pseudo-inverse is M/λ².
             spread.apply(moment) / (wide * wide)
         } else {
             Vec2::ZERO

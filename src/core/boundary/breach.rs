@@ -1,18 +1,18 @@
 //! A dam as a ridge of the bed, and its breach: an opening that lowers the ridge in time (M46).
 //!
-//! With the share p(t) of the growth, from 0 at the trigger to 1 at its end, the opening at the station s along the line of the
+//! With the share p(t) of the growth, from 0 at the trigger to 1 at its end, the opening at the station y along the line of the
 //! dam is a trapezoid of the depth
 //!
 //! ```text
-//! D(s, t) = max((z_c − z_i) p − max(|s − s_m| − B p/2, 0) / m, 0)
+//! d_o(y, t) = max((z_k − z_i) p − max(|y − y_m| − B p/2, 0) / m, 0)
 //! ```
 //!
-//! with the crest z_c, the invert z_i, the bottom width B, the slope m of the sides (horizontal to vertical) and the station s_m of
+//! with the crest z_k, the invert z_i, the bottom width B, the slope m of the sides (horizontal to vertical) and the station y_m of
 //! the middle. Where the whole dam goes, B is without bounds. It grows as in `Froehlich2008`. A dam cell that covers the stations
-//! s_1 to s_2 opens so that as much water passes it as a broad crest of that shape, the water as high as the dam:
+//! y_1 to y_2 opens so that as much water passes it as a broad crest of that shape, the water as high as the dam:
 //!
 //! ```text
-//! z_b(t) = max(z_g, z_c − [∫ D(s, t)^(3/2) ds / (s_2 − s_1)]^(2/3))
+//! z_b(t) = max(z_g, z_k − [∫ d_o(y, t)^(3/2) dy / (y_2 − y_1)]^(2/3))
 //! ```
 //!
 //! with the ground z_g below the dam. Cells at the middle go down with the bottom, however narrow it is, so that the water comes when

@@ -1,9 +1,9 @@
 //! A bed that moves as prescribed: ground that rises or sinks, and a rigid slide that runs along a line (M56), (M57).
 //!
-//! With Z the final change of the ground and p(t) its share, and with T the thickness of a slide where it lies at the start,
+//! With Z the final change of the ground and p(t) its share, and with T_s the thickness of a slide where it lies at the start,
 //!
 //! ```text
-//! Δz_b(x, t) = p(t) Z(x)                        Δz_b(x, t) = T(x − o(t)) − T(x)
+//! Δz_b(x, t) = p(t) Z(x)                        Δz_b(x, t) = T_s(x − o(t)) − T_s(x)
 //! ```
 //!
 //! where o(t) leads from the beginning of the line to the place on it that ∫ v dt has reached: the slide does not turn. Not here:
@@ -17,7 +17,7 @@ use crate::math::Vec2;
 pub struct BedMotion {
     /// When it begins (s).
     pub begin: f64,
-    /// Cells of the lattice that it may change; of each the final change Z (m) of ground that moves in place, or the thickness T
+    /// Cells of the lattice that it may change; of each the final change Z (m) of ground that moves in place, or the thickness T_s
     /// (m) of the slide on it at the start.
     pub cells: Vec<(usize, f64)>,
     /// How it moves.

@@ -1,11 +1,11 @@
 //! Mixing by turbulence: the eddy viscosity of a mixing length that goes with the depth.
 //!
 //! ```text
-//! (M71)  ν = √( (κ u* d/6)² + (β² l² |S|)² ),   l² = λ² d² (1 − 2λ/(3κ)),   |S|² = 2 (∂u/∂x)² + 2 (∂v/∂y)² + (∂u/∂y + ∂v/∂x)²
+//! (M71)  ν = √( (κ_K u* d/6)² + (β² l² |S|)² ),   l² = λ² d² (1 − 2λ/(3κ_K)),   |S|² = 2 (∂u/∂x)² + 2 (∂v/∂y)² + (∂u/∂y + ∂v/∂x)²
 //! ```
 //!
-//! The first part is made at the bed: the mean over the depth of κ u* z (1 − z/d). The second one is made by shear in the plane. Its length is β
-//! times that of the vertical, κ z near the bed and λ d above (`Escudier1966`), of which l² is the mean square over the depth. β = 6 after `Stansby2003`,
+//! The first part is made at the bed: the mean over the depth of κ_K u* z (1 − z/d). The second one is made by shear in the plane. Its length is β
+//! times that of the vertical, κ_K z near the bed and λ d above (`Escudier1966`), of which l² is the mean square over the depth. β = 6 after `Stansby2003`,
 //! who found it by the wake of a conical island. Together β l = 0.50 d.
 //!
 //! **Departs from the source**: `Stansby2003` has the vertical resolved; here lengths and shear are means over the depth.

@@ -121,7 +121,7 @@ impl Raster {
     /// Elevation (m) of planes whose means over the cells are the values; none where the cell that holds the place has no data.
     ///
     /// ```text
-    /// z = z_c + s·ξ,   s_x = minmod(z_c − z_west, z_east − z_c)/Δx,   s_y alike      (M78)
+    /// z = z_c + γ·ξ,   γ_x = minmod(z_c − z_west, z_east − z_c)/Δx,   γ_y alike      (M78)
     /// ```
     ///
     /// A plane is exact. Beside an upright step it is level, as far as the step and no further, where a bilinear elevation cuts half of

@@ -3,8 +3,8 @@
 //! Seen from the mean velocity both waves run at the greatest speed there is, and both carry the same impedance:
 //!
 //! ```text
-//! λ = max(c_l, c_r) + |u_l − u_r|/2,   z = λ (d_l + d_r)/2
-//! p* = (p_l + p_r)/2 + z (u_l − u_r)/2,   u* = (u_l + u_r)/2 + (p_l − p_r)/(2z)
+//! S_m = max(c_l, c_r) + |u_l − u_r|/2,   ζ = S_m (d_l + d_r)/2
+//! p* = (p_l + p_r)/2 + ζ (u_l − u_r)/2,   u* = (u_l + u_r)/2 + (p_l − p_r)/(2ζ)
 //! ```
 //!
 //! Unlike the artificial viscosity it acts on pairs that separate, too.
@@ -22,7 +22,7 @@ pub(super) fn star(left: Side, right: Side, g: f64) -> (f64, f64) {
 /// Fluxes of volume (m²/s) and normal momentum (m³/s²) through a face at rest:
 ///
 /// ```text
-/// F = (F_l + F_r)/2 − λ (U_r − U_l)/2,   λ = max(|u_l| + c_l, |u_r| + c_r)
+/// F = (F_l + F_r)/2 − S_m (U_r − U_l)/2,   S_m = max(|u_l| + c_l, |u_r| + c_r)
 /// ```
 ///
 /// - `d_l`, `d_r`: depths (m), 0 or more

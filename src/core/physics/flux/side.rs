@@ -11,10 +11,10 @@ pub struct Side {
     pub u: f64,
 }
 
-/// p* and u* between two waves that carry the impedances `z_l` and `z_r` (m²/s), depth times speed of the wave in the water:
+/// p* and u* between two waves that carry the impedances ζ, `z_l` and `z_r` (m²/s), depth times speed of the wave in the water:
 ///
 /// ```text
-/// p* = [z_r p_l + z_l p_r + z_l z_r (u_l − u_r)]₊ / (z_l + z_r),   u* = (z_l u_l + z_r u_r + p_l − p_r) / (z_l + z_r)
+/// p* = [ζ_r p_l + ζ_l p_r + ζ_l ζ_r (u_l − u_r)]₊ / (ζ_l + ζ_r),   u* = (ζ_l u_l + ζ_r u_r + p_l − p_r) / (ζ_l + ζ_r)
 /// ```
 ///
 /// What the conservation of volume and momentum over both waves leaves, p being the same on both sides of the face.

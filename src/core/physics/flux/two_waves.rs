@@ -2,8 +2,8 @@
 //! is no HLLC: no flux passes, since the face is the contact.
 //!
 //! ```text
-//! d_0 = [ (c_l + c_r)/2 + (u_l − u_r)/4 ]₊² / g,   m_k = max(d_0, d_k)
-//! |S_k − u_k| = c_k √( (m_k + d_k) m_k / 2 ) / d_k,   z_k = d_k |S_k − u_k|
+//! d_m = [ (c_l + c_r)/2 + (u_l − u_r)/4 ]₊² / g,   m_k = max(d_m, d_k)
+//! |S_k − u_k| = c_k √( (m_k + d_k) m_k / 2 ) / d_k,   ζ_k = d_k |S_k − u_k|
 //! ```
 //!
 //! Seen from the contact, which moves at u*, no volume passes, and the flux of momentum is

@@ -1,7 +1,7 @@
 //! The bell-shaped kernel: `Lucy1977`.
 //!
 //! ```text
-//! f(q) = (1 + 3q) (1 − q)₊³,   σ = 5/4 (1-D), 5/π (2-D),   support 1
+//! f(q) = (1 + 3q) (1 − q)₊³,   k_W = 5/4 (1-D), 5/π (2-D),   support 1
 //! ```
 
 use std::f64::consts::PI;

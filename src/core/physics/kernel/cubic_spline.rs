@@ -1,7 +1,7 @@
 //! The cubic B-spline: `Monaghan1992`.
 //!
 //! ```text
-//! f(q) = (2 − q)₊³ / 4 − (1 − q)₊³,   σ = 2/3 (1-D), 10/(7π) (2-D),   support 2
+//! f(q) = (2 − q)₊³ / 4 − (1 − q)₊³,   k_W = 2/3 (1-D), 10/(7π) (2-D),   support 2
 //! ```
 //!
 //! The form with positive parts has no branch and equals the usual two pieces.

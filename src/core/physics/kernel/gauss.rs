@@ -1,7 +1,7 @@
 //! The Gaussian: `GingoldMonaghan1977`.
 //!
 //! ```text
-//! f(q) = exp(−q²) for q < 3,   σ = 1/(√π erf 3) (1-D), 1/(π (1 − e⁻⁹)) (2-D),   support 3
+//! f(q) = exp(−q²) for q < 3,   k_W = 1/(√π erf 3) (1-D), 1/(π (1 − e⁻⁹)) (2-D),   support 3
 //! ```
 //!
 //! Cut at q = 3, where it has fallen to e⁻⁹ = 1.2e-4, and normalised as cut.

@@ -1,19 +1,19 @@
 //! Smoothing kernels: each one a shape f(q) with f(0) = 1, its support and its factor in one and two dimensions.
 //!
 //! ```text
-//! W(r, h) = σ / (s h)^dim f(r / (s h))
+//! W(r, h) = k_W / (k_s h)^dim f(r / (k_s h))
 //! ```
 //!
 //! The literature gives every kernel a smoothing length of its own. Here h is that of the cubic spline for all of them, so that
-//! time steps, viscosities and the gridding mean the same length; another kernel is stretched by s until its second moment
+//! time steps, viscosities and the gridding mean the same length; another kernel is stretched by k_s until its second moment
 //! is that of the cubic spline, as `DehnenAly2012` compare kernels:
 //!
 //! ```text
-//! s² = spread²(cubic) / spread²(f),   spread²(f) = ∫ q² |f| dV / ∫ |f| dV
+//! k_s² = spread²(cubic) / spread²(f),   spread²(f) = ∫ q² |f| dV / ∫ |f| dV
 //! ```
 //!
 //! The magnitude |f| stands there for the super-Gaussian, whose second moment is 0. In the letters of the literature a kernel
-//! has the smoothing factor s κ, with the κ of the cubic spline.
+//! has the smoothing factor k_s k_h, with the k_h of the cubic spline.
 
 mod bell;
 mod cubic_spline;
@@ -49,7 +49,7 @@ pub trait Shape: Copy {
     /// The shape in the given dimension.
     fn new(dimension: Dimension) -> Self;
 
-    /// σ, by which the integral of σ f is 1 in the given dimension.
+    /// k_W, by which the integral of k_W f is 1 in the given dimension.
     fn sigma(dimension: Dimension) -> f64;
 
     /// f(q) for q of 0 or more: 1 at 0, 0 beyond the support.

@@ -1,7 +1,7 @@
 //! The quadratic kernel: `Johnson1996`.
 //!
 //! ```text
-//! f(q) = (1 − q/2)₊²,   σ = 3/4 (1-D), 3/(2π) (2-D),   support 2
+//! f(q) = (1 − q/2)₊²,   k_W = 3/4 (1-D), 3/(2π) (2-D),   support 2
 //! ```
 //!
 //! Its slope does not vanish at q = 0, so that particles that come close go on repelling each other; the price is a kink of W there.

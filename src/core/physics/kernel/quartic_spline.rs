@@ -1,7 +1,7 @@
 //! The quartic B-spline: `Schoenberg1946`, in this form after `Morris1996`.
 //!
 //! ```text
-//! f(q) = [(5/2 − q)₊⁴ − 5 (3/2 − q)₊⁴ + 10 (1/2 − q)₊⁴] 8/115,   σ = 115/192 (1-D), 1380/(1199π) (2-D),   support 5/2
+//! f(q) = [(5/2 − q)₊⁴ − 5 (3/2 − q)₊⁴ + 10 (1/2 − q)₊⁴] 8/115,   k_W = 115/192 (1-D), 1380/(1199π) (2-D),   support 5/2
 //! ```
 
 use std::f64::consts::PI;

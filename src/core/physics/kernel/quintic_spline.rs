@@ -1,7 +1,7 @@
 //! The quintic B-spline: `Schoenberg1946`, in this form after `Morris1996`.
 //!
 //! ```text
-//! f(q) = [(3 − q)₊⁵ − 6 (2 − q)₊⁵ + 15 (1 − q)₊⁵] / 66,   σ = 11/20 (1-D), 231/(239π) (2-D),   support 3
+//! f(q) = [(3 − q)₊⁵ − 6 (2 − q)₊⁵ + 15 (1 − q)₊⁵] / 66,   k_W = 11/20 (1-D), 231/(239π) (2-D),   support 3
 //! ```
 
 use std::f64::consts::PI;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! f(q) = (1 − q²/a) exp(−q²) for q < 3,   a = 1 + dim/2,   support 3
-//! σ = 1/(⅔ √π erf 3 + 2 e⁻⁹) (1-D), 1/(π (½ + 4 e⁻⁹)) (2-D)
+//! k_W = 1/(⅔ √π erf 3 + 2 e⁻⁹) (1-D), 1/(π (½ + 4 e⁻⁹)) (2-D)
 //! ```
 //!
 //! Of fourth order, since its second moment vanishes: it is negative beyond q = √a, and its slope is positive beyond √(1 + a).

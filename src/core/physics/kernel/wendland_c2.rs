@@ -1,7 +1,7 @@
 //! Wendland's kernel of class C2: `Wendland1995`.
 //!
 //! ```text
-//! f(q) = (1 − q/2)₊⁴ (1 + 2q),   σ = 3/4 (1-D), 7/(4π) (2-D),   support 2
+//! f(q) = (1 − q/2)₊⁴ (1 + 2q),   k_W = 3/4 (1-D), 7/(4π) (2-D),   support 2
 //! ```
 //!
 //! This is the function for the plane and for space. In one dimension it is taken, too: the one for the line would be Lucy's.

@@ -1,7 +1,7 @@
 //! Wendland's kernel of class C4: `Wendland1995`.
 //!
 //! ```text
-//! f(q) = (1 − q/2)₊⁶ (1 + 3q + 35/12 q²),   σ = 27/32 (1-D), 9/(4π) (2-D),   support 2
+//! f(q) = (1 − q/2)₊⁶ (1 + 3q + 35/12 q²),   k_W = 27/32 (1-D), 9/(4π) (2-D),   support 2
 //! ```
 //!
 //! The function for the plane and for space, in one dimension, too.

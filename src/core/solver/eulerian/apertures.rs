@@ -2,17 +2,17 @@
 //!
 //! Uniform flow along a wall askew to the lattice does not fit its stair: what comes along a tread must go up before the step that ends
 //! it, and loses its way and its momentum there. It fits when the faces are as long as the wall leaves them. With the line
-//! y = h + s x of the wall over a tread, in cells from the middle of its cell's face, 0 < s ≤ 1, the face at x of the lowest cell, that of
+//! y = y_0 + y′ x of the wall over a tread, in cells from the middle of its cell's face, 0 < y′ ≤ 1, the face at x of the lowest cell, that of
 //! the cell above it, and the one between both count
 //!
 //! ```text
-//! (M77)  a = min(e, 2 s r),   b = 1 + e − a,   c = (a(−½) − a(½))/s,   e = 1 − h − s x
+//! (M77)  w_1 = min(y_s, 2 y′ r),   w_2 = 1 + y_s − w_1,   w_3 = (w_1(−½) − w_1(½))/y′,   y_s = 1 − y_0 − y′ x
 //! ```
 //!
-//! e is the height from the wall to the top of the lowest cell, r that many cells along to the step, where a is 0. Then as much leaves each of
-//! these cells as comes to it with a velocity along the line: c, and a + b = 1 + e. The cell has its own area, as the cells that a wall
+//! y_s is the height from the wall to the top of the lowest cell, r that many cells along to the step, where w_1 is 0. Then as much leaves each of
+//! these cells as comes to it with a velocity along the line: w_3, and w_1 + w_2 = 1 + y_s. The cell has its own area, as the cells that a wall
 //! cuts have in the mean. By the bound with r the lowest cells give their water to the ones above in time, so that no face
-//! counts more than twice; without it c is 1/(2 s) at the step.
+//! counts more than twice; without it w_3 is 1/(2 y′) at the step.
 
 use super::stairs::{Offset, REACH, WallFace, back, beside};
 

@@ -3,11 +3,11 @@
 //! Faces are as long as the terrain along them; what of a side no water passes is a wall:
 //!
 //! ```text
-//! (M104)  F ← ψ F + (w − ψ) F_wall,    Δt ≤ C Δ / (σ (|v| + c)),   σ = max(1, Σ_k w_k / (4 φ))
+//! (M104)  F ← ψ F + (w − ψ) F_wall,    Δt ≤ CFL Δ / (μ (|v| + c)),   μ = max(1, Σ_k w_k / (4 φ))
 //! ```
 //!
 //! with ψ and w of (M103). The walls of both sides are those of [`super::walls`]; the pressure of still water is not part of any F, so
-//! that water at rest stays at rest in cells of any shape. σ is the length of the sides over the area, against those of a whole cell.
+//! that water at rest stays at rest in cells of any shape. μ is the length of the sides over the area, against those of a whole cell.
 
 use rayon::prelude::*;
 
@@ -37,7 +37,7 @@ struct Cell {
     row: usize,
     column: usize,
     area: f64,
-    /// σ.
+    /// μ.
     haste: f64,
 }
 
@@ -75,7 +75,7 @@ impl CellsInPart {
         self.find((row, column)).is_some()
     }
 
-    /// σ of a padded cell (row, column).
+    /// μ of a padded cell (row, column).
     pub fn haste(&self, place: (usize, usize)) -> f64 {
         self.find(place).map_or(1.0, |cell| cell.haste)
     }
@@ -113,7 +113,7 @@ impl CellsInPart {
         });
     }
 
-    /// The greatest signal speed of these cells (m/s), times σ; where it is, and the flow speed of all water.
+    /// The greatest signal speed of these cells (m/s), times μ; where it is, and the flow speed of all water.
     pub fn fastest(&self, state: &State, scale: &Scale) -> Fastest {
         let mut fastest = state.fastest();
         for &Cell { row, column, haste, .. } in &self.cells {

@@ -1,24 +1,24 @@
 //! The faces of the pairs: limited reconstruction, hydrostatic reconstruction, Riemann problem (M12 to M16).
 //!
-//! For a pair i (left), j (right) with e from i to j, D q = q_j − q_i and x_ij = x_j − x_i:
+//! For a pair i (left), j (right) with e from i to j, D X = X_j − X_i and x_ij = x_j − x_i:
 //!
 //! ```text
-//! (M12)  a_1 = ½ φ_i(2 ∇η_i·x_ij − D η, D η)        a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
-//! (M13)  d_iR = clamp(d_i + ½ φ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise; but where water is drawn out, D u > 0 or one
-//!        side dry: d_iR = (√d_i + ½ φ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
-//! (M14)  z* = min(max(η_i + a_1 − d_iR, η_j − a_2 − d_jR), max(z_i, z_j))
-//! (M79)  r_l = (1 − σ_i²) min([b_r − b_l]₊, [−a_1]₊, [z_i − z_j]₊)   r_r likewise; σ_i = d_i/(d_i + s_i), b_l = η_i + a_1 − d_iR, b_r = η_j − a_2 − d_jR
+//! (M12)  a_1 = ½ Λ_i(2 ∇η_i·x_ij − D η, D η)        a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
+//! (M13)  d_iR = clamp(d_i + ½ Λ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise; but where water is drawn out, D u > 0 or one
+//!        side dry: d_iR = (√d_i + ½ Λ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
+//! (M14)  z* = min(max(z_l, z_r), max(z_i, z_j)),  z_l = η_i + a_1 − d_iR, z_r = η_j − a_2 − d_jR
+//! (M79)  r_l = (1 − σ_i²) min([z_r − z_l]₊, [−a_1]₊, [z_i − z_j]₊)   r_r likewise; σ_i = d_i/(d_i + s_i)
 //! (M15)  d_l = clamp(η_i + a_1 + r_l − z*, 0, d_iR)   d_r = clamp(η_j − a_2 + r_r − z*, 0, d_jR)
 //! (M75)  (d_l, u_l) ← the state over the sill by the head and the discharge of the water before it, no faster than beyond
-//! (M95)  p_l = g d_l f clamp(2 − d_j/d_i, 0, 1)/(1 + (f/Δ)⁴),  f = [z* − r_l − η_j + a_2]₊ where z_i > z_j; p_r likewise
+//! (M95)  Ψ_l = g d_l δ clamp(2 − d_j/d_i, 0, 1)/(1 + (δ/Δ)⁴),  δ = [z* − r_l − η_j + a_2]₊ where z_i > z_j; Ψ_r likewise
 //! (M94)  F_d v_t ← F_d v_t − ½ max(−Δ ∂v_t/∂t, 0) min(d_i, d_j) D v_t
 //! (M16)  (F_d, F_n) = flux(d_l, u_l; d_r, u_r), u_l = u_i + b_1 and u_r = u_j − b_2 but for (M75)
 //! ```
 //!
-//! φ_i goes from van Leer's limiter (`VanLeer1974`) in thin water beside a step of the bed to the monotonised central mean
+//! Λ_i goes from van Leer's limiter (`VanLeer1974`) in thin water beside a step of the bed to the monotonised central mean
 //! (`VanLeer1977`) on level ground, for u where Δu < 0 with κ = 1/3 (`VanLeer1985`, decision 0036). The water that passes takes the
 //! tangential velocity of the particle that it leaves, by the sign of F_d, with its slope in the same measure (decision 0012). With the
-//! sharp reconstruction superbee stands for the mean, and for φ of velocities (decision 0029); with none a, b and the slopes of d are 0;
+//! sharp reconstruction superbee stands for the mean, and for Λ of velocities (decision 0029); with none a, b and the slopes of d are 0;
 //! with `lax_friedrichs` the flux of that name stands in (M16).
 //!
 //! (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the

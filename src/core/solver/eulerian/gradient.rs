@@ -1,5 +1,5 @@
-//! Gradients of the active particles: ∇q_i = Σ_j s_ij (q_j − q_i) e_ij over the four neighbours (M11), here (q_E − q_W)/2Δ
-//! and (q_N − q_S)/2Δ.
+//! Gradients of the active particles: ∇X_i = Σ_j Γ_ij (X_j − X_i) e_ij over the four neighbours (M11), here (X_E − X_W)/2Δ
+//! and (X_N − X_S)/2Δ.
 //!
 //! **Dry rule.** When one of a pair is dry (or a film) and its surface lies above the other's, the surface difference of the
 //! pair counts as zero: a lake does not feel the hill beside it. A dry particle has no gradient.

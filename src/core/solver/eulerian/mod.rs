@@ -4,13 +4,13 @@
 //! Depth d and discharge q = d v of particle i change by the pair fluxes of its neighbours j (theory (M10) to (M18)):
 //!
 //! ```text
-//! dd_i/dt = − Σ_j 2 s_ij F_d
-//! dq_i/dt = − Σ_j 2 s_ij { [F_n − g d_l²/2 + g (d_i + d_iR) a_1/2] e + F_d v_t t }
-//! s_ij = A_j |W'_ij| / Σ_j A_j |W'_ij| r e_x²
+//! dd_i/dt = − Σ_j 2 Γ_ij F_d
+//! dq_i/dt = − Σ_j 2 Γ_ij { [F_n − g d_l²/2 + g (d_i + d_iR) a_1/2] e + F_d v_t e_t }
+//! Γ_ij = A_j |W'_ij| / Σ_j A_j |W'_ij| r e_x²
 //! ```
 //!
 //! The particles rest on a square lattice and the support of the kernel is a little less than √2 spacings, so that each has
-//! four neighbours and 2 s_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
+//! four neighbours and 2 Γ_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
 //! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
 //! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`], [`passes`], [`walls`], [`cells_in_part`]) → [`update`]; only wet
 //! particles and a rim of two cells are active ([`spans`]). Cells without terrain and cells beyond a wall are treated in

@@ -55,7 +55,7 @@ struct Face {
     gives: bool,
     /// Its length in spacings.
     width: f64,
-    /// σ of (M104) of the cell before it.
+    /// μ of (M104) of the cell before it.
     haste: f64,
 }
 

@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! s = |S₀| / A^((dim−1)/dim),  n = S₀/|S₀|,  x_1 = x_i + 1.2 A^(1/dim) n,  x_2 = x_i + 2.4 A^(1/dim) n
-//! C_k = Σ A_j W(x_k − x_j, h_j),  f(C) = clamp((C_0 − C) / 0.2, 0, 1);  χ = 0 where s < 0.25, otherwise f(max C_k)
-//! B_k = Σ_m w_m [z_b(x_k + ξ_m) < η_i] / Σ_m w_m
+//! C_k = Σ A_j W(x_k − x_j, h_j),  χ(C) = clamp((C_0 − C) / 0.2, 0, 1);  χ = 0 where s < 0.25, otherwise χ(max C_k)
+//! C′_k = Σ_m w_m [z_b(x_k + ξ_m) < η_i] / Σ_m w_m
 //! C_0 = 0.75, 0.7 where the particle sees images in a wall
-//! push = f(max C_k / B_k) g δ²/2 · A^((dim−1)/dim) n / V,   δ = depth of the edge above the bed before it
+//! push = χ(max C_k / C′_k) g d_e²/2 · A^((dim−1)/dim) n / V,   d_e = depth of the edge above the bed before it
 //! ```
 //!
 //! It asks whether the place where the water would flow is covered already. Carried depth would never start to flow
@@ -14,7 +14,7 @@
 //! stay at rest.
 //!
 //! All water that reaches a place counts, also what lies beyond the particle's own neighbours: their share alone takes the
-//! widest gaps of a disordered lake for edges. Ground above the surface, a share 1 − B of the place, will never be covered: the
+//! widest gaps of a disordered lake for edges. Ground above the surface, a share 1 − C′ of the place, will never be covered: the
 //! water at a shore covers half of the place before it, and is at rest.
 
 use super::ridges::share_in_sight;

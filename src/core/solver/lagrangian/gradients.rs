@@ -3,7 +3,7 @@
 //! ```text
 //! G_ij = −(W'(r, h_i) + W'(r, h_j)) / 2
 //! M_i  = Σ A_j G_ij r e eᵀ,   L_i = f(M_i)   (`moving::correction`)
-//! ∇q_i = L_i Σ A_j (q_j − q_i) G_ij e
+//! ∇X_i = L_i Σ A_j (X_j − X_i) G_ij e
 //! S₀_i = −2 A_i Σ A_j G_ij e
 //! ```
 //!
@@ -12,7 +12,7 @@
 //! The smoothing lengths of the next evaluation come out of the same pass:
 //!
 //! ```text
-//! h_i = κ a_i^(1/dim),   a_i = max(A_i, Σ w A_j / Σ w),   w = W(r / max(h_i, h_j)) / W(0)
+//! h_i = k_h Ā_i^(1/dim),   Ā_i = max(A_i, Σ w A_j / Σ w),   w = W(r / max(h_i, h_j)) / W(0)
 //! ```
 //!
 //! Without the smoothing of the areas a thin particle beside deep ones loses touch with its own kind, and bores over thin

@@ -79,7 +79,7 @@ struct Begun {
 struct Standing {
     /// S₀ / A^((dim−1)/dim): open length of the particle's outline, outwards, in units of its own edge.
     openness: Vec2,
-    /// d' (ΣAW/σ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ (m): how much deeper the arrangement of the particles says the water is.
+    /// d' (ΣAW/(ΣAW)₀ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ (m): how much deeper the arrangement of the particles says the water is.
     out_of_step: f64,
     /// χ, 1 at a free edge.
     edge: f64,
@@ -96,7 +96,7 @@ pub struct Balanced {
     faces: Stabilisation,
     reconstruction: Reconstruction,
     factor: f64,
-    /// σ: Σ A W where particles and depths agree.
+    /// (ΣAW)₀: Σ A W where particles and depths agree.
     full: f64,
     states: Vec<State>,
     gradients: Vec<Gradients>,

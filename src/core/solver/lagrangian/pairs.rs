@@ -59,7 +59,7 @@ pub(super) struct Group {
     pub surface_jump: Lanes,
     /// b_1 − b_2 (m/s).
     pub velocity_jump: Lanes,
-    /// What the pair says of s_i (m/s): the speed at which it leaves each other, or the jump left between both sides of the face.
+    /// What the pair says of ṙ_i (m/s): the speed at which it leaves each other, or the jump left between both sides of the face.
     pub stir: Lanes,
     /// w, the weight of the area.
     pub share: Lanes,

@@ -3,23 +3,23 @@
 //! On the way from i to j along e, with limited slopes (a of η, b of u = v·e):
 //!
 //! ```text
-//! a_1 = ½ φ(2 ∇η_i·x_ij − Δη, Δη),  φ(p, q) = least of 2 |p|, 2 |q|, |(1 − κ) p + (1 + κ) q|/2 with their sign, 0 where they differ in it
+//! a_1 = ½ Λ(2 ∇η_i·x_ij − Δη, Δη),  Λ(X, Y) = least of 2 |X|, 2 |Y|, |(1 − κ) X + (1 + κ) Y|/2 with their sign, 0 where they differ in it
 //! κ = 1/10 for levels, 1/3 for velocities, 0 for depths                                              (VanLeer1985)
-//! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_iR = η_i + a_1 − d_iR,  z* = max(z_iR, z_jR)     (Audusse2004, on limited states)
+//! d_iR = clamp(d_i + slope, 0, 2 d_i),  z_l = η_i + a_1 − d_iR,  z* = max(z_l, z_r)     (Audusse2004, on limited states)
 //! d_l = clamp(η_i + a_1 − z*, 0, d_iR),  d_r likewise;  (p*, u*) from two shocks or as chosen; p* = 0 where either is dry
 //! dv/dt = −(1/d_i) Σ 2 A_j G_ij (L_i e) [p* − g d_l²/2 + g d_i a_1] + push
-//! dd/dt = −d_i {div v + Σ [θ (D3 + D2) + (1 − θ) D1]} + α [d' (ΣAW/σ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ] s_i / h_i
+//! dd/dt = −d_i {div v + Σ [k_d (D3 + D2) + (1 − k_d) D1]} + α [d' (ΣAW/(ΣAW)₀ − 1)(1 − χ) + d_i min(2 n·M n − 1, 0) χ] ṙ_i / h_i
 //! D1 = 2 A_j G_ij (e·L_i e)(u_f − (u_i + u_j)/2),   D3 = −A_j G_ij c̄ (Δη − a_1 − a_2) 2 min(d_i, d_j) / ((d_i + d_j) d_i)
 //! D2 = (1 − χ) A_j G_ij (e·L_i e)(b_1 − b_2) where the pair leaves each other, u_j > u_i; otherwise 0
 //! u_f = ū + (u* − ū) d_l/d_iR with ū = (u_i + u_j)/2; where d_l is dry u_f = u_i, where d_r is dry max(u_i, min(u_i + b_1, ū))
-//! θ = min(d_i, d_j) / max(d_i, d_j);   d' = d_i where ΣAW < σ, otherwise min(d_i, ΣAWd / ΣAW)
-//! s_i = greatest of Δu where the pair leaves each other, of (u_i + b_1) − (u_j − b_2) where it approaches, and 0
+//! k_d = min(d_i, d_j) / max(d_i, d_j);   d' = d_i where ΣAW < (ΣAW)₀, otherwise min(d_i, ΣAWd / ΣAW)
+//! ṙ_i = largest of Δu where the pair leaves each other, of (u_i + b_1) − (u_j − b_2) where it approaches, and 0
 //! ```
 //!
 //! D2 is the part of D1 that limited slopes of the velocity give, which D3 lacks: with it the errors of a rarefaction fall by
 //! a third. Between particles that approach it spoils the speed of bores (decision 0008).
 //!
-//! σ is ΣAW on a square lattice, 1.003 in the plane: with 1 in its place water swelled wherever it was sheared or stretched,
+//! (ΣAW)₀ is ΣAW on a square lattice, 1.003 in the plane: with 1 in its place water swelled wherever it was sheared or stretched,
 //! which was most of the error of an oscillating bowl (decision 0011).
 //!
 //! At a free edge half of the neighbourhood is missing, and ΣAW says nothing. There the share of the first moment across the
@@ -39,7 +39,7 @@
 //! Where too few neighbours are in contact with a particle to tell the slope of its surface, that of the bed stands for it:
 //!
 //! ```text
-//! dv/dt −= g min(1, 4 Fr²) (∇z_b − f(2M) 2M ∇z_b),   M = Σ A_j G_ij r e eᵀ over pairs with d_l > 0 and d_r > 0
+//! dv/dt −= g min(1, 4 Fr²) (∇z_b − (2M)⁺ 2M ∇z_b),   M = Σ A_j G_ij r e eᵀ over pairs with d_l > 0 and d_r > 0
 //! ```
 //!
 //! Otherwise the scattered front of a flood in a mountain valley flies straight on over banks and bends, which it did at
@@ -47,7 +47,7 @@
 //! lonely particle may be a puddle.
 //!
 //! The bracket vanishes for a level surface on any bed and is exact for a plane one. Positions move with v plus a shift out
-//! of the crowd, 0.3 max(−Δu, |Δu| min(s, 1)) (1 − χ) S₀ / A^((dim−1)/dim) with s = |S₀| / A^((dim−1)/dim), which vanishes at rest. Where
+//! of the crowd, 0.3 max(−Δu, |Δu| min(|S₀|/A^((dim−1)/dim), 1)) (1 − χ) S₀ / A^((dim−1)/dim), which vanishes at rest. Where
 //! nobody approaches, only an open outline tells of a crowd to leave: water that is evenly drawn out has none, and shifted particles
 //! carried their velocities to the wrong places there (decision 0022).
 
@@ -99,7 +99,7 @@ impl Default for RateScratch {
 struct Sums {
     /// Σ 2 A_j G_ij (L e) [p* − g d_l²/2 + g d_i a_1] (m³/s²·1/m).
     force: Vec2,
-    /// Σ [θ (D3 + D2) + (1 − θ) D1] (1/s).
+    /// Σ [k_d (D3 + D2) + (1 − k_d) D1] (1/s).
     divergence: f64,
     /// Σ A_j G_ij (e·L e) d_l c_l / d_i (1/s): how hard the faces resist a motion of i alone.
     stiffness: f64,
@@ -107,7 +107,7 @@ struct Sums {
     contact: Sym2,
     /// Greatest speed at which a neighbour approaches (m/s), 0 or more.
     closing: f64,
-    /// s_i: greatest speed at which a neighbour leaves, or jump left at the face where it approaches (m/s), 0 or more.
+    /// ṙ_i: largest speed at which a neighbour leaves, or jump left at the face where it approaches (m/s), 0 or more.
     stir: f64,
 }
 

@@ -3,11 +3,11 @@
 //! A pair counts with the share of its area
 //!
 //! ```text
-//! (M70)  w_ij = [clamp((H − s)/(H − z), 0, 1)]²,   H = max(η_i, η_j),   z = max(z_i, z_j)
+//! (M70)  w_ij = [clamp((H − z_k)/(H − z), 0, 1)]²,   H = max(η_i, η_j),   z = max(z_i, z_j)
 //! ```
 //!
-//! with s the highest crest on the way from i to j: nothing where the crest stands above the water, as at a shore; over a crest that
-//! drowns, the thrust g d²/2 of the water above z comes down to that of the water above s, g (H − s)²/2.
+//! with z_k the highest crest on the way from i to j: nothing where the crest stands above the water, as at a shore; over a crest that
+//! drowns, the thrust g d²/2 of the water above z comes down to that of the water above z_k, g (H − z_k)²/2.
 
 use super::{Balanced, State};
 use crate::bed::BedParticles;

@@ -7,7 +7,7 @@ use crate::physics::kernel::{
     Bell, CubicSpline, Gauss, Quadratic, QuarticSpline, QuinticSpline, Smoothing, SuperGauss, WendlandC2, WendlandC4,
 };
 
-/// κ of h = κ A^(1/dim): 1.2 in one dimension and 1.5 in two, where 1.2 cannot tell jitter from an edge.
+/// k_h of h = k_h A^(1/dim): 1.2 in one dimension and 1.5 in two, where 1.2 cannot tell jitter from an edge.
 pub fn smoothing_factor(dimension: Dimension) -> f64 {
     match dimension {
         Dimension::One => 1.2,

@@ -4,12 +4,12 @@
 //! would come in jumps so; but each is spread as on the grid, and stands on both sides while it passes:
 //!
 //! ```text
-//! (M67)  P = Σ ± V_j over all ways across the line + Σ_j V_j [φ(s_j/√A_j) − H(s_j)]
+//! (M67)  Ω = Σ ± V_j over all ways across the line + Σ_j V_j [I(ρ_j/√A_j) − H(ρ_j)]
 //! ```
 //!
-//! with s the distance from the line, positive to its left, φ the integral of the cubic spline that ends at ±2, and H the step from 0 to 1 at
-//! 0. P grows evenly while particles pass, and the second sum does not pile up: it has only those that stand near the line. The discharge of
-//! a step is the growth of P in it by motion alone; what comes from above or out of the ground passes no line. Nothing is told before the
+//! with ρ the distance from the line, positive to its left, I the integral of the cubic spline that ends at ±2, and H the step from 0 to 1 at
+//! 0. Ω grows evenly while particles pass, and the second sum does not pile up: it has only those that stand near the line. The discharge of
+//! a step is the growth of Ω in it by motion alone; what comes from above or out of the ground passes no line. Nothing is told before the
 //! first particle reaches the line with its own edge.
 
 use rayon::prelude::*;
@@ -128,7 +128,7 @@ fn in_chunks(places: &[Vec2], of: impl Fn(usize) -> f64 + Sync) -> f64 {
     places.par_chunks(CHUNK).enumerate().map(sum).collect::<Vec<f64>>().iter().sum()
 }
 
-/// φ: the share of a particle that stands to the left of a line which it has passed by so many times its edge.
+/// I: the share of a particle that stands to the left of a line which it has passed by so many times its edge.
 fn share(x: f64) -> f64 {
     let (beyond, side) = (x.abs(), if x > 0.0 { 1.0 } else { 0.0 });
     let rest = if beyond < 1.0 {
@@ -215,7 +215,7 @@ impl Line {
         (0..particles.len()).any(|i| self.near(particles, i, dimension, 0.5).is_some())
     }
 
-    /// Σ V [φ(s/√A) − H(s)] (m³).
+    /// Σ V [I(ρ/√A) − H(ρ)] (m³).
     fn straddling(&self, particles: &FluidParticles, dimension: Dimension) -> f64 {
         in_chunks(&particles.position, |i| {
             let Some((distance, edge)) = self.near(particles, i, dimension, 2.0) else { return 0.0 };

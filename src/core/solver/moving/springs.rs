@@ -1,18 +1,18 @@
 //! Sources among moving particles: water that comes out of the ground at a place or along a line.
 //!
-//! A line has an outlet in each cell that it crosses, with the share s of the discharge that its length there gives; a point has one, with
-//! s = 1. A source owes what came since its last particle. As soon as it owes the volume of one, the outlet to which most is owed gives
+//! A line has an outlet in each cell that it crosses, with the part Q_o of the discharge Q that its length there gives; a point has one, with
+//! Q_o = Q. A source owes what came since its last particle. As soon as it owes the volume of one, the outlet to which most is owed gives
 //! it, as wide as a cell and at rest,
 //!
 //! ```text
-//! (M64)  V = Δ² max(d, d_c, 2 d_dry),   d_c = (q²/g)^(1/3),   q = s Q/(4 Δ)
+//! (M64)  V = Δ² max(d, d_c, 2 d_dry),   d_c = (q²/g)^(1/3),   q = Q_o/(4 Δ)
 //! ```
 //!
 //! with d the depth at the outlet, d_c that of critical flow out of a cell on all sides and 2 d_dry that of a film that runs: so it runs on
 //! dry ground, too. Between two particles the depth around each outlet rises by what comes, in the shares of a kernel,
 //!
 //! ```text
-//! (M65)  dd_i/dt = s Q W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 3 Δ)
+//! (M65)  dd_i/dt = Q_o W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 3 Δ)
 //! ```
 //!
 //! since the depth of moving particles is carried and does not feel another one among them; they make room for it. Water behind a wall or

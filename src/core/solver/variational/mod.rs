@@ -1,7 +1,7 @@
 //! The classic SPH form of the shallow-water equations: summed depth, variable smoothing length, forces from a Lagrangian.
 //!
 //! ```text
-//! d_i = Σ m_j W(r, h_i),   h_i = κ (m_i / d_i)^(1/dim),   β_i = −(1/(dim d_i)) Σ m_j r W'(r, h_i)     (m: volume)
+//! d_i = Σ m_j W(r, h_i),   h_i = k_h (m_i / d_i)^(1/dim),   β_i = −(1/(dim d_i)) Σ m_j r W'(r, h_i)     (m: volume)
 //! dv/dt = −Σ m_j [p_i/(d_i² β_i) ∇W(h_i) + p_j/(d_j² β_j) ∇W(h_j)] − g ∇z_b,   p = g d²/2
 //! ```
 //!

@@ -5,12 +5,12 @@
 //!
 //! ```text
 //! dA_i/dt = − (Q_r − Q_l)/Δ                 Q_f = Σ_k w_fk F_d
-//! dQ_i/dt = − (P_r − P_l)/Δ                 P_f = Σ_k w_fk [F_n − g d_f²/2 ± g (d_i + d_iR) a/2]
+//! dQ_i/dt = − (Φ_r − Φ_l)/Δ                 Φ_f = Σ_k w_fk [F_n − g d_f²/2 ± g (d_i + d_iR) a/2]
 //! ```
 //!
 //! with fluxes and states of (M12) to (M16): a strip of all particles is a row on which the passes of [`super::gradient`] and
 //! [`super::faces`] run. What the brackets leave of two faces of different width is the pressure of the side walls, so that still
-//! water stays still whatever the widths. Friction takes the hydraulic radius A/P for the depth, over banks that of the channel and
+//! water stays still whatever the widths. Friction takes the hydraulic radius A/P_w for the depth, over banks that of the channel and
 //! that of the plains. Where the last particle meets the plane: [`junction`].
 //!
 //! Deliberately absent: bends, confluences, lateral inflow, structures in the channel.

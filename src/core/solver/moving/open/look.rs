@@ -1,12 +1,12 @@
 //! The water before the faces of open boundaries, as the moving particles tell it.
 //!
-//! A quantity q of the particles p that reach the face x_f by twice their own support goes there along the plane that fits them best,
+//! A quantity X of the particles p that reach the face x_f by twice their own support goes there along the plane that fits them best,
 //!
 //! ```text
-//! (M61)  q_f = q̄ + ∇q·(x_f − x̄),   ∇q = f(C) Σ w (x − x̄)(q − q̄) / Σ w,   C = Σ w (x − x̄)(x − x̄)ᵀ / Σ w,   w = A W(|x_p − x_f|, 2 h_p)
+//! (M61)  X_f = X̄ + ∇X·(x_f − x̄),   ∇X = M⁺ Σ w (x − x̄)(X − X̄) / Σ w,   M = Σ w (x − x̄)(x − x̄)ᵀ / Σ w,   w = A W(|x_p − x_f|, 2 h_p)
 //! ```
 //!
-//! with bars for means with the weights w: exact for a plane. f(C) is the inverse of C where the particles tell a slope, and falls
+//! with bars for means with the weights w: exact for a plane. M⁺ is the inverse of M where the particles tell a slope, and falls
 //! to nothing where they stand in one place or one line.
 
 use rayon::prelude::*;

@@ -12,13 +12,13 @@
 //! across the face is water from then on. A face owes what came in less what it gave,
 //!
 //! ```text
-//! (M63)  dB/dt = q w,   V = clamp(B + V_b/2 − V_b x/l, V_b/2, 3 V_b/2),   B ← B − V,   V_b = d A
+//! (M63)  dV_f/dt = q w_f,   V = clamp(V_f + V_b/2 − V_b x/l, V_b/2, 3 V_b/2),   V_f ← V_f − V,   V_b = d A_b
 //! ```
 //!
-//! with A the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each
-//! particle takes V_b, and B stays within half a particle. B belongs to the books. A particle that goes out across a face becomes a
-//! buffer particle; where water leaves, B is what of the buffer particles stands before the face less what of the water stands beyond.
-//! Where the water turns B goes on from there, and a particle that goes out where water comes in is added to it.
+//! with A_b the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each
+//! particle takes V_b, and V_f stays within half a particle. V_f belongs to the volume balance. A particle that goes out across a face becomes a
+//! buffer particle; where water leaves, V_f is what of the buffer particles stands before the face less what of the water stands beyond.
+//! Where the water turns V_f goes on from there, and a particle that goes out where water comes in is added to it.
 
 mod corners;
 mod faces;
