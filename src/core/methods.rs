@@ -28,12 +28,12 @@ impl Core {
         }
     }
 
-    /// The key and the value of a scenario that ask for it.
+    /// The keys and their values by which a scenario asks for it.
     pub fn asked_for_by(self) -> &'static str {
         match self {
-            Eulerian => "motion: eulerian",
-            Lagrangian => "motion: lagrangian",
-            Variational => "formulation: variational",
+            Eulerian => "formulation: balanced, motion: eulerian",
+            Lagrangian => "formulation: balanced, motion: lagrangian",
+            Variational => "formulation: variational, motion: lagrangian",
         }
     }
 
@@ -272,8 +272,8 @@ family! {
 }
 
 impl Preset {
-    /// The keys of `numerics:` that it sets, with their values.
-    pub fn keys(self) -> [(&'static str, &'static str); 6] {
+    /// The keys of `numerics:` that it sets, with their values; stabilisation and integrator are the usual ones of the core.
+    pub fn keys(self) -> [(&'static str, &'static str); 4] {
         let (reconstruction, cfl) = match self {
             Preset::Balanced => (Reconstruction::Limited, "0.5"),
             Preset::Fast => (Reconstruction::Sharp, "0.5"),
@@ -282,9 +282,7 @@ impl Preset {
         [
             ("formulation", Formulation::Balanced.name()),
             ("motion", Motion::Eulerian.name()),
-            ("stabilisation", Stabilisation::TwoRarefactions.name()),
             ("reconstruction", reconstruction.name()),
-            ("integrator", Integrator::Heun.name()),
             ("cfl", cfl),
         ]
     }

@@ -12,11 +12,11 @@
 //!
 //! Outside the terrain every grid holds [`FILL`].
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::frames::Frame;
-use super::ground_source::{GroundSource, SourceGrid};
+use super::ground_source::{GroundSource, SetBy, SourceGrid};
 use super::maxima::Maxima;
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterInCell};
@@ -308,22 +308,26 @@ impl OutputGrid {
         })
     }
 
-    /// Who set the ground: in each cell the source with the greatest share of its area, the higher code of two with the same.
+    /// Who set the ground. In each cell what is built or fitted counts before the layers of the terrain, and of either kind the source with
+    /// the greatest share of the area, the higher code of two with the same.
     pub fn ground_source(&self, source: &GroundSource) -> SourceGrid {
         let codes =
             if source.of_pixels.is_empty() { self.largest_share(&source.of_cells) } else { source.of_pixels.clone() };
+        let shown: BTreeSet<u8> = codes.iter().copied().collect();
+        let classes = source.classes.iter().filter(|class| shown.contains(&class.code)).cloned().collect();
         let codes = codes.into_iter().map(|code| if code == 0 { FILL } else { f32::from(code) }).collect();
-        SourceGrid { codes, classes: source.classes.clone() }
+        SourceGrid { codes, classes }
     }
 
-    /// Of the codes of the lattice cells in each cell the one with the greatest share of its area, the higher one of two with the same.
     fn largest_share(&self, codes: &[u8]) -> Vec<u8> {
         self.of_cells(|down, across| {
             let mut shares: BTreeMap<u8, f64> = BTreeMap::new();
-            for (share, index) in self.parts(down, across) {
+            for (share, index) in self.parts(down, across).filter(|(_, index)| codes[*index] != 0) {
                 *shares.entry(codes[index]).or_default() += share;
             }
-            shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(code, _)| code)
+            let by_share = |a: &(bool, u8, f64), b: &(bool, u8, f64)| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2));
+            let ranked = shares.into_iter().map(|(code, share)| (SetBy::is_built(code), code, share));
+            ranked.max_by(by_share).map_or(0, |(_, code, _)| code)
         })
     }
 
@@ -519,12 +523,13 @@ mod tests {
     #[test]
     fn a_coarser_grid_shows_the_source_of_the_greatest_part() {
         let lattice = Lattice { origin: Vec2::ZERO, columns: 4, rows: 2, spacing: 1.0 };
-        // From the south; the second pair of cells is a tie, which the higher code has.
-        let of_cells = vec![1, 1, 105, 1, 1, 104, 1, 105];
+        // From the south: a line of the dam through a layer; two parts of the shore, and ground without terrain.
+        let of_cells = vec![1, 1, 105, 0, 1, 104, 0, 105];
         let source = GroundSource::new(of_cells, Vec::new(), |source| format!("{source:?}"));
         let on = |cell: f64| OutputGrid::new(&lattice, cell, &[0.0; 8]).ground_source(&source).codes;
-        assert_eq!(on(1.0), [1.0, 104.0, 1.0, 105.0, 1.0, 1.0, 105.0, 1.0]);
-        assert_eq!(on(2.0), [1.0, 105.0]);
+        assert_eq!(on(1.0), [1.0, 104.0, FILL, 105.0, 1.0, 1.0, 105.0, FILL]);
+        assert_eq!(on(2.0), [104.0, 105.0]);
+        assert_eq!(on(4.0), [105.0]);
         assert_eq!(
             source.classes.iter().map(|class| class.label.as_str()).collect::<Vec<_>>(),
             ["Layer(0)", "Dam", "Shore"]

@@ -57,6 +57,16 @@ impl SetBy {
         }
     }
 
+    /// Whether others of its kind beyond it share its code.
+    pub fn is_last_of_its_kind(self) -> bool {
+        self.code() == LAYERS[1] || self.code() == BREAKLINES[1]
+    }
+
+    /// Whether a code is that of something built or fitted, and not of a layer of the terrain.
+    pub fn is_built(code: u8) -> bool {
+        code > LAYERS[1]
+    }
+
     fn of_code(code: u8) -> Option<SetBy> {
         Some(match code {
             1..=99 => SetBy::Layer(usize::from(code - LAYERS[0])),
@@ -122,7 +132,7 @@ pub struct GroundSource {
     pub of_cells: Vec<u8>,
     /// Code of each pixel of the maps, row 0 in the north, where the maps are on the terrain's own raster; empty otherwise.
     pub of_pixels: Vec<u8>,
-    /// Those that it shows, ascending by their codes.
+    /// Those among them, ascending by their codes.
     pub classes: Vec<SourceClass>,
 }
 
@@ -131,7 +141,7 @@ pub struct GroundSource {
 pub struct SourceGrid {
     /// Codes, row 0 in the north; [`FILL`](super::FILL) where nobody set the ground. Empty where the map is not asked for.
     pub codes: Vec<f32>,
-    /// The legend.
+    /// Those that it shows, ascending by their codes.
     pub classes: Vec<SourceClass>,
 }
 

@@ -114,11 +114,12 @@ pub(super) fn place(
     // An earlier run fitted the bed to its shores, too: only one in which ground moved counts for the terrain itself.
     let own = if earlier::has_moved_bed(scenario) { &at_start.without_earlier } else { &ground.bed().elevation };
     let pixels = ground::pixels(scenario, (&ground.surface(), terrain), (own, ground.bed()), findings);
-    let count = pixels.as_ref().map_or(0, |pixels| pixels.elevation.len());
+    let (pixels, set_by_of_pixels) = pixels.map_or((None, Vec::new()), |(pixels, set_by)| (Some(pixels), set_by));
+    let count = set_by_of_pixels.len();
     let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
     let scene = Scene {
         crs: files.crs,
-        ground_source: ground::sources(scenario, &ground, pixels.as_ref()),
+        ground_source: ground::sources(scenario, &ground, set_by_of_pixels),
         ridges,
         raised: at_start.raised,
         walls,

@@ -68,7 +68,7 @@ fn gate_in_words(gate: &serde_json::Value) -> String {
         (_, Some(false)) => "reported",
         _ => "failed",
     };
-    let number = |key: &str| gate[key].as_f64().map_or("no number".to_owned(), |value| format!("{value:.1e}"));
+    let number = |key: &str| gate[key].as_f64().map_or("infinite".to_owned(), |value| format!("{value:.1e}"));
     let note = gate["note"].as_str().map_or(String::new(), |note| format!("; {note}"));
     let name = gate["name"].as_str().unwrap_or_default();
     format!("{verdict}: {name}, {} relative, limit {}{note}", number("figure"), number("limit"))

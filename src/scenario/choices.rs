@@ -20,6 +20,10 @@ pub trait Choice: Sized + Copy + 'static {
     const WHAT: &'static str;
     /// The names and what they stand for.
     fn choices() -> Vec<(&'static str, Self)>;
+    /// What to write in place of a name of earlier versions.
+    fn renamed(_earlier: &str) -> Option<&'static str> {
+        None
+    }
 }
 
 /// One of a family of methods.
@@ -48,10 +52,10 @@ impl<T: Choice> FromNode for Chosen<T> {
             return Some(Chosen(reader.sourced(node, *value)));
         }
         let remedy = match nearest(text, names()) {
-            _ if text == "hllc" => "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles: `hllc` was the name of both, and neither is that solver".to_owned(),
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("use one of {list}"),
         };
+        let remedy = T::renamed(text).map_or(remedy, str::to_owned);
         reader.error(node, "unknown-name", format!("`{text}` is not {}", T::WHAT), remedy);
         None
     }
@@ -72,13 +76,17 @@ impl<T: Choice> JsonSchema for Chosen<T> {
 }
 
 macro_rules! method_choices {
-    ($($family:ident: $what:literal,)+) => {
+    ($($family:ident: $what:literal $(, $earlier:literal => $now:literal)?;)+) => {
         $(impl Choice for $family {
             const WHAT: &'static str = $what;
 
             fn choices() -> Vec<(&'static str, Self)> {
                 $family::ALL.iter().map(|member| (member.name(), *member)).collect()
             }
+
+            $(fn renamed(earlier: &str) -> Option<&'static str> {
+                (earlier == $earlier).then_some($now)
+            })?
         }
 
         impl Method for $family {
@@ -94,18 +102,19 @@ macro_rules! method_choices {
 }
 
 method_choices! {
-    Preset: "a preset",
-    Formulation: "a formulation",
-    Motion: "a motion",
+    Preset: "a preset";
+    Formulation: "a formulation";
+    Motion: "a motion";
     Stabilisation: "a stabilisation",
-    Reconstruction: "a reconstruction",
-    Seeding: "a way of seeding",
-    Kernel: "a kernel",
-    Integrator: "an integrator",
-    BedMethod: "a method for the bed",
-    BedSlope: "an effect of the bed's slope",
-    Turbulence: "a model of turbulence",
-    WallMethod: "a kind of wall",
+        "hllc" => "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles: `hllc` was the name of both, and neither is that solver";
+    Reconstruction: "a reconstruction";
+    Seeding: "a way of seeding";
+    Kernel: "a kernel";
+    Integrator: "an integrator";
+    BedMethod: "a method for the bed";
+    BedSlope: "an effect of the bed's slope";
+    Turbulence: "a model of turbulence";
+    WallMethod: "a kind of wall";
 }
 
 impl Choice for Side {

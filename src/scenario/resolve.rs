@@ -632,6 +632,61 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
     }
 
     #[test]
+    fn a_preset_goes_with_either_motion() {
+        for preset in [Preset::Balanced, Preset::Accurate] {
+            let text = format!("numerics={{preset: {}, motion: lagrangian}}", preset.name());
+            let numerics = loaded(TEN_LINES, &[&text]).unwrap().scenario.numerics;
+            assert_eq!(
+                (numerics.stabilisation, numerics.integrator),
+                (Stabilisation::TwoShocks, Integrator::Leapfrog),
+                "{text}"
+            );
+        }
+    }
+
+    /// `key: value` of each pair between the backticks of a remedy that names other cores.
+    fn keys_of_other_cores(remedy: &str) -> Vec<String> {
+        remedy.split("or write `").skip(1).filter_map(|rest| rest.split('`').next()).map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn a_remedy_for_a_missing_method_leads_to_a_scenario_that_runs() {
+        let mut followed = 0;
+        for written in [
+            "formulation: variational, stabilisation: two_rarefactions",
+            "formulation: variational, reconstruction: sharp",
+            "formulation: variational, motion: eulerian",
+            "motion: eulerian, bed_slope: steep",
+            "motion: lagrangian, turbulence: mixing_length",
+            "kernel: gauss",
+            "integrator: leapfrog, seeding: equal_volume",
+            "stabilisation: artificial_viscosity, turbulence: mixing_length",
+        ] {
+            for problem in problems(&format!("{TEN_LINES}numerics: {{{written}}}\n")) {
+                for other in keys_of_other_cores(problem.remedy.as_deref().unwrap()) {
+                    let is_kept = |pair: &&str| !pair.starts_with("formulation") && !pair.starts_with("motion");
+                    let kept: Vec<&str> = written.split(", ").filter(is_kept).collect();
+                    let text = [kept.join(", "), other].join(", ");
+                    let result = loaded(TEN_LINES, &[&format!("numerics={{{}}}", text.trim_start_matches(", "))]);
+                    assert!(result.is_ok(), "`{written}` leads to `{text}`: {result:?}");
+                    followed += 1;
+                }
+            }
+        }
+        assert!(followed >= 6, "only {followed} remedies name another core");
+    }
+
+    #[test]
+    fn every_method_that_acts_has_a_name() {
+        for text in ["motion: eulerian", "motion: lagrangian", "formulation: variational"] {
+            let numerics = loaded(TEN_LINES, &[&format!("numerics={{{text}}}")]).unwrap().scenario.numerics;
+            let acting = numerics.acting();
+            assert!(acting.len() > 7 && acting.iter().all(|(_, name)| !name.is_empty()), "{acting:?}");
+            assert_eq!(acting.iter().any(|(family, _)| *family == "kernel"), text != "motion: eulerian", "{acting:?}");
+        }
+    }
+
+    #[test]
     fn walls_are_a_choice_of_moving_particles() {
         let of = |text: &str| loaded(TEN_LINES, &[text]).unwrap().scenario.numerics.wall;
         assert_eq!(of("numerics.motion=lagrangian"), WallMethod::Mirror);

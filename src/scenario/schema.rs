@@ -726,15 +726,12 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     let is_variational = formulation == Formulation::Variational;
     let motion = meant(node, "motion", if is_variational { Motion::Lagrangian } else { Motion::default() })?;
     let core = Core::of(formulation, motion);
-    let mut is_fit = core_has::<Motion>(core, "motion", node, reader);
-    is_fit &= core_has::<Stabilisation>(core, "stabilisation", node, reader);
-    is_fit &= core_has::<Reconstruction>(core, "reconstruction", node, reader);
-    is_fit &= core_has::<Integrator>(core, "integrator", node, reader);
-    is_fit &= core_has::<Seeding>(core, "seeding", node, reader);
-    is_fit &= core_has::<Kernel>(core, "kernel", node, reader);
-    is_fit &= core_has::<WallMethod>(core, "wall", node, reader);
-    is_fit &= core_has::<BedSlope>(core, "bed_slope", node, reader);
-    is_fit &= core_has::<Turbulence>(core, "turbulence", node, reader);
+    let written = written_methods(node);
+    let mut is_fit = true;
+    for method in written.iter().filter(|method| !method.cores.contains(&core)) {
+        reader.report(method.node, refusal(core, method, &written));
+        is_fit = false;
+    }
     let courant = number(node, "cfl").filter(|courant| *courant > GREATEST_COURANT_OF_EULERIAN && *courant <= 1.0);
     if let (Core::Eulerian, Some(_), Some(value)) = (core, courant, node.get("cfl")) {
         let message =
@@ -748,23 +745,47 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     is_fit.then_some(())
 }
 
-/// Whether a core has the method that is written under a key, if one is; refuses one that it does not have.
-fn core_has<T: Method + Default>(core: Core, key: &str, node: &Node, reader: &mut Reader) -> bool {
-    let (Some(method), Some(value)) = (meant(node, key, T::default()), node.get(key)) else { return true };
-    let Value::Text(name) = &value.value else { return true };
-    if method.is_in(core) {
-        return true;
-    }
-    let message = format!("{} have no `{key}: {name}`", core.particles());
-    let others =
-        Core::ALL.iter().filter(|other| method.is_in(**other)).map(|core| format!("`{}`", core.asked_for_by()));
-    let remedy = match key {
-        "motion" => "leave `motion` or `formulation` out".to_owned(),
-        _ => format!("leave `{key}` out, or take {}", others.collect::<Vec<_>>().join(" or ")),
-    };
-    let problem = Problem::error(ProblemKind::Scenario, "method-combination", value.key.clone(), message);
-    reader.report(value, problem.with_cause(method.why_not_elsewhere()).with_remedy(remedy));
-    false
+/// A method that is written under a key, and the cores that have it.
+struct Written<'a> {
+    key: &'static str,
+    node: &'a Node,
+    name: &'a str,
+    cores: Vec<Core>,
+    why_not_elsewhere: &'static str,
+}
+
+/// The methods of the families that not all cores share, as far as they are written and known.
+fn written_methods(section: &Node) -> Vec<Written<'_>> {
+    let all = [
+        written::<Motion>(section, "motion"),
+        written::<Stabilisation>(section, "stabilisation"),
+        written::<Reconstruction>(section, "reconstruction"),
+        written::<Integrator>(section, "integrator"),
+        written::<Seeding>(section, "seeding"),
+        written::<Kernel>(section, "kernel"),
+        written::<WallMethod>(section, "wall"),
+        written::<BedSlope>(section, "bed_slope"),
+        written::<Turbulence>(section, "turbulence"),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+fn written<'a, T: Method>(section: &'a Node, key: &'static str) -> Option<Written<'a>> {
+    let node = section.get(key)?;
+    let Value::Text(name) = &node.value else { return None };
+    let (_, method) = T::choices().into_iter().find(|(known, _)| known == name)?;
+    let cores = Core::ALL.iter().copied().filter(|core| method.is_in(*core)).collect();
+    Some(Written { key, node, name, cores, why_not_elsewhere: method.why_not_elsewhere() })
+}
+
+/// The problem of a method that a core does not have. Its remedy names the cores that have all that is written.
+fn refusal(core: Core, method: &Written<'_>, written: &[Written<'_>]) -> Problem {
+    let has_all = |other: &&Core| written.iter().all(|own| own.key == "motion" || own.cores.contains(other));
+    let others = Core::ALL.iter().filter(has_all).map(|other| format!(", or write `{}`", other.asked_for_by()));
+    let message = format!("{} have no `{}: {}`", core.particles(), method.key, method.name);
+    Problem::error(ProblemKind::Scenario, "method-combination", method.node.key.clone(), message)
+        .with_cause(method.why_not_elsewhere)
+        .with_remedy(format!("leave `{}` out{}", method.key, others.collect::<String>()))
 }
 
 section! {

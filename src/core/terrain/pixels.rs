@@ -80,6 +80,11 @@ impl Terrain {
     /// Elevation (m) of the terrain at a cell of a grid, NaN where there is none. A raster counts with the value of its cell that
     /// holds the centre, as an upright block: a ridge of cells that meet at corners has no gap at them.
     pub fn pixel(&self, grid: &PixelGrid, column: i64, row: i64) -> f64 {
+        self.layer_of_pixel(grid, column, row).map_or(f64::NAN, |(_, elevation)| elevation)
+    }
+
+    /// Index of the layer that counts at a cell of a grid, and the elevation (m) of [`pixel`](Self::pixel).
+    pub fn layer_of_pixel(&self, grid: &PixelGrid, column: i64, row: i64) -> Option<(usize, f64)> {
         if grid.layer + 1 == self.layers.len()
             && self.overlays[grid.layer] == Overlay::Replace
             && let Layer::Raster(raster) = &self.layers[grid.layer]
@@ -89,7 +94,7 @@ impl Terrain {
         {
             let value = raster.value(column, row);
             if !value.is_nan() {
-                return value;
+                return Some((grid.layer, value));
             }
         }
         let place = grid.centre(column, row);
@@ -100,7 +105,7 @@ impl Terrain {
             }
             Layer::Survey(survey) => survey.elevation(place),
         };
-        self.top_of_first(self.layers.len(), &read).map_or(f64::NAN, |(_, elevation)| elevation)
+        self.top_of_first(self.layers.len(), &read)
     }
 }
 

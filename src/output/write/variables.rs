@@ -217,11 +217,14 @@ fn ground_source(maps: &GridMaps) -> Option<MapVariable<'_>> {
     let listed: Vec<String> = classes.iter().map(|class| format!("{}: {}", class.name, class.label)).collect();
     (!codes.is_empty()).then(|| MapVariable {
         name: "ground_source".into(),
-        long_name: "who set the ground of the run last".into(),
+        long_name: "source of the ground at the start of the run".into(),
         standard_name: None,
         units: "1",
         cell_methods: "",
-        comment: format!("of the ground at the start, by 1 mm or more; {}", listed.join("; ")),
+        comment: format!(
+            "last to change the ground by 1 mm or more before the run began; bed_elevation is that of its end; {}",
+            listed.join("; ")
+        ),
         threshold: None,
         kind: MapKind::Class,
         classes: classes.iter().map(of_class).collect(),

@@ -65,25 +65,36 @@ pub struct Change {
     pub by: SetBy,
 }
 
-/// What changed the terrain in each cell, in the order of the changes.
+/// A change (m) that makes somebody the source of the ground: what is less is the difference between two means of the same terrain.
+const NOTEWORTHY: f64 = 1e-3;
+
+/// Whether a change from one elevation (m) to another makes a new source.
+pub fn is_noteworthy(before: Option<f64>, after: Option<f64>) -> bool {
+    match (before, after) {
+        (Some(before), Some(after)) => (after - before).abs() >= NOTEWORTHY,
+        (before, after) => before.is_some() != after.is_some(),
+    }
+}
+
+/// What changed the terrain in each cell, by whom, in the order of the changes.
 #[derive(Clone, Debug, Default)]
-pub struct Changes(BTreeMap<usize, Vec<Made>>);
+pub struct Changes(BTreeMap<usize, Vec<(Made, SetBy)>>);
 
 impl Changes {
     /// Takes note of a change.
-    pub fn note(&mut self, cell: usize, made: Made) {
-        self.0.entry(cell).or_default().push(made);
+    pub fn note(&mut self, Change { cell, made, by }: Change) {
+        self.0.entry(cell).or_default().push((made, by));
     }
 
     /// Whether a cell that has terrain is raised, carved or lifted.
     pub fn moves(&self, cell: usize) -> bool {
         self.raises(cell)
-            || self.0.get(&cell).is_some_and(|made| made.iter().any(|made| matches!(made, Made::Carve(_))))
+            || self.0.get(&cell).is_some_and(|made| made.iter().any(|(made, _)| matches!(made, Made::Carve(_))))
     }
 
     /// Whether a cell is raised or lifted: a dam, a levee, a building that stands in the water.
     pub fn raises(&self, cell: usize) -> bool {
-        let raises = |made: &Made| matches!(made, Made::Raise(_) | Made::Lift(_) | Made::RaiseTerrain(_));
+        let raises = |(made, _): &(Made, SetBy)| matches!(made, Made::Raise(_) | Made::Lift(_) | Made::RaiseTerrain(_));
         self.0.get(&cell).is_some_and(|made| made.iter().any(raises))
     }
 
@@ -112,7 +123,20 @@ impl Shaped<'_> {
             return elevation;
         }
         let changes = self.lattice.cell_at(self.lattice.to_local(place)).and_then(|cell| self.changes.0.get(&cell));
-        changes.into_iter().flatten().fold(elevation, |elevation, change| change.of(elevation))
+        changes.into_iter().flatten().fold(elevation, |elevation, (made, _)| made.of(elevation))
+    }
+
+    /// Who set the elevation (m) of the terrain at a place (map coordinates) last, if `source` gave it before the changes.
+    pub fn set_by(&self, place: Vec2, mut elevation: Option<f64>, mut source: Option<SetBy>) -> Option<SetBy> {
+        let changes = self.lattice.cell_at(self.lattice.to_local(place)).and_then(|cell| self.changes.0.get(&cell));
+        for (made, by) in changes.into_iter().flatten() {
+            let after = made.of(elevation);
+            if is_noteworthy(elevation, after) {
+                source = Some(*by);
+            }
+            elevation = after;
+        }
+        source
     }
 }
 
@@ -164,7 +188,7 @@ impl Pixels for Shaped<'_> {
         if let Some(changes) = self.changes.0.get(&cell) {
             for z in &mut out[first..] {
                 let own = Some(*z).filter(|z| !z.is_nan());
-                *z = changes.iter().fold(own, |z, change| change.of(z)).unwrap_or(f64::NAN);
+                *z = changes.iter().fold(own, |z, (made, _)| made.of(z)).unwrap_or(f64::NAN);
             }
         }
     }
@@ -193,7 +217,7 @@ mod tests {
             (6, Made::Carve(4.0)),
             (7, Made::Block),
         ];
-        made.into_iter().for_each(|(cell, made)| changes.note(cell, made));
+        made.into_iter().for_each(|(cell, made)| changes.note(Change { cell, made, by: SetBy::Dam }));
         assert_eq!(changes.raised().collect::<Vec<_>>(), [4, 5], "raised or lifted");
         let surface = changes.on(&terrain, &lattice);
         for (cell, expected) in

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::change::Shaped;
+use super::change::{Shaped, is_noteworthy};
 use crate::bed::{BedParticles, Pixels};
 use crate::error::{Problem, ProblemKind};
 use crate::math::Vec2;
-use crate::output::TerrainPixels;
+use crate::output::{SetBy, TerrainPixels};
 use crate::prepare::findings::Findings;
 use crate::scenario::{OutputPart, Scenario};
 use crate::terrain::{PixelGrid, Terrain};
@@ -17,13 +17,15 @@ pub const BYTES_PER_PIXEL: f64 = 150.0;
 /// The terrain by the pixels of its finest raster, where the scenario wants its maps on them; warns where no raster is finer than the
 /// lattice.
 ///
+/// Returns them with the code of [`SetBy`] of each.
+///
 /// - `bed`: that of the terrain, and that at the start of the run, which an earlier run may have changed
 pub fn pixels(
     scenario: &Scenario,
     (surface, terrain): (&Shaped<'_>, &Terrain),
     (own, at_start): (&[f64], &BedParticles),
     findings: &mut Findings,
-) -> Option<TerrainPixels> {
+) -> Option<(TerrainPixels, Vec<u8>)> {
     let source = scenario.outputs.maps_on_terrain.as_ref()?;
     let lattice = &at_start.lattice;
     let (low, high) = (lattice.origin, lattice.origin + lattice.size());
@@ -39,20 +41,25 @@ pub fn pixels(
         let place = |column: usize| {
             Vec2::new(outline.west + (column as f64 + 0.5) * cell, outline.north - (row as f64 + 0.5) * cell)
         };
-        let elevation = |column: usize| {
+        let pixel = |column: usize| {
             let place = place(column);
             let (pixel_column, pixel_row) = grid.at(place);
-            let z = terrain.pixel(&grid, pixel_column, pixel_row);
-            let own_z = surface.changed(place, Some(z).filter(|z| !z.is_nan()));
+            let found = terrain.layer_of_pixel(&grid, pixel_column, pixel_row);
+            let z = found.map(|(_, z)| z).filter(|z| !z.is_nan());
+            let own_z = surface.changed(place, z);
+            let set_by = surface.set_by(place, z, found.map(|(layer, _)| SetBy::Layer(layer)));
             let risen =
                 lattice.cell_at(lattice.to_local(place)).map_or(0.0, |cell| at_start.elevation[cell] - own[cell]);
             // A cell without terrain has no bed that an earlier run could have changed.
-            own_z.map_or(f32::NAN, |z| if risen.is_nan() { z as f32 } else { (z + risen) as f32 })
+            let z_b = own_z.map(|z| if risen.is_nan() { z } else { z + risen });
+            let set_by = if is_noteworthy(own_z, z_b) { Some(SetBy::EarlierRun) } else { set_by };
+            (z_b.map_or(f32::NAN, |z| z as f32), set_by.map_or(0, SetBy::code))
         };
-        (0..outline.columns).map(elevation).collect::<Vec<f32>>()
+        (0..outline.columns).map(pixel).unzip()
     };
-    let rows: Vec<Vec<f32>> = (0..outline.rows).into_par_iter().map(row_of).collect();
-    Some(TerrainPixels { elevation: rows.concat(), ..outline })
+    let rows: Vec<(Vec<f32>, Vec<u8>)> = (0..outline.rows).into_par_iter().map(row_of).collect();
+    let (elevation, set_by): (Vec<Vec<f32>>, Vec<Vec<u8>>) = rows.into_iter().unzip();
+    Some((TerrainPixels { elevation: elevation.concat(), ..outline }, set_by.concat()))
 }
 
 /// The raster over a rectangle (map coordinates), and the edge of its pixels (m): square ones, where those of the terrain are none.

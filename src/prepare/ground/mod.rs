@@ -39,12 +39,10 @@ use crate::lattice::Lattice;
 use crate::output::SetBy;
 use crate::scenario::Scenario;
 use crate::terrain::Terrain;
+use change::is_noteworthy;
 pub use change::{Change, Changes, Made, Shaped};
 pub use fine_maps::{BYTES_PER_PIXEL, pixels};
 pub use source::sources;
-
-/// A change of the bed (m) that makes somebody its source: what is less is the difference between two means of the same terrain.
-const NOTEWORTHY: f64 = 1e-3;
 
 /// What to do about some lines or buildings beside the terrain, among others on it.
 const CHECK_PLACES: &str =
@@ -122,16 +120,17 @@ impl<'a> Ground<'a> {
 
     /// Takes over changes, in their order. Nothing else changes the elevation of the bed.
     pub fn take(&mut self, changes: impl IntoIterator<Item = Change>) {
-        for Change { cell, made, by } in changes {
+        for change in changes {
+            let Change { cell, made, by } = change;
             let (is_of_bed, is_of_terrain) = made.is_of();
             if is_of_terrain {
-                self.changes.note(cell, made);
+                self.changes.note(change);
             }
             if is_of_bed {
-                let before = self.bed.elevation[cell];
-                let after = made.of(Some(before).filter(|z| !z.is_nan())).unwrap_or(f64::NAN);
-                self.bed.elevation[cell] = after;
-                if before.is_nan() != after.is_nan() || (after - before).abs() >= NOTEWORTHY {
+                let before = Some(self.bed.elevation[cell]).filter(|z| !z.is_nan());
+                let after = made.of(before);
+                self.bed.elevation[cell] = after.unwrap_or(f64::NAN);
+                if is_noteworthy(before, after) {
                     self.set_by[cell] = by.code();
                 }
             }

@@ -17,7 +17,9 @@ const WORTH_A_WORD: f64 = 0.1;
 pub fn lower_gaps(scenario: &Scenario, ground: &Ground<'_>) -> Vec<Change> {
     let is_known = scenario.numerics.motion == Motion::Eulerian;
     let cells = if is_known { ground_in_gaps(&ground.surface(), ground.bed()) } else { Vec::new() };
-    cells.into_iter().map(|(cell, z)| Change { cell, made: Made::Bed(z), by: SetBy::RidgeGap }).collect()
+    let is_filled = |cell: usize| ground.set_by()[cell] == SetBy::FilledGap.code();
+    let by = |cell| if is_filled(cell) { SetBy::FilledGap } else { SetBy::RidgeGap };
+    cells.into_iter().map(|(cell, z)| Change { cell, made: Made::Bed(z), by: by(cell) }).collect()
 }
 
 /// The pass sills of a bed. Lagrangian particles know none.
