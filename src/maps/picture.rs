@@ -93,7 +93,8 @@ fn encode(columns: usize, rows: usize, palette: Vec<u8>, alpha: Vec<u8>, indices
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_palette(palette);
     encoder.set_trns(alpha);
-    encoder.set_compression(png::Compression::Best);
+    encoder.set_deflate_compression(png::DeflateCompression::Level(9));
+    encoder.set_filter(png::Filter::Sub);
     // Writing to memory fails for no valid picture; an empty one has no header to write and stays empty.
     let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&indices));
     if written.is_err() {
@@ -121,7 +122,7 @@ mod tests {
         let window = Window { first_column: 0, first_row: 0, columns: 4, rows: 3 };
         let address = layer(&grid, &values, &Classes::depth(9.0), window);
         let mut reader = png::Decoder::new(std::io::Cursor::new(decode(&address))).read_info().unwrap();
-        let mut pixels = vec![0; reader.output_buffer_size()];
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
         assert_eq!((info.width, info.height), (4, 3));
         // One wet cell: all of it is edge; depth class 3 of 6, so index 1 + 3 + 6.

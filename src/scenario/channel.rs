@@ -1,6 +1,5 @@
 //! Channels of one dimension: their sections, and what they become in the resolved scenario.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::choices::{Choice, Chosen, OpenType};
@@ -9,10 +8,11 @@ use super::fields::{
 };
 use super::model::{BoundaryCondition, Side, Sourced, VectorSource};
 use super::read::{NonEmpty, Reader, section};
-use super::resolved_yaml::{condition_as_yaml, name_of, quoted, quoted_path, quoted_vector};
+use super::resolved_yaml::{condition, file, name_of, vector};
 use super::schema::{NormalDepth, check_still};
 use super::timed::Changing;
 use super::tree::{Node, Value};
+use super::yaml::{Section, Yaml, quantity, quoted};
 
 /// A channel of one dimension.
 #[derive(Clone, Debug, PartialEq)]
@@ -322,60 +322,52 @@ fn end(section: ChannelEndSection) -> Option<BoundaryCondition> {
     })
 }
 
-/// The channels as they stand in `scenario.resolved.yaml`.
-pub(super) fn write(channels: &[Channel], text: &mut String) -> std::fmt::Result {
-    if !channels.is_empty() {
-        writeln!(text, "channels:")?;
-    }
-    for channel in channels {
-        write!(text, "  - {{id: {}, length: {} m", quoted(&channel.id.value), channel.length.value)?;
-        match &channel.shape {
-            ChannelShape::Rectangle { width, bed, slope } => {
-                write!(text, ", width: {width} m, bed: {bed} m, slope: {slope}")?;
-            }
-            ChannelShape::Sections(file) => write!(text, ", sections: {}", quoted_path(&file.value))?,
+/// A channel in the resolved scenario.
+pub(super) fn as_yaml(channel: &Channel) -> Yaml {
+    let section =
+        Section::default().with("id", quoted(&channel.id.value)).with("length", quantity(channel.length.value, "m"));
+    let shape = match &channel.shape {
+        ChannelShape::Rectangle { width, bed, slope } => {
+            section.with("width", quantity(*width, "m")).with("bed", quantity(*bed, "m")).with("slope", *slope)
         }
-        if let Some(n) = channel.manning {
-            write!(text, ", manning: {n}")?;
-        }
-        write!(text, ", walls: {}", name_of(|walls: &ChannelWalls| *walls == channel.walls))?;
-        let entry = |water: &ChannelWater| {
-            let level = water.level.map(|level| format!("level: {level} m"));
-            let depth = water.depth.map(|depth| format!("depth: {depth} m"));
-            let end = water.to.map_or(String::new(), |to| format!(", to: {to} m"));
-            format!("{{{}, from: {} m{end}}}", level.or(depth).unwrap_or_default(), water.from)
-        };
-        if !channel.water.is_empty() {
-            write!(
-                text,
-                ", water: [{}]",
-                channel.water.iter().map(|water| entry(&water.value)).collect::<Vec<_>>().join(", ")
-            )?;
-        }
-        if let Some(joint) = &channel.joins {
-            write!(text, ", joins: {{side: {}", name_of(|side: &Side| *side == joint.value.side))?;
-            if let Some((from, to)) = joint.value.span {
-                write!(text, ", from: {from}, to: {to}")?;
-            }
-            write!(text, "}}")?;
-        }
-        for (name, condition) in [("upstream", &channel.upstream), ("downstream", &channel.downstream)] {
-            if let Some(condition) = condition {
-                write!(text, ", {name}: {{{}}}", condition_as_yaml(condition))?;
-            }
-        }
-        if let Some(line) = &channel.line {
-            write!(text, ", line: {}", quoted_vector(line))?;
-        }
-        if !channel.gauges.is_empty() {
-            let entry = |gauge: &ChannelGauge| {
-                format!("{{id: {}, distance: {} m}}", quoted(&gauge.id.value), gauge.distance.value)
-            };
-            write!(text, ", gauges: [{}]", channel.gauges.iter().map(entry).collect::<Vec<_>>().join(", "))?;
-        }
-        writeln!(text, "}}")?;
-    }
-    Ok(())
+        ChannelShape::Sections(path) => section.with("sections", file(&path.value)),
+    };
+    let end = |end: &Option<BoundaryCondition>| end.as_ref().map(|end| Yaml::Entry(condition(end)));
+    let gauge = |gauge: &ChannelGauge| {
+        let id = Section::default().with("id", quoted(&gauge.id.value));
+        Yaml::Entry(id.with("distance", quantity(gauge.distance.value, "m")))
+    };
+    Yaml::Entry(
+        shape
+            .with_some("manning", channel.manning)
+            .with("walls", name_of(|walls: &ChannelWalls| *walls == channel.walls))
+            .with_row("water", channel.water.iter().map(|water| water_as_yaml(&water.value)).collect())
+            .with_some("joins", channel.joins.as_ref().map(|joint| joint_as_yaml(&joint.value)))
+            .with_some("upstream", end(&channel.upstream))
+            .with_some("downstream", end(&channel.downstream))
+            .with_some("line", channel.line.as_ref().map(vector))
+            .with_row("gauges", channel.gauges.iter().map(gauge).collect()),
+    )
+}
+
+fn water_as_yaml(water: &ChannelWater) -> Yaml {
+    let length = |value: f64| quantity(value, "m");
+    Yaml::Entry(
+        Section::default()
+            .with_some("level", water.level.map(length))
+            .with_some("depth", water.depth.filter(|_| water.level.is_none()).map(length))
+            .with("from", length(water.from))
+            .with_some("to", water.to.map(length)),
+    )
+}
+
+fn joint_as_yaml(joint: &Joint) -> Yaml {
+    Yaml::Entry(
+        Section::default()
+            .with("side", name_of(|side: &Side| *side == joint.side))
+            .with_some("from", joint.span.map(|(from, _)| from))
+            .with_some("to", joint.span.map(|(_, to)| to)),
+    )
 }
 
 #[cfg(test)]

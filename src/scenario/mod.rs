@@ -1,7 +1,7 @@
 //! The scenario: what the user writes in YAML, checked and resolved to SI units with every default filled in.
 //!
 //! A text goes through `tree` (values with places), `preset` (a named set of choices becomes single ones), `read` and `schema` (typed sections, all problems), and `resolve`
-//! (defaults) into the `Scenario` of `model`; `resolved_yaml` writes it down again.
+//! (defaults) into the `Scenario` of `model`; `resolved_yaml` writes it down again (as values of `yaml`).
 
 pub mod breach;
 pub mod channel;
@@ -21,6 +21,7 @@ pub mod start;
 pub mod timed;
 pub mod tree;
 pub mod units;
+mod yaml;
 
 pub use defaults::{DRY_DEPTH, GRAVITY};
 pub use floodsim_core::methods;

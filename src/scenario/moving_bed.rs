@@ -1,15 +1,15 @@
 //! Beds that move as prescribed: their sections, and what they become in the resolved scenario.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::choices::{Chosen, ElevationUnit};
 use super::fields::{InputFile, Moment, Quantity, VectorFile, Velocity};
 use super::model::{Sourced, TableFile, Timed, VectorSource};
 use super::read::{Reader, section};
-use super::resolved_yaml::{name_of, quoted_path, quoted_vector, series_as_yaml, timed};
+use super::resolved_yaml::{file, name_of, series, timed, vector};
 use super::timed::{Changing, ShareSeries};
 use super::tree::Node;
+use super::yaml::{Section, Yaml, quantity};
 
 /// A part of the bed that moves.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,25 +97,19 @@ pub(super) fn resolved(entries: Vec<MovingBedEntry>) -> Vec<MovingBed> {
     entries.into_iter().enumerate().filter_map(one).collect()
 }
 
-/// Writes them into the resolved scenario.
-pub(super) fn write(beds: &[MovingBed], text: &mut String) -> std::fmt::Result {
-    if !beds.is_empty() {
-        writeln!(text, "moving_bed:")?;
-    }
-    for bed in beds {
-        let unit = name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == bed.unit.to_bits());
-        let key = if matches!(bed.law, BedMovement::InPlace(_)) { "change" } else { "thickness" };
-        write!(text, "  - {{{key}: {}, unit: {unit}, at: {} s", quoted_path(&bed.raster.value), bed.at.value)?;
-        match &bed.law {
-            BedMovement::InPlace(None) => {}
-            BedMovement::InPlace(Some(share)) => write!(text, ", share: {}", series_as_yaml(share))?,
-            BedMovement::Slide { path, velocity } => {
-                write!(text, ", path: {}, velocity: {}", quoted_vector(path), timed(velocity, "m/s"))?;
-            }
+/// A moving bed in the resolved scenario.
+pub(super) fn as_yaml(bed: &MovingBed) -> Yaml {
+    let key = if matches!(bed.law, BedMovement::InPlace(_)) { "change" } else { "thickness" };
+    let section = Section::default()
+        .with(key, file(&bed.raster.value))
+        .with("unit", name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == bed.unit.to_bits()))
+        .with("at", quantity(bed.at.value, "s"));
+    Yaml::Entry(match &bed.law {
+        BedMovement::InPlace(share) => section.with_some("share", share.as_ref().map(series)),
+        BedMovement::Slide { path, velocity } => {
+            section.with("path", vector(path)).with("velocity", timed(velocity, "m/s"))
         }
-        writeln!(text, "}}")?;
-    }
-    Ok(())
+    })
 }
 
 #[cfg(test)]
