@@ -12,6 +12,7 @@ use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::pipeline::clock::processor_seconds;
 use crate::pipeline::cores::Core;
+use crate::solver::threads::in_pool;
 use crate::solver::{Ledger, StepChoice};
 
 /// A run may take so many times the steps foreseen, and a few more; beyond that its step has collapsed.
@@ -204,6 +205,10 @@ pub struct Excess {
 
 /// Runs a setup to its end; a run that breaks says why.
 pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
+    in_pool(|| run_on_threads(setup, choice))
+}
+
+fn run_on_threads(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let mut problem = setup.problem.clone();
     problem.courant = setup.courant.unwrap_or(choice.numerics.cfl);
     problem.dry_depth = choice.dry_depth().unwrap_or(problem.dry_depth);
