@@ -11,6 +11,7 @@ use crate::physics::dimension::Dimension;
 use crate::pipeline::clock::processor_seconds;
 use crate::pipeline::cores::Core;
 use crate::solver::StepChoice;
+use crate::solver::threads::in_pool;
 
 /// A run may take so many times the steps foreseen, and a few more; beyond that its step has collapsed.
 const STEPS_IN_RESERVE: f64 = 20.0;
@@ -65,6 +66,10 @@ fn samples_on_lattice(core: &mut Core, setup: &Setup) -> Vec<Sample> {
 
 /// Runs a setup to its end; a run that breaks says why.
 pub fn run(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
+    in_pool(|| run_on_threads(setup, choice))
+}
+
+fn run_on_threads(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Broken>) {
     let mut problem = setup.problem.clone();
     problem.courant = setup.courant.unwrap_or(choice.numerics.cfl);
     problem.dry_depth = choice.dry_depth().unwrap_or(problem.dry_depth);

@@ -1,6 +1,8 @@
 //! Every built-in case at test resolution, in both motions, as `floodsim validate` runs them.
 
-use floodsim::validation::{Case, Resolutions, Row, Scope, Status, cases, choices, run_case};
+use rayon::prelude::*;
+
+use floodsim::validation::{Case, CaseResult, Resolutions, Row, Scope, Status, cases, choices, run_case};
 
 use crate::support::methods;
 
@@ -15,25 +17,21 @@ const FALL_SHORT: &[(&str, &str)] = &[
 
 /// Nothing breaks down, and the acceptance limits are met but for those that are known to be missed.
 fn check(cases: &[Case]) {
-    for case in cases {
-        for motion in ["eulerian", "lagrangian"] {
-            let result = run_case(case, &methods(&[("motion", motion)]), Resolutions::Test);
-            if let Some(why) = &result.skipped {
-                println!("{} {motion} skipped, because {why}", case.name);
-            }
-            for row in &result.rows {
-                assert_ne!(row.status, Status::Fails, "{} {motion}: {}", row.case, row.note);
-            }
-            let counts = |scope: Scope| matches!(scope, Scope::Each | Scope::Of(_));
-            let is_missed = result.verdicts.iter().any(|verdict| counts(verdict.scope) && !verdict.is_met);
-            assert_eq!(
-                is_missed,
-                FALL_SHORT.contains(&(case.name, motion)),
-                "{} {motion}: {:#?}",
-                case.name,
-                result.rows
-            );
+    let in_both = |case| ["eulerian", "lagrangian"].map(|motion| (case, motion));
+    let runs: Vec<(&Case, &str)> = cases.iter().flat_map(in_both).collect();
+    let run = |(case, motion): &(&Case, &str)| run_case(case, &methods(&[("motion", motion)]), Resolutions::Test);
+    let results: Vec<CaseResult> = runs.par_iter().map(run).collect();
+    for ((case, motion), result) in runs.into_iter().zip(results) {
+        if let Some(why) = &result.skipped {
+            println!("{} {motion} skipped, because {why}", case.name);
         }
+        for row in &result.rows {
+            assert_ne!(row.status, Status::Fails, "{} {motion}: {}", row.case, row.note);
+        }
+        let counts = |scope: Scope| matches!(scope, Scope::Each | Scope::Of(_));
+        let is_missed = result.verdicts.iter().any(|verdict| counts(verdict.scope) && !verdict.is_met);
+        let is_known = FALL_SHORT.contains(&(case.name, motion));
+        assert_eq!(is_missed, is_known, "{} {motion}: {:#?}", case.name, result.rows);
     }
 }
 

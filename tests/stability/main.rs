@@ -3,8 +3,10 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+use rayon::prelude::*;
+
 use floodsim::validation::Status::{Degrades, Fails, Holds};
-use floodsim::validation::{CaseResult, Resolutions, Status, Suite, cases, run_case};
+use floodsim::validation::{Case, CaseResult, Resolutions, Status, Suite, cases, run_case};
 
 use support::methods;
 
@@ -65,8 +67,10 @@ const KNOWN: &[(&str, &str, Status)] = &[
 fn check((method, given): Method) -> Vec<CaseResult> {
     let mut different = Vec::new();
     let mut results = Vec::new();
-    for case in cases::of_suite(Suite::Stability) {
-        let result = run_case(case, &methods(given), Resolutions::Test);
+    let cases: Vec<_> = cases::of_suite(Suite::Stability).collect();
+    let run = |case: &&'static Case| run_case(case, &methods(given), Resolutions::Test);
+    let all: Vec<CaseResult> = cases.par_iter().map(run).collect();
+    for (case, result) in cases.into_iter().zip(all) {
         if let Some(why) = &result.skipped {
             println!("{} {method} skipped, because {why}", case.name);
         }

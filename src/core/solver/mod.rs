@@ -8,6 +8,7 @@ pub mod phases;
 mod scratch;
 #[cfg(test)]
 mod testing;
+pub mod threads;
 pub mod variational;
 
 pub use crate::boundary::{

@@ -1,5 +1,6 @@
 //! Problems for the tests of the cores.
 
+use super::threads::in_pool;
 use super::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
 use crate::bed::BedParticles;
 use crate::lattice::Lattice;
@@ -43,23 +44,27 @@ pub(super) fn open(problem: &mut FlowProblem, is_west: bool, condition: Conditio
 }
 
 /// Takes so many steps; returns the greatest speed (m/s) before any of them.
-pub(super) fn run_steps(solver: &mut impl FlowSolver, steps: usize) -> f64 {
-    let mut fastest = 0.0_f64;
-    for _ in 0..steps {
-        let choice = solver.choose_step();
-        fastest = fastest.max(choice.max_speed);
-        solver.advance(choice.time_step).expect("a stable run");
-    }
-    fastest
+pub(super) fn run_steps(solver: &mut (impl FlowSolver + Send), steps: usize) -> f64 {
+    in_pool(|| {
+        let mut fastest = 0.0_f64;
+        for _ in 0..steps {
+            let choice = solver.choose_step();
+            fastest = fastest.max(choice.max_speed);
+            solver.advance(choice.time_step).expect("a stable run");
+        }
+        fastest
+    })
 }
 
 /// Runs until a time (s); returns the number of steps.
-pub(super) fn run_until(solver: &mut impl FlowSolver, end: f64) -> usize {
-    let mut steps = 0;
-    while solver.time() < end - 1e-9 {
-        let choice = solver.choose_step();
-        solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
-        steps += 1;
-    }
-    steps
+pub(super) fn run_until(solver: &mut (impl FlowSolver + Send), end: f64) -> usize {
+    in_pool(|| {
+        let mut steps = 0;
+        while solver.time() < end - 1e-9 {
+            let choice = solver.choose_step();
+            solver.advance(choice.time_step.min(end - solver.time())).expect("a stable run");
+            steps += 1;
+        }
+        steps
+    })
 }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::Scale;
 use super::faces::{EAST, NORTH, turned_by};
+use super::spans::ActiveSet;
 use super::state::{Fastest, State};
 use super::walls::mirrored;
 use crate::math::larger;
@@ -86,12 +87,13 @@ impl CellsInPart {
     }
 
     /// Brings the fluxes of faces in part to what passes them.
-    pub fn apply(&self, state: &mut State, scale: &Scale) {
+    pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
         if self.cells.is_empty() {
             return;
         }
         let primitive = &state.primitive;
-        state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
+        let rows = state.flux.par_iter_mut().zip(&self.faces).enumerate();
+        rows.with_min_len(active.rows_at_once()).for_each(|(row, (flux, faces))| {
             for face in faces {
                 let i = face.column;
                 let behind = if face.direction == EAST { (row, i + 1) } else { (row + 1, i) };

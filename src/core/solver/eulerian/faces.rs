@@ -186,7 +186,7 @@ pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: Eule
 
 fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &ActiveSet, numbers: Numbers) {
     let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
-    state.flux.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, flux)| {
+    state.flux.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, flux)| {
         for run in active.whole_pieces(row) {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));

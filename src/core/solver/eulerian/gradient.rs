@@ -33,7 +33,7 @@ impl<'a, Row> Rows<'a, Row> {
 /// Fills the gradient rows of all active cells.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
     let (primitive, ground) = (&state.primitive, &state.ground);
-    state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
+    state.gradient.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, gradient)| {
         for run in active.whole_pieces(row) {
             let (water, ground) = (Rows::around(primitive, row), Rows::around(ground, row));
             row_gradient(water, ground, (run.start, run.end), scale.spacing, scale.dry_depth, gradient);

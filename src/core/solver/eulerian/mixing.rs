@@ -27,7 +27,7 @@ pub(crate) fn add(state: &mut State, active: &ActiveSet, scale: &Scale, time_ste
         dry_depth: scale.dry_depth,
         greatest: scale.spacing * scale.spacing / (12.0 * time_step),
     };
-    state.flux.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, flux)| {
+    state.flux.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, flux)| {
         for run in &active.work[row] {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));

@@ -235,7 +235,7 @@ impl EulerianSolver {
         }
         self.passes.apply(state, active, scale, self.methods);
         self.walls.apply(state, active, scale);
-        self.in_part.apply(state, scale);
+        self.in_part.apply(state, active, scale);
         let step = (self.time, self.time + time_step);
         self.open.apply(state, scale, self.methods, step);
         self.reaches.pass(state, scale, self.methods, stage, step);

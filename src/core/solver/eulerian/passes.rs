@@ -123,7 +123,8 @@ impl Passes {
         let numbers = Numbers::new(scale, methods);
         let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
         let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
-        state.flux.par_iter_mut().zip(&self.faces).enumerate().with_min_len(4).for_each(|(row, (flux, faces))| {
+        let rows = state.flux.par_iter_mut().zip(&self.faces).enumerate();
+        rows.with_min_len(active.rows_at_once()).for_each(|(row, (flux, faces))| {
             if [row, row + 1].iter().all(|&row| active.work.get(row).is_none_or(Vec::is_empty)) {
                 return;
             }

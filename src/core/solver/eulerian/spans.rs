@@ -15,6 +15,15 @@ const RIM: usize = 2;
 /// Runs of dry cells up to this length inside a row stay active: longer loops beat fewer cells.
 const BRIDGE: usize = MOST_LANES - 2;
 
+/// Number of active cells from which it pays to share a loop over them: to wake another thread takes as long as some hundred cells.
+const SHARED_CELLS: usize = 2048;
+
+/// Rows that a thread takes at least of a loop that is shared.
+const ROWS_OF_A_THREAD: usize = 4;
+
+/// The same of the search for active cells, which is faster than other loops.
+const ROWS_OF_A_SEARCH: usize = 16;
+
 /// A run of padded columns `from..to`.
 pub(crate) type Run = std::ops::Range<usize>;
 
@@ -62,6 +71,11 @@ impl ActiveSet {
         self.work[row].iter().map(|run| run.start..run.start + run.len().next_multiple_of(self.lanes))
     }
 
+    /// Rows that a thread takes at least in a loop over the active cells: all of them where the cells are few.
+    pub fn rows_at_once(&self) -> usize {
+        if self.cells < SHARED_CELLS { usize::MAX } else { ROWS_OF_A_THREAD }
+    }
+
     /// Cells active.
     pub fn cells(&self) -> usize {
         self.cells
@@ -81,8 +95,8 @@ impl ActiveSet {
     pub fn follow(&mut self, state: &mut State, dry_depth: f64) {
         self.record();
         let water = &state.water;
-        let work = &self.work;
-        self.wet.par_iter_mut().enumerate().with_min_len(16).for_each(|(row, wet)| {
+        let (work, rows) = (&self.work, self.rows_at_once().max(ROWS_OF_A_SEARCH));
+        self.wet.par_iter_mut().enumerate().with_min_len(rows).for_each(|(row, wet)| {
             wet.clear();
             for run in &work[row] {
                 find_wet(&water[row].depth, run.clone(), dry_depth, wet);
@@ -117,7 +131,8 @@ impl ActiveSet {
     fn spread(&mut self, columns: usize) {
         let (wet, fed) = (&self.wet, &self.fed);
         let rows = wet.len() - 2;
-        self.work.par_iter_mut().enumerate().with_min_len(16).for_each(|(row, work)| {
+        let at_once = self.rows_at_once().max(ROWS_OF_A_SEARCH);
+        self.work.par_iter_mut().enumerate().with_min_len(at_once).for_each(|(row, work)| {
             work.clear();
             if row == 0 || row > rows {
                 return;

@@ -5,6 +5,7 @@ use crate::bed::BedParticles;
 use crate::boundary::Pieces;
 use crate::lattice::{Lattice, WaterInCell};
 use crate::math::Vec2;
+use crate::solver::testing::run_steps;
 use crate::solver::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
 
 fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
@@ -34,10 +35,7 @@ pub(super) fn noise(index: usize) -> f64 {
 }
 
 pub(super) fn run(solver: &mut EulerianSolver, steps: usize) {
-    for _ in 0..steps {
-        let choice = solver.choose_step();
-        solver.advance(choice.time_step).expect("a stable run");
-    }
+    run_steps(solver, steps);
 }
 
 /// Elevation (m) of the bed at a cell.

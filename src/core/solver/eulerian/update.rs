@@ -43,7 +43,7 @@ pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale
     let (flux, water, primitive, ground) = (&state.flux, &state.water, &state.primitive, &state.ground);
     let short: Vec<(usize, usize, f64)> = (1..state.rows + 1)
         .into_par_iter()
-        .with_min_len(4)
+        .with_min_len(active.rows_at_once())
         .flat_map_iter(|row| {
             let depth: &[f64] = match stage {
                 Stage::First => &water[row].depth,
@@ -105,7 +105,7 @@ fn some_are_short(
 pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
     let (flux, ground) = (&state.flux, &state.ground);
     let rows = state.water.par_iter_mut().zip(&mut state.primitive);
-    rows.enumerate().with_min_len(4).for_each(|(row, (water, primitive))| {
+    rows.enumerate().with_min_len(active.rows_at_once()).for_each(|(row, (water, primitive))| {
         for run in active.whole_pieces(row) {
             let rows = (&flux[row - 1], &flux[row], &ground[row]);
             match stage {

@@ -173,7 +173,8 @@ impl Walls {
     pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
         let (primitive, ground) = (&state.primitive, &state.ground);
         let special = self.faces.par_iter().zip(&self.parts);
-        state.flux.par_iter_mut().zip(special).enumerate().with_min_len(4).for_each(|(row, (flux, (faces, parts)))| {
+        let rows = state.flux.par_iter_mut().zip(special).enumerate();
+        rows.with_min_len(active.rows_at_once()).for_each(|(row, (flux, (faces, parts)))| {
             let work = &active.work[row];
             for part in of_active(parts, work, |part| part.column) {
                 flux[part.direction].scale(part.column, part.share);
@@ -294,7 +295,7 @@ impl Beyond {
 /// Gradients of the active cells among special ones.
 pub(super) fn correct_gradients(cells: &[Vec<SpecialCell>], state: &mut State, active: &ActiveSet, scale: &Scale) {
     let (primitive, ground) = (&state.primitive, &state.ground);
-    state.gradient.par_iter_mut().enumerate().with_min_len(4).for_each(|(row, gradient)| {
+    state.gradient.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, gradient)| {
         if active.work[row].is_empty() {
             return;
         }

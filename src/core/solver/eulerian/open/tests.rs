@@ -1,5 +1,7 @@
 //! Boundaries with a condition: rest, the volume of a hydrograph, uniform flow, waves that leave, and the same bits for any threads.
 
+use rayon::prelude::*;
+
 use crate::boundary::{Boundary, Condition, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -421,17 +423,23 @@ fn hump_before_an_edge(height: f64, longer: usize, condition: Condition, angles:
 #[test]
 fn waves_leave_at_all_angles() {
     let angles = [0.0, 20.0, 36.0, 47.0, 61.0];
-    for height in [0.01, 0.3] {
-        let endless = hump_before_an_edge(height, 60, Condition::Free, &angles);
+    let heights = [0.01, 0.3];
+    let edges = [(60, Condition::Free), (0, Condition::Free), (0, Condition::Stage(Series::constant(1.0)))];
+    let runs: Vec<_> = heights.into_iter().flat_map(|height| edges.iter().map(move |edge| (height, edge))).collect();
+    let levels: Vec<_> = runs
+        .into_par_iter()
+        .map(|(height, (longer, condition))| hump_before_an_edge(height, *longer, condition.clone(), &angles))
+        .collect();
+    for (height, levels) in heights.into_iter().zip(levels.chunks_exact(edges.len())) {
+        let endless = &levels[0];
         // Of the wave as it arrives.
-        let share = |condition: Condition| {
-            let with_edge = hump_before_an_edge(height, 0, condition, &angles);
+        let share = |with_edge: &[Vec<f64>]| {
             let greatest = |of: &dyn Fn(usize) -> f64| (0..endless.len()).map(of).fold(0.0, f64::max);
             let back =
                 |k: usize| greatest(&|i| (with_edge[i][k] - endless[i][k]).abs()) / greatest(&|i| endless[i][k].abs());
             std::array::from_fn::<f64, 5, _>(back)
         };
-        let (free, held) = (share(Condition::Free), share(Condition::Stage(Series::constant(1.0))));
+        let (free, held) = (share(&levels[1]), share(&levels[2]));
         for ((angle, free), held) in angles.iter().zip(free).zip(held) {
             println!(
                 "hump of {height} m at {angle} degrees: {:.1} % comes back, {:.0} % from held levels",
@@ -570,15 +578,16 @@ fn between_banks(degrees: f64, slope: f64, bank: Option<f64>, width: f64) -> f64
 fn banks_askew_to_the_lattice_hold_water_up_as_told() {
     // Angle, slope, rise of the banks, and by how much the water is too deep: what docs/theory.md tells.
     let upright = Some(f64::INFINITY);
-    for (degrees, slope, bank, documented) in [
+    let channels = [
         (0.0, 0.02, upright, 0.0),
         (0.0, 0.02, Some(0.5), 0.0),
         (10.0, 0.02, Some(0.5), 0.012),
         (30.0, 0.02, Some(0.5), 0.022),
         (10.0, 0.02, upright, 0.092),
         (30.0, 0.02, upright, 0.106),
-    ] {
-        let depth = between_banks(degrees, slope, bank, 40.0);
+    ];
+    let depths = channels.par_iter().map(|&(degrees, slope, bank, _)| between_banks(degrees, slope, bank, 40.0));
+    for ((degrees, slope, bank, documented), depth) in channels.into_iter().zip(depths.collect::<Vec<_>>()) {
         println!("{degrees} degrees, slope {slope}, banks {bank:?}: {depth} m");
         assert!(
             (depth - 1.0 - documented).abs() < 0.005,
@@ -590,7 +599,7 @@ fn banks_askew_to_the_lattice_hold_water_up_as_told() {
 #[test]
 fn walls_askew_to_the_lattice_do_not_hold_water_up() {
     // Angle, width and slope; at 45° the cells between the walls are 41.0 and 12.7 m wide.
-    for (degrees, width, slope, documented) in [
+    let channels = [
         (0.0, 40.0, 0.005, 0.0),
         (5.0, 40.0, 0.005, 0.0),
         (10.0, 40.0, 0.005, 0.0),
@@ -603,8 +612,9 @@ fn walls_askew_to_the_lattice_do_not_hold_water_up() {
         (30.0, 12.0, 0.005, 0.0),
         (40.0, 12.0, 0.005, 0.0),
         (45.0, 12.0, 0.005, (12.0_f64 / 12.7).powf(0.6) - 1.0),
-    ] {
-        let depth = between_banks(degrees, slope, None, width);
+    ];
+    let depths = channels.par_iter().map(|&(degrees, width, slope, _)| between_banks(degrees, slope, None, width));
+    for ((degrees, width, slope, documented), depth) in channels.into_iter().zip(depths.collect::<Vec<_>>()) {
         println!("{degrees} degrees, {width} m wide, slope {slope}: {depth:.4} m");
         assert!(
             (depth - 1.0 - documented).abs() < 0.012,

@@ -16,13 +16,6 @@ fn rain(problem: &mut FlowProblem, rate: f64) {
     problem.forcing.rain = Some(Rain::Uniform(Series::constant(rate)));
 }
 
-fn run(solver: &mut EulerianSolver, end: f64) {
-    while solver.time() < end - 1e-9 {
-        let step = solver.choose_step().time_step.min(end - solver.time());
-        solver.advance(step).unwrap();
-    }
-}
-
 fn volume_on_grid(solver: &mut LagrangianSolver) -> f64 {
     let water = solver.water();
     water.depths().iter().sum::<f64>() * water.lattice.cell_area()
@@ -101,7 +94,7 @@ fn rain_runs_off_a_slope_with_its_own_discharge() {
     let mut moving = solver(slope(2.5), Dimension::Two, Integrator::Leapfrog);
     let mut left = (0.0, 0.0);
     for end in [150.0, 300.0, 600.0, 900.0, 1500.0] {
-        run(&mut resting, end);
+        run_until(&mut resting, end);
         let steps = run_until(&mut moving, end);
         let (a, b) = (moving.ledger(), resting.ledger());
         println!("{end} s: {steps} steps, {} particles, {a:?}, resting {b:?}", moving.particles());
@@ -138,7 +131,7 @@ fn bowl_in_rain(millionths: f64) -> [f64; 2] {
     let mut resting = EulerianSolver::new(problem.clone());
     let mut moving = solver(problem, Dimension::Two, Integrator::Leapfrog);
     [600.0, 1500.0].map(|end| {
-        run(&mut resting, end);
+        run_until(&mut resting, end);
         let steps = run_until(&mut moving, end);
         let (ledger, of_resting) = (moving.ledger(), resting.ledger());
         let middle = |depths: &[f64]| [820, 819, 780, 779].iter().map(|&cell: &usize| depths[cell] / 4.0).sum::<f64>();
