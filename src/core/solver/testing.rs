@@ -44,7 +44,7 @@ pub(super) fn open(problem: &mut FlowProblem, is_west: bool, condition: Conditio
 }
 
 /// Takes so many steps; returns the greatest speed (m/s) before any of them.
-pub(super) fn run_steps(solver: &mut (impl FlowSolver + Send), steps: usize) -> f64 {
+pub(super) fn run_steps(solver: &mut impl FlowSolver, steps: usize) -> f64 {
     in_pool(|| {
         let mut fastest = 0.0_f64;
         for _ in 0..steps {
@@ -57,7 +57,7 @@ pub(super) fn run_steps(solver: &mut (impl FlowSolver + Send), steps: usize) -> 
 }
 
 /// Runs until a time (s); returns the number of steps.
-pub(super) fn run_until(solver: &mut (impl FlowSolver + Send), end: f64) -> usize {
+pub(super) fn run_until(solver: &mut impl FlowSolver, end: f64) -> usize {
     in_pool(|| {
         let mut steps = 0;
         while solver.time() < end - 1e-9 {
