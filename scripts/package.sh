@@ -15,7 +15,7 @@ absolute() { case $1 in /*) echo "$1" ;; *) echo "$PWD/$1" ;; esac; }
 
 # What goes along beside the program, its manual page and its completions: all pages, without the figures and tables of the studies;
 # the scenarios whose data the project makes itself.
-files="README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE docs/tutorial data
+files="README.md CHANGELOG.md CONTRIBUTING.md LICENSE-MIT LICENSE-APACHE docs/tutorial data
     scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter"
 
 # Lays the program and all that goes along into a folder, as the archive has it.
@@ -84,7 +84,7 @@ install -D -m 644 "$from/completions/_floodsim" "$share/zsh/vendor-completions/_
 install -D -m 644 "$from/completions/floodsim.fish" "$share/fish/vendor_completions.d/floodsim.fish"
 mkdir -p "$share/floodsim" "$doc"
 cp -R "$from/scenarios" "$from/data" "$share/floodsim/"
-cp -R "$from/README.md" "$from/CHANGELOG.md" "$from/docs" "$doc/"
+cp -R "$from/README.md" "$from/CHANGELOG.md" "$from/CONTRIBUTING.md" "$from/docs" "$doc/"
 # Links of README and tutorial to scenarios hold here, too.
 ln -s ../../floodsim/scenarios "$doc/scenarios"
 ln -s ../../floodsim/data "$doc/data"

@@ -209,7 +209,7 @@ fn both_fillings_hold_the_integral_of_level_minus_terrain() {
             let summary = run(folder.path(), &shipped(name), &arguments).stdout;
             let record = manifest(&folder.path().join("out"));
             let initial = record["volume_m3"]["initial"].as_f64().unwrap();
-            assert!(number_after(&summary, "to hold its volume: bed set in ") > 0.0, "{summary}");
+            assert!(number_after(&summary, "to hold its volume: ground changed in ") > 0.0, "{summary}");
             let integral = number_after(&summary, "integral of level minus terrain ");
             // The summary prints seven digits.
             assert!((initial / integral - 1.0).abs() < 1e-6, "{name}, {seeding}: {initial} m3 of {integral} m3");
