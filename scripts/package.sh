@@ -16,7 +16,8 @@ absolute() { case $1 in /*) echo "$1" ;; *) echo "$PWD/$1" ;; esac; }
 # What goes along beside the program, its manual page and its completions: all pages, without the figures and tables of the studies;
 # the scenarios whose data the project makes itself.
 files="README.md CHANGELOG.md CONTRIBUTING.md LICENSE-MIT LICENSE-APACHE docs/tutorial data
-    scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter"
+    scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter
+    scenarios/malpasset/README.md"
 
 # Lays the program and all that goes along into a folder, as the archive has it.
 stage() {
