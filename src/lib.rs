@@ -7,6 +7,7 @@
 pub mod calendar;
 pub mod cli;
 pub mod error;
+pub mod gate;
 pub mod geodata;
 pub mod laboratory;
 pub mod maps;

@@ -19,6 +19,9 @@ pub enum Core {
 use Core::{Eulerian, Lagrangian, Variational};
 
 impl Core {
+    /// Every core.
+    pub const ALL: &'static [Core] = &[Eulerian, Lagrangian, Variational];
+
     /// Its particles, in a sentence.
     pub fn particles(self) -> &'static str {
         match self {
@@ -36,9 +39,6 @@ impl Core {
             Variational => "formulation: variational, motion: lagrangian",
         }
     }
-
-    /// Every core.
-    pub const ALL: &'static [Core] = &[Eulerian, Lagrangian, Variational];
 
     /// The core of a formulation and a motion.
     pub fn of(formulation: Formulation, motion: Motion) -> Core {
@@ -67,33 +67,29 @@ impl Core {
     }
 }
 
-/// A family by its key in `numerics:`.
-#[derive(Clone, Copy, Debug)]
-pub struct Family {
-    /// The key.
-    pub key: &'static str,
-    /// The cores in which a member of it acts.
-    pub acts_in: &'static [Core],
+/// One of a family of methods.
+pub trait Method: Copy {
+    /// The cores that have it.
+    fn cores(self) -> &'static [Core];
+
+    /// Why the other cores do not have it; empty where all do.
+    fn why_not_elsewhere(self) -> &'static str;
+
+    /// Whether a core has it.
+    fn is_in(&self, core: Core) -> bool {
+        self.cores().contains(&core)
+    }
 }
 
-/// The families, in the order of the records; beside them stands the Courant number, `cfl`, which acts in all cores.
-pub const FAMILIES: &[Family] = &[
-    Family { key: "formulation", acts_in: Core::ALL },
-    Family { key: "motion", acts_in: Core::ALL },
-    Family { key: "stabilisation", acts_in: Core::ALL },
-    Family { key: "reconstruction", acts_in: Core::ALL },
-    Family { key: "integrator", acts_in: Core::ALL },
-    Family { key: "bed", acts_in: Core::ALL },
-    Family { key: "seeding", acts_in: &[Lagrangian, Variational] },
-    Family { key: "kernel", acts_in: &[Lagrangian, Variational] },
-    Family { key: "wall", acts_in: &[Lagrangian, Variational] },
-    Family { key: "bed_slope", acts_in: &[Variational] },
-    Family { key: "turbulence", acts_in: &[Eulerian] },
-];
+/// What only cores have whose particles move.
+const MOVING: &[Core] = &[Lagrangian, Variational];
+const ANY_KERNEL: &str = "with four neighbours at one distance every kernel gives the same faces";
+const STATE_BETWEEN_WAVES: &str =
+    "the faces of Eulerian particles rest in the middle of the waves, and it gives the state between the waves only";
 
 macro_rules! family {
     ($(#[$doc:meta])* $family:ident {
-        $($(#[$default:meta])* $member:ident = $name:literal $(in [$($core:ident),+] as $cause:literal)? : $summary:literal,)+
+        $($(#[$default:meta])* $member:ident = $name:literal $((in $cores:expr, since $why:expr))? : $summary:literal,)+
     }) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -119,24 +115,28 @@ macro_rules! family {
             pub fn summary(self) -> &'static str {
                 match self { $($family::$member => $summary,)+ }
             }
+        }
 
-            /// Whether a core has the method.
-            pub fn is_in(self, core: Core) -> bool {
-                let cores: &[Core] = match self { $($family::$member => cores!($($($core),+)?),)+ };
-                cores.contains(&core)
+        impl Method for $family {
+            fn cores(self) -> &'static [Core] {
+                match self { $($family::$member => either!($($cores)?; Core::ALL),)+ }
             }
 
-            /// Why the other cores do not have the method; empty where all have it.
-            pub fn why_not_elsewhere(self) -> &'static str {
-                match self { $($family::$member => concat!($($cause)?),)+ }
+            fn why_not_elsewhere(self) -> &'static str {
+                match self { $($family::$member => either!($($why)?; ""),)+ }
             }
         }
     };
 }
 
-macro_rules! cores {
-    () => { Core::ALL };
-    ($($core:ident),+) => { &[$($core),+] };
+/// The first of two, where there is one.
+macro_rules! either {
+    (; $otherwise:expr) => {
+        $otherwise
+    };
+    ($given:expr; $otherwise:expr) => {
+        $given
+    };
 }
 
 family! {
@@ -152,8 +152,8 @@ family! {
     /// Whether the particles of the balanced formulation move with the water or rest on the riverbed.
     Motion {
         #[default]
-        Eulerian = "eulerian" in [Eulerian] as "the variational formulation sums its depth over particles that move": "riverbed particles carry the water and exchange it through their faces",
-        Lagrangian = "lagrangian" in [Lagrangian, Variational] as "": "fluid particles of fixed volume move with the water",
+        Eulerian = "eulerian" (in &[Eulerian], since "the variational formulation sums its depth over particles that move"): "riverbed particles carry the water and exchange it through their faces",
+        Lagrangian = "lagrangian" (in MOVING, since ""): "fluid particles of fixed volume move with the water",
     }
 }
 
@@ -161,11 +161,11 @@ family! {
     /// What keeps the flow between a pair of particles stable.
     Stabilisation {
         #[default]
-        TwoRarefactions = "two_rarefactions" in [Eulerian] as "it gives the flux through a face at rest, and the faces of Lagrangian particles move with the water": "state of the rarefaction that the face lies in, exact beside dry ground, mixed with the flux of Harten, Lax and van Leer at shocks; default of Eulerian particles",
-        TwoShocks = "two_shocks" in [Lagrangian, Variational] as "the faces of Eulerian particles rest in the middle of the waves, and it tells the state between the waves only": "Riemann solver with two shocks or two rarefactions; default of the balanced formulation with Lagrangian particles",
-        TwoWaves = "two_waves" in [Lagrangian, Variational] as "the faces of Eulerian particles rest in the middle of the waves, and it tells the state between the waves only": "pressure and velocity between two waves at the speeds that Toro gives for HLLC, on faces that move with the water",
+        TwoRarefactions = "two_rarefactions" (in &[Eulerian], since "it gives the flux through a face at rest, and the faces of Lagrangian particles move with the water"): "state of the rarefaction that the face lies in, exact beside dry ground, mixed with the flux of Harten, Lax and van Leer at shocks; default of Eulerian particles",
+        TwoShocks = "two_shocks" (in MOVING, since STATE_BETWEEN_WAVES): "Riemann solver with two shocks or two rarefactions; default of the balanced formulation with Lagrangian particles",
+        TwoWaves = "two_waves" (in MOVING, since STATE_BETWEEN_WAVES): "pressure and velocity between two waves at the speeds that Toro gives for HLLC, on faces that move with the water",
         LaxFriedrichs = "lax_friedrichs": "Lax-Friedrichs flux with the greatest speed of the pair",
-        ArtificialViscosity = "artificial_viscosity" in [Variational] as "the pairs of the balanced formulation are Riemann problems": "viscosity between particles that approach each other; default of the variational formulation, and for it alone",
+        ArtificialViscosity = "artificial_viscosity" (in &[Variational], since "the pairs of the balanced formulation are Riemann problems"): "viscosity between particles that approach each other; default of the variational formulation, and for it alone",
     }
 }
 
@@ -174,7 +174,7 @@ family! {
     Reconstruction {
         #[default]
         Limited = "limited": "levels, depths and normal velocities carried to the face along gradients that a limiter bounds",
-        Sharp = "sharp" in [Eulerian] as "the faces of Lagrangian particles have no sharper limiter": "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for Eulerian particles alone",
+        Sharp = "sharp" (in &[Eulerian], since "the faces of Lagrangian particles have no sharper limiter"): "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for Eulerian particles alone",
         None = "none": "the values of the two particles; default with artificial viscosity",
     }
 }
@@ -194,7 +194,7 @@ family! {
     Seeding {
         #[default]
         Lattice = "lattice": "one particle at the centre of each wet cell, with the volume of its water",
-        EqualVolume = "equal_volume" in [Lagrangian, Variational] as "each Eulerian particle takes up one cell, and is as deep as the water there": "particles of one volume, the mean of the wet cells; closer together where the water is deep",
+        EqualVolume = "equal_volume" (in MOVING, since "each Eulerian particle takes up one cell, and is as deep as the water there"): "particles of one volume, the mean of the wet cells; closer together where the water is deep",
     }
 }
 
@@ -203,14 +203,14 @@ family! {
     Kernel {
         #[default]
         CubicSpline = "cubic_spline": "cubic B-spline, support two smoothing lengths",
-        Quadratic = "quadratic" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "parabola whose slope does not vanish at the middle: close particles go on repelling each other",
-        QuarticSpline = "quartic_spline" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "quartic B-spline",
-        QuinticSpline = "quintic_spline" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "quintic B-spline",
-        Gauss = "gauss" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "Gaussian, cut at three smoothing lengths of its own",
-        SuperGauss = "super_gauss" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "Gaussian times a parabola, of fourth order and negative outside; cut likewise",
-        Bell = "bell" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "Lucy's bell-shaped kernel",
-        WendlandC2 = "wendland_c2" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "Wendland's kernel of class C2",
-        WendlandC4 = "wendland_c4" in [Lagrangian, Variational] as "with four neighbours at one distance every kernel gives the same faces": "Wendland's kernel of class C4",
+        Quadratic = "quadratic" (in MOVING, since ANY_KERNEL): "parabola whose slope does not vanish at the middle: close particles go on repelling each other",
+        QuarticSpline = "quartic_spline" (in MOVING, since ANY_KERNEL): "quartic B-spline",
+        QuinticSpline = "quintic_spline" (in MOVING, since ANY_KERNEL): "quintic B-spline",
+        Gauss = "gauss" (in MOVING, since ANY_KERNEL): "Gaussian, cut at three smoothing lengths of its own",
+        SuperGauss = "super_gauss" (in MOVING, since ANY_KERNEL): "Gaussian times a parabola, of fourth order and negative outside; cut likewise",
+        Bell = "bell" (in MOVING, since ANY_KERNEL): "Lucy's bell-shaped kernel",
+        WendlandC2 = "wendland_c2" (in MOVING, since ANY_KERNEL): "Wendland's kernel of class C2",
+        WendlandC4 = "wendland_c4" (in MOVING, since ANY_KERNEL): "Wendland's kernel of class C4",
     }
 }
 
@@ -230,7 +230,7 @@ family! {
     BedSlope {
         #[default]
         Hydrostatic = "hydrostatic": "by the weight of the water alone: the shallow-water equations",
-        Steep = "steep" in [Variational] as "the faces of the balanced formulation balance a hydrostatic pressure": "with the inertia of the vertical motion over a steep, curved bed; for the variational formulation",
+        Steep = "steep" (in &[Variational], since "the faces of the balanced formulation balance a hydrostatic pressure"): "with the inertia of the vertical motion over a steep, curved bed; for the variational formulation",
     }
 }
 
@@ -239,7 +239,7 @@ family! {
     Turbulence {
         #[default]
         None = "none": "nothing: the shallow-water equations alone",
-        MixingLength = "mixing_length" in [Eulerian] as "no stress acts between pairs of Lagrangian particles but that of the Riemann problem": "an eddy viscosity of bed friction and of a mixing length of half the depth: where jets, wakes and jumps are many depths wide; for Eulerian particles alone",
+        MixingLength = "mixing_length" (in &[Eulerian], since "no stress acts between pairs of Lagrangian particles but that of the Riemann problem"): "an eddy viscosity of bed friction and of a mixing length of half the depth: where jets, wakes and jumps are many depths wide; for Eulerian particles alone",
     }
 }
 
@@ -248,7 +248,7 @@ family! {
     WallMethod {
         #[default]
         Mirror = "mirror": "mirror images of the particle and its neighbours",
-        VirtualParticles = "virtual_particles" in [Lagrangian, Variational] as "the faces of Eulerian particles at a wall are those of the mirror problem": "rows of fixed particles along the wall, in each of which a particle is mirrored through the point",
+        VirtualParticles = "virtual_particles" (in MOVING, since "the faces of Eulerian particles at a wall are those of the mirror problem"): "rows of fixed particles along the wall, in each of which a particle is mirrored through the point",
     }
 }
 
@@ -257,7 +257,7 @@ family! {
     Integrator {
         #[default]
         Heun = "heun": "two-stage strong-stability-preserving Runge-Kutta; default of Eulerian particles",
-        Leapfrog = "leapfrog" in [Lagrangian, Variational] as "the faces of Eulerian particles are upwinded, which leapfrog makes unstable": "kick-drift-kick with predicted velocity; default of Lagrangian particles",
+        Leapfrog = "leapfrog" (in MOVING, since "the faces of Eulerian particles are upwinded, which leapfrog makes unstable"): "kick-drift-kick with predicted velocity; default of Lagrangian particles",
     }
 }
 

@@ -28,6 +28,17 @@ pub enum SetBy {
 /// Codes from which those of the layers and of the breaklines count, and the greatest of each: layers and lines beyond share it.
 const LAYERS: [u8; 2] = [1, 99];
 const BREAKLINES: [u8; 2] = [110, 254];
+/// The others, by their codes from the first on.
+const OTHERS: [SetBy; 7] = [
+    SetBy::FilledGap,
+    SetBy::RidgeGap,
+    SetBy::RaisedBuilding,
+    SetBy::BlockedBuilding,
+    SetBy::Dam,
+    SetBy::Shore,
+    SetBy::EarlierRun,
+];
+const FIRST_OF_OTHERS: u8 = 100;
 /// Colours of layers, and of breaklines, over and over again.
 const COLOURS_OF_LAYERS: [[u8; 3]; 6] = [
     [0xd9, 0xcf, 0xb4],
@@ -46,14 +57,8 @@ impl SetBy {
         let of = |[first, last]: [u8; 2], index: usize| first + index.min(usize::from(last - first)) as u8;
         match self {
             SetBy::Layer(index) => of(LAYERS, index),
-            SetBy::FilledGap => 100,
-            SetBy::RidgeGap => 101,
-            SetBy::RaisedBuilding => 102,
-            SetBy::BlockedBuilding => 103,
-            SetBy::Dam => 104,
-            SetBy::Shore => 105,
-            SetBy::EarlierRun => 106,
             SetBy::Breakline(index) => of(BREAKLINES, index),
+            other => FIRST_OF_OTHERS + OTHERS.iter().position(|known| *known == other).unwrap_or_default() as u8,
         }
     }
 
@@ -68,18 +73,9 @@ impl SetBy {
     }
 
     fn of_code(code: u8) -> Option<SetBy> {
-        Some(match code {
-            1..=99 => SetBy::Layer(usize::from(code - LAYERS[0])),
-            100 => SetBy::FilledGap,
-            101 => SetBy::RidgeGap,
-            102 => SetBy::RaisedBuilding,
-            103 => SetBy::BlockedBuilding,
-            104 => SetBy::Dam,
-            105 => SetBy::Shore,
-            106 => SetBy::EarlierRun,
-            110..=254 => SetBy::Breakline(usize::from(code - BREAKLINES[0])),
-            _ => return None,
-        })
+        let index = |[first, last]: [u8; 2]| (first..=last).contains(&code).then(|| usize::from(code - first));
+        let other = || OTHERS.get(usize::from(code.checked_sub(FIRST_OF_OTHERS)?)).copied();
+        index(LAYERS).map(SetBy::Layer).or_else(|| index(BREAKLINES).map(SetBy::Breakline)).or_else(other)
     }
 
     /// Its name, one word.

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::channels::AboveBanks;
 use super::folder::RunFolder;
 use crate::error::{Error, Problem};
+use crate::gate::Gate;
 
 /// An input file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -294,48 +295,6 @@ pub struct RunManifest {
     pub status: String,
     /// Exit code of the program; none while it runs.
     pub exit_code: Option<u8>,
-}
-
-/// A figure of a run and the limit that it is held to.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Gate {
-    /// What is measured.
-    pub name: String,
-    /// The figure, relative; null in JSON where it is infinite.
-    pub figure: f64,
-    /// Its limit.
-    pub limit: f64,
-    /// Whether the figure is within the limit.
-    pub passed: bool,
-    /// Whether a run that misses the limit fails; otherwise that is reported for the planner to judge.
-    pub binding: bool,
-    /// What else there is to say.
-    #[serde(skip_serializing_if = "String::is_empty")]
-    pub note: String,
-}
-
-impl Gate {
-    /// A gate that fails the run where its figure exceeds its limit.
-    pub fn binding(name: &str, figure: f64, limit: f64) -> Gate {
-        Gate { name: name.to_owned(), figure, limit, passed: figure <= limit, binding: true, note: String::new() }
-    }
-
-    /// Whether it fails the run.
-    pub fn fails(&self) -> bool {
-        self.binding && !self.passed
-    }
-}
-
-impl std::fmt::Display for Gate {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let verdict = match (self.passed, self.binding) {
-            (true, _) => "passed",
-            (false, true) => "failed",
-            (false, false) => "reported",
-        };
-        write!(f, "{verdict}: {}, {:.1e} relative, limit {:.0e}", self.name, self.figure, self.limit)?;
-        if self.note.is_empty() { Ok(()) } else { write!(f, "; {}", self.note) }
-    }
 }
 
 impl RunManifest {

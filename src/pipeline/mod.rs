@@ -20,9 +20,10 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use crate::bed::BedParticles;
 use crate::calendar::utc_now;
 use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
+use crate::gate::Gate;
 use crate::math::readable;
 use crate::output::{
-    ChannelGaugeResult, FieldsWriter, Findings, Gate, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
+    ChannelGaugeResult, FieldsWriter, Findings, OutputGrid, PassageRecord, Provenance, Recorder, RecorderPlan,
     Recording, RunFolder, RunManifest, SectionRecorder, SectionResult, TerrainPixels, VolumeBooks, write_cogs,
     write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
     write_section_tables,

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::RunOptions;
 use crate::bed::BedParticles;
+use crate::gate::Gate;
 use crate::math::{Vec2, simd};
 use crate::output::{
-    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, Gate, HotStart, InputFile, MovingBedRecord,
+    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, MovingBedRecord,
     PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
 };
 use crate::prepare::{Scene, Setup, StillBody, sha256};

@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
+use serde::Deserialize;
 use serde_json::Value;
 
 use super::Figure;
 use super::read::{RunFolder, left_out};
+use crate::gate::Gate;
 use crate::maps::{clock, escape};
 
 const STYLE: &str = "body{font:15px/1.45 'DejaVu Sans','Liberation Sans',Arial,sans-serif;color:#222;max-width:1240px;margin:2em auto;padding:0 1em}\
@@ -58,20 +60,10 @@ fn status(html: &mut String, run: &RunFolder) {
     html.push_str("</p>\n");
 }
 
-/// A quality gate of `run.json` in a line; those before version 0.2 were lines.
-fn gate_in_words(gate: &serde_json::Value) -> String {
-    if let Some(line) = gate.as_str() {
-        return line.to_owned();
-    }
-    let verdict = match (gate["passed"].as_bool(), gate["binding"].as_bool()) {
-        (Some(true), _) => "passed",
-        (_, Some(false)) => "reported",
-        _ => "failed",
-    };
-    let number = |key: &str| gate[key].as_f64().map_or("infinite".to_owned(), |value| format!("{value:.1e}"));
-    let note = gate["note"].as_str().map_or(String::new(), |note| format!("; {note}"));
-    let name = gate["name"].as_str().unwrap_or_default();
-    format!("{verdict}: {name}, {} relative, limit {}{note}", number("figure"), number("limit"))
+/// A quality gate of `run.json` in a line; those before version 0.2 are lines.
+fn gate_in_words(gate: &Value) -> String {
+    let line = gate.as_str().map(str::to_owned);
+    line.or_else(|| Some(Gate::deserialize(gate).ok()?.to_string())).unwrap_or_else(|| gate.to_string())
 }
 
 /// A table of names and values; nothing where there are none.

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::methods::{
-    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
+    BedMethod, BedSlope, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
 };
 use super::model::{
@@ -24,14 +24,6 @@ pub trait Choice: Sized + Copy + 'static {
     fn renamed(_earlier: &str) -> Option<&'static str> {
         None
     }
-}
-
-/// One of a family of methods.
-pub trait Method: Choice {
-    /// Whether a core has it.
-    fn is_in(self, core: Core) -> bool;
-    /// Why the other cores do not have it.
-    fn why_not_elsewhere(self) -> &'static str;
 }
 
 /// A chosen name with its place.
@@ -87,16 +79,6 @@ macro_rules! method_choices {
             $(fn renamed(earlier: &str) -> Option<&'static str> {
                 (earlier == $earlier).then_some($now)
             })?
-        }
-
-        impl Method for $family {
-            fn is_in(self, core: Core) -> bool {
-                $family::is_in(self, core)
-            }
-
-            fn why_not_elsewhere(self) -> &'static str {
-                $family::why_not_elsewhere(self)
-            }
         })+
     };
 }

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use super::channel::Channel;
 use super::ground::{Ground, LayerMode};
 use super::methods::{
-    BedMethod, BedSlope, Core, FAMILIES, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding,
-    Stabilisation, Turbulence, WallMethod,
+    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    Turbulence, WallMethod,
 };
 use super::moving_bed::MovingBed;
 use super::start::Start;
@@ -544,23 +544,23 @@ impl Numerics {
 
     /// Every method that acts, as family and name, and the Courant number.
     pub fn acting(&self) -> Vec<(&'static str, String)> {
-        let name = |family: &str| match family {
-            "formulation" => self.formulation.name(),
-            "motion" => self.motion.name(),
-            "stabilisation" => self.stabilisation.name(),
-            "reconstruction" => self.reconstruction.name(),
-            "integrator" => self.integrator.name(),
-            "bed" => self.bed.name(),
-            "seeding" => self.seeding.name(),
-            "kernel" => self.kernel.name(),
-            "wall" => self.wall.name(),
-            "bed_slope" => self.bed_slope.name(),
-            "turbulence" => self.turbulence.name(),
-            _ => "",
-        };
-        let acting = FAMILIES.iter().filter(|family| family.acts_in.contains(&self.core()));
-        let named = acting.map(|family| (family.key, name(family.key).to_owned()));
-        named.chain([("cfl", self.cfl.to_string())]).collect()
+        const ALL: &[Core] = Core::ALL;
+        const MOVING: &[Core] = &[Core::Lagrangian, Core::Variational];
+        let families: [(&str, &str, &[Core]); 11] = [
+            ("formulation", self.formulation.name(), ALL),
+            ("motion", self.motion.name(), ALL),
+            ("stabilisation", self.stabilisation.name(), ALL),
+            ("reconstruction", self.reconstruction.name(), ALL),
+            ("integrator", self.integrator.name(), ALL),
+            ("bed", self.bed.name(), ALL),
+            ("seeding", self.seeding.name(), MOVING),
+            ("kernel", self.kernel.name(), MOVING),
+            ("wall", self.wall.name(), MOVING),
+            ("bed_slope", self.bed_slope.name(), &[Core::Variational]),
+            ("turbulence", self.turbulence.name(), &[Core::Eulerian]),
+        ];
+        let acting = families.into_iter().filter(|(.., cores)| cores.contains(&self.core()));
+        acting.map(|(family, name, _)| (family, name.to_owned())).chain([("cfl", self.cfl.to_string())]).collect()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Beds that move as prescribed: their sections, and what they become in the resolved scenario.
+//! Beds that move as prescribed: their sections, and what becomes of them.
 
 use std::path::PathBuf;
 
@@ -6,10 +6,8 @@ use super::choices::{Chosen, ElevationUnit};
 use super::fields::{InputFile, Moment, Quantity, VectorFile, Velocity};
 use super::model::{Sourced, TableFile, Timed, VectorSource};
 use super::read::{Reader, section};
-use super::resolved_yaml::{file, name_of, series, timed, vector};
 use super::timed::{Changing, ShareSeries};
 use super::tree::Node;
-use super::yaml::{Section, Yaml, quantity};
 
 /// A part of the bed that moves.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,21 +93,6 @@ pub(super) fn resolved(entries: Vec<MovingBedEntry>) -> Vec<MovingBed> {
         Some(MovingBed { raster, unit, at: entry.at.map_or(begin, |at| at.sourced), law })
     };
     entries.into_iter().enumerate().filter_map(one).collect()
-}
-
-/// A moving bed in the resolved scenario.
-pub(super) fn as_yaml(bed: &MovingBed) -> Yaml {
-    let key = if matches!(bed.law, BedMovement::InPlace(_)) { "change" } else { "thickness" };
-    let section = Section::default()
-        .with(key, file(&bed.raster.value))
-        .with("unit", name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == bed.unit.to_bits()))
-        .with("at", quantity(bed.at.value, "s"));
-    Yaml::Entry(match &bed.law {
-        BedMovement::InPlace(share) => section.with_some("share", share.as_ref().map(series)),
-        BedMovement::Slide { path, velocity } => {
-            section.with("path", vector(path)).with("velocity", timed(velocity, "m/s"))
-        }
-    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! A resolved scenario as YAML, with every default filled in: running it gives the same run.
 //!
-//! Paths are written absolute, quantities in SI units with all their digits. Not here: what comes in over time (`forcing.rs`), moving beds
-//! (`../moving_bed.rs`) and channels (`../channel.rs`), and how values become text (`../yaml.rs`).
+//! Paths are written absolute, quantities in SI units with all their digits. In files of their own: what comes in over time, moving beds and
+//! channels. Not here: how values become text ([`super::yaml`]).
 
+mod channels;
 mod forcing;
+mod moving_beds;
 #[cfg(test)]
 mod tests;
 
@@ -17,8 +19,6 @@ use super::model::{
 use super::start::RiverWidth;
 use super::yaml::{Section, Yaml, quantity, quoted};
 
-pub(super) use forcing::{condition, series, timed};
-
 impl Scenario {
     /// The text of `scenario.resolved.yaml`.
     pub fn to_yaml(&self) -> String {
@@ -26,8 +26,8 @@ impl Scenario {
             .place()
             .and(self.forcing())
             .with_some("breach", self.breach.as_ref().map(forcing::breach))
-            .with_list("moving_bed", self.moving_bed.iter().map(super::moving_bed::as_yaml).collect())
-            .with_list("channels", self.channels.iter().map(super::channel::as_yaml).collect())
+            .with_list("moving_bed", self.moving_bed.iter().map(moving_beds::moving_bed).collect())
+            .with_list("channels", self.channels.iter().map(channels::channel).collect())
             .and(self.run());
         format!("# The scenario with every default filled in; running it gives the same run.\n{}", section.text())
     }
@@ -240,12 +240,12 @@ fn water_kind(key: &str) -> &'static str {
 }
 
 /// The name of a choice.
-pub(super) fn name_of<T: Choice>(is_it: impl Fn(&T) -> bool) -> &'static str {
+fn name_of<T: Choice>(is_it: impl Fn(&T) -> bool) -> &'static str {
     T::choices().into_iter().find(|(_, candidate)| is_it(candidate)).map_or("unknown", |(name, _)| name)
 }
 
 /// A vector file, with its layer where it has one.
-pub(super) fn vector(source: &Sourced<VectorSource>) -> Yaml {
+fn vector(source: &Sourced<VectorSource>) -> Yaml {
     let path = absolute(&source.value.path);
     Yaml::Quoted(match &source.value.layer {
         Some(layer) => format!("{path}:{layer}"),
@@ -254,7 +254,7 @@ pub(super) fn vector(source: &Sourced<VectorSource>) -> Yaml {
 }
 
 /// A file.
-pub(super) fn file(path: &Path) -> Yaml {
+fn file(path: &Path) -> Yaml {
     Yaml::Quoted(absolute(path))
 }
 

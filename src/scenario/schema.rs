@@ -10,15 +10,15 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use super::breach::OneBreach;
 use super::channel::ChannelEntry;
 use super::channels_alone;
-use super::choices::{Choice, Chosen, ElevationUnit, Method, OpenType};
+use super::choices::{Choice, Chosen, ElevationUnit, OpenType};
 use super::fields::{
     Coordinate, Count, Courant, DateTime, Discharge, Duration, EndTime, FormatVersion, Gravity, Height, InputFile,
     Intensity, Length, Level, Manning, Memory, Offset, Quantity, RasterSeriesFile, Slope, Text, VectorFile,
 };
 use super::ground::{BreaklineEntry, BuildingsSection, GapsChoice, LayerMode, Wall};
 use super::methods::{
-    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Motion, Preset, Reconstruction, Seeding, Stabilisation,
-    Turbulence, WallMethod,
+    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Method, Motion, Preset, Reconstruction, Seeding,
+    Stabilisation, Turbulence, WallMethod,
 };
 use super::model::{OutputPart, PointInterpolation, RainUnit, Side, Sourced, Stamp};
 use super::moving_bed::MovingBedEntry;
@@ -750,7 +750,7 @@ struct Written<'a> {
     key: &'static str,
     node: &'a Node,
     name: &'a str,
-    cores: Vec<Core>,
+    cores: &'static [Core],
     why_not_elsewhere: &'static str,
 }
 
@@ -770,12 +770,11 @@ fn written_methods(section: &Node) -> Vec<Written<'_>> {
     all.into_iter().flatten().collect()
 }
 
-fn written<'a, T: Method>(section: &'a Node, key: &'static str) -> Option<Written<'a>> {
+fn written<'a, T: Choice + Method>(section: &'a Node, key: &'static str) -> Option<Written<'a>> {
     let node = section.get(key)?;
     let Value::Text(name) = &node.value else { return None };
     let (_, method) = T::choices().into_iter().find(|(known, _)| known == name)?;
-    let cores = Core::ALL.iter().copied().filter(|core| method.is_in(*core)).collect();
-    Some(Written { key, node, name, cores, why_not_elsewhere: method.why_not_elsewhere() })
+    Some(Written { key, node, name, cores: method.cores(), why_not_elsewhere: method.why_not_elsewhere() })
 }
 
 /// The problem of a method that a core does not have. Its remedy names the cores that have all that is written.

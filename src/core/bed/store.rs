@@ -52,6 +52,7 @@ impl BedParticles {
     }
 
     /// Sets the elevation (m) of cells.
+    #[cfg(test)]
     pub fn set(&mut self, elevations: &[(usize, f64)]) {
         elevations.iter().for_each(|&(cell, z_b)| self.elevation[cell] = z_b);
     }

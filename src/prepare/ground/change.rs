@@ -117,26 +117,31 @@ pub struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
-    /// What the changes make of an elevation (m) at a place (map coordinates).
-    pub fn changed(&self, place: Vec2, elevation: Option<f64>) -> Option<f64> {
+    /// What changed the terrain at a place (map coordinates), in order.
+    fn changes_at(&self, place: Vec2) -> &[(Made, SetBy)] {
         if self.changes.0.is_empty() {
-            return elevation;
+            return &[];
         }
-        let changes = self.lattice.cell_at(self.lattice.to_local(place)).and_then(|cell| self.changes.0.get(&cell));
-        changes.into_iter().flatten().fold(elevation, |elevation, (made, _)| made.of(elevation))
+        let cell = self.lattice.cell_at(self.lattice.to_local(place));
+        cell.and_then(|cell| self.changes.0.get(&cell)).map_or(&[], Vec::as_slice)
     }
 
-    /// Who set the elevation (m) of the terrain at a place (map coordinates) last, if `source` gave it before the changes.
-    pub fn set_by(&self, place: Vec2, mut elevation: Option<f64>, mut source: Option<SetBy>) -> Option<SetBy> {
-        let changes = self.lattice.cell_at(self.lattice.to_local(place)).and_then(|cell| self.changes.0.get(&cell));
-        for (made, by) in changes.into_iter().flatten() {
-            let after = made.of(elevation);
-            if is_noteworthy(elevation, after) {
-                source = Some(*by);
-            }
-            elevation = after;
-        }
-        source
+    /// What the changes make of an elevation (m) at a place (map coordinates).
+    pub fn changed(&self, place: Vec2, elevation: Option<f64>) -> Option<f64> {
+        self.changes_at(place).iter().fold(elevation, |elevation, (made, _)| made.of(elevation))
+    }
+
+    /// The same with who set it last, if `source` gave it before the changes.
+    pub fn changed_by(
+        &self,
+        place: Vec2,
+        elevation: Option<f64>,
+        source: Option<SetBy>,
+    ) -> (Option<f64>, Option<SetBy>) {
+        self.changes_at(place).iter().fold((elevation, source), |(before, source), (made, by)| {
+            let after = made.of(before);
+            (after, if is_noteworthy(before, after) { Some(*by) } else { source })
+        })
     }
 }
 

@@ -46,8 +46,7 @@ pub fn pixels(
             let (pixel_column, pixel_row) = grid.at(place);
             let found = terrain.layer_of_pixel(&grid, pixel_column, pixel_row);
             let z = found.map(|(_, z)| z).filter(|z| !z.is_nan());
-            let own_z = surface.changed(place, z);
-            let set_by = surface.set_by(place, z, found.map(|(layer, _)| SetBy::Layer(layer)));
+            let (own_z, set_by) = surface.changed_by(place, z, found.map(|(layer, _)| SetBy::Layer(layer)));
             let risen =
                 lattice.cell_at(lattice.to_local(place)).map_or(0.0, |cell| at_start.elevation[cell] - own[cell]);
             // A cell without terrain has no bed that an earlier run could have changed.

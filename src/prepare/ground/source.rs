@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::Ground;
 use crate::bed::BedParticles;
-use crate::math::Vec2;
 use crate::output::{GroundSource, SetBy};
 use crate::scenario::{Scenario, TerrainLayer};
 use crate::terrain::Terrain;
@@ -12,15 +11,15 @@ use crate::terrain::Terrain;
 /// Code of the layer that counts at the centre of each cell; 0 where there is no terrain.
 pub fn layers(terrain: &Terrain, bed: &BedParticles) -> Vec<u8> {
     let lattice = &bed.lattice;
+    let is_one = terrain.layers().len() == 1;
+    let layer = |cell: usize| {
+        if is_one { Some(0) } else { terrain.layer_at(lattice.to_map(lattice.centre(cell))) }
+    };
     let code = |cell: usize| {
-        if bed.has_terrain(cell) { code_of_layer(terrain, lattice.to_map(lattice.centre(cell))) } else { 0 }
+        let layer = if bed.has_terrain(cell) { layer(cell) } else { None };
+        layer.map_or(0, |layer| SetBy::Layer(layer).code())
     };
     (0..lattice.len()).into_par_iter().map(code).collect()
-}
-
-/// Code of the layer that counts at a place (map); 0 where none has data.
-fn code_of_layer(terrain: &Terrain, place: Vec2) -> u8 {
-    terrain.layer_at(place).map_or(0, |layer| SetBy::Layer(layer).code())
 }
 
 /// Who set the ground of a run, by its cells, and by the pixels of its maps where they are on the terrain's own raster.

@@ -6,8 +6,11 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
+use crate::gate::Gate;
 use crate::lattice::Lattice;
 use crate::output::{OutputCrs, SetBy};
 use crate::prepare::findings::Findings;
@@ -67,7 +70,7 @@ pub fn how_it_ended(fields: &Path) -> Vec<Problem> {
         _ => {}
     }
     let gates = run["gates"].as_array().into_iter().flatten();
-    let failed: Vec<&str> = gates.filter_map(failed_gate).collect();
+    let failed: Vec<String> = gates.filter_map(failed_gate).collect();
     if !failed.is_empty() {
         reported.push(warning(
             "gate-of-earlier-run",
@@ -96,11 +99,10 @@ pub fn how_it_ended(fields: &Path) -> Vec<Problem> {
     reported
 }
 
-/// The name of a gate that an earlier run failed; the gates of runs before version 0.2 are lines.
-fn failed_gate(gate: &serde_json::Value) -> Option<&str> {
-    let has_failed = gate["passed"] == false && gate["binding"] == true;
-    let line = gate.as_str().filter(|line| line.starts_with("failed"));
-    line.or_else(|| gate["name"].as_str().filter(|_| has_failed))
+/// A gate that an earlier run failed; the gates of runs before version 0.2 are lines.
+fn failed_gate(gate: &serde_json::Value) -> Option<String> {
+    let line = gate.as_str().filter(|line| line.starts_with("failed")).map(str::to_owned);
+    line.or_else(|| Gate::deserialize(gate).ok().filter(Gate::fails).map(|gate| gate.name))
 }
 
 /// Takes over the state of an earlier run, and hands it out.

@@ -218,8 +218,8 @@ pub fn check(bodies: &mut [SourcedBody], bed: &BedParticles, findings: &mut Find
     }
 }
 
-/// Fills the bodies and fits the ground to their shores; warns where their water would run out of them, and where upright banks make
-/// their volume another one, if the ground is complete: beside a dam that was refused there is no need of a report.
+/// Fills the bodies and fits the ground to their shores. If the ground is complete, warns where their water would run out of them, and
+/// where upright banks make their volume another one. Beside a dam that was refused there is no need of a report.
 pub fn fill(
     bodies: &[SourcedBody],
     ground: &mut Ground<'_>,

@@ -95,7 +95,7 @@ fn growth(breach: &Breach) -> Yaml {
 }
 
 /// The keys of a condition.
-pub(in crate::scenario) fn condition(condition: &BoundaryCondition) -> Section {
+pub(super) fn condition(condition: &BoundaryCondition) -> Section {
     let section = Section::default();
     let level = |level: &Timed| timed(level, "m");
     match condition {
@@ -120,7 +120,7 @@ pub(in crate::scenario) fn condition(condition: &BoundaryCondition) -> Section {
 }
 
 /// A quantity over time; `unit` is that of SI.
-pub(in crate::scenario) fn timed(timed: &Timed, unit: &str) -> Yaml {
+pub(super) fn timed(timed: &Timed, unit: &str) -> Yaml {
     match timed {
         Timed::Constant(value) => quantity(value.value, unit),
         Timed::Series(table) => series(table),
@@ -128,7 +128,7 @@ pub(in crate::scenario) fn timed(timed: &Timed, unit: &str) -> Yaml {
 }
 
 /// A series in a table.
-pub(in crate::scenario) fn series(table: &TableFile) -> Yaml {
+pub(super) fn series(table: &TableFile) -> Yaml {
     let after_end = table.after_end.map(|AfterEnd::Hold| "hold");
     Yaml::Entry(
         Section::default()

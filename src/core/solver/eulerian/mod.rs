@@ -52,7 +52,7 @@ use super::{
 use crate::failure::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
-use crate::methods::{Core, Reconstruction, Stabilisation, Turbulence};
+use crate::methods::{Core, Method, Reconstruction, Stabilisation, Turbulence};
 use breach::Breaking;
 use cells_in_part::CellsInPart;
 use inputs::Inputs;

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::moving::{CHUNK, ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
 use crate::math::{Sym2, Vec2};
-use crate::methods::{BedSlope, Core, Integrator, Reconstruction, Stabilisation};
+use crate::methods::{BedSlope, Core, Integrator, Method, Reconstruction, Stabilisation};
 use crate::particles::{FluidSeed, Line};
 use crate::physics::dimension::Dimension;
 use crate::solver::FlowProblem;

@@ -9,7 +9,7 @@
 //!
 //! with ρ the distance from the line, positive to its left, I the integral of the cubic spline that ends at ±2, and H the step from 0 to 1 at
 //! 0. Ω grows evenly while particles pass, and the second sum does not pile up: it has only those that stand near the line. The discharge of
-//! a step is the growth of Ω in it by motion alone; what comes from above or out of the ground passes no line. Nothing is told before the
+//! a step is the growth of Ω in it by motion alone; what comes from above or out of the ground passes no line. Nothing is reported before the
 //! first particle reaches the line with its own edge.
 
 use rayon::prelude::*;
