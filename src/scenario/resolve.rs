@@ -644,6 +644,14 @@ numerics: {formulation: variational, motion: eulerian, cfl: 1.5, kernel: cubic-s
         }
     }
 
+    #[test]
+    fn the_remedy_of_a_preset_that_a_core_does_not_have_is_to_leave_it_out() {
+        let found = problems(&format!("{TEN_LINES}numerics: {{preset: fast, motion: lagrangian}}\n"));
+        let said: Vec<_> = found.iter().map(|p| (p.key.as_str(), p.remedy.as_deref().unwrap())).collect();
+        let remedy = "leave `preset` out, or write `formulation: balanced, motion: eulerian`";
+        assert_eq!(said, [("numerics.preset", remedy)]);
+    }
+
     /// `key: value` of each pair between the backticks of a remedy that names other cores.
     fn keys_of_other_cores(remedy: &str) -> Vec<String> {
         remedy.split("or write `").skip(1).filter_map(|rest| rest.split('`').next()).map(str::to_owned).collect()

@@ -781,10 +781,12 @@ fn written<'a, T: Choice + Method>(section: &'a Node, key: &'static str) -> Opti
 fn refusal(core: Core, method: &Written<'_>, written: &[Written<'_>]) -> Problem {
     let has_all = |other: &&Core| written.iter().all(|own| own.key == "motion" || own.cores.contains(other));
     let others = Core::ALL.iter().filter(has_all).map(|other| format!(", or write `{}`", other.asked_for_by()));
+    // A preset has the place of what it sets.
+    let written_as = method.node.key.rsplit('.').next().unwrap_or(method.key);
     let message = format!("{} have no `{}: {}`", core.particles(), method.key, method.name);
     Problem::error(ProblemKind::Scenario, "method-combination", method.node.key.clone(), message)
         .with_cause(method.why_not_elsewhere)
-        .with_remedy(format!("leave `{}` out{}", method.key, others.collect::<String>()))
+        .with_remedy(format!("leave `{written_as}` out{}", others.collect::<String>()))
 }
 
 section! {
