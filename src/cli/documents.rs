@@ -7,9 +7,9 @@ use clap::CommandFactory;
 use clap_complete::Shell;
 
 use super::args::Arguments;
-use super::print;
+use super::{print, reference};
 use crate::error::Error;
-use crate::scenario::schema::ScenarioFile;
+use crate::scenario::sections::ScenarioFile;
 
 const STARTER: &str = include_str!("starter.yaml");
 
@@ -26,13 +26,19 @@ pub fn write_starter(file: &Path) -> Result<(), Error> {
     print(&format!("wrote {name}; put in your files, then:  floodsim check {name}\n"))
 }
 
-/// Prints the JSON Schema of a scenario.
-pub fn schema() -> Result<(), Error> {
+/// Prints the JSON Schema of a scenario, or the page that is made from it.
+pub fn schema(is_page: bool) -> Result<(), Error> {
+    let schema = schema_of_scenario();
+    print(&if is_page { reference::page(&schema) } else { format!("{schema:#}\n") })
+}
+
+/// The JSON Schema of a scenario.
+pub(super) fn schema_of_scenario() -> serde_json::Value {
     let generator = schemars::generate::SchemaSettings::draft07().into_generator();
     let mut schema = generator.into_root_schema_for::<ScenarioFile>();
     // What one key asks of another is no part of the declarations of keys.
     schema.insert("anyOf".to_owned(), serde_json::json!([{"required": ["terrain"]}, {"required": ["channels"]}]));
-    print(&format!("{:#}\n", schema.to_value()))
+    schema.to_value()
 }
 
 /// Prints the completions of a shell.

@@ -9,6 +9,7 @@ mod check;
 mod documents;
 mod explain;
 mod plan;
+mod reference;
 mod validate;
 
 use std::io::Write;
@@ -52,7 +53,7 @@ pub fn main(stages: &Stages) -> ExitCode {
         Some(Command::Breach(arguments)) => breach::breach(&arguments),
         Some(Command::Explain(arguments)) => explain::explain(&arguments),
         Some(Command::New { file }) => documents::write_starter(&file),
-        Some(Command::Schema) => documents::schema(),
+        Some(Command::Schema { markdown }) => documents::schema(markdown),
         Some(Command::Completions { shell }) => documents::completions(shell),
         Some(Command::Man) => documents::manual(),
         None => match arguments.run {

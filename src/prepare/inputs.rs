@@ -8,7 +8,7 @@ use crate::error::{Place, Problem, ProblemKind};
 use crate::geodata::cf_axes::split_variable;
 use crate::prepare::rain::series as rain_series;
 use crate::prepare::sha256;
-use crate::scenario::channel::ChannelShape;
+use crate::scenario::ChannelShape;
 use crate::scenario::{
     BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, Sourced, TableFile,
     TerrainLayer, Timed, VectorSource,

@@ -78,6 +78,7 @@ impl<K: Kind> JsonSchema for Quantity<K> {
         json_schema!({
             "type": ["string", "number"],
             "description": format!("{name}{unit_text}; {}", K::RANGE),
+            "x-kind": format!("{}, {}", name.split_once(' ').map_or(name, |(_, name)| name), K::RANGE).replace(", any finite value", ""),
             "examples": [K::EXAMPLE],
         })
     }
@@ -247,7 +248,7 @@ impl JsonSchema for InputFile {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({"type": "string", "description": "A file; its path is relative to the folder of the scenario."})
+        json_schema!({"type": "string", "x-kind": "file", "description": "A file; its path is relative to the folder of the scenario."})
     }
 }
 
@@ -278,6 +279,7 @@ impl JsonSchema for VectorFile {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": "string",
+            "x-kind": "file of polygons, lines or points",
             "description": "A vector file, or `file.gpkg:layer` for one of its layers; \
                 its path is relative to the folder of the scenario.",
         })
@@ -307,6 +309,7 @@ impl JsonSchema for RasterSeriesFile {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": "string",
+            "x-kind": "NetCDF file, or CSV list of times and files",
             "description": "A NetCDF file, or `file.nc:variable` for one of its variables, or a CSV list of times and \
                 raster files; its path is relative to the folder of the scenario.",
         })
@@ -399,6 +402,7 @@ impl JsonSchema for DateTime {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": "string",
+            "x-kind": "date and time",
             "description": "A date and time as YYYY-MM-DD HH:MM:SS or in another form of ISO 8601: UTC, or with an offset such as +02:00.",
             "examples": [UtcTime::EXAMPLE, "2026-06-01T08:00+02:00"],
         })
@@ -406,29 +410,4 @@ impl JsonSchema for DateTime {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn variables_in_paths_are_replaced_and_missed() {
-        let set = |name: &str| (name == "DATA").then(|| "/data".to_owned());
-        assert_eq!(expand("${DATA}/dem.tif", set), Ok("/data/dem.tif".to_owned()));
-        assert_eq!(expand("a/${DATA}/b${DATA}", set), Ok("a//data/b/data".to_owned()));
-        assert_eq!(expand("plain.tif", set), Ok("plain.tif".to_owned()));
-        assert_eq!(expand("${NONE}/dem.tif", set), Err("NONE".to_owned()));
-    }
-
-    #[test]
-    fn a_layer_follows_the_extension() {
-        for (text, expected) in [
-            ("a.gpkg:lake", ("a.gpkg", Some("lake"))),
-            ("gis/a b.gpkg:lake one", ("gis/a b.gpkg", Some("lake one"))),
-            ("a.geojson", ("a.geojson", None)),
-            ("a:b/c.shp", ("a:b/c.shp", None)),
-            ("odd:name", ("odd:name", None)),
-            ("a.gpkg:", ("a.gpkg:", None)),
-        ] {
-            assert_eq!(split_layer(text), expected, "{text}");
-        }
-    }
-}
+mod tests;

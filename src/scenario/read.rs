@@ -206,6 +206,11 @@ impl Reader {
     }
 }
 
+/// The folder of a scenario file, from which its paths count.
+pub fn folder_of(file: &Path) -> PathBuf {
+    file.parent().map(Path::to_owned).unwrap_or_default()
+}
+
 /// The start of a long text, for messages.
 fn shorten(text: &str) -> String {
     const LONGEST: usize = 60;
@@ -237,7 +242,7 @@ macro_rules! section {
     }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, schemars::JsonSchema)]
-        #[schemars(deny_unknown_fields)]
+        #[schemars(deny_unknown_fields, extend("x-keys" = [$(stringify!($field)),+], "x-example" = $example))]
         pub struct $section {
             $($(#[$field_doc])* pub $field: $type,)+
         }

@@ -11,6 +11,7 @@ use super::read::{FromNode, Reader, section};
 use super::tree::{Node, Value};
 use super::units::{self, Dimension};
 use crate::error::{Problem, ProblemKind};
+use crate::scenario::yaml::{Section, Yaml, file, quantity, quoted};
 
 section! {
     /// A series of values over time in a CSV file.
@@ -166,4 +167,30 @@ impl JsonSchema for RatingFile {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         generator.subschema_for::<RatingSection>()
     }
+}
+
+/// A quantity over time; `unit` is that of SI.
+pub(super) fn written(timed: &Timed, unit: &str) -> Yaml {
+    match timed {
+        Timed::Constant(value) => quantity(value.value, unit),
+        Timed::Series(table) => series_written(table),
+    }
+}
+/// A series in a table.
+pub(super) fn series_written(table: &TableFile) -> Yaml {
+    let after_end = table.after_end.map(|AfterEnd::Hold| "hold");
+    Yaml::Entry(
+        Section::default()
+            .with("series", file(&table.file.value))
+            .and(columns(table, [["time", "time_unit"], ["column", "unit"]]))
+            .with_some("after_end", after_end),
+    )
+}
+/// The columns of a table and their units, as far as they are given, by the keys of both.
+pub(super) fn columns(table: &TableFile, names: [[&'static str; 2]; 2]) -> Section {
+    table.columns.iter().zip(names).fold(Section::default(), |section, (column, [name, unit])| {
+        section
+            .with_some(name, column.name.as_deref().map(quoted))
+            .with_some(unit, column.unit.as_ref().map(|(unit, _)| quoted(unit)))
+    })
 }

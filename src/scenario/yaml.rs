@@ -1,8 +1,13 @@
 //! Values to be written as YAML: sections in the order in which they were made, and entries of one line. How texts are quoted and
 //! numbers written is left to the crate that reads them (`serde-saphyr`).
 
+use std::path::Path;
+
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_yaml::{DoubleQuoted, FlowMap, FlowSeq, ser_options, to_string_with_options};
+
+use crate::scenario::choices::Choice;
+use crate::scenario::model::{Sourced, VectorSource};
 
 /// A value of the resolved scenario.
 #[derive(Clone, Debug)]
@@ -139,6 +144,30 @@ impl Serialize for Yaml {
             Yaml::Entry(section) => FlowMap(section).serialize(serializer),
         }
     }
+}
+
+/// A section where it has a key.
+pub fn filled(section: Section) -> Option<Section> {
+    Some(section).filter(|section| !section.is_empty())
+}
+/// The name of a choice.
+pub fn name_of<T: Choice>(is_it: impl Fn(&T) -> bool) -> &'static str {
+    T::choices().into_iter().find(|(_, candidate)| is_it(candidate)).map_or("unknown", |(name, _)| name)
+}
+/// A vector file, with its layer where it has one.
+pub fn vector(source: &Sourced<VectorSource>) -> Yaml {
+    let path = absolute(&source.value.path);
+    Yaml::Quoted(match &source.value.layer {
+        Some(layer) => format!("{path}:{layer}"),
+        None => path,
+    })
+}
+/// A file.
+pub fn file(path: &Path) -> Yaml {
+    Yaml::Quoted(absolute(path))
+}
+fn absolute(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
 #[cfg(test)]

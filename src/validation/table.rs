@@ -1,6 +1,7 @@
 //! Results as a table for people.
 
 use super::case::Case;
+use super::missed::KNOWN_MISSES;
 use super::row::Row;
 
 const HEADING: [&str; 12] = [
@@ -69,8 +70,12 @@ pub fn list_of_cases<'a>(cases: impl Iterator<Item = &'a Case>) -> String {
         .map(|case| {
             let held_out = if case.is_tuned { "" } else { " Not used to choose constants." };
             let spacings: Vec<String> = case.spacings.iter().map(f64::to_string).collect();
+            let known = KNOWN_MISSES.iter().filter(|known| known.missed.case == case.name);
+            let known: String = known
+                .map(|known| format!("    known to miss a limit, {}: {}\n", known.missed.whose(), known.why))
+                .collect();
             format!(
-                "{}\n    {}{held_out}\n    suite {}; spacings {} m, the first {} at test resolution\n",
+                "{}\n    {}{held_out}\n    suite {}; spacings {} m, the first {} at test resolution\n{known}",
                 case.name,
                 case.about,
                 case.suite.name(),

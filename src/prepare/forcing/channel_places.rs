@@ -6,7 +6,7 @@ use crate::math::{Vec2, readable};
 use crate::output::ChannelGauge;
 use crate::prepare::findings::Findings;
 use crate::prepare::places::features;
-use crate::scenario::channel::Channel;
+use crate::scenario::Channel;
 use crate::scenario::{Sourced, VectorSource};
 
 /// A line whose length differs from that of its channel by more than this share is worth a warning.
@@ -140,7 +140,7 @@ pub fn gauges(channel: &Channel, names: &mut Vec<String>, findings: &mut Finding
             findings.add(&gauge.distance, problem.with_remedy("give a distance from the far end, within `length`"));
         }
     }
-    let of_run = |gauge: &crate::scenario::channel::ChannelGauge| ChannelGauge {
+    let of_run = |gauge: &crate::scenario::ChannelGauge| ChannelGauge {
         id: gauge.id.value.clone(),
         distance: gauge.distance.value,
     };

@@ -15,9 +15,9 @@ use crate::prepare::forcing::plausible::torrent;
 use crate::prepare::forcing::waves;
 use crate::prepare::tables::dates::Origin;
 use crate::prepare::tables::series;
-use crate::scenario::channel::{Channel as Described, ChannelShape, ChannelWalls, ChannelWater, Joint};
 use crate::scenario::units::LENGTH;
 use crate::scenario::{BoundaryCondition, ColumnUnit, Scenario, Side, Sourced};
+use crate::scenario::{Channel as Described, ChannelShape, ChannelWalls, ChannelWater, Joint};
 
 /// A channel of fewer particles is no channel.
 const LEAST_PARTICLES: f64 = 3.0;

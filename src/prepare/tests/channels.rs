@@ -3,9 +3,9 @@
 use super::scene::{Scene, sourced, vector};
 use crate::error::{ProblemKind, Severity};
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::channel::{Channel, ChannelShape, ChannelWalls, ChannelWater, Joint};
 use crate::scenario::methods::Motion;
 use crate::scenario::{Boundary, BoundaryCondition, BuildingMode, Buildings, OpenBoundary, Side, Timed};
+use crate::scenario::{Channel, ChannelShape, ChannelWalls, ChannelWater, Joint};
 
 /// A channel of 100 m by 20 m on a bed at 20 m, which is the plateau, that joins the western edge.
 fn channel() -> Channel {

@@ -6,11 +6,11 @@ use super::scene::{Scene, basin_elevation, centre_of, sourced, vector};
 use crate::error::{Problem, Severity};
 use crate::output::FILL;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::channel::{Channel, ChannelShape, ChannelWalls};
 use crate::scenario::methods::{Motion, Seeding};
 use crate::scenario::{
     Breach, BreachTrigger, Breakline, BreaklineMode, EarlierRun, GrowthLaw, LineLevel, RiverWidth, WaterOfDepth,
 };
+use crate::scenario::{Channel, ChannelShape, ChannelWalls};
 
 fn add(scene: &mut Scene, name: &str, depth: f64, river: Option<RiverWidth>) {
     let key = format!("initial[{}]", scene.scenario.start.depths.len() + 1);

@@ -1,40 +1,12 @@
 //! Beds that move as prescribed: their sections, and what becomes of them.
 
-use std::path::PathBuf;
-
-use super::choices::{Chosen, ElevationUnit};
-use super::fields::{InputFile, Moment, Quantity, VectorFile, Velocity};
-use super::model::{Sourced, TableFile, Timed, VectorSource};
-use super::read::{Reader, section};
-use super::timed::{Changing, ShareSeries};
-use super::tree::Node;
-
-/// A part of the bed that moves.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MovingBed {
-    /// Raster of the final change of ground that moves in place, or of the thickness of a slide at the start.
-    pub raster: Sourced<PathBuf>,
-    /// Factor from its unit to metres.
-    pub unit: f64,
-    /// When it begins (s).
-    pub at: Sourced<f64>,
-    /// How it moves.
-    pub law: BedMovement,
-}
-
-/// How a part of the bed moves.
-#[derive(Clone, Debug, PartialEq)]
-pub enum BedMovement {
-    /// In place: by a share of its change over the time since it began, or all at once.
-    InPlace(Option<TableFile>),
-    /// As a rigid slide.
-    Slide {
-        /// The file with its line.
-        path: Sourced<VectorSource>,
-        /// Velocity along it over the time since it began (m/s).
-        velocity: Timed,
-    },
-}
+use crate::scenario::choices::{Chosen, ElevationUnit};
+use crate::scenario::fields::{InputFile, Moment, Quantity, VectorFile, Velocity};
+use crate::scenario::model::{BedMovement, MovingBed, Sourced};
+use crate::scenario::read::{Reader, section};
+use crate::scenario::timed::{self, Changing, ShareSeries};
+use crate::scenario::tree::Node;
+use crate::scenario::yaml::{Section, Yaml, file, name_of, quantity, vector};
 
 section! {
     /// A part of the bed that moves: ground that rises or sinks, or a slide that runs along a line.
@@ -95,12 +67,28 @@ pub(super) fn resolved(entries: Vec<MovingBedEntry>) -> Vec<MovingBed> {
     entries.into_iter().enumerate().filter_map(one).collect()
 }
 
+/// A moving bed in the resolved scenario.
+pub(super) fn written(bed: &MovingBed) -> Yaml {
+    let key = if matches!(bed.law, BedMovement::InPlace(_)) { "change" } else { "thickness" };
+    let section = Section::default()
+        .with(key, file(&bed.raster.value))
+        .with("unit", name_of(|candidate: &ElevationUnit| candidate.0.to_bits() == bed.unit.to_bits()))
+        .with("at", quantity(bed.at.value, "s"));
+    Yaml::Entry(match &bed.law {
+        BedMovement::InPlace(share) => section.with_some("share", share.as_ref().map(timed::series_written)),
+        BedMovement::Slide { path, velocity } => {
+            section.with("path", vector(path)).with("velocity", timed::written(velocity, "m/s"))
+        }
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
     use super::*;
     use crate::error::{Error, ProblemKind};
+    use crate::scenario::model::Timed;
     use crate::scenario::{Loaded, Scenario, resolve};
 
     fn load(moving_bed: &str) -> Result<Loaded, Error> {

@@ -1,54 +1,52 @@
-//! Water of the start that is not a body with a level: areas and rivers with a depth, and the state of an earlier run.
+//! `initial`: water at the start.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::fields::{Moment, Quantity};
-use super::model::{Sourced, VectorSource};
-use super::read::{FromNode, Reader};
-use super::schema::{InitialEntry, WATER_KINDS};
-use super::tree::{Node, Value};
+use crate::scenario::fields::{InputFile, Length, Level, Moment, Quantity, Text, VectorFile};
+use crate::scenario::model::{EarlierRun, InitialWater, RiverWidth, Scenario, Start, WaterOfDepth};
+use crate::scenario::read::{FromNode, Reader, section};
+use crate::scenario::tree::{Node, Value};
+use crate::scenario::yaml::{Section, Yaml, file, quantity, quoted, vector};
 
-/// Water of the start beside the bodies with a level.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Start {
-    /// Water with a depth; later entries win over earlier ones.
-    pub depths: Vec<WaterOfDepth>,
-    /// The state of an earlier run; there is no other water then.
-    pub earlier: Option<EarlierRun>,
+section! {
+    /// Water at the start: a polygon with a level or a depth, a river with a depth, or the state of an earlier run.
+    InitialEntry, example "{reservoir: reservoir.geojson, level: 100 m}", check check_initial {
+        /// Polygon of a reservoir.
+        reservoir: Option<VectorFile>,
+        /// Polygon of the sea.
+        sea: Option<VectorFile>,
+        /// Polygon of any other water.
+        water: Option<VectorFile>,
+        /// Level of the water; from the attribute of the polygon when absent.
+        level: Option<Quantity<Level>>,
+        /// Attribute of the polygon that holds the level in metres.
+        level_field: Option<Text>,
+        /// Depth of the water, in place of a level.
+        depth: Option<Quantity<Length>>,
+        /// Axis of a river: lines.
+        river: Option<VectorFile>,
+        /// Width of the river; one cell when absent.
+        width: Option<Quantity<Length>>,
+        /// Attribute of the line that holds the width of the river in metres.
+        width_field: Option<Text>,
+        /// The `fields.nc` of an earlier run on the same lattice.
+        fields: Option<InputFile>,
+        /// Time of the earlier run, or `last`; last when absent.
+        time: Option<FrameTime>,
+    }
 }
 
-/// Water of one depth.
-#[derive(Clone, Debug, PartialEq)]
-pub struct WaterOfDepth {
-    /// The file with polygons, or with the lines of a river.
-    pub place: Sourced<VectorSource>,
-    /// The depth (m).
-    pub depth: Sourced<f64>,
-    /// The width of a river; none for polygons.
-    pub river: Option<RiverWidth>,
-}
+/// The keys of the polygon of a body of water.
+pub const WATER_KINDS: [&str; 3] = ["reservoir", "sea", "water"];
 
-/// How wide a river is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RiverWidth {
-    /// One cell.
-    Cell,
-    /// Everywhere the same (m).
-    Constant(f64),
-    /// By an attribute of each line.
-    Field(String),
-}
-
-/// A moment of an earlier run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EarlierRun {
-    /// Its `fields.nc`.
-    pub fields: Sourced<PathBuf>,
-    /// The time (s); the last one when absent.
-    pub time: Option<Sourced<f64>>,
+pub(super) fn resolved(entry: InitialEntry) -> Option<InitialWater> {
+    Some(InitialWater {
+        polygons: entry.reservoir.or(entry.sea).or(entry.water)?.0,
+        level: entry.level.map(|level| level.sourced),
+        level_field: entry.level_field.map(|field| field.0.value),
+    })
 }
 
 /// A time of an earlier run, or `last`.
@@ -148,6 +146,36 @@ pub(super) fn split(entries: Vec<InitialEntry>) -> (Vec<InitialEntry>, Start) {
         }
     }
     (bodies, start)
+}
+
+pub(super) fn written(scenario: &Scenario) -> Vec<Yaml> {
+    let levels = scenario.initial.iter().map(|water| {
+        Section::default()
+            .with(water_kind(&water.polygons.key), vector(&water.polygons))
+            .with_some("level", water.level.as_ref().map(|level| quantity(level.value, "m")))
+            .with_some("level_field", water.level_field.as_deref().map(quoted))
+    });
+    let depths = scenario.start.depths.iter().map(|water| {
+        let kind = if water.river.is_some() { "river" } else { water_kind(&water.place.key) };
+        let of_depth =
+            Section::default().with(kind, vector(&water.place)).with("depth", quantity(water.depth.value, "m"));
+        match &water.river {
+            Some(RiverWidth::Constant(width)) => of_depth.with("width", quantity(*width, "m")),
+            Some(RiverWidth::Field(field)) => of_depth.with("width_field", quoted(field)),
+            Some(RiverWidth::Cell) | None => of_depth,
+        }
+    });
+    let earlier = scenario.start.earlier.iter().map(|earlier| {
+        let time = earlier.time.as_ref().map_or("last".into(), |time| quantity(time.value, "s"));
+        Section::default().with("fields", file(&earlier.fields.value)).with("time", time)
+    });
+    levels.chain(depths).chain(earlier).map(Yaml::Entry).collect()
+}
+
+/// The kind of water that the key path names, such as `initial[0].sea`.
+fn water_kind(key: &str) -> &'static str {
+    let kind = key.rsplit('.').next().unwrap_or_default();
+    WATER_KINDS.into_iter().find(|known| *known == kind).unwrap_or("water")
 }
 
 #[cfg(test)]

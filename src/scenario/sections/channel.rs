@@ -1,78 +1,17 @@
 //! Channels of one dimension: their sections, and what becomes of them.
 
-use std::path::PathBuf;
-
-use super::choices::{Choice, Chosen, OpenType};
-use super::fields::{
+use super::boundaries::{NormalDepth, check_still, condition};
+use crate::scenario::choices::{Choice, Chosen, OpenType};
+use crate::scenario::fields::{
     Coordinate, Discharge, Fall, Height, InputFile, Length, Level, Manning, Quantity, Text, VectorFile,
 };
-use super::model::{BoundaryCondition, Side, Sourced, VectorSource};
-use super::read::{NonEmpty, Reader, section};
-use super::schema::{NormalDepth, check_still};
-use super::timed::Changing;
-use super::tree::{Node, Value};
-
-/// A channel of one dimension.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
-    /// Name, in the tables and their files.
-    pub id: Sourced<String>,
-    /// Length (m).
-    pub length: Sourced<f64>,
-    /// Its cross-sections.
-    pub shape: ChannelShape,
-    /// Manning's n (s·m^(−1/3)); that of the ground when absent.
-    pub manning: Option<f64>,
-    /// What resists.
-    pub walls: ChannelWalls,
-    /// Water at the start, with the place of its level or depth; later ones win.
-    pub water: Vec<Sourced<ChannelWater>>,
-    /// Where it joins the terrain with its near end.
-    pub joins: Option<Sourced<Joint>>,
-    /// What is known beyond its far end; a wall when absent.
-    pub upstream: Option<BoundaryCondition>,
-    /// What is known beyond its near end where it joins nothing; a wall when absent.
-    pub downstream: Option<BoundaryCondition>,
-    /// Its axis on the map, for the places in `channels.nc`.
-    pub line: Option<Sourced<VectorSource>>,
-    /// Its gauges.
-    pub gauges: Vec<ChannelGauge>,
-}
-
-/// A place of a channel at which the water is reported over time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChannelGauge {
-    /// Name.
-    pub id: Sourced<String>,
-    /// Distance from the far end (m).
-    pub distance: Sourced<f64>,
-}
-
-/// The cross-sections of a channel.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ChannelShape {
-    /// The same rectangle everywhere.
-    Rectangle {
-        /// Width (m).
-        width: f64,
-        /// Elevation of the bed at the near end (m).
-        bed: f64,
-        /// Fall of the bed towards the near end (dimensionless).
-        slope: f64,
-    },
-    /// A table of distance, elevation and width.
-    Sections(Sourced<PathBuf>),
-}
-
-/// What of a channel resists the flow.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ChannelWalls {
-    /// The whole wetted perimeter.
-    #[default]
-    Rough,
-    /// The bed alone, as in the plane.
-    Smooth,
-}
+use crate::scenario::model::{
+    BoundaryCondition, Channel, ChannelGauge, ChannelShape, ChannelWalls, ChannelWater, Joint, Side, Sourced,
+};
+use crate::scenario::read::{NonEmpty, Reader, section};
+use crate::scenario::timed::Changing;
+use crate::scenario::tree::{Node, Value};
+use crate::scenario::yaml::{Section, Yaml, file, name_of, quantity, quoted, vector};
 
 impl Choice for ChannelWalls {
     const WHAT: &'static str = "a kind of channel walls";
@@ -80,28 +19,6 @@ impl Choice for ChannelWalls {
     fn choices() -> Vec<(&'static str, Self)> {
         vec![("rough", ChannelWalls::Rough), ("smooth", ChannelWalls::Smooth)]
     }
-}
-
-/// Still water in a part of a channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChannelWater {
-    /// Its level (m); `depth` where absent.
-    pub level: Option<f64>,
-    /// Its depth (m).
-    pub depth: Option<f64>,
-    /// Beginning (m from the far end).
-    pub from: f64,
-    /// End (m from the far end); that of the channel when absent.
-    pub to: Option<f64>,
-}
-
-/// The opening in the edge of the terrain.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
-    /// The side.
-    pub side: Side,
-    /// Its ends along the side, x or y in the reference system of the run (m); the whole side when absent.
-    pub span: Option<(f64, f64)>,
 }
 
 section! {
@@ -318,6 +235,52 @@ fn end(section: ChannelEndSection) -> Option<BoundaryCondition> {
     } else {
         section.r#type.map(|_| BoundaryCondition::Free)?
     })
+}
+
+/// A channel in the resolved scenario.
+pub(super) fn written(channel: &Channel) -> Yaml {
+    let section =
+        Section::default().with("id", quoted(&channel.id.value)).with("length", quantity(channel.length.value, "m"));
+    let shape = match &channel.shape {
+        ChannelShape::Rectangle { width, bed, slope } => {
+            section.with("width", quantity(*width, "m")).with("bed", quantity(*bed, "m")).with("slope", *slope)
+        }
+        ChannelShape::Sections(path) => section.with("sections", file(&path.value)),
+    };
+    let end = |end: &Option<BoundaryCondition>| end.as_ref().map(|end| Yaml::Entry(condition(end)));
+    let gauge = |gauge: &ChannelGauge| {
+        let id = Section::default().with("id", quoted(&gauge.id.value));
+        Yaml::Entry(id.with("distance", quantity(gauge.distance.value, "m")))
+    };
+    Yaml::Entry(
+        shape
+            .with_some("manning", channel.manning)
+            .with("walls", name_of(|walls: &ChannelWalls| *walls == channel.walls))
+            .with_row("water", channel.water.iter().map(|water| water_as_yaml(&water.value)).collect())
+            .with_some("joins", channel.joins.as_ref().map(|joint| joint_as_yaml(&joint.value)))
+            .with_some("upstream", end(&channel.upstream))
+            .with_some("downstream", end(&channel.downstream))
+            .with_some("line", channel.line.as_ref().map(vector))
+            .with_row("gauges", channel.gauges.iter().map(gauge).collect()),
+    )
+}
+fn water_as_yaml(water: &ChannelWater) -> Yaml {
+    let length = |value: f64| quantity(value, "m");
+    Yaml::Entry(
+        Section::default()
+            .with_some("level", water.level.map(length))
+            .with_some("depth", water.depth.filter(|_| water.level.is_none()).map(length))
+            .with("from", length(water.from))
+            .with_some("to", water.to.map(length)),
+    )
+}
+fn joint_as_yaml(joint: &Joint) -> Yaml {
+    Yaml::Entry(
+        Section::default()
+            .with("side", name_of(|side: &Side| *side == joint.side))
+            .with_some("from", joint.span.map(|(from, _)| from))
+            .with_some("to", joint.span.map(|(_, to)| to)),
+    )
 }
 
 #[cfg(test)]

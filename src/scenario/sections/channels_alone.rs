@@ -1,9 +1,9 @@
 //! A scenario whose water is in channels alone: it has no terrain, and nothing that stands, falls or is drawn on one.
 
-use super::read::{FromNode, Reader};
-use super::schema::{Terrain, has};
-use super::tree::{Node, Value};
+use super::terrain::Terrain;
 use crate::error::{Problem, ProblemKind};
+use crate::scenario::read::{FromNode, Reader};
+use crate::scenario::tree::{Node, Value};
 
 /// Keys that ask for terrain, and what of it a channel has instead or why it has nothing.
 const OF_TERRAIN: [(&str, &str); 18] = [
@@ -47,7 +47,7 @@ pub(super) fn check(node: &Node, reader: &mut Reader) -> Option<()> {
     };
     for (path, why) in OF_TERRAIN {
         let (section, key) = path.split_once('.').map_or((Some(node), path), |(name, key)| (node.get(name), key));
-        let Some(place) = section.filter(|section| has(section, key)).and_then(|section| section.get(key)) else {
+        let Some(place) = section.filter(|section| section.has(key)).and_then(|section| section.get(key)) else {
             continue;
         };
         // A system that is named is that of the lines of the channels.
@@ -68,5 +68,5 @@ pub(super) fn are_rough(node: &Node) -> bool {
         Some(Value::List(channels)) => channels.as_slice(),
         _ => return false,
     };
-    !has(node, "terrain") && !channels.is_empty() && channels.iter().all(|channel| has(channel, "manning"))
+    !node.has("terrain") && !channels.is_empty() && channels.iter().all(|channel| channel.has("manning"))
 }

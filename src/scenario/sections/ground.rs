@@ -1,118 +1,12 @@
 //! What planners build into the terrain: how its layers meet, its holes, breaklines and buildings; as written, and as it
 //! becomes in the resolved scenario.
 
-use std::borrow::Cow;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-
-use super::choices::{Choice, Chosen};
-use super::fields::{CellCount, Height, Length, Level, Manning, Quantity, Text, VectorFile};
-use super::model::{Sourced, VectorSource};
-use super::read::{FromNode, Reader, section};
-use super::tree::{Node, Value};
-
-/// What the terrain holds beside its layers.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ground {
-    /// What becomes of holes; the edge of a hole is a wall when absent.
-    pub gaps: Option<Sourced<Gaps>>,
-    /// Lines along which the bed is raised or lowered, in their order; walls with a crest come last.
-    pub breaklines: Vec<Breakline>,
-    /// Buildings.
-    pub buildings: Option<Buildings>,
-}
-
-/// How a terrain layer meets those under it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LayerMode {
-    /// It counts alone.
-    #[default]
-    Replace,
-    /// The lower one of the two counts, as for a river bed under a water surface.
-    Min,
-    /// The higher one of the two counts.
-    Max,
-}
-
-/// What becomes of cells without terrain that terrain encloses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gaps {
-    /// Their edge is a wall.
-    Wall,
-    /// The run is refused.
-    Refuse,
-    /// They are filled from their rim, if they have no more cells than this.
-    Fill {
-        /// Cells of the lattice.
-        max_cells: usize,
-    },
-}
-
-/// What a breakline does to the bed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BreaklineMode {
-    /// Nothing under it lies lower.
-    Raise,
-    /// Nothing under it lies higher.
-    Carve,
-}
-
-/// Lines along which the bed is raised or lowered.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Breakline {
-    /// The file with the lines.
-    pub lines: Sourced<VectorSource>,
-    /// Up or down.
-    pub mode: BreaklineMode,
-    /// Where its levels come from.
-    pub level: LineLevel,
-    /// Its width (m); a cell when absent.
-    pub width: Option<f64>,
-}
-
-/// Where the levels of a breakline come from.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LineLevel {
-    /// The same for all its lines (m).
-    Constant(Sourced<f64>),
-    /// An attribute of each line.
-    Field(String),
-    /// The third coordinate of its vertices.
-    Vertices,
-}
-
-/// Footprints of buildings.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Buildings {
-    /// The file with their polygons.
-    pub polygons: Sourced<VectorSource>,
-    /// What they do.
-    pub mode: BuildingMode,
-}
-
-/// What a building does.
-#[derive(Clone, Debug, PartialEq)]
-pub enum BuildingMode {
-    /// No water gets in.
-    Block,
-    /// The bed is higher.
-    Raise {
-        /// By this height (m); by an attribute of each when absent.
-        height: Option<f64>,
-        /// The attribute; `height_m` or `height` when absent.
-        field: Option<String>,
-    },
-    /// The bed has this Manning roughness; the attribute `n` of each when absent.
-    Roughness(Option<f64>),
-}
-
-impl Choice for LayerMode {
-    const WHAT: &'static str = "a way for a layer to meet those under it";
-
-    fn choices() -> Vec<(&'static str, Self)> {
-        vec![("replace", LayerMode::Replace), ("min", LayerMode::Min), ("max", LayerMode::Max)]
-    }
-}
+use crate::scenario::choices::{Choice, Chosen};
+use crate::scenario::fields::{Height, Length, Level, Manning, Quantity, Text, VectorFile};
+use crate::scenario::model::{Breakline, BreaklineMode, BuildingMode, Buildings, LineLevel, Scenario};
+use crate::scenario::read::{Reader, section};
+use crate::scenario::tree::{Node, Value};
+use crate::scenario::yaml::{Section, Yaml, quantity, quoted, vector};
 
 impl Choice for BreaklineMode {
     const WHAT: &'static str = "a mode of a breakline";
@@ -138,65 +32,6 @@ impl Choice for BuildingKind {
 
     fn choices() -> Vec<(&'static str, Self)> {
         vec![("block", BuildingKind::Block), ("raise", BuildingKind::Raise), ("roughness", BuildingKind::Roughness)]
-    }
-}
-
-/// The one way in which holes are filled: inverse distances.
-#[derive(Clone, Copy, Debug)]
-pub struct InverseDistances;
-
-impl Choice for InverseDistances {
-    const WHAT: &'static str = "a way of filling gaps";
-
-    fn choices() -> Vec<(&'static str, Self)> {
-        vec![("idw", InverseDistances)]
-    }
-}
-
-section! {
-    /// Holes of the terrain that are filled.
-    GapsSection, example "{fill: idw, max_cells: 50}" {
-        /// How: idw, inverse squared distances from the rim.
-        fill: Chosen<InverseDistances>,
-        /// Cells of the lattice beyond which a hole is refused.
-        max_cells: Quantity<CellCount>,
-    }
-}
-
-/// What becomes of holes: `gaps: wall`, `gaps: error`, or a section.
-#[derive(Clone, Debug)]
-pub struct GapsChoice(pub Sourced<Gaps>);
-
-impl FromNode for GapsChoice {
-    fn example() -> String {
-        "error".to_owned()
-    }
-
-    fn from_node(node: &Node, reader: &mut Reader) -> Option<Self> {
-        let gaps = match &node.value {
-            Value::Text(text) => match text.as_str() {
-                "wall" => Gaps::Wall,
-                "error" => Gaps::Refuse,
-                _ => {
-                    let remedy = "write `wall`, `error`, or `{fill: idw, max_cells: 50}`";
-                    reader.error(node, "unknown-name", format!("`{text}` is no way to treat gaps"), remedy);
-                    return None;
-                }
-            },
-            _ => Gaps::Fill { max_cells: GapsSection::from_node(node, reader)?.max_cells.value() as usize },
-        };
-        Some(GapsChoice(reader.sourced(node, gaps)))
-    }
-}
-
-impl JsonSchema for GapsChoice {
-    fn schema_name() -> Cow<'static, str> {
-        "Gaps".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let section = generator.subschema_for::<GapsSection>();
-        json_schema!({"anyOf": [{"enum": ["wall", "error"]}, section]})
     }
 }
 
@@ -319,6 +154,49 @@ pub(super) fn buildings(section: BuildingsSection) -> Buildings {
         BuildingKind::Roughness => BuildingMode::Roughness(section.n.map(|n| n.value())),
     };
     Buildings { polygons: section.polygons.0, mode }
+}
+
+section! {
+    /// Structures.
+    Structures, example "{walls: [{lines: dam_line.geojson}]}" {
+        /// Walls that no water crosses, such as a dam that stands, or only over their crest.
+        walls: Option<Vec<Wall>>,
+        /// Footprints of buildings.
+        buildings: Option<BuildingsSection>,
+    }
+}
+
+pub(super) fn written(scenario: &Scenario) -> Section {
+    let walls = scenario.walls.iter().map(|wall| Yaml::Entry(Section::default().with("lines", vector(wall))));
+    let crested = scenario.ground.breaklines.iter().filter(|line| is_wall(line)).map(|wall| {
+        let lines = Section::default().with("lines", vector(&wall.lines));
+        Yaml::Entry(lines.and(level(["crest", "crest_field"], &wall.level)))
+    });
+    let buildings = scenario.ground.buildings.as_ref().map(|buildings| {
+        let mode = match &buildings.mode {
+            BuildingMode::Block => Section::default().with("mode", "block"),
+            BuildingMode::Raise { height, field } => Section::default()
+                .with("mode", "raise")
+                .with_some("height", height.map(|height| quantity(height, "m")))
+                .with_some("height_field", field.as_deref().filter(|_| height.is_none()).map(quoted)),
+            BuildingMode::Roughness(n) => Section::default().with("mode", "roughness").with_some("n", *n),
+        };
+        Yaml::Entry(Section::default().with("polygons", vector(&buildings.polygons)).and(mode))
+    });
+    Section::default().with_list("walls", walls.chain(crested).collect()).with_some("buildings", buildings)
+}
+
+/// Whether a breakline is a wall with a crest.
+pub(super) fn is_wall(line: &Breakline) -> bool {
+    line.lines.key.starts_with("structures.")
+}
+/// The level of a breakline, by the keys of a constant and of an attribute.
+pub(super) fn level([constant, field]: [&'static str; 2], level: &LineLevel) -> Section {
+    match level {
+        LineLevel::Constant(level) => Section::default().with(constant, quantity(level.value, "m")),
+        LineLevel::Field(name) => Section::default().with(field, quoted(name)),
+        LineLevel::Vertices => Section::default(),
+    }
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::scenario::{
-    BoundaryCondition, BreachTrigger, LineLevel, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer, Timed,
-    resolve,
+    BoundaryCondition, Breach, BreachTrigger, LineLevel, OpenBoundary, RainAmount, Scenario, SourcePlace, TerrainLayer,
+    Timed, resolve,
 };
 
 /// The scenario without the places of its values, which differ between two files by nature.
@@ -99,22 +99,24 @@ fn forget_forcing(plain: &mut Scenario) {
         }
     }
     plain.outputs.sections.iter_mut().for_each(|sections| sections.place = None);
-    if let Some(breach) = &mut plain.breach {
-        breach.dam.place = None;
-        breach.crest.iter_mut().chain(&mut breach.duration).for_each(|value| value.place = None);
-        breach.share.iter_mut().for_each(|share| share.file.place = None);
-        match &mut breach.trigger {
-            BreachTrigger::At(at) => (at.place, at.key) = (None, String::new()),
-            BreachTrigger::Level { level, place } => (level.place, place.place) = (None, None),
-        }
-        if let Some(shape) = &mut breach.shape {
-            (shape.bottom_width.place, shape.invert.place) = (None, None);
-            shape.position.iter_mut().for_each(|place| place.place = None);
-        }
-        if let Some(method) = &mut breach.method {
-            (method.volume.place, method.invert.place) = (None, None);
-            method.position.iter_mut().for_each(|place| place.place = None);
-        }
+    plain.breach.iter_mut().for_each(forget_breach);
+}
+
+fn forget_breach(breach: &mut Breach) {
+    breach.dam.place = None;
+    breach.crest.iter_mut().chain(&mut breach.duration).for_each(|value| value.place = None);
+    breach.share.iter_mut().for_each(|share| share.file.place = None);
+    match &mut breach.trigger {
+        BreachTrigger::At(at) => (at.place, at.key) = (None, String::new()),
+        BreachTrigger::Level { level, place } => (level.place, place.place) = (None, None),
+    }
+    if let Some(shape) = &mut breach.shape {
+        (shape.bottom_width.place, shape.invert.place) = (None, None);
+        shape.position.iter_mut().for_each(|place| place.place = None);
+    }
+    if let Some(method) = &mut breach.method {
+        (method.volume.place, method.invert.place) = (None, None);
+        method.position.iter_mut().for_each(|place| place.place = None);
     }
 }
 

@@ -1,0 +1,76 @@
+//! Methods with their numbers, and the limits of a run.
+
+use crate::scenario::methods::{
+    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
+    Turbulence, WallMethod,
+};
+
+/// Chosen methods and their numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Numerics {
+    /// Formulation.
+    pub formulation: Formulation,
+    /// Motion.
+    pub motion: Motion,
+    /// Stabilisation.
+    pub stabilisation: Stabilisation,
+    /// Reconstruction.
+    pub reconstruction: Reconstruction,
+    /// Seeding of Lagrangian particles.
+    pub seeding: Seeding,
+    /// Kernel.
+    pub kernel: Kernel,
+    /// Integrator.
+    pub integrator: Integrator,
+    /// Bed.
+    pub bed: BedMethod,
+    /// Effect of the bed's slope.
+    pub bed_slope: BedSlope,
+    /// Turbulence in the plane.
+    pub turbulence: Turbulence,
+    /// Walls beside Lagrangian particles.
+    pub wall: WallMethod,
+    /// Courant number.
+    pub cfl: f64,
+    /// Gravity (m/s²).
+    pub gravity: f64,
+    /// Depth (m) below which water does not move.
+    pub dry_depth: f64,
+}
+
+impl Numerics {
+    /// The core that they ask for.
+    pub fn core(&self) -> Core {
+        Core::of(self.formulation, self.motion)
+    }
+
+    /// Every method that acts, as family and name, and the Courant number.
+    pub fn acting(&self) -> Vec<(&'static str, String)> {
+        const ALL: &[Core] = Core::ALL;
+        const MOVING: &[Core] = &[Core::Lagrangian, Core::Variational];
+        let families: [(&str, &str, &[Core]); 11] = [
+            ("formulation", self.formulation.name(), ALL),
+            ("motion", self.motion.name(), ALL),
+            ("stabilisation", self.stabilisation.name(), ALL),
+            ("reconstruction", self.reconstruction.name(), ALL),
+            ("integrator", self.integrator.name(), ALL),
+            ("bed", self.bed.name(), ALL),
+            ("seeding", self.seeding.name(), MOVING),
+            ("kernel", self.kernel.name(), MOVING),
+            ("wall", self.wall.name(), MOVING),
+            ("bed_slope", self.bed_slope.name(), &[Core::Variational]),
+            ("turbulence", self.turbulence.name(), &[Core::Eulerian]),
+        ];
+        let acting = families.into_iter().filter(|(.., cores)| cores.contains(&self.core()));
+        acting.map(|(family, name, _)| (family, name.to_owned())).chain([("cfl", self.cfl.to_string())]).collect()
+    }
+}
+
+/// Limits that are checked before anything is allocated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Memory (bytes).
+    pub memory: f64,
+    /// Particles, riverbed and fluid together.
+    pub particles: f64,
+}

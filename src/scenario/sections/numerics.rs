@@ -1,0 +1,189 @@
+//! `numerics`: methods by family, and their numbers.
+
+use crate::error::{Problem, ProblemKind};
+use crate::scenario::choices::{Choice, Chosen};
+use crate::scenario::defaults::{DRY_DEPTH, GRAVITY};
+use crate::scenario::fields::{Courant, Gravity, Length, Quantity};
+use crate::scenario::methods::{
+    BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Method, Motion, Preset, Reconstruction, Seeding,
+    Stabilisation, Turbulence, WallMethod,
+};
+use crate::scenario::model::{Numerics, Scenario};
+use crate::scenario::read::{Reader, section};
+use crate::scenario::tree::{Node, Value};
+use crate::scenario::yaml::{Section, quantity};
+
+section! {
+    /// Methods by family, each with a default, and their numbers.
+    NumericsSection, example "{cfl: 0.5}", check check_methods {
+        /// A set of choices by name, of which the keys beside it change one each; the defaults are those of balanced.
+        preset: Option<Chosen<Preset>>,
+        /// How the equations become sums over particles; balanced when absent.
+        formulation: Option<Chosen<Formulation>>,
+        /// Whether particles rest on the riverbed or move; eulerian when absent, lagrangian for the variational formulation.
+        motion: Option<Chosen<Motion>>,
+        /// Treatment of a pair of particles; two_rarefactions for Eulerian, two_shocks for Lagrangian particles, artificial_viscosity for the variational formulation when absent.
+        stabilisation: Option<Chosen<Stabilisation>>,
+        /// States on both sides of a face; limited when absent, none with artificial_viscosity.
+        reconstruction: Option<Chosen<Reconstruction>>,
+        /// Places of Lagrangian particles at the start; lattice when absent.
+        seeding: Option<Chosen<Seeding>>,
+        /// Smoothing kernel; cubic_spline when absent.
+        kernel: Option<Chosen<Kernel>>,
+        /// Time integration; heun for Eulerian, leapfrog for Lagrangian particles when absent.
+        integrator: Option<Chosen<Integrator>>,
+        /// How riverbed particles get their elevation; see the methods for the default.
+        bed: Option<Chosen<BedMethod>>,
+        /// Effect of the bed's slope on the variational formulation; hydrostatic when absent.
+        bed_slope: Option<Chosen<BedSlope>>,
+        /// Mixing by turbulence in the plane; none when absent.
+        turbulence: Option<Chosen<Turbulence>>,
+        /// What stands for a wall beside Lagrangian particles; mirror when absent.
+        wall: Option<Chosen<WallMethod>>,
+        /// Courant number; 0.5 for Eulerian, 0.4 for Lagrangian particles when absent.
+        cfl: Option<Quantity<Courant>>,
+        /// Gravity in m/s²; 9.81 when absent.
+        gravity: Option<Quantity<Gravity>>,
+        /// Depth below which water does not move; 1 mm when absent.
+        dry_depth: Option<Quantity<Length>>,
+    }
+}
+
+/// The greatest Courant number at which Eulerian particles hold in the suite of stability (cases `cfl_02` to `cfl_16`).
+const GREATEST_COURANT_OF_EULERIAN: f64 = 0.6;
+
+/// A number as it is written; none where there is none, or something that is no number, which is reported elsewhere.
+fn number(node: &Node, key: &str) -> Option<f64> {
+    match &node.get(key)?.value {
+        Value::Text(text) => text.parse().ok(),
+        _ => None,
+    }
+}
+
+/// A method as the scenario means it: the one written, or the usual one. None where the written name is unknown, which is
+/// reported elsewhere and must not draw further problems after it.
+pub(super) fn meant<T: Choice>(node: &Node, key: &str, usual: T) -> Option<T> {
+    match node.get(key).map(|value| &value.value) {
+        None | Some(Value::Empty) => Some(usual),
+        Some(Value::Text(text)) => T::choices().into_iter().find(|(name, _)| name == text).map(|(_, method)| method),
+        Some(_) => None,
+    }
+}
+
+/// Refuses combinations of methods that do not exist: no core ignores what the scenario says.
+fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
+    let formulation = meant(node, "formulation", Formulation::default())?;
+    let is_variational = formulation == Formulation::Variational;
+    let motion = meant(node, "motion", if is_variational { Motion::Lagrangian } else { Motion::default() })?;
+    let core = Core::of(formulation, motion);
+    let written = written_methods(node);
+    let mut is_fit = true;
+    for method in written.iter().filter(|method| !method.cores.contains(&core)) {
+        reader.report(method.node, refusal(core, method, &written));
+        is_fit = false;
+    }
+    let courant = number(node, "cfl").filter(|courant| *courant > GREATEST_COURANT_OF_EULERIAN && *courant <= 1.0);
+    if let (Core::Eulerian, Some(_), Some(value)) = (core, courant, node.get("cfl")) {
+        let message =
+            format!("Eulerian particles are unstable beyond a Courant number of {GREATEST_COURANT_OF_EULERIAN}");
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", value.key.clone(), message)
+            .with_cause("in two dimensions water leaves through faces of both directions: 0.5 is safe, 0.8 degrades, 1 breaks down")
+            .with_remedy("write `cfl: 0.5`, or leave it out");
+        reader.report(value, problem);
+        is_fit = false;
+    }
+    is_fit.then_some(())
+}
+
+/// A method that is written under a key, and the cores that have it.
+struct Written<'a> {
+    key: &'static str,
+    node: &'a Node,
+    name: &'a str,
+    cores: &'static [Core],
+    why_not_elsewhere: &'static str,
+}
+
+/// The methods of the families that not all cores share, as far as they are written and known.
+fn written_methods(section: &Node) -> Vec<Written<'_>> {
+    let all = [
+        written_as::<Motion>(section, "motion"),
+        written_as::<Stabilisation>(section, "stabilisation"),
+        written_as::<Reconstruction>(section, "reconstruction"),
+        written_as::<Integrator>(section, "integrator"),
+        written_as::<Seeding>(section, "seeding"),
+        written_as::<Kernel>(section, "kernel"),
+        written_as::<WallMethod>(section, "wall"),
+        written_as::<BedSlope>(section, "bed_slope"),
+        written_as::<Turbulence>(section, "turbulence"),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+fn written_as<'a, T: Choice + Method>(section: &'a Node, key: &'static str) -> Option<Written<'a>> {
+    let node = section.get(key)?;
+    let Value::Text(name) = &node.value else { return None };
+    let (_, method) = T::choices().into_iter().find(|(known, _)| known == name)?;
+    Some(Written { key, node, name, cores: method.cores(), why_not_elsewhere: method.why_not_elsewhere() })
+}
+
+/// The problem of a method that a core does not have. Its remedy names the cores that have all that is written.
+fn refusal(core: Core, method: &Written<'_>, written: &[Written<'_>]) -> Problem {
+    let has_all = |other: &&Core| written.iter().all(|own| own.key == "motion" || own.cores.contains(other));
+    let others = Core::ALL.iter().filter(has_all).map(|other| format!(", or write `{}`", other.asked_for_by()));
+    // A preset has the place of what it sets.
+    let written_as = method.node.key.rsplit('.').next().unwrap_or(method.key);
+    let message = format!("{} have no `{}: {}`", core.particles(), method.key, method.name);
+    Problem::error(ProblemKind::Scenario, "method-combination", method.node.key.clone(), message)
+        .with_cause(method.why_not_elsewhere)
+        .with_remedy(format!("leave `{written_as}` out{}", others.collect::<String>()))
+}
+
+pub(super) fn resolved(section: Option<&NumericsSection>) -> Numerics {
+    let formulation =
+        section.and_then(|s| s.formulation.as_ref()).map_or(Formulation::default(), |chosen| chosen.0.value);
+    let is_variational = formulation == Formulation::Variational;
+    let usual_motion = if is_variational { Motion::Lagrangian } else { Motion::default() };
+    let motion = section.and_then(|s| s.motion.as_ref()).map_or(usual_motion, |chosen| chosen.0.value);
+    let core = Core::of(formulation, motion);
+    let usual_pairs = core.usual_stabilisation();
+    let stabilisation = section.and_then(|s| s.stabilisation.as_ref()).map_or(usual_pairs, |chosen| chosen.0.value);
+    let usual_states = stabilisation.usual_reconstruction();
+    let (usual_integrator, usual_cfl) = core.usual_integration();
+    Numerics {
+        formulation,
+        motion,
+        stabilisation,
+        reconstruction: section.and_then(|s| s.reconstruction.as_ref()).map_or(usual_states, |chosen| chosen.0.value),
+        seeding: section.and_then(|s| s.seeding.as_ref()).map_or(Seeding::default(), |chosen| chosen.0.value),
+        kernel: section.and_then(|s| s.kernel.as_ref()).map_or(Kernel::default(), |chosen| chosen.0.value),
+        integrator: section.and_then(|s| s.integrator.as_ref()).map_or(usual_integrator, |chosen| chosen.0.value),
+        bed_slope: section.and_then(|s| s.bed_slope.as_ref()).map_or(BedSlope::default(), |chosen| chosen.0.value),
+        turbulence: section.and_then(|s| s.turbulence.as_ref()).map_or(Turbulence::default(), |chosen| chosen.0.value),
+        wall: section.and_then(|s| s.wall.as_ref()).map_or(WallMethod::default(), |chosen| chosen.0.value),
+        bed: section.and_then(|s| s.bed.as_ref()).map_or(BedMethod::default(), |chosen| chosen.0.value),
+        cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
+        gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
+        dry_depth: section.and_then(|s| s.dry_depth.as_ref()).map_or(DRY_DEPTH, |depth| depth.value()),
+    }
+}
+
+pub(super) fn written(scenario: &Scenario) -> Section {
+    let numerics = &scenario.numerics;
+    let has_maps = !scenario.is_channels_alone();
+    Section::default()
+        .with("formulation", numerics.formulation.name())
+        .with("motion", numerics.motion.name())
+        .with("stabilisation", numerics.stabilisation.name())
+        .with("reconstruction", numerics.reconstruction.name())
+        .with("seeding", numerics.seeding.name())
+        .with("kernel", numerics.kernel.name())
+        .with("integrator", numerics.integrator.name())
+        .with_some("bed", has_maps.then(|| numerics.bed.name()))
+        .with_some("turbulence", has_maps.then(|| numerics.turbulence.name()))
+        .with("bed_slope", numerics.bed_slope.name())
+        .with("wall", numerics.wall.name())
+        .with("cfl", numerics.cfl)
+        .with("gravity", quantity(numerics.gravity, "m/s2"))
+        .with("dry_depth", quantity(numerics.dry_depth, "m"))
+}

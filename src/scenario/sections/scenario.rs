@@ -1,0 +1,300 @@
+//! The scenario as a whole: its sections, what must go together, and its parts that are single values.
+
+use std::path::Path;
+
+use super::boundaries::BoundaryEntry;
+use super::breach::OneBreach;
+use super::channel::ChannelEntry;
+use super::ground::Structures;
+use super::initial::InitialEntry;
+use super::moving_bed::MovingBedEntry;
+use super::numerics::NumericsSection;
+use super::outputs::OutputsSection;
+use super::rain::RainSection;
+use super::roughness::RoughnessSection;
+use super::sources::SourceEntry;
+use super::terrain::Terrain;
+use super::{
+    boundaries, breach, channel, channels_alone, ground, initial, moving_bed, numerics, outputs, rain, roughness,
+    sources, terrain,
+};
+use crate::error::{Problem, ProblemKind};
+use crate::scenario::defaults::{MAX_PARTICLES, MEMORY_SHARE, machine_memory};
+use crate::scenario::fields::{Count, DateTime, EndTime, FormatVersion, Length, Memory, Quantity, Text};
+use crate::scenario::methods::{Formulation, Motion};
+use crate::scenario::model::{CrsChoice, Limits, Scenario, Sourced};
+use crate::scenario::read::{FromNode, NonEmpty, Reader, section};
+use crate::scenario::tree::{Node, Value};
+use crate::scenario::yaml::{Section, Yaml, filled, quantity, quoted};
+
+section! {
+    /// A flood scenario.
+    ScenarioFile, example "{...}", check check_scenario {
+        /// Version of the scenario format.
+        floodsim: FormatVersion,
+        /// Title; the name of the scenario when absent.
+        title: Option<Text>,
+        /// Coordinate reference system such as EPSG:27572, or `local` for plain metres; that of the terrain when absent.
+        crs: Option<Text>,
+        /// Terrain: a raster file, or layers; not needed where there are channels.
+        terrain: Option<Terrain>,
+        /// Roughness of the ground; not needed where there are channels alone, each with its own.
+        roughness: Option<RoughnessSection>,
+        /// Structures that hold or divert water.
+        structures: Option<Structures>,
+        /// Bodies of still water at the start; needed unless water comes by a boundary, a source or rain.
+        initial: Option<NonEmpty<InitialEntry>>,
+        /// Open edges, where water comes and goes; all other edges are walls.
+        boundaries: Option<Vec<BoundaryEntry>>,
+        /// Water that comes out of the ground.
+        sources: Option<Vec<SourceEntry>>,
+        /// Rain on the whole terrain.
+        rain: Option<RainSection>,
+        /// A dam that breaks.
+        breach: Option<OneBreach>,
+        /// Parts of the bed that move: ground that rises or sinks, and slides.
+        moving_bed: Option<Vec<MovingBedEntry>>,
+        /// Channels that are computed in one dimension.
+        channels: Option<Vec<ChannelEntry>>,
+        /// Distance of two particles.
+        resolution: Quantity<Length>,
+        /// Simulated time.
+        time: Time,
+        /// What to write, and where.
+        outputs: Option<OutputsSection>,
+        /// Methods and their numbers.
+        numerics: Option<NumericsSection>,
+        /// Limits that are checked before anything is computed.
+        limits: Option<LimitsSection>,
+    }
+}
+
+/// Why Lagrangian particles do not have something, as the end of a sentence.
+fn why_not(what: &str) -> &'static str {
+    match what {
+        "rain" => "lifts the water, and the depths of this formulation are sums over particles of fixed volume",
+        "channels" => "meet the plane at the faces of cells, which these particles do not have",
+        "cross-sections" => "are measured in the balanced formulation alone",
+        _ => "would need particles that come and go, and those of this formulation stay the same",
+    }
+}
+
+/// Refuses what Lagrangian particles or channels alone do not have, and a scenario without any water.
+fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
+    outputs::tell_of_outputs(node, reader);
+    initial::check_alone(node, reader)?;
+    let is_placed = node.has("terrain") || channels_alone::check(node, reader).is_some();
+    let is_rough = node.has("roughness")
+        || channels_alone::are_rough(node)
+        || RoughnessSection::when_absent(node, "roughness", reader).is_some();
+    let is_whole = is_placed && is_rough;
+    let boundaries = match node.get("boundaries").map(|list| &list.value) {
+        Some(Value::List(entries)) => entries.as_slice(),
+        _ => &[],
+    };
+    let is_fed = node.has("sources") || node.has("rain") || node.has("channels") || boundaries.iter().any(feeds);
+    if !is_fed && !node.has("initial") {
+        NonEmpty::<InitialEntry>::when_absent(node, "initial", reader);
+        return None;
+    }
+    let has_methods = check_moving_particles(node, boundaries, reader)?;
+    (is_whole && has_methods).then_some(())
+}
+
+/// What says something of the water that comes in.
+fn feeds(entry: &Node) -> bool {
+    ["discharge", "level", "stage", "wave"].iter().any(|key| entry.has(key))
+}
+
+/// Whether the particles have all that the scenario asks for, where they are Lagrangian; refuses what they do not have. None where a method has
+/// no known name, which is reported elsewhere.
+fn check_moving_particles(node: &Node, boundaries: &[Node], reader: &mut Reader) -> Option<bool> {
+    let empty = Node { value: Value::Section(Vec::new()), ..node.clone() };
+    let numerics = node.get("numerics").filter(|n| matches!(n.value, Value::Section(_))).unwrap_or(&empty);
+    let formulation = numerics::meant(numerics, "formulation", Formulation::default())?;
+    let usual = if formulation == Formulation::Variational { Motion::Lagrangian } else { Motion::default() };
+    if numerics::meant(numerics, "motion", usual)? == Motion::Eulerian {
+        return Some(true);
+    }
+    // An entry that says nothing of the water beyond is refused by the reader of boundaries.
+    let has_condition = |entry: &Node| {
+        let is_free = entry.get("type").is_some_and(|kind| kind.value == Value::Text("free".to_owned()));
+        is_free || feeds(entry) || ["normal_depth", "rating"].iter().any(|key| entry.has(key))
+    };
+    // Summed depths know no water beyond an edge, and none that is added.
+    let is_summed = formulation == Formulation::Variational;
+    let outputs = node.get("outputs").and_then(|outputs| outputs.get("sections"));
+    let foreign = boundaries
+        .iter()
+        .filter(|entry| is_summed && matches!(entry.value, Value::Section(_)) && has_condition(entry))
+        .map(|entry| (entry, "a boundary with a condition"))
+        .chain(node.get("sources").filter(|_| is_summed).map(|sources| (sources, "sources")))
+        .chain(node.get("rain").filter(|_| is_summed).map(|rain| (rain, "rain")))
+        .chain(node.get("channels").map(|channels| (channels, "channels")))
+        .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
+    let mut is_fit = true;
+    for (key, what, otherwise) in [
+        ("breach", "dam that breaks", "for a dam that is gone at the start, take `breach` out"),
+        ("moving_bed", "moving bed", "or take this out"),
+    ] {
+        let changing = node.get(key).filter(|changing| is_summed && changing.value != Value::Empty);
+        let Some(changing) = changing else { continue };
+        let message = format!("the particles of the variational formulation know no {what}");
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", changing.key.clone(), message)
+            .with_cause("its bed changes in time, and that of this formulation stays the same")
+            .with_remedy(format!("leave `numerics.formulation` out (or write `formulation: balanced`); {otherwise}"));
+        reader.report(changing, problem);
+        is_fit = false;
+    }
+    for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {
+        let who = if is_summed { "the particles of the variational formulation" } else { "Lagrangian particles" };
+        let message = format!("{who} know no {}", what.trim_start_matches("a "));
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", place.key.clone(), message)
+            .with_cause(format!("{what} {}", why_not(what)))
+            .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`), or take this out");
+        reader.report(place, problem);
+        is_fit = false;
+    }
+    Some(is_fit)
+}
+
+section! {
+    /// Simulated time.
+    Time, example "{end: 1 h}" {
+        /// End of the run, counted from its start.
+        end: Quantity<EndTime>,
+        /// Date and time of the start, in UTC or with an offset such as `+02:00`; 1582-10-15 or later.
+        reference: Option<DateTime>,
+    }
+}
+
+section! {
+    /// Limits that are checked before anything is computed.
+    LimitsSection, example "{memory: 8 GB}" {
+        /// Memory; 80 % of that of the machine when absent.
+        memory: Option<Quantity<Memory>>,
+        /// Particles, riverbed and fluid together; 50 million when absent.
+        particles: Option<Quantity<Count>>,
+    }
+}
+
+pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
+    let name = scenario_name(file);
+    let end_time = written.time.end.value();
+    let resolution = written.resolution.sourced;
+    let has_terrain = written.terrain.is_some();
+    let (layers, reproject, mut ground) = written.terrain.map(terrain::resolved).unwrap_or_default();
+    let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));
+    let walls = walls.unwrap_or_default();
+    ground.breaklines.extend(ground::breaklines(Vec::new(), &walls));
+    ground.buildings = buildings.map(ground::buildings);
+    let (bodies, start) = initial::split(written.initial.map_or_else(Vec::new, |entries| entries.0));
+    let (open, boundaries) = boundaries::resolved(written.boundaries.unwrap_or_default());
+    Scenario {
+        file: file.to_owned(),
+        title: written.title.map_or_else(|| name.clone(), |title| title.0.value),
+        crs: match written.crs {
+            None => {
+                let value = if has_terrain { CrsChoice::FromTerrain } else { CrsChoice::Local };
+                Sourced { value, key: "crs".to_owned(), place: None }
+            }
+            Some(crs) => {
+                let value = match crs.0.value.trim() {
+                    "local" => CrsChoice::Local,
+                    "terrain" => CrsChoice::FromTerrain,
+                    named => CrsChoice::Named(named.to_owned()),
+                };
+                Sourced { value, key: crs.0.key, place: crs.0.place }
+            }
+        },
+        layers,
+        reproject,
+        ground,
+        roughness: written.roughness.map(roughness::resolved).unwrap_or_default(),
+        initial: bodies.into_iter().filter_map(initial::resolved).collect(),
+        start,
+        walls: walls.into_iter().filter(|wall| !wall.has_crest()).map(|wall| wall.lines.0).collect(),
+        open,
+        boundaries,
+        sources: sources::resolved(written.sources.unwrap_or_default()),
+        rain: written.rain.and_then(rain::resolved),
+        breach: written.breach.and_then(|breach| breach::resolved(breach.0)),
+        moving_bed: moving_bed::resolved(written.moving_bed.unwrap_or_default()),
+        channels: channel::resolved(written.channels.unwrap_or_default()),
+        outputs: outputs::resolved(written.outputs, &name, file, resolution.value, end_time),
+        resolution,
+        end_time,
+        reference_time: written.time.reference.map(|reference| reference.0),
+        numerics: numerics::resolved(written.numerics.as_ref()),
+        limits: limits(written.limits),
+    }
+}
+
+/// The name of a scenario: that of its folder if the file is called `scenario`, that of the file otherwise.
+fn scenario_name(file: &Path) -> String {
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem.trim_end_matches(".resolved").to_owned();
+    if stem != "scenario" {
+        return stem;
+    }
+    let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    absolute.parent().and_then(Path::file_name).map_or(stem, |folder| folder.to_string_lossy().into_owned())
+}
+
+fn limits(section: Option<LimitsSection>) -> Limits {
+    let (memory, particles) = section.map_or((None, None), |section| (section.memory, section.particles));
+    Limits {
+        memory: memory.map_or_else(|| (MEMORY_SHARE * machine_memory()).floor(), |memory| memory.value()),
+        particles: particles.map_or(MAX_PARTICLES, |particles| particles.value()),
+    }
+}
+
+/// Title, ground, and water at the start.
+fn place(scenario: &Scenario) -> Section {
+    let crs = match &scenario.crs.value {
+        CrsChoice::FromTerrain => "terrain".into(),
+        CrsChoice::Local => "local".into(),
+        CrsChoice::Named(name) => quoted(name),
+    };
+    Section::default()
+        .with("floodsim", 1.0)
+        .with("title", quoted(&scenario.title))
+        .with("crs", crs)
+        .with_some("terrain", (!scenario.is_channels_alone()).then(|| terrain::written(scenario)))
+        .with_some("roughness", filled(roughness::written(scenario)))
+        .with_some("structures", filled(ground::written(scenario)))
+        .with_list("initial", initial::written(scenario))
+}
+
+/// Resolution, time, outputs, methods and limits.
+fn run(scenario: &Scenario) -> Section {
+    let reference = scenario.reference_time.map(|reference| quoted(&reference.to_string()));
+    let limits = Section::default()
+        .with("memory", quantity(scenario.limits.memory, "B"))
+        .with("particles", scenario.limits.particles);
+    Section::default()
+        .with("resolution", quantity(scenario.resolution.value, "m"))
+        .with(
+            "time",
+            Section::default().with("end", quantity(scenario.end_time, "s")).with_some("reference", reference),
+        )
+        .with("outputs", outputs::written(scenario))
+        .with("numerics", numerics::written(scenario))
+        .with("limits", Yaml::Entry(limits))
+}
+
+impl Scenario {
+    /// The text of `scenario.resolved.yaml`: every default filled in, paths absolute, quantities in SI units with all their
+    /// digits. Running it gives the same run.
+    pub fn to_yaml(&self) -> String {
+        let section = place(self)
+            .with_list("boundaries", boundaries::written(self))
+            .with_list("sources", sources::written(self))
+            .with_some("rain", self.rain.as_ref().map(|rain| rain::written(&rain.value)))
+            .with_some("breach", self.breach.as_ref().map(breach::written))
+            .with_list("moving_bed", self.moving_bed.iter().map(moving_bed::written).collect())
+            .with_list("channels", self.channels.iter().map(channel::written).collect())
+            .and(run(self));
+        format!("# The scenario with every default filled in; running it gives the same run.\n{}", section.text())
+    }
+}
