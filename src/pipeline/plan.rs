@@ -16,7 +16,11 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use super::{balance, cores, flow_problem, memory_mib, recorder_of, recorder_plan, seeding_warnings, thread_pool};
+use super::clock::memory_mib;
+use super::records::balance;
+use super::seeding::seeding_warnings;
+use super::stages::{flow_problem, recorder_of, recorder_plan};
+use super::{cores, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::Recorder;
 use crate::prepare::{Runnable, Scene, Setup, prepare};
