@@ -1,7 +1,6 @@
 //! Boundaries with a condition, rain and cross-sections: their files, and where they lie on the terrain.
 
 pub mod breach;
-pub mod channel_places;
 pub mod channels;
 pub mod levels;
 pub mod moving_bed;
