@@ -208,6 +208,13 @@ fn look_behind((x, y): (&[f64], &[f64]), hidden: &mut [u64], wall: &WallBefore) 
     }
 }
 
+/// A particle, given by its index, that a place may see in walls.
+struct Sight {
+    place: Vec2,
+    other: Vec2,
+    index: u32,
+}
+
 impl Walls {
     /// Appends to `seen` what is seen of the particles `found`: by one of them, itself in walls included, or from a bare place.
     ///
@@ -246,30 +253,43 @@ impl Walls {
                 seen.push(Image { index: j, transform: 0 });
             }
             scratch.places.clear();
-            let mut mirrored = scratch.marks.mirrored[k];
-            while mirrored != 0 {
-                let a = mirrored.trailing_zeros() as usize;
-                mirrored &= mirrored - 1;
-                let transform = Walls::reflection_in(scratch.near[a]);
-                let image = self.isometries()[transform as usize].point(other);
-                if self.is_in_sight(&scratch.near, &scratch.pieces, a, place, other, image)
-                    && is_new(&mut scratch.places, image, self.margin())
-                {
-                    seen.push(Image { index: j, transform });
-                }
+            let sight = Sight { place, other, index: j };
+            self.see_in_walls(&sight, scratch.marks.mirrored[k], scratch, seen);
+            self.see_in_corners(&sight, scratch.marks.cornered[k], scratch, seen);
+        }
+    }
+
+    /// Appends the images in those of the walls near a place whose bit is set.
+    #[inline]
+    fn see_in_walls(&self, sight: &Sight, mut mirrored: u64, scratch: &mut ImageScratch, seen: &mut Vec<Image>) {
+        let &Sight { place, other, index } = sight;
+        while mirrored != 0 {
+            let a = mirrored.trailing_zeros() as usize;
+            mirrored &= mirrored - 1;
+            let transform = Walls::reflection_in(scratch.near[a]);
+            let image = self.isometries()[transform as usize].point(other);
+            if self.is_in_sight(&scratch.near, &scratch.pieces, a, place, other, image)
+                && is_new(&mut scratch.places, image, self.margin())
+            {
+                seen.push(Image { index, transform });
             }
-            let mut cornered = scratch.marks.cornered[k];
-            while cornered != 0 {
-                let corner = &scratch.corners[cornered.trailing_zeros() as usize];
-                cornered &= cornered - 1;
-                let image = self.isometries()[corner.transform as usize].point(other);
-                let middle = self.isometries()[Walls::reflection_in(corner.second) as usize].point(other);
-                let (first, second) = (&edges[corner.first as usize], &edges[corner.second as usize]);
-                if self.is_seen_twice(first, second, place, image, middle)
-                    && is_new(&mut scratch.places, image, self.margin())
-                {
-                    seen.push(Image { index: j, transform: corner.transform });
-                }
+        }
+    }
+
+    /// Appends the images of images in those of the corners near a place whose bit is set.
+    #[inline]
+    fn see_in_corners(&self, sight: &Sight, mut cornered: u64, scratch: &mut ImageScratch, seen: &mut Vec<Image>) {
+        let (&Sight { place, other, index }, edges) = (sight, self.edges());
+        while cornered != 0 {
+            let corner = &scratch.corners[cornered.trailing_zeros() as usize];
+            cornered &= cornered - 1;
+            let image = self.isometries()[corner.transform as usize].point(other);
+            let middle = self.isometries()[Walls::reflection_in(corner.second) as usize].point(other);
+            let (first, second) = (&edges[corner.first as usize], &edges[corner.second as usize]);
+            if self.is_seen_twice(first, second, place, image, middle)
+                && is_new(&mut scratch.places, image, self.margin())
+            {
+                seen.push(Image { index, transform: corner.transform });
             }
         }
     }

@@ -1,3 +1,4 @@
+use super::near::{collect_one_by_one, list_one_by_one};
 use super::*;
 use crate::neighbours::within_brute_force;
 
