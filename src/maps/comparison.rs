@@ -55,7 +55,7 @@ pub fn comparison(title: &str, unit_label: &str, panels: &[GaugePanel]) -> Strin
     for (k, panel) in panels.iter().enumerate() {
         let (column, row) = ((k % COLUMNS) as f64, (k / COLUMNS) as f64);
         let corner = (CORNER.0 + column * (SIZE.0 + GAP.0), CORNER.1 + row * (SIZE.1 + GAP.1));
-        draw(&mut drawing, panel, corner, (first, last), unit_label);
+        draw(&mut drawing, panel, &Axes::of(panel, corner, (first, last)), unit_label);
     }
     let rows = panels.len().div_ceil(COLUMNS) as f64;
     let (right, bottom) = (CORNER.0 + 2.0 * SIZE.0 + GAP.0, CORNER.1 + rows * (SIZE.1 + GAP.1));
@@ -67,64 +67,100 @@ fn points(panel: &GaugePanel) -> impl Iterator<Item = &(f64, f64)> {
     panel.measured.iter().chain(panel.computed.iter().flat_map(|line| &line.points)).filter(|point| point.1.is_finite())
 }
 
-fn draw(
-    drawing: &mut Drawing,
-    panel: &GaugePanel,
-    (left, top): (f64, f64),
-    (first, last): (f64, f64),
-    unit_label: &str,
-) {
-    let (width, height) = SIZE;
-    let least = points(panel).map(|point| point.1).fold(f64::INFINITY, f64::min);
-    let greatest = points(panel).map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
-    let (least, greatest) = if least <= greatest { (least, greatest) } else { (0.0, 1.0) };
-    let value_step = round_step(((greatest - least) / 4.0).max(1e-6));
-    let (low, high) = ((least / value_step).floor() * value_step, (greatest / value_step).ceil() * value_step);
-    let high = if high > low { high } else { low + value_step };
-    // Times in hours for floods, in seconds for the laboratory.
-    let (unit, per_unit) = match (panel.axis, last) {
-        (PanelAxis::Place, _) => ("place (m)", 1.0),
-        (PanelAxis::Time, last) if last >= 7200.0 => ("time (h)", 3600.0),
-        (PanelAxis::Time, last) if last >= 600.0 => ("time (min)", 60.0),
-        (PanelAxis::Time, _) => ("time (s)", 1.0),
-    };
-    let time_step = round_step(((last - first) / per_unit / 6.0).max(1e-6));
-    let x = |time: f64| left + (time - first) / (last - first).max(1e-9) * width;
-    let y = |value: f64| top + height - (value - low) / (high - low) * height;
+/// The axes of a panel: where times and values lie on the sheet.
+struct Axes {
+    left: f64,
+    top: f64,
+    /// The first and the last time (s) or place (m) of all panels.
+    first: f64,
+    last: f64,
+    /// The lowest and the highest value, round ones.
+    low: f64,
+    high: f64,
+    value_step: f64,
+    /// The unit that times are written in, and how much of theirs it is.
+    unit: &'static str,
+    per_unit: f64,
+}
+
+impl Axes {
+    fn of(panel: &GaugePanel, (left, top): (f64, f64), (first, last): (f64, f64)) -> Axes {
+        let least = points(panel).map(|point| point.1).fold(f64::INFINITY, f64::min);
+        let greatest = points(panel).map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
+        let (least, greatest) = if least <= greatest { (least, greatest) } else { (0.0, 1.0) };
+        let value_step = round_step(((greatest - least) / 4.0).max(1e-6));
+        let (low, high) = ((least / value_step).floor() * value_step, (greatest / value_step).ceil() * value_step);
+        let high = if high > low { high } else { low + value_step };
+        // Times in hours for floods, in seconds for the laboratory.
+        let (unit, per_unit) = match (panel.axis, last) {
+            (PanelAxis::Place, _) => ("place (m)", 1.0),
+            (PanelAxis::Time, last) if last >= 7200.0 => ("time (h)", 3600.0),
+            (PanelAxis::Time, last) if last >= 600.0 => ("time (min)", 60.0),
+            (PanelAxis::Time, _) => ("time (s)", 1.0),
+        };
+        Axes { left, top, first, last, low, high, value_step, unit, per_unit }
+    }
+
+    fn x(&self, time: f64) -> f64 {
+        self.left + (time - self.first) / (self.last - self.first).max(1e-9) * SIZE.0
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        self.top + SIZE.1 - (value - self.low) / (self.high - self.low) * SIZE.1
+    }
+
+    /// Lines and numbers at round values and times.
+    fn draw(&self, drawing: &mut Drawing) {
+        let Axes { left, top, first, last, low, high, value_step, per_unit, .. } = *self;
+        let (width, height) = SIZE;
+        let label = Style::PLAIN.size(10.0);
+        for k in 0..=((high - low) / value_step).round() as usize {
+            let value = low + k as f64 * value_step;
+            drawing.line((left, self.y(value)), (left + width, self.y(value)), "#ddd", 0.8);
+            drawing.text(left - 6.0, self.y(value) + 3.5, label.anchor("end"), &number(value, value_step));
+        }
+        let time_step = round_step(((last - first) / per_unit / 6.0).max(1e-6));
+        let marks = (last / per_unit / time_step + 1e-9).floor() - (first / per_unit / time_step - 1e-9).ceil();
+        for k in 0..=marks.max(0.0) as usize {
+            let time = ((first / per_unit / time_step - 1e-9).ceil() + k as f64) * time_step;
+            let place = self.x(time * per_unit);
+            drawing.line((place, top), (place, top + height), "#eee", 0.8);
+            drawing.text(place, top + height + 14.0, label.anchor("middle"), &number(time, time_step));
+        }
+    }
+
+    /// The points of a line that have a value, as SVG writes them.
+    fn path(&self, points: &[(f64, f64)]) -> String {
+        let sound = points.iter().filter(|point| point.1.is_finite());
+        sound.map(|(time, value)| format!("{:.1},{:.1}", self.x(*time), self.y(*value))).collect::<Vec<_>>().join(" ")
+    }
+}
+
+fn draw(drawing: &mut Drawing, panel: &GaugePanel, axes: &Axes, unit_label: &str) {
+    let (left, top, (width, height)) = (axes.left, axes.top, SIZE);
     let label = Style::PLAIN.size(10.0);
-    for k in 0..=((high - low) / value_step).round() as usize {
-        let value = low + k as f64 * value_step;
-        drawing.line((left, y(value)), (left + width, y(value)), "#ddd", 0.8);
-        drawing.text(left - 6.0, y(value) + 3.5, label.anchor("end"), &number(value, value_step));
-    }
-    let marks = (last / per_unit / time_step + 1e-9).floor() - (first / per_unit / time_step - 1e-9).ceil();
-    for k in 0..=marks.max(0.0) as usize {
-        let time = ((first / per_unit / time_step - 1e-9).ceil() + k as f64) * time_step;
-        let place = x(time * per_unit);
-        drawing.line((place, top), (place, top + height), "#eee", 0.8);
-        drawing.text(place, top + height + 14.0, label.anchor("middle"), &number(time, time_step));
-    }
+    axes.draw(drawing);
     drawing.rectangle((left, top), (width, height), "none", "#333");
     drawing.text(left, top - 8.0, Style::PLAIN.bold(), &panel.title);
-    drawing.text(left + width / 2.0, top + height + 29.0, label.anchor("middle"), unit);
+    drawing.text(left + width / 2.0, top + height + 29.0, label.anchor("middle"), axes.unit);
     // Panels over places each have a quantity and a unit of their own in their title.
     if panel.axis == PanelAxis::Time {
         drawing.turned_text(left - 48.0, top + height / 2.0, -90.0, label.anchor("middle"), unit_label);
     }
-    let path = |points: &[(f64, f64)]| {
-        let sound = points.iter().filter(|point| point.1.is_finite());
-        sound.map(|(time, value)| format!("{:.1},{:.1}", x(*time), y(*value))).collect::<Vec<_>>().join(" ")
-    };
     if panel.measured.len() > MARKS {
-        let path = path(&panel.measured);
+        let path = axes.path(&panel.measured);
         drawing.raw(format_args!(r#"<polyline points="{path}" fill="none" stroke="black" stroke-width="1.6"/>"#));
     } else {
         for (time, value) in &panel.measured {
-            drawing.raw(format_args!(r#"<circle cx="{:.1}" cy="{:.1}" r="3.5" fill="black"/>"#, x(*time), y(*value)));
+            drawing.raw(format_args!(
+                r#"<circle cx="{:.1}" cy="{:.1}" r="3.5" fill="black"/>"#,
+                axes.x(*time),
+                axes.y(*value)
+            ));
         }
     }
     for (line, colour) in panel.computed.iter().zip(COLOURS.iter().cycle()) {
-        let path = path(&line.points);
+        let path = axes.path(&line.points);
         drawing.raw(format_args!(r#"<polyline points="{path}" fill="none" stroke="{colour}" stroke-width="1.3"/>"#));
     }
 }

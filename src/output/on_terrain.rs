@@ -19,6 +19,8 @@
 //! Deliberately absent: levels of the pixels over time. Arrival, duration and recession are those of the cell for the highest threshold
 //! that it reached no later than the pixel reached its own.
 
+mod faces;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::grid::{FILL, GridMaps, OutputGrid, ThresholdGrids, filled};
@@ -28,7 +30,8 @@ use super::maxima::{Seen, ThresholdSeen};
 use super::{TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
 use crate::lattice::{Lattice, NEIGHBOURS};
-use crate::math::{Vec2, segments_cross};
+use crate::math::Vec2;
+use faces::{crossed_faces, face};
 
 /// No wet cell.
 const NONE: u32 = u32::MAX;
@@ -364,44 +367,6 @@ fn of_threshold(own: &WetCell, needed: f64, water: &WaterOfCells<'_>) -> Thresho
         return ThresholdSeen { arrival: own.seen.time_of_max_depth, ..found };
     }
     found
-}
-
-/// The faces of a lattice that walls (local coordinates, m) cross.
-fn crossed_faces(lattice: &Lattice, walls: &[[Vec2; 2]]) -> BTreeSet<(usize, bool)> {
-    let mut crossed = BTreeSet::new();
-    for &wall in walls {
-        let along = wall[1] - wall[0];
-        let pieces = (along.norm() / lattice.spacing).ceil().max(1.0) as usize;
-        let near: BTreeSet<usize> = (0..=pieces)
-            .filter_map(|piece| lattice.cell_of(wall[0] + along * (piece as f64 / pieces as f64)))
-            .flat_map(|cell| around(lattice, cell))
-            .collect();
-        for cell in near {
-            let (column, row) = lattice.column_row(cell);
-            let east = (column + 1 < lattice.columns).then(|| (cell + 1, false));
-            let north = (row + 1 < lattice.rows).then(|| (cell + lattice.columns, true));
-            let others = [east, north].into_iter().flatten();
-            let is_crossed =
-                |other: &(usize, bool)| segments_cross([lattice.centre(cell), lattice.centre(other.0)], wall);
-            crossed.extend(others.filter(is_crossed).map(|(_, is_north)| (cell, is_north)));
-        }
-    }
-    crossed
-}
-
-/// A cell and the cells around it.
-fn around(lattice: &Lattice, cell: usize) -> impl Iterator<Item = usize> {
-    let (column, row) = lattice.column_row(cell);
-    let (columns, last_row, width) = (lattice.columns, lattice.rows - 1, lattice.columns);
-    let rows = row.saturating_sub(1)..=(row + 1).min(last_row);
-    rows.flat_map(move |row| {
-        (column.saturating_sub(1)..=(column + 1).min(columns - 1)).map(move |column| row * width + column)
-    })
-}
-
-/// The face between two cells beside each other.
-fn face(a: usize, b: usize) -> (usize, bool) {
-    (a.min(b), a.abs_diff(b) != 1)
 }
 
 #[cfg(test)]

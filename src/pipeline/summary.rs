@@ -51,7 +51,21 @@ pub struct RunSummary {
 
 impl fmt::Display for RunSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let run = &self.manifest;
+        self.write_start(f)?;
+        write_cost(f, &self.manifest)?;
+        write_breach(f, &self.manifest)?;
+        write_bed_and_banks(f, &self.manifest)?;
+        write_balance(f, &self.manifest)?;
+        write_gauges(f, &self.gauges)?;
+        write_sections(f, &self.sections)?;
+        write_channel_gauges(f, &self.channel_gauges)?;
+        writeln!(f, "results in {}", self.folder.display())
+    }
+}
+
+impl RunSummary {
+    /// The water of the start and the cells in part below it.
+    fn write_start(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (number, volume) in self.seeded.iter().enumerate() {
             writeln!(
                 f,
@@ -73,7 +87,7 @@ impl fmt::Display for RunSummary {
                 moving.count, moving.volume_m3
             )?;
         }
-        if let Some(part) = &run.cells_in_part {
+        if let Some(part) = &self.manifest.cells_in_part {
             let (least, greatest) = (part.least, part.greatest);
             writeln!(
                 f,
@@ -81,100 +95,123 @@ impl fmt::Display for RunSummary {
                 part.cells
             )?;
         }
-        writeln!(
-            f,
-            "simulated {} in {:.1} s ({:.1} CPU s, {} threads): {} steps, {:.3e} particle evaluations, peak memory {:.0} MiB",
-            clock_time(run.simulated_s),
-            run.wall_s,
-            run.cpu_s,
-            run.threads,
-            run.steps,
-            run.particle_evaluations as f64,
-            run.peak_rss_mb
-        )?;
-        if let Some(breach) = &run.breach {
-            match breach.began_s {
-                Some(time) => write!(f, "the dam broke at {}", clock_time(time))?,
-                None => write!(f, "the dam stood to the end")?,
-            }
-            if let (Some(width), Some(invert), Some(slope)) =
-                (breach.bottom_width_m, breach.invert_m, breach.side_slope)
-            {
-                let minutes = breach.duration_s / 60.0;
-                write!(
-                    f,
-                    "; its opening: {width:.1} m wide at {invert:.2} m, sides {slope:.1} to 1, formation time {minutes:.1} min"
-                )?;
-            }
-            writeln!(f)?;
-        }
-        for above in &run.above_banks {
-            writeln!(
-                f,
-                "channel {}: its water stood {:.2} m above the last row of its sections, {:.0} m from its far end at {}; what would have left it there stayed in",
-                above.channel,
-                above.height_m,
-                above.distance_m,
-                clock_time(above.time_s)
-            )?;
-        }
-        if let Some(bed) = &run.moving_bed {
-            writeln!(
-                f,
-                "the bed moved: {:.4e} m3 above that of the start, {:.4e} m3 below; it lifted water by {:.4e} m3 and lowered it by {:.4e} m3",
-                bed.raised_m3, bed.sunk_m3, bed.lifted_m3, bed.lowered_m3
-            )?;
-        }
-        let volume = &run.volume_m3;
-        let on_grid = match run.bed_particles {
-            0 => String::new(),
-            _ => format!(", on the grid {:.1e}", volume.grid_error_relative),
-        };
-        writeln!(
-            f,
-            "volume {:.6e} m3 at the start, inflow {:.6e} m3, outflow {:.6e} m3, {:.6e} m3 at the end; error {:.1e}{on_grid}",
-            volume.initial, volume.inflow, volume.outflow, volume.last, volume.error_relative,
-        )?;
-        for gate in run.gates.iter().filter(|gate| !gate.passed && !gate.binding) {
-            writeln!(f, "{gate}")?;
-        }
-        if !self.gauges.is_empty() {
-            writeln!(f, "{:<12} {:>10} {:>10} {:>10} {:>10}", "gauge", "arrival s", "max m", "level m", "speed m/s")?;
-        }
-        for (gauge, result) in &self.gauges {
-            let number = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
-            writeln!(
-                f,
-                "{:<12} {:>10} {:>10} {:>10} {:>10}",
-                gauge.id,
-                number(result.arrival, 1),
-                number(result.max_depth, 2),
-                number(result.max_level, 2),
-                number(result.max_speed, 2)
-            )?;
-        }
-        if !self.sections.is_empty() {
-            writeln!(
-                f,
-                "{:<12} {:>10} {:>12} {:>10} {:>12}",
-                "section", "arrival s", "peak m3/s", "at s", "volume m3"
-            )?;
-        }
-        for (section, result) in &self.sections {
-            let time = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.1}"));
-            writeln!(
-                f,
-                "{:<12} {:>10} {:>12.4} {:>10} {:>12.4e}",
-                section.id,
-                time(result.arrival),
-                result.peak_discharge,
-                time(result.time_of_peak),
-                result.volume
-            )?;
-        }
-        write_channel_gauges(f, &self.channel_gauges)?;
-        writeln!(f, "results in {}", self.folder.display())
+        Ok(())
     }
+}
+
+/// Times, steps and memory of the run.
+fn write_cost(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
+    writeln!(
+        f,
+        "simulated {} in {:.1} s ({:.1} CPU s, {} threads): {} steps, {:.3e} particle evaluations, peak memory {:.0} MiB",
+        clock_time(run.simulated_s),
+        run.wall_s,
+        run.cpu_s,
+        run.threads,
+        run.steps,
+        run.particle_evaluations as f64,
+        run.peak_rss_mb
+    )
+}
+
+/// When the dam broke and what opened; nothing where there is no dam.
+fn write_breach(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
+    let Some(breach) = &run.breach else { return Ok(()) };
+    match breach.began_s {
+        Some(time) => write!(f, "the dam broke at {}", clock_time(time))?,
+        None => write!(f, "the dam stood to the end")?,
+    }
+    if let (Some(width), Some(invert), Some(slope)) = (breach.bottom_width_m, breach.invert_m, breach.side_slope) {
+        let minutes = breach.duration_s / 60.0;
+        write!(
+            f,
+            "; its opening: {width:.1} m wide at {invert:.2} m, sides {slope:.1} to 1, formation time {minutes:.1} min"
+        )?;
+    }
+    writeln!(f)
+}
+
+/// Channels that overtopped their sections, and the bed that moved; nothing where there are none.
+fn write_bed_and_banks(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
+    for above in &run.above_banks {
+        writeln!(
+            f,
+            "channel {}: its water stood {:.2} m above the last row of its sections, {:.0} m from its far end at {}; what would have left it there stayed in",
+            above.channel,
+            above.height_m,
+            above.distance_m,
+            clock_time(above.time_s)
+        )?;
+    }
+    if let Some(bed) = &run.moving_bed {
+        writeln!(
+            f,
+            "the bed moved: {:.4e} m3 above that of the start, {:.4e} m3 below; it lifted water by {:.4e} m3 and lowered it by {:.4e} m3",
+            bed.raised_m3, bed.sunk_m3, bed.lifted_m3, bed.lowered_m3
+        )?;
+    }
+    Ok(())
+}
+
+/// The volume balance, and the gates that warn.
+fn write_balance(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
+    let volume = &run.volume_m3;
+    let on_grid = match run.bed_particles {
+        0 => String::new(),
+        _ => format!(", on the grid {:.1e}", volume.grid_error_relative),
+    };
+    writeln!(
+        f,
+        "volume {:.6e} m3 at the start, inflow {:.6e} m3, outflow {:.6e} m3, {:.6e} m3 at the end; error {:.1e}{on_grid}",
+        volume.initial, volume.inflow, volume.outflow, volume.last, volume.error_relative,
+    )?;
+    for gate in run.gates.iter().filter(|gate| !gate.passed && !gate.binding) {
+        writeln!(f, "{gate}")?;
+    }
+    Ok(())
+}
+
+/// A value with so many digits, or a dash where there is none.
+fn number(value: Option<f64>, digits: usize) -> String {
+    value.map_or("-".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+/// The gauges; nothing where there are none.
+fn write_gauges(f: &mut fmt::Formatter<'_>, gauges: &[(Gauge, GaugeResult)]) -> fmt::Result {
+    if !gauges.is_empty() {
+        writeln!(f, "{:<12} {:>10} {:>10} {:>10} {:>10}", "gauge", "arrival s", "max m", "level m", "speed m/s")?;
+    }
+    for (gauge, result) in gauges {
+        writeln!(
+            f,
+            "{:<12} {:>10} {:>10} {:>10} {:>10}",
+            gauge.id,
+            number(result.arrival, 1),
+            number(result.max_depth, 2),
+            number(result.max_level, 2),
+            number(result.max_speed, 2)
+        )?;
+    }
+    Ok(())
+}
+
+/// The cross-sections; nothing where there are none.
+fn write_sections(f: &mut fmt::Formatter<'_>, sections: &[(Section, SectionResult)]) -> fmt::Result {
+    if !sections.is_empty() {
+        writeln!(f, "{:<12} {:>10} {:>12} {:>10} {:>12}", "section", "arrival s", "peak m3/s", "at s", "volume m3")?;
+    }
+    for (section, result) in sections {
+        writeln!(
+            f,
+            "{:<12} {:>10} {:>12.4} {:>10} {:>12.4e}",
+            section.id,
+            number(result.arrival, 1),
+            result.peak_discharge,
+            number(result.time_of_peak, 1),
+            result.volume
+        )?;
+    }
+    Ok(())
 }
 
 /// The gauges in channels; nothing where there are none.
@@ -187,7 +224,6 @@ fn write_channel_gauges(f: &mut fmt::Formatter<'_>, gauges: &[ChannelGaugeResult
         )?;
     }
     for seen in gauges {
-        let number = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
         writeln!(
             f,
             "{:<12} {:<12} {:>10} {:>10.2} {:>10} {:>10.2} {:>12.4}",

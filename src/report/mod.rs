@@ -11,7 +11,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::maps::{Classes, Mark, Panel, Sheet, clock, hydrograph, map_sheet};
+use crate::maps::{Classes, Mark, Panel, Series, Sheet, clock, hydrograph, map_sheet};
 use read::RunFolder;
 
 /// Most lines that one hydrograph can show and still be read.
@@ -116,17 +116,14 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
         entries: vec![(depth_classes.entries[0].0, [0xb4, 0xbc, 0xc8], "water at the start".to_string())],
     };
     let under = (!initial.is_empty()).then_some((&initial[..], &still_classes));
-    let arrival_panel = Panel { under, ..map_panel(&arrival, &arrival_classes) };
-    if !arrival.is_empty() {
-        figures.push(common.figure(
-            "arrival",
-            if is_failure {
-                "Time from the failure to the arrival of the flood"
-            } else {
-                "Time from the start of the run to the arrival of the flood"
-            },
-            arrival_panel.clone(),
-        ));
+    let arrival_panel = (!arrival.is_empty()).then(|| Panel { under, ..map_panel(&arrival, &arrival_classes) });
+    if let Some(panel) = &arrival_panel {
+        let caption = if is_failure {
+            "Time from the failure to the arrival of the flood"
+        } else {
+            "Time from the start of the run to the arrival of the flood"
+        };
+        figures.push(common.figure("arrival", caption, panel.clone()));
     }
     if let Some(values) = run.map("hazard_class")? {
         let classes = Classes::hazard();
@@ -136,30 +133,37 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
         let classes = Classes::speed(greatest(&values));
         figures.push(common.figure("max_speed", "Maximum speed at any time", map_panel(&values, &classes)));
     }
-    let frames = run.four_frames()?;
-    if !frames.is_empty() {
-        let caption = |time: f64| format!("{} after {origin}", clock(time));
-        let mut panels: Vec<Panel> = Vec::new();
-        for (time, values) in &frames {
-            panels.push(Panel { caption: caption(*time), wide: false, ..map_panel(values, &depth_classes) });
-        }
-        if !arrival.is_empty() {
-            panels.push(Panel { caption: "Arrival of the flood".to_string(), ..arrival_panel });
-        }
-        let caption = "The flood at four times, and its arrival";
-        figures.push(Figure { name: "four_times", caption, svg: common.sheet(caption, panels) });
-    }
-    let lines = run.series.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect::<Vec<_>>();
-    if !lines.is_empty() {
-        let caption = "Water depth at the gauges";
-        figures.push(Figure { name: "gauges", caption, svg: hydrograph(caption, "depth (m)", &lines) });
-    }
-    let lines: Vec<_> = run.discharges.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect();
-    if !lines.is_empty() {
-        let caption = "Discharge at the cross-sections";
-        figures.push(Figure { name: "sections", caption, svg: hydrograph(caption, "discharge (m³/s)", &lines) });
-    }
+    figures.extend(four_times(&common, &depth_classes, arrival_panel, origin)?);
+    figures.extend(lines("gauges", "Water depth at the gauges", "depth (m)", &run.series));
+    figures.extend(lines("sections", "Discharge at the cross-sections", "discharge (m³/s)", &run.discharges));
     Ok(figures)
+}
+
+/// The depth at four times after the origin, and the arrival where it is known; none without frames.
+fn four_times(
+    common: &Common<'_>,
+    classes: &Classes,
+    arrival: Option<Panel>,
+    origin: &str,
+) -> Result<Option<Figure>, Error> {
+    let frames = common.run.four_frames()?;
+    let mut panels: Vec<Panel> = Vec::new();
+    for (time, values) in &frames {
+        let caption = format!("{} after {origin}", clock(*time));
+        panels.push(Panel { caption, wide: false, ..map_panel(values, classes) });
+    }
+    if panels.is_empty() {
+        return Ok(None);
+    }
+    panels.extend(arrival.map(|panel| Panel { caption: "Arrival of the flood".to_string(), ..panel }));
+    let caption = "The flood at four times, and its arrival";
+    Ok(Some(Figure { name: "four_times", caption, svg: common.sheet(caption, panels) }))
+}
+
+/// A hydrograph of the lines that have more than a point; none where there are none.
+fn lines(name: &'static str, caption: &'static str, axis: &str, all: &[Series]) -> Option<Figure> {
+    let lines: Vec<Series> = all.iter().filter(|line| line.points.len() > 1).take(MOST_LINES).cloned().collect();
+    (!lines.is_empty()).then(|| Figure { name, caption, svg: hydrograph(caption, axis, &lines) })
 }
 
 /// The greatest finite value, 0 where there is none.

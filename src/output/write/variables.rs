@@ -117,25 +117,14 @@ pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> 
     variables
 }
 
+/// The maps of no threshold.
 fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
     const MAXIMUM: &str = "area: maximum time: maximum";
-    let map = |name: &str, long_name: &str, standard_name, (units, kind), cell_methods, values| MapVariable {
-        name: name.to_string(),
-        long_name: long_name.to_string(),
-        standard_name,
-        units,
-        cell_methods,
-        comment: String::new(),
-        threshold: None,
-        kind,
-        classes: Vec::new(),
-        values,
-    };
     let metres = ("m", MapKind::Level);
     let bed = "bed elevation used in the run";
     let level = Some("water_surface_height_above_reference_datum");
     let time_of_max = Some("time_of_maximum_flood_depth");
-    let mut variables = vec![
+    vec![
         map("bed_elevation", bed, Some("ground_level_altitude"), metres, "area: mean", &maps.bed_elevation[..]),
         map(
             "max_depth",
@@ -178,20 +167,37 @@ fn maxima(maps: &GridMaps) -> Vec<MapVariable<'_>> {
             MAXIMUM,
             &maps.hazard_class,
         ),
-    ];
-    for variable in &mut variables {
-        if variable.name == "hazard_class" {
-            variable.classes = hazard_classes();
-        }
-        variable.comment = match variable.name.as_str() {
-            "max_water_level" => "above the vertical datum of the terrain; no value where always dry".into(),
-            "bed_elevation" => "above the vertical datum of the terrain".into(),
-            "time_of_max_depth" => "seconds since the start; no value where always dry".into(),
-            "hazard_class" => "combined hazard curves H1 to H6 of AIDR Guideline 7-3 (2017); 0 where always dry".into(),
-            _ => "maximum over all compute steps; 0 where always dry".into(),
-        };
+    ]
+}
+
+/// A map of the greatest values of a run: unit and kind belong together.
+fn map<'a>(
+    name: &str,
+    long_name: &str,
+    standard_name: Option<&'static str>,
+    (units, kind): (&'static str, MapKind),
+    cell_methods: &'static str,
+    values: &'a [f32],
+) -> MapVariable<'a> {
+    let comment = match name {
+        "max_water_level" => "above the vertical datum of the terrain; no value where always dry",
+        "bed_elevation" => "above the vertical datum of the terrain",
+        "time_of_max_depth" => "seconds since the start; no value where always dry",
+        "hazard_class" => "combined hazard curves H1 to H6 of AIDR Guideline 7-3 (2017); 0 where always dry",
+        _ => "maximum over all compute steps; 0 where always dry",
+    };
+    MapVariable {
+        name: name.to_string(),
+        long_name: long_name.to_string(),
+        standard_name,
+        units,
+        cell_methods,
+        comment: comment.to_string(),
+        threshold: None,
+        kind,
+        classes: if name == "hazard_class" { hazard_classes() } else { Vec::new() },
+        values,
     }
-    variables
 }
 
 fn hazard_classes() -> Vec<MapClass> {

@@ -50,25 +50,47 @@ pub fn check(
     let open: Vec<(&Placed, &Condition)> =
         placed.iter().zip(&forcing.boundaries).map(|(one, boundary)| (one, &boundary.condition)).collect();
     for &(boundary, condition) in open.iter().filter(|(boundary, _)| !boundary.faces.is_empty()) {
-        let problem = match condition {
-            Condition::Discharge { discharge, .. } => {
-                let width = boundary.faces.len() as f64 * bed.lattice.spacing;
-                torrent("this boundary", discharge, width, scenario)
-            }
-            Condition::Rating(rating) => high_weir(rating, &boundary.faces, bed, still),
-            Condition::Stage(level) | Condition::Level(level) => drowned(level, bed, still, scenario.end_time),
-            Condition::Wave { level, still: given } => {
-                let inlet = inlet_of_wave(&boundary.faces, (bed, still), scenario.end_time);
-                let wave = inlet.and_then(|inlet| waves::check(level, given.as_ref(), inlet));
-                wave.or_else(|| drowned(level, bed, still, scenario.end_time))
-            }
-            Condition::NormalDepth { slope } => rising_ground(*slope, &boundary.faces, bed),
-            Condition::Free => None,
-        };
+        let problem = doubt(boundary, condition, scenario, bed, still);
         let first = boundary.faces.first().map(|face| bed.lattice.to_map(face.1));
         let problem = problem.map(|problem| Problem { at: problem.at.or(first), ..problem });
         findings.add_all(&scenario.boundaries[boundary.index], problem);
     }
+    check_junctions(&open, scenario, (bed, walls), findings);
+    check_rain(forcing, scenario, bed, findings);
+}
+
+/// What is doubtful of a boundary that opens something.
+fn doubt(
+    boundary: &Placed,
+    condition: &Condition,
+    scenario: &Scenario,
+    bed: &BedParticles,
+    still: &StillWater,
+) -> Option<Problem> {
+    match condition {
+        Condition::Discharge { discharge, .. } => {
+            let width = boundary.faces.len() as f64 * bed.lattice.spacing;
+            torrent("this boundary", discharge, width, scenario)
+        }
+        Condition::Rating(rating) => high_weir(rating, &boundary.faces, bed, still),
+        Condition::Stage(level) | Condition::Level(level) => drowned(level, bed, still, scenario.end_time),
+        Condition::Wave { level, still: given } => {
+            let inlet = inlet_of_wave(&boundary.faces, (bed, still), scenario.end_time);
+            let wave = inlet.and_then(|inlet| waves::check(level, given.as_ref(), inlet));
+            wave.or_else(|| drowned(level, bed, still, scenario.end_time))
+        }
+        Condition::NormalDepth { slope } => rising_ground(*slope, &boundary.faces, bed),
+        Condition::Free => None,
+    }
+}
+
+/// Warns of two held levels that differ where their boundaries meet.
+fn check_junctions(
+    open: &[(&Placed, &Condition)],
+    scenario: &Scenario,
+    (bed, walls): (&BedParticles, &[[Vec2; 2]]),
+    findings: &mut Findings,
+) {
     for (index, (one, condition)) in open.iter().enumerate() {
         for (other, other_condition) in &open[..index] {
             let (Some(own), Some(levels)) = (held(condition), held(other_condition)) else { continue };
@@ -80,6 +102,10 @@ pub fn check(
             }
         }
     }
+}
+
+/// Warns of rain of which nothing runs off.
+fn check_rain(forcing: &Forcing, scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) {
     if let (Some(rain), Some(source)) = (&forcing.rain, &scenario.rain)
         && !runs_off(rain, bed, scenario.end_time)
     {

@@ -207,69 +207,105 @@ fn line_on_lattice(
     ground: &BedParticles,
 ) -> Result<Vec<(usize, f64)>, Problem> {
     let lattice = &ground.lattice;
-    let slack = SAME_PLACE * lattice.spacing;
-    let (mut on_terrain, mut off, mut outside, mut bare) = (BTreeMap::<usize, f64>::new(), 0.0, None, None);
-    let is_long = |piece: &[Vec2; 2]| (piece[1] - piece[0]).norm() > slack;
+    let mut cells = LineCells::default();
     for part in parts {
         let line: Vec<Vec2> = part.iter().map(|place| lattice.to_local(*place)).collect();
-        let on_its_sides = |piece: &[Vec2; 2]| {
-            let is_ground = |shift: Vec2| {
-                let (inside, beside) = lengths(&piece.map(|place| place + shift), lattice);
-                !beside.iter().any(is_long)
-                    && inside.iter().all(|(cell, length)| *length <= slack || ground.has_terrain(*cell))
-            };
-            across_its_edge(*piece, lattice).is_none_or(|across| is_ground(-across) || is_ground(across))
-        };
-        // In parts only where all of them lie on terrain, so that a problem is that of the whole piece.
-        let pieces = line.windows(2).flat_map(|piece| {
-            let parts = in_parts([piece[0], piece[1]], lattice);
-            if parts.iter().all(on_its_sides) { parts } else { vec![[piece[0], piece[1]]] }
-        });
-        for piece in pieces {
-            let attempt = |shift: Vec2| {
-                let (inside, beside) = lengths(&[piece[0] + shift, piece[1] + shift], lattice);
-                let beside: Vec<[Vec2; 2]> = beside.into_iter().filter(is_long).collect();
-                let (ground, missing): (Vec<_>, Vec<_>) =
-                    inside.into_iter().partition(|(cell, _)| ground.has_terrain(*cell));
-                let missing: Vec<(usize, f64)> = missing.into_iter().filter(|(_, length)| *length > slack).collect();
-                let off = beside.iter().map(|piece| (piece[1] - piece[0]).norm()).sum::<f64>()
-                    + missing.iter().map(|(_, length)| length).sum::<f64>();
-                (off, ground, missing, beside)
-            };
-            if let Some(across) = across_its_edge(piece, lattice) {
-                let [one, other] = [-across, across].map(attempt);
-                if one.0 <= 0.0 && other.0 <= 0.0 {
-                    for (cell, length) in one.1.into_iter().chain(other.1) {
-                        *on_terrain.entry(cell).or_insert(0.0) += 0.5 * length;
-                    }
-                    continue;
-                }
-            }
-            let mut best = attempt(Vec2::ZERO);
-            for shift in beside_edges(lattice) {
-                if best.0 <= 0.0 {
-                    break;
-                }
-                let other = attempt(shift);
-                if other.0 < best.0 {
-                    best = other;
-                }
-            }
-            let (missed, ground, missing, beside) = best;
-            off += missed;
-            outside = outside.or(beside.first().map(|piece| (piece[0] + piece[1]) * 0.5));
-            bare = bare.or(missing.first().map(|(cell, _)| lattice.centre(*cell)));
-            for (cell, length) in ground {
-                *on_terrain.entry(cell).or_insert(0.0) += length;
-            }
+        for piece in line.windows(2).flat_map(|piece| on_one_side([piece[0], piece[1]], ground)) {
+            cells.add(piece, ground);
         }
     }
-    if let Some(place) = outside.or(bare) {
-        let what = format!("{off:.1} m of this line lie");
-        return Err(source_outside(&what, outside.is_some(), lattice.to_map(place), scenario));
+    if let Some(place) = cells.outside.or(cells.bare) {
+        let what = format!("{:.1} m of this line lie", cells.off);
+        return Err(source_outside(&what, cells.outside.is_some(), lattice.to_map(place), scenario));
     }
-    let total: f64 = on_terrain.values().sum();
-    Ok(on_terrain.into_iter().map(|(cell, length)| (cell, length / total)).collect())
+    let total: f64 = cells.on_terrain.values().sum();
+    Ok(cells.on_terrain.into_iter().map(|(cell, length)| (cell, length / total)).collect())
+}
+
+/// The cells of a line, and what of it lies on no terrain.
+#[derive(Default)]
+struct LineCells {
+    /// Length (m) in each cell with terrain.
+    on_terrain: BTreeMap<usize, f64>,
+    /// Length (m) on no terrain.
+    off: f64,
+    /// The first place outside the lattice.
+    outside: Option<Vec2>,
+    /// The first place in a cell without terrain.
+    bare: Option<Vec2>,
+}
+
+impl LineCells {
+    /// Adds a piece of the line: along an edge half of it to either side, elsewhere where most of it lies on terrain.
+    fn add(&mut self, piece: [Vec2; 2], ground: &BedParticles) {
+        let lattice = &ground.lattice;
+        let attempt = |shift: Vec2| PieceCells::of(piece.map(|place| place + shift), ground);
+        if let Some(across) = across_its_edge(piece, lattice) {
+            let [one, other] = [-across, across].map(attempt);
+            if one.off <= 0.0 && other.off <= 0.0 {
+                for (cell, length) in one.on_terrain.into_iter().chain(other.on_terrain) {
+                    *self.on_terrain.entry(cell).or_insert(0.0) += 0.5 * length;
+                }
+                return;
+            }
+        }
+        let mut best = attempt(Vec2::ZERO);
+        for shift in beside_edges(lattice) {
+            if best.off <= 0.0 {
+                break;
+            }
+            let other = attempt(shift);
+            if other.off < best.off {
+                best = other;
+            }
+        }
+        self.off += best.off;
+        self.outside = self.outside.or(best.beside.first().map(|piece| (piece[0] + piece[1]) * 0.5));
+        self.bare = self.bare.or(best.bare.first().map(|(cell, _)| lattice.centre(*cell)));
+        for (cell, length) in best.on_terrain {
+            *self.on_terrain.entry(cell).or_insert(0.0) += length;
+        }
+    }
+}
+
+/// The cells of a straight piece, each with the length (m) in it.
+struct PieceCells {
+    on_terrain: Vec<(usize, f64)>,
+    /// Cells without terrain.
+    bare: Vec<(usize, f64)>,
+    /// Parts outside the lattice.
+    beside: Vec<[Vec2; 2]>,
+    /// Length (m) on no terrain.
+    off: f64,
+}
+
+impl PieceCells {
+    fn of(piece: [Vec2; 2], ground: &BedParticles) -> PieceCells {
+        let slack = SAME_PLACE * ground.lattice.spacing;
+        let (inside, mut beside) = lengths(&piece, &ground.lattice);
+        beside.retain(|piece| (piece[1] - piece[0]).norm() > slack);
+        let (on_terrain, mut bare): (Vec<_>, Vec<_>) =
+            inside.into_iter().partition(|(cell, _)| ground.has_terrain(*cell));
+        bare.retain(|(_, length)| *length > slack);
+        let off = beside.iter().map(|piece| (piece[1] - piece[0]).norm()).sum::<f64>()
+            + bare.iter().map(|(_, length)| length).sum::<f64>();
+        PieceCells { on_terrain, bare, beside, off }
+    }
+
+    fn is_on_terrain(&self) -> bool {
+        self.beside.is_empty() && self.bare.is_empty()
+    }
+}
+
+/// A piece as it stands, or in its parts between cells where all of them lie on terrain: so that a problem is that of the whole piece.
+fn on_one_side(piece: [Vec2; 2], ground: &BedParticles) -> Vec<[Vec2; 2]> {
+    let lattice = &ground.lattice;
+    let parts = in_parts(piece, lattice);
+    let has_ground = |part: &[Vec2; 2]| {
+        let is_ground = |shift: Vec2| PieceCells::of(part.map(|place| place + shift), ground).is_on_terrain();
+        across_its_edge(*part, lattice).is_none_or(|across| is_ground(-across) || is_ground(across))
+    };
+    if parts.iter().all(has_ground) { parts } else { vec![piece] }
 }
 
 /// The problem of a source at a place (map coordinates) beside the terrain, or on a part of it that has none.

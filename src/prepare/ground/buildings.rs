@@ -60,7 +60,6 @@ fn footprints(
     findings: &mut Findings,
 ) -> Vec<(MultiPolygon<f64>, f64)> {
     let source = &buildings.polygons;
-    let name = source.value.path.display();
     let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
     findings.add_all(source, places::left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));
     if let BuildingMode::Raise { height: None, field } = &buildings.mode {
@@ -68,9 +67,9 @@ fn footprints(
         findings.add_all(source, places::unit_of_attribute(source, &names, &features, scenario));
     }
     let mut found = Vec::new();
-    let (mut count, mut without, mut beyond, mut tall) = (0, Vec::new(), Vec::new(), Vec::new());
+    let mut seen = Seen::default();
     for feature in features.iter().filter(|feature| !feature.polygons.is_empty()) {
-        count += 1;
+        seen.count += 1;
         let is_usable = sound(source, feature, findings);
         let attribute = |names: &[&str]| names.iter().find_map(|name| feature.number(name));
         let value = match &buildings.mode {
@@ -85,45 +84,66 @@ fn footprints(
             _ => (0.0, TALLEST_BUILDING),
         };
         match value {
-            None => without.push(feature),
-            Some(value) if !(least..=greatest).contains(&value) => beyond.push((feature, value)),
+            None => seen.without.push(feature),
+            Some(value) if !(least..=greatest).contains(&value) => seen.beyond.push((feature, value)),
             Some(value) => {
                 // A roughness is less.
-                tall.extend((value > TALL_BUILDING).then_some((feature, value)));
+                seen.tall.extend((value > TALL_BUILDING).then_some((feature, value)));
                 found.extend(is_usable.then(|| (MultiPolygon::new(feature.polygons.clone()), value)));
             }
         }
     }
-    if count == 0 {
-        let problem = input_error("empty-polygon", format!("{name} holds no polygon"));
-        findings.add(source, problem.with_remedy("draw the footprints of the buildings as polygons"));
-    }
-    if let Some(first) = without.first() {
-        findings.add(source, no_value(buildings, first, without.len(), count));
-    }
-    if let Some((first, value)) = beyond.first() {
-        let message = format!(
-            "{} of {count} polygons of {name} have a value that no building has, the first is feature {} with {value}",
-            beyond.len(),
-            first.number
-        );
-        let remedy = match buildings.mode {
-            BuildingMode::Roughness(_) => "give a Manning roughness above 0 and at most 0.5",
-            _ => "give a height of 0 to 1000 m, in metres",
-        };
-        findings.add(source, input_error("building-range", message).with_remedy(remedy));
-    }
-    if let Some((first, value)) = tall.first() {
-        let message = format!(
-            "{} of {count} polygons of {name} are higher than {TALL_BUILDING} m, the first is feature {} with {value} m",
-            tall.len(),
-            first.number
-        );
-        let problem =
-            input_warning("doubtful-height", message).with_cause("hardly any building is; another unit, perhaps");
-        findings.add(source, problem.with_remedy("correct the heights, which count in metres above the ground"));
-    }
+    seen.report(buildings, findings);
     found
+}
+
+/// The polygons of a file, and those whose value is missing or doubtful.
+#[derive(Default)]
+struct Seen<'a> {
+    count: usize,
+    without: Vec<&'a Feature>,
+    /// With a value that no building has.
+    beyond: Vec<(&'a Feature, f64)>,
+    /// With a height that hardly any building has.
+    tall: Vec<(&'a Feature, f64)>,
+}
+
+impl Seen<'_> {
+    fn report(&self, buildings: &Buildings, findings: &mut Findings) {
+        let source = &buildings.polygons;
+        let name = source.value.path.display();
+        if self.count == 0 {
+            let problem = input_error("empty-polygon", format!("{name} holds no polygon"));
+            findings.add(source, problem.with_remedy("draw the footprints of the buildings as polygons"));
+        }
+        if let Some(first) = self.without.first() {
+            findings.add(source, no_value(buildings, first, self.without.len(), self.count));
+        }
+        if let Some((first, value)) = self.beyond.first() {
+            let message = format!(
+                "{} of {} polygons of {name} have a value that no building has, the first is feature {} with {value}",
+                self.beyond.len(),
+                self.count,
+                first.number
+            );
+            let remedy = match buildings.mode {
+                BuildingMode::Roughness(_) => "give a Manning roughness above 0 and at most 0.5",
+                _ => "give a height of 0 to 1000 m, in metres",
+            };
+            findings.add(source, input_error("building-range", message).with_remedy(remedy));
+        }
+        if let Some((first, value)) = self.tall.first() {
+            let message = format!(
+                "{} of {} polygons of {name} are higher than {TALL_BUILDING} m, the first is feature {} with {value} m",
+                self.tall.len(),
+                self.count,
+                first.number
+            );
+            let problem =
+                input_warning("doubtful-height", message).with_cause("hardly any building is; another unit, perhaps");
+            findings.add(source, problem.with_remedy("correct the heights, which count in metres above the ground"));
+        }
+    }
 }
 
 /// The problem of footprints without a height or a roughness.

@@ -181,75 +181,52 @@ fn apart(layer: &Layer, below: &[Option<Layer>]) -> Option<Problem> {
     })
 }
 
+/// The coordinate reference system of the run: the one that the scenario names, or that of the first layer that states one.
 fn run_crs(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> Option<Crs> {
-    let choice = &scenario.crs;
-    match &choice.value {
+    match &scenario.crs.value {
         CrsChoice::Local => Some(Crs::Local),
-        CrsChoice::Named(name) => match spatial_ref(name) {
-            Err(cause) => {
-                let problem = Problem::error(
-                    ProblemKind::Scenario,
-                    "unknown-crs",
-                    "",
-                    format!("`{name}` is not a coordinate reference system"),
-                );
-                findings.add(
-                    choice,
-                    problem.with_cause(cause).with_remedy("write a code such as `EPSG:25832`, or `local`"),
-                );
-                None
-            }
-            Ok(crs) => match is_metric(&crs) {
-                Ok(()) => Some(run_crs_of(&crs)),
-                Err(why) => {
-                    findings.add(
-                        choice,
-                        not_metric(
-                            ProblemKind::Scenario,
-                            &crs,
-                            &why,
-                            "choose a projected system in metres, such as the UTM zone of the place",
-                        ),
-                    );
-                    None
-                }
-            },
-        },
-        CrsChoice::FromTerrain => {
-            let first = scenario.layers.first()?;
-            let Some((file, crs)) = opened.iter().find_map(|file| Some((file, file.crs()?))) else {
-                // A layer that could not be opened might have had one.
-                if opened.len() == scenario.layers.len() {
-                    let problem = Problem::error(
-                        ProblemKind::Input,
-                        "no-crs",
-                        "",
-                        "neither the terrain nor the scenario states a coordinate reference system",
-                    );
-                    findings.add(
-                        first,
-                        problem.with_remedy(
-                            "add `crs: EPSG:...` with the code of the survey, or `crs: local` for plain metres",
-                        ),
-                    );
-                }
-                return None;
-            };
-            match is_metric(crs) {
-                Ok(()) => Some(run_crs_of(crs)),
-                Err(why) => {
-                    let (source, remedy) = match file {
-                        Opened::Raster(source, raster) => (source, raster.remedy_for_metres()),
-                        Opened::Survey(source, _) => {
-                            (source, "set `terrain.reproject: true` and `crs:` to a metric system".to_string())
-                        }
-                    };
-                    findings.add(source, not_metric(ProblemKind::Input, crs, &why, &remedy));
-                    None
-                }
-            }
-        }
+        CrsChoice::Named(name) => findings.take(&scenario.crs, named_crs(name)),
+        CrsChoice::FromTerrain => crs_of_terrain(scenario, opened, findings),
     }
+}
+
+fn named_crs(name: &str) -> Result<Crs, Problem> {
+    let crs = spatial_ref(name).map_err(|cause| {
+        let message = format!("`{name}` is not a coordinate reference system");
+        Problem::error(ProblemKind::Scenario, "unknown-crs", "", message)
+            .with_cause(cause)
+            .with_remedy("write a code such as `EPSG:25832`, or `local`")
+    })?;
+    is_metric(&crs).map_err(|why| {
+        let remedy = "choose a projected system in metres, such as the UTM zone of the place";
+        not_metric(ProblemKind::Scenario, &crs, &why, remedy)
+    })?;
+    Ok(run_crs_of(&crs))
+}
+
+fn crs_of_terrain(scenario: &Scenario, opened: &[Opened], findings: &mut Findings) -> Option<Crs> {
+    let first = scenario.layers.first()?;
+    let Some((file, crs)) = opened.iter().find_map(|file| Some((file, file.crs()?))) else {
+        // A layer that could not be opened might have had one.
+        if opened.len() == scenario.layers.len() {
+            let message = "neither the terrain nor the scenario states a coordinate reference system";
+            let problem = Problem::error(ProblemKind::Input, "no-crs", "", message);
+            let remedy = "add `crs: EPSG:...` with the code of the survey, or `crs: local` for plain metres";
+            findings.add(first, problem.with_remedy(remedy));
+        }
+        return None;
+    };
+    if let Err(why) = is_metric(crs) {
+        let (source, remedy) = match file {
+            Opened::Raster(source, raster) => (source, raster.remedy_for_metres()),
+            Opened::Survey(source, _) => {
+                (source, "set `terrain.reproject: true` and `crs:` to a metric system".to_string())
+            }
+        };
+        findings.add(source, not_metric(ProblemKind::Input, crs, &why, &remedy));
+        return None;
+    }
+    Some(run_crs_of(crs))
 }
 
 fn not_metric(kind: ProblemKind, crs: &SpatialRef, why: &CrsProblem, remedy: &str) -> Problem {

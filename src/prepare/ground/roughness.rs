@@ -139,28 +139,14 @@ pub fn on_lattice(
     let mut values = vec![roughness.manning.unwrap_or(f64::NAN); lattice.len()];
     let mut missing = Missing::default();
     let mut outside: Option<(usize, f64)> = None;
-    let is_complete = roughness.table.is_some() == opened.table.is_some();
-    let found = opened.raster.as_ref().zip(roughness.raster.as_ref()).filter(|_| is_complete);
-    let placed = found.and_then(|((raster, placing), file)| {
-        let mut places: Vec<Vec2> = (0..lattice.len()).map(|cell| lattice.to_map(lattice.centre(cell))).collect();
-        let result = placing.as_ref().map_or(Ok(()), |placing| placing.apply(&mut places, &file.value));
-        findings.take(file, result).map(|()| (raster, places))
-    });
-    if let Some((raster, places)) = placed {
-        for (cell, n) in values.iter_mut().enumerate() {
-            let value = raster.cell_at(places[cell]).map_or(f64::NAN, |(column, row)| raster.value(column, row));
-            let found = match &opened.table {
-                Some(table) => table.iter().find(|(class, _)| (class - value).abs() < SAME_CLASS).map(|(_, n)| *n),
-                None => (!value.is_nan()).then_some(value),
-            };
-            match found {
-                Some(found) if !is_sound(found) => {
-                    outside.get_or_insert((cell, found));
-                }
-                Some(found) => *n = found,
-                None if !bed[cell].is_nan() => missing.add(value, cell),
-                None => {}
+    for (cell, value) in values_of_raster(opened, roughness, lattice, findings).into_iter().enumerate() {
+        match opened.of_value(value) {
+            Some(found) if !is_sound(found) => {
+                outside.get_or_insert((cell, found));
             }
+            Some(found) => values[cell] = found,
+            None if !bed[cell].is_nan() => missing.add(value, cell),
+            None => {}
         }
     }
     let mut is_beside = !opened.areas.is_empty();
@@ -186,12 +172,34 @@ pub fn on_lattice(
                 .with_at(lattice.to_map(lattice.centre(cell)));
             findings.add(file, problem);
         }
-        if let Some(problem) = missing.problem(roughness, &name.to_string(), lattice) {
-            findings.add(file, problem);
-        }
+        findings.add_all(file, missing.problem(roughness, &name.to_string(), lattice));
     }
     // What is not known was reported as an error, and stops the run.
     values.into_iter().map(|n| if n.is_nan() { 0.0 } else { n }).collect()
+}
+
+/// The value of the raster at every cell, NaN for no data; empty without a raster, or without the table of its classes.
+fn values_of_raster(opened: &Opened, roughness: &Roughness, lattice: &Lattice, findings: &mut Findings) -> Vec<f64> {
+    let is_complete = roughness.table.is_some() == opened.table.is_some();
+    let found = opened.raster.as_ref().zip(roughness.raster.as_ref()).filter(|_| is_complete);
+    let Some(((raster, placing), file)) = found else { return Vec::new() };
+    let mut places: Vec<Vec2> = (0..lattice.len()).map(|cell| lattice.to_map(lattice.centre(cell))).collect();
+    let result = placing.as_ref().map_or(Ok(()), |placing| placing.apply(&mut places, &file.value));
+    if findings.take(file, result).is_none() {
+        return Vec::new();
+    }
+    let at = |place| raster.cell_at(place).map_or(f64::NAN, |(column, row)| raster.value(column, row));
+    places.into_iter().map(at).collect()
+}
+
+impl Opened {
+    /// n (s·m^(−1/3)) of a value of the raster: that of its class where there is a table.
+    fn of_value(&self, value: f64) -> Option<f64> {
+        match &self.table {
+            Some(table) => table.iter().find(|(class, _)| (class - value).abs() < SAME_CLASS).map(|(_, n)| *n),
+            None => (!value.is_nan()).then_some(value),
+        }
+    }
 }
 
 /// Cells with terrain that have no n: the value of the raster there, NaN for no data, and their numbers.

@@ -220,31 +220,15 @@ pub fn on_lattice(
     let name = file.value.path.display().to_string();
     let needed: Vec<usize> =
         (0..intervals.len()).filter(|&k| intervals[k].1 > 0.0 && intervals[k].0 < losses.until).collect();
-    let mut grid: Option<(Grid, Option<Problem>)> = None;
-    let mut values: Vec<Vec<f64>> = Vec::with_capacity(needed.len());
-    let mut take = |raster: Raster, placing: Option<&Placing>, path: &Path| {
-        let (grid, _) = match &mut grid {
-            Some(grid) => grid,
-            None => grid.insert(Grid::new((raster.clone(), placing.cloned()), path, &name, (lattice, bed))?),
-        };
-        if !grid.is_same(&raster, placing) {
-            let message = format!("{} lies on another grid than the raster before it", path.display());
-            return Err(
-                input_error("other-grid", message).with_remedy("bring all rasters to one grid with `gdalwarp -te -tr`")
-            );
-        }
-        if let Some(problem) = too_large(needed.len(), grid.places.len(), scenario.limits.memory) {
-            return Err(problem);
-        }
-        values.push(grid.places.iter().map(|&(index, _)| raster.values[index]).collect());
-        Ok(())
-    };
+    let memory = scenario.limits.memory;
+    let mut frames =
+        Frames { name: &name, lattice, bed, count: needed.len(), memory, grid: None, beside: None, values: Vec::new() };
     let request = |path| crate::prepare::raster::request(path, scenario);
     match rasters {
         Rasters::Bands(raster) => {
             let (path, bands) = (&file.value.path, needed.iter().map(|k| k + 1));
             let warnings =
-                raster.read_bands(bands, &request(path), &crs, |raster, placing| take(raster, placing, path));
+                raster.read_bands(bands, &request(path), &crs, |raster, placing| frames.take(raster, placing, path));
             let warnings = findings.take(file, warnings)?;
             findings.add_all(file, warnings);
         }
@@ -252,30 +236,77 @@ pub fn on_lattice(
             let mut reported = Vec::new();
             for path in needed.iter().map(|&k| &paths[k]) {
                 let read = open_single(path, unit).and_then(|raster| {
-                    raster.read_bands(1..2, &request(path), &crs, |raster, placing| take(raster, placing, path))
+                    raster.read_bands(1..2, &request(path), &crs, |raster, placing| frames.take(raster, placing, path))
                 });
                 reported.push(findings.take(file, read)?);
             }
             findings.add_all(file, one_of_a_kind(reported));
         }
     }
-    let (grid, beside) = grid?;
+    let Frames { grid, beside, mut values, .. } = frames;
+    let grid = grid?;
     let is_covered = beside.is_none();
     findings.add_all(file, beside);
     let of_interval = |k: &usize| intervals[*k];
     let needed: Vec<(f64, f64)> = needed.iter().map(of_interval).collect();
-    let (RainUnit::Intensity(factor) | RainUnit::Depth(factor)) = unit;
-    values.iter_mut().flatten().for_each(|value| *value *= factor);
-    let mut total = None;
-    if let RainUnit::Depth(_) = unit {
-        total = accumulated(&values, &grid, &name);
-        for (rates, (from, to)) in values.iter_mut().zip(&needed) {
-            rates.iter_mut().for_each(|rate| *rate /= to - from);
-        }
-    }
+    let total = to_rates(&mut values, &needed, unit, &grid, &name);
     let is_sound = check_values((&values, &needed), &grid, file, lattice, findings) && total.is_none();
     findings.add_all(file, total);
     (is_covered && is_sound).then(|| run_off(values, &needed, grid.place, losses))
+}
+
+/// Turns values into rates (m/s); the problem of depths that grow from the start on.
+fn to_rates(
+    values: &mut [Vec<f64>],
+    intervals: &[(f64, f64)],
+    unit: RainUnit,
+    grid: &Grid,
+    name: &str,
+) -> Option<Problem> {
+    let (RainUnit::Intensity(factor) | RainUnit::Depth(factor)) = unit;
+    values.iter_mut().flatten().for_each(|value| *value *= factor);
+    let RainUnit::Depth(_) = unit else { return None };
+    let total = accumulated(values, grid, name);
+    for (rates, (from, to)) in values.iter_mut().zip(intervals) {
+        rates.iter_mut().for_each(|rate| *rate /= to - from);
+    }
+    total
+}
+
+/// Rasters as they are read, one after the other: all on the grid of the first one.
+struct Frames<'a> {
+    name: &'a str,
+    lattice: &'a Lattice,
+    bed: &'a [f64],
+    /// How many of them there will be, and the memory (bytes) that they may take.
+    count: usize,
+    memory: f64,
+    grid: Option<Grid>,
+    /// The problem of a grid that does not cover the terrain.
+    beside: Option<Problem>,
+    values: Vec<Vec<f64>>,
+}
+
+impl Frames<'_> {
+    fn take(&mut self, raster: Raster, placing: Option<&Placing>, path: &Path) -> Result<(), Problem> {
+        if self.grid.is_none() {
+            let raster_and_way = (raster.clone(), placing.cloned());
+            let (grid, beside) = Grid::new(raster_and_way, path, self.name, (self.lattice, self.bed))?;
+            (self.grid, self.beside) = (Some(grid), beside);
+        }
+        let Some(grid) = &self.grid else { return Ok(()) };
+        if !grid.is_same(&raster, placing) {
+            let message = format!("{} lies on another grid than the raster before it", path.display());
+            return Err(
+                input_error("other-grid", message).with_remedy("bring all rasters to one grid with `gdalwarp -te -tr`")
+            );
+        }
+        if let Some(problem) = too_large(self.count, grid.places.len(), self.memory) {
+            return Err(problem);
+        }
+        self.values.push(grid.places.iter().map(|&(index, _)| raster.values[index]).collect());
+        Ok(())
+    }
 }
 
 /// Reports values that are missing, negative or beyond all rain; whether there are none of the first two.

@@ -18,7 +18,7 @@ use crate::prepare::polygons::cells_inside;
 use crate::prepare::water;
 use crate::prepare::water::earlier::how_it_ended;
 use crate::scenario::methods::{Formulation, Motion, Seeding};
-use crate::scenario::{BoundaryCondition, RiverWidth, Scenario, WaterOfDepth};
+use crate::scenario::{BoundaryCondition, EarlierRun, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
 use crate::vector::Feature;
 
@@ -43,79 +43,84 @@ pub struct Opened(Vec<Option<Place>>);
 
 /// Opens the files of water with a depth, and refuses what Lagrangian particles do not have.
 pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
-    let start = &scenario.start;
     if scenario.numerics.motion == Motion::Lagrangian {
-        let refused = |message: &str, cause: &str, remedy: &str| {
-            Problem::error(ProblemKind::Scenario, "method-combination", "", message)
-                .with_cause(cause)
-                .with_remedy(remedy)
-        };
-        let summed = scenario.numerics.formulation == Formulation::Variational;
-        let equal = scenario.numerics.seeding == Seeding::EqualVolume;
-        for earlier in start.earlier.iter().filter(|_| summed) {
-            let problem = refused(
-                "the variational formulation does not go on where another run was",
-                "its depths are sums over the particles around, so that those of the file would not come back",
-                "leave `numerics.formulation` out (or write `formulation: balanced`)",
-            );
-            findings.add(&earlier.fields, problem);
-        }
-        for earlier in start.earlier.iter().filter(|_| equal) {
-            let problem = refused(
-                "equal-volume filling does not go on where another run was",
-                "it fills bodies of still water to their level, and the file has a depth and a velocity for each cell",
-                "write `seeding: lattice`",
-            );
-            findings.add(&earlier.fields, problem);
-        }
-        for water in start.depths.iter().filter(|_| equal) {
-            let problem = refused(
-                "equal-volume filling knows no water of a depth",
-                "it fills bodies of still water to their level",
-                "write `seeding: lattice`, or give a `level`",
-            );
-            findings.add(&water.place, problem);
-        }
+        refuse_for_particles(scenario, findings);
     }
-    if let Some(earlier) = &start.earlier {
-        let table = earlier.fields.value.with_file_name("tables").join("channels.csv");
-        let message = match (scenario.channels.is_empty(), table.is_file()) {
-            (false, _) => Some("a run with `channels` does not go on where another run was".to_owned()),
-            (true, true) => Some(format!("{} is of a run with channels", earlier.fields.value.display())),
-            (true, false) => None,
-        };
-        if let Some(message) = message {
-            let problem = Problem::error(ProblemKind::Scenario, "channels-of-earlier-run", "", message)
-                .with_cause("`fields.nc` has the water of the plane only, and that in the channels would be lost")
-                .with_remedy(
-                    "run it whole, from its start: give water with a level or a depth, and a later `time.end`",
-                );
-            findings.add(&earlier.fields, problem);
-        }
-        for rain in scenario.rain.iter().filter(|rain| rain.value.initial_loss > 0.0) {
-            let message = "the initial loss of the rain is taken from the start of this run on";
-            let problem = Problem::warning(ProblemKind::Scenario, "losses-after-earlier-run", "", message)
-                .with_cause("if it rained in the earlier run, the ground has had its initial loss already")
-                .with_remedy("leave `rain.losses.initial` out, if so");
-            findings.add(rain, problem);
-        }
-        let reported = how_it_ended(&earlier.fields.value);
-        findings.add_all(&earlier.fields, reported);
-        for boundary in &scenario.boundaries {
-            let remedy = match boundary.value.condition {
-                BoundaryCondition::Free => "give a `stage`, or `normal_depth` for water that only leaves",
-                BoundaryCondition::Wave { still: None, .. } => "give `still`, the level without the wave",
-                _ => continue,
-            };
-            let message =
-                "this boundary takes the water before it at the start as that of a sea or lake at rest beyond";
-            let problem = Problem::warning(ProblemKind::Scenario, "free-after-earlier-run", "", message)
-                .with_cause("the start is a moment of the earlier run, whose own start may have been dry here")
-                .with_remedy(remedy);
-            findings.add(boundary, problem);
-        }
+    if let Some(earlier) = &scenario.start.earlier {
+        check_earlier(earlier, scenario, findings);
     }
-    Opened(start.depths.iter().map(|water| place(water, crs, scenario, findings)).collect())
+    Opened(scenario.start.depths.iter().map(|water| place(water, crs, scenario, findings)).collect())
+}
+
+/// Refuses water of the start that the methods of Lagrangian particles do not have.
+fn refuse_for_particles(scenario: &Scenario, findings: &mut Findings) {
+    let start = &scenario.start;
+    let refused = |message: &str, cause: &str, remedy: &str| {
+        Problem::error(ProblemKind::Scenario, "method-combination", "", message).with_cause(cause).with_remedy(remedy)
+    };
+    let summed = scenario.numerics.formulation == Formulation::Variational;
+    let equal = scenario.numerics.seeding == Seeding::EqualVolume;
+    for earlier in start.earlier.iter().filter(|_| summed) {
+        let problem = refused(
+            "the variational formulation does not go on where another run was",
+            "its depths are sums over the particles around, so that those of the file would not come back",
+            "leave `numerics.formulation` out (or write `formulation: balanced`)",
+        );
+        findings.add(&earlier.fields, problem);
+    }
+    for earlier in start.earlier.iter().filter(|_| equal) {
+        let problem = refused(
+            "equal-volume filling does not go on where another run was",
+            "it fills bodies of still water to their level, and the file has a depth and a velocity for each cell",
+            "write `seeding: lattice`",
+        );
+        findings.add(&earlier.fields, problem);
+    }
+    for water in start.depths.iter().filter(|_| equal) {
+        let problem = refused(
+            "equal-volume filling knows no water of a depth",
+            "it fills bodies of still water to their level",
+            "write `seeding: lattice`, or give a `level`",
+        );
+        findings.add(&water.place, problem);
+    }
+}
+
+/// Whether this scenario can go on from an earlier run, and what of it does not carry over.
+fn check_earlier(earlier: &EarlierRun, scenario: &Scenario, findings: &mut Findings) {
+    let table = earlier.fields.value.with_file_name("tables").join("channels.csv");
+    let message = match (scenario.channels.is_empty(), table.is_file()) {
+        (false, _) => Some("a run with `channels` does not go on where another run was".to_owned()),
+        (true, true) => Some(format!("{} is of a run with channels", earlier.fields.value.display())),
+        (true, false) => None,
+    };
+    if let Some(message) = message {
+        let problem = Problem::error(ProblemKind::Scenario, "channels-of-earlier-run", "", message)
+            .with_cause("`fields.nc` has the water of the plane only, and that in the channels would be lost")
+            .with_remedy("run it whole, from its start: give water with a level or a depth, and a later `time.end`");
+        findings.add(&earlier.fields, problem);
+    }
+    for rain in scenario.rain.iter().filter(|rain| rain.value.initial_loss > 0.0) {
+        let message = "the initial loss of the rain is taken from the start of this run on";
+        let problem = Problem::warning(ProblemKind::Scenario, "losses-after-earlier-run", "", message)
+            .with_cause("if it rained in the earlier run, the ground has had its initial loss already")
+            .with_remedy("leave `rain.losses.initial` out, if so");
+        findings.add(rain, problem);
+    }
+    let reported = how_it_ended(&earlier.fields.value);
+    findings.add_all(&earlier.fields, reported);
+    for boundary in &scenario.boundaries {
+        let remedy = match boundary.value.condition {
+            BoundaryCondition::Free => "give a `stage`, or `normal_depth` for water that only leaves",
+            BoundaryCondition::Wave { still: None, .. } => "give `still`, the level without the wave",
+            _ => continue,
+        };
+        let message = "this boundary takes the water before it at the start as that of a sea or lake at rest beyond";
+        let problem = Problem::warning(ProblemKind::Scenario, "free-after-earlier-run", "", message)
+            .with_cause("the start is a moment of the earlier run, whose own start may have been dry here")
+            .with_remedy(remedy);
+        findings.add(boundary, problem);
+    }
 }
 
 fn place(water: &WaterOfDepth, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Option<Place> {

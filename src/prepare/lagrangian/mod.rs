@@ -3,10 +3,10 @@
 //! The figures were measured on cases with a known answer (`docs/validation/README.md`, `ritter_plane`), at the places where the method
 //! fails: a front over dry ground in the plane, a film of rain, a wall askew to the lattice, a strong jump, a level held over dry ground.
 
-use std::cmp::Ordering;
+mod askew;
 
 use crate::bed::BedParticles;
-use crate::boundary::{Condition, Edge, Forcing, Series, outline};
+use crate::boundary::{Condition, Forcing, Series};
 use crate::error::{Place, Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
 use crate::prepare::findings::Findings;
@@ -20,18 +20,11 @@ const LEAST_DROP: f64 = 0.01;
 /// Slope of dry ground from which rain runs off too fast: at 80 mm/h and cells of 5 m the greatest speed was 1.3, 4.7, 6.4, 6.6 and 22 times
 /// that of Eulerian particles on slopes of 0.003, 0.01, 0.03, 0.1 and 0.3.
 const RAIN_SLOPE: f64 = 0.005;
-/// A wall is askew from this angle to the lattice on (tangent; one degree), where it is longer than so many spacings.
-const ASKEW: (f64, f64) = (0.0175, 3.0);
 /// Froude number from which on a flow can jump strongly.
 const FAST: f64 = 1.5;
 /// Ratio of depths side by side from which on a dam break makes a strong bore: after 50 s the mean depths of one of 10 m differed from those of
 /// Eulerian particles by 0.025, 0.027, 0.043, 0.059, 0.076 and 0.086 m over 4, 2.5, 1.5, 1, 0.5 and 0.1 m of water.
 const STEEP_BORE: f64 = 5.0;
-
-/// Edges of an outline join where they meet within this share of their length.
-const JOINED: f64 = 1e-6;
-/// So many turns to one side and the other make stairs.
-const LEAST_TURNS: usize = 3;
 
 /// What to do about each of them.
 const REMEDY: &str = "leave `numerics.motion` out: Eulerian particles (the default) have no such fault";
@@ -156,42 +149,6 @@ impl Scene<'_> {
         (slope > RAIN_SLOPE).then(|| of(source, problem.with_at(bed.lattice.to_map(place))))
     }
 
-    /// Walls, blocked buildings and edges of the terrain that lie askew to the lattice: the longest piece of each kind.
-    fn askew_walls(&self, scenario: &Scenario) -> Vec<Warned> {
-        let (bed, lattice) = (self.bed, &self.bed.lattice);
-        let warned = |what: &str, [start, end]: [Vec2; 2]| {
-            let along = end - start;
-            let angle = f64::atan2(along.x.abs().min(along.y.abs()), along.x.abs().max(along.y.abs())).to_degrees();
-            let message = format!(
-                "{what} {angle:.0} degrees askew to the lattice slows the water along it with Lagrangian particles"
-            );
-            let cause = "along such walls the speed was 0.82 of the exact one in uniform flow, and 3.8 m/s for 7.96 m/s behind an oblique jump";
-            input_warning("lagrangian-askew-wall", message)
-                .with_cause(cause)
-                .with_at(lattice.to_map((start + end) * 0.5))
-        };
-        let mut found = Vec::new();
-        for (source, pieces) in scenario.walls.iter().zip(&self.walls) {
-            found.extend(
-                longest(pieces.iter().copied().filter(|piece| self.is_askew(*piece)))
-                    .map(|piece| of(source, warned("a wall", piece))),
-            );
-        }
-        let top = self.highest_water();
-        let edges: Vec<Edge> = outline(bed, self.is_open).into_iter().filter(|edge| !edge.is_open).collect();
-        let straight = edges.iter().map(|edge| [edge.start, edge.end]).chain(stairs(&edges));
-        let edges: Vec<[Vec2; 2]> =
-            straight.filter(|&edge| self.is_askew(edge) && self.ground_beside(edge) < top).collect();
-        let (blocked, without_data): (Vec<_>, Vec<_>) = edges.into_iter().partition(|&edge| self.is_of_building(edge));
-        if let (Some(buildings), Some(edge)) = (&scenario.ground.buildings, longest(blocked.into_iter())) {
-            found.push(of(&buildings.polygons, warned("a blocked building", edge)));
-        }
-        if let (Some(layer), Some(edge)) = (scenario.layers.first(), longest(without_data.into_iter())) {
-            found.push(of(layer, warned("the edge of the terrain (or of an area without data)", edge)));
-        }
-        found
-    }
-
     /// Flow that is supercritical at the start or where it comes in, and deep water beside shallow.
     fn jump(&self, scenario: &Scenario) -> Option<Warned> {
         let (bed, still) = (self.bed, self.still);
@@ -305,13 +262,6 @@ impl Scene<'_> {
         self.walls.iter().flatten().any(|wall| segments_cross(way, *wall))
     }
 
-    /// Whether a piece is long enough and lies askew to the lattice.
-    fn is_askew(&self, [start, end]: [Vec2; 2]) -> bool {
-        let along = end - start;
-        let (least, most) = (along.x.abs().min(along.y.abs()), along.x.abs().max(along.y.abs()));
-        least > ASKEW.0 * most && along.norm() > ASKEW.1 * self.bed.lattice.spacing
-    }
-
     /// The highest level (m) that water has at the start; without bounds where more of it comes in.
     fn highest_water(&self) -> f64 {
         if !self.forcing.is_still() {
@@ -322,68 +272,12 @@ impl Scene<'_> {
         wet.map(level).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The lowest ground (m) in the cells beside an edge.
-    fn ground_beside(&self, edge: [Vec2; 2]) -> f64 {
-        let cells = self.cells_beside(edge).filter(|&cell| self.bed.has_terrain(cell));
-        cells.map(|cell| self.bed.elevation[cell]).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Whether an edge is that of a blocked building.
-    fn is_of_building(&self, edge: [Vec2; 2]) -> bool {
-        self.cells_beside(edge).any(|cell| self.bed.sealed.binary_search(&cell).is_ok())
-    }
-
-    /// The cells along an edge and around them.
-    fn cells_beside(&self, [start, end]: [Vec2; 2]) -> impl Iterator<Item = usize> + '_ {
-        let lattice = &self.bed.lattice;
-        let pieces = ((end - start).norm() / lattice.spacing).ceil().max(1.0) as usize;
-        let places = (0..=pieces).map(move |k| start + (end - start) * (k as f64 / pieces as f64));
-        places.flat_map(move |place| {
-            let steps = [-1.0, 0.0, 1.0].map(|step| step * lattice.spacing);
-            let around = steps.into_iter().flat_map(move |x| steps.map(|y| Vec2::new(x, y)));
-            around.filter_map(move |step| lattice.cell_at(place + step))
-        })
-    }
-
     /// The key of the water at the start that belongs to no body.
     fn start_key(&self, scenario: &Scenario) -> String {
         let earlier = scenario.start.earlier.as_ref().map(|run| run.fields.key.clone());
         let depth = || scenario.start.depths.first().map(|water| water.place.key.clone());
         earlier.or_else(depth).unwrap_or_else(|| "initial".to_owned())
     }
-}
-
-/// Stairs of an outline as straight pieces from their first to their last corner: edges that turn to one side and the other in turn, which
-/// a wall askew to the lattice makes of itself. One step alone is a step of the wall.
-fn stairs(edges: &[Edge]) -> Vec<[Vec2; 2]> {
-    let mut found = Vec::new();
-    let turn = |a: &Edge, b: &Edge| {
-        let joins = (a.end - b.start).norm() <= JOINED * (a.end - a.start).norm();
-        let turn = (a.end - a.start).cross(b.end - b.start);
-        turn.partial_cmp(&0.0).filter(|_| joins).unwrap_or(Ordering::Equal)
-    };
-    let mut first = 0;
-    while first < edges.len() {
-        let mut last = first;
-        let mut before = Ordering::Equal;
-        while let Some(next) = edges.get(last + 1) {
-            let turn = turn(&edges[last], next);
-            if turn == Ordering::Equal || turn == before {
-                break;
-            }
-            (before, last) = (turn, last + 1);
-        }
-        if last - first >= LEAST_TURNS {
-            found.push([edges[first].start, edges[last].end]);
-        }
-        first = last.max(first + 1);
-    }
-    found
-}
-
-/// The longest of some pieces.
-fn longest(pieces: impl Iterator<Item = [Vec2; 2]>) -> Option<[Vec2; 2]> {
-    pieces.max_by(|a, b| (a[1] - a[0]).norm().total_cmp(&(b[1] - b[0]).norm()))
 }
 
 /// The greatest Froude number of what comes in at the level that is given with it, before the run ends.

@@ -1,7 +1,11 @@
 use super::*;
 
-fn trapezoid() -> Vec<(f64, f64)> {
-    vec![(10.0, 2.0), (11.0, 4.0), (11.0, 6.0), (13.0, 6.0)]
+fn rows<const N: usize>(rows: [(f64, f64); N]) -> Vec<Row> {
+    rows.map(|(elevation, width)| Row { elevation, width }).to_vec()
+}
+
+fn trapezoid() -> Vec<Row> {
+    rows([(10.0, 2.0), (11.0, 4.0), (11.0, 6.0), (13.0, 6.0)])
 }
 
 #[test]
@@ -28,9 +32,9 @@ fn rough_walls_are_wetted_and_smooth_ones_are_not() {
 
 #[test]
 fn sections_are_linear_between_those_of_the_table() {
-    let table = |distance, bed: f64, width| Table { distance, rows: vec![(bed, width), (bed + 2.0, width + 4.0)] };
+    let table = |distance, bed: f64, width| Table { distance, rows: rows([(bed, width), (bed + 2.0, width + 4.0)]) };
     let sections = [table(0.0, 5.0, 1.0), table(10.0, 4.0, 3.0)];
-    assert_eq!(rows_at(&sections, 2.5), vec![(4.75, 1.5), (6.75, 5.5)]);
+    assert_eq!(rows_at(&sections, 2.5), rows([(4.75, 1.5), (6.75, 5.5)]));
     assert_eq!(rows_at(&sections, -1.0), rows_at(&sections, 0.0));
     assert_eq!(rows_at(&sections, 11.0), rows_at(&sections, 10.0));
 }

@@ -1,0 +1,131 @@
+//! What passes the faces of a boundary by its condition.
+
+use super::inside::{Inside, Passing};
+use super::section;
+use super::shares::{Shares, rated_level};
+use crate::boundary::{Condition, Series};
+use crate::physics::open_boundary::{inflow, uniform_flow, waves_leave};
+use crate::solver::eulerian::Scale;
+
+/// What the faces of a condition are.
+#[derive(Clone, Copy, PartialEq)]
+pub(in crate::solver) enum Faces {
+    /// Those of an edge of the plane, each with its own water; with the share of what came in by the boundary that left by it again.
+    OfAnEdge { returned: f64 },
+    /// Those before which buffer particles of moving water stand: a level is held both ways there (decision 0028).
+    BeforeBuffers,
+    /// Strips of one section with one level and one velocity, the lowest ones first.
+    OfASection,
+}
+
+/// Discharge and level of a boundary: the mean of a step, or the largest in it.
+#[derive(Clone, Copy)]
+pub(in crate::solver) enum Of {
+    Mean,
+    Largest,
+}
+
+/// A step from one time to another (s), for the series of a condition.
+pub(super) struct InStep<'a> {
+    pub(super) scale: &'a Scale,
+    /// Height (m) from which the solver counts elevations.
+    datum: f64,
+    from: f64,
+    to: f64,
+    of: Of,
+}
+
+impl InStep<'_> {
+    fn value(&self, series: &Series) -> f64 {
+        match self.of {
+            Of::Mean => series.mean(self.from, self.to),
+            Of::Largest => series.largest(self.from, self.to),
+        }
+    }
+
+    /// A discharge in m²/s times spacings; nothing comes in where it is below 0.
+    pub(super) fn total(&self, discharge: &Series) -> f64 {
+        self.value(discharge).max(0.0) / self.scale.spacing
+    }
+
+    /// A level (m), counted as in the solver.
+    pub(super) fn level(&self, series: &Series) -> f64 {
+        self.value(series) - self.datum
+    }
+
+    /// The mean level (m) of still water beyond: less of it makes a wave faster.
+    pub(super) fn mean_level(&self, series: &Series) -> f64 {
+        series.mean(self.from, self.to) - self.datum
+    }
+}
+
+/// What passes faces in a step from one time to another (s), by what is known of the water beyond; levels of a condition count from
+/// `datum` (m) less than those of the faces.
+pub(in crate::solver) fn pass(
+    condition: &Condition,
+    (faces, inside): (Faces, &[Inside]),
+    (scale, datum): (&Scale, f64),
+    ((from, to), of): ((f64, f64), Of),
+    passing: &mut Vec<Passing>,
+) {
+    let step = InStep { scale, datum, from, to, of };
+    passing.clear();
+    if faces != Faces::OfASection || !section::pass(condition, inside, &step, passing) {
+        pass_each(condition, (faces, inside), &step, passing);
+    }
+}
+
+/// What passes faces that have each its own water.
+fn pass_each(
+    condition: &Condition,
+    (faces, inside): (Faces, &[Inside]),
+    step: &InStep<'_>,
+    passing: &mut Vec<Passing>,
+) {
+    let (scale, g) = (step.scale, step.scale.gravity);
+    match condition {
+        Condition::Discharge { discharge, level } => {
+            let total = step.total(discharge);
+            let given = level.as_ref().map(|level| step.level(level));
+            // Buffer particles have widths of their own.
+            let width = |inside: &Inside| if faces == Faces::BeforeBuffers { 1.0 } else { inside.width };
+            let shares = Shares::new((inside, &width), total, g);
+            passing.extend(inside.iter().map(|inside| {
+                let q = shares.of(inside) * total * inside.facing.0;
+                let held = given.map(|level| (level - inside.sill).max(0.0));
+                let beyond = inflow(q, held, inside.invariant, g);
+                Passing { mass: -q, ..Passing::of(beyond, g) }
+            }));
+        }
+        Condition::Stage(series) | Condition::Level(series) => {
+            let level = step.level(series);
+            let paid = match (condition, faces) {
+                (_, Faces::BeforeBuffers) => 0.0,
+                (Condition::Level(_), Faces::OfAnEdge { returned }) => returned,
+                _ => 1.0,
+            };
+            passing.extend(inside.iter().map(|inside| inside.held(level, paid, scale)));
+        }
+        Condition::Wave { level, still } => {
+            let wave = step.level(level);
+            let still = still.as_ref().map(|still| step.mean_level(still));
+            passing.extend(inside.iter().map(|inside| inside.with_wave(wave, still, scale)));
+        }
+        Condition::NormalDepth { slope } => passing.extend(inside.iter().map(|inside| {
+            // A part of the velocity is as much of its square in the slope.
+            let across = slope * inside.facing.0 * inside.facing.0;
+            inside.leaving(|| uniform_flow(across, inside.friction, inside.invariant, g), g)
+        })),
+        Condition::Rating(rating) => {
+            let level = rated_level(rating, inside, step.datum, scale);
+            passing.extend(inside.iter().map(|inside| inside.leaving(|| inside.below(level, g), g)));
+        }
+        Condition::Free => passing.extend(inside.iter().map(|inside| {
+            match inside.rest.map(|level| level - inside.sill).filter(|depth| *depth > scale.dry_depth) {
+                Some(rest) if inside.is_wet => inside.between(waves_leave(rest, inside.face, inside.along, g), g),
+                Some(rest) => Passing::of(waves_leave(rest, inside.face, 0.0, g), g),
+                None => inside.going_on(g),
+            }
+        })),
+    }
+}

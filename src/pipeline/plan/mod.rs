@@ -1,0 +1,144 @@
+//! What a run will need, before it: particles, memory, steps, time, disk, the resolution of the flooded area, and the motion.
+//!
+//! Everything that a run opens is opened, and the first steps of the real problem are taken and recorded for a second or two: they
+//! give the cost of an evaluation on this machine, now. From there two bounds are drawn.
+//!
+//! - Lower bound: the water covers no more than it does at the end of the measurement.
+//! - Upper bound: it spreads from the start on at 2 √(g d), the speed of the front of a dam break (`Ritter1892`), over every cell below
+//!   the initial levels that it can reach by gravity ([`crate::seeding::reach`]).
+//!
+//! The length of the steps follows the fastest signal, which starts as √(g d) of the deepest water, may double in the front and falls
+//! as the lake drains. A run that ends within the measurement is reported as measured.
+//!
+//! Left out: rain on the machine by other programs (a plan made on a busy machine says what a run takes on a busy machine), and
+//! waves that run up above their level.
+
+mod advice;
+mod bounds;
+mod disk;
+mod measure;
+
+use std::ops::Range;
+use std::time::Instant;
+
+use super::clock::memory_mib;
+use super::seeding::seeding_warnings;
+use super::stages::{flow_problem, recorder_of, recorder_plan};
+use super::{cores, thread_pool};
+use crate::error::{Error, Problem, ProblemKind};
+use crate::prepare::{Runnable, Setup, prepare};
+use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
+use crate::seeding::{StillWater, reach};
+use bounds::draw;
+pub use measure::Measured;
+use measure::measure;
+
+/// Cells of the output grids.
+#[derive(Clone, Copy)]
+struct Cells {
+    of_frames: usize,
+    of_maps: usize,
+}
+
+/// Bytes of a MiB.
+const MIB: f64 = 1_048_576.0;
+
+/// What a run will need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Riverbed particles.
+    pub bed_particles: usize,
+    /// Particles of channels of one dimension.
+    pub channel_particles: usize,
+    /// Particles that carry water at the start.
+    pub particles_at_start: usize,
+    /// Particles that carry water at once: lower and upper bound of the greatest number.
+    pub particles_at_most: Range<f64>,
+    /// Area (m²) under water at the start, and below the initial levels where water can run.
+    pub area: Range<f64>,
+    /// Greatest memory (MiB).
+    pub memory_mib: Range<f64>,
+    /// Steps.
+    pub steps: Range<f64>,
+    /// Wall-clock time (s) of the whole run.
+    pub run_time: Range<f64>,
+    /// Size of the run folder (MB), without a report.
+    pub disk_mb: Range<f64>,
+    /// Distance of the particles (m) in the flooded area: where it is as deep as at the start, and where it is thinnest.
+    pub resolution: Range<f64>,
+    /// The motion of the scenario.
+    pub motion: Motion,
+    /// The motion that fits this scene better, and why.
+    pub advice: (Motion, String),
+    /// What the estimate rests on.
+    pub measured: Measured,
+    /// Number of threads.
+    pub threads: usize,
+    /// Warnings.
+    pub warnings: Vec<Problem>,
+}
+
+/// Plans a run on the given number of threads, or on all.
+///
+/// # Errors
+/// `Error::Problems` where a run would be refused, a stated limit included; `Error::Numerical` where the first steps break down.
+pub fn plan(scenario: &Scenario, threads: Option<usize>) -> Result<Plan, Error> {
+    thread_pool(threads)?.install(|| plan_on_threads(scenario))
+}
+
+fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
+    let start = Instant::now();
+    let Runnable { setup, mut warnings, .. } = prepare(scenario).into_runnable()?;
+    warnings.extend(seeding_warnings(scenario, &setup));
+    let problem = flow_problem(scenario, &setup, setup.bed.clone());
+    let reach = {
+        let (still, levels) = with_flowing_water(&setup, scenario.numerics.gravity);
+        reach(&setup.bed, &still, &levels, &problem.walls, scenario.numerics.dry_depth)
+    };
+    let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
+    let mut solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
+    let Setup { bed, still_water: still, pixels, scene, .. } = setup;
+    let mut recorder = recorder_of(scenario, recorder_plan(scenario, &scene, bed, pixels));
+    let preparation = start.elapsed().as_secs_f64();
+    let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
+    let cells = Cells { of_frames: recorder.grid().len(), of_maps: recorder.grid_of_maps().len() };
+    let memory_now = memory_mib();
+    let plan = Plan { warnings, ..draw(scenario, &scene, (&still, &reach), measured, (cells, memory_now)) };
+    let limit = scenario.limits.memory / MIB;
+    if plan.memory_mib.start > limit {
+        return Err(Error::Problems(with_memory_problem(plan, scenario, limit)));
+    }
+    Ok(plan)
+}
+
+/// The bodies of water, and as one more of them the water that belongs to none, with the greatest head z + d + v²/(2 g) of its cells
+/// (m): it gets no higher without inflow.
+fn with_flowing_water(setup: &Setup, gravity: f64) -> (StillWater, Vec<f64>) {
+    let (bed, velocity) = (&setup.bed, &setup.initial_velocity);
+    let (mut still, mut levels) = (setup.still_water.clone(), setup.scene.levels());
+    let number = levels.len() as u32;
+    let mut highest = f64::NEG_INFINITY;
+    for cell in 0..still.depth.len() {
+        if still.depth[cell] > 0.0 && still.body[cell].is_none() {
+            let speed = velocity.get(cell).map_or(0.0, |velocity| velocity.norm());
+            highest = highest.max(bed.elevation[cell] + still.depth[cell] + speed * speed / (2.0 * gravity));
+            still.body[cell] = Some(number);
+        }
+    }
+    if highest > f64::NEG_INFINITY {
+        levels.push(highest);
+    }
+    (still, levels)
+}
+
+/// The problem of a run that needs more memory than its limit, behind the warnings.
+fn with_memory_problem(plan: Plan, scenario: &Scenario, limit: f64) -> Vec<Problem> {
+    let resolution = &scenario.resolution;
+    let message =
+        format!("the run needs {:.0} MiB of memory or more; the limit is {limit:.0} MiB", plan.memory_mib.start);
+    let problem = Problem::error(ProblemKind::Limit, "memory-limit", resolution.key.clone(), message)
+        .with_remedy("take a coarser resolution, cut the terrain to the valley, or raise `limits.memory`")
+        .with_place(resolution.place.clone());
+    std::iter::once(problem).chain(plan.warnings).collect()
+}

@@ -1,0 +1,93 @@
+//! Whether the heights of a raster are those of Earth, in the unit that the scenario takes them for.
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use super::{BEYOND_BOUNDS, RasterFile, RasterRequest};
+use crate::error::{Problem, ProblemKind, input_error};
+use crate::geodata::cf_axes::metres_of;
+use crate::geodata::vertical_unit;
+use crate::terrain::Raster;
+
+/// Elevations (m) outside this range are doubtful on Earth: sea trenches and fill values below, fill values above.
+pub const PLAUSIBLE_ELEVATION: RangeInclusive<f64> = -500.0..=9000.0;
+
+impl RasterFile {
+    /// The unit that the file gives for its values; empty where it gives none.
+    pub fn unit(&self) -> String {
+        self.dataset.rasterband(1).map(|band| band.unit()).unwrap_or_default().trim().to_owned()
+    }
+
+    /// Refuses heights whose unit in the file, or in its reference system, is another than that of the scenario (so many metres).
+    ///
+    /// # Errors
+    /// The problem, without key and place.
+    pub fn check_unit_of_heights(&self, unit: f64, path: &Path) -> Result<(), Problem> {
+        /// The two feet differ by 2e-6, which no terrain knows.
+        const SAME: f64 = 1e-5;
+        let mut written = self.unit();
+        let mut own = metres_of(&written);
+        if written.is_empty()
+            && let Some((name, metres)) = self.crs.as_ref().and_then(vertical_unit)
+        {
+            (written, own) = (name, Some(metres));
+        }
+        if written.is_empty() || own.is_some_and(|own| (own / unit - 1.0).abs() < SAME) {
+            return Ok(());
+        }
+        let read_as = if (unit - 1.0).abs() < SAME { "metres".to_owned() } else { format!("units of {unit} m") };
+        let message =
+            format!("{} gives its heights in `{written}`, and they would be read as {read_as}", path.display());
+        let correct = "correct that of the file (`ncatted` for NetCDF, `gdal_edit.py -units` for GeoTIFF)";
+        Err(input_error("unit-of-elevation", message).with_remedy(match own.and_then(key_of_unit) {
+            Some(key) => format!("say `unit: {key}` in the scenario, or {correct}"),
+            None => format!("bring them to metres; where they are in metres, {correct}"),
+        }))
+    }
+
+    /// Refuses a raster without data, warns of elevations that Earth does not have.
+    pub(super) fn check_values(&mut self, raster: &Raster, request: &RasterRequest) -> Result<(), Problem> {
+        let name = request.path.display();
+        let (mut least, mut greatest, mut doubtful) = (f64::INFINITY, f64::NEG_INFINITY, None);
+        let mut count = 0;
+        for (index, &value) in raster.values.iter().enumerate().filter(|(_, v)| !v.is_nan()) {
+            least = least.min(value);
+            greatest = greatest.max(value);
+            if !PLAUSIBLE_ELEVATION.contains(&value) {
+                count += 1;
+                doubtful.get_or_insert(index);
+            }
+        }
+        if least > greatest {
+            let problem = input_error("all-nodata", format!("{name} holds no data at all: every cell is nodata"));
+            // The attribute that took them out is the place to look at.
+            return Err(match self.warnings.iter().find(|warning| warning.code == BEYOND_BOUNDS) {
+                Some(bounds) => {
+                    problem.with_cause(bounds.message.clone()).with_remedy(bounds.remedy.clone().unwrap_or_default())
+                }
+                None => problem.with_remedy("check the nodata value with `gdalinfo -stats`"),
+            });
+        }
+        if let Some(index) = doubtful {
+            let message = format!(
+                "{name} has {count} elevations outside {} to {} m (from {least:.1} to {greatest:.1} m)",
+                PLAUSIBLE_ELEVATION.start(),
+                PLAUSIBLE_ELEVATION.end()
+            );
+            self.warnings.push(
+                Problem::warning(ProblemKind::Input, "doubtful-elevation", "", message)
+                    .with_cause("a fill value that the file does not declare as nodata, or another unit than metres")
+                    .with_remedy("declare the fill value with `gdal_edit.py -a_nodata`, or give the layer its `unit`")
+                    .with_at(raster.centre(index % raster.columns, index / raster.columns)),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The key of the scenario for a unit of heights (so many metres); none where it has none.
+fn key_of_unit(metres: f64) -> Option<&'static str> {
+    const KEYS: [(&str, f64); 6] =
+        [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("ft", 0.3048), ("us_ft", 1200.0 / 3937.0)];
+    KEYS.iter().find(|(_, factor)| (metres / factor - 1.0).abs() < 1e-9).map(|(name, _)| *name)
+}
