@@ -98,13 +98,10 @@ pub(super) fn place(
     let sections =
         sections_with_breach(scenario, &mut files, breach.as_ref(), (&ground, &at_start), &mut forcing, findings);
     forcing.breach = breach;
-    let moving = std::mem::take(&mut files.moving);
-    forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (ground.bed(), &forcing), findings);
+    forcing.moving_bed =
+        moving_bed::on_lattice(std::mem::take(&mut files.moving), scenario, (ground.bed(), &forcing), findings);
     check_lagrangian(scenario, &files, (edges.walls_of_each, &edges.open), (&forcing, &ground, &at_start), findings);
-    if let Some(source) = &scenario.outputs.gauges {
-        let on = (&ground.surface(), ground.bed());
-        places::check_gauges(source, &files.gauges, terrain.extent(), on, findings);
-    }
+    check_gauges(scenario, terrain, &ground, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
     let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
     let count = ground_source.of_pixels.len();
@@ -237,6 +234,20 @@ fn sections_with_breach(
         sections.push(section);
     }
     sections
+}
+
+/// Reports gauges that lie where nothing is measured.
+fn check_gauges(
+    scenario: &Scenario,
+    terrain: &Terrain,
+    ground: &Ground<'_>,
+    gauges: &[Gauge],
+    findings: &mut Findings,
+) {
+    if let Some(source) = &scenario.outputs.gauges {
+        let on = (&ground.surface(), ground.bed());
+        places::check_gauges(source, gauges, terrain.extent(), on, findings);
+    }
 }
 
 /// The pixels of the terrain for the maps, where they are asked for, and who set the ground of cells and pixels.

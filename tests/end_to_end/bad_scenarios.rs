@@ -331,31 +331,6 @@ fn a_later_version_of_the_format_is_refused() {
 }
 
 #[test]
-fn a_bad_date_is_refused() {
-    assert_change_refused(
-        "end: 4000 s",
-        "end: 4000 s, reference: 2.12.1959",
-        &["error[date] time.reference", "dates are read as year, month, day", "write it as \"2026-06-01 06:00:00\""],
-    );
-    // In a year that no series and no NetCDF file of the calendar `standard` can have.
-    for (date, cause) in
-        [("1342-07-21 12:00", "it lies before 1582-10-15"), ("0000-01-01", "the calendar begins with the year 1")]
-    {
-        let changed = format!("end: 4000 s, reference: \"{date}\"");
-        assert_change_refused("end: 4000 s", &changed, &["error[date] time.reference", cause, "400 years later"]);
-    }
-    for (date, cause) in [
-        ("2016-12-31 23:59:60", "it is a leap second"),
-        ("2026-06-01 06:00 CEST", "no offset from UTC"),
-        ("2026-02-29", "there is no such day"),
-        ("2026-06-01 24:01", "a day has no such time"),
-    ] {
-        let changed = format!("end: 4000 s, reference: \"{date}\"");
-        assert_change_refused("end: 4000 s", &changed, &["error[date] time.reference", cause, "such as `+02:00`"]);
-    }
-}
-
-#[test]
 fn duplicate_keys_are_found_beside_other_problems() {
     let text = format!("{}resolution: 10 m\n", GOOD.replace("0.033", "-1"));
     assert_refused(

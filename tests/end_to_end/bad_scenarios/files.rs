@@ -1,4 +1,4 @@
-//! Files that are no scenario: broken, too large, of another encoding, missing.
+//! Files that are no scenario: broken, too large, of another encoding, missing, with a bad date.
 
 use super::*;
 
@@ -57,4 +57,29 @@ fn a_missing_scenario_and_a_folder_are_refused() {
     assert!(missing.stdout.contains("error[missing-file]") && is_folder.stdout.contains("error[folder]"));
     let in_a_file = floodsim(folder.path(), &["check", "case/scenario.yaml/s.yaml"]);
     assert!(in_a_file.code == 3 && in_a_file.stdout.contains("error[unreadable-file]"), "{}", in_a_file.stdout);
+}
+
+#[test]
+fn a_bad_date_is_refused() {
+    assert_change_refused(
+        "end: 4000 s",
+        "end: 4000 s, reference: 2.12.1959",
+        &["error[date] time.reference", "dates are read as year, month, day", "write it as \"2026-06-01 06:00:00\""],
+    );
+    // In a year that no series and no NetCDF file of the calendar `standard` can have.
+    for (date, cause) in
+        [("1342-07-21 12:00", "it lies before 1582-10-15"), ("0000-01-01", "the calendar begins with the year 1")]
+    {
+        let changed = format!("end: 4000 s, reference: \"{date}\"");
+        assert_change_refused("end: 4000 s", &changed, &["error[date] time.reference", cause, "400 years later"]);
+    }
+    for (date, cause) in [
+        ("2016-12-31 23:59:60", "it is a leap second"),
+        ("2026-06-01 06:00 CEST", "no offset from UTC"),
+        ("2026-02-29", "there is no such day"),
+        ("2026-06-01 24:01", "a day has no such time"),
+    ] {
+        let changed = format!("end: 4000 s, reference: \"{date}\"");
+        assert_change_refused("end: 4000 s", &changed, &["error[date] time.reference", cause, "such as `+02:00`"]);
+    }
 }
