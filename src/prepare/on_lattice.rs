@@ -12,7 +12,7 @@ use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::output::{ChannelProfile, Gauge, GroundSource, OutputCrs, Section};
+use crate::output::{ChannelProfile, Gauge, GroundSource, OutputCrs, Section, TerrainPixels};
 use crate::scenario::methods::Motion;
 use crate::scenario::{OpenBoundary, Scenario};
 use crate::seeding::StillWater;
@@ -95,31 +95,20 @@ pub(super) fn place(
         (ground.bed(), &at_start.still_water, &walls),
         findings,
     );
-    let mut sections = std::mem::take(&mut files.forcing.sections);
-    if let Some(section) =
-        breach_section(scenario, &files, (breach.as_ref(), &sections), (&ground, &at_start), findings)
-    {
-        forcing.sections.push(forcing::pieces_of(&section, &lattice));
-        sections.push(section);
-    }
+    let sections =
+        sections_with_breach(scenario, &mut files, breach.as_ref(), (&ground, &at_start), &mut forcing, findings);
     forcing.breach = breach;
-    let moving = std::mem::take(&mut files.moving);
-    forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (ground.bed(), &forcing), findings);
+    forcing.moving_bed =
+        moving_bed::on_lattice(std::mem::take(&mut files.moving), scenario, (ground.bed(), &forcing), findings);
     check_lagrangian(scenario, &files, (edges.walls_of_each, &edges.open), (&forcing, &ground, &at_start), findings);
-    if let Some(source) = &scenario.outputs.gauges {
-        let on = (&ground.surface(), ground.bed());
-        places::check_gauges(source, &files.gauges, terrain.extent(), on, findings);
-    }
+    check_gauges(scenario, terrain, &ground, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
-    // An earlier run fitted the bed to its shores, too: only one in which ground moved counts for the terrain itself.
-    let own = if earlier::has_moved_bed(scenario) { &at_start.without_earlier } else { &ground.bed().elevation };
-    let pixels = ground::pixels(scenario, (&ground.surface(), terrain), (own, ground.bed()), findings);
-    let (pixels, set_by_of_pixels) = pixels.map_or((None, Vec::new()), |(pixels, set_by)| (Some(pixels), set_by));
-    let count = set_by_of_pixels.len();
+    let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
+    let count = ground_source.of_pixels.len();
     let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
     let scene = Scene {
         crs: files.crs,
-        ground_source: ground::sources(scenario, &ground, set_by_of_pixels),
+        ground_source,
         ridges,
         raised: at_start.raised,
         walls,
@@ -226,18 +215,54 @@ impl AtStart {
     }
 }
 
-/// The cross-section along the dam, beside the others; checks the levels of its breach.
-fn breach_section(
+/// The cross-sections, the last of them along the dam where there is one; checks the levels of its breach.
+fn sections_with_breach(
     scenario: &Scenario,
-    files: &Files<'_>,
-    (breach, others): (Option<&Breach>, &[Section]),
+    files: &mut Files<'_>,
+    breach: Option<&Breach>,
     (ground, at_start): (&Ground<'_>, &AtStart),
+    forcing: &mut Forcing,
     findings: &mut Findings,
-) -> Option<Section> {
-    let breach = breach?;
-    breach::check_level(scenario, breach, ground.bed(), &at_start.still_water, findings);
-    let dam = files.dam.as_ref()?;
-    Some(breach::section(dam, breach, others, ground.bed(), &at_start.still_water))
+) -> Vec<Section> {
+    let (bed, water) = (ground.bed(), &at_start.still_water);
+    let mut sections = std::mem::take(&mut files.forcing.sections);
+    let Some(breach) = breach else { return sections };
+    breach::check_level(scenario, breach, bed, water, findings);
+    if let Some(dam) = &files.dam {
+        let section = breach::section(dam, breach, &sections, bed, water);
+        forcing.sections.push(forcing::pieces_of(&section, &bed.lattice));
+        sections.push(section);
+    }
+    sections
+}
+
+/// Reports gauges that lie where nothing is measured.
+fn check_gauges(
+    scenario: &Scenario,
+    terrain: &Terrain,
+    ground: &Ground<'_>,
+    gauges: &[Gauge],
+    findings: &mut Findings,
+) {
+    if let Some(source) = &scenario.outputs.gauges {
+        let on = (&ground.surface(), ground.bed());
+        places::check_gauges(source, gauges, terrain.extent(), on, findings);
+    }
+}
+
+/// The pixels of the terrain for the maps, where they are asked for, and who set the ground of cells and pixels.
+fn maps_of_ground(
+    scenario: &Scenario,
+    terrain: &Terrain,
+    ground: &Ground<'_>,
+    at_start: &AtStart,
+    findings: &mut Findings,
+) -> (Option<TerrainPixels>, GroundSource) {
+    // An earlier run fitted the bed to its shores, too: only one in which ground moved counts for the terrain itself.
+    let own = if earlier::has_moved_bed(scenario) { &at_start.without_earlier } else { &ground.bed().elevation };
+    let pixels = ground::pixels(scenario, (&ground.surface(), terrain), (own, ground.bed()), findings);
+    let (pixels, set_by_of_pixels) = pixels.map_or((None, Vec::new()), |(pixels, set_by)| (Some(pixels), set_by));
+    (pixels, ground::sources(scenario, ground, set_by_of_pixels))
 }
 
 /// Warns of what Lagrangian particles get wrong.

@@ -2,6 +2,9 @@
 //!
 //! Every test goes through the real program, `check` and `run` alike, on a basin in a plateau: see [`Scene`].
 
+mod output_folder;
+mod water;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -270,90 +273,6 @@ fn terrain_in_degrees_is_refused_with_the_system_to_take() {
 }
 
 #[test]
-fn nodata_inside_the_reservoir_is_refused_with_its_place() {
-    let scene = Scene::sound();
-    scene.terrain(|column, row| if (column, row) == (15, 15) { -9999.0 } else { elevation(column, row) }.to_string());
-    scene.assert_refused(
-        4,
-        &["error[nodata-in-water] initial[0].reservoir (s.yaml:7:17)", "25 m²", "at      1077.5, 2072.5", "remedy"],
-    );
-}
-
-#[test]
-fn a_reservoir_without_any_terrain_below_is_refused() {
-    let scene = Scene::sound();
-    scene.terrain(|column, _| if column < 30 { "-9999".to_owned() } else { "3".to_owned() });
-    scene.assert_refused(4, &["error[outside-terrain] initial[0].reservoir (s.yaml:7:17)", "remedy"]);
-}
-
-#[test]
-fn a_reservoir_outside_the_terrain_is_refused() {
-    let scene = Scene::sound();
-    scene.polygon("[[[9045,2045],[9105,2045],[9105,2105],[9045,2045]]]", "{}");
-    scene.assert_refused(
-        4,
-        &["error[outside-terrain] initial[0].reservoir (s.yaml:7:17)", "at      9045.0, 2045.0", "same CRS"],
-    );
-}
-
-#[test]
-fn a_level_below_the_bed_is_refused_with_the_lowest_bed() {
-    Scene::with("5 m}", "-2 m}").assert_refused(
-        4,
-        &[
-            "error[level-below-bed] initial[0].reservoir (s.yaml:7:17)",
-            "level of -2 m",
-            "lowest bed is 0.00 m",
-            "remedy",
-        ],
-    );
-}
-
-#[test]
-fn a_self_crossing_polygon_is_refused_where_it_crosses() {
-    let scene = Scene::sound();
-    scene.polygon("[[[1050,2050],[1100,2100],[1100,2050],[1050,2100],[1050,2050]]]", "{}");
-    scene.assert_refused(
-        4,
-        &["error[self-crossing] initial[0].reservoir (s.yaml:7:17)", "at      1075.0, 2075.0", "remedy"],
-    );
-}
-
-#[test]
-fn polygons_that_are_empty_are_refused() {
-    let scene = Scene::sound();
-    scene.write("reservoir.geojson", r#"{"type":"FeatureCollection","features":[]}"#);
-    scene.assert_refused(4, &["error[empty-polygon] initial[0].reservoir (s.yaml:7:17)", "holds no polygon", "remedy"]);
-    scene.polygon("[[[1050,2050],[1100,2050],[1075,2050],[1050,2050]]]", "{}");
-    scene.assert_refused(4, &["error[empty-polygon] initial[0].reservoir (s.yaml:7:17)", "has no area", "remedy"]);
-    scene.write("reservoir.geojson", "");
-    scene.assert_refused(4, &["error[empty-file] initial[0].reservoir (s.yaml:7:17)", "remedy"]);
-    scene.write("reservoir.geojson", "not JSON at all");
-    scene.assert_refused(4, &["error[not-a-vector] initial[0].reservoir (s.yaml:7:17)"]);
-}
-
-#[test]
-fn a_polygon_with_a_coordinate_that_is_no_number_is_refused() {
-    let scene = Scene::sound();
-    scene.polygon("[[[1050,2050],[1100,NaN],[1075,2100],[1050,2050]]]", "{}");
-    scene.assert_refused(4, &["initial[0].reservoir (s.yaml:7:17)"]);
-}
-
-#[test]
-fn water_without_a_level_anywhere_is_refused() {
-    let scene = Scene::with(", level: 5 m}", "}");
-    scene.polygon(RESERVOIR, r#"{"name": "upper lake"}"#);
-    scene.assert_refused(
-        4,
-        &[
-            "error[no-level] initial[0].reservoir (s.yaml:7:17)",
-            "looked for level_m, level; its attributes: name",
-            "add `level: 100 m`",
-        ],
-    );
-}
-
-#[test]
 fn a_resolution_of_zero_is_refused() {
     Scene::with("resolution: 5 m", "resolution: 0 m")
         .assert_refused(3, &["error[range] resolution (s.yaml:8:13)", "remedy"]);
@@ -470,121 +389,5 @@ fn a_bad_line_in_the_gauges_is_refused_with_its_number() {
     scene.assert_refused(
         4,
         &["error[bad-gauge-line] outputs.gauges (s.yaml:10:31)", "line 3 of gauges.csv", "it reads `B,1075,north`"],
-    );
-}
-
-#[test]
-fn a_file_in_the_place_of_the_output_folder_is_refused() {
-    let scene = Scene::sound();
-    scene.write("out", "a file");
-    scene.assert_output_refused(
-        "out",
-        &["error[output-folder-unwritable] --out\n", "out cannot be written", "it is a file", "--out"],
-    );
-    scene.assert_output_refused("out/deeper", &["out/deeper cannot be written", "out is a file", "remedy"]);
-}
-
-#[test]
-fn an_output_folder_that_may_not_be_written_is_refused() {
-    let scene = Scene::sound();
-    let expected = ["error[output-folder-unwritable] --out\n", "cause", "remedy  choose a folder with --out"];
-    if Path::new("/proc/self").exists() {
-        // Nobody makes folders here, not even root.
-        scene.assert_output_refused("/proc/floodsim", &expected);
-    }
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let folder = scene.path("mine");
-        std::fs::create_dir(&folder).unwrap();
-        std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o555)).unwrap();
-        if std::fs::write(folder.join("probe"), "").is_ok() {
-            std::fs::remove_file(folder.join("probe")).unwrap();
-            eprintln!("skipped: this user may write to read-only folders");
-        } else {
-            scene.assert_output_refused("mine", &expected);
-            scene.assert_output_refused("mine/deeper", &expected);
-        }
-        std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o755)).unwrap();
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn a_run_whose_files_find_no_room_says_so_in_its_summary() {
-    let scene = Scene::sound();
-    // No file may grow beyond 20 blocks of 512 bytes, which `run.json` does not.
-    let limited = "trap '' XFSZ; ulimit -f 20; exec \"$0\" s.yaml --out out";
-    let program = assert_cmd::cargo::cargo_bin("floodsim");
-    let mut shell = std::process::Command::new("sh");
-    let output = shell.args(["-c", limited]).arg(program).current_dir(scene.folder.path()).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(8) && said.contains("failed to write out/fields.partial.nc"), "{said}");
-    let summary = std::fs::read_to_string(scene.path("out/run.json")).unwrap();
-    assert!(summary.contains(r#""status": "failed""#) && summary.contains(r#""exit_code": 8"#), "{summary}");
-}
-
-#[test]
-fn an_output_folder_with_files_is_left_alone_without_overwrite() {
-    let scene = Scene::sound();
-    std::fs::create_dir(scene.path("out")).unwrap();
-    scene.write("out/thesis.txt", "years of work");
-    scene.assert_output_refused(
-        "out",
-        &["error[output-folder-not-empty] --out\n", "out already holds files", "cause", "add --overwrite"],
-    );
-    let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "out", "--overwrite"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    assert_eq!(std::fs::read_to_string(scene.path("out/thesis.txt")).unwrap(), "years of work");
-}
-
-#[test]
-fn a_bad_output_folder_is_located_where_it_was_written() {
-    let scene = Scene::sound();
-    let scenario = std::fs::read_to_string(scene.path("s.yaml")).unwrap();
-    assert!(scenario.contains("outputs: {"), "{scenario}");
-    for taken in ["taken", "runs/s"] {
-        std::fs::create_dir_all(scene.path(taken)).unwrap();
-        scene.write(&format!("{taken}/thesis.txt"), "years of work");
-    }
-    scene.write("file", "");
-    let line = 1 + scenario.lines().position(|line| line.starts_with("outputs: {")).unwrap();
-    for (folder, code) in [("taken", "output-folder-not-empty"), ("file", "output-folder-unwritable")] {
-        scene.write("s.yaml", &scenario.replace("outputs: {", &format!("outputs: {{folder: {folder}, ")));
-        let located = format!("error[{code}] outputs.folder (s.yaml:{line}:19)");
-        assert_refusal(&floodsim(scene.folder.path(), &["s.yaml"]), 8, &[&located, "cause", "remedy"]);
-        // The command line wins, and is named then.
-        let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "taken"]);
-        assert_refusal(&run, 8, &["error[output-folder-not-empty] --out\n"]);
-    }
-    scene.write("s.yaml", &scenario);
-    let set = floodsim(scene.folder.path(), &["s.yaml", "--set", "outputs.folder=file"]);
-    assert_refusal(&set, 8, &["error[output-folder-unwritable] --set outputs.folder\n", "it is a file"]);
-    let unnamed = floodsim(scene.folder.path(), &["s.yaml"]);
-    assert_refusal(&unnamed, 8, &["error[output-folder-not-empty] outputs.folder, by default\n", "runs/s already"]);
-}
-
-#[test]
-fn a_refused_run_with_overwrite_leaves_the_earlier_run_as_it_was() {
-    let scene = Scene::sound();
-    assert_eq!(floodsim(scene.folder.path(), &["s.yaml", "--out", "out"]).code, 0);
-    let before = everything_below(&scene.path("out"));
-    std::fs::remove_file(scene.path("dem.asc")).unwrap();
-    let refused = floodsim(scene.folder.path(), &["s.yaml", "--out", "out", "--overwrite"]);
-    assert_eq!(refused.code, 4, "{}", refused.stderr);
-    assert!(everything_below(&scene.path("out")) == before, "the earlier run was changed");
-}
-
-#[test]
-fn problems_of_data_and_output_folder_come_together() {
-    let scene = Scene::sound();
-    std::fs::remove_file(scene.path("dem.asc")).unwrap();
-    scene.polygon("[[[1050,2050],[1100,2100],[1100,2050],[1050,2100],[1050,2050]]]", "{}");
-    scene.write("out", "a file");
-    let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "out"]);
-    assert_refusal(
-        &run,
-        4,
-        &["error[missing-file]", "error[self-crossing]", "error[output-folder-unwritable] --out\n"],
     );
 }

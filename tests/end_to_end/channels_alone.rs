@@ -1,5 +1,8 @@
 //! Scenarios of channels alone, without terrain, through the whole program: what they compute, what is written, what is refused.
 
+mod profiles;
+mod refused;
+
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
@@ -103,6 +106,17 @@ fn files(folder: &Path) -> Vec<String> {
     }
     found.sort();
     found
+}
+
+fn axes(names: &[&str]) -> String {
+    let feature = |name: &&str| {
+        format!(
+            r#"{{"type":"Feature","properties":{{"id":"{name}"}},"geometry":{{"type":"LineString","coordinates":[[500000,5300000],[500050,5300000],[500050,5300050]]}}}}"#
+        )
+    };
+    let crs = r#"{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25832"}}"#;
+    let all: Vec<String> = names.iter().map(feature).collect();
+    format!(r#"{{"type":"FeatureCollection","crs":{crs},"features":[{}]}}"#, all.join(","))
 }
 
 #[test]
@@ -261,196 +275,6 @@ fn gauges_lie_between_the_particles_of_the_profiles() {
     assert!((number(&weir[9]) / 40.0 - 1.0).abs() < 0.05, "{weir:?}");
 }
 
-/// Two channels, of which the second has a line on the map that bends in its middle.
-const TWO: &str = "\
-floodsim: 1
-title: Two channels
-crs: EPSG:25832
-roughness: {manning: 0.03}
-channels:
-  - {id: 'upper, left', length: 50 m, width: 4 m, bed: 10 m, water: [{depth: 1 m}]}
-  - {id: mill, length: 100 m, width: 2 m, bed: 3 m, slope: 0.01, water: [{depth: 1 m, to: 30 m}], line: axes.geojson}
-resolution: 10 m
-time: {end: 20 s, reference: '2026-06-01 06:00:00'}
-outputs: {every: 5 s}
-";
-
-fn axes(names: &[&str]) -> String {
-    let feature = |name: &&str| {
-        format!(
-            r#"{{"type":"Feature","properties":{{"id":"{name}"}},"geometry":{{"type":"LineString","coordinates":[[500000,5300000],[500050,5300000],[500050,5300050]]}}}}"#
-        )
-    };
-    let crs = r#"{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25832"}}"#;
-    let all: Vec<String> = names.iter().map(feature).collect();
-    format!(r#"{{"type":"FeatureCollection","crs":{crs},"features":[{}]}}"#, all.join(","))
-}
-
-#[test]
-fn channels_nc_holds_the_profiles_of_the_table() {
-    let scene = Scene::of(TWO);
-    scene.write("axes.geojson", &axes(&["mill", "other"]));
-    let (_, out) = scene.run();
-    let file = Netcdf::read(&out.join("channels.nc"));
-    let lengths = |name: &str| file.dimensions[name];
-    assert_eq!((lengths("time"), lengths("station"), lengths("channel")), (5, 15, 2));
-    assert_eq!(file.values("time"), [0.0, 5.0, 10.0, 15.0, 20.0]);
-    assert!(file.variables["time"].0.contains("seconds since 2026-06-01 06:00:00"));
-    assert_eq!(file.values("channel_index"), [[0.0; 5].as_slice(), &[1.0; 10]].concat());
-    assert!(file.variables["channel_index"].0.contains("upper__left mill"), "{}", file.variables["channel_index"].0);
-    assert!(file.variables.contains_key("channel_id") && file.variables["crs"].0.contains("ETRS89"));
-    // Every number of the table stands in the file, in its order.
-    let rows = table(&out, "channels.csv");
-    assert_eq!(rows.len(), 1 + 5 * 15);
-    for (i, row) in rows[1..].iter().enumerate() {
-        // A name with a comma is quoted, and split by the helper.
-        let row = &row[row.len() - 7..];
-        let (moment, station) = (i / 15, i % 15);
-        assert!((file.values("time")[moment] - number(&row[0])).abs() < 1e-9);
-        assert!((file.values("distance")[station] - number(&row[1])).abs() < 1e-3);
-        assert!((file.values("bed_elevation")[station] - number(&row[2])).abs() < 1e-4);
-        for (column, name) in [(3, "depth"), (5, "velocity"), (6, "discharge")] {
-            assert!((file.values(name)[i] - number(&row[column])).abs() < 1e-4, "{name}: {row:?}");
-        }
-        let level = file.values("water_level")[i];
-        let is_dry = file.values("depth")[i] <= 1e-3;
-        assert!(if is_dry { level < -9998.0 } else { (level - number(&row[4])).abs() < 1e-4 }, "{row:?}");
-    }
-    for (name, words) in [
-        (
-            "depth",
-            vec![r#"("units", "Str(\"m\")")"#, "channel_index distance x y", "time: point", "grid_mapping", "-9999"],
-        ),
-        ("water_level", vec!["water_surface_height_above_reference_datum"]),
-        ("velocity", vec!["m s-1", "positive towards the near end"]),
-        ("discharge", vec!["m3 s-1", "water_volume_transport_in_river_channel"]),
-        ("x", vec!["projection_x_coordinate", "NaN"]),
-    ] {
-        let (described, _) = &file.variables[name];
-        assert!(words.iter().all(|word| described.contains(word)), "{name}: {described}");
-    }
-    // Along the line: the sixth station is 55 m from the far end, 5 m beyond the bend.
-    let (x, y) = (&file.values("x")[5..], &file.values("y")[5..]);
-    assert!(file.values("x")[..5].iter().all(|x| x.is_nan()));
-    for (station, place) in
-        [(0, (500_005.0, 5_300_000.0)), (5, (500_050.0, 5_300_005.0)), (9, (500_050.0, 5_300_045.0))]
-    {
-        assert!((x[station] - place.0).abs() + (y[station] - place.1).abs() < 1e-6, "{x:?} {y:?}");
-    }
-    assert!(!file.attributes.contains_key("featureType"));
-    // With places for all stations the file is a set of time series.
-    let scene = Scene::of(&changed(TWO, &[("water: [{depth: 1 m}]}", "water: [{depth: 1 m}], line: axes.geojson}")]));
-    scene.write("axes.geojson", &axes(&["mill", "upper, left"]));
-    let answer = floodsim(scene.folder.path(), &["check", "s.yaml"]);
-    assert!(answer.stdout.contains("warning[line-length] channels[0].line (s.yaml:6:"), "{}", answer.stdout);
-    let file = Netcdf::read(&scene.run().1.join("channels.nc"));
-    assert!(file.attributes["featureType"].contains("timeSeries"));
-    assert!(file.variables["station"].0.contains("timeseries_id"));
-}
-
-#[test]
-fn a_killed_run_leaves_the_profiles_that_it_had() {
-    let scene = Scene::of(&changed(SCENARIO, &[("3 h", "1000 h"), ("30 min", "1 min"), ("10 min", "10 h")]));
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("floodsim"));
-    command.current_dir(scene.folder.path()).args(["run", "s.yaml", "--out", "out", "--quiet"]);
-    let mut child = command.spawn().unwrap();
-    let (partial, start) = (scene.path("out/channels.partial.nc"), std::time::Instant::now());
-    while !partial.metadata().is_ok_and(|metadata| metadata.len() > 100_000) {
-        assert!(start.elapsed().as_secs() < 60, "no profiles after a minute");
-        assert!(child.try_wait().unwrap().is_none(), "the run ended by itself");
-        std::thread::sleep(std::time::Duration::from_millis(10));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert!(!scene.path("out/channels.nc").exists());
-    let file = Netcdf::read(&partial);
-    let times = file.values("time");
-    assert!(times.len() > 5 && times.iter().enumerate().all(|(i, time)| (time - 60.0 * i as f64).abs() < 1e-6));
-    assert_eq!(file.values("depth").len(), 200 * times.len());
-    assert!(file.variables["channel_index"].0.contains("river"));
-    // The next run takes its place.
-    scene.write("s.yaml", SCENARIO);
-    assert!(!files(&scene.run().1).contains(&"channels.partial.nc".to_owned()));
-}
-
-#[test]
-fn what_needs_terrain_is_refused_where_it_stands() {
-    let (roughness, outputs) = ("{manning: 0.03}", "{every: 30 min, gauges_every: 10 min}");
-    let end = "    downstream: {normal_depth: {slope: 0.002}}\n";
-    for (changes, key, place) in [
-        (vec![("floodsim: 1\n", "floodsim: 1\nrain: {rate: 5 mm/h}\n")], "rain", 2),
-        (vec![("floodsim: 1\n", "floodsim: 1\ninitial: [{sea: sea.geojson, level: 0 m}]\n")], "initial", 2),
-        (vec![("floodsim: 1\n", "floodsim: 1\nboundaries: [{side: east, type: open}]\n")], "boundaries", 2),
-        (vec![("floodsim: 1\n", "floodsim: 1\nsources: [{at: [0, 0], discharge: 1 m3/s}]\n")], "sources", 2),
-        (vec![("floodsim: 1\n", "floodsim: 1\nstructures: {walls: [{lines: w.geojson}]}\n")], "structures", 2),
-        (vec![("floodsim: 1\n", "floodsim: 1\ncrs: terrain\n")], "crs", 2),
-        (vec![(roughness, "{raster: n.tif}")], "roughness.raster", 2),
-        (vec![(roughness, "{manning: 0.03, polygons: p.gpkg}")], "roughness.polygons", 2),
-        (vec![(outputs, "{cell: 5 m}")], "outputs.cell", 12),
-        (vec![(outputs, "{gauges: g.csv}")], "outputs.gauges", 12),
-        (vec![(outputs, "{sections: s.geojson}")], "outputs.sections", 12),
-        (vec![(outputs, "{isochrones: [5 min]}")], "outputs.isochrones", 12),
-        (vec![("resolution", "numerics: {bed: shepard}\nresolution")], "numerics.bed", 10),
-        (vec![(end, "    joins: {side: west}\n")], "channels[0].joins", 8),
-    ] {
-        let (code, said) = Scene::of(&changed(SCENARIO, &changes)).check();
-        let expected = format!("error[needs-terrain] {key} (s.yaml:{place}:");
-        assert!(code == 3 && said.contains(&expected), "`{expected}` is not in\n{said}");
-        assert!(said.contains("needs terrain, and this scenario has channels alone\n  cause   "), "{said}");
-    }
-    // Without channels it is the terrain that is missing; an empty list is none.
-    for changes in [[("channels:", "tracks:")], [("channels:\n  - id: river", "channels: []\nriver:\n    id: river")]] {
-        let (code, said) = Scene::of(&changed(SCENARIO, &changes)).check();
-        assert!(code == 3 && said.contains("the required key `terrain` is missing"), "{said}");
-    }
-    let (code, said) =
-        Scene::of(&changed(SCENARIO, &[("resolution", "numerics: {motion: lagrangian}\nresolution")])).check();
-    assert!(code == 3 && said.contains("Lagrangian particles know no channels"), "{said}");
-}
-
-#[test]
-fn channels_alone_with_their_own_roughness_need_no_other() {
-    let (rough, length) = ("roughness: {manning: 0.03}\n", "length: 2 km");
-    let own = [(rough, ""), (length, "length: 2 km\n    manning: 0.03"), ("end: 3 h", "end: 1 h")];
-    let scene = Scene::of(&changed(SCENARIO, &own));
-    assert_eq!(scene.check(), (0, "s.yaml: 0 errors, 0 warnings\n".to_owned()));
-    let (_, out) = scene.run();
-    let other = Scene::of(&changed(SCENARIO, &[("end: 3 h", "end: 1 h")]));
-    let tables = [out.clone(), other.run().1].map(|out| std::fs::read(out.join("tables/channels.csv")).unwrap());
-    assert_eq!(tables[0], tables[1]);
-    let resolved = std::fs::read_to_string(out.join("scenario.resolved.yaml")).unwrap();
-    assert!(!resolved.contains("roughness"), "{resolved}");
-    scene.write("s.yaml", &resolved);
-    assert_eq!(scene.check().0, 0);
-    // A channel without its own, or terrain beside the channels, needs one.
-    let terrain = ("floodsim: 1\n", "floodsim: 1\nterrain: dem.tif\n");
-    for changes in [vec![own[0]], vec![own[0], own[1], terrain]] {
-        let (code, said) = Scene::of(&changed(SCENARIO, &changes)).check();
-        assert!(code == 3 && said.contains("error[missing-key] roughness"), "{said}");
-    }
-}
-
-#[test]
-fn bad_gauges_and_lines_are_refused_where_they_stand() {
-    let lines = "gauges: [{id: weir, distance: 803 m}, {id: mouth, distance: 2 km}]";
-    for (changes, expected) in [
-        (vec![("2 km}]", "2.1 km}]")], "error[gauge-outside] channels[0].gauges[1].distance (s.yaml:9:"),
-        (vec![("mouth", "weir")], "error[duplicate-gauge] channels[0].gauges[1].id (s.yaml:9:"),
-        (
-            vec![("length: 2 km", "length: 2 km\n    manning: 0")],
-            "error[no-roughness] channels[0].downstream.normal_depth",
-        ),
-        (vec![("803 m", "-3 m")], "channels[0].gauges[0].distance (s.yaml:9:"),
-        (vec![(lines, "line: none.geojson")], "channels[0].line (s.yaml:9:"),
-        (vec![(lines, "line: axes.geojson")], "error[no-lines] channels[0].line (s.yaml:9:"),
-    ] {
-        let scene = Scene::of(&changed(SCENARIO, &changes));
-        scene.write("axes.geojson", &axes(&["a", "b"]));
-        let (code, said) = scene.check();
-        assert!(code != 0 && said.contains(expected), "`{expected}` is not in\n{said}");
-    }
-}
-
 #[test]
 fn a_plan_of_channels_alone_holds_the_run() {
     let scene = Scene::of(SCENARIO);
@@ -498,33 +322,4 @@ time: {end: 2 s}
     assert!((came - 2e-5).abs() < 1e-8 && (stored - (3e-5 + came - left)).abs() < 2e-8, "{last:?}");
     let ways = table(&out, "boundaries.csv");
     assert!(ways[1..].iter().any(|row| (number(&row[1]) - 2e-5).abs() < 1e-8), "{ways:?}");
-}
-
-#[test]
-fn a_level_below_the_bed_of_an_end_is_refused_where_it_stands() {
-    let discharge = "upstream: {discharge: 40 m3/s}";
-    for (end, expected) in [
-        (
-            "upstream: {discharge: 40 m3/s, level: 50 m}",
-            "error[level-below-bed] channels[0].upstream.level (s.yaml:7:43)",
-        ),
-        (
-            "upstream: {discharge: {series: q.csv}, level: {series: z.csv}}",
-            "error[level-below-bed] channels[0].upstream.level.series (s.yaml:7:60)",
-        ),
-        (
-            "upstream: {discharge: 40 m3/s, level: 100.05 m}",
-            "warning[fast-inflow] channels[0].upstream.level (s.yaml:7:43)",
-        ),
-        ("upstream: {stage: 99 m}", "error[level-below-bed] channels[0].upstream.stage (s.yaml:7:23)"),
-    ] {
-        let scene = Scene::of(&changed(SCENARIO, &[(discharge, end)]));
-        scene.write("q.csv", "time_h,q_m3_s\n0,40\n3,40\n");
-        scene.write("z.csv", "time_h,level_m\n0,103\n1,99\n3,103\n");
-        let (code, answer) = scene.check();
-        assert!(
-            code == if expected.starts_with("error") { 4 } else { 0 } && answer.contains(expected),
-            "{end}: {answer}"
-        );
-    }
 }

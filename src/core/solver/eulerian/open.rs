@@ -20,6 +20,7 @@ mod inside;
 mod levels;
 mod section;
 mod shares;
+mod step;
 #[cfg(test)]
 mod tests;
 
@@ -32,9 +33,10 @@ use crate::boundary::Condition;
 use crate::math::{Vec2, smaller};
 use crate::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
-pub(in crate::solver) use conditions::{Faces, Of, pass};
+pub(in crate::solver) use conditions::{Faces, pass};
 pub(super) use inside::Near;
 pub(in crate::solver) use inside::{Inside, Passing};
+pub(in crate::solver) use step::Of;
 
 /// How far (in spacings) the faces lie that say which way an edge faces.
 const ABOUT: f64 = 2.5;

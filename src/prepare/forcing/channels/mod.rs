@@ -73,19 +73,7 @@ pub fn on_lattice(
     let mut particles = 0.0;
     for (described, opened) in scenario.channels.iter().zip(opened) {
         let Some(opened) = opened else { continue };
-        let Some(manning) = described.manning.or(scenario.roughness.manning) else {
-            let message = format!("the channel `{}` has no roughness", described.id.value);
-            let problem = Problem::error(ProblemKind::Scenario, "no-roughness", "", message);
-            findings.add(&described.id, problem.with_remedy("give it the key `manning`"));
-            continue;
-        };
-        if described.length.value < LEAST_PARTICLES * lattice.spacing {
-            let message =
-                format!("a channel of {} m is shorter than {LEAST_PARTICLES} particles", described.length.value);
-            let problem = Problem::error(ProblemKind::Scenario, "channel-short", "", message);
-            findings.add(&described.length, problem.with_remedy("make it longer, or leave it to the terrain"));
-            continue;
-        }
+        let Some(manning) = roughness(described, scenario, lattice.spacing, findings) else { continue };
         let strips =
             1 + opened.sections[0].rows.len().saturating_sub(1) * section::pieces(opened.sections[0].rows.len());
         particles += (described.length.value / lattice.spacing).round() * strips as f64;
@@ -121,6 +109,23 @@ pub fn on_lattice(
         profiles.push(profile);
     }
     (channels, profiles)
+}
+
+/// Manning's n of a channel; refuses one without roughness, and one shorter than some particles of this spacing (m).
+fn roughness(described: &Described, scenario: &Scenario, spacing: f64, findings: &mut Findings) -> Option<f64> {
+    let Some(manning) = described.manning.or(scenario.roughness.manning) else {
+        let message = format!("the channel `{}` has no roughness", described.id.value);
+        let problem = Problem::error(ProblemKind::Scenario, "no-roughness", "", message);
+        findings.add(&described.id, problem.with_remedy("give it the key `manning`"));
+        return None;
+    };
+    if described.length.value < LEAST_PARTICLES * spacing {
+        let message = format!("a channel of {} m is shorter than {LEAST_PARTICLES} particles", described.length.value);
+        let problem = Problem::error(ProblemKind::Scenario, "channel-short", "", message);
+        findings.add(&described.length, problem.with_remedy("make it longer, or leave it to the terrain"));
+        return None;
+    }
+    Some(manning)
 }
 
 /// The particles of a channel.

@@ -1,3 +1,4 @@
+use super::units::is_same;
 use super::*;
 
 #[test]

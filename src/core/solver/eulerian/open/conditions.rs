@@ -3,7 +3,8 @@
 use super::inside::{Inside, Passing};
 use super::section;
 use super::shares::{Shares, rated_level};
-use crate::boundary::{Condition, Series};
+use super::step::{InStep, Of};
+use crate::boundary::Condition;
 use crate::physics::open_boundary::{inflow, uniform_flow, waves_leave};
 use crate::solver::eulerian::Scale;
 
@@ -16,47 +17,6 @@ pub(in crate::solver) enum Faces {
     BeforeBuffers,
     /// Strips of one section with one level and one velocity, the lowest ones first.
     OfASection,
-}
-
-/// Discharge and level of a boundary: the mean of a step, or the largest in it.
-#[derive(Clone, Copy)]
-pub(in crate::solver) enum Of {
-    Mean,
-    Largest,
-}
-
-/// A step from one time to another (s), for the series of a condition.
-pub(super) struct InStep<'a> {
-    pub(super) scale: &'a Scale,
-    /// Height (m) from which the solver counts elevations.
-    datum: f64,
-    from: f64,
-    to: f64,
-    of: Of,
-}
-
-impl InStep<'_> {
-    fn value(&self, series: &Series) -> f64 {
-        match self.of {
-            Of::Mean => series.mean(self.from, self.to),
-            Of::Largest => series.largest(self.from, self.to),
-        }
-    }
-
-    /// A discharge in m²/s times spacings; nothing comes in where it is below 0.
-    pub(super) fn total(&self, discharge: &Series) -> f64 {
-        self.value(discharge).max(0.0) / self.scale.spacing
-    }
-
-    /// A level (m), counted as in the solver.
-    pub(super) fn level(&self, series: &Series) -> f64 {
-        self.value(series) - self.datum
-    }
-
-    /// The mean level (m) of still water beyond: less of it makes a wave faster.
-    pub(super) fn mean_level(&self, series: &Series) -> f64 {
-        series.mean(self.from, self.to) - self.datum
-    }
 }
 
 /// What passes faces in a step from one time to another (s), by what is known of the water beyond; levels of a condition count from

@@ -1,7 +1,7 @@
 //! Conditions that hold for a cross-section as a whole: its strips have one level and one velocity.
 
-use super::conditions::InStep;
 use super::inside::{Inside, Passing};
+use super::step::InStep;
 use crate::boundary::Condition;
 use crate::physics::open_boundary::{EdgeState, Section};
 use crate::solver::eulerian::Scale;
