@@ -6,6 +6,8 @@
 
 pub mod choices;
 mod defaults;
+#[cfg(test)]
+mod documented;
 pub mod fields;
 mod model;
 mod preset;
