@@ -10,31 +10,31 @@ use crate::scenario::tree::Node;
 use crate::scenario::yaml::{Section, Yaml, file, name_of, vector};
 
 section! {
-    /// An open part of the edge of the terrain: where it is, and what is known of the water beyond.
+    /// An open part of the edge of the terrain: where it is, and what is known of the water beyond. One place and one condition are required.
     BoundaryEntry, example "{side: south, type: open}", check check_boundary {
-        /// A side of the terrain.
+        /// A side of the terrain as one sees it from there, or `all` of its outline; `edge`, `lines` or `line` is required when absent. Codes: side-in-part, overlapping-boundaries, opens-nothing.
         side: Option<Chosen<Side>>,
-        /// The same as `side`.
+        /// The same as `side`; `side`, `lines` or `line` is required when absent. Codes: side-in-part, overlapping-boundaries, opens-nothing.
         edge: Option<Chosen<Side>>,
-        /// File with lines along the open edge; outlines of polygons count as lines.
+        /// File of lines along the open part of the edge; outlines of polygons count as lines; `side`, `edge` or `line` is required when absent. Codes: opens-nothing, overlapping-boundaries, lower-ground-beside, outside-terrain, no-lines.
         lines: Option<VectorFile>,
-        /// The same as `lines`.
+        /// The same as `lines`; `side`, `edge` or `lines` is required when absent. Codes: opens-nothing, overlapping-boundaries, lower-ground-beside, outside-terrain, no-lines.
         line: Option<VectorFile>,
-        /// Where nothing is known: open (water leaves, over an edge where the bed does not fall) or free (waves leave).
+        /// `open`: nothing is known and water leaves; `free`: waves leave without reflection; another condition is required when absent. Codes: free-after-earlier-run.
         r#type: Option<Chosen<OpenType>>,
-        /// Discharge that comes in.
+        /// Discharge that comes in over the whole line or side; another condition is required when absent. Codes: huge-discharge, lower-ground-beside, lagrangian-dry-front, lagrangian-jump.
         discharge: Option<Changing<Discharge>>,
-        /// Level of the water at the boundary itself, whether it comes or goes; with a discharge it counts where the inflow is supercritical.
+        /// Level of the water at the boundary itself, alone or beside `discharge` for supercritical inflow; another condition is required when absent. Codes: level-is-at-the-boundary, boundary-dry, level-below-bed, fast-inflow, step-of-level, drowned-terrain.
         level: Option<Changing<Level>>,
-        /// Level of still water beyond that is held, such as a tide.
+        /// Level of the still water beyond, such as that of a sea, a lake or a tide; another condition is required when absent. Codes: boundary-dry, step-of-level, drowned-terrain, implausible-level, lagrangian-stage, lagrangian-held-level.
         stage: Option<Changing<Level>>,
-        /// Level of a wave that comes in while others leave.
+        /// Level of a wave that comes in square to the boundary, while waves from inside leave through it; another condition is required when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, boundary-dry, drowned-terrain.
         wave: Option<Changing<Level>>,
-        /// Level without the wave; that of the water at the start when absent.
+        /// Level without the `wave`, constant or a series such as a tide; that of the water at the start when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, free-after-earlier-run.
         still: Option<Changing<Level>>,
-        /// Uniform flow goes on beyond.
+        /// Uniform flow goes on beyond; water leaves only; another condition is required when absent. Codes: rising-ground, method-combination.
         normal_depth: Option<NormalDepth>,
-        /// The discharge that leaves as a function of the level.
+        /// Discharge that leaves as a function of the level; another condition is required when absent. Codes: high-weir, rating-without-discharge, boundary-dry.
         rating: Option<RatingFile>,
     }
 }
@@ -42,7 +42,7 @@ section! {
 section! {
     /// Uniform flow.
     NormalDepth, example "{slope: 0.002}" {
-        /// Slope of the bed beyond the edge.
+        /// Slope of the bed beyond, such as `0.002`, `0.2 %` or `2 ‰`. Codes: rising-ground, no-roughness.
         slope: Quantity<Slope>,
     }
 }

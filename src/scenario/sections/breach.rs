@@ -18,21 +18,21 @@ use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, Yaml, name_of, point, quantity, quoted, vector};
 
 section! {
-    /// A dam that breaks.
+    /// A dam that stands at the start and breaks: all of it, by `shape` and `growth`, or by a formula (`method`).
     BreachSection, example "{dam: dam.geojson, crest: 105 m}", check check_breach {
-        /// File with the line of the dam, from one abutment to the other.
+        /// File with one line along the crest, from abutment to abutment. Codes: dam-lines, dam-end-open, water-above-crest, opening-above-water, opening-blocked, water-in-dam.
         dam: VectorFile,
-        /// Level of its crest; from the attribute of the line when absent.
+        /// Level of the crest; that of `crest_field` when absent. Codes: crest-below-terrain, water-above-crest.
         crest: Option<Quantity<Level>>,
-        /// Attribute of the line that holds the crest in metres; crest_m or crest when absent.
+        /// Attribute of the line that holds the crest (m); `crest_m` or `crest` when absent. Codes: no-crest, unit-of-attribute, crest-below-terrain.
         crest_field: Option<Text>,
-        /// When it begins; at the start of the run when absent.
+        /// When the breach begins to form; at the start of the run when absent.
         trigger: Option<TriggerSection>,
-        /// The final opening; the whole dam, down to the terrain, when absent.
+        /// The final opening; the whole dam goes, down to the terrain, when absent. Codes: wall-in-breach, opening-above-water, opening-blocked.
         shape: Option<ShapeSection>,
         /// How it grows; instantaneous when absent.
         growth: Option<Growth>,
-        /// A formula that gives shape and growth.
+        /// In place of `shape` and `growth`: a formula for embankment dams, with growth by the sine law; none when absent.
         method: Option<MethodSection>,
     }
 }
@@ -82,17 +82,17 @@ fn check_breach(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// A breach by a formula for embankment dams.
+    /// A formula that gives width, side slope and formation time of the breach of an embankment dam.
     MethodSection, example "{name: froehlich2008, mode: overtopping, volume: 9.8 Mm3, invert: 780 m}", check check_method {
         /// The formula.
         name: Chosen<BreachFormula>,
         /// How the dam fails.
         mode: Chosen<BreachMode>,
-        /// Water above the bottom of the breach when it begins.
+        /// Water above the final breach invert when the breach begins, in `m3`, `Mm3`, `hm3`, `km3` or `acre-ft`. Codes: breach-volume.
         volume: Quantity<Volume>,
-        /// Level of the bottom of the breach.
+        /// Final breach invert; the height of the breach is that of the crest above it. Codes: invert-above-crest, invert-below-terrain, terrain-in-breach.
         invert: Quantity<Level>,
-        /// A place on the dam in its middle; the middle of the line when absent.
+        /// Place on the dam (two coordinates) in the middle of the breach; the middle of the line when absent. Codes: position-off-dam, breach-beyond-dam.
         position: Option<Vec<Quantity<Coordinate>>>,
     }
 }
@@ -102,13 +102,13 @@ fn check_method(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// When a breach begins: at a time, or when the water at a place reaches a level.
+    /// When a breach begins to form: at a time, or when the water at a place reaches a level.
     TriggerSection, example "{at: 0 s}", check check_trigger {
-        /// A time.
+        /// Time at which the breach begins; `level` is required when absent. Codes: trigger-after-end.
         at: Option<Quantity<Moment>>,
-        /// A level.
+        /// Level of the water at `at_point` at which it begins; `at` is required when absent. Codes: level-never-reached, trigger-above-crest.
         level: Option<Quantity<Level>>,
-        /// The place of the level: its two coordinates in the reference system of the run.
+        /// Place of the level: its two coordinates in the reference system of the run; required with `level` when absent. Codes: outside-terrain.
         at_point: Option<Vec<Quantity<Coordinate>>>,
     }
 }
@@ -132,13 +132,13 @@ fn check_trigger(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// The final opening: a trapezoid in the long profile of the dam.
     ShapeSection, example "{bottom_width: 40 m, side_slope: 1.0, invert: 780 m}", check check_shape {
-        /// Width of its bottom.
+        /// Final width of its bottom. Codes: breach-wider-than-dam, breach-beyond-dam, breach-coarse.
         bottom_width: Quantity<Height>,
-        /// Slope of its sides, horizontal to vertical; 1 when absent.
+        /// Slope of its sides, horizontal to vertical; 0 is vertical; 1 when absent. Codes: breach-wider-than-dam.
         side_slope: Option<Quantity<SideSlope>>,
-        /// Level of its bottom.
+        /// Final breach invert: the level of its bottom. Codes: invert-above-crest, invert-below-terrain, terrain-in-breach.
         invert: Quantity<Level>,
-        /// A place on the dam in its middle; the middle of the line when absent.
+        /// Place on the dam (two coordinates) in its middle; the middle of the line when absent. Codes: position-off-dam, breach-beyond-dam.
         position: Option<Vec<Quantity<Coordinate>>>,
     }
 }
@@ -160,13 +160,13 @@ fn two_coordinates(node: &Node, key: &str, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// How a breach grows.
+    /// How a breach grows; `growth: instantaneous` stands for `{law: instantaneous}`.
     GrowthSection, example "{law: sine, duration: 35 min}", check check_growth {
-        /// The law.
+        /// How the bottom sinks and widens with time: at once, linearly, by a sine (slow at the beginning and at the end), or by the series of `share`.
         law: Chosen<GrowthLaw>,
-        /// From the trigger to the final opening.
+        /// Formation time, from the trigger to the final breach; required with `linear` and `sine` when absent. Codes: breach-unfinished, late-breach.
         duration: Option<Quantity<Duration>>,
-        /// Share of the final opening against the time since the trigger.
+        /// Series of the share of the final opening, from 0 to 1 (or in `%`), against the time since the trigger; required with `series` when absent. Codes: growth-start, growth-end, falling-share, short-table, series-gap, breach-unfinished.
         share: Option<ShareSeries>,
     }
 }

@@ -22,35 +22,35 @@ impl Choice for ChannelWalls {
 }
 
 section! {
-    /// A channel that is computed in one dimension, from its far (upstream) end to its near end.
+    /// A channel that is computed in one dimension. Distances count from its far end, which is upstream as a rule.
     ChannelEntry, example "{id: upper_reach, length: 800 m, width: 12 m, bed: 101.5 m, slope: 0.002, joins: {side: west}}", check check_channel {
-        /// Name, for the tables.
+        /// Name, for the tables. Codes: duplicate-channel.
         id: Text,
-        /// Length.
+        /// Length from the far to the near end. Codes: channel-short, particle-limit, line-length.
         length: Quantity<Length>,
-        /// Width of a rectangular channel.
+        /// Width of a rectangular channel; `sections` is required when absent. Codes: channel-width.
         width: Option<Quantity<Length>>,
-        /// Elevation of the bed of a rectangular channel at its near end.
+        /// Elevation of the bed of a rectangular channel at its near end; required with `width` when absent. Codes: channel-step.
         bed: Option<Quantity<Level>>,
-        /// Fall of the bed of a rectangular channel towards its near end; 0 when absent.
+        /// Fall of that bed towards the near end, such as `0.002` or `2 %`, negative where it rises; 0 when absent.
         slope: Option<Quantity<Fall>>,
-        /// CSV with the columns distance, elevation and width: how wide the channel is at which elevation, at which distance from its far end.
+        /// CSV with the columns distance, elevation and width, units at the end of their names; `width` is required when absent. Codes: sections-short, sections-beyond, section-rows, section-not-rising, section-closed, implausible-level.
         sections: Option<InputFile>,
-        /// Manning's n; that of `roughness.manning` when absent.
+        /// Manning's n; that of `roughness.manning` when absent. Codes: no-roughness.
         manning: Option<Quantity<Manning>>,
-        /// Whether the walls resist like the bed (rough) or not (smooth); rough when absent.
+        /// `rough`: bed and walls resist, by the hydraulic radius; `smooth`: the bed alone, as in the plane; rough when absent.
         walls: Option<Chosen<ChannelWalls>>,
-        /// Still water at the start; dry when absent.
+        /// Still water at the start; where two entries overlap the later one counts; dry when absent.
         water: Option<NonEmpty<ChannelWaterEntry>>,
-        /// Where the near end joins the terrain.
+        /// The opening in the edge of the terrain that its near end joins; it joins nothing when absent.
         joins: Option<JoinsSection>,
         /// What is known beyond the far end; a wall when absent.
         upstream: Option<ChannelEndSection>,
         /// What is known beyond the near end of a channel that joins nothing; a wall when absent.
         downstream: Option<ChannelEndSection>,
-        /// File with one line, the axis of the channel on the map from its far to its near end; no place when absent.
+        /// File with the axis from the far to the near end; of several lines that whose `id` or `name` is that of the channel. For the map alone; no place on the map when absent. Codes: no-lines, line-length, line-reversed, line-beside-opening.
         line: Option<VectorFile>,
-        /// Places at which the water is reported over time.
+        /// Places at which the water is recorded over time; none when absent.
         gauges: Option<Vec<ChannelGaugeEntry>>,
     }
 }
@@ -81,23 +81,23 @@ fn check_channel(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// A gauge in a channel.
     ChannelGaugeEntry, example "{id: bridge, distance: 320 m}" {
-        /// Name, for the tables.
+        /// Name, for the tables, unique through all channels. Codes: duplicate-gauge.
         id: Text,
-        /// Distance from the far end.
+        /// Distance from the far end. Codes: gauge-outside.
         distance: Quantity<Height>,
     }
 }
 
 section! {
-    /// Still water in a part of a channel.
+    /// Still water in a part of a channel, by a level or a depth.
     ChannelWaterEntry, example "{level: 103 m, from: 0 m, to: 300 m}", check check_water {
-        /// Level.
+        /// Level of the water; `depth` is required when absent. Codes: level-below-bed.
         level: Option<Quantity<Level>>,
-        /// Depth above the lowest bed of each section.
+        /// Depth above the lowest bed of each section; 0 m leaves the part dry; `level` is required when absent.
         depth: Option<Quantity<Height>>,
-        /// Beginning, from the far end; 0 when absent.
+        /// Beginning of the part, from the far end; 0 m when absent. Codes: water-outside.
         from: Option<Quantity<Height>>,
-        /// End, from the far end; the near end when absent.
+        /// End of the part, from the far end; the near end when absent. Codes: water-outside, water-beyond.
         to: Option<Quantity<Length>>,
     }
 }
@@ -107,13 +107,13 @@ fn check_water(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// The opening through which a channel joins the terrain.
+    /// The opening through which a channel joins the terrain, as wide as its banks within one cell.
     JoinsSection, example "{side: west, from: 5312340, to: 5312352}", check check_joint {
-        /// The side of the terrain.
+        /// Side of the terrain: north, east, south or west. Codes: opens-nothing, channels-overlap, channel-width, channel-step.
         side: Chosen<Side>,
-        /// One end of the opening along the side: x on a northern or southern, y on a western or eastern one; the whole side when absent.
+        /// One end of the opening: x on a northern or southern side, y on a western or eastern one; the whole side when absent. Codes: channel-width, opens-nothing.
         from: Option<Quantity<Coordinate>>,
-        /// The other end.
+        /// The other end; the whole side when absent. Codes: channel-width, opens-nothing.
         to: Option<Quantity<Coordinate>>,
     }
 }
@@ -133,21 +133,21 @@ fn check_joint(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// What is known beyond an end of a channel.
+    /// What is known beyond an end of a channel: one condition, as in `boundaries`.
     ChannelEndSection, example "{discharge: 30 m3/s}", check check_end {
-        /// Discharge that comes in.
+        /// Discharge that comes in by the section as a whole; another condition is required when absent. Codes: huge-discharge, fast-inflow.
         discharge: Option<Changing<Discharge>>,
-        /// Level of the water at the end itself, whether it comes or goes; with a discharge it counts where the inflow is supercritical.
+        /// Level of the water at the end itself, alone or beside `discharge` for supercritical inflow; another condition is required when absent. Codes: level-below-bed, fast-inflow, implausible-level.
         level: Option<Changing<Level>>,
-        /// Level of still water beyond that is held.
+        /// Level of the still water beyond, such as that of a lake or a tide; another condition is required when absent. Codes: level-below-bed, implausible-level.
         stage: Option<Changing<Level>>,
-        /// Level of a wave that comes in while others leave.
+        /// Level of a wave that comes in, while waves from inside leave; another condition is required when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, level-below-bed.
         wave: Option<Changing<Level>>,
-        /// Level without the wave; that of the water at the start when absent.
+        /// Level without the `wave`, constant or a series; that of the water at the start when absent. Codes: wave-without-still, wave-begins-with-step, high-wave.
         still: Option<Changing<Level>>,
-        /// Uniform flow goes on beyond.
+        /// Uniform flow goes on beyond; water leaves only; another condition is required when absent. Codes: no-roughness.
         normal_depth: Option<NormalDepth>,
-        /// `free`: waves leave.
+        /// `free`: waves leave; `open` is refused; another condition is required when absent.
         r#type: Option<Chosen<OpenType>>,
     }
 }

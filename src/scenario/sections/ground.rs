@@ -36,17 +36,17 @@ impl Choice for BuildingKind {
 }
 
 section! {
-    /// Lines along which the bed is raised or lowered.
+    /// Lines along which the bed is raised (levees) or carved (channels), a cell wide at least.
     BreaklineEntry, example "{lines: levees.geojson, mode: raise, z_field: crest_m}", check check_breakline {
-        /// File with the lines; outlines of polygons count as lines.
+        /// File of lines; outlines of polygons count as lines. Codes: outside-terrain, no-lines, left-out, crest-below-terrain, invert-above-terrain, method-combination.
         lines: VectorFile,
-        /// raise or carve.
+        /// `raise`: nothing under the line lies lower than its level; `carve`: nothing lies higher. Codes: crest-below-terrain, invert-above-terrain, method-combination.
         mode: Chosen<BreaklineMode>,
-        /// Level of all its lines.
+        /// Level of all its lines; that of `z_field` when absent. Codes: implausible-level, doubtful-level.
         z: Option<Quantity<Level>>,
-        /// Attribute that holds the level of each line in metres; without `z` and `z_field` the third coordinate of the vertices counts.
+        /// Attribute that holds the level of each line (m); the third coordinate of the vertices, linear between them, without `z` when absent. Codes: no-level, unit-of-attribute, implausible-level, doubtful-level.
         z_field: Option<Text>,
-        /// Width; a cell when absent or narrower.
+        /// Cells whose centres lie within half of it belong to the line, too; one cell when absent. Codes: method-combination.
         width: Option<Quantity<Length>>,
     }
 }
@@ -66,13 +66,13 @@ fn only_one(node: &Node, [first, second]: [&str; 2], reader: &mut Reader) -> Opt
 }
 
 section! {
-    /// A wall: without a crest no water crosses it, with one it is overtopped.
+    /// A wall of no width: no water crosses it, or only over its crest.
     Wall, example "{lines: dam_line.geojson}", check check_wall {
-        /// File with its lines.
+        /// File of lines that no water crosses; outlines of polygons count as lines. Codes: gap-on-lattice, outside-terrain, no-lines, wall-in-breach, lagrangian-askew-wall.
         lines: VectorFile,
-        /// Level of its crest: the bed of the cells that it crosses is raised to it.
+        /// Level of the crest, over which water flows: a raised breakline of one cell; that of `crest_field` when absent. Codes: crest-below-terrain, doubtful-level, implausible-level, method-combination.
         crest: Option<Quantity<Level>>,
-        /// Attribute of each line that holds the crest in metres.
+        /// Attribute that holds the crest of each line (m); no water crosses the wall, without `crest`, when absent. Codes: no-level, unit-of-attribute, crest-below-terrain, doubtful-level.
         crest_field: Option<Text>,
     }
 }
@@ -82,17 +82,17 @@ fn check_wall(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 section! {
-    /// Buildings.
+    /// Buildings by their footprints: blocked, raised, or rougher ground.
     BuildingsSection, example "{polygons: buildings.geojson, mode: block}", check check_buildings {
-        /// File with their footprints.
+        /// File of footprints; a cell belongs to a building when its centre lies in it. Codes: building-too-small, building-too-narrow, outside-terrain, empty-polygon, self-crossing, lagrangian-askew-wall.
         polygons: VectorFile,
-        /// block (no water gets in), raise (the bed is higher) or roughness; block when absent.
+        /// `block` (no water gets in, there is no terrain), `raise` (the bed is higher) or `roughness` (another n inside); block when absent.
         mode: Option<Chosen<BuildingKind>>,
-        /// Height by which the bed is raised.
+        /// With `raise`: height above the ground, at most 1000 m; that of `height_field` when absent. Codes: building-range, doubtful-height.
         height: Option<Quantity<Height>>,
-        /// Attribute of each polygon that holds the height in metres; height_m or height when absent.
+        /// With `raise`: attribute of each polygon that holds its height (m); `height_m` or `height` when absent. Codes: building-value, unit-of-attribute, building-range, doubtful-height.
         height_field: Option<Text>,
-        /// Manning's n inside; the attribute `n` of each polygon when absent.
+        /// With `roughness`: Manning's n inside; the attribute `n`, `manning` or `manning_n` of each polygon when absent. Codes: building-value, building-range.
         n: Option<Quantity<Manning>>,
     }
 }
@@ -157,11 +157,11 @@ pub(super) fn buildings(section: BuildingsSection) -> Buildings {
 }
 
 section! {
-    /// Structures.
+    /// Structures that hold or divert water.
     Structures, example "{walls: [{lines: dam_line.geojson}]}" {
-        /// Walls that no water crosses, such as a dam that stands, or only over their crest.
+        /// Walls that no water crosses, such as a dam that stands, or only over their crest; none when absent.
         walls: Option<Vec<Wall>>,
-        /// Footprints of buildings.
+        /// Footprints of buildings; none when absent.
         buildings: Option<BuildingsSection>,
     }
 }

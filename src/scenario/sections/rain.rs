@@ -10,33 +10,33 @@ use crate::scenario::units::{INTENSITY, LENGTH};
 use crate::scenario::yaml::{Section, Yaml, file, name_of, quantity, quoted, vector};
 
 section! {
-    /// Rain on the whole terrain.
+    /// Rain on the whole terrain, by one of `rate`, `raster` and `raster_series`.
     RainSection, example "{rate: 20 mm/h}", check check_rain {
-        /// Intensity, the same everywhere.
+        /// Intensity everywhere, constant or a series; `raster` or `raster_series` is required when absent. Codes: rain-doubtful, rain-without-water, lagrangian-rain.
         rate: Option<Changing<Intensity>>,
-        /// Raster of intensities, constant in time.
+        /// Raster of intensities, constant in time; `rate` or `raster_series` is required when absent. Codes: rain-gap, negative-value, rain-doubtful, rain-without-water, other-unit.
         raster: Option<InputFile>,
-        /// Rasters over time: a NetCDF file, or a CSV list of times and files.
+        /// Rasters over time: NetCDF (`radar.nc`, `radar.nc:rainfall`), or a CSV list of times and raster files; `rate` or `raster` is required when absent. Codes: rain-outside, rain-gap, series-ends-early, accumulated-rain, other-grid, not-a-list.
         raster_series: Option<RasterSeriesFile>,
-        /// Unit of the values of the raster or the rasters; of a series that of the NetCDF variable when absent.
+        /// Unit of the values; in a series a length (`mm`) is what falls within the interval of a raster; that of the NetCDF variable when absent. Codes: missing-unit, other-unit, rain-doubtful, accumulated-rain.
         unit: Option<Text>,
-        /// Which end of its interval the time of a raster is; begin when absent.
+        /// Which end of its interval the time of a raster is; begin, or the bounds of a NetCDF file where it has them, when absent. Codes: stamp-beside-bounds, bad-bounds, too-few-rasters.
         stamp: Option<Chosen<Stamp>>,
-        /// Date and time, of a NetCDF file or a list of dates, at which the run begins; `time.reference` when absent.
+        /// Date and time at which the run begins, for the dates of a NetCDF file or of a list; `time.reference` when absent. Codes: date, no-start, two-starts, start-without-date, no-time, packed-times.
         start: Option<DateTime>,
-        /// How long it rains; up to the end of the run when absent.
+        /// How long it rains; to the end of the run when absent. Codes: series-ends-early.
         duration: Option<Quantity<Duration>>,
-        /// What does not run off; nothing when absent.
+        /// Rain that does not run off; none when absent.
         losses: Option<Losses>,
     }
 }
 
 section! {
-    /// Rain that does not run off.
+    /// Rain that does not run off. Water that lies on the ground is never lost.
     Losses, example "{initial: 5 mm, constant: 2 mm/h}" {
-        /// The first rain; 0 when absent.
+        /// The first rain, such as `5 mm`; 0 mm when absent. Codes: losses-after-earlier-run, rain-without-water.
         initial: Option<Quantity<Height>>,
-        /// What is lost of the rain from then on; 0 when absent.
+        /// What is lost of the rain from then on, such as `2 mm/h`; 0 mm/h when absent. Codes: rain-without-water.
         constant: Option<Quantity<Intensity>>,
     }
 }

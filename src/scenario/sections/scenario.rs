@@ -28,43 +28,43 @@ use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, Yaml, filled, quantity, quoted};
 
 section! {
-    /// A flood scenario.
+    /// A flood scenario: ground, water, what comes in and goes out, and how it is computed.
     ScenarioFile, example "{...}", check check_scenario {
-        /// Version of the scenario format.
+        /// Version of the scenario format. Codes: version.
         floodsim: FormatVersion,
-        /// Title; the name of the scenario when absent.
+        /// Heading of maps and reports; the name of the scenario when absent.
         title: Option<Text>,
-        /// Coordinate reference system such as EPSG:27572, or `local` for plain metres; that of the terrain when absent.
+        /// Coordinate reference system of the run in metres, such as `EPSG:27572`, or `local` for plain metres; that of the terrain, `local` without terrain, when absent. Codes: unknown-crs, no-crs, distorted-crs, geographic-crs, not-metric-crs, crs-set-aside.
         crs: Option<Text>,
-        /// Terrain: a raster file, or layers; not needed where there are channels.
+        /// Terrain: one raster file, or layers and what shapes them; required unless all water is in `channels` when absent. Codes: no-terrain.
         terrain: Option<Terrain>,
-        /// Roughness of the ground; not needed where there are channels alone, each with its own.
+        /// Manning's n of the ground; required unless there are channels alone, each with its own, when absent.
         roughness: Option<RoughnessSection>,
-        /// Structures that hold or divert water.
+        /// Walls and buildings; none when absent.
         structures: Option<Structures>,
-        /// Bodies of still water at the start; needed unless water comes by a boundary, a source or rain.
+        /// Water at the start; required unless water comes in by a boundary, a source, rain or a channel when absent. Codes: bed-of-earlier-run, moving-bed-of-earlier-run, water-without-terrain, drawn-fields, unfinished-run, lagrangian-dry-front.
         initial: Option<NonEmpty<InitialEntry>>,
-        /// Open edges, where water comes and goes; all other edges are walls.
+        /// Parts of the edge of the terrain that let water through; all edges are walls when absent.
         boundaries: Option<Vec<BoundaryEntry>>,
-        /// Water that comes out of the ground.
+        /// Places and lines at which a given discharge comes out of the ground; none when absent.
         sources: Option<Vec<SourceEntry>>,
-        /// Rain on the whole terrain.
+        /// Rain on the whole terrain, which makes every cell active; none when absent. Codes: not-a-row, no-variable, lagrangian-rain.
         rain: Option<RainSection>,
-        /// A dam that breaks.
+        /// A dam that stands at the start and breaks, one in a run; none when absent. Codes: one-breach, method-combination.
         breach: Option<OneBreach>,
-        /// Parts of the bed that move: ground that rises or sinks, and slides.
+        /// Parts of the bed that move as prescribed: ground that rises or sinks, and slides; none when absent. Codes: method-combination.
         moving_bed: Option<Vec<MovingBedEntry>>,
-        /// Channels that are computed in one dimension.
+        /// Reaches that are computed in one dimension, for Eulerian particles; none when absent. Codes: method-combination, channels-of-earlier-run, no-maps.
         channels: Option<Vec<ChannelEntry>>,
-        /// Distance of two particles.
+        /// Spacing: the distance of two neighbouring particles and the edge of a cell. Codes: bad-resolution, resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells.
         resolution: Quantity<Length>,
         /// Simulated time.
         time: Time,
-        /// What to write, and where.
+        /// What is written, where and how often; all outputs to `runs/NAME` when absent.
         outputs: Option<OutputsSection>,
-        /// Methods and their numbers.
+        /// Methods and their numbers; those of the preset `balanced` when absent.
         numerics: Option<NumericsSection>,
-        /// Limits that are checked before anything is computed.
+        /// Limits of memory and particles; 80 % of the machine's memory and 50 million particles when absent.
         limits: Option<LimitsSection>,
     }
 }
@@ -163,17 +163,17 @@ section! {
     Time, example "{end: 1 h}" {
         /// End of the run, counted from its start.
         end: Quantity<EndTime>,
-        /// Date and time of the start, in UTC or with an offset such as `+02:00`; 1582-10-15 or later.
+        /// Date and time of t = 0, from which dates in series count: UTC, or with an offset such as `+02:00`, from 1582-10-15 on; none when absent. Codes: date, dates-as-times, two-starts.
         reference: Option<DateTime>,
     }
 }
 
 section! {
-    /// Limits that are checked before anything is computed.
+    /// Limits that are checked against an estimate before anything is allocated; beyond one the program ends with exit code 5.
     LimitsSection, example "{memory: 8 GB}" {
-        /// Memory; 80 % of that of the machine when absent.
+        /// Memory that the run may take; 80 % of that of the machine or its container when absent. Codes: memory-limit.
         memory: Option<Quantity<Memory>>,
-        /// Particles, riverbed and fluid together; 50 million when absent.
+        /// Number of riverbed particles, Lagrangian particles and strips of channels together; 50 million when absent. Codes: particle-limit.
         particles: Option<Quantity<Count>>,
     }
 }

@@ -50,15 +50,15 @@ impl JsonSchema for Terrain {
 }
 
 section! {
-    /// Terrain layers.
+    /// Terrain layers: rasters and survey points, and what shapes the ground that they make.
     TerrainLayers, example "dem.tif" {
-        /// Layers; later ones win where they have data.
+        /// Layers from the lowest to the uppermost; where several have data, the later one counts. Codes: layers-apart, different-vertical-datum.
         layers: NonEmpty<LayerEntry>,
-        /// Whether terrain in another or a geographic reference system is warped to that of the run; false when absent.
+        /// Whether files in another or a geographic reference system are brought to that of the run; otherwise they are refused; false when absent. Codes: different-crs, geographic-crs, warp-failed, no-transformation.
         reproject: Option<bool>,
-        /// Lines along which the bed is raised or lowered.
+        /// Lines along which the bed is raised (levees) or carved (channels), in the order of the list; none when absent.
         breaklines: Option<Vec<BreaklineEntry>>,
-        /// What becomes of holes in the terrain: wall, error, or filled up to a size; wall when absent.
+        /// Cells without terrain that terrain encloses: `wall`, `error` (refused), or filled from their rim; wall, with a warning, when absent. Codes: terrain-gaps, seam-without-data.
         gaps: Option<GapsChoice>,
     }
 }
@@ -66,21 +66,21 @@ section! {
 section! {
     /// A terrain layer: a raster, or bare survey points.
     LayerEntry, example "{raster: dem.tif}", check check_layer {
-        /// A raster file.
+        /// Raster of elevations; in NetCDF `file.nc:variable`; `points` is required when absent. Codes: unit-of-elevation, doubtful-elevation, layers-apart, different-vertical-datum, no-crs, several-bands.
         raster: Option<InputFile>,
-        /// Survey points: a text file with columns x, y, z, or a vector file.
+        /// Survey points: text with the columns x, y, z (also gzipped), or a vector file of points; `raster` is required when absent. Codes: not-a-survey, bad-survey-line, contradicting-points, no-elevation, no-surface, doubtful-elevation.
         points: Option<InputFile>,
-        /// Added to every elevation; 0 when absent.
+        /// Length added to every elevation, such as `-0.12 m` for a change of datum; 0 m when absent. Codes: different-vertical-datum, layers-apart.
         offset: Option<Quantity<Offset>>,
-        /// Unit of the elevations of a raster; metres when absent.
+        /// Unit of the elevations of a raster; metres when absent. Codes: unit-of-elevation, doubtful-elevation, unit-of-attribute.
         unit: Option<Chosen<ElevationUnit>>,
-        /// Interpolation between points; inverse_distance when absent.
+        /// Interpolation between survey points; inverse_distance when absent.
         interpolation: Option<Chosen<PointInterpolation>>,
-        /// Distance to the nearest point beyond which there is no terrain; needed with points.
+        /// Distance to the nearest survey point beyond which there is no terrain; required with `points` when absent.
         max_gap: Option<Quantity<Length>>,
-        /// File of polygons inside of which the layer counts; everywhere when absent.
+        /// File of polygons outside of which the layer has no data; survey points outside still shape the surface inside; everywhere when absent. Codes: clip-outside-layer, seam-without-data, empty-polygon, self-crossing.
         clip: Option<VectorFile>,
-        /// How it meets the layers under it: replace, min or max; replace when absent.
+        /// How it meets the layers under it where they have data, too: it counts alone (`replace`), or the lower (`min`, as for a river bed) or higher elevation (`max`) counts; replace when absent.
         mode: Option<Chosen<LayerMode>>,
     }
 }
@@ -197,11 +197,11 @@ impl JsonSchema for GapsChoice {
 }
 
 section! {
-    /// Holes of the terrain that are filled.
+    /// Gaps of the terrain that are filled.
     GapsSection, example "{fill: idw, max_cells: 50}" {
-        /// How: idw, inverse squared distances from the rim.
+        /// How they are filled: `idw`, by inverse squared distances from their rim. Codes: gaps-filled.
         fill: Chosen<InverseDistances>,
-        /// Cells of the lattice beyond which a hole is refused.
+        /// Largest gap that is filled, in cells of the lattice; a larger one is refused. Codes: gap-too-large.
         max_cells: Quantity<CellCount>,
     }
 }
