@@ -80,7 +80,7 @@ fn definition<'a>(property: &Value, root: &'a Value) -> Option<&'a Value> {
 
 fn write_section(section: &Section, root: &Value, all: &[Section], page: &mut String) {
     let (schema, path) = (section.schema, &section.paths[0]);
-    let _ = write!(page, "\n## {path}\n\n{}\n", schema["description"].as_str().unwrap_or_default());
+    let _ = write!(page, "\n## {path}\n\n{}\n", description(schema));
     if let [_, others @ ..] = &section.paths[..]
         && !others.is_empty()
     {
@@ -96,12 +96,18 @@ fn write_section(section: &Section, root: &Value, all: &[Section], page: &mut St
     let required: Vec<&str> = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     for key in keys(schema) {
         let property = &schema["properties"][key];
-        let Comment { meaning, default, codes } = comment(property["description"].as_str().unwrap_or_default());
+        let text = description(property);
+        let Comment { meaning, default, codes } = comment(&text);
         let default = if required.contains(&key) { "required" } else { default };
         let codes: Vec<String> = codes.iter().map(|code| format!("`{code}`")).collect();
         let kind = kind(property, root, all);
         let _ = writeln!(page, "| `{key}` | {meaning} | {kind} | {default} | {} |", codes.join(", "));
     }
+}
+
+/// The comment of a section or a key, on one line.
+fn description(of: &Value) -> String {
+    of["description"].as_str().unwrap_or_default().replace('\n', " ")
 }
 
 /// The parts of the comment of a key.
@@ -187,8 +193,8 @@ mod tests {
         for section in &sections {
             assert_eq!(keys(section.schema).count(), section.schema["properties"].as_object().unwrap().len());
             for key in keys(section.schema) {
-                let text = section.schema["properties"][key]["description"].as_str().unwrap_or_default();
-                let found = comment(text);
+                let text = description(&section.schema["properties"][key]);
+                let found = comment(&text);
                 assert!(found.meaning.len() > 4, "{}: {key} has no meaning: {text}", section.paths[0]);
                 for code in found.codes {
                     assert!(

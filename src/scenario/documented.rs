@@ -32,7 +32,8 @@ fn whole(snippet: &str) -> String {
     let says = |key: &str| snippet.lines().any(|line| line.starts_with(&format!("{key}:")));
     let is_whole = says("floodsim");
     let around = AROUND.iter().filter(|(key, _)| !is_whole && !says(key));
-    around.map(|(key, value)| format!("{key}: {value}\n")).collect::<String>() + &snippet.replace("${FLOODSIM_DATA}", "data")
+    around.map(|(key, value)| format!("{key}: {value}\n")).collect::<String>()
+        + &snippet.replace("${FLOODSIM_DATA}", "data")
 }
 
 #[test]

@@ -16,17 +16,22 @@ use crate::scenario::yaml::{Section, Yaml, file, quantity, quoted};
 section! {
     /// A series of values over time in a CSV file; values are linear between its rows.
     SeriesSection, example "{series: hydrograph.csv, column: q, unit: m3/s}" {
-        /// CSV file whose first line names its columns, one of times from the start of the run and one of values. Codes: series-starts-late, series-ends-early, series-gap, series-far-beyond, not-rising, negative-value.
+        /// CSV file whose first line names its columns, one of times from the start of the run and one of values. Codes:
+        /// series-starts-late, series-ends-early, series-gap, series-far-beyond, not-rising, negative-value.
         series: InputFile,
         /// Name of the column of values; the second column when absent. Codes: which-column, missing-column, duplicate-column.
         column: Option<Text>,
-        /// Unit of the values; that at the end of the column's name, as in `q_m3_s` or `q [m3/s]`, when absent. Codes: missing-unit, contradicting-units, which-column.
+        /// Unit of the values; that at the end of the column's name, as in `q_m3_s` or `q [m3/s]`, when absent. Codes:
+        /// missing-unit, contradicting-units, which-column.
         unit: Option<Text>,
-        /// Name of the column of times, as numbers or dates; the first column when absent. Codes: dates-as-times, bad-date, ambiguous-date, mixed-times, missing-column.
+        /// Name of the column of times, as numbers or dates; the first column when absent. Codes: dates-as-times, bad-date,
+        /// ambiguous-date, mixed-times, missing-column.
         time: Option<Text>,
-        /// Unit of the times; that at the end of the column's name, as in `time_h` or `t [min]`, when absent. Codes: missing-unit, contradicting-units, unit-beside-dates, series-far-beyond.
+        /// Unit of the times; that at the end of the column's name, as in `time_h` or `t [min]`, when absent. Codes:
+        /// missing-unit, contradicting-units, unit-beside-dates, series-far-beyond.
         time_unit: Option<Text>,
-        /// `hold`: the last value holds on after the last row; a series that ends before the run is refused when absent. Codes: series-held, series-ends-early.
+        /// `hold`: the last value holds on after the last row; a series that ends before the run is refused when absent. Codes:
+        /// series-held, series-ends-early.
         after_end: Option<Chosen<AfterEnd>>,
     }
 }
@@ -34,7 +39,8 @@ section! {
 section! {
     /// A rating curve in a CSV file: it begins with the level of discharge 0, and goes on beyond its last row as between the last two.
     RatingSection, example "{table: rating.csv}" {
-        /// CSV file whose first line names its columns, one of levels and one of discharges. Codes: rating-start, falling-discharge, short-table, not-rising, high-weir, rating-without-discharge.
+        /// CSV file whose first line names its columns, one of levels and one of discharges. Codes: rating-start,
+        /// falling-discharge, short-table, not-rising, high-weir, rating-without-discharge.
         table: InputFile,
         /// Name of the column of levels; the first column when absent. Codes: missing-column, duplicate-column, implausible-level.
         level: Option<Text>,

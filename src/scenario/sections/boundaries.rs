@@ -10,31 +10,45 @@ use crate::scenario::tree::Node;
 use crate::scenario::yaml::{Section, Yaml, file, name_of, vector};
 
 section! {
-    /// An open part of the edge of the terrain: where it is, and what is known of the water beyond. One place and one condition are required.
+    /// An open part of the edge of the terrain: where it is, and what is known of the water beyond. One place and one condition
+    /// are required.
     BoundaryEntry, example "{side: south, type: open}", check check_boundary {
-        /// A side of the terrain as one sees it from there, or `all` of its outline; `edge`, `lines` or `line` is required when absent. Codes: side-in-part, overlapping-boundaries, opens-nothing.
+        /// A side of the terrain as one sees it from there, or `all` of its outline; `edge`, `lines` or `line` is required when
+        /// absent. Codes: side-in-part, overlapping-boundaries, opens-nothing.
         side: Option<Chosen<Side>>,
-        /// The same as `side`; `side`, `lines` or `line` is required when absent. Codes: side-in-part, overlapping-boundaries, opens-nothing.
+        /// The same as `side`; `side`, `lines` or `line` is required when absent. Codes: side-in-part, overlapping-boundaries,
+        /// opens-nothing.
         edge: Option<Chosen<Side>>,
-        /// File of lines along the open part of the edge; outlines of polygons count as lines; `side`, `edge` or `line` is required when absent. Codes: opens-nothing, overlapping-boundaries, lower-ground-beside, outside-terrain, no-lines.
+        /// File of lines along the open part of the edge; outlines of polygons count as lines; `side`, `edge` or `line` is
+        /// required when absent. Codes: opens-nothing, overlapping-boundaries, lower-ground-beside, outside-terrain, no-lines.
         lines: Option<VectorFile>,
-        /// The same as `lines`; `side`, `edge` or `lines` is required when absent. Codes: opens-nothing, overlapping-boundaries, lower-ground-beside, outside-terrain, no-lines.
+        /// The same as `lines`; `side`, `edge` or `lines` is required when absent. Codes: opens-nothing, overlapping-boundaries,
+        /// lower-ground-beside, outside-terrain, no-lines.
         line: Option<VectorFile>,
-        /// `open`: nothing is known and water leaves; `free`: waves leave without reflection; another condition is required when absent. Codes: free-after-earlier-run.
+        /// `open`: nothing is known and water leaves; `free`: waves leave without reflection; another condition is required when
+        /// absent. Codes: free-after-earlier-run.
         r#type: Option<Chosen<OpenType>>,
-        /// Discharge that comes in over the whole line or side; another condition is required when absent. Codes: huge-discharge, lower-ground-beside, lagrangian-dry-front, lagrangian-jump.
+        /// Discharge that comes in over the whole line or side; another condition is required when absent. Codes: huge-discharge,
+        /// lower-ground-beside, lagrangian-dry-front, lagrangian-jump.
         discharge: Option<Changing<Discharge>>,
-        /// Level of the water at the boundary itself, alone or beside `discharge` for supercritical inflow; another condition is required when absent. Codes: level-is-at-the-boundary, boundary-dry, level-below-bed, fast-inflow, step-of-level, drowned-terrain.
+        /// Level of the water at the boundary itself, alone or beside `discharge` for supercritical inflow; another condition is
+        /// required when absent. Codes: level-is-at-the-boundary, boundary-dry, level-below-bed, fast-inflow, step-of-level,
+        /// drowned-terrain.
         level: Option<Changing<Level>>,
-        /// Level of the still water beyond, such as that of a sea, a lake or a tide; another condition is required when absent. Codes: boundary-dry, step-of-level, drowned-terrain, implausible-level, lagrangian-stage, lagrangian-held-level.
+        /// Level of the still water beyond, such as that of a sea, a lake or a tide; another condition is required when absent.
+        /// Codes: boundary-dry, step-of-level, drowned-terrain, implausible-level, lagrangian-stage, lagrangian-held-level.
         stage: Option<Changing<Level>>,
-        /// Level of a wave that comes in square to the boundary, while waves from inside leave through it; another condition is required when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, boundary-dry, drowned-terrain.
+        /// Level of a wave that comes in square to the boundary, while waves from inside leave through it; another condition is
+        /// required when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, boundary-dry, drowned-terrain.
         wave: Option<Changing<Level>>,
-        /// Level without the `wave`, constant or a series such as a tide; that of the water at the start when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, free-after-earlier-run.
+        /// Level without the `wave`, constant or a series such as a tide; that of the water at the start when absent. Codes:
+        /// wave-without-still, wave-begins-with-step, high-wave, free-after-earlier-run.
         still: Option<Changing<Level>>,
-        /// Uniform flow goes on beyond; water leaves only; another condition is required when absent. Codes: rising-ground, method-combination.
+        /// Uniform flow goes on beyond; water leaves only; another condition is required when absent. Codes: rising-ground,
+        /// method-combination.
         normal_depth: Option<NormalDepth>,
-        /// Discharge that leaves as a function of the level; another condition is required when absent. Codes: high-weir, rating-without-discharge, boundary-dry.
+        /// Discharge that leaves as a function of the level; another condition is required when absent. Codes: high-weir,
+        /// rating-without-discharge, boundary-dry.
         rating: Option<RatingFile>,
     }
 }

@@ -20,15 +20,18 @@ use crate::scenario::yaml::{Section, Yaml, name_of, point, quantity, quoted, vec
 section! {
     /// A dam that stands at the start and breaks: all of it, by `shape` and `growth`, or by a formula (`method`).
     BreachSection, example "{dam: dam.geojson, crest: 105 m}", check check_breach {
-        /// File with one line along the crest, from abutment to abutment. Codes: dam-lines, dam-end-open, water-above-crest, opening-above-water, opening-blocked, water-in-dam.
+        /// File with one line along the crest, from abutment to abutment. Codes: dam-lines, dam-end-open, water-above-crest,
+        /// opening-above-water, opening-blocked, water-in-dam.
         dam: VectorFile,
         /// Level of the crest; that of `crest_field` when absent. Codes: crest-below-terrain, water-above-crest.
         crest: Option<Quantity<Level>>,
-        /// Attribute of the line that holds the crest (m); `crest_m` or `crest` when absent. Codes: no-crest, unit-of-attribute, crest-below-terrain.
+        /// Attribute of the line that holds the crest (m); `crest_m` or `crest` when absent. Codes: no-crest, unit-of-attribute,
+        /// crest-below-terrain.
         crest_field: Option<Text>,
         /// When the breach begins to form; at the start of the run when absent.
         trigger: Option<TriggerSection>,
-        /// The final opening; the whole dam goes, down to the terrain, when absent. Codes: wall-in-breach, opening-above-water, opening-blocked.
+        /// The final opening; the whole dam goes, down to the terrain, when absent. Codes: wall-in-breach, opening-above-water,
+        /// opening-blocked.
         shape: Option<ShapeSection>,
         /// How it grows; instantaneous when absent.
         growth: Option<Growth>,
@@ -90,9 +93,11 @@ section! {
         mode: Chosen<BreachMode>,
         /// Water above the final breach invert when the breach begins, in `m3`, `Mm3`, `hm3`, `km3` or `acre-ft`. Codes: breach-volume.
         volume: Quantity<Volume>,
-        /// Final breach invert; the height of the breach is that of the crest above it. Codes: invert-above-crest, invert-below-terrain, terrain-in-breach.
+        /// Final breach invert; the height of the breach is that of the crest above it. Codes: invert-above-crest,
+        /// invert-below-terrain, terrain-in-breach.
         invert: Quantity<Level>,
-        /// Place on the dam (two coordinates) in the middle of the breach; the middle of the line when absent. Codes: position-off-dam, breach-beyond-dam.
+        /// Place on the dam (two coordinates) in the middle of the breach; the middle of the line when absent. Codes:
+        /// position-off-dam, breach-beyond-dam.
         position: Option<Vec<Quantity<Coordinate>>>,
     }
 }
@@ -106,9 +111,11 @@ section! {
     TriggerSection, example "{at: 0 s}", check check_trigger {
         /// Time at which the breach begins; `level` is required when absent. Codes: trigger-after-end.
         at: Option<Quantity<Moment>>,
-        /// Level of the water at `at_point` at which it begins; `at` is required when absent. Codes: level-never-reached, trigger-above-crest.
+        /// Level of the water at `at_point` at which it begins; `at` is required when absent. Codes: level-never-reached,
+        /// trigger-above-crest.
         level: Option<Quantity<Level>>,
-        /// Place of the level: its two coordinates in the reference system of the run; required with `level` when absent. Codes: outside-terrain.
+        /// Place of the level: its two coordinates in the reference system of the run; required with `level` when absent. Codes:
+        /// outside-terrain.
         at_point: Option<Vec<Quantity<Coordinate>>>,
     }
 }
@@ -138,7 +145,8 @@ section! {
         side_slope: Option<Quantity<SideSlope>>,
         /// Final breach invert: the level of its bottom. Codes: invert-above-crest, invert-below-terrain, terrain-in-breach.
         invert: Quantity<Level>,
-        /// Place on the dam (two coordinates) in its middle; the middle of the line when absent. Codes: position-off-dam, breach-beyond-dam.
+        /// Place on the dam (two coordinates) in its middle; the middle of the line when absent. Codes: position-off-dam,
+        /// breach-beyond-dam.
         position: Option<Vec<Quantity<Coordinate>>>,
     }
 }
@@ -162,11 +170,14 @@ fn two_coordinates(node: &Node, key: &str, reader: &mut Reader) -> Option<()> {
 section! {
     /// How a breach grows; `growth: instantaneous` stands for `{law: instantaneous}`.
     GrowthSection, example "{law: sine, duration: 35 min}", check check_growth {
-        /// How the bottom sinks and widens with time: at once, linearly, by a sine (slow at the beginning and at the end), or by the series of `share`.
+        /// How the bottom sinks and widens with time: at once, linearly, by a sine (slow at the beginning and at the end), or by
+        /// the series of `share`.
         law: Chosen<GrowthLaw>,
-        /// Formation time, from the trigger to the final breach; required with `linear` and `sine` when absent. Codes: breach-unfinished, late-breach.
+        /// Formation time, from the trigger to the final breach; required with `linear` and `sine` when absent. Codes:
+        /// breach-unfinished, late-breach.
         duration: Option<Quantity<Duration>>,
-        /// Series of the share of the final opening, from 0 to 1 (or in `%`), against the time since the trigger; required with `series` when absent. Codes: growth-start, growth-end, falling-share, short-table, series-gap, breach-unfinished.
+        /// Series of the share of the final opening, from 0 to 1 (or in `%`), against the time since the trigger; required with
+        /// `series` when absent. Codes: growth-start, growth-end, falling-share, short-table, series-gap, breach-unfinished.
         share: Option<ShareSeries>,
     }
 }

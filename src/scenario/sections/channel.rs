@@ -34,7 +34,8 @@ section! {
         bed: Option<Quantity<Level>>,
         /// Fall of that bed towards the near end, such as `0.002` or `2 %`, negative where it rises; 0 when absent.
         slope: Option<Quantity<Fall>>,
-        /// CSV with the columns distance, elevation and width, units at the end of their names; `width` is required when absent. Codes: sections-short, sections-beyond, section-rows, section-not-rising, section-closed, implausible-level.
+        /// CSV with the columns distance, elevation and width, units at the end of their names; `width` is required when absent.
+        /// Codes: sections-short, sections-beyond, section-rows, section-not-rising, section-closed, implausible-level.
         sections: Option<InputFile>,
         /// Manning's n; that of `roughness.manning` when absent. Codes: no-roughness.
         manning: Option<Quantity<Manning>>,
@@ -48,7 +49,8 @@ section! {
         upstream: Option<ChannelEndSection>,
         /// What is known beyond the near end of a channel that joins nothing; a wall when absent.
         downstream: Option<ChannelEndSection>,
-        /// File with the axis from the far to the near end; of several lines that whose `id` or `name` is that of the channel. For the map alone; no place on the map when absent. Codes: no-lines, line-length, line-reversed, line-beside-opening.
+        /// File with the axis from the far to the near end; of several lines that whose `id` or `name` is that of the channel.
+        /// For the map alone; no place on the map when absent. Codes: no-lines, line-length, line-reversed, line-beside-opening.
         line: Option<VectorFile>,
         /// Places at which the water is recorded over time; none when absent.
         gauges: Option<Vec<ChannelGaugeEntry>>,
@@ -111,7 +113,8 @@ section! {
     JoinsSection, example "{side: west, from: 5312340, to: 5312352}", check check_joint {
         /// Side of the terrain: north, east, south or west. Codes: opens-nothing, channels-overlap, channel-width, channel-step.
         side: Chosen<Side>,
-        /// One end of the opening: x on a northern or southern side, y on a western or eastern one; the whole side when absent. Codes: channel-width, opens-nothing.
+        /// One end of the opening: x on a northern or southern side, y on a western or eastern one; the whole side when absent.
+        /// Codes: channel-width, opens-nothing.
         from: Option<Quantity<Coordinate>>,
         /// The other end; the whole side when absent. Codes: channel-width, opens-nothing.
         to: Option<Quantity<Coordinate>>,
@@ -135,15 +138,20 @@ fn check_joint(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// What is known beyond an end of a channel: one condition, as in `boundaries`.
     ChannelEndSection, example "{discharge: 30 m3/s}", check check_end {
-        /// Discharge that comes in by the section as a whole; another condition is required when absent. Codes: huge-discharge, fast-inflow.
+        /// Discharge that comes in by the section as a whole; another condition is required when absent. Codes: huge-discharge,
+        /// fast-inflow.
         discharge: Option<Changing<Discharge>>,
-        /// Level of the water at the end itself, alone or beside `discharge` for supercritical inflow; another condition is required when absent. Codes: level-below-bed, fast-inflow, implausible-level.
+        /// Level of the water at the end itself, alone or beside `discharge` for supercritical inflow; another condition is
+        /// required when absent. Codes: level-below-bed, fast-inflow, implausible-level.
         level: Option<Changing<Level>>,
-        /// Level of the still water beyond, such as that of a lake or a tide; another condition is required when absent. Codes: level-below-bed, implausible-level.
+        /// Level of the still water beyond, such as that of a lake or a tide; another condition is required when absent. Codes:
+        /// level-below-bed, implausible-level.
         stage: Option<Changing<Level>>,
-        /// Level of a wave that comes in, while waves from inside leave; another condition is required when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, level-below-bed.
+        /// Level of a wave that comes in, while waves from inside leave; another condition is required when absent. Codes:
+        /// wave-without-still, wave-begins-with-step, high-wave, level-below-bed.
         wave: Option<Changing<Level>>,
-        /// Level without the `wave`, constant or a series; that of the water at the start when absent. Codes: wave-without-still, wave-begins-with-step, high-wave.
+        /// Level without the `wave`, constant or a series; that of the water at the start when absent. Codes: wave-without-still,
+        /// wave-begins-with-step, high-wave.
         still: Option<Changing<Level>>,
         /// Uniform flow goes on beyond; water leaves only; another condition is required when absent. Codes: no-roughness.
         normal_depth: Option<NormalDepth>,

@@ -38,13 +38,16 @@ impl Choice for BuildingKind {
 section! {
     /// Lines along which the bed is raised (levees) or carved (channels), a cell wide at least.
     BreaklineEntry, example "{lines: levees.geojson, mode: raise, z_field: crest_m}", check check_breakline {
-        /// File of lines; outlines of polygons count as lines. Codes: outside-terrain, no-lines, left-out, crest-below-terrain, invert-above-terrain, method-combination.
+        /// File of lines; outlines of polygons count as lines. Codes: outside-terrain, no-lines, left-out, crest-below-terrain,
+        /// invert-above-terrain, method-combination.
         lines: VectorFile,
-        /// `raise`: nothing under the line lies lower than its level; `carve`: nothing lies higher. Codes: crest-below-terrain, invert-above-terrain, method-combination.
+        /// `raise`: nothing under the line lies lower than its level; `carve`: nothing lies higher. Codes: crest-below-terrain,
+        /// invert-above-terrain, method-combination.
         mode: Chosen<BreaklineMode>,
         /// Level of all its lines; that of `z_field` when absent. Codes: implausible-level, doubtful-level.
         z: Option<Quantity<Level>>,
-        /// Attribute that holds the level of each line (m); the third coordinate of the vertices, linear between them, without `z` when absent. Codes: no-level, unit-of-attribute, implausible-level, doubtful-level.
+        /// Attribute that holds the level of each line (m); the third coordinate of the vertices, linear between them, without
+        /// `z` when absent. Codes: no-level, unit-of-attribute, implausible-level, doubtful-level.
         z_field: Option<Text>,
         /// Cells whose centres lie within half of it belong to the line, too; one cell when absent. Codes: method-combination.
         width: Option<Quantity<Length>>,
@@ -68,11 +71,14 @@ fn only_one(node: &Node, [first, second]: [&str; 2], reader: &mut Reader) -> Opt
 section! {
     /// A wall of no width: no water crosses it, or only over its crest.
     Wall, example "{lines: dam_line.geojson}", check check_wall {
-        /// File of lines that no water crosses; outlines of polygons count as lines. Codes: gap-on-lattice, outside-terrain, no-lines, wall-in-breach, lagrangian-askew-wall.
+        /// File of lines that no water crosses; outlines of polygons count as lines. Codes: gap-on-lattice, outside-terrain,
+        /// no-lines, wall-in-breach, lagrangian-askew-wall.
         lines: VectorFile,
-        /// Level of the crest, over which water flows: a raised breakline of one cell; that of `crest_field` when absent. Codes: crest-below-terrain, doubtful-level, implausible-level, method-combination.
+        /// Level of the crest, over which water flows: a raised breakline of one cell; that of `crest_field` when absent. Codes:
+        /// crest-below-terrain, doubtful-level, implausible-level, method-combination.
         crest: Option<Quantity<Level>>,
-        /// Attribute that holds the crest of each line (m); no water crosses the wall, without `crest`, when absent. Codes: no-level, unit-of-attribute, crest-below-terrain, doubtful-level.
+        /// Attribute that holds the crest of each line (m); no water crosses the wall, without `crest`, when absent. Codes:
+        /// no-level, unit-of-attribute, crest-below-terrain, doubtful-level.
         crest_field: Option<Text>,
     }
 }
@@ -84,15 +90,20 @@ fn check_wall(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// Buildings by their footprints: blocked, raised, or rougher ground.
     BuildingsSection, example "{polygons: buildings.geojson, mode: block}", check check_buildings {
-        /// File of footprints; a cell belongs to a building when its centre lies in it. Codes: building-too-small, building-too-narrow, outside-terrain, empty-polygon, self-crossing, lagrangian-askew-wall.
+        /// File of footprints; a cell belongs to a building when its centre lies in it. Codes: building-too-small,
+        /// building-too-narrow, outside-terrain, empty-polygon, self-crossing, lagrangian-askew-wall.
         polygons: VectorFile,
-        /// `block` (no water gets in, there is no terrain), `raise` (the bed is higher) or `roughness` (another n inside); block when absent.
+        /// `block` (no water gets in, there is no terrain), `raise` (the bed is higher) or `roughness` (another n inside); block
+        /// when absent.
         mode: Option<Chosen<BuildingKind>>,
-        /// With `raise`: height above the ground, at most 1000 m; that of `height_field` when absent. Codes: building-range, doubtful-height.
+        /// With `raise`: height above the ground, at most 1000 m; that of `height_field` when absent. Codes: building-range,
+        /// doubtful-height.
         height: Option<Quantity<Height>>,
-        /// With `raise`: attribute of each polygon that holds its height (m); `height_m` or `height` when absent. Codes: building-value, unit-of-attribute, building-range, doubtful-height.
+        /// With `raise`: attribute of each polygon that holds its height (m); `height_m` or `height` when absent. Codes:
+        /// building-value, unit-of-attribute, building-range, doubtful-height.
         height_field: Option<Text>,
-        /// With `roughness`: Manning's n inside; the attribute `n`, `manning` or `manning_n` of each polygon when absent. Codes: building-value, building-range.
+        /// With `roughness`: Manning's n inside; the attribute `n`, `manning` or `manning_n` of each polygon when absent. Codes:
+        /// building-value, building-range.
         n: Option<Quantity<Manning>>,
     }
 }

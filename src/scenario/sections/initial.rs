@@ -13,27 +13,36 @@ use crate::scenario::yaml::{Section, Yaml, file, quantity, quoted, vector};
 section! {
     /// Water at the start: polygons with a level or a depth, a river with a depth, or the state of an earlier run.
     InitialEntry, example "{reservoir: reservoir.geojson, level: 100 m}", check check_initial {
-        /// File with the polygons of a reservoir; one of `reservoir`, `sea`, `water`, `river`, `fields` is required when absent. Codes: leaking-rim, nodata-in-water, overlapping-water, polygon-beyond-data, seeded-volume, volume-at-banks.
+        /// File with the polygons of a reservoir; one of `reservoir`, `sea`, `water`, `river`, `fields` is required when absent.
+        /// Codes: leaking-rim, nodata-in-water, overlapping-water, polygon-beyond-data, seeded-volume, volume-at-banks.
         reservoir: Option<VectorFile>,
-        /// The same as `reservoir`, for the sea; see `reservoir` when absent. Codes: leaking-rim, nodata-in-water, overlapping-water, polygon-beyond-data, seeded-volume, volume-at-banks.
+        /// The same as `reservoir`, for the sea; see `reservoir` when absent. Codes: leaking-rim, nodata-in-water,
+        /// overlapping-water, polygon-beyond-data, seeded-volume, volume-at-banks.
         sea: Option<VectorFile>,
-        /// The same as `reservoir`, for any other water; see `reservoir` when absent. Codes: leaking-rim, nodata-in-water, overlapping-water, polygon-beyond-data, resolution-too-coarse, lagrangian-dry-front.
+        /// The same as `reservoir`, for any other water; see `reservoir` when absent. Codes: leaking-rim, nodata-in-water,
+        /// overlapping-water, polygon-beyond-data, resolution-too-coarse, lagrangian-dry-front.
         water: Option<VectorFile>,
         /// Level of still water; that of `level_field` when absent. Codes: level-below-bed, two-levels, implausible-level, leaking-rim.
         level: Option<Quantity<Level>>,
-        /// Attribute of each polygon that holds the level (m); `level_m`, else `level` when absent. Codes: no-level, unit-of-attribute, implausible-level, level-below-bed.
+        /// Attribute of each polygon that holds the level (m); `level_m`, else `level` when absent. Codes: no-level,
+        /// unit-of-attribute, implausible-level, level-below-bed.
         level_field: Option<Text>,
-        /// In place of a level: the same depth on every cell inside, but for those that a dam, a levee or a building raises; required with `river` when absent. Codes: deep-water, method-combination.
+        /// In place of a level: the same depth on every cell inside, but for those that a dam, a levee or a building raises;
+        /// required with `river` when absent. Codes: deep-water, method-combination.
         depth: Option<Quantity<Length>>,
-        /// File with the axis of a river as lines; see `reservoir` when absent. Codes: river-size, outside-terrain, no-lines, left-out, method-combination.
+        /// File with the axis of a river as lines; see `reservoir` when absent. Codes: river-size, outside-terrain, no-lines,
+        /// left-out, method-combination.
         river: Option<VectorFile>,
         /// Width of the river; that of `width_field` when absent. Codes: river-size.
         width: Option<Quantity<Length>>,
-        /// Attribute of each line that holds the width of the river (m); one cell, without `width`, when absent. Codes: no-width, unit-of-attribute, river-size.
+        /// Attribute of each line that holds the width of the river (m); one cell, without `width`, when absent. Codes: no-width,
+        /// unit-of-attribute, river-size.
         width_field: Option<Text>,
-        /// `fields.nc` of an earlier run on the same lattice, alone in the list; see `reservoir` when absent. Codes: other-lattice, other-terrain, change-under-water, other-structures, other-dry-ground, not-a-fields-file.
+        /// `fields.nc` of an earlier run on the same lattice, alone in the list; see `reservoir` when absent. Codes:
+        /// other-lattice, other-terrain, change-under-water, other-structures, other-dry-ground, not-a-fields-file.
         fields: Option<InputFile>,
-        /// Beside `fields`: the time of a frame of that run, such as `600 s`, or `last`; last when absent. Codes: no-such-frame, incomplete-frame, no-water, unfinished-earlier-run, failed-run, gate-of-earlier-run.
+        /// Beside `fields`: the time of a frame of that run, such as `600 s`, or `last`; last when absent. Codes: no-such-frame,
+        /// incomplete-frame, no-water, unfinished-earlier-run, failed-run, gate-of-earlier-run.
         time: Option<FrameTime>,
     }
 }

@@ -11,19 +11,24 @@ use crate::scenario::yaml::{Section, Yaml, file, name_of, quantity, vector};
 section! {
     /// A part of the bed that moves as prescribed: ground that rises or sinks, or a slide that runs along a line.
     MovingBedEntry, example "{change: uplift.tif, at: 10 s}", check check_moving_bed {
-        /// Raster of the final change of the bed, positive upwards; no data is no change; `thickness` is required when absent. Codes: moves-nothing, moves-without-terrain, change-volume, doubtful-change, moves-dam, moves-boundary.
+        /// Raster of the final change of the bed, positive upwards; no data is no change; `thickness` is required when absent.
+        /// Codes: moves-nothing, moves-without-terrain, change-volume, doubtful-change, moves-dam, moves-boundary.
         change: Option<InputFile>,
-        /// Raster of the thickness of a slide where it lies at the start; no data is 0; `change` is required when absent. Codes: moves-nothing, negative-value, slide-volume, doubtful-change, moves-dam, moves-boundary.
+        /// Raster of the thickness of a slide where it lies at the start; no data is 0; `change` is required when absent. Codes:
+        /// moves-nothing, negative-value, slide-volume, doubtful-change, moves-dam, moves-boundary.
         thickness: Option<InputFile>,
         /// Unit of the raster; metres when absent. Codes: doubtful-change, moves-nothing.
         unit: Option<Chosen<ElevationUnit>>,
         /// Time at which it begins, from which the times of its series count; 0 s when absent. Codes: moves-after-end.
         at: Option<Quantity<Moment>>,
-        /// With `change`: series of its share, from 0 to 1 (or in `%`), against the time since it began; all at once when absent. Codes: growth-start, growth-end, falling-share, short-table, series-gap, moves-at-end.
+        /// With `change`: series of its share, from 0 to 1 (or in `%`), against the time since it began; all at once when absent.
+        /// Codes: growth-start, growth-end, falling-share, short-table, series-gap, moves-at-end.
         share: Option<ShareSeries>,
-        /// With `thickness`: file with the line along which the slide runs, at whose end it stops; required with `thickness` when absent. Codes: slide-lines, slide-outside, slide-rests, path-beside-slide, slide-uphill.
+        /// With `thickness`: file with the line along which the slide runs, at whose end it stops; required with `thickness` when
+        /// absent. Codes: slide-lines, slide-outside, slide-rests, path-beside-slide, slide-uphill.
         path: Option<VectorFile>,
-        /// With `thickness`: velocity of the slide along its line, constant or a series that holds on behind its last row; required with `thickness` when absent. Codes: slide-rests, negative-value, series-held.
+        /// With `thickness`: velocity of the slide along its line, constant or a series that holds on behind its last row;
+        /// required with `thickness` when absent. Codes: slide-rests, negative-value, series-held.
         velocity: Option<Changing<Velocity>>,
     }
 }

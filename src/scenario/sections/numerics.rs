@@ -16,15 +16,21 @@ use crate::scenario::yaml::{Section, quantity};
 section! {
     /// Methods by family, each with a default, and their numbers. A combination that does not exist is refused.
     NumericsSection, example "{cfl: 0.5}", check check_methods {
-        /// A named set of the choices below, of which each key beside it changes one; the defaults of the keys, which are those of `balanced`, when absent. Codes: method-combination.
+        /// A named set of the choices below, of which each key beside it changes one; the defaults of the keys, which are those
+        /// of `balanced`, when absent. Codes: method-combination.
         preset: Option<Chosen<Preset>>,
-        /// SPH form of the equations: well-balanced with Riemann problems, or the classic variational form; balanced when absent. Codes: method-combination.
+        /// SPH form of the equations: well-balanced with Riemann problems, or the classic variational form; balanced when absent.
+        /// Codes: method-combination.
         formulation: Option<Chosen<Formulation>>,
-        /// Particles fixed on the riverbed (`eulerian`), or that move with the water (`lagrangian`); eulerian, but lagrangian with `formulation: variational`, when absent. Codes: lagrangian-dry-front, lagrangian-jump, lagrangian-askew-wall, lagrangian-rain, late-breach, method-combination.
+        /// Particles fixed on the riverbed (`eulerian`), or that move with the water (`lagrangian`); eulerian, but lagrangian
+        /// with `formulation: variational`, when absent. Codes: lagrangian-dry-front, lagrangian-jump, lagrangian-askew-wall,
+        /// lagrangian-rain, late-breach, method-combination.
         motion: Option<Chosen<Motion>>,
-        /// What keeps the flow between a pair of particles stable; `two_rarefactions` for Eulerian, `two_shocks` for Lagrangian particles, `artificial_viscosity` in `variational` when absent. Codes: method-combination.
+        /// What keeps the flow between a pair of particles stable; `two_rarefactions` for Eulerian, `two_shocks` for Lagrangian
+        /// particles, `artificial_viscosity` in `variational` when absent. Codes: method-combination.
         stabilisation: Option<Chosen<Stabilisation>>,
-        /// States on both sides of a face: along limited gradients, along sharper ones, or those of the particles; limited, but none with `artificial_viscosity`, when absent. Codes: method-combination.
+        /// States on both sides of a face: along limited gradients, along sharper ones, or those of the particles; limited, but
+        /// none with `artificial_viscosity`, when absent. Codes: method-combination.
         reconstruction: Option<Chosen<Reconstruction>>,
         /// Lagrangian particles at the start: one in each wet cell, or all of one volume; lattice when absent. Codes: method-combination.
         seeding: Option<Chosen<Seeding>>,
@@ -32,15 +38,20 @@ section! {
         kernel: Option<Chosen<Kernel>>,
         /// Time integration; `heun` for Eulerian, `leapfrog` for Lagrangian particles when absent. Codes: method-combination.
         integrator: Option<Chosen<Integrator>>,
-        /// Bed of a cell: mean of its terrain, elevation at its centre, kernel mean, or best quadratic; mean when absent. Codes: steps-in-cells.
+        /// Bed of a cell: mean of its terrain, elevation at its centre, kernel mean, or best quadratic; mean when absent. Codes:
+        /// steps-in-cells.
         bed: Option<Chosen<BedMethod>>,
-        /// Effect of the slope of the bed: by the weight of the water alone, or with the inertia of the vertical motion (in `variational` only); hydrostatic when absent. Codes: method-combination.
+        /// Effect of the slope of the bed: by the weight of the water alone, or with the inertia of the vertical motion (in
+        /// `variational` only); hydrostatic when absent. Codes: method-combination.
         bed_slope: Option<Chosen<BedSlope>>,
-        /// Mixing in the plane: none, or by a mixing length of half the depth (Eulerian particles only); none when absent. Codes: method-combination.
+        /// Mixing in the plane: none, or by a mixing length of half the depth (Eulerian particles only); none when absent. Codes:
+        /// method-combination.
         turbulence: Option<Chosen<Turbulence>>,
-        /// What stands for a wall beside Lagrangian particles: mirror images, or rows of fixed particles that brake the water; mirror when absent. Codes: method-combination.
+        /// What stands for a wall beside Lagrangian particles: mirror images, or rows of fixed particles that brake the water;
+        /// mirror when absent. Codes: method-combination.
         wall: Option<Chosen<WallMethod>>,
-        /// Courant number, at most 0.6 for Eulerian, 1 for Lagrangian particles; 0.5 for Eulerian, 0.4 for Lagrangian particles when absent. Codes: method-combination.
+        /// Courant number, at most 0.6 for Eulerian, 1 for Lagrangian particles; 0.5 for Eulerian, 0.4 for Lagrangian particles
+        /// when absent. Codes: method-combination.
         cfl: Option<Quantity<Courant>>,
         /// Acceleration of gravity (m/s²); 9.81 m/s² when absent.
         gravity: Option<Quantity<Gravity>>,

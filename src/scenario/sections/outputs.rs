@@ -18,23 +18,31 @@ use crate::scenario::yaml::{Section, Yaml, file, quantity, vector};
 section! {
     /// What is written, where and how often.
     OutputsSection, example "{every: 100 s}", check check_isochrones {
-        /// Run folder, relative to the scenario; `--out` overrides it; `runs/NAME` in the current folder when absent. Codes: output-folder-not-empty, output-folder-in-use, output-folder-unwritable, input-in-output-folder.
+        /// Run folder, relative to the scenario; `--out` overrides it; `runs/NAME` in the current folder when absent. Codes:
+        /// output-folder-not-empty, output-folder-in-use, output-folder-unwritable, input-in-output-folder.
         folder: Option<Text>,
-        /// What is written beside `run.json` and `scenario.resolved.yaml`; what is left out is not computed; all when absent. Codes: not-written.
+        /// What is written beside `run.json` and `scenario.resolved.yaml`; what is left out is not computed; all when absent.
+        /// Codes: not-written.
         write: Option<Vec<Chosen<OutputPart>>>,
-        /// Edge of a cell of the maps, or `terrain` for maps on the raster of the terrain itself; the resolution when absent. Codes: finer-than-resolution, no-finer-raster.
+        /// Edge of a cell of the maps, or `terrain` for maps on the raster of the terrain itself; the resolution when absent.
+        /// Codes: finer-than-resolution, no-finer-raster.
         cell: Option<MapCell>,
-        /// Interval of the frames in `fields.nc` and of the profiles of channels; a fortieth of the run, rounded, when absent. Codes: longer-than-run.
+        /// Interval of the frames in `fields.nc` and of the profiles of channels; a fortieth of the run, rounded, when absent.
+        /// Codes: longer-than-run.
         every: Option<Quantity<Duration>>,
-        /// CSV with the columns `id,x,y` (further ones are kept), or a file of points; none when absent. Codes: gauges-outside-terrain, gauge-outside-terrain, gauge-on-nodata, duplicate-gauge, bad-gauge-line, no-gauges.
+        /// CSV with the columns `id,x,y` (further ones are kept), or a file of points; none when absent. Codes:
+        /// gauges-outside-terrain, gauge-outside-terrain, gauge-on-nodata, duplicate-gauge, bad-gauge-line, no-gauges.
         gauges: Option<VectorFile>,
-        /// File of lines through which the discharge is measured, drawn from the left to the right bank; none when absent. Codes: section-outside, section-on-edge, section-short, duplicate-section, no-lines, method-combination.
+        /// File of lines through which the discharge is measured, drawn from the left to the right bank; none when absent. Codes:
+        /// section-outside, section-on-edge, section-short, duplicate-section, no-lines, method-combination.
         sections: Option<VectorFile>,
-        /// Interval of the series of gauges and cross-sections; a tenth of `every`, but at least 1 s (`every` where that is shorter), when absent. Codes: longer-than-run.
+        /// Interval of the series of gauges and cross-sections; a tenth of `every`, but at least 1 s (`every` where that is
+        /// shorter), when absent. Codes: longer-than-run.
         gauges_every: Option<Quantity<Duration>>,
         /// What counts as arrival; the depths 0.01, 0.10 and 0.30 m, and a rise of 0.10 m on water, when absent.
         arrival: Option<ArrivalSection>,
-        /// Times of the isochrones, the earliest first; 5, 10, 15, 30, 45, 60, 90, 120 min, then every hour when absent. Codes: not-written.
+        /// Times of the isochrones, the earliest first; 5, 10, 15, 30, 45, 60, 90, 120 min, then every hour when absent. Codes:
+        /// not-written.
         isochrones: Option<Vec<Quantity<Duration>>>,
     }
 }
@@ -80,7 +88,8 @@ impl JsonSchema for MapCell {
 section! {
     /// What counts as arrival of the water.
     ArrivalSection, example "{thresholds: [0.01 m, 0.10 m, 0.30 m]}", check check_thresholds {
-        /// Depths for which arrival and duration are mapped; the first gives `arrival_time` and the isochrones; 0.01, 0.10 and 0.30 m when absent.
+        /// Depths for which arrival and duration are mapped; the first gives `arrival_time` and the isochrones; 0.01, 0.10 and
+        /// 0.30 m when absent.
         thresholds: Option<NonEmpty<Quantity<Length>>>,
         /// Rise of the level that counts as arrival where there was water at the start; 0.10 m when absent.
         rise_on_wet: Option<Quantity<Length>>,

@@ -12,17 +12,24 @@ use crate::scenario::yaml::{Section, Yaml, file, name_of, quantity, quoted, vect
 section! {
     /// Rain on the whole terrain, by one of `rate`, `raster` and `raster_series`.
     RainSection, example "{rate: 20 mm/h}", check check_rain {
-        /// Intensity everywhere, constant or a series; `raster` or `raster_series` is required when absent. Codes: rain-doubtful, rain-without-water, lagrangian-rain.
+        /// Intensity everywhere, constant or a series; `raster` or `raster_series` is required when absent. Codes: rain-doubtful,
+        /// rain-without-water, lagrangian-rain.
         rate: Option<Changing<Intensity>>,
-        /// Raster of intensities, constant in time; `rate` or `raster_series` is required when absent. Codes: rain-gap, negative-value, rain-doubtful, rain-without-water, other-unit.
+        /// Raster of intensities, constant in time; `rate` or `raster_series` is required when absent. Codes: rain-gap,
+        /// negative-value, rain-doubtful, rain-without-water, other-unit.
         raster: Option<InputFile>,
-        /// Rasters over time: NetCDF (`radar.nc`, `radar.nc:rainfall`), or a CSV list of times and raster files; `rate` or `raster` is required when absent. Codes: rain-outside, rain-gap, series-ends-early, accumulated-rain, other-grid, not-a-list.
+        /// Rasters over time: NetCDF (`radar.nc`, `radar.nc:rainfall`), or a CSV list of times and raster files; `rate` or
+        /// `raster` is required when absent. Codes: rain-outside, rain-gap, series-ends-early, accumulated-rain, other-grid,
+        /// not-a-list.
         raster_series: Option<RasterSeriesFile>,
-        /// Unit of the values; in a series a length (`mm`) is what falls within the interval of a raster; that of the NetCDF variable when absent. Codes: missing-unit, other-unit, rain-doubtful, accumulated-rain.
+        /// Unit of the values; in a series a length (`mm`) is what falls within the interval of a raster; that of the NetCDF
+        /// variable when absent. Codes: missing-unit, other-unit, rain-doubtful, accumulated-rain.
         unit: Option<Text>,
-        /// Which end of its interval the time of a raster is; begin, or the bounds of a NetCDF file where it has them, when absent. Codes: stamp-beside-bounds, bad-bounds, too-few-rasters.
+        /// Which end of its interval the time of a raster is; begin, or the bounds of a NetCDF file where it has them, when
+        /// absent. Codes: stamp-beside-bounds, bad-bounds, too-few-rasters.
         stamp: Option<Chosen<Stamp>>,
-        /// Date and time at which the run begins, for the dates of a NetCDF file or of a list; `time.reference` when absent. Codes: date, no-start, two-starts, start-without-date, no-time, packed-times.
+        /// Date and time at which the run begins, for the dates of a NetCDF file or of a list; `time.reference` when absent.
+        /// Codes: date, no-start, two-starts, start-without-date, no-time, packed-times.
         start: Option<DateTime>,
         /// How long it rains; to the end of the run when absent. Codes: series-ends-early.
         duration: Option<Quantity<Duration>>,

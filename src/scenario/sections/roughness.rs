@@ -11,13 +11,18 @@ section! {
     RoughnessSection, example "{manning: 0.033}", check check_roughness {
         /// Manning's n everywhere; 0 is no friction; `raster` is required when absent. Codes: roughness, no-roughness.
         manning: Option<Quantity<Manning>>,
-        /// Raster of n, or of classes beside a `table`; the pixel that holds a place counts; `manning` is required when absent. Codes: roughness-gap, roughness-default, roughness-range.
+        /// Raster of n, or of classes beside a `table`; the pixel that holds a place counts; `manning` is required when absent.
+        /// Codes: roughness-gap, roughness-default, roughness-range.
         raster: Option<InputFile>,
-        /// CSV with the columns `class,name,n`: n of each class of the raster; the raster holds n when absent. Codes: missing-column, duplicate-class, roughness-range, not-a-number, not-a-table.
+        /// CSV with the columns `class,name,n`: n of each class of the raster; the raster holds n when absent. Codes:
+        /// missing-column, duplicate-class, roughness-range, not-a-number, not-a-table.
         table: Option<InputFile>,
-        /// n where the raster has no data or the table no line for its class; such places are refused when absent. Codes: roughness-default, roughness-gap.
+        /// n where the raster has no data or the table no line for its class; such places are refused when absent. Codes:
+        /// roughness-default, roughness-gap.
         default: Option<Quantity<Manning>>,
-        /// File of polygons with the attribute `n` (`manning`, `manning_n`), which counts before all else; where two overlap the later one counts; none when absent. Codes: no-roughness, roughness-range, outside-terrain, empty-polygon, self-crossing.
+        /// File of polygons with the attribute `n` (`manning`, `manning_n`), which counts before all else; where two overlap the
+        /// later one counts; none when absent. Codes: no-roughness, roughness-range, outside-terrain, empty-polygon,
+        /// self-crossing.
         polygons: Option<VectorFile>,
     }
 }

@@ -34,15 +34,20 @@ section! {
         floodsim: FormatVersion,
         /// Heading of maps and reports; the name of the scenario when absent.
         title: Option<Text>,
-        /// Coordinate reference system of the run in metres, such as `EPSG:27572`, or `local` for plain metres; that of the terrain, `local` without terrain, when absent. Codes: unknown-crs, no-crs, distorted-crs, geographic-crs, not-metric-crs, crs-set-aside.
+        /// Coordinate reference system of the run in metres, such as `EPSG:27572`, or `local` for plain metres; that of the
+        /// terrain, `local` without terrain, when absent. Codes: unknown-crs, no-crs, distorted-crs, geographic-crs,
+        /// not-metric-crs, crs-set-aside.
         crs: Option<Text>,
-        /// Terrain: one raster file, or layers and what shapes them; required unless all water is in `channels` when absent. Codes: no-terrain.
+        /// Terrain: one raster file, or layers and what shapes them; required unless all water is in `channels` when absent.
+        /// Codes: no-terrain.
         terrain: Option<Terrain>,
         /// Manning's n of the ground; required unless there are channels alone, each with its own, when absent.
         roughness: Option<RoughnessSection>,
         /// Walls and buildings; none when absent.
         structures: Option<Structures>,
-        /// Water at the start; required unless water comes in by a boundary, a source, rain or a channel when absent. Codes: bed-of-earlier-run, moving-bed-of-earlier-run, water-without-terrain, drawn-fields, unfinished-run, lagrangian-dry-front.
+        /// Water at the start; required unless water comes in by a boundary, a source, rain or a channel when absent. Codes:
+        /// bed-of-earlier-run, moving-bed-of-earlier-run, water-without-terrain, drawn-fields, unfinished-run,
+        /// lagrangian-dry-front.
         initial: Option<NonEmpty<InitialEntry>>,
         /// Parts of the edge of the terrain that let water through; all edges are walls when absent.
         boundaries: Option<Vec<BoundaryEntry>>,
@@ -54,9 +59,11 @@ section! {
         breach: Option<OneBreach>,
         /// Parts of the bed that move as prescribed: ground that rises or sinks, and slides; none when absent. Codes: method-combination.
         moving_bed: Option<Vec<MovingBedEntry>>,
-        /// Reaches that are computed in one dimension, for Eulerian particles; none when absent. Codes: method-combination, channels-of-earlier-run, no-maps.
+        /// Reaches that are computed in one dimension, for Eulerian particles; none when absent. Codes: method-combination,
+        /// channels-of-earlier-run, no-maps.
         channels: Option<Vec<ChannelEntry>>,
-        /// Spacing: the distance of two neighbouring particles and the edge of a cell. Codes: bad-resolution, resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells.
+        /// Spacing: the distance of two neighbouring particles and the edge of a cell. Codes: bad-resolution,
+        /// resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells.
         resolution: Quantity<Length>,
         /// Simulated time.
         time: Time,
@@ -106,7 +113,8 @@ fn feeds(entry: &Node) -> bool {
     ["discharge", "level", "stage", "wave"].iter().any(|key| entry.has(key))
 }
 
-/// Whether the particles have all that the scenario asks for, where they are Lagrangian; refuses what they do not have. None where a method has
+/// Whether the particles have all that the scenario asks for, where they are Lagrangian; refuses what they do not have. None
+/// where a method has
 /// no known name, which is reported elsewhere.
 fn check_moving_particles(node: &Node, boundaries: &[Node], reader: &mut Reader) -> Option<bool> {
     let empty = Node { value: Value::Section(Vec::new()), ..node.clone() };
@@ -163,7 +171,8 @@ section! {
     Time, example "{end: 1 h}" {
         /// End of the run, counted from its start.
         end: Quantity<EndTime>,
-        /// Date and time of t = 0, from which dates in series count: UTC, or with an offset such as `+02:00`, from 1582-10-15 on; none when absent. Codes: date, dates-as-times, two-starts.
+        /// Date and time of t = 0, from which dates in series count: UTC, or with an offset such as `+02:00`, from 1582-10-15 on;
+        /// none when absent. Codes: date, dates-as-times, two-starts.
         reference: Option<DateTime>,
     }
 }
@@ -173,7 +182,8 @@ section! {
     LimitsSection, example "{memory: 8 GB}" {
         /// Memory that the run may take; 80 % of that of the machine or its container when absent. Codes: memory-limit.
         memory: Option<Quantity<Memory>>,
-        /// Number of riverbed particles, Lagrangian particles and strips of channels together; 50 million when absent. Codes: particle-limit.
+        /// Number of riverbed particles, Lagrangian particles and strips of channels together; 50 million when absent. Codes:
+        /// particle-limit.
         particles: Option<Quantity<Count>>,
     }
 }

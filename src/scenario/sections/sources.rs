@@ -10,15 +10,19 @@ use crate::scenario::yaml::{Section, Yaml, point, vector};
 section! {
     /// Water that comes out of the ground at a place or along a line.
     SourceEntry, example "{at: [712345.0, 5312345.0], discharge: 2 m3/s}", check check_source {
-        /// The place: its two coordinates in the reference system of the run; `points` or `lines` is required when absent. Codes: source-outside.
+        /// The place: its two coordinates in the reference system of the run; `points` or `lines` is required when absent. Codes:
+        /// source-outside.
         at: Option<Vec<Quantity<Coordinate>>>,
         /// File of points; `at` or `lines` is required when absent. Codes: source-outside, not-a-point, no-points.
         points: Option<VectorFile>,
-        /// The same as `lines`; `at`, `points` or `lines` is required when absent. Codes: source-outside, several-lines, not-a-line, no-lines.
+        /// The same as `lines`; `at`, `points` or `lines` is required when absent. Codes: source-outside, several-lines,
+        /// not-a-line, no-lines.
         line: Option<VectorFile>,
-        /// File of lines, such as a seam of springs or the outfalls along a road; `at` or `points` is required when absent. Codes: source-outside, several-lines, not-a-line, no-lines.
+        /// File of lines, such as a seam of springs or the outfalls along a road; `at` or `points` is required when absent.
+        /// Codes: source-outside, several-lines, not-a-line, no-lines.
         lines: Option<VectorFile>,
-        /// Discharge at each place, or of each line (feature), constant or a series. Codes: huge-discharge, several-lines, lagrangian-dry-front.
+        /// Discharge at each place, or of each line (feature), constant or a series. Codes: huge-discharge, several-lines,
+        /// lagrangian-dry-front.
         discharge: Changing<Discharge>,
     }
 }

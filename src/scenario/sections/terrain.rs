@@ -52,13 +52,16 @@ impl JsonSchema for Terrain {
 section! {
     /// Terrain layers: rasters and survey points, and what shapes the ground that they make.
     TerrainLayers, example "dem.tif" {
-        /// Layers from the lowest to the uppermost; where several have data, the later one counts. Codes: layers-apart, different-vertical-datum.
+        /// Layers from the lowest to the uppermost; where several have data, the later one counts. Codes: layers-apart,
+        /// different-vertical-datum.
         layers: NonEmpty<LayerEntry>,
-        /// Whether files in another or a geographic reference system are brought to that of the run; otherwise they are refused; false when absent. Codes: different-crs, geographic-crs, warp-failed, no-transformation.
+        /// Whether files in another or a geographic reference system are brought to that of the run; otherwise they are refused;
+        /// false when absent. Codes: different-crs, geographic-crs, warp-failed, no-transformation.
         reproject: Option<bool>,
         /// Lines along which the bed is raised (levees) or carved (channels), in the order of the list; none when absent.
         breaklines: Option<Vec<BreaklineEntry>>,
-        /// Cells without terrain that terrain encloses: `wall`, `error` (refused), or filled from their rim; wall, with a warning, when absent. Codes: terrain-gaps, seam-without-data.
+        /// Cells without terrain that terrain encloses: `wall`, `error` (refused), or filled from their rim; wall, with a
+        /// warning, when absent. Codes: terrain-gaps, seam-without-data.
         gaps: Option<GapsChoice>,
     }
 }
@@ -66,11 +69,14 @@ section! {
 section! {
     /// A terrain layer: a raster, or bare survey points.
     LayerEntry, example "{raster: dem.tif}", check check_layer {
-        /// Raster of elevations; in NetCDF `file.nc:variable`; `points` is required when absent. Codes: unit-of-elevation, doubtful-elevation, layers-apart, different-vertical-datum, no-crs, several-bands.
+        /// Raster of elevations; in NetCDF `file.nc:variable`; `points` is required when absent. Codes: unit-of-elevation,
+        /// doubtful-elevation, layers-apart, different-vertical-datum, no-crs, several-bands.
         raster: Option<InputFile>,
-        /// Survey points: text with the columns x, y, z (also gzipped), or a vector file of points; `raster` is required when absent. Codes: not-a-survey, bad-survey-line, contradicting-points, no-elevation, no-surface, doubtful-elevation.
+        /// Survey points: text with the columns x, y, z (also gzipped), or a vector file of points; `raster` is required when
+        /// absent. Codes: not-a-survey, bad-survey-line, contradicting-points, no-elevation, no-surface, doubtful-elevation.
         points: Option<InputFile>,
-        /// Length added to every elevation, such as `-0.12 m` for a change of datum; 0 m when absent. Codes: different-vertical-datum, layers-apart.
+        /// Length added to every elevation, such as `-0.12 m` for a change of datum; 0 m when absent. Codes:
+        /// different-vertical-datum, layers-apart.
         offset: Option<Quantity<Offset>>,
         /// Unit of the elevations of a raster; metres when absent. Codes: unit-of-elevation, doubtful-elevation, unit-of-attribute.
         unit: Option<Chosen<ElevationUnit>>,
@@ -78,9 +84,11 @@ section! {
         interpolation: Option<Chosen<PointInterpolation>>,
         /// Distance to the nearest survey point beyond which there is no terrain; required with `points` when absent.
         max_gap: Option<Quantity<Length>>,
-        /// File of polygons outside of which the layer has no data; survey points outside still shape the surface inside; everywhere when absent. Codes: clip-outside-layer, seam-without-data, empty-polygon, self-crossing.
+        /// File of polygons outside of which the layer has no data; survey points outside still shape the surface inside;
+        /// everywhere when absent. Codes: clip-outside-layer, seam-without-data, empty-polygon, self-crossing.
         clip: Option<VectorFile>,
-        /// How it meets the layers under it where they have data, too: it counts alone (`replace`), or the lower (`min`, as for a river bed) or higher elevation (`max`) counts; replace when absent.
+        /// How it meets the layers under it where they have data, too: it counts alone (`replace`), or the lower (`min`, as for a
+        /// river bed) or higher elevation (`max`) counts; replace when absent.
         mode: Option<Chosen<LayerMode>>,
     }
 }
