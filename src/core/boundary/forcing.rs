@@ -222,8 +222,17 @@ impl Forcing {
     }
 }
 
-/// Midpoints of the edge faces of a bed (local coordinates, m), each with its cell: where terrain meets none.
-pub fn edge_faces(lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
+/// A face at which terrain meets none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeFace {
+    /// The cell with terrain.
+    pub cell: usize,
+    /// Its midpoint (local coordinates, m).
+    pub middle: Vec2,
+}
+
+/// The edge faces of a bed (m, NaN without terrain).
+pub fn edge_faces(lattice: &Lattice, bed: &[f64]) -> Vec<EdgeFace> {
     let half = 0.5 * lattice.spacing;
     let steps = [Vec2::new(half, 0.0), Vec2::new(-half, 0.0), Vec2::new(0.0, half), Vec2::new(0.0, -half)];
     let cells = (0..lattice.len()).filter(|&cell| !bed[cell].is_nan());
@@ -231,7 +240,7 @@ pub fn edge_faces(lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
         .flat_map(|cell| {
             let centre = lattice.centre(cell);
             let is_edge = move |step: &Vec2| lattice.cell_at(centre + *step * 2.0).is_none_or(|n| bed[n].is_nan());
-            steps.into_iter().filter(is_edge).map(move |step| (cell, centre + step))
+            steps.into_iter().filter(is_edge).map(move |step| EdgeFace { cell, middle: centre + step })
         })
         .collect()
 }
@@ -312,6 +321,6 @@ mod tests {
         bed[4] = f64::NAN;
         let faces = edge_faces(&lattice, &bed);
         assert_eq!(faces.len(), 12 + 4);
-        assert!(faces.contains(&(3, Vec2::new(2.0, 3.0))));
+        assert!(faces.contains(&EdgeFace { cell: 3, middle: Vec2::new(2.0, 3.0) }));
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::bed::BedParticles;
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::lattice::Lattice;
@@ -39,8 +40,9 @@ impl Grid {
         (raster, placing): (Raster, Option<Placing>),
         path: &Path,
         name: &str,
-        (lattice, bed): (&Lattice, &[f64]),
+        ground: &BedParticles,
     ) -> Result<(Grid, Option<Problem>), Problem> {
+        let (lattice, bed) = (&ground.lattice, &ground.elevation);
         let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
         let cells: Vec<usize> = (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()).collect();
         let mut centres: Vec<Vec2> = cells.iter().map(|&cell| lattice.to_map(lattice.centre(cell))).collect();
@@ -213,7 +215,7 @@ pub fn on_lattice(
     opened: Opened,
     file: &Sourced<VectorSource>,
     scenario: &Scenario,
-    (lattice, bed): (&Lattice, &[f64]),
+    ground: &BedParticles,
     findings: &mut Findings,
 ) -> Option<Rain> {
     let Opened { intervals, rasters, unit, losses, crs } = opened;
@@ -222,7 +224,7 @@ pub fn on_lattice(
         (0..intervals.len()).filter(|&k| intervals[k].1 > 0.0 && intervals[k].0 < losses.until).collect();
     let memory = scenario.limits.memory;
     let mut frames =
-        Frames { name: &name, lattice, bed, count: needed.len(), memory, grid: None, beside: None, values: Vec::new() };
+        Frames { name: &name, ground, count: needed.len(), memory, grid: None, beside: None, values: Vec::new() };
     let request = |path| crate::prepare::raster::request(path, scenario);
     match rasters {
         Rasters::Bands(raster) => {
@@ -250,7 +252,7 @@ pub fn on_lattice(
     let of_interval = |k: &usize| intervals[*k];
     let needed: Vec<(f64, f64)> = needed.iter().map(of_interval).collect();
     let total = to_rates(&mut values, &needed, unit, &grid, &name);
-    let is_sound = check_values((&values, &needed), &grid, file, lattice, findings) && total.is_none();
+    let is_sound = check_values((&values, &needed), &grid, file, &ground.lattice, findings) && total.is_none();
     findings.add_all(file, total);
     (is_covered && is_sound).then(|| run_off(values, &needed, grid.place, losses))
 }
@@ -276,8 +278,7 @@ fn to_rates(
 /// Rasters as they are read, one after the other: all on the grid of the first one.
 struct Frames<'a> {
     name: &'a str,
-    lattice: &'a Lattice,
-    bed: &'a [f64],
+    ground: &'a BedParticles,
     /// How many of them there will be, and the memory (bytes) that they may take.
     count: usize,
     memory: f64,
@@ -291,7 +292,7 @@ impl Frames<'_> {
     fn take(&mut self, raster: Raster, placing: Option<&Placing>, path: &Path) -> Result<(), Problem> {
         if self.grid.is_none() {
             let raster_and_way = (raster.clone(), placing.cloned());
-            let (grid, beside) = Grid::new(raster_and_way, path, self.name, (self.lattice, self.bed))?;
+            let (grid, beside) = Grid::new(raster_and_way, path, self.name, self.ground)?;
             (self.grid, self.beside) = (Some(grid), beside);
         }
         let Some(grid) = &self.grid else { return Ok(()) };
