@@ -2,6 +2,7 @@
 //! value that the run needs is checked.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -221,7 +222,7 @@ pub fn on_lattice(
     let Opened { intervals, rasters, unit, losses, crs } = opened;
     let name = file.value.path.display().to_string();
     let needed: Vec<usize> =
-        (0..intervals.len()).filter(|&k| intervals[k].1 > 0.0 && intervals[k].0 < losses.until).collect();
+        (0..intervals.len()).filter(|&k| intervals[k].end > 0.0 && intervals[k].start < losses.until).collect();
     let memory = scenario.limits.memory;
     let mut frames =
         Frames { name: &name, ground, count: needed.len(), memory, grid: None, beside: None, values: Vec::new() };
@@ -249,8 +250,7 @@ pub fn on_lattice(
     let grid = grid?;
     let is_covered = beside.is_none();
     findings.add_all(file, beside);
-    let of_interval = |k: &usize| intervals[*k];
-    let needed: Vec<(f64, f64)> = needed.iter().map(of_interval).collect();
+    let needed: Vec<Range<f64>> = needed.iter().map(|&k| intervals[k].clone()).collect();
     let total = to_rates(&mut values, &needed, unit, &grid, &name);
     let is_sound = check_values((&values, &needed), &grid, file, &ground.lattice, findings) && total.is_none();
     findings.add_all(file, total);
@@ -260,7 +260,7 @@ pub fn on_lattice(
 /// Turns values into rates (m/s); the problem of depths that grow from the start on.
 fn to_rates(
     values: &mut [Vec<f64>],
-    intervals: &[(f64, f64)],
+    intervals: &[Range<f64>],
     unit: RainUnit,
     grid: &Grid,
     name: &str,
@@ -269,8 +269,8 @@ fn to_rates(
     values.iter_mut().flatten().for_each(|value| *value *= factor);
     let RainUnit::Depth(_) = unit else { return None };
     let total = accumulated(values, grid, name);
-    for (rates, (from, to)) in values.iter_mut().zip(intervals) {
-        rates.iter_mut().for_each(|rate| *rate /= to - from);
+    for (rates, interval) in values.iter_mut().zip(intervals) {
+        rates.iter_mut().for_each(|rate| *rate /= interval.end - interval.start);
     }
     total
 }
@@ -312,14 +312,15 @@ impl Frames<'_> {
 
 /// Reports values that are missing, negative or beyond all rain; whether there are none of the first two.
 fn check_values(
-    (values, intervals): (&[Vec<f64>], &[(f64, f64)]),
+    (values, intervals): (&[Vec<f64>], &[Range<f64>]),
     grid: &Grid,
     file: &Sourced<VectorSource>,
     lattice: &Lattice,
     findings: &mut Findings,
 ) -> bool {
     let (mut missing, mut negative, mut doubtful) = (Faulty::default(), Faulty::default(), Faulty::default());
-    for (rates, (from, _)) in values.iter().zip(intervals) {
+    for (rates, interval) in values.iter().zip(intervals) {
+        let from = interval.start;
         missing.note(rates, grid, from.max(0.0), f64::is_nan);
         negative.note(rates, grid, from.max(0.0), |rate| rate < 0.0);
         doubtful.note(rates, grid, from.max(0.0), |rate| rate > DOUBTFUL);
@@ -346,17 +347,18 @@ fn check_values(
 
 /// What runs off of intensities (m/s) in intervals (s): nothing until the initial loss has fallen, then the intensity less the
 /// constant loss, as far as it is above 0.
-fn run_off(mut rates: Vec<Vec<f64>>, intervals: &[(f64, f64)], place: Vec<u32>, losses: Losses) -> Rain {
-    let intervals: Vec<(f64, f64)> = intervals.iter().map(|(from, to)| (from.max(0.0), to.min(losses.until))).collect();
+fn run_off(mut rates: Vec<Vec<f64>>, intervals: &[Range<f64>], place: Vec<u32>, losses: Losses) -> Rain {
+    let within = |interval: &Range<f64>| interval.start.max(0.0)..interval.end.min(losses.until);
+    let intervals: Vec<Range<f64>> = intervals.iter().map(within).collect();
     let filled = |number: usize| {
         let mut missing = losses.initial;
         if missing <= 0.0 {
             return 0.0;
         }
-        for (rates, (from, to)) in rates.iter().zip(&intervals) {
-            let falls = rates[number] * (to - from);
+        for (rates, interval) in rates.iter().zip(&intervals) {
+            let falls = rates[number] * (interval.end - interval.start);
             if falls >= missing {
-                return from + missing / rates[number];
+                return interval.start + missing / rates[number];
             }
             missing -= falls;
         }
@@ -382,7 +384,7 @@ mod tests {
     fn losses_take_the_beginning_and_a_share_of_each_raster() {
         let losses = Losses { initial: 6.0, constant: 0.5, until: 10.0 };
         let rates = vec![vec![2.0, 0.0, 0.25], vec![1.0, 3.0, 0.25], vec![4.0, 4.0, 0.25]];
-        let rain = run_off(rates, &[(-1.0, 2.0), (2.0, 6.0), (6.0, 12.0)], vec![0, 1, 2], losses);
+        let rain = run_off(rates, &[-1.0..2.0, 2.0..6.0, 6.0..12.0], vec![0, 1, 2], losses);
         // 4 fall until 2 s and 2 more until 4 s; then 0.5 for 2 s and 3.5 for 4 s.
         assert!((rain.depth(0, 0.0, 99.0) - 15.0).abs() < 1e-14 && rain.depth(0, 0.0, 4.0).abs() <= 0.0);
         // 6 fall from 2 to 4 s; then 2.5 for 2 s and 3.5 for 4 s.
