@@ -7,6 +7,8 @@
 
 #[path = "layering/circles.rs"]
 mod circles;
+#[path = "layering/sizes.rs"]
+mod sizes;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -94,23 +96,32 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Every source file below `src` with its module: the first part of its path, the second in `core`.
-fn sources() -> Vec<(String, PathBuf, String)> {
+/// Every source file below a folder.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
-    let mut folders = vec![root().join("src")];
+    let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|extension| extension == "rs") {
-                let relative = path.strip_prefix(root().join("src")).unwrap().to_path_buf();
-                let mut parts = relative.iter().map(|part| part.to_string_lossy());
-                let module = parts.find(|part| part != "core").unwrap().trim_end_matches(".rs").to_string();
-                let text = std::fs::read_to_string(&path).unwrap();
-                found.push((module, relative, text));
+                found.push(path);
             }
         }
+    }
+    found.sort();
+    found
+}
+
+/// Every source file below `src` with its module: the first part of its path, the second in `core`.
+fn sources() -> Vec<(String, PathBuf, String)> {
+    let mut found = Vec::new();
+    for path in rust_files(&root().join("src")) {
+        let relative = path.strip_prefix(root().join("src")).unwrap().to_path_buf();
+        let mut parts = relative.iter().map(|part| part.to_string_lossy());
+        let module = parts.find(|part| part != "core").unwrap().trim_end_matches(".rs").to_string();
+        found.push((module, relative, std::fs::read_to_string(&path).unwrap()));
     }
     found.sort();
     let tests: BTreeSet<PathBuf> = found.iter().flat_map(|(_, path, text)| test_modules(path, text)).collect();

@@ -43,10 +43,10 @@ pub use manifest::{
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;
-pub use sections::{Section, SectionRecorder, SectionResult, SectionSample};
+pub use sections::{Section, SectionRecorder, SectionRecording, SectionResult, SectionSample};
 pub use write::{
-    ChannelsWriter, FieldsWriter, Findings, MapVariable, Provenance, map_variables, write_channels, write_cogs,
-    write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
+    ChannelsWriter, FieldsWriter, FileHead, Findings, MapVariable, Provenance, map_variables, write_channels,
+    write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
     write_section_tables, write_sections,
 };
 

@@ -41,6 +41,15 @@ pub struct SectionSample {
     pub volume: f64,
 }
 
+/// What was recorded at all cross-sections.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SectionRecording {
+    /// What each section has seen.
+    pub results: Vec<SectionResult>,
+    /// The samples, by time and then by section.
+    pub samples: Vec<SectionSample>,
+}
+
 /// A discharge below this (m³/s) is rounding or a drop, and no peak.
 const NOTHING: f64 = 1e-6;
 
@@ -95,8 +104,8 @@ impl SectionRecorder {
         }
     }
 
-    /// What each section has seen, with the arrival (s) at each, and the samples by time and then by section.
-    pub fn finish(mut self, arrivals: &[Option<f64>]) -> (Vec<SectionResult>, Vec<SectionSample>) {
+    /// What was recorded, with the arrival (s) at each section.
+    pub fn finish(mut self, arrivals: &[Option<f64>]) -> SectionRecording {
         // A run that ended within its first step; nothing is due otherwise.
         if self.samples.is_empty() {
             self.sample(0.0, |_| (0.0, 0.0));
@@ -104,7 +113,7 @@ impl SectionRecorder {
         for (result, arrival) in self.results.iter_mut().zip(arrivals) {
             result.arrival = *arrival;
         }
-        (self.results, self.samples)
+        SectionRecording { results: self.results, samples: self.samples }
     }
 }
 
@@ -118,9 +127,9 @@ mod tests {
         recorder.step(0.5, std::iter::once((170.0, 85.0)));
         recorder.step(10.0, std::iter::once((180.0, 1795.0)));
         let found: Vec<(f64, f64, f64)> =
-            recorder.finish(&[None]).1.iter().map(|s| (s.time, s.discharge, s.volume)).collect();
+            recorder.finish(&[None]).samples.iter().map(|s| (s.time, s.discharge, s.volume)).collect();
         assert_eq!(found, [(0.0, 170.0, 0.0), (5.0, 180.0, 895.0), (10.0, 180.0, 1795.0)]);
-        let unbegun = SectionRecorder::new(2, 5.0, 10.0).finish(&[None; 2]).1;
+        let unbegun = SectionRecorder::new(2, 5.0, 10.0).finish(&[None; 2]).samples;
         assert_eq!(unbegun.len(), 2);
     }
 
@@ -131,7 +140,7 @@ mod tests {
         for (time, discharge, volume) in steps {
             recorder.step(time, std::iter::once((discharge, volume)));
         }
-        let (results, samples) = recorder.finish(&[Some(2.5)]);
+        let SectionRecording { results, samples } = recorder.finish(&[Some(2.5)]);
         let expected =
             SectionResult { arrival: Some(2.5), peak_discharge: -4.0, time_of_peak: Some(10.0), volume: 2.0 };
         assert_eq!(results, [expected]);

@@ -3,8 +3,8 @@
 use super::records::in_channels;
 use crate::error::Error;
 use crate::output::{
-    ChannelFrame, ChannelPlan, ChannelProfile, ChannelRecorder, ChannelRecording, ChannelsWriter, OutputCrs,
-    Provenance, RunFolder, write_channels,
+    ChannelFrame, ChannelPlan, ChannelProfile, ChannelRecorder, ChannelRecording, ChannelsWriter, FileHead, RunFolder,
+    write_channels,
 };
 use crate::scenario::{OutputPart, Scenario};
 use crate::solver::FlowSolver;
@@ -21,10 +21,11 @@ pub(super) struct Channels<'a> {
 impl<'a> Channels<'a> {
     /// Takes the water at the start; none where there are no channels.
     pub fn start(
-        (scenario, profiles): (&Scenario, &'a [ChannelProfile]),
+        scenario: &Scenario,
+        profiles: &'a [ChannelProfile],
         solver: &dyn FlowSolver,
         folder: &RunFolder,
-        (crs, provenance): (&OutputCrs, &Provenance),
+        head: FileHead<'_>,
     ) -> Result<Option<Self>, Error> {
         if profiles.is_empty() {
             return Ok(None);
@@ -37,7 +38,7 @@ impl<'a> Channels<'a> {
             threshold: outputs.thresholds[0],
             rise_on_wet: outputs.rise_on_wet,
         };
-        let start = || ChannelsWriter::start(folder, profiles, crs, provenance);
+        let start = || ChannelsWriter::start(folder, profiles, head);
         let mut writer = outputs.writes(OutputPart::Channels).then(start).transpose()?;
         let mut push = |frame: &ChannelFrame| writer.as_mut().map_or(Ok(()), |writer| writer.push(frame));
         let recorder = ChannelRecorder::start(profiles, plan, in_channels(solver), &mut push)?;

@@ -200,19 +200,19 @@ impl Run<'_> {
             recording.maps.ground_source = grid.ground_source(&self.scene.ground_source);
         }
         self.clock.part("grids of the maps");
-        let (sections, samples) = sections.finish(&recording.section_arrivals);
+        let sections = sections.finish(&recording.section_arrivals);
         fields.map_or(Ok(()), FieldsWriter::finish)?;
         self.clock.part("fields");
         if has_plane {
             self.write_plane(&grid, &provenance, &recording, &sections)?;
         }
-        self.write_sections(&provenance, &sections, &samples)?;
+        self.write_sections(&provenance, &sections)?;
         let in_channels = channels.map(|channels| channels.finish(&self.folder)).transpose()?.unwrap_or_default();
         self.manifest.above_banks = in_channels.above_banks;
-        self.write_tables(&recording, &sections, &samples)?;
+        self.write_tables(&recording, &sections)?;
         self.clock.part("tables");
         self.clock.lap("outputs");
-        Ok(Computed { ledger, recording, sections, channel_gauges: in_channels.gauge_results, early })
+        Ok(Computed { ledger, recording, sections: sections.results, channel_gauges: in_channels.gauge_results, early })
     }
 
     fn provenance(&self) -> Provenance {

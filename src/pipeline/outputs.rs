@@ -3,7 +3,7 @@
 use super::Run;
 use crate::error::Error;
 use crate::output::{
-    Findings, OutputGrid, Provenance, Recording, SectionResult, SectionSample, write_cogs, write_gauges,
+    FileHead, Findings, OutputGrid, Provenance, Recording, SectionRecording, write_cogs, write_gauges,
     write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file, write_section_tables,
 };
 use crate::scenario::OutputPart;
@@ -15,24 +15,26 @@ impl Run<'_> {
         grid: &OutputGrid,
         provenance: &Provenance,
         recording: &Recording,
-        sections: &[SectionResult],
+        sections: &SectionRecording,
     ) -> Result<(), Error> {
         let (crs, outputs) = (&self.scene.crs, &self.scenario.outputs);
+        let head = FileHead { crs, provenance };
         let rise_on_wet = outputs.rise_on_wet;
         let maps = &recording.maps;
         if outputs.writes(OutputPart::Maps) {
-            write_maps(&self.folder, grid, crs, provenance, maps, (recording.end_time, rise_on_wet))?;
+            write_maps(&self.folder, grid, head, maps, recording.end_time, rise_on_wet)?;
             self.clock.part("maps");
         }
         if outputs.writes(OutputPart::Cog) {
-            write_cogs(&self.folder, grid, crs, provenance, maps, rise_on_wet)?;
+            write_cogs(&self.folder, grid, head, maps, rise_on_wet)?;
             self.clock.part("cog");
         }
         if outputs.writes(OutputPart::Gpkg) {
             let findings = Findings {
                 gauges: &self.scene.gauges,
                 ridges: &self.scene.ridges,
-                sections: (&self.scene.sections, sections),
+                sections: &self.scene.sections,
+                section_results: &sections.results,
                 isochrones: &outputs.isochrones,
                 problems: &self.warnings,
             };
@@ -46,28 +48,18 @@ impl Run<'_> {
     }
 
     /// `sections.nc`, where it is wanted.
-    pub(super) fn write_sections(
-        &self,
-        provenance: &Provenance,
-        results: &[SectionResult],
-        samples: &[SectionSample],
-    ) -> Result<(), Error> {
+    pub(super) fn write_sections(&self, provenance: &Provenance, sections: &SectionRecording) -> Result<(), Error> {
         if self.scenario.outputs.writes(OutputPart::Sections) {
-            let about = (&self.scene.crs, provenance);
-            write_section_file(&self.folder, about, &self.scene.sections, results, samples)?;
+            let head = FileHead { crs: &self.scene.crs, provenance };
+            write_section_file(&self.folder, head, &self.scene.sections, sections)?;
         }
         Ok(())
     }
 
     /// The tables of sections, volume balance, and inflow and outflow, where they are wanted.
-    pub(super) fn write_tables(
-        &self,
-        recording: &Recording,
-        results: &[SectionResult],
-        samples: &[SectionSample],
-    ) -> Result<(), Error> {
+    pub(super) fn write_tables(&self, recording: &Recording, sections: &SectionRecording) -> Result<(), Error> {
         if self.scenario.outputs.writes(OutputPart::Tables) {
-            write_section_tables(&self.folder, &self.scene.sections, results, samples)?;
+            write_section_tables(&self.folder, &self.scene.sections, sections)?;
             write_mass_balance(&self.folder, recording)?;
             write_passages(&self.folder, &self.manifest.boundaries)?;
         }

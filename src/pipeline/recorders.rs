@@ -7,7 +7,7 @@ use super::discharges::Discharges;
 use super::records::balance;
 use super::stages::recorder_of;
 use crate::error::Error;
-use crate::output::{ChannelProfile, FieldsWriter, Provenance, Recorder, RecorderPlan, SectionRecorder};
+use crate::output::{ChannelProfile, FieldsWriter, FileHead, Provenance, Recorder, RecorderPlan, SectionRecorder};
 use crate::scenario::OutputPart;
 use crate::solver::FlowSolver;
 
@@ -40,13 +40,13 @@ impl<'a> Recorders<'a> {
         solver: &dyn FlowSolver,
     ) -> Result<Self, Error> {
         let Run { scenario, scene, folder, .. } = run;
-        let outputs = &scenario.outputs;
+        let (outputs, head) = (&scenario.outputs, FileHead { crs: &scene.crs, provenance });
         let plane = recorder_of(scenario, plan);
         let is_written = !plane.grid().is_empty() && outputs.writes(OutputPart::Fields);
-        let start_fields = || FieldsWriter::start(folder, plane.grid(), &scene.crs, provenance);
+        let start_fields = || FieldsWriter::start(folder, plane.grid(), head);
         let fields = is_written.then(start_fields).transpose()?;
         let sections = SectionRecorder::new(scene.sections.len(), outputs.gauges_every, scenario.end_time);
-        let channels = Channels::start((scenario, profiles), solver, folder, (&scene.crs, provenance))?;
+        let channels = Channels::start(scenario, profiles, solver, folder, head)?;
         Ok(Recorders { plane, fields, sections, channels, discharges: Discharges::new(&scene.lattice) })
     }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::boundary::Pieces;
+use crate::boundary::{EdgeFace, Pieces};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes, readable};
@@ -222,11 +222,11 @@ fn through(faces: &[Vec2]) -> Vec<[Vec2; 2]> {
     pieces
 }
 
-/// The edge faces that lines open, by their places in a list of cells and midpoints (local coordinates, m), in ascending order. A line
+/// The edge faces that lines open, by their places in a list, in ascending order. A line
 /// between the midpoints of two faces opens the nearer one, whose midpoint joins the pieces.
-pub(super) fn faces_opened(pieces: &mut Pieces, edges: &[(usize, Vec2)], lattice: &Lattice) -> Vec<usize> {
+pub(super) fn faces_opened(pieces: &mut Pieces, edges: &[EdgeFace], lattice: &Lattice) -> Vec<usize> {
     let reach = REACH * lattice.spacing;
-    let face = |index: usize| (edges[index].1, edges[index].1 - lattice.centre(edges[index].0));
+    let face = |index: usize| (edges[index].middle, edges[index].middle - lattice.centre(edges[index].cell));
     let is_open = |&index: &usize| pieces.distance_to_face(reach, face(index)).is_some();
     let open: Vec<usize> = (0..edges.len()).into_par_iter().filter(is_open).collect();
     if !open.is_empty() {
@@ -234,7 +234,7 @@ pub(super) fn faces_opened(pieces: &mut Pieces, edges: &[(usize, Vec2)], lattice
     }
     let distance = |index: usize| Some((pieces.distance_beyond_ends(reach, face(index))?, index));
     let nearest = (0..edges.len()).filter_map(distance).min_by(|a, b| a.0.total_cmp(&b.0));
-    pieces.extend(nearest.map(|(_, index)| [edges[index].1; 2]));
+    pieces.extend(nearest.map(|(_, index)| [edges[index].middle; 2]));
     nearest.into_iter().map(|(_, index)| index).collect()
 }
 
@@ -314,7 +314,7 @@ mod tests {
             let mut pieces = Pieces::from(vec![[Vec2::new(-3.0, from), Vec2::new(-3.0, to)]]);
             let open = faces_opened(&mut pieces, &edges, &lattice);
             assert_eq!(faces_opened(&mut pieces, &edges, &lattice), open, "the pieces say the same");
-            open.iter().map(|&index| edges[index].1.y).collect::<Vec<_>>()
+            open.iter().map(|&index| edges[index].middle.y).collect::<Vec<_>>()
         };
         assert_eq!(opened(40.0, 60.0), [42.5, 47.5, 52.5, 57.5]);
         assert_eq!(opened(41.0, 52.5), [42.5, 47.5, 52.5]);

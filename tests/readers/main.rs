@@ -13,9 +13,9 @@ use floodsim::error::{Problem, ProblemKind};
 use floodsim::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use floodsim::math::Vec2;
 use floodsim::output::{
-    FieldsWriter, Findings, Gauge, OutputCrs, Provenance, Recorder, RecorderPlan, Recording, RunFolder, RunManifest,
-    Section, SectionRecorder, Volumes, write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance,
-    write_sections,
+    FieldsWriter, FileHead, Findings, Gauge, OutputCrs, Provenance, Recorder, RecorderPlan, Recording, RunFolder,
+    RunManifest, Section, SectionRecorder, Volumes, write_cogs, write_gauges, write_geopackage, write_maps,
+    write_mass_balance, write_sections,
 };
 use gdal::spatial_ref::SpatialRef;
 use gdal::vector::LayerAccess;
@@ -120,11 +120,12 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     let provenance = provenance(date);
     let recorder = Recorder::new(plan.clone());
     let grid = recorder.grid().clone();
-    let mut fields = FieldsWriter::start(&folder, &grid, crs, &provenance).unwrap();
+    let head = FileHead { crs, provenance: &provenance };
+    let mut fields = FieldsWriter::start(&folder, &grid, head).unwrap();
     let recording = record(&plan, &mut fields, recorder);
     fields.finish().unwrap();
-    write_maps(&folder, &grid, crs, &provenance, &recording.maps, (recording.end_time, RISE_ON_WET)).unwrap();
-    write_cogs(&folder, &grid, crs, &provenance, &recording.maps, RISE_ON_WET).unwrap();
+    write_maps(&folder, &grid, head, &recording.maps, recording.end_time, RISE_ON_WET).unwrap();
+    write_cogs(&folder, &grid, head, &recording.maps, RISE_ON_WET).unwrap();
     let finding = Problem::warning(ProblemKind::Input, "leak", "initial[0]", "the rim leaks")
         .with_remedy("raise the rim")
         .with_at(origin + Vec2::new(100.0, 100.0));
@@ -132,16 +133,17 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     let section = Section { id: "bridge".into(), line: vec![origin, origin + Vec2::new(50.0, 70.0)] };
     let mut sections = SectionRecorder::new(1, 60.0, END);
     sections.step(END, std::iter::once((2.5, 2.5 * END)));
-    let (results, samples) = sections.finish(&recording.section_arrivals);
+    let sections = sections.finish(&recording.section_arrivals);
     let findings = Findings {
         gauges: &plan.gauges,
         ridges: &[],
-        sections: (std::slice::from_ref(&section), &results),
+        sections: std::slice::from_ref(&section),
+        section_results: &sections.results,
         isochrones: &isochrones,
         problems: &[finding],
     };
     write_geopackage(&folder, &grid, crs, &recording, &findings).unwrap();
-    write_sections(&folder, crs, &provenance, std::slice::from_ref(&section), &results, &samples).unwrap();
+    write_sections(&folder, head, std::slice::from_ref(&section), &sections).unwrap();
     write_gauges(&folder, &plan.gauges, &recording).unwrap();
     write_mass_balance(&folder, &recording).unwrap();
     (manifest.status, manifest.exit_code) = ("done".into(), Some(0));
@@ -266,7 +268,8 @@ fn fields_cannot_start_in_a_folder_that_is_gone() {
     std::fs::remove_dir_all(folder.path()).unwrap();
     let recorder = Recorder::new(plan(Vec2::ZERO, SPACING));
     let provenance = provenance("2026-11-21T00:00:00Z");
-    let Err(error) = FieldsWriter::start(&folder, recorder.grid(), &OutputCrs::Local, &provenance) else {
+    let head = FileHead { crs: &OutputCrs::Local, provenance: &provenance };
+    let Err(error) = FieldsWriter::start(&folder, recorder.grid(), head) else {
         panic!("a file was created in a folder that is not there")
     };
     assert_eq!(error.exit_code(), floodsim::error::ExitCode::Output);
@@ -278,9 +281,9 @@ fn unfinished_run_can_be_read() {
     let folder = RunFolder::create(&place("unfinished"), true).unwrap();
     let plan = plan(origin_of(Some(32632)), SPACING);
     let recorder = Recorder::new(plan.clone());
-    let mut fields =
-        FieldsWriter::start(&folder, recorder.grid(), &crs_of(Some(32632)), &provenance("2026-11-21T00:00:00Z"))
-            .unwrap();
+    let (crs, provenance) = (crs_of(Some(32632)), provenance("2026-11-21T00:00:00Z"));
+    let head = FileHead { crs: &crs, provenance: &provenance };
+    let mut fields = FieldsWriter::start(&folder, recorder.grid(), head).unwrap();
     record(&plan, &mut fields, recorder);
     drop(fields);
     assert!(!folder.file("fields.nc").exists(), "an unfinished run must not look whole");

@@ -4,7 +4,7 @@
 //! moves at one velocity. A rectangle is one strip. The strips of a section follow each other from the lowest bed upwards, and
 //! strip k of one section goes on as strip k of the next.
 
-use super::Condition;
+use super::{Condition, EdgeFace};
 use crate::math::Vec2;
 
 /// A level piece of a cross-section.
@@ -36,8 +36,8 @@ pub enum ChannelEnd {
     Wall,
     /// Water of which something is known.
     Open(Condition),
-    /// The area of two dimensions: the edge faces of its opening, each by its cell and its midpoint (local coordinates, m).
-    Joined(Vec<(usize, Vec2)>),
+    /// The area of two dimensions: the edge faces of its opening.
+    Joined(Vec<EdgeFace>),
 }
 
 /// A channel, from its far end to the end that may join the area of two dimensions.
@@ -90,7 +90,7 @@ impl Channel {
         /// Far above the rounding of coordinates, far below a spacing (m).
         const TOUCH: f64 = 1e-6;
         match &self.near {
-            ChannelEnd::Joined(faces) => faces.iter().any(|face| (face.1 - midpoint).norm() <= TOUCH),
+            ChannelEnd::Joined(faces) => faces.iter().any(|face| (face.middle - midpoint).norm() <= TOUCH),
             ChannelEnd::Wall | ChannelEnd::Open(_) => false,
         }
     }

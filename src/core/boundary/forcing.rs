@@ -1,5 +1,6 @@
 //! What brings water in or takes it out, and where it is measured on its way: open boundaries, sources, rain, cross-sections.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::{BedMotion, Breach, Channel, Pieces, Series};
@@ -147,8 +148,8 @@ pub struct RainFrames {
     pub place: Vec<u32>,
     /// Time (s) at each place from which the rain runs off.
     pub from: Vec<f64>,
-    /// Beginning and end (s) of each interval, one after the other without overlap.
-    pub intervals: Vec<(f64, f64)>,
+    /// The intervals (s), one after the other without overlap.
+    pub intervals: Vec<Range<f64>>,
     /// Rate (m/s) at each place in each interval `[interval][place]`.
     pub rates: Vec<Vec<f64>>,
 }
@@ -157,9 +158,10 @@ impl RainFrames {
     /// Depth (m) that falls on a place between two times (s).
     pub fn depth(&self, place: usize, from: f64, to: f64) -> f64 {
         let from = from.max(self.from[place]);
-        let first = self.intervals.partition_point(|(_, end)| *end <= from);
-        let pieces = self.intervals[first..].iter().zip(&self.rates[first..]).take_while(|((start, _), _)| *start < to);
-        pieces.map(|((start, end), rates)| rates[place] * (to.min(*end) - from.max(*start)).max(0.0)).sum()
+        let first = self.intervals.partition_point(|interval| interval.end <= from);
+        let pieces =
+            self.intervals[first..].iter().zip(&self.rates[first..]).take_while(|(interval, _)| interval.start < to);
+        pieces.map(|(one, rates)| rates[place] * (to.min(one.end) - from.max(one.start)).max(0.0)).sum()
     }
 }
 
@@ -222,8 +224,17 @@ impl Forcing {
     }
 }
 
-/// Midpoints of the edge faces of a bed (local coordinates, m), each with its cell: where terrain meets none.
-pub fn edge_faces(lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
+/// A face at which terrain meets none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeFace {
+    /// The cell with terrain.
+    pub cell: usize,
+    /// Its midpoint (local coordinates, m).
+    pub middle: Vec2,
+}
+
+/// The edge faces of a bed (m, NaN without terrain).
+pub fn edge_faces(lattice: &Lattice, bed: &[f64]) -> Vec<EdgeFace> {
     let half = 0.5 * lattice.spacing;
     let steps = [Vec2::new(half, 0.0), Vec2::new(-half, 0.0), Vec2::new(0.0, half), Vec2::new(0.0, -half)];
     let cells = (0..lattice.len()).filter(|&cell| !bed[cell].is_nan());
@@ -231,7 +242,7 @@ pub fn edge_faces(lattice: &Lattice, bed: &[f64]) -> Vec<(usize, Vec2)> {
         .flat_map(|cell| {
             let centre = lattice.centre(cell);
             let is_edge = move |step: &Vec2| lattice.cell_at(centre + *step * 2.0).is_none_or(|n| bed[n].is_nan());
-            steps.into_iter().filter(is_edge).map(move |step| (cell, centre + step))
+            steps.into_iter().filter(is_edge).map(move |step| EdgeFace { cell, middle: centre + step })
         })
         .collect()
 }
@@ -262,7 +273,7 @@ mod tests {
         let frames = RainFrames {
             place: vec![0, 1, 1],
             from: vec![0.0, 7.0],
-            intervals: vec![(-5.0, 5.0), (5.0, 10.0), (12.0, 20.0)],
+            intervals: vec![-5.0..5.0, 5.0..10.0, 12.0..20.0],
             rates: vec![vec![1.0, 4.0], vec![2.0, 3.0], vec![0.5, 0.25]],
         };
         let rain = Rain::Frames(Arc::new(frames));
@@ -312,6 +323,6 @@ mod tests {
         bed[4] = f64::NAN;
         let faces = edge_faces(&lattice, &bed);
         assert_eq!(faces.len(), 12 + 4);
-        assert!(faces.contains(&(3, Vec2::new(2.0, 3.0))));
+        assert!(faces.contains(&EdgeFace { cell: 3, middle: Vec2::new(2.0, 3.0) }));
     }
 }

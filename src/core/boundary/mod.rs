@@ -18,7 +18,9 @@ mod wall;
 pub use breach::{Breach, DamCell, GrowthLaw, Opening, RimCell, Trigger};
 pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted_perimeter};
 pub use edge::{Edge, distance_to_segment};
-pub use forcing::{Boundary, Condition, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces};
+pub use forcing::{
+    Boundary, Condition, EdgeFace, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces,
+};
 pub use image::ImageScratch;
 pub use isometry::{Image, Isometry, Viewpoint};
 pub use moving_bed::{BedLaw, BedMotion, Patch, Progress, Slide};

@@ -12,9 +12,9 @@ pub mod threads;
 pub mod variational;
 
 pub use crate::boundary::{
-    BedLaw, BedMotion, Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, Forcing, GrowthLaw,
-    LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, RimCell, Series, Slide,
-    Strip, Trigger, edge_faces,
+    BedLaw, BedMotion, Boundary, Breach, Channel, ChannelEnd, ChannelSection, Condition, DamCell, EdgeFace, Forcing,
+    GrowthLaw, LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, RimCell,
+    Series, Slide, Strip, Trigger, edge_faces,
 };
 pub use eulerian::EulerianSolver;
 

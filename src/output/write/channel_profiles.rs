@@ -17,9 +17,9 @@ use super::super::channels::ChannelFrame;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::FILL;
 use super::super::{OutputCrs, WET_DEPTH};
-use super::Provenance;
 use super::crs::WritableCrs;
 use super::netcdf_file::{define_crs, put_texts, put_time_attributes, variable};
+use super::{FileHead, Provenance};
 use crate::error::Error;
 use crate::math::Vec2;
 
@@ -102,8 +102,7 @@ impl ChannelsWriter {
     pub fn start(
         folder: &RunFolder,
         profiles: &[ChannelProfile],
-        crs: &OutputCrs,
-        provenance: &Provenance,
+        FileHead { crs, provenance }: FileHead<'_>,
     ) -> Result<ChannelsWriter, Error> {
         let description = Description { profiles: profiles.to_vec(), crs: crs.clone(), provenance: provenance.clone() };
         let path = folder.file(PARTIAL);

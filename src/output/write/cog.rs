@@ -8,14 +8,13 @@ use gdal::raster::{Buffer, ColorEntry, ColorTable, GdalType, PaletteInterpretati
 use gdal::{Dataset, DriverManager, Metadata};
 use rayon::prelude::*;
 
-use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
-use super::Provenance;
 use super::crs::WritableCrs;
 use super::gdal_raw::set_unit;
 use super::qgis::raster_style;
 use super::variables::{MapClass, MapKind, MapVariable, map_variables};
+use super::{FileHead, Provenance};
 use crate::error::Error;
 
 /// So many maps are written at once: each takes its pixels twice more.
@@ -30,8 +29,7 @@ const CLASS_FILL: u8 = 255;
 pub fn write_cogs(
     folder: &RunFolder,
     grid: &OutputGrid,
-    crs: &OutputCrs,
-    provenance: &Provenance,
+    FileHead { crs, provenance }: FileHead<'_>,
     maps: &GridMaps,
     rise_on_wet: f64,
 ) -> Result<(), Error> {

@@ -14,11 +14,10 @@ use std::thread::JoinHandle;
 
 use netcdf::Options;
 
-use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
 use super::super::frames::Frame;
 use super::super::grid::{FILL, OutputGrid};
-use super::Provenance;
+use super::FileHead;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
 use crate::error::Error;
@@ -55,8 +54,7 @@ impl FieldsWriter {
     pub fn start(
         folder: &RunFolder,
         grid: &OutputGrid,
-        crs: &OutputCrs,
-        provenance: &Provenance,
+        FileHead { crs, provenance }: FileHead<'_>,
     ) -> Result<FieldsWriter, Error> {
         let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
         let path = folder.file(PARTIAL);

@@ -47,8 +47,10 @@ struct Layer<'a> {
 pub struct Findings<'a> {
     /// The gauges.
     pub gauges: &'a [Gauge],
-    /// The cross-sections and what they saw.
-    pub sections: (&'a [Section], &'a [SectionResult]),
+    /// The cross-sections.
+    pub sections: &'a [Section],
+    /// What each of them saw.
+    pub section_results: &'a [SectionResult],
     /// Ridges of the terrain that cells do not see.
     pub ridges: &'a [Ridge],
     /// Times (s).
@@ -77,9 +79,9 @@ pub fn write_geopackage(
                 gauge_layer(findings.gauges, recording)?,
                 findings_layer(findings.problems)?,
             ];
-            let has_sections = !findings.sections.0.is_empty();
+            let has_sections = !findings.sections.is_empty();
             if has_sections {
-                layers.push(section_layer(findings.sections)?);
+                layers.push(section_layer(findings.sections, findings.section_results)?);
             }
             let has_ridges = !findings.ridges.is_empty();
             if has_ridges {
@@ -257,7 +259,7 @@ fn gauge_layer<'a>(gauges: &[Gauge], recording: &Recording) -> GdalResult<Layer<
 }
 
 /// The cross-sections with all results.
-fn section_layer<'a>((sections, results): (&[Section], &[SectionResult])) -> GdalResult<Layer<'a>> {
+fn section_layer<'a>(sections: &[Section], results: &[SectionResult]) -> GdalResult<Layer<'a>> {
     let mut columns = text_columns(&["id"]);
     columns.extend(number_columns(&["arrival_s", "peak_discharge_m3_s", "time_of_peak_s", "volume_m3"]));
     let feature = |(section, result): (&Section, &SectionResult)| {

@@ -5,29 +5,28 @@
 
 use netcdf::Options;
 
-use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::{FILL, GridMaps, OutputGrid};
-use super::Provenance;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
 use super::variables::{MapKind, MapVariable, map_variables, threshold_name};
+use super::{FileHead, Provenance};
 use crate::error::Error;
 
 /// The value for "outside the terrain" in the class map, the same number as in the others.
 const CLASS_FILL: i16 = FILL as i16;
 
-/// Writes `maps.nc`; `end_time` (s) is the time up to which the run was recorded.
+/// Writes `maps.nc`; `end_time` (s) is the time up to which the run was recorded, `rise_on_wet` (m) that of the recorder.
 ///
 /// # Errors
 /// When it cannot be written.
 pub fn write_maps(
     folder: &RunFolder,
     grid: &OutputGrid,
-    crs: &OutputCrs,
-    provenance: &Provenance,
+    FileHead { crs, provenance }: FileHead<'_>,
     maps: &GridMaps,
-    (end_time, rise_on_wet): (f64, f64),
+    end_time: f64,
+    rise_on_wet: f64,
 ) -> Result<(), Error> {
     let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
     let variables = map_variables(maps, rise_on_wet);

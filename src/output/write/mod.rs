@@ -26,10 +26,20 @@ pub use sections::{write_section_file, write_section_tables, write_sections};
 pub use tables::{write_gauges, write_mass_balance, write_passages};
 pub use variables::{MapVariable, map_variables};
 
+use super::OutputCrs;
 use crate::calendar::{UtcTime, cf};
 
 /// The date of t = 0 where the scenario has none.
 const STAND_IN: &str = "2000-01-01 00:00:00";
+
+/// What every file says of itself: the reference system of its places, and where it comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct FileHead<'a> {
+    /// The reference system.
+    pub crs: &'a OutputCrs,
+    /// Where the file comes from.
+    pub provenance: &'a Provenance,
+}
 
 /// What the files say about where they come from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

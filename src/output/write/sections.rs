@@ -3,14 +3,13 @@
 
 use netcdf::{FileMut, Options, VariableMut};
 
-use super::super::OutputCrs;
 use super::super::folder::{RunFolder, output_error, write_lines};
 use super::super::grid::FILL;
-use super::super::sections::{Section, SectionResult, SectionSample};
-use super::Provenance;
+use super::super::sections::{Section, SectionRecording, SectionResult, SectionSample};
 use super::crs::WritableCrs;
 use super::netcdf_file::{define_crs, put_texts, put_time_attributes, variable};
 use super::tables::{decimals, number, row, text};
+use super::{FileHead, Provenance};
 use crate::error::Error;
 use crate::math::Vec2;
 
@@ -111,8 +110,7 @@ const RESULTS: [(Described, OfSection); 9] = [
 pub fn write_section_tables(
     folder: &RunFolder,
     sections: &[Section],
-    results: &[SectionResult],
-    samples: &[SectionSample],
+    SectionRecording { results, samples }: &SectionRecording,
 ) -> Result<(), Error> {
     if sections.is_empty() {
         return Ok(());
@@ -148,14 +146,12 @@ pub fn write_section_tables(
 /// When one of them cannot be written.
 pub fn write_sections(
     folder: &RunFolder,
-    crs: &OutputCrs,
-    provenance: &Provenance,
+    head: FileHead<'_>,
     sections: &[Section],
-    results: &[SectionResult],
-    samples: &[SectionSample],
+    recording: &SectionRecording,
 ) -> Result<(), Error> {
-    write_section_tables(folder, sections, results, samples)?;
-    write_section_file(folder, (crs, provenance), sections, results, samples)
+    write_section_tables(folder, sections, recording)?;
+    write_section_file(folder, head, sections, recording)
 }
 
 /// Writes `sections.nc`; nothing where there are no sections.
@@ -164,17 +160,16 @@ pub fn write_sections(
 /// When it cannot be written.
 pub fn write_section_file(
     folder: &RunFolder,
-    (crs, provenance): (&OutputCrs, &Provenance),
+    FileHead { crs, provenance }: FileHead<'_>,
     sections: &[Section],
-    results: &[SectionResult],
-    samples: &[SectionSample],
+    recording: &SectionRecording,
 ) -> Result<(), Error> {
     if sections.is_empty() {
         return Ok(());
     }
     folder.write_with("sections.nc", |path| {
         let crs = WritableCrs::new(crs, path)?;
-        let write = || write_netcdf(path, (crs.as_ref(), provenance), (sections, results), samples);
+        let write = || write_netcdf(path, crs.as_ref(), provenance, sections, recording);
         write().map_err(|cause| output_error(path, cause))
     })
 }
@@ -209,9 +204,10 @@ fn middle(section: &Section) -> Vec2 {
 /// One time series for each section, as CF describes them (discrete sampling geometries).
 fn write_netcdf(
     path: &std::path::Path,
-    (crs, provenance): (Option<&WritableCrs>, &Provenance),
-    (sections, results): (&[Section], &[SectionResult]),
-    samples: &[SectionSample],
+    crs: Option<&WritableCrs>,
+    provenance: &Provenance,
+    sections: &[Section],
+    SectionRecording { results, samples }: &SectionRecording,
 ) -> netcdf::Result<()> {
     let mut file = netcdf::create_with(path, Options::NETCDF4)?;
     for (name, value) in provenance.global_attributes() {

@@ -3,7 +3,7 @@
 use super::levels::{self, Inlet};
 use super::plausible::Placed;
 use crate::bed::BedParticles;
-use crate::boundary::{Boundary, Condition, Forcing, OpenEdges, Pieces, Strip, edge_faces};
+use crate::boundary::{Boundary, Condition, EdgeFace, Forcing, OpenEdges, Pieces, Strip, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -32,7 +32,7 @@ pub fn on_lattice(
     let mut with_condition = Vec::new();
     let mut edges = edge_faces(lattice, bed);
     // The solver keeps the walls of buildings shut: what lies before them alone would open nothing.
-    edges.retain(|(_, middle)| !ground.is_sealed(*middle));
+    edges.retain(|edge| !ground.is_sealed(edge.middle));
     // Of each boundary that has a line and a condition: its place in the scenario, and what it would open alone.
     let mut placed: Vec<(&Sourced<Written>, Vec<usize>)> = Vec::new();
     for (index, (source, (lines, condition))) in scenario.boundaries.iter().zip(opened).enumerate() {
@@ -50,8 +50,8 @@ pub fn on_lattice(
             findings.add_all(source, overlap(&near, &other.key, faces, &edges, lattice));
         }
         if let Some(condition) = condition {
-            check_ground(source, condition, &near, (&edges, lattice, bed), findings);
-            check_inflow(source, condition, (&near, &edges), scenario, (lattice, bed), findings);
+            check_ground(source, condition, (&near, &edges), ground, findings);
+            check_inflow(source, condition, (&near, &edges), scenario, ground, findings);
             forcing.boundaries.push(Boundary { pieces, condition: condition.clone() });
             let faces = near.iter().map(|face| edges[*face]).collect();
             with_condition.push(Placed { index, faces });
@@ -65,13 +65,13 @@ pub fn on_lattice(
 fn pieces_of(
     source: &Sourced<Written>,
     lines: Option<&places::Drawn>,
-    edges: &[(usize, Vec2)],
+    edges: &[EdgeFace],
     ground: &BedParticles,
     findings: &mut Findings,
 ) -> Option<Pieces> {
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     match (&source.value.place, lines) {
-        (OpenBoundary::Side(Side::All), _) => Some(edges.iter().map(|(_, midpoint)| [*midpoint; 2]).collect()),
+        (OpenBoundary::Side(Side::All), _) => Some(edges.iter().map(|edge| [edge.middle; 2]).collect()),
         (OpenBoundary::Side(side), _) => {
             let mut open = OpenEdges::default();
             let passed_over = open_side(&mut open, *side, lattice, bed);
@@ -95,19 +95,13 @@ fn opens_nothing(reach: f64) -> Problem {
 }
 
 /// The refusal of a boundary that has many of its faces in common with another.
-fn overlap(
-    near: &[usize],
-    other: &str,
-    faces: &[usize],
-    edges: &[(usize, Vec2)],
-    lattice: &Lattice,
-) -> Option<Problem> {
+fn overlap(near: &[usize], other: &str, faces: &[usize], edges: &[EdgeFace], lattice: &Lattice) -> Option<Problem> {
     let shared: Vec<usize> = near.iter().copied().filter(|face| faces.binary_search(face).is_ok()).collect();
     (shared.len() as f64 > SHARED * near.len().min(faces.len()) as f64).then(|| {
         let message = format!("this boundary overlaps `{other}` along {} faces of the edge", shared.len());
         input_error("overlapping-boundaries", message)
             .with_remedy("let each part of the edge have one condition")
-            .with_at(lattice.to_map(edges[shared[0]].1))
+            .with_at(lattice.to_map(edges[shared[0]].middle))
     })
 }
 
@@ -133,12 +127,13 @@ fn warn_of_steps(
 fn check_ground(
     source: &Sourced<Written>,
     condition: &Condition,
-    near: &[usize],
-    (edges, lattice, bed): (&[(usize, Vec2)], &Lattice, &[f64]),
+    (near, edges): (&[usize], &[EdgeFace]),
+    ground: &BedParticles,
     findings: &mut Findings,
 ) {
+    let (lattice, bed) = (&ground.lattice, &ground.elevation);
     let lowest_of = |faces: &mut dyn Iterator<Item = usize>| {
-        faces.map(|face| (bed[edges[face].0], edges[face].1)).min_by(|a, b| a.0.total_cmp(&b.0))
+        faces.map(|face| (bed[edges[face].cell], edges[face].middle)).min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let Some((lowest, place)) = lowest_of(&mut near.iter().copied()) else { return };
     let highest = match condition {
@@ -161,10 +156,11 @@ fn check_ground(
     if let Condition::Discharge { .. } = condition {
         let beside = |&face: &usize| {
             let reach = 2.0 * REACH * lattice.spacing;
-            let looks = |face: usize| edges[face].1 - lattice.centre(edges[face].0);
+            let looks = |face: usize| edges[face].middle - lattice.centre(edges[face].cell);
             // A side that begins around the corner is no bank of this one.
-            let is_own =
-                |own: usize| (edges[own].1 - edges[face].1).norm() <= reach && looks(own).dot(looks(face)) > 0.0;
+            let is_own = |own: usize| {
+                (edges[own].middle - edges[face].middle).norm() <= reach && looks(own).dot(looks(face)) > 0.0
+            };
             !near.contains(&face) && near.iter().any(|&own| is_own(own))
         };
         let outside = lowest_of(&mut (0..edges.len()).filter(beside));
@@ -185,9 +181,9 @@ fn check_ground(
 fn check_inflow(
     source: &Sourced<Written>,
     condition: &Condition,
-    (near, edges): (&[usize], &[(usize, Vec2)]),
+    (near, edges): (&[usize], &[EdgeFace]),
     scenario: &Scenario,
-    (lattice, bed): (&Lattice, &[f64]),
+    ground: &BedParticles,
     findings: &mut Findings,
 ) {
     let (
@@ -197,7 +193,7 @@ fn check_inflow(
     else {
         return;
     };
-    let strip = |face: &usize| Strip { width: lattice.spacing, bed: bed[edges[*face].0] };
+    let strip = |face: &usize| Strip { width: ground.lattice.spacing, bed: ground.elevation[edges[*face].cell] };
     let strips: Vec<Strip> = near.iter().map(strip).collect();
     if strips.iter().all(|strip| strip.bed >= levels.peak()) {
         return;

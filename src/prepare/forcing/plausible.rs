@@ -1,10 +1,10 @@
 //! Boundaries, sources and rain that can be computed and are hardly meant so: each of them gets a warning; a wave over no still
 //! water alone is refused.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use crate::bed::BedParticles;
-use crate::boundary::{Condition, Forcing, Rain, Rating, Series};
+use crate::boundary::{Condition, EdgeFace, Forcing, Rain, Rating, Series};
 use crate::error::{Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
 use crate::prepare::findings::Findings;
@@ -27,8 +27,8 @@ const BEFORE_EDGE: usize = 10;
 pub struct Placed {
     /// Its place in the list of the scenario.
     pub index: usize,
-    /// The faces of the edge that it would open alone: cell and midpoint (local coordinates, m).
-    pub faces: Vec<(usize, Vec2)>,
+    /// The faces of the edge that it would open alone.
+    pub faces: Vec<EdgeFace>,
 }
 
 /// Warns of boundaries and rain that are hardly meant so.
@@ -43,15 +43,15 @@ pub fn check(
     debug_assert_eq!(placed.len(), forcing.boundaries.len());
     if placed.len() > 1 {
         for (index, boundary) in placed.iter_mut().enumerate() {
-            let normal = |face: &(usize, Vec2)| face.1 - bed.lattice.centre(face.0);
-            boundary.faces.retain(|face| forcing.boundary_at(face.1, normal(face)) == Some(index));
+            let normal = |face: &EdgeFace| face.middle - bed.lattice.centre(face.cell);
+            boundary.faces.retain(|face| forcing.boundary_at(face.middle, normal(face)) == Some(index));
         }
     }
     let open: Vec<(&Placed, &Condition)> =
         placed.iter().zip(&forcing.boundaries).map(|(one, boundary)| (one, &boundary.condition)).collect();
     for &(boundary, condition) in open.iter().filter(|(boundary, _)| !boundary.faces.is_empty()) {
         let problem = doubt(boundary, condition, scenario, bed, still);
-        let first = boundary.faces.first().map(|face| bed.lattice.to_map(face.1));
+        let first = boundary.faces.first().map(|face| bed.lattice.to_map(face.middle));
         let problem = problem.map(|problem| Problem { at: problem.at.or(first), ..problem });
         findings.add_all(&scenario.boundaries[boundary.index], problem);
     }
@@ -138,15 +138,11 @@ fn held(condition: &Condition) -> Option<&Series> {
 }
 
 /// The lowest ground along a boundary by which a wave comes in, and the level of the water over its lowest wet ground at the start.
-fn inlet_of_wave(
-    faces: &[(usize, Vec2)],
-    (bed, still): (&BedParticles, &StillWater),
-    end: f64,
-) -> Option<waves::Inlet> {
+fn inlet_of_wave(faces: &[EdgeFace], (bed, still): (&BedParticles, &StillWater), end: f64) -> Option<waves::Inlet> {
     let lowest_of =
         |cells: &mut dyn Iterator<Item = usize>| cells.min_by(|a, b| bed.elevation[*a].total_cmp(&bed.elevation[*b]));
-    let lowest = bed.elevation[lowest_of(&mut faces.iter().map(|face| face.0))?];
-    let wet = lowest_of(&mut faces.iter().map(|face| face.0).filter(|cell| still.depth[*cell] > 0.0));
+    let lowest = bed.elevation[lowest_of(&mut faces.iter().map(|face| face.cell))?];
+    let wet = lowest_of(&mut faces.iter().map(|face| face.cell).filter(|cell| still.depth[*cell] > 0.0));
     Some(waves::Inlet { lowest, start: wet.map(|cell| bed.elevation[cell] + still.depth[cell]), end })
 }
 
@@ -168,16 +164,16 @@ pub fn torrent(name: &str, discharge: &Series, width: f64, scenario: &Scenario) 
 }
 
 /// Warns of a rating curve that begins far above ground that is dry at the start.
-fn high_weir(rating: &Rating, faces: &[(usize, Vec2)], bed: &BedParticles, still: &StillWater) -> Option<Problem> {
+fn high_weir(rating: &Rating, faces: &[EdgeFace], bed: &BedParticles, still: &StillWater) -> Option<Problem> {
     let begins = rating.rows().first()?.0;
     if rating.rows().last()?.1 <= 0.0 {
         let problem = input_warning("rating-without-discharge", "the rating curve has no discharge above 0".to_owned())
             .with_cause("nothing leaves at any level: the boundary is a wall");
         return Some(problem.with_remedy("give the discharges of its levels, or take the boundary out"));
     }
-    let &(lowest, place) = faces.iter().min_by(|a, b| bed.elevation[a.0].total_cmp(&bed.elevation[b.0]))?;
-    let height = begins - bed.elevation[lowest];
-    let is_dry = faces.iter().all(|(cell, _)| still.depth[*cell] <= 0.0);
+    let lowest = faces.iter().min_by(|a, b| bed.elevation[a.cell].total_cmp(&bed.elevation[b.cell]))?;
+    let height = begins - bed.elevation[lowest.cell];
+    let is_dry = faces.iter().all(|face| still.depth[face.cell] <= 0.0);
     (height > HIGH_WEIR && is_dry).then(|| {
         let message = format!(
             "the rating curve begins at {} m, {height:.2} m above the lowest ground along this boundary, which is dry at the start",
@@ -186,16 +182,16 @@ fn high_weir(rating: &Rating, faces: &[(usize, Vec2)], bed: &BedParticles, still
         input_warning("high-weir", message)
             .with_cause("until the water stands that high nothing leaves")
             .with_remedy("nothing, if a reservoir is to fill there; otherwise correct the levels of the table, their unit or their datum")
-            .with_at(bed.lattice.to_map(place))
+            .with_at(bed.lattice.to_map(lowest.middle))
     })
 }
 
 /// Warns of uniform flow down a slope where the lowest ground before the edge rises towards it from cell to cell.
-fn rising_ground(slope: f64, faces: &[(usize, Vec2)], bed: &BedParticles) -> Option<Problem> {
+fn rising_ground(slope: f64, faces: &[EdgeFace], bed: &BedParticles) -> Option<Problem> {
     let lattice = &bed.lattice;
-    let behind = |(cell, face): &(usize, Vec2), cells: usize| {
-        let centre = lattice.centre(*cell);
-        let place = centre + (centre - *face) * (2.0 * cells as f64);
+    let behind = |face: &EdgeFace, cells: usize| {
+        let centre = lattice.centre(face.cell);
+        let place = centre + (centre - face.middle) * (2.0 * cells as f64);
         lattice.cell_at(place).filter(|cell| bed.has_terrain(*cell)).map(|cell| bed.elevation[cell])
     };
     let lowest = |cells: usize| faces.iter().filter_map(|face| behind(face, cells)).min_by(f64::total_cmp);
@@ -247,28 +243,28 @@ struct Junction {
 
 /// The lowest place at which faces of two boundaries lie side by side, without a wall between them.
 fn deepest_junction(
-    faces: &[(usize, Vec2)],
-    others: &[(usize, Vec2)],
+    faces: &[EdgeFace],
+    others: &[EdgeFace],
     bed: &BedParticles,
     walls: &[[Vec2; 2]],
 ) -> Option<Junction> {
     let lattice = &bed.lattice;
-    let others: BTreeMap<usize, Vec2> = others.iter().copied().collect();
+    let others: BTreeSet<usize> = others.iter().map(|face| face.cell).collect();
     let mut deepest: Option<Junction> = None;
-    for (cell, place) in faces {
-        let (column, row) = lattice.column_row(*cell);
+    for &EdgeFace { cell, middle } in faces {
+        let (column, row) = lattice.column_row(cell);
         for near_row in row.saturating_sub(1)..=(row + 1).min(lattice.rows - 1) {
             for near_column in column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1) {
                 let near = lattice.index(near_column, near_row);
-                if !others.contains_key(&near) {
+                if !others.contains(&near) {
                     continue;
                 }
-                let ground = bed.elevation[*cell].max(bed.elevation[near]);
-                let way = [lattice.centre(*cell), lattice.centre(near)];
+                let ground = bed.elevation[cell].max(bed.elevation[near]);
+                let way = [lattice.centre(cell), lattice.centre(near)];
                 if deepest.is_none_or(|junction| ground < junction.ground)
                     && !walls.iter().any(|wall| segments_cross(way, *wall))
                 {
-                    deepest = Some(Junction { place: *place, ground });
+                    deepest = Some(Junction { place: middle, ground });
                 }
             }
         }

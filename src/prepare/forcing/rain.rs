@@ -82,9 +82,7 @@ pub fn on_lattice(
         OpenedRain::Uniform(rain) => Some(rain),
         OpenedRain::Raster(raster, losses) => Some(rain::map(at_cells(&raster, source, ground, findings), losses)),
         OpenedRain::Series(series) => match &source.value.amount {
-            RainAmount::Series { file, .. } => {
-                frames::on_lattice(series, file, scenario, (&ground.lattice, &ground.elevation), findings)
-            }
+            RainAmount::Series { file, .. } => frames::on_lattice(series, file, scenario, ground, findings),
             RainAmount::Rate(_) | RainAmount::Raster { .. } => None,
         },
     }

@@ -120,8 +120,8 @@ impl Scene<'_> {
                 _ => continue,
             };
             let is_dry = |cell: usize| still.depth[cell] <= 0.0 && bed.elevation[cell] < highest;
-            if let Some(&(_, middle)) = boundary.0.faces.iter().find(|(cell, _)| is_dry(*cell)) {
-                return Some(of(source, problem(middle)));
+            if let Some(face) = boundary.0.faces.iter().find(|face| is_dry(face.cell)) {
+                return Some(of(source, problem(face.middle)));
             }
         }
         let point = self.forcing.sources.iter().map(|source| bed.lattice.cell_at(source.place));
@@ -173,11 +173,11 @@ impl Scene<'_> {
         for ((placed, condition), source) in self.conditions(scenario) {
             let Condition::Discharge { discharge, level: Some(level) } = condition else { continue };
             let froude = froude_of_inflow(placed, (discharge, level), bed, scenario);
-            if let (Some(froude), Some(&(_, middle))) = (froude.filter(|froude| *froude > FAST), placed.faces.first()) {
+            if let (Some(froude), Some(face)) = (froude.filter(|froude| *froude > FAST), placed.faces.first()) {
                 let message = format!(
                     "Lagrangian particles get strong jumps wrong, and the water comes in with a Froude number of {froude:.1}"
                 );
-                return Some(of(source, problem(message, middle)));
+                return Some(of(source, problem(message, face.middle)));
             }
         }
         let ratio = |face: &Face| {
@@ -210,16 +210,16 @@ impl Scene<'_> {
             let dry = placed
                 .faces
                 .iter()
-                .filter(|(cell, _)| self.still.depth[*cell] <= 0.0 && self.bed.elevation[*cell] < peak);
-            let lowest = dry.min_by(|a, b| self.bed.elevation[a.0].total_cmp(&self.bed.elevation[b.0]));
-            if let Some(&(cell, middle)) = lowest {
+                .filter(|face| self.still.depth[face.cell] <= 0.0 && self.bed.elevation[face.cell] < peak);
+            let lowest = dry.min_by(|a, b| self.bed.elevation[a.cell].total_cmp(&self.bed.elevation[b.cell]));
+            if let Some(face) = lowest {
                 let message = format!(
                     "a level held {:.2} m above dry ground lets in too much with Lagrangian particles",
-                    peak - self.bed.elevation[cell]
+                    peak - self.bed.elevation[face.cell]
                 );
                 let cause = "on a dry valley 34 698 m3 came in, for 18 797 m3 with Eulerian particles";
                 let problem = input_warning("lagrangian-held-level", message).with_cause(cause);
-                return Some(of(source, problem.with_at(self.bed.lattice.to_map(middle))));
+                return Some(of(source, problem.with_at(self.bed.lattice.to_map(face.middle))));
             }
         }
         let is_stage = |condition: &Condition| matches!(condition, Condition::Stage(_));
@@ -227,7 +227,7 @@ impl Scene<'_> {
         let message = "a `stage` is held at the boundary itself with Lagrangian particles, as `level` is".to_owned();
         let cause = "what comes in is not lowered by the head of its velocity: 5 cm at 1 m/s, 20 cm at 2 m/s";
         let problem = input_warning("lagrangian-stage", message).with_cause(cause);
-        Some(of(source, problem.with_at(self.bed.lattice.to_map(placed.faces.first()?.1))))
+        Some(of(source, problem.with_at(self.bed.lattice.to_map(placed.faces.first()?.middle))))
     }
 
     /// The boundaries with a condition that open a face.
@@ -291,7 +291,7 @@ fn froude_of_inflow(
     let times = discharge.points().chain(level.points()).map(|point| point.0).filter(|time| (0.0..end).contains(time));
     let froude = |time: f64| {
         let depths =
-            placed.faces.iter().map(|(cell, _)| level.at(time) - bed.elevation[*cell]).filter(|depth| *depth > 0.0);
+            placed.faces.iter().map(|face| level.at(time) - bed.elevation[face.cell]).filter(|depth| *depth > 0.0);
         let (width, area) = depths
             .fold((0.0, 0.0), |(width, area), depth| (width + bed.lattice.spacing, area + depth * bed.lattice.spacing));
         (area > 0.0).then(|| discharge.at(time) / area / (scenario.numerics.gravity * area / width).sqrt())

@@ -2,9 +2,11 @@
 //! value that the run needs is checked.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::bed::BedParticles;
 use crate::boundary::{Rain, RainFrames};
 use crate::error::{Problem, ProblemKind, Severity, input_error};
 use crate::lattice::Lattice;
@@ -39,8 +41,9 @@ impl Grid {
         (raster, placing): (Raster, Option<Placing>),
         path: &Path,
         name: &str,
-        (lattice, bed): (&Lattice, &[f64]),
+        ground: &BedParticles,
     ) -> Result<(Grid, Option<Problem>), Problem> {
+        let (lattice, bed) = (&ground.lattice, &ground.elevation);
         let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
         let cells: Vec<usize> = (0..lattice.len()).filter(|&cell| !bed[cell].is_nan()).collect();
         let mut centres: Vec<Vec2> = cells.iter().map(|&cell| lattice.to_map(lattice.centre(cell))).collect();
@@ -213,16 +216,16 @@ pub fn on_lattice(
     opened: Opened,
     file: &Sourced<VectorSource>,
     scenario: &Scenario,
-    (lattice, bed): (&Lattice, &[f64]),
+    ground: &BedParticles,
     findings: &mut Findings,
 ) -> Option<Rain> {
     let Opened { intervals, rasters, unit, losses, crs } = opened;
     let name = file.value.path.display().to_string();
     let needed: Vec<usize> =
-        (0..intervals.len()).filter(|&k| intervals[k].1 > 0.0 && intervals[k].0 < losses.until).collect();
+        (0..intervals.len()).filter(|&k| intervals[k].end > 0.0 && intervals[k].start < losses.until).collect();
     let memory = scenario.limits.memory;
     let mut frames =
-        Frames { name: &name, lattice, bed, count: needed.len(), memory, grid: None, beside: None, values: Vec::new() };
+        Frames { name: &name, ground, count: needed.len(), memory, grid: None, beside: None, values: Vec::new() };
     let request = |path| crate::prepare::raster::request(path, scenario);
     match rasters {
         Rasters::Bands(raster) => {
@@ -247,10 +250,9 @@ pub fn on_lattice(
     let grid = grid?;
     let is_covered = beside.is_none();
     findings.add_all(file, beside);
-    let of_interval = |k: &usize| intervals[*k];
-    let needed: Vec<(f64, f64)> = needed.iter().map(of_interval).collect();
+    let needed: Vec<Range<f64>> = needed.iter().map(|&k| intervals[k].clone()).collect();
     let total = to_rates(&mut values, &needed, unit, &grid, &name);
-    let is_sound = check_values((&values, &needed), &grid, file, lattice, findings) && total.is_none();
+    let is_sound = check_values((&values, &needed), &grid, file, &ground.lattice, findings) && total.is_none();
     findings.add_all(file, total);
     (is_covered && is_sound).then(|| run_off(values, &needed, grid.place, losses))
 }
@@ -258,7 +260,7 @@ pub fn on_lattice(
 /// Turns values into rates (m/s); the problem of depths that grow from the start on.
 fn to_rates(
     values: &mut [Vec<f64>],
-    intervals: &[(f64, f64)],
+    intervals: &[Range<f64>],
     unit: RainUnit,
     grid: &Grid,
     name: &str,
@@ -267,8 +269,8 @@ fn to_rates(
     values.iter_mut().flatten().for_each(|value| *value *= factor);
     let RainUnit::Depth(_) = unit else { return None };
     let total = accumulated(values, grid, name);
-    for (rates, (from, to)) in values.iter_mut().zip(intervals) {
-        rates.iter_mut().for_each(|rate| *rate /= to - from);
+    for (rates, interval) in values.iter_mut().zip(intervals) {
+        rates.iter_mut().for_each(|rate| *rate /= interval.end - interval.start);
     }
     total
 }
@@ -276,8 +278,7 @@ fn to_rates(
 /// Rasters as they are read, one after the other: all on the grid of the first one.
 struct Frames<'a> {
     name: &'a str,
-    lattice: &'a Lattice,
-    bed: &'a [f64],
+    ground: &'a BedParticles,
     /// How many of them there will be, and the memory (bytes) that they may take.
     count: usize,
     memory: f64,
@@ -291,7 +292,7 @@ impl Frames<'_> {
     fn take(&mut self, raster: Raster, placing: Option<&Placing>, path: &Path) -> Result<(), Problem> {
         if self.grid.is_none() {
             let raster_and_way = (raster.clone(), placing.cloned());
-            let (grid, beside) = Grid::new(raster_and_way, path, self.name, (self.lattice, self.bed))?;
+            let (grid, beside) = Grid::new(raster_and_way, path, self.name, self.ground)?;
             (self.grid, self.beside) = (Some(grid), beside);
         }
         let Some(grid) = &self.grid else { return Ok(()) };
@@ -311,14 +312,15 @@ impl Frames<'_> {
 
 /// Reports values that are missing, negative or beyond all rain; whether there are none of the first two.
 fn check_values(
-    (values, intervals): (&[Vec<f64>], &[(f64, f64)]),
+    (values, intervals): (&[Vec<f64>], &[Range<f64>]),
     grid: &Grid,
     file: &Sourced<VectorSource>,
     lattice: &Lattice,
     findings: &mut Findings,
 ) -> bool {
     let (mut missing, mut negative, mut doubtful) = (Faulty::default(), Faulty::default(), Faulty::default());
-    for (rates, (from, _)) in values.iter().zip(intervals) {
+    for (rates, interval) in values.iter().zip(intervals) {
+        let from = interval.start;
         missing.note(rates, grid, from.max(0.0), f64::is_nan);
         negative.note(rates, grid, from.max(0.0), |rate| rate < 0.0);
         doubtful.note(rates, grid, from.max(0.0), |rate| rate > DOUBTFUL);
@@ -345,17 +347,18 @@ fn check_values(
 
 /// What runs off of intensities (m/s) in intervals (s): nothing until the initial loss has fallen, then the intensity less the
 /// constant loss, as far as it is above 0.
-fn run_off(mut rates: Vec<Vec<f64>>, intervals: &[(f64, f64)], place: Vec<u32>, losses: Losses) -> Rain {
-    let intervals: Vec<(f64, f64)> = intervals.iter().map(|(from, to)| (from.max(0.0), to.min(losses.until))).collect();
+fn run_off(mut rates: Vec<Vec<f64>>, intervals: &[Range<f64>], place: Vec<u32>, losses: Losses) -> Rain {
+    let within = |interval: &Range<f64>| interval.start.max(0.0)..interval.end.min(losses.until);
+    let intervals: Vec<Range<f64>> = intervals.iter().map(within).collect();
     let filled = |number: usize| {
         let mut missing = losses.initial;
         if missing <= 0.0 {
             return 0.0;
         }
-        for (rates, (from, to)) in rates.iter().zip(&intervals) {
-            let falls = rates[number] * (to - from);
+        for (rates, interval) in rates.iter().zip(&intervals) {
+            let falls = rates[number] * (interval.end - interval.start);
             if falls >= missing {
-                return from + missing / rates[number];
+                return interval.start + missing / rates[number];
             }
             missing -= falls;
         }
@@ -381,7 +384,7 @@ mod tests {
     fn losses_take_the_beginning_and_a_share_of_each_raster() {
         let losses = Losses { initial: 6.0, constant: 0.5, until: 10.0 };
         let rates = vec![vec![2.0, 0.0, 0.25], vec![1.0, 3.0, 0.25], vec![4.0, 4.0, 0.25]];
-        let rain = run_off(rates, &[(-1.0, 2.0), (2.0, 6.0), (6.0, 12.0)], vec![0, 1, 2], losses);
+        let rain = run_off(rates, &[-1.0..2.0, 2.0..6.0, 6.0..12.0], vec![0, 1, 2], losses);
         // 4 fall until 2 s and 2 more until 4 s; then 0.5 for 2 s and 3.5 for 4 s.
         assert!((rain.depth(0, 0.0, 99.0) - 15.0).abs() < 1e-14 && rain.depth(0, 0.0, 4.0).abs() <= 0.0);
         // 6 fall from 2 to 4 s; then 2.5 for 2 s and 3.5 for 4 s.

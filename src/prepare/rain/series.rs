@@ -9,6 +9,7 @@ mod intervals;
 mod list;
 mod units;
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::calendar::UtcTime;
@@ -29,8 +30,8 @@ use units::{times_time, unit_of_file, unit_remedy};
 /// Rasters with their times, their values not yet read.
 #[derive(Debug)]
 pub struct Opened {
-    /// Beginning and end (s) of each raster.
-    pub intervals: Vec<(f64, f64)>,
+    /// The interval (s) of each raster.
+    pub intervals: Vec<Range<f64>>,
     pub rasters: Rasters,
     pub unit: RainUnit,
     pub losses: Losses,

@@ -2,6 +2,8 @@
 //!
 //! Not here: the interval of each raster ([`crate::prepare::rain::series`]), and how dates and their units are written ([`crate::calendar`]).
 
+use std::ops::Range;
+
 use crate::calendar::cf::{TimeFault, TimeUnit, time_unit};
 use crate::calendar::{DateFault, UtcTime};
 use crate::error::{Problem, input_error};
@@ -13,7 +15,7 @@ pub const SAME_TIME: f64 = 1e-6;
 /// Times of rasters, and the interval of each where the file has it.
 pub struct Times {
     pub times: Vec<f64>,
-    pub bounds: Option<Vec<(f64, f64)>>,
+    pub bounds: Option<Vec<Range<f64>>>,
 }
 
 /// The dates that the scenario has for the start of the run.
@@ -146,7 +148,7 @@ pub fn read(file: &netcdf::File, rain: &netcdf::Variable, start: Start, name: &s
     let Some(bounds_name) = text_of(&time, "bounds") else { return Ok(Times { times, bounds: None }) };
     let (bounds, bounds_unit) = bounds_variable(file, &bounds_name, (&time, unit, &written), name)?;
     let ends = seconds(bounds.get_values::<f64, _>(..).map_err(unreadable)?, bounds_unit);
-    let bounds: Vec<(f64, f64)> = ends.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
+    let bounds: Vec<Range<f64>> = ends.chunks_exact(2).map(|pair| pair[0]..pair[1]).collect();
     check_inside(&times, &bounds, name)?;
     Ok(Times { times, bounds: Some(bounds) })
 }
@@ -190,12 +192,12 @@ fn bounds_variable<'a>(
 }
 
 /// Refuses times that lie outside their bounds (s).
-fn check_inside(times: &[f64], bounds: &[(f64, f64)], name: &str) -> Result<(), Problem> {
-    let is_outside = |(time, (from, to)): &(&f64, &(f64, f64))| {
+fn check_inside(times: &[f64], bounds: &[Range<f64>], name: &str) -> Result<(), Problem> {
+    let is_outside = |(time, Range { start: from, end: to }): &(&f64, &Range<f64>)| {
         let slack = SAME_TIME * (to - from).abs();
         !(from.min(*to) - slack..=from.max(*to) + slack).contains(*time)
     };
-    times.iter().zip(bounds).find(is_outside).map_or(Ok(()), |(time, (from, to))| {
+    times.iter().zip(bounds).find(is_outside).map_or(Ok(()), |(time, Range { start: from, end: to })| {
         let message = format!("the time {time} s in {name} lies outside its bounds, {from} s to {to} s");
         Err(bad_bounds(message)
             .with_cause("times and bounds count from different dates or in different units, perhaps")

@@ -220,7 +220,7 @@ fn no_water_gets_into_a_blocked_building_and_no_boundary_opens_it() {
     let bed = prepared.setup.unwrap().bed;
     assert_eq!(bed.sealed.len(), 6);
     let faces = edge_faces(&bed.lattice, &bed.elevation);
-    let sealed = faces.iter().filter(|(_, midpoint)| bed.is_sealed(*midpoint)).count();
+    let sealed = faces.iter().filter(|face| bed.is_sealed(face.middle)).count();
     assert_eq!((sealed, faces.len()), (10, 10 + 2 * (40 + 30)));
 }
 

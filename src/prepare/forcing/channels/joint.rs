@@ -1,9 +1,8 @@
 //! Where a channel joins the terrain: the faces of its opening, and whether the channel fits them.
 
 use crate::bed::BedParticles;
-use crate::boundary::{Channel, edge_faces};
+use crate::boundary::{Channel, EdgeFace, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
-use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::prepare::findings::Findings;
 use crate::scenario::Joint;
@@ -12,8 +11,8 @@ use crate::scenario::{Side, Sourced};
 /// A step of the bed from the channel to the terrain of more than this share of the spacing is worth a warning.
 const STEP: f64 = 0.25;
 
-/// The outermost edge faces of a side between the ends of an opening, each with its cell; none where a building stands.
-pub fn opening(joint: Joint, ground: &BedParticles) -> Vec<(usize, Vec2)> {
+/// The outermost edge faces of a side between the ends of an opening; none where a building stands.
+pub fn opening(joint: Joint, ground: &BedParticles) -> Vec<EdgeFace> {
     let lattice = &ground.lattice;
     let outwards = match joint.side {
         Side::West => Vec2::new(-1.0, 0.0),
@@ -26,32 +25,33 @@ pub fn opening(joint: Joint, ground: &BedParticles) -> Vec<(usize, Vec2)> {
         let at = along(lattice.to_map(place));
         joint.span.is_none_or(|(from, to)| (from..=to).contains(&at))
     };
-    let faces = edge_faces(lattice, &ground.elevation).into_iter().filter(|(cell, middle)| {
-        (*middle - lattice.centre(*cell)).dot(outwards) > 0.25 * lattice.spacing && is_inside(*middle)
+    let faces = edge_faces(lattice, &ground.elevation).into_iter().filter(|face| {
+        (face.middle - lattice.centre(face.cell)).dot(outwards) > 0.25 * lattice.spacing && is_inside(face.middle)
     });
-    let mut found: Vec<(usize, Vec2)> = Vec::new();
+    let mut found: Vec<EdgeFace> = Vec::new();
     for face in faces {
-        let same_line = |other: &(usize, Vec2)| (along(other.1) - along(face.1)).abs() < 0.5 * lattice.spacing;
+        let same_line = |other: &EdgeFace| (along(other.middle) - along(face.middle)).abs() < 0.5 * lattice.spacing;
         match found.iter_mut().find(|other| same_line(other)) {
-            Some(other) if face.1.dot(outwards) > other.1.dot(outwards) => *other = face,
+            Some(other) if face.middle.dot(outwards) > other.middle.dot(outwards) => *other = face,
             Some(_) => {}
             None => found.push(face),
         }
     }
     // Not before: the ground behind a building is no edge of the side.
-    found.retain(|(_, middle)| !ground.is_sealed(*middle));
+    found.retain(|face| !ground.is_sealed(face.middle));
     found
 }
 
 /// Refuses an opening that is none, or that the channel does not fit; warns of a step of the bed.
 pub fn check_joint(
     joint: &Sourced<Joint>,
-    faces: &[(usize, Vec2)],
+    faces: &[EdgeFace],
     (channel, taken): (&Channel, &[Vec2]),
-    (lattice, bed): (&Lattice, &[f64]),
+    bed: &BedParticles,
     findings: &mut Findings,
 ) {
-    let Some(&(_, first)) = faces.first() else {
+    let lattice = &bed.lattice;
+    let Some(first) = faces.first() else {
         let (low, high) = (lattice.to_map(Vec2::ZERO), lattice.to_map(lattice.size()));
         let problem =
             input_error("opens-nothing", "the opening of this channel holds no edge of the terrain".to_owned())
@@ -65,8 +65,8 @@ pub fn check_joint(
         findings.add(joint, problem);
         return;
     };
-    let at = lattice.to_map(first);
-    if faces.iter().any(|face| taken.iter().any(|other| (*other - face.1).norm() < 0.5 * lattice.spacing)) {
+    let at = lattice.to_map(first.middle);
+    if faces.iter().any(|face| taken.iter().any(|other| (*other - face.middle).norm() < 0.5 * lattice.spacing)) {
         let problem = input_error("channels-overlap", "another channel joins the terrain here already".to_owned());
         findings.add(joint, problem.with_remedy("give each channel its own part of the edge").with_at(at));
     }
@@ -87,7 +87,7 @@ pub fn check_joint(
             .with_at(at);
         findings.add(joint, problem);
     }
-    let lowest = faces.iter().map(|face| bed[face.0]).fold(f64::INFINITY, f64::min);
+    let lowest = faces.iter().map(|face| bed.elevation[face.cell]).fold(f64::INFINITY, f64::min);
     let end = channel.sections.last().map_or(lowest, |section| section.strips[0].bed);
     let step = end - lowest;
     if step.abs() > STEP * lattice.spacing {

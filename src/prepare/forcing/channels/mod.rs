@@ -67,7 +67,7 @@ pub fn on_lattice(
     ground: &BedParticles,
     findings: &mut Findings,
 ) -> (Vec<Channel>, Vec<ChannelProfile>) {
-    let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
+    let lattice = &ground.lattice;
     let (mut channels, mut profiles) = (Vec::new(), Vec::new());
     let (mut taken, mut names): (Vec<Vec2>, Vec<String>) = (Vec::new(), Vec::new());
     let mut particles = 0.0;
@@ -93,12 +93,12 @@ pub fn on_lattice(
         ends::check_ends(described, &opened, &channel, scenario, findings);
         if let Some(joint) = &described.joins {
             let faces = joint::opening(joint.value, ground);
-            joint::check_joint(joint, &faces, (&channel, &taken), (lattice, bed), findings);
+            joint::check_joint(joint, &faces, (&channel, &taken), ground, findings);
             if let (Some(line), Some(axis)) = (&described.line, &opened.axis) {
-                let middles: Vec<Vec2> = faces.iter().map(|face| lattice.to_map(face.1)).collect();
+                let middles: Vec<Vec2> = faces.iter().map(|face| lattice.to_map(face.middle)).collect();
                 places::check_axis((line, axis), &middles, (described.length.value, lattice.spacing), findings);
             }
-            taken.extend(faces.iter().map(|face| face.1));
+            taken.extend(faces.iter().map(|face| face.middle));
             if let Some(widths) = channel.face_widths.last_mut() {
                 let factor = faces.len() as f64 * lattice.spacing / widths.iter().sum::<f64>();
                 widths.iter_mut().for_each(|width| *width *= factor);

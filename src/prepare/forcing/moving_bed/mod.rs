@@ -4,7 +4,7 @@ mod in_place;
 mod slide;
 
 use crate::bed::BedParticles;
-use crate::boundary::edge_faces;
+use crate::boundary::{EdgeFace, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -173,13 +173,13 @@ fn fits(
         refuse(cell, "moves-dam", "under the dam of `breach`, whose own bed falls", "keep it off the dam");
         return false;
     }
-    let opens = |face: &&(usize, Vec2)| {
-        let is_open =
-            forcing.boundary_at(face.1, face.1 - lattice.centre(face.0)).is_some() && !ground.is_sealed(face.1);
-        is_open || forcing.channel_joins_at(face.1)
+    let opens = |face: &&EdgeFace| {
+        let is_open = forcing.boundary_at(face.middle, face.middle - lattice.centre(face.cell)).is_some()
+            && !ground.is_sealed(face.middle);
+        is_open || forcing.channel_joins_at(face.middle)
     };
     let faces = edge_faces(lattice, &ground.elevation);
-    if let Some(cell) = faces.iter().filter(opens).find_map(|face| moves(face.0)) {
+    if let Some(cell) = faces.iter().filter(opens).find_map(|face| moves(face.cell)) {
         let what = "at a boundary with a condition, or where a channel joins";
         refuse(cell, "moves-boundary", what, "keep it off that part of the edge, or move the boundary further away");
         return false;

@@ -1,5 +1,7 @@
 //! The interval of each raster, and whether they cover the run.
 
+use std::ops::Range;
+
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::math::readable;
 use crate::prepare::rain::times::{SAME_TIME, Times};
@@ -10,7 +12,7 @@ use crate::scenario::Stamp;
 const GAP: f64 = 1.5;
 
 /// The interval of each raster (s).
-pub fn intervals(times: &Times, stamp: Option<Stamp>, name: &str) -> Result<Vec<(f64, f64)>, Problem> {
+pub fn intervals(times: &Times, stamp: Option<Stamp>, name: &str) -> Result<Vec<Range<f64>>, Problem> {
     let Times { times, bounds } = times;
     let sort = "sort the rasters by time, and take out what stands there twice";
     if let Some(pair) = times.windows(2).find(|pair| pair[1].partial_cmp(&pair[0]) != Some(std::cmp::Ordering::Greater))
@@ -23,16 +25,17 @@ pub fn intervals(times: &Times, stamp: Option<Stamp>, name: &str) -> Result<Vec<
             let message = format!("the times of {name} have bounds, which say to which interval each belongs");
             return Err(input_error("stamp-beside-bounds", message).with_remedy("take `stamp` out"));
         }
-        let empty = bounds.iter().find(|(from, to)| from.partial_cmp(to) != Some(std::cmp::Ordering::Less));
-        if let Some((from, to)) = empty {
+        let empty = bounds.iter().find(|own| own.start.partial_cmp(&own.end) != Some(std::cmp::Ordering::Less));
+        if let Some(Range { start: from, end: to }) = empty {
             let message = format!("the bounds of a time in {name} are {from} s and {to} s");
             return Err(
                 input_error("bad-bounds", message).with_remedy("the second of two bounds must be the later one")
             );
         }
-        let overlapping = |pair: &&[(f64, f64)]| pair[1].0 < pair[0].1 - SAME_TIME * (pair[0].1 - pair[0].0);
+        let overlapping =
+            |pair: &&[Range<f64>]| pair[1].start < pair[0].end - SAME_TIME * (pair[0].end - pair[0].start);
         if let Some(pair) = bounds.windows(2).find(overlapping) {
-            let message = format!("two rasters of {name} hold at once, from {} s to {} s", pair[1].0, pair[0].1);
+            let message = format!("two rasters of {name} hold at once, from {} s to {} s", pair[1].start, pair[0].end);
             return Err(input_error("bad-bounds", message).with_remedy(sort));
         }
         return Ok(bounds.clone());
@@ -48,35 +51,35 @@ pub fn intervals(times: &Times, stamp: Option<Stamp>, name: &str) -> Result<Vec<
         Stamp::Begin => edges.push(last + (last - times[count - 2])),
         Stamp::End => edges.insert(0, first - (times[1] - first)),
     }
-    Ok(edges.windows(2).map(|pair| (pair[0], pair[1])).collect())
+    Ok(edges.windows(2).map(|pair| pair[0]..pair[1]).collect())
 }
 
 /// Whether the intervals hold from the start of the run to the end of the rain (s), and have no gap.
-pub fn coverage(intervals: &[(f64, f64)], until: f64, has_bounds: bool, name: &str) -> Vec<Problem> {
+pub fn coverage(intervals: &[Range<f64>], until: f64, has_bounds: bool, name: &str) -> Vec<Problem> {
     let mut found = Vec::new();
     let (Some(first), Some(last)) = (intervals.first(), intervals.last()) else { return found };
-    let slack = SAME_TIME * (last.1 - last.0);
-    if first.0 > slack {
-        let message = format!("the first raster of {name} begins {} s after the start of the run", first.0);
+    let slack = SAME_TIME * (last.end - last.start);
+    if first.start > slack {
+        let message = format!("the first raster of {name} begins {} s after the start of the run", first.start);
         let remedy = "give a raster from time 0 on, with zeros where it does not rain, or correct `start`, `stamp` or the unit of the times";
         found.push(input_error("series-starts-late", message).with_remedy(remedy));
     }
-    if last.1 < until - slack {
-        let message = format!("the last raster of {name} ends at {} s, before the rain does at {until} s", last.1);
+    if last.end < until - slack {
+        let message = format!("the last raster of {name} ends at {} s, before the rain does at {until} s", last.end);
         let remedy = "give rasters up to the end, with zeros where it does not rain, say when the rain ends (`rain.duration`), shorten `time.end`, or correct the unit of the times";
         found.push(input_error("series-ends-early", message).with_remedy(remedy));
     }
-    let mut lengths: Vec<f64> = intervals.iter().map(|(from, to)| to - from).collect();
+    let mut lengths: Vec<f64> = intervals.iter().map(|one| one.end - one.start).collect();
     lengths.sort_by(f64::total_cmp);
     let usual = lengths[lengths.len() / 2];
-    let matters = |from: f64, to: f64| to > 0.0 && from < until;
-    let holes = intervals.windows(2).map(|pair| (pair[0].1, pair[1].0));
-    if let Some((from, to)) = holes.clone().find(|(from, to)| to - from > SAME_TIME * usual && matters(*from, *to)) {
-        let message = format!("{name} has no raster from {from} s to {to} s");
+    let matters = |one: &Range<f64>| one.end > 0.0 && one.start < until;
+    let mut holes = intervals.windows(2).map(|pair| pair[0].end..pair[1].start);
+    if let Some(hole) = holes.find(|hole| hole.end - hole.start > SAME_TIME * usual && matters(hole)) {
+        let message = format!("{name} has no raster from {} s to {} s", hole.start, hole.end);
         found.push(input_error("series-gap", message).with_remedy("fill the gap, with zeros where it does not rain"));
     }
-    let long: Vec<_> = intervals.iter().filter(|(from, to)| to - from > GAP * usual && matters(*from, *to)).collect();
-    if let Some((from, to)) = long.first().filter(|_| !has_bounds) {
+    let long: Vec<_> = intervals.iter().filter(|one| one.end - one.start > GAP * usual && matters(one)).collect();
+    if let Some(Range { start: from, end: to }) = long.first().filter(|_| !has_bounds) {
         let others = if long.len() > 1 { format!(", and {} more", long.len() - 1) } else { String::new() };
         let message = format!("{name} has a gap from {from} s to {to} s, where a step of {usual} s is usual{others}");
         let problem = Problem::warning(ProblemKind::Input, "series-gap", "", message);
@@ -88,9 +91,9 @@ pub fn coverage(intervals: &[(f64, f64)], until: f64, has_bounds: bool, name: &s
 }
 
 /// Warns of a list of which the rain (until a time, s) takes so little that its times may have another unit.
-pub fn far_beyond(intervals: &[(f64, f64)], until: f64, name: &str) -> Option<Problem> {
-    let last = intervals.last()?.1;
-    let taken = intervals.partition_point(|(from, _)| *from < until);
+pub fn far_beyond(intervals: &[Range<f64>], until: f64, name: &str) -> Option<Problem> {
+    let last = intervals.last()?.end;
+    let taken = intervals.partition_point(|interval| interval.start < until);
     takes_little(taken, until, last).then(|| {
         let message = format!(
             "of {name} the run takes {taken} of {} rasters: the rain ends at {} s, the last raster at {} s, {:.0} times as late",

@@ -55,26 +55,23 @@ fn units_of_files_are_understood_in_many_spellings() {
 fn a_time_is_the_beginning_or_the_end_of_its_interval() {
     let times = |times: &[f64]| Times { times: times.to_vec(), bounds: None };
     let of = |stamp| intervals(&times(&[0.0, 5.0, 15.0]), stamp, "x").unwrap();
-    assert_eq!(of(None), [(0.0, 5.0), (5.0, 15.0), (15.0, 25.0)]);
-    assert_eq!(of(Some(Stamp::End)), [(-5.0, 0.0), (0.0, 5.0), (5.0, 15.0)]);
+    assert_eq!(of(None), [0.0..5.0, 5.0..15.0, 15.0..25.0]);
+    assert_eq!(of(Some(Stamp::End)), [-5.0..0.0, 0.0..5.0, 5.0..15.0]);
     let code = |times: &[f64], bounds| intervals(&Times { times: times.to_vec(), bounds }, None, "x").unwrap_err().code;
     assert_eq!(code(&[0.0], None), "too-few-rasters");
     assert_eq!(code(&[0.0, 5.0, 5.0], None), "not-rising");
     assert_eq!(code(&[0.0, f64::NAN], None), "not-rising");
-    assert_eq!(code(&[0.0, 5.0], Some(vec![(0.0, 6.0), (5.0, 10.0)])), "bad-bounds");
-    assert_eq!(code(&[0.0, 5.0], Some(vec![(0.0, 5.0), (9.0, 7.0)])), "bad-bounds");
-    let bounded = Times { times: vec![0.0, 5.0], bounds: Some(vec![(0.0, 5.0), (5.0, 9.0)]) };
+    assert_eq!(code(&[0.0, 5.0], Some(vec![0.0..6.0, 5.0..10.0])), "bad-bounds");
+    assert_eq!(code(&[0.0, 5.0], Some(vec![0.0..5.0, 9.0..7.0])), "bad-bounds");
+    let bounded = Times { times: vec![0.0, 5.0], bounds: Some(vec![0.0..5.0, 5.0..9.0]) };
     assert_eq!(intervals(&bounded, Some(Stamp::End), "x").unwrap_err().code, "stamp-beside-bounds");
-    assert_eq!(
-        intervals(&Times { times: vec![3.0], bounds: Some(vec![(0.0, 6.0)]) }, None, "x").unwrap(),
-        [(0.0, 6.0)]
-    );
+    assert_eq!(intervals(&Times { times: vec![3.0], bounds: Some(vec![0.0..6.0]) }, None, "x").unwrap(), [0.0..6.0]);
 }
 
 #[test]
 fn a_list_that_goes_on_far_beyond_the_rain_is_asked_about() {
     // Every five minutes for two hours, taken for hours.
-    let every = |step: f64| (0..24).map(|k| (step * f64::from(k), step * f64::from(k + 1))).collect::<Vec<_>>();
+    let every = |step: f64| (0..24).map(|k| step * f64::from(k)..step * f64::from(k + 1)).collect::<Vec<_>>();
     let problem = far_beyond(&every(5.0 * 3600.0), 7200.0, "x").unwrap();
     assert_eq!(
         (problem.code, problem.message.as_str()),
@@ -89,16 +86,16 @@ fn a_list_that_goes_on_far_beyond_the_rain_is_asked_about() {
 
 #[test]
 fn gaps_and_missing_ends_are_found() {
-    let codes = |intervals: &[(f64, f64)], until, has_bounds| -> Vec<&str> {
+    let codes = |intervals: &[Range<f64>], until, has_bounds| -> Vec<&str> {
         coverage(intervals, until, has_bounds, "x").iter().map(|problem| problem.code).collect()
     };
-    let regular = [(0.0, 5.0), (5.0, 10.0), (10.0, 15.0)];
+    let regular = [0.0..5.0, 5.0..10.0, 10.0..15.0];
     assert!(codes(&regular, 15.0, false).is_empty());
     assert_eq!(codes(&regular, 16.0, false), ["series-ends-early"]);
-    assert_eq!(codes(&[(1.0, 5.0), (5.0, 10.0)], 10.0, false), ["series-starts-late"]);
-    assert_eq!(codes(&[(0.0, 5.0), (5.0, 15.0), (15.0, 20.0)], 20.0, false), ["series-gap"]);
-    assert!(codes(&[(0.0, 5.0), (5.0, 15.0), (15.0, 20.0)], 20.0, true).is_empty());
-    assert_eq!(codes(&[(0.0, 5.0), (6.0, 11.0)], 11.0, true), ["series-gap"]);
+    assert_eq!(codes(&[1.0..5.0, 5.0..10.0], 10.0, false), ["series-starts-late"]);
+    assert_eq!(codes(&[0.0..5.0, 5.0..15.0, 15.0..20.0], 20.0, false), ["series-gap"]);
+    assert!(codes(&[0.0..5.0, 5.0..15.0, 15.0..20.0], 20.0, true).is_empty());
+    assert_eq!(codes(&[0.0..5.0, 6.0..11.0], 11.0, true), ["series-gap"]);
     // Beyond the end of the rain a gap does not matter.
-    assert!(codes(&[(0.0, 5.0), (6.0, 11.0)], 5.0, true).is_empty());
+    assert!(codes(&[0.0..5.0, 6.0..11.0], 5.0, true).is_empty());
 }

@@ -10,7 +10,7 @@ use super::super::state::State;
 use super::super::walls::Walls;
 use super::super::{EulerianMethods, Scale};
 use super::{Face, Reach, Rise};
-use crate::math::Vec2;
+use crate::boundary::EdgeFace;
 use crate::solver::FlowProblem;
 
 /// An edge face of the opening.
@@ -33,18 +33,14 @@ pub(super) struct Junction {
 }
 
 impl Junction {
-    /// The faces of an opening, each with its cell. The lowest cells meet the lowest strips: `widths` (m) are those of the strips at
+    /// The faces of an opening. The lowest cells meet the lowest strips: `widths` (m) are those of the strips at
     /// the opening, from the lowest.
-    pub fn new(
-        faces: &[(usize, Vec2)],
-        widths: &[f64],
-        (problem, state, walls): (&FlowProblem, &State, &Walls),
-    ) -> Self {
+    pub fn new(faces: &[EdgeFace], widths: &[f64], (problem, state, walls): (&FlowProblem, &State, &Walls)) -> Self {
         let lattice = &problem.bed.lattice;
-        let opening = |&(index, midpoint): &(usize, Vec2)| {
+        let opening = |&EdgeFace { cell: index, middle }: &EdgeFace| {
             let (column, row) = lattice.column_row(index);
             let cell = (row + 1, column + 1);
-            let inwards = lattice.centre(index) - midpoint;
+            let inwards = lattice.centre(index) - middle;
             let offset = ((2.0 * inwards.x / lattice.spacing).round(), (2.0 * inwards.y / lattice.spacing).round());
             let (direction, sign) = if offset.0.abs() > offset.1.abs() { (EAST, offset.0) } else { (NORTH, offset.1) };
             let (dc, dr) = (offset.0 as isize, offset.1 as isize);

@@ -47,7 +47,7 @@ fn join(problem: &mut FlowProblem, mut channel: Channel, is_west: bool, (from, t
     let lattice = &problem.bed.lattice;
     let x = if is_west { 0.0 } else { lattice.size().x };
     let faces = edge_faces(lattice, &problem.bed.elevation).into_iter();
-    let faces = faces.filter(|(_, middle)| (middle.x - x).abs() < 1e-9 && (from..=to).contains(&middle.y)).collect();
+    let faces = faces.filter(|face| (face.middle.x - x).abs() < 1e-9 && (from..=to).contains(&face.middle.y)).collect();
     channel.near = ChannelEnd::Joined(faces);
     problem.forcing.channels.push(channel);
 }

@@ -3,7 +3,7 @@
 use crate::boundary::{Edge, distance_to_segment};
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::solver::{FlowProblem, edge_faces};
+use crate::solver::{EdgeFace, FlowProblem, edge_faces};
 
 /// A piece of an open boundary.
 #[derive(Clone, Debug)]
@@ -77,7 +77,7 @@ pub(super) fn faces_and_guides(
     let spacing = bed.lattice.spacing;
     let openings: Vec<(Vec2, Option<usize>)> = edge_faces(&bed.lattice, &bed.elevation)
         .into_iter()
-        .map(|(cell, middle)| {
+        .map(|EdgeFace { cell, middle }| {
             let line = problem.forcing.boundary_at(middle, middle - bed.lattice.centre(cell));
             (middle, line.filter(|_| !bed.is_sealed(middle)))
         })
