@@ -519,6 +519,8 @@ fn recorder_plan(scenario: &Scenario, scene: &Scene, bed: BedParticles, pixels: 
         gauges: scene.gauges.clone(),
         walls: scene.walls.clone(),
         raised: scene.raised.clone(),
+        at_banks: scene.at_banks.clone(),
+        constants: scenario.numerics.constants.output,
         gauges_every: outputs.gauges_every,
         sections: scene.crossed.clone(),
     }

@@ -1,6 +1,6 @@
 //! Gauges, walls and open lines.
 
-use crate::bed::{BedParticles, Surface};
+use crate::bed::{BedParticles, Surface, has_step};
 use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
@@ -292,6 +292,20 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
         attributes: attributes.clone(),
     };
     feature.points.iter().enumerate().map(gauge).collect()
+}
+
+/// The cells of gauges about which the terrain has an upright bank, in themselves or the eight around them; ascending.
+pub(super) fn cells_at_banks(gauges: &[Gauge], surface: &impl Surface, bed: &BedParticles) -> Vec<usize> {
+    let lattice = &bed.lattice;
+    let by = (lattice.spacing, &bed.constants);
+    let is_at_bank = |&cell: &usize| {
+        bed.has_terrain(cell) && has_step(surface, lattice.to_map(lattice.centre(cell)), 3.0 * lattice.spacing, by)
+    };
+    let homes = gauges.iter().filter_map(|gauge| lattice.cell_of(lattice.to_local(gauge.position)));
+    let mut cells: Vec<usize> = homes.filter(is_at_bank).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells
 }
 
 /// Warns of gauges that no water can reach, with the extent of the terrain and its surface; refuses them when all lie outside the terrain, which is a fault of coordinates.

@@ -24,6 +24,7 @@ pub mod units;
 mod yaml;
 
 pub use defaults::{DRY_DEPTH, GRAVITY};
+pub use floodsim_core::constants::Constants;
 pub use floodsim_core::methods;
 pub use ground::{Breakline, BreaklineMode, BuildingMode, Buildings, Gaps, Ground, LayerMode, LineLevel};
 pub use model::*;

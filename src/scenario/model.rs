@@ -5,6 +5,7 @@
 pub use floodsim_core::terrain::PointInterpolation;
 use std::path::PathBuf;
 
+use super::Constants;
 use super::channel::Channel;
 use super::ground::{Ground, LayerMode};
 use super::methods::{
@@ -534,6 +535,8 @@ pub struct Numerics {
     pub gravity: f64,
     /// Depth (m) below which water does not move.
     pub dry_depth: f64,
+    /// Constants of the methods; no scenario sets them.
+    pub constants: Constants,
 }
 
 impl Numerics {

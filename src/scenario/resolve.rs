@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::Constants;
 use super::choices::{ElevationUnit, OpenType};
 use super::defaults::{
     DRY_DEPTH, FRAMES, GRAVITY, MAX_PARTICLES, MEMORY_SHARE, RISE_ON_WET, THRESHOLDS, default_isochrones,
@@ -424,6 +425,7 @@ fn methods_of(section: Option<&NumericsSection>) -> Numerics {
         cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
         gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
         dry_depth: section.and_then(|s| s.dry_depth.as_ref()).map_or(DRY_DEPTH, |depth| depth.value()),
+        constants: Constants::DEFAULT,
     }
 }
 
