@@ -3,10 +3,11 @@
 //!
 //! A number stands here when it was set by hand and another value gives another result. These do not:
 //!
-//! - guards against rounding, and counts of iterations of solves that end at rounding
+//! - guards against rounding, counts of iterations of solves that end at rounding, and points of an integral
 //! - sizes of blocks and lanes, and bounds of cost, by which no run gets another answer
 //! - constants of physics, such as that of von Kármán
-//! - numbers that follow from a derivation, and the exponents of a weight, which are its form
+//! - numbers that follow from a derivation, the exponents of a weight, which are its form, and numbers of cells by which a method is
+//!   defined, such as the nine about a cell or the two of a gap
 //! - thresholds of checks and warnings: they change what is said and not what is computed
 //!
 //! The values travel with the methods of a run. Files know no key for them. `docs/validation/sensitivity.md` says what a tenth less and a
@@ -141,7 +142,7 @@ constants! {
             outside "below, strong jumps along the lattice bend; above, circular fronts blunt";
         fall_fade: f64 = 2.0, "–", 1 to 3;
             what "depth below a fall over that above it at which the weight on the step is gone; it fades from one less on (M95)";
-            source "below equal depth a step is a fall, and a shore when the water below is the deeper; the fade is as wide as the lower depth doubles";
+            source "a step is a fall up to equal depth, and a shore from twice the depth on (decision 0046)";
             outside "below 1 falls into water of equal depth lose their weight; above, films on a shore that falls dry are driven outwards";
         fall_height: f64 = 1.0, "spacings", 0.5 to 2;
             what "height of a fall at which half of the weight on its step is left (M95)";
@@ -153,11 +154,11 @@ constants! {
             outside "below, walls at small angles hold water up as saws do; above, straight walls with a distant step are stairs";
         aperture_widest: f64 = 2.0, "–", 1.5 to 3;
             what "the most that a face beside a stair counts (M77)";
-            source "two cells share the water of a tread (decision 0033); the step of time bears no more without getting shorter";
+            source "without it the last face of a tread counts 1/(2 tan 10°) = 2.8 at 10°, and shortens the step (decision 0033)";
             outside "below, water cannot leave the last cell of a tread; above, the step must be shortened";
         aperture_faces: usize = 5, "faces", 3 to 8;
             what "fewest faces through which the line of a wall is laid";
-            source "two on each side of the face, so that a step alone gives no line";
+            source "the face and two on each side, so that a step alone gives no line";
             outside "below, corners of houses become slopes; above, short walls oblique to the lattice stay saws";
         aperture_distance: f64 = 0.65, "cells", 0.5 to 1;
             what "farthest that a face may lie from the line that it stands for";
@@ -165,7 +166,7 @@ constants! {
             outside "below 0.5 no stair fits its line; above, bends and corners get one";
         edge_about: f64 = 2.5, "spacings", 1.5 to 4;
             what "radius about a face of a boundary within which faces say which way the edge looks";
-            source "two steps of an edge at 27° or more; flatter edges look almost along the lattice";
+            source "chosen: two steps of an edge at 27° or more; flatter edges look almost along the lattice";
             outside "below, inflow over oblique edges enters along the lattice; above, corners of the edge are rounded";
         mixing_length: f64 = 0.09, "depths", 0.06 to 0.14;
             what "λ: mixing length away from the bed";
@@ -187,7 +188,7 @@ constants! {
             outside "below, natural banks are walls; above, walls in pixels as wide as they are high are banks";
         least_step: f64 = 1.0, "m", 0.5 to 1.5;
             what "least height of an upright step, and of a ridge with a gap";
-            source "above furrows, kerbs and the noise of laser scans (some decimetres), below garden walls and quays";
+            source "chosen: above furrows, kerbs and the noise of laser scans, below garden walls and quays";
             outside "below, fields and rubble divide cells; above, low flood walls are averaged into the ground";
         step_share: f64 = 0.1, "spacings", 0.05 to 0.2;
             what "the same on small cells, where that is less: steps in flumes are lower";
@@ -199,7 +200,7 @@ constants! {
             outside "above a half, cells with a wall through them have no sides; below, rubble gets the bed of one stone";
         sill_rise: f64 = 0.1, "m", 0.05 to 0.2;
             what "least rise of a pass sill above both beds";
-            source "twice the noise of laser scans of ground (0.05 m); less makes sills of it, which hold thin water (decision 0040)";
+            source "the order of the noise of laser scans; less makes sills of it, which hold thin water and cost time (decision 0040)";
             outside "below, noise is a ridge; above, kerbs and field banks leak";
         sill_share: f64 = 0.01, "spacings", 0.005 to 0.03;
             what "the same on small cells, where that is less: ridges in flumes are lower";
@@ -215,7 +216,7 @@ constants! {
             outside "above, a width depends on its direction by more than the pixels do; at 1 geographic rasters have no gaps";
         gap_open: f64 = 0.9, "–", 0.75 to 1;
             what "share of a face that is open above which it has no gap";
-            source "half of an error of one pixel in four, so that a ridge which only ends beside a face closes none of it";
+            source "the tenth that is closed is less than half of one pixel in four: no ridge that can be measured";
             outside "below, wide gaps are open faces; at 1, each end of a ridge costs a face in part";
         shepard_support: f64 = 1.5, "spacings", 1.42 to 2;
             what "support of the kernel mean of the bed method `shepard`";
@@ -227,7 +228,7 @@ constants! {
             outside "below, too few samples determine it; above, the bed is smoother than the flow";
         squares_response: f64 = 4.0, "–", 2 to 8;
             what "greatest response of the height of a quadratic to its samples; more says that they do not determine one";
-            source "1.6 amid samples on a lattice, 4 at an edge of it";
+            source "1.6 amid samples on a lattice; more than twice that says that they lie badly";
             outside "below 2 lattices near edges fall back to planes; above, single samples swing the bed";
         plane_samples: usize = 4, "samples", 3 to 6;
             what "fewest samples that determine a plane";
@@ -247,10 +248,6 @@ constants! {
             what "relative difference of volume at which no more cells are taken in or left out at the rim";
             source "a quarter of what `seeded-volume` allows";
             outside "above 1e-3 the gate fails; below, one cell more or less decides";
-        beside_rim: f64 = 3.0, "cells", 1 to 5;
-            what "width about a cell that the rim of a polygon cuts in which a bank may stand";
-            source "the cell and those beside it: rims are drawn along banks to within a cell";
-            outside "at 1 rims beside a quay raise the bed before it; above, cells far from a bank are taken for banks";
         pocket_reach: usize = 2, "cells", 1 to 4;
             what "cells beyond the polygon up to which ground below the level can be a pocket";
             source "a rim is drawn to within a cell, and a cell counts by its centre: two";
@@ -272,7 +269,7 @@ constants! {
         gauge_smoothing: f64 = 0.75, "spacings", 0.71 to 1;
             what "smoothing length by which a gauge reads the particles around it";
             source "support of 1.5 spacings: the four nearest at least, as the bed is smoothed";
-            outside "below √½ a gauge in a corner between four cells reads none of them in full; above, it blurs what the lattice resolves";
+            outside "below √½ the diagonal cells are left out, and levels step from cell to cell; above, it blurs what the lattice resolves";
     }
 }
 
@@ -316,7 +313,8 @@ mod tests {
             assert!((constant.range.0..=constant.range.1).contains(&value), "{}", constant.name);
             for factor in [0.9, 1.1] {
                 let varied = constant.times(factor);
-                let changed = Constants::all().filter(|other| other.of(&varied) != other.of(&Constants::DEFAULT));
+                let changed = Constants::all()
+                    .filter(|other| other.of(&varied).to_bits() != other.of(&Constants::DEFAULT).to_bits());
                 assert_eq!(changed.map(|other| other.name).collect::<Vec<_>>(), [constant.name]);
                 let way = (constant.of(&varied) - value) * (factor - 1.0);
                 assert!(way > 0.0, "{}", constant.name);

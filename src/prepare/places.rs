@@ -1,6 +1,6 @@
 //! Gauges, walls and open lines.
 
-use crate::bed::{BedParticles, Surface, has_step};
+use crate::bed::{BedParticles, NINE_CELLS, Surface, is_divided};
 use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
@@ -294,12 +294,14 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
     feature.points.iter().enumerate().map(gauge).collect()
 }
 
-/// The cells of gauges about which the terrain has an upright bank, in themselves or the eight around them; ascending.
+/// The cells of gauges at an upright bank: those of which an upright step of the terrain's pixels divides the square of three cells about them, as
+/// beside the rim of still water; ascending.
 pub(super) fn cells_at_banks(gauges: &[Gauge], surface: &impl Surface, bed: &BedParticles) -> Vec<usize> {
     let lattice = &bed.lattice;
     let by = (lattice.spacing, &bed.constants);
     let is_at_bank = |&cell: &usize| {
-        bed.has_terrain(cell) && has_step(surface, lattice.to_map(lattice.centre(cell)), 3.0 * lattice.spacing, by)
+        bed.has_terrain(cell)
+            && is_divided(surface, lattice.to_map(lattice.centre(cell)), NINE_CELLS * lattice.spacing, by)
     };
     let homes = gauges.iter().filter_map(|gauge| lattice.cell_of(lattice.to_local(gauge.position)));
     let mut cells: Vec<usize> = homes.filter(is_at_bank).collect();

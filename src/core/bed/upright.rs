@@ -11,6 +11,9 @@ use crate::terrain::Piece;
 /// Sides whose areas differ by less than this share are equally large: rounding.
 const EQUAL: f64 = 1e-9;
 
+/// The width, in cells, of a cell and the eight around it. A bank beside a cell stands in them; a rim is drawn along it.
+pub const NINE_CELLS: f64 = 3.0;
+
 /// An upright step between two pieces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
@@ -101,16 +104,6 @@ pub fn is_divided(
     surface.has_pixels(centre, spacing) && {
         surface.pieces(centre, width, false, &mut pieces);
         keep_largest_side(&mut pieces, spacing, constants)
-    }
-}
-
-/// Whether there is an upright step of the terrain's own pixels in a square of a width (m) around a place (map); as in [`is_divided`], but that
-/// it may leave its sides as they are.
-pub fn has_step(surface: &impl Surface, centre: Vec2, width: f64, (spacing, constants): (f64, &BedConstants)) -> bool {
-    let mut pieces = Vec::new();
-    surface.has_pixels(centre, spacing) && {
-        surface.pieces(centre, width, false, &mut pieces);
-        highest_step(&pieces, spacing, constants).is_some()
     }
 }
 

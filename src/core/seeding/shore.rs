@@ -36,7 +36,7 @@ use std::collections::BTreeSet;
 
 use super::leaks::Filling;
 use super::scan::{BodyScan, CellPart, volume_of_whole_cell};
-use crate::bed::{Surface, is_divided};
+use crate::bed::{NINE_CELLS, Surface, is_divided};
 
 /// What was done to the bed.
 #[derive(Default)]
@@ -160,7 +160,7 @@ pub(super) fn fit_bed_to_water(
 /// Whether a cell is at an upright bank of the terrain's own pixels: one divides it or, where the rim cuts it, stands beside it.
 fn is_at_pixel_bank(cell: usize, part: CellPart, filling: &Filling, surface: &impl Surface) -> bool {
     let lattice = &filling.bed.lattice;
-    let cells = if part.is_cut() { filling.constants.beside_rim } else { 1.0 };
+    let cells = if part.is_cut() { NINE_CELLS } else { 1.0 };
     let by = (lattice.spacing, &filling.bed.constants);
     is_divided(surface, lattice.to_map(lattice.centre(cell)), cells * lattice.spacing, by)
 }
