@@ -671,6 +671,18 @@ def laboratory_page():
     (HERE / "laboratory.md").write_text("\n".join(out).rstrip() + "\n", encoding="utf-8")
 
 
+SENSITIVITY_NOTES = [
+    "## What is not in the list",
+    "",
+    "- Of Lagrangian particles and the variational formulation: their cores are to be rebuilt.",
+    "- Numbers of cells by which a method is defined: the nine cells about a gauge or a bank (`NINE_CELLS`), the two cells of a gap (`WIDEST` of `src/core/bed/gap.rs`).",
+    "- Points of an integral and bounds of cost: eight scan lines to the cell and 64 corners (`src/core/seeding/scan.rs`), 32 pixels to a cell and the size of tiles (`gap.rs`), ten halvings of the range of crests (`fence.rs`).",
+    "- Thresholds of checks and maps: half of a discharge in doubt (`discharges.rs`), the tolerance of the seeded volume, the wet depth of maps and gauges of 1 mm.",
+    "- Limits that follow from positivity: 2 d_i in (M13) and (M97), Δ²/(12 Δt) of the eddy viscosity.",
+    "",
+]
+
+
 def sensitivity_page():
     """Table of a test: `cargo test --release --locked --test analytic table_of_constants -- --ignored`."""
     with open(HERE / "sensitivity.csv", encoding="utf-8", newline="") as file:
@@ -711,7 +723,7 @@ def sensitivity_page():
     out += table(["constant", "what it is", "source", "range", "outside of it"], lines)
     out += ["## Cases", ""]
     out += table(["case", "what it is, and its number"], list({row["case"]: [row["case"], row["about"]] for row in found}.values()))
-    out += (HERE / "sensitivity_notes.md").read_text(encoding="utf-8").splitlines()
+    out += SENSITIVITY_NOTES
     (HERE / "sensitivity.md").write_text("\n".join(out).rstrip() + "\n", encoding="utf-8")
 
 
