@@ -22,4 +22,6 @@ pub mod validation;
 pub mod vector;
 pub mod version;
 
-pub use floodsim_core::{bed, boundary, gridding, lattice, math, neighbours, particles, physics, seeding, solver};
+pub use floodsim_core::{
+    bed, boundary, constants, gridding, lattice, math, neighbours, particles, physics, seeding, solver,
+};

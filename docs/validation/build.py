@@ -1,4 +1,4 @@
-"""The pages of results, docs/validation/README.md, stability.md, laboratory.md and wu_tables.md, from the tables of `floodsim chart` and `floodsim validate`.
+"""The pages of results, docs/validation/README.md, stability.md, laboratory.md, wu_tables.md and sensitivity.md, from the tables of `floodsim chart` and `floodsim validate`.
 
     python3 docs/validation/build.py                  # the pages, from the tables that lie beside them
     python3 docs/validation/build.py --draw           # the figures from those tables, and the pages
@@ -688,6 +688,62 @@ def laboratory_page():
     (HERE / "laboratory.md").write_text("\n".join(out).rstrip() + "\n", encoding="utf-8")
 
 
+SENSITIVITY_NOTES = [
+    "## What is not in the list",
+    "",
+    "- Of Lagrangian particles and the variational formulation: their cores are to be rebuilt.",
+    "- Numbers of cells by which a method is defined: the nine cells about a gauge or a bank (`NINE_CELLS`), the two cells of a gap (`WIDEST` of `src/core/bed/gap.rs`).",
+    "- Points of an integral and bounds of cost: eight scan lines to the cell and 64 corners (`src/core/seeding/scan.rs`), 32 pixels to a cell and the size of tiles (`gap.rs`), ten halvings of the range of crests (`fence.rs`).",
+    "- Thresholds of checks and maps: half of a discharge in doubt (`discharges.rs`), the tolerance of the seeded volume, the wet depth of maps and gauges of 1 mm.",
+    "- Limits that follow from positivity: 2 d_i in (M13) and (M97), Δ²/(12 Δt) of the eddy viscosity.",
+    "",
+]
+
+
+def sensitivity_page():
+    """Table of a test: `cargo test --release --locked --test analytic table_of_constants -- --ignored`."""
+    with open(HERE / "sensitivity.csv", encoding="utf-8", newline="") as file:
+        found = list(csv.DictReader(file, delimiter=";", quoting=csv.QUOTE_NONE))
+
+    def change(row, column):
+        one, other = float(row["as it is"]), float(row[column])
+        return abs(other / one - 1) if one else 0.0
+
+    def share(row, column):
+        one, other = float(row["as it is"]), float(row[column])
+        text = f"{100 * (other / one - 1):+.1f} %" if abs(other / one - 1) < 10 else f"× {other / one:.0f}"
+        return "0" if other == one else text if abs(other / one - 1) >= 5e-4 else "below 0.05 %"
+
+    felt = {}
+    for row in found:
+        most = max(change(row, column) for column in ("tenth less", "tenth more"))
+        if row["constant"] not in felt or most > felt[row["constant"]][0]:
+            felt[row["constant"]] = (most, row)
+    out = [
+        "# Constants of the methods, a tenth less and a tenth more",
+        "",
+        "Made by `python3 docs/validation/build.py` from [sensitivity.csv](sensitivity.csv), which `cargo test --release --locked --test analytic table_of_constants -- --ignored` writes. The constants stand in `src/core/constants.rs`, with what is left out there and why.",
+        "",
+        "Each constant is varied alone. The change is that of the number of the case that feels a tenth of it most; cases are described below. A whole number moves by one. `no_result_stands_on_a_tenth_of_a_constant_and_none_does_nothing` holds these changes to 21 %, the square of a tenth (whole numbers to a factor of 2.25), and fails for a constant that changes nothing.",
+        "",
+    ]
+    lines = [
+        [f"`{name}`", f"{float(row['value']):.3g} {row['unit']}".removesuffix(" –"), row["case"], number(row["as it is"]), *(share(row, column) for column in ("half", "tenth less", "tenth more", "double"))]
+        for name, (_, row) in felt.items()
+    ]
+    out += table(["constant", "value", "case", "its number", "half", "a tenth less", "a tenth more", "double"], lines)
+    out += ["## What they are, and where they come from", ""]
+    lines = [
+        [f"`{name}`", row["what"], row["source"], f"{float(row['low']):g} to {float(row['high']):g}", row["outside"]]
+        for name, (_, row) in felt.items()
+    ]
+    out += table(["constant", "what it is", "source", "range", "outside of it"], lines)
+    out += ["## Cases", ""]
+    out += table(["case", "what it is, and its number"], list({row["case"]: [row["case"], row["about"]] for row in found}.values()))
+    out += SENSITIVITY_NOTES
+    (HERE / "sensitivity.md").write_text("\n".join(out).rstrip() + "\n", encoding="utf-8")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     tables = [*RUNS, *TABLES, "stability", "laboratory"]
@@ -708,6 +764,7 @@ def main():
     wu_page()
     stability_page()
     laboratory_page()
+    sensitivity_page()
 
 
 if __name__ == "__main__":

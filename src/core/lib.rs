@@ -5,6 +5,7 @@
 
 pub mod bed;
 pub mod boundary;
+pub mod constants;
 pub mod failure;
 pub mod gridding;
 pub mod lattice;

@@ -10,10 +10,10 @@
 //! with the cubic B-spline of h = 0.75 spacings (support 1.5 spacings, at least the four nearest particles), the particles
 //! beyond a wall left out, and so those of a levee, a dam or a raised building where the gauge stands beside it, or those beside it
 //! where the gauge stands on it: water at its foot is none on its crest. So are the cells below an upright bank of the terrain itself, a
-//! quay, on which the gauge stands, as long as their water stands below its ground. A bank is upright where the gauge's cell and the eight
-//! around it, all with terrain, fall into two terraces that lie more than three times as far apart as the upper one rises: on an even slope
-//! along the lattice they lie as far apart as that. The other way round, at the foot of a bank that is more than three times as high as the
-//! lower terrace rises, d, q and z_b are those of the lower terrace alone, and η takes in the cells on the bank once the water of the gauge's
+//! quay, on which the gauge stands, as long as their water stands below its ground. There is one where the terrain's pixels step upright
+//! in the square of three cells about the gauge, by the rule of the bed (M5); the largest step among the ground of these nine cells, all
+//! with terrain, parts its top from its foot. The other way round, at the foot of the bank, d, q and z_b are those of the cells at the foot
+//! alone, and η takes in the cells on the bank once the water of the gauge's
 //! cell stands above their ground: the ground of a quay is no part of the depth of the harbour. A gauge between two cells does not depend on which of them
 //! happens to hold it, and Lagrangian and Eulerian particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
 //! compute step, by the rules of the maps.
@@ -23,9 +23,6 @@ use super::maxima::{Maxima, arrival_depth};
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterInCell, WaterOnLattice};
 use crate::math::{Vec2, segments_cross};
-
-/// Smoothing length of a gauge over the spacing of the riverbed particles.
-const SMOOTHING_RATIO: f64 = 0.75;
 
 /// The water at one gauge at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +81,8 @@ pub(super) struct Parting<'a> {
     pub walls: &'a [[Vec2; 2]],
     /// Cells that stand out of their terrain; ascending.
     pub raised: &'a [usize],
+    /// Cells of gauges beside which the terrain has an upright bank; ascending.
+    pub at_banks: &'a [usize],
 }
 
 impl Parting<'_> {
@@ -101,6 +100,8 @@ struct Reading {
     weights: Vec<(usize, f64)>,
     /// The cell that holds the gauge.
     home: usize,
+    /// Whether the terrain has an upright bank there.
+    is_at_bank: bool,
     /// Level (m) below which the ground of a cell lies beneath the bank on which the gauge stands; lowest of all where there is none.
     foot: f64,
     /// Level (m) above which the ground of a cell lies on a bank at whose foot the gauge stands; highest of all where there is none.
@@ -121,13 +122,15 @@ struct Mean {
 impl GaugeRecorder {
     pub(super) fn new(
         gauges: &[Gauge],
-        lattice: &Lattice,
+        (lattice, smoothing): (&Lattice, f64),
         bed_elevation: &[f64],
         parting: Parting<'_>,
         arrival_rule: ArrivalRule,
         schedule: Schedule,
     ) -> Self {
-        let reading = |gauge: &Gauge| Reading::new(lattice.to_local(gauge.position), lattice, bed_elevation, parting);
+        let reading = |gauge: &Gauge| {
+            Reading::new(lattice.to_local(gauge.position), (lattice, smoothing), bed_elevation, parting)
+        };
         GaugeRecorder { readings: gauges.iter().map(reading).collect(), arrival_rule, schedule, samples: Vec::new() }
     }
 
@@ -181,11 +184,16 @@ impl GaugeRecorder {
 }
 
 impl Reading {
-    /// The cells around a place (local coordinates, m); none without terrain there.
-    fn new(place: Vec2, lattice: &Lattice, bed_elevation: &[f64], parting: Parting<'_>) -> Option<Self> {
+    /// The cells around a place (local coordinates, m), read with a smoothing length (spacings); none without terrain there.
+    fn new(
+        place: Vec2,
+        (lattice, smoothing): (&Lattice, f64),
+        bed_elevation: &[f64],
+        parting: Parting<'_>,
+    ) -> Option<Self> {
         let home = lattice.cell_of(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
         let (column, row) = lattice.column_row(home);
-        let h = SMOOTHING_RATIO * lattice.spacing;
+        let h = smoothing * lattice.spacing;
         let mut weights = Vec::new();
         for near_row in row.saturating_sub(1)..=(row + 1).min(lattice.rows - 1) {
             for near_column in column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1) {
@@ -203,7 +211,9 @@ impl Reading {
         }
         let result = GaugeResult { max_depth: Some(0.0), max_speed: Some(0.0), ..GaugeResult::default() };
         let (foot, brink) = (f64::NEG_INFINITY, f64::INFINITY);
-        let mut reading = Reading { weights, home, foot, brink, initial_depth: 0.0, last_depth: 0.0, result };
+        let is_at_bank = parting.at_banks.binary_search(&home).is_ok();
+        let mut reading =
+            Reading { weights, home, is_at_bank, foot, brink, initial_depth: 0.0, last_depth: 0.0, result };
         reading.set_bed(bed_elevation);
         Some(reading)
     }
@@ -212,10 +222,14 @@ impl Reading {
     fn set_bed(&mut self, bed_elevation: &[f64]) {
         let own = bed_elevation[self.home];
         let grounds: Vec<f64> = self.weights.iter().map(|&(cell, _)| bed_elevation[cell]).collect();
-        self.foot = foot_of_bank(own, &grounds);
-        // Seen from above, the foot of a bank is its brink.
-        let depths: Vec<f64> = grounds.iter().map(|z_b| -z_b).collect();
-        self.brink = -foot_of_bank(-own, &depths);
+        (self.foot, self.brink) = (f64::NEG_INFINITY, f64::INFINITY);
+        if let Some([foot, top]) = largest_step(grounds).filter(|_| self.is_at_bank) {
+            if own >= top {
+                self.foot = top;
+            } else {
+                self.brink = foot;
+            }
+        }
         let (mut bed, mut left_out) = (0.0, 0.0);
         for &(cell, weight) in &self.weights {
             if bed_elevation[cell] > self.brink {
@@ -292,22 +306,15 @@ impl Reading {
 
 /// Cells around a gauge and its own.
 const ALL_AROUND: usize = 9;
-/// An upright bank is more than so many times as high as the terrace above it rises. On an even slope along the lattice that is 1. Chosen
-/// by Malpasset: 2 takes the natural bank of the river at its gauge S11, 2.4 in cells of 40 m, for a quay, and moves the arrival there by 5 s.
-const UPRIGHT: f64 = 3.0;
 
-/// The lowest ground (m) of the terrace to which a ground belongs among those around it, where an upright bank falls from it to the others.
-/// Lower than all where there is none, or where it is not known all around.
-fn foot_of_bank(own: f64, grounds: &[f64]) -> f64 {
+/// The ground (m) below and above the largest step among all around a gauge; none where it is not known all around.
+fn largest_step(mut grounds: Vec<f64>) -> Option<[f64; 2]> {
     if grounds.len() < ALL_AROUND {
-        return f64::NEG_INFINITY;
+        return None;
     }
-    let mut sorted = grounds.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let highest = sorted[sorted.len() - 1];
-    let height = |pair: &[f64]| pair[1] - pair[0];
-    let bank = sorted.windows(2).filter(|pair| pair[1] <= own).max_by(|a, b| height(a).total_cmp(&height(b)));
-    bank.filter(|pair| height(pair) > UPRIGHT * (highest - pair[1])).map_or(f64::NEG_INFINITY, |pair| pair[1])
+    grounds.sort_by(f64::total_cmp);
+    let steps = grounds.windows(2).map(|pair| [pair[0], pair[1]]);
+    steps.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))
 }
 
 /// The cubic B-spline over its value in the middle, at q = r/h.

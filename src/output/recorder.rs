@@ -9,6 +9,7 @@ use super::maxima::Maxima;
 use super::on_terrain::{OnTerrain, WaterOfCells};
 use super::{Gauge, TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
+use crate::constants::OutputConstants;
 use crate::error::Error;
 use crate::lattice::{Lattice, Span, WaterInCell, WaterOnLattice};
 use crate::math::Vec2;
@@ -40,6 +41,10 @@ pub struct RecorderPlan {
     pub walls: Vec<[Vec2; 2]>,
     /// Cells that stand out of their terrain, such as those of a levee; ascending. A gauge reads them alone or the ground alone.
     pub raised: Vec<usize>,
+    /// Cells of gauges about which the terrain has an upright bank; ascending. A gauge reads the cells on it or those at its foot.
+    pub at_banks: Vec<usize>,
+    /// The constants of the readings.
+    pub constants: OutputConstants,
     /// Interval of the gauge series (s).
     pub gauges_every: f64,
     /// Of each cross-section the cells that it crosses.
@@ -115,9 +120,9 @@ impl Recorder {
             frames: Schedule::new(plan.every, plan.end_time),
             gauges: GaugeRecorder::new(
                 &plan.gauges,
-                &lattice,
+                (&lattice, plan.constants.gauge_smoothing),
                 &bed_elevation,
-                Parting { walls: &plan.walls, raised: &plan.raised },
+                Parting { walls: &plan.walls, raised: &plan.raised, at_banks: &plan.at_banks },
                 ArrivalRule { threshold: thresholds[0], rise_on_wet },
                 gauge_schedule,
             ),

@@ -8,7 +8,7 @@ use crate::seeding::{FluidSeed, StillWater, equal_volume_filling, lattice_fillin
 use crate::solver::lagrangian::LagrangianSolver;
 use crate::solver::moving::{self, MovingMethods, MovingSolver, MovingWater};
 use crate::solver::variational::VariationalSolver;
-use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+use crate::solver::{EulerianMethods, EulerianSolver, FlowProblem, FlowSolver};
 
 /// A core with particles that move, whatever its formulation.
 pub trait MovingCore: FlowSolver {
@@ -60,9 +60,12 @@ impl Core {
         match (numerics.formulation, numerics.motion) {
             (Formulation::Balanced, Motion::Eulerian) => Core::Resting(Box::new(EulerianSolver::with_methods(
                 problem,
-                numerics.stabilisation,
-                numerics.reconstruction,
-                numerics.turbulence,
+                EulerianMethods {
+                    flux: numerics.stabilisation,
+                    reconstruction: numerics.reconstruction,
+                    turbulence: numerics.turbulence,
+                    constants: numerics.constants.eulerian,
+                },
             ))),
             (Formulation::Balanced, Motion::Lagrangian) => {
                 Core::Moving(Box::new(LagrangianSolver::with_methods(problem, seeds(), methods, dimension)))

@@ -43,6 +43,8 @@ pub(super) fn recorder_plan(
         gauges: scene.gauges.clone(),
         walls: scene.walls.clone(),
         raised: scene.raised.clone(),
+        at_banks: scene.at_banks.clone(),
+        constants: scenario.numerics.constants.output,
         gauges_every: outputs.gauges_every,
         sections: scene.crossed.clone(),
     }

@@ -117,6 +117,8 @@ pub struct Scene {
     pub ridges: Vec<Ridge>,
     /// Cells that a dam, a levee, a wall with a crest or a building raises; ascending.
     pub raised: Vec<usize>,
+    /// Cells of gauges about which the terrain has an upright bank, ascending.
+    pub at_banks: Vec<usize>,
     /// Walls as straight pieces in local coordinates (m).
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave, in local coordinates.

@@ -1,6 +1,6 @@
 //! Gauges, walls and open lines.
 
-use crate::bed::{BedParticles, Surface};
+use crate::bed::{BedParticles, NINE_CELLS, Surface, is_divided};
 use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
@@ -292,6 +292,22 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
         attributes: attributes.clone(),
     };
     feature.points.iter().enumerate().map(gauge).collect()
+}
+
+/// The cells of gauges at an upright bank: those of which an upright step of the terrain's pixels divides the square of three cells about them, as
+/// beside the rim of still water; ascending.
+pub(super) fn cells_at_banks(gauges: &[Gauge], surface: &impl Surface, bed: &BedParticles) -> Vec<usize> {
+    let lattice = &bed.lattice;
+    let by = (lattice.spacing, &bed.constants);
+    let is_at_bank = |&cell: &usize| {
+        bed.has_terrain(cell)
+            && is_divided(surface, lattice.to_map(lattice.centre(cell)), NINE_CELLS * lattice.spacing, by)
+    };
+    let homes = gauges.iter().filter_map(|gauge| lattice.cell_of(lattice.to_local(gauge.position)));
+    let mut cells: Vec<usize> = homes.filter(is_at_bank).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    cells
 }
 
 /// Warns of gauges that no water can reach, with the extent of the terrain and its surface; refuses them when all lie outside the terrain, which is a fault of coordinates.

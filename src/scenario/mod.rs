@@ -20,6 +20,7 @@ pub mod units;
 mod yaml;
 
 pub use defaults::{DRY_DEPTH, GRAVITY};
+pub use floodsim_core::constants::Constants;
 pub use floodsim_core::methods;
 pub use model::*;
 pub use resolve::{Loaded, load, resolve};

@@ -7,6 +7,7 @@ mod bowl;
 mod cases;
 mod channel;
 mod circle;
+mod constants;
 mod grid;
 mod lake;
 mod methods;

@@ -9,6 +9,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use floodsim::constants::OutputConstants;
 use floodsim::error::{Problem, ProblemKind};
 use floodsim::lattice::{FlatWater, Lattice, Span, WaterOnLattice};
 use floodsim::math::Vec2;
@@ -74,6 +75,8 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         gauges: vec![gauge("G1", 20.5, 20.5), gauge("dry", 50.5, 38.5)],
         walls: Vec::new(),
         raised: Vec::new(),
+        at_banks: Vec::new(),
+        constants: OutputConstants::DEFAULT,
         gauges_every: 60.0,
         sections: vec![vec![20 * COLUMNS + 20]],
     }

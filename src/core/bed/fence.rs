@@ -6,8 +6,6 @@ use std::ops::Range;
 
 use super::sill::SHUT;
 
-/// A face of which more than this share is open has no gap.
-const OPEN: f64 = 0.9;
 /// Lengths of fences are whole numbers, so that they are the same in any order: half of a pixel, and half of its diagonal.
 const HALF_A_PIXEL: u64 = 1 << 20;
 const HALF_A_DIAGONAL: u64 = 1_482_910;
@@ -28,7 +26,8 @@ pub(super) struct Window {
 ///
 /// - `ground`: the same window without ridges
 /// - `base` (m): the level at which the gap is measured
-pub(super) fn opening(terrain: &Window, ground: &Window, base: f64) -> Option<(f64, f64)> {
+/// - `most`: a face of which more than this share is open has no gap
+pub(super) fn opening(terrain: &Window, ground: &Window, base: f64, most: f64) -> Option<(f64, f64)> {
     let mut kept = vec![false; terrain.values.len()];
     for side in 0..2 {
         terrain.keep(base, side, &mut kept)?;
@@ -38,7 +37,7 @@ pub(super) fn opening(terrain: &Window, ground: &Window, base: f64) -> Option<(f
         _ => 1.0,
     };
     let open = share(base);
-    if open <= 0.0 || open > OPEN {
+    if open <= 0.0 || open > most {
         return None;
     }
     let top = terrain.range().1;
@@ -217,13 +216,13 @@ mod tests {
         });
         assert!((fence(&askew, 1.0) - 7.0).abs() < 0.8, "{}", fence(&askew, 1.0));
         let plain = field(10, 20, &|_, _| 0.0);
-        let (share, crest) = opening(&along, &plain, 1.0).unwrap();
+        let (share, crest) = opening(&along, &plain, 1.0, 0.9).unwrap();
         assert!((share - 0.4).abs() < 1e-12 && (crest - 2.0).abs() < 1e-2);
-        let (share, crest) = opening(&askew, &plain, 1.0).unwrap();
+        let (share, crest) = opening(&askew, &plain, 1.0, 0.9).unwrap();
         assert!((share - 0.7).abs() < 0.08 && (crest - 2.0).abs() < 1e-2);
         // Neither a wall without a gap, nor none, nor one on ground that rises by more than it is high.
-        assert_eq!(opening(&field(10, 20, &|_, y| if y as usize == 8 { 2.0 } else { 0.0 }), &plain, 1.0), None);
-        assert_eq!(opening(&plain, &plain, 1.0), None);
-        assert_eq!(opening(&along, &field(10, 20, &|x, _| 0.2 * x), 1.0), None);
+        assert_eq!(opening(&field(10, 20, &|_, y| if y as usize == 8 { 2.0 } else { 0.0 }), &plain, 1.0, 0.9), None);
+        assert_eq!(opening(&plain, &plain, 1.0, 0.9), None);
+        assert_eq!(opening(&along, &field(10, 20, &|x, _| 0.2 * x), 1.0, 0.9), None);
     }
 }

@@ -29,15 +29,12 @@ use super::fence::{Window, opening};
 use super::morphology::Field;
 use super::sill::{Opening, PassSill, PassSills, Pixels};
 use super::upright::least_step;
+use crate::constants::BedConstants;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, larger, smaller};
 
-/// A cell has at least so many pixels from one side to the other; with fewer a gap has no width.
-const LEAST_PIXELS: f64 = 4.0;
 /// With more pixels than this from one side to the other a square of them counts as one, at its highest: no ridge gets a gap by it.
 const MOST_PIXELS: f64 = 32.0;
-/// Pixels whose sides differ by more than this ratio are no measure of a width.
-const SQUARE: f64 = 1.25;
 /// A side of a tile has about so many pixels,
 const TILE: f64 = 320.0;
 /// and no more cells than this,
@@ -53,7 +50,7 @@ pub fn ground_in_gaps(pixels: &impl Pixels, bed: &BedParticles) -> Vec<(usize, f
     if bed.lattice.is_empty() {
         return Vec::new();
     }
-    let mut cells = Tiles::all(pixels, &bed.lattice).cells_with_gaps(pixels, bed);
+    let mut cells = Tiles::all(pixels, bed).cells_with_gaps(pixels, bed);
     cells.retain(|&(cell, ground)| ground < bed.elevation[cell]);
     cells
 }
@@ -68,8 +65,9 @@ pub(super) struct Tiles {
 
 impl Tiles {
     /// All tiles of a lattice; none where no cell has pixels enough.
-    pub fn all(pixels: &impl Pixels, lattice: &Lattice) -> Self {
-        let size = size_of_tiles(pixels, lattice);
+    pub fn all(pixels: &impl Pixels, bed: &BedParticles) -> Self {
+        let lattice = &bed.lattice;
+        let size = size_of_tiles(pixels, bed);
         let columns = (0..lattice.columns).step_by(size.unwrap_or(1));
         let of_column = |column: usize| (0..lattice.rows).step_by(size.unwrap_or(1)).map(move |row| (column, row));
         let corners = if size.is_some() { columns.flat_map(of_column).collect() } else { BTreeSet::new() };
@@ -77,9 +75,10 @@ impl Tiles {
     }
 
     /// Those whose gaps a change of the terrain in some cells may change.
-    pub fn near(pixels: &impl Pixels, lattice: &Lattice, cells: &[usize]) -> Self {
+    pub fn near(pixels: &impl Pixels, bed: &BedParticles, cells: &[usize]) -> Self {
+        let lattice = &bed.lattice;
         let mut corners = BTreeSet::new();
-        let Some(size) = size_of_tiles(pixels, lattice) else { return Tiles { size: 1, corners } };
+        let Some(size) = size_of_tiles(pixels, bed) else { return Tiles { size: 1, corners } };
         for &cell in cells {
             let (column, row) = lattice.column_row(cell);
             let around = |place: usize, count: usize| {
@@ -150,19 +149,22 @@ impl Tiles {
 }
 
 /// Cells along a side of a tile; none where no pixels are fine enough.
-fn size_of_tiles(pixels: &impl Pixels, lattice: &Lattice) -> Option<usize> {
+fn size_of_tiles(pixels: &impl Pixels, bed: &BedParticles) -> Option<usize> {
+    let lattice = &bed.lattice;
     let grid = pixels.grid(lattice.origin, lattice.origin + lattice.size(), lattice.spacing)?;
     let along = lattice.spacing / grid.cell().x.max(grid.cell().y);
-    (along >= LEAST_PIXELS).then(|| ((TILE / along.min(MOST_PIXELS)) as usize).min(MOST_CELLS))
+    (along >= bed.constants.gap_pixels).then(|| ((TILE / along.min(MOST_PIXELS)) as usize).min(MOST_CELLS))
 }
 
 /// Whether the terrain of a cell itself has pixels that are fine enough, and nearly square.
-fn is_fine(pixels: &impl Pixels, lattice: &Lattice, cell: usize) -> bool {
+fn is_fine(pixels: &impl Pixels, bed: &BedParticles, cell: usize) -> bool {
+    let lattice = &bed.lattice;
     let (column, row) = lattice.column_row(cell);
     let corner = |column: usize, row: usize| lattice.to_map(Vec2::new(column as f64, row as f64) * lattice.spacing);
     pixels.grid(corner(column, row), corner(column + 1, row + 1), lattice.spacing).is_some_and(|grid| {
         let (least, greatest) = (grid.cell().x.min(grid.cell().y), grid.cell().x.max(grid.cell().y));
-        lattice.spacing >= LEAST_PIXELS * greatest && greatest <= SQUARE * least
+        let BedConstants { gap_pixels, pixel_ratio, .. } = bed.constants;
+        lattice.spacing >= gap_pixels * greatest && greatest <= pixel_ratio * least
     })
 }
 
@@ -193,7 +195,7 @@ impl Tile {
         let (low, far) = (corner(wide.start, high.start), corner(wide.end, high.end));
         let grid = pixels.grid(low, far, lattice.spacing)?;
         let along = lattice.spacing / grid.cell().x.max(grid.cell().y);
-        if along < LEAST_PIXELS {
+        if along < bed.constants.gap_pixels {
             return None;
         }
         let whole = grid.block(low, far);
@@ -224,7 +226,7 @@ impl Tile {
         values.iter_mut().filter(|z| z.is_infinite()).for_each(|z| *z = f64::INFINITY);
         let (lowest, highest) =
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &z| (low.min(z), high.max(z)));
-        if highest - lowest <= least_step(lattice.spacing) {
+        if highest - lowest <= least_step(lattice.spacing, &bed.constants) {
             return None;
         }
         let terrain = Field { columns: pixel_columns, values };
@@ -251,7 +253,7 @@ impl Tile {
     /// The cells of the tile with a gap, and their ground (m) without ridges.
     fn gaps(&self, pixels: &impl Pixels, bed: &BedParticles) -> Vec<(usize, f64)> {
         let lattice = &bed.lattice;
-        let step = least_step(lattice.spacing);
+        let step = least_step(lattice.spacing, &bed.constants);
         let ground = self.ground();
         // Without ridges there is nothing to close.
         if self
@@ -284,7 +286,7 @@ impl Tile {
             let cell = row * lattice.columns + column;
             let [wide, high] = self.pixels_of((column, row));
             let places = || high.clone().flat_map(|row| wide.clone().map(move |column| row * columns + column));
-            if bed.has_terrain(cell) && places().any(is_gap) && is_fine(pixels, lattice, cell) {
+            if bed.has_terrain(cell) && places().any(is_gap) && is_fine(pixels, bed, cell) {
                 let is_low = |&k: &usize| self.terrain.values[k] - ground.values[k] <= step || is_gap(k);
                 let mut levels: Vec<f64> = places().filter(is_low).map(|k| self.terrain.values[k]).collect();
                 // In an order that a mirrored terrain has, too.
@@ -307,14 +309,14 @@ impl Tile {
         let ground = self.ground();
         let opening = |&(cell, is_north): &(usize, bool)| {
             let other = cell + if is_north { lattice.columns } else { 1 };
-            if !bed.has_terrain(cell) || !bed.has_terrain(other) || !is_fine(pixels, lattice, cell) {
+            if !bed.has_terrain(cell) || !bed.has_terrain(other) || !is_fine(pixels, bed, cell) {
                 return None;
             }
             let beds = bed.elevation[cell].max(bed.elevation[other]);
-            let base = beds.max(sills.between(cell, other)) + least_step(lattice.spacing);
+            let base = beds.max(sills.between(cell, other)) + least_step(lattice.spacing, &bed.constants);
             let places = [cell, other].map(|cell| lattice.column_row(cell));
             let window = |field: &Field<f64>| self.window(field, places, is_north);
-            let (share, crest) = opening(&window(&self.terrain), &window(&ground), base)?;
+            let (share, crest) = opening(&window(&self.terrain), &window(&ground), base, bed.constants.gap_open)?;
             Some(Opening { cell, is_north, share, crest })
         };
         faces.iter().filter_map(opening).collect()

@@ -18,12 +18,12 @@ mod upright;
 pub use cover::{CellInPart, Cover, FaceInPart};
 pub use gap::ground_in_gaps;
 pub use noise::noise_in_cells;
-pub use place::{derive_curvatures, place_bed};
+pub use place::{derive_curvatures, place_bed, place_bed_with};
 pub use ridge::Ridges;
 pub use sample::BedPoint;
 pub use sill::{PassSill, PassSills, Pixels, SHUT};
 pub use store::BedParticles;
-pub use upright::{Step, highest_step, is_divided};
+pub use upright::{NINE_CELLS, Step, highest_step, is_divided};
 
 use crate::math::Vec2;
 use crate::terrain::Piece;

@@ -24,13 +24,10 @@ use rayon::prelude::*;
 use super::BedParticles;
 use super::gap::Tiles;
 use super::sill::{Opening, PassSill, PassSills, Pixels, SHUT};
+use crate::constants::BedConstants;
 use crate::math::Vec2;
 use crate::terrain::{PixelBlock, PixelGrid};
 
-/// A sill that rises less than this (m) above both beds does not count,
-const LEAST_RISE: f64 = 0.1;
-/// or less than this share of the spacing, whichever is less: ridges in flumes are lower.
-const SHARE_OF_SPACING: f64 = 0.01;
 /// Distances that differ by less than this share of the spacing are equal.
 const EQUALLY_FAR: f64 = 1e-6;
 
@@ -49,7 +46,7 @@ impl PassSills {
         };
         let rows: Vec<Vec<PassSill>> = (0..lattice.rows).into_par_iter().map(of_row).collect();
         let mut sills = PassSills { sills: rows.concat(), ..PassSills::default() };
-        sills.find_openings(&Tiles::all(pixels, lattice), pixels, bed);
+        sills.find_openings(&Tiles::all(pixels, bed), pixels, bed);
         sills
     }
 
@@ -106,7 +103,7 @@ impl PassSills {
         faces.dedup();
         self.sills.extend(faces.into_iter().filter_map(|(cell, is_north)| search.sill(cell, is_north)));
         self.sort();
-        self.find_openings(&Tiles::near(pixels, lattice, cells), pixels, bed);
+        self.find_openings(&Tiles::near(pixels, bed, cells), pixels, bed);
     }
 }
 
@@ -200,11 +197,9 @@ impl<'a, P: Pixels> Search<'a, P> {
         for (side, places) in places.iter_mut().enumerate() {
             self.lowest_places([cell, other][side], grids[side], (&grid, &blocks), places);
         }
-        let level = self.window.join(
-            &places[0],
-            &places[1],
-            beds[0].max(beds[1]) + LEAST_RISE.min(SHARE_OF_SPACING * lattice.spacing),
-        );
+        let BedConstants { sill_rise, sill_share, .. } = self.bed.constants;
+        let least_rise = sill_rise.min(sill_share * lattice.spacing);
+        let level = self.window.join(&places[0], &places[1], beds[0].max(beds[1]) + least_rise);
         [self.first, self.second] = places;
         (sill.level, sill.crest) = (level?, level?);
         Some(sill)

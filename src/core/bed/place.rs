@@ -27,27 +27,17 @@ use super::fit::{SINGULAR, bounded_by, solve, solve_cholesky};
 use super::mean::mean_height;
 use super::upright::keep_largest_side;
 use super::{BedParticles, LeftOut, Surface};
+use crate::constants::BedConstants;
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
 use crate::methods::BedMethod;
 use crate::physics::kernel::{CubicSpline, Shape};
 use crate::terrain::Piece;
 
-/// Support radius over lattice spacing for heights and slopes.
-const HEIGHT_SUPPORT: f64 = 1.5;
-/// Support radius over lattice spacing for the least squares: a quadratic asks for more samples than a plane.
-const SQUARES_SUPPORT: f64 = 2.0;
-/// A change of the samples may change the height of the quadratic so many times as much; 1.6 amid samples on a lattice. More says
-/// that they do not determine one.
-const LARGEST_RESPONSE: f64 = 4.0;
+/// Support radius over lattice spacing for slopes: the eight neighbours.
+const SLOPE_SUPPORT: f64 = 1.5;
 /// Support radius over lattice spacing for curvatures.
 const CURVATURE_SUPPORT: f64 = 3.0;
-/// Fewest samples that determine a plane and leave one to spare.
-const FEWEST_SAMPLES: usize = 4;
-/// Samples spread less than this in their narrow direction, relative to the wide one, do not determine a plane.
-/// The ratio is that of the variances: 0.02 is a strip seven times as long as wide.
-const NARROWEST_SPREAD: f64 = 0.02;
-
 /// The riverbed particles of a lattice.
 ///
 /// - `surface`: the terrain; a cell whose centre has no terrain gets the elevation NaN
@@ -63,7 +53,19 @@ pub fn place_bed(
     left_out: &impl LeftOut,
     manning: f64,
 ) -> BedParticles {
+    place_bed_with(surface, lattice, (method, &BedConstants::DEFAULT), left_out, manning)
+}
+
+/// The same by other constants.
+pub fn place_bed_with(
+    surface: &impl Surface,
+    lattice: &Lattice,
+    (method, constants): (BedMethod, &BedConstants),
+    left_out: &impl LeftOut,
+    manning: f64,
+) -> BedParticles {
     let mut bed = BedParticles::from_elevation(lattice.clone(), vec![f64::NAN; lattice.len()], manning);
+    bed.constants = *constants;
     bed.is_sloped = true;
     if lattice.is_empty() {
         return bed;
@@ -76,9 +78,9 @@ pub fn place_bed(
                 let place = lattice.to_map(lattice.centre(cell));
                 let height = match method {
                     BedMethod::Mean => {
-                        mean_of_cell(surface, (cell, place, lattice.spacing), left_out, &mut room.pieces)
+                        mean_of_cell(surface, (cell, place, lattice.spacing), (left_out, constants), &mut room.pieces)
                     }
-                    _ => fitted_height(surface, place, lattice.spacing, method, &mut room.samples),
+                    _ => fitted_height(surface, place, lattice.spacing, (method, constants), &mut room.samples),
                 };
                 *elevation = height.unwrap_or(f64::NAN);
             }
@@ -98,7 +100,7 @@ struct Room {
 fn mean_of_cell(
     surface: &impl Surface,
     (cell, centre, width): (usize, Vec2, f64),
-    left_out: &impl LeftOut,
+    (left_out, constants): (&impl LeftOut, &BedConstants),
     pieces: &mut Vec<Piece>,
 ) -> Option<f64> {
     surface.pieces(centre, width, false, pieces);
@@ -119,7 +121,7 @@ fn mean_of_cell(
         // All of it is left out: a cell that is taken as it is drawn.
         return Some(pointwise);
     }
-    let is_one_side = keep_largest_side(pieces, width);
+    let is_one_side = keep_largest_side(pieces, width, constants);
     let surroundings = |pieces: &mut Vec<Piece>| {
         // One side of a step is its own surroundings.
         if !is_one_side {
@@ -135,7 +137,7 @@ fn fitted_height(
     surface: &impl Surface,
     place: Vec2,
     spacing: f64,
-    method: BedMethod,
+    (method, constants): (BedMethod, &BedConstants),
     samples: &mut Vec<(Vec2, f64)>,
 ) -> Option<f64> {
     let pointwise = surface.elevation(place)?;
@@ -146,14 +148,15 @@ fn fitted_height(
     Some(match method {
         BedMethod::Mean | BedMethod::Pointwise => pointwise,
         BedMethod::Shepard => {
-            around(HEIGHT_SUPPORT);
-            shepard_height(place, HEIGHT_SUPPORT * spacing, pointwise, samples).unwrap_or(pointwise)
+            around(constants.shepard_support);
+            shepard_height(place, constants.shepard_support * spacing, (pointwise, constants), samples)
+                .unwrap_or(pointwise)
         }
         BedMethod::MovingLeastSquares => {
-            around(SQUARES_SUPPORT);
-            let radius = SQUARES_SUPPORT * spacing;
-            squares_height(place, radius, pointwise, samples)
-                .or_else(|| shepard_height(place, radius, pointwise, samples))
+            around(constants.squares_support);
+            let radius = constants.squares_support * spacing;
+            squares_height(place, radius, (pointwise, constants), samples)
+                .or_else(|| shepard_height(place, radius, (pointwise, constants), samples))
                 .unwrap_or(pointwise)
         }
     })
@@ -197,7 +200,12 @@ fn gradient_weight(q: f64) -> f64 {
 /// Beside a step the plane can leave the range of the samples. It may do so only as far as it has proved to be a good
 /// description of them: what lies beyond the range is reduced by the largest residual (zero for a plane, so that the
 /// height stays exact where the samples lie on one side of the place only).
-fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f64)]) -> Option<f64> {
+fn shepard_height(
+    place: Vec2,
+    radius: f64,
+    (reference, constants): (f64, &BedConstants),
+    samples: &[(Vec2, f64)],
+) -> Option<f64> {
     // Offsets in units of the radius and elevations from the pointwise one: small numbers lose no digits.
     let weighted = |&(position, elevation): &(Vec2, f64)| {
         let offset = (position - place) / radius;
@@ -210,7 +218,7 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
         sum_elevation += elevation * w;
         count += usize::from(w > 0.0);
     }
-    if count < FEWEST_SAMPLES {
+    if count < constants.plane_samples {
         return None;
     }
     let (mean_offset, mean_elevation) = (sum_offset / sum, sum_elevation / sum);
@@ -222,7 +230,7 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     }
     let (narrow, wide) = spread.eigenvalues();
     // `>` also refuses not-a-number.
-    let determines_plane = narrow > NARROWEST_SPREAD * wide;
+    let determines_plane = narrow > constants.plane_spread * wide;
     if !determines_plane {
         return None;
     }
@@ -236,7 +244,12 @@ fn shepard_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
 
 /// Height of the quadratic that fits the terrain's samples best; `None` where they do not determine one. Beside a step it
 /// is bounded as that of the plane.
-fn squares_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f64)]) -> Option<f64> {
+fn squares_height(
+    place: Vec2,
+    radius: f64,
+    (reference, constants): (f64, &BedConstants),
+    samples: &[(Vec2, f64)],
+) -> Option<f64> {
     let weighted = |&(position, elevation): &(Vec2, f64)| {
         let Vec2 { x, y } = (position - place) / radius;
         let w = CubicSpline.shape(2.0 * Vec2::new(x, y).norm());
@@ -256,7 +269,7 @@ fn squares_height(place: Vec2, radius: f64, reference: f64, samples: &[(Vec2, f6
     // The height is Σ w (p·y) z with y = N⁻¹ e₁.
     let y = solve_cholesky(normal, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
     let response: f64 = inside().map(|(terms, _, w)| (w * dot(&terms, &y)).abs()).sum();
-    let fit = solve_cholesky(normal, right).filter(|_| response < LARGEST_RESPONSE)?;
+    let fit = solve_cholesky(normal, right).filter(|_| response < constants.squares_response)?;
     Some(reference + bounded_by(fit[0], inside().map(|(terms, elevation, _)| (elevation, dot(&terms, &fit)))))
 }
 
@@ -279,7 +292,7 @@ fn stencil(support: f64, weight: fn(f64) -> f64) -> Vec<Neighbour> {
 }
 
 /// The neighbours that decide a slope.
-static SLOPE_STENCIL: LazyLock<Vec<Neighbour>> = LazyLock::new(|| stencil(HEIGHT_SUPPORT, gradient_weight));
+static SLOPE_STENCIL: LazyLock<Vec<Neighbour>> = LazyLock::new(|| stencil(SLOPE_SUPPORT, gradient_weight));
 
 /// The neighbours of a cell that have terrain: offset in spacings, difference of elevation (m), weight.
 fn neighbours<'a>(

@@ -3,6 +3,7 @@
 use super::cover::Cover;
 use super::ridge::Ridges;
 use super::sill::PassSills;
+use crate::constants::BedConstants;
 use crate::lattice::Lattice;
 use crate::math::{Sym2, Vec2};
 
@@ -27,6 +28,8 @@ pub struct BedParticles {
     pub passes: PassSills,
     /// Cells that stand for a part of their cell, or for more.
     pub cover: Cover,
+    /// The constants by which it is made, and by which its steps, ridges and gaps are found.
+    pub constants: BedConstants,
 }
 
 impl BedParticles {
@@ -71,6 +74,7 @@ impl BedParticles {
             ridges: Ridges::default(),
             passes: PassSills::default(),
             cover: Cover::default(),
+            constants: BedConstants::DEFAULT,
         }
     }
 }

@@ -1,22 +1,18 @@
 //! Upright steps of the terrain inside a cell: walls, houses and quays, whose foot and top are not one ground.
 //!
-//! Neighbouring pieces are on one side of a step unless it rises between them by more than [`UPRIGHT`] for each metre and by the
-//! least height that counts in the cell. Sides that join round the end of a step are one.
+//! Neighbouring pieces are on one side of a step unless it rises between them by more for each metre than ground does that stands by itself, and by
+//! the least height that counts in the cell ([`BedConstants`]). Sides that join round the end of a step are one.
 
 use super::Surface;
+use crate::constants::BedConstants;
 use crate::math::Vec2;
 use crate::terrain::Piece;
 
-/// A step rises by more than so much for each metre from one piece to the next: steeper than ground stands by itself.
-const UPRIGHT: f64 = 1.0;
-/// It is at least so high (m), which is more than furrows and rounded elevations,
-const LEAST_STEP: f64 = 1.0;
-/// or this share of the width of the cell, whichever is less: steps in flumes are lower.
-const SHARE_OF_CELL: f64 = 0.1;
-/// The largest side takes at least this share of the cell, as beside a wall through its middle; else there are no sides but rubble.
-const LEAST_SIDE: f64 = 1.0 / 3.0;
 /// Sides whose areas differ by less than this share are equally large: rounding.
 const EQUAL: f64 = 1e-9;
+
+/// The width, in cells, of a cell and the eight around it. A bank beside a cell stands in them; a rim is drawn along it.
+pub const NINE_CELLS: f64 = 3.0;
 
 /// An upright step between two pieces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,14 +24,16 @@ pub struct Step {
 }
 
 /// The upright step between two pieces of a cell of a width (m); none where the ground goes on.
-fn step_between(a: &Piece, b: &Piece, width: f64) -> Option<Step> {
+fn step_between(a: &Piece, b: &Piece, width: f64, constants: &BedConstants) -> Option<Step> {
     let height = (a.elevation - b.elevation).abs();
-    let is_upright = height >= least_step(width) && height > UPRIGHT * (a.offset - b.offset).norm();
+    let is_upright =
+        height >= least_step(width, constants) && height > constants.upright_slope * (a.offset - b.offset).norm();
     is_upright.then_some(Step { height, offset: (a.offset + b.offset) * 0.5 })
 }
 
-pub(super) fn least_step(width: f64) -> f64 {
-    LEAST_STEP.min(SHARE_OF_CELL * width)
+/// The least height (m) of a step that counts in a cell of a width (m).
+pub(super) fn least_step(width: f64, constants: &BedConstants) -> f64 {
+    constants.least_step.min(constants.step_share * width)
 }
 
 /// Pairs of neighbours in a row or a column of pieces, which come row by row.
@@ -52,28 +50,28 @@ fn neighbours(pieces: &[Piece]) -> impl Iterator<Item = (usize, usize)> + '_ {
 }
 
 /// Whether the pieces lie so far apart in height that a step may be among them.
-fn may_hold_step(pieces: &[Piece], width: f64) -> bool {
+fn may_hold_step(pieces: &[Piece], width: f64, constants: &BedConstants) -> bool {
     let widened = |(low, high): (f64, f64), piece: &Piece| (low.min(piece.elevation), high.max(piece.elevation));
     let (low, high) = pieces.iter().fold((f64::INFINITY, f64::NEG_INFINITY), widened);
-    high - low >= least_step(width)
+    high - low >= least_step(width, constants)
 }
 
 /// The highest upright step among the pieces of a cell of a width (m); none without one.
-pub fn highest_step(pieces: &[Piece], width: f64) -> Option<Step> {
-    if !may_hold_step(pieces, width) {
+pub fn highest_step(pieces: &[Piece], width: f64, constants: &BedConstants) -> Option<Step> {
+    if !may_hold_step(pieces, width, constants) {
         return None;
     }
-    let steps = neighbours(pieces).filter_map(|(i, j)| step_between(&pieces[i], &pieces[j], width));
+    let steps = neighbours(pieces).filter_map(|(i, j)| step_between(&pieces[i], &pieces[j], width, constants));
     steps.max_by(|a, b| a.height.total_cmp(&b.height))
 }
 
 /// Keeps the pieces on the side of upright steps that takes most of a cell of a width (m), of equal ones the lowest; all of
 /// them where no side takes much of it. Whether some were dropped.
-pub(super) fn keep_largest_side(pieces: &mut Vec<Piece>, width: f64) -> bool {
-    if highest_step(pieces, width).is_none() {
+pub(super) fn keep_largest_side(pieces: &mut Vec<Piece>, width: f64, constants: &BedConstants) -> bool {
+    if highest_step(pieces, width, constants).is_none() {
         return false;
     }
-    let sides = sides(pieces, width);
+    let sides = sides(pieces, width, constants);
     let mut areas = vec![0.0; pieces.len()];
     let mut heights = vec![f64::INFINITY; pieces.len()];
     for (piece, &side) in pieces.iter().zip(&sides) {
@@ -81,7 +79,7 @@ pub(super) fn keep_largest_side(pieces: &mut Vec<Piece>, width: f64) -> bool {
         heights[side] = piece.elevation.min(heights[side]);
     }
     let largest = areas.iter().copied().fold(0.0, f64::max);
-    if largest < LEAST_SIDE * areas.iter().sum::<f64>() {
+    if largest < constants.least_side * areas.iter().sum::<f64>() {
         return false;
     }
     let is_largest = |&side: &usize| areas[side] >= (1.0 - EQUAL) * largest;
@@ -96,16 +94,21 @@ pub(super) fn keep_largest_side(pieces: &mut Vec<Piece>, width: f64) -> bool {
 /// bed of a cell is the largest (M5).
 ///
 /// - `spacing` (m): of the cells; larger pixels, and points, are no upright step but the surface between them
-pub fn is_divided(surface: &impl Surface, centre: Vec2, width: f64, spacing: f64) -> bool {
+pub fn is_divided(
+    surface: &impl Surface,
+    centre: Vec2,
+    width: f64,
+    (spacing, constants): (f64, &BedConstants),
+) -> bool {
     let mut pieces = Vec::new();
     surface.has_pixels(centre, spacing) && {
         surface.pieces(centre, width, false, &mut pieces);
-        keep_largest_side(&mut pieces, spacing)
+        keep_largest_side(&mut pieces, spacing, constants)
     }
 }
 
 /// For each piece the first one on its side of all steps.
-fn sides(pieces: &[Piece], width: f64) -> Vec<usize> {
+fn sides(pieces: &[Piece], width: f64, constants: &BedConstants) -> Vec<usize> {
     fn first(sides: &mut [usize], mut piece: usize) -> usize {
         while sides[piece] != piece {
             sides[piece] = sides[sides[piece]];
@@ -115,7 +118,7 @@ fn sides(pieces: &[Piece], width: f64) -> Vec<usize> {
     }
     let mut sides: Vec<usize> = (0..pieces.len()).collect();
     for (i, j) in neighbours(pieces) {
-        if step_between(&pieces[i], &pieces[j], width).is_none() {
+        if step_between(&pieces[i], &pieces[j], width, constants).is_none() {
             let (a, b) = (first(&mut sides, i), first(&mut sides, j));
             sides[a.max(b)] = a.min(b);
         }
@@ -126,6 +129,9 @@ fn sides(pieces: &[Piece], width: f64) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const AS_THEY_ARE: &BedConstants = &BedConstants::DEFAULT;
+
     use crate::terrain::PointInterpolation;
     use crate::terrain::{Layer, Raster, Survey, SurveyPoint, Terrain};
 
@@ -136,13 +142,13 @@ mod tests {
 
     fn kept(values: &[f64], columns: usize, width: f64) -> Vec<f64> {
         let mut pieces = pieces(values, columns);
-        keep_largest_side(&mut pieces, width);
+        keep_largest_side(&mut pieces, width, AS_THEY_ARE);
         pieces.iter().map(|piece| piece.elevation).collect()
     }
 
     #[test]
     fn a_step_is_upright_between_neighbours_alone() {
-        let highest = |values: &[f64], columns: usize| highest_step(&pieces(values, columns), 10.0);
+        let highest = |values: &[f64], columns: usize| highest_step(&pieces(values, columns), 10.0, AS_THEY_ARE);
         assert_eq!(highest(&[0.0, 0.5, 1.0, 0.9, 1.4, 1.8], 3), None);
         // From west to east, and from north to south; the end of one row is no neighbour of the start of the next.
         let step = |height: f64, x: f64, y: f64| Some(Step { height, offset: Vec2::new(x, y) });
@@ -182,7 +188,8 @@ mod tests {
         let fine = Terrain::new(vec![raster(20, 1.0, (0..400).map(value).collect())]).unwrap();
         let coarse = Terrain::new(vec![raster(2, 9.0, vec![0.0, 40.0, 0.0, 40.0])]).unwrap();
         let points = Terrain::new(vec![Layer::Survey(survey)]).unwrap();
-        let divides = |terrain: &Terrain, x: f64, width: f64| is_divided(terrain, Vec2::new(x, 7.5), width, 5.0);
+        let divides =
+            |terrain: &Terrain, x: f64, width: f64| is_divided(terrain, Vec2::new(x, 7.5), width, (5.0, AS_THEY_ARE));
         assert!(divides(&fine, 7.5, 5.0) && !divides(&fine, 2.5, 5.0) && divides(&fine, 2.5, 15.0));
         assert!(!divides(&coarse, 7.5, 5.0) && !divides(&points, 7.5, 5.0));
     }
@@ -193,6 +200,6 @@ mod tests {
             .into_iter()
             .map(|piece| Piece { offset: piece.offset * 0.02, ..piece })
             .collect();
-        assert_eq!(highest_step(&flume, 0.06).map(|step| step.height), Some(0.4));
+        assert_eq!(highest_step(&flume, 0.06, AS_THEY_ARE).map(|step| step.height), Some(0.4));
     }
 }

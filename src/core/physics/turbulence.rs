@@ -12,22 +12,25 @@
 
 /// Constant of von Kármán.
 const KAPPA: f64 = 0.41;
-/// Mixing length over depth away from the bed (`Escudier1966`).
-const LAMBDA: f64 = 0.09;
-/// Mixing length of the plane over that of the vertical (`Stansby2003`).
-const BETA: f64 = 6.0;
+
 /// β² l²/d², the square of the mixing length of the plane over that of the depth.
-const SQUARE_OF_LENGTH: f64 = BETA * BETA * LAMBDA * LAMBDA * (1.0 - 2.0 * LAMBDA / (3.0 * KAPPA));
+///
+/// - `lambda` λ: mixing length over depth away from the bed (`Escudier1966`)
+/// - `beta` β: mixing length of the plane over that of the vertical (`Stansby2003`)
+pub fn square_of_length(lambda: f64, beta: f64) -> f64 {
+    beta * beta * lambda * lambda * (1.0 - 2.0 * lambda / (3.0 * KAPPA))
+}
 
 /// Eddy viscosity ν (m²/s), 0 or more.
 ///
 /// - `depth` (m), 0 or more
 /// - `shear_velocity` u* (m/s), 0 or more: √g n |v| / d^(1/6) with Manning's n
 /// - `strain` |S| (1/s), 0 or more
+/// - `square_of_length`: that of [`square_of_length`]
 #[inline(always)]
-pub fn eddy_viscosity(depth: f64, shear_velocity: f64, strain: f64) -> f64 {
+pub fn eddy_viscosity(depth: f64, shear_velocity: f64, strain: f64, square_of_length: f64) -> f64 {
     let of_bed = KAPPA / 6.0 * shear_velocity * depth;
-    let of_plane = SQUARE_OF_LENGTH * depth * depth * strain;
+    let of_plane = square_of_length * depth * depth * strain;
     (of_bed * of_bed + of_plane * of_plane).sqrt()
 }
 
@@ -42,6 +45,13 @@ pub fn strain([u_x, u_y, v_x, v_y]: [f64; 4]) -> f64 {
 mod tests {
     use super::*;
 
+    const LAMBDA: f64 = 0.09;
+    const BETA: f64 = 6.0;
+
+    fn squared_length() -> f64 {
+        square_of_length(LAMBDA, BETA)
+    }
+
     #[test]
     fn the_length_is_the_mean_square_over_the_depth() {
         // The two layers summed up in a thousand strips.
@@ -51,15 +61,15 @@ mod tests {
             length * length
         };
         let mean = (0..strips as usize).map(square).sum::<f64>() / f64::from(strips);
-        assert!((SQUARE_OF_LENGTH - BETA * BETA * mean).abs() < 1e-6 * SQUARE_OF_LENGTH, "{SQUARE_OF_LENGTH} {mean}");
-        assert!((SQUARE_OF_LENGTH.sqrt() - 0.499).abs() < 1e-3);
+        assert!((squared_length() - BETA * BETA * mean).abs() < 1e-6 * squared_length(), "{} {mean}", squared_length());
+        assert!((squared_length().sqrt() - 0.499).abs() < 1e-3);
     }
 
     #[test]
     fn both_parts_alone_and_none() {
-        assert!(eddy_viscosity(2.0, 0.0, 0.0).abs() <= 0.0);
-        assert!((eddy_viscosity(2.0, 0.3, 0.0) - 0.041).abs() < 1e-15);
-        assert!((eddy_viscosity(2.0, 0.0, 0.5) - 0.5 * 4.0 * SQUARE_OF_LENGTH).abs() < 1e-15);
+        assert!(eddy_viscosity(2.0, 0.0, 0.0, squared_length()).abs() <= 0.0);
+        assert!((eddy_viscosity(2.0, 0.3, 0.0, squared_length()) - 0.041).abs() < 1e-15);
+        assert!((eddy_viscosity(2.0, 0.0, 0.5, squared_length()) - 0.5 * 4.0 * squared_length()).abs() < 1e-15);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! two centres, a ridge inside the two cells ([`PassSills`](crate::bed::PassSills)) stands up to the level, or the step leads over the corner at which two cells of a dam meet: Eulerian particles pass no corner, and a dam of moving
 //! ones has none. Lagrangian particles reach all eight; Eulerian ones fewer, and what is at rest for eight is at rest for them.
 //!
-//! Ground below the level that goes on for more than two cells beyond the polygon is open: there a dam is taken away, or the
+//! Ground below the level that goes on for some cells beyond the polygon ([`SeedingConstants`]) is open: there a dam is taken away, or the
 //! polygon leaks. All else below the level outside the polygon that the water reaches is a pocket, which a rim drawn with
 //! other points than those of the lattice leaves out.
 
@@ -12,16 +12,8 @@ use std::collections::BTreeSet;
 
 use super::scan::BodyScan;
 use crate::bed::BedParticles;
+use crate::constants::SeedingConstants;
 use crate::math::{Vec2, segments_cross};
-
-/// Cells beyond the polygon up to which ground below the level can be a pocket.
-const REACH_OF_POCKETS: usize = 2;
-/// Steps from open ground farther out within which ground below the level is open, too: back to the polygon, and one to
-/// spare for the way round a corner.
-const STEPS_FROM_OPEN: usize = REACH_OF_POCKETS + 2;
-
-/// Cells of a body before an opening that are part of it: a gap that a dam leaves in raster ground is some cells long.
-const APPROACH: usize = 4;
 
 /// A gap in the rim of a body of still water.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,14 +41,15 @@ pub struct Barriers<'a> {
 pub(super) struct Filling<'a> {
     pub bed: &'a mut BedParticles,
     barriers: Barriers<'a>,
+    pub constants: SeedingConstants,
     /// The body that fills a cell.
     pub body: Vec<Option<u32>>,
 }
 
 impl<'a> Filling<'a> {
-    pub fn new(bed: &'a mut BedParticles, barriers: Barriers<'a>) -> Self {
+    pub fn new(bed: &'a mut BedParticles, barriers: Barriers<'a>, constants: SeedingConstants) -> Self {
         let cells = bed.lattice.len();
-        Filling { bed, barriers, body: vec![None; cells] }
+        Filling { bed, barriers, constants, body: vec![None; cells] }
     }
 
     /// Whether there is terrain at a cell, and the level stands above it.
@@ -138,7 +131,8 @@ impl<'a> Filling<'a> {
         scan.cells.iter().for_each(|&(cell, _)| covered[cell] = true);
         let is_covered = |cell: usize| covered[cell];
         let mut outermost: Vec<usize> = scan.cells.iter().map(|&(cell, _)| cell).collect();
-        for _ in 0..=REACH_OF_POCKETS {
+        let SeedingConstants { pocket_reach, pocket_steps, .. } = self.constants;
+        for _ in 0..=pocket_reach {
             let mut next = Vec::new();
             for other in outermost.iter().flat_map(|&cell| self.around(cell)) {
                 if !is_covered(other) && beyond.insert(other) {
@@ -150,7 +144,7 @@ impl<'a> Filling<'a> {
         let is_near = |cell: usize| beyond.contains(&cell) || is_covered(cell);
         let mut newest: Vec<usize> = outermost.into_iter().filter(|&cell| self.is_gap(cell, level)).collect();
         let mut open: BTreeSet<usize> = newest.iter().copied().collect();
-        for _ in 0..STEPS_FROM_OPEN {
+        for _ in 0..pocket_reach + pocket_steps {
             let next = newest.iter().flat_map(|&cell| self.gaps(cell, level));
             newest = next.filter(|&other| is_near(other) && open.insert(other)).collect();
         }
@@ -219,7 +213,7 @@ impl<'a> Filling<'a> {
         };
         let mut newest: Vec<usize> = reached.iter().copied().filter(is_at_opening).collect();
         let mut approach: BTreeSet<usize> = newest.iter().copied().collect();
-        for _ in 1..APPROACH {
+        for _ in 1..self.constants.approach {
             let next = newest.iter().flat_map(|&cell| self.neighbours(cell, level));
             newest = next.filter(|&other| holds(other) && approach.insert(other)).collect();
         }

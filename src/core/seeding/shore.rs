@@ -36,7 +36,7 @@ use std::collections::BTreeSet;
 
 use super::leaks::Filling;
 use super::scan::{BodyScan, CellPart, volume_of_whole_cell};
-use crate::bed::{Surface, is_divided};
+use crate::bed::{NINE_CELLS, Surface, is_divided};
 
 /// What was done to the bed.
 #[derive(Default)]
@@ -69,8 +69,6 @@ impl Shore {
 const SHALLOWEST_SHARE: f64 = 1e-6;
 /// Changes of the bed less than this (m) are rounding: a plane stays a plane.
 const ROUNDING: f64 = 1e-9;
-/// The width, in cells, about a cell that the rim cuts in which a bank may stand: the rim is drawn along it.
-const BESIDE_RIM: f64 = 3.0;
 
 /// Sets the bed of the cells of a body, and fills those at its shore that thereby come to lie below its level.
 ///
@@ -162,8 +160,9 @@ pub(super) fn fit_bed_to_water(
 /// Whether a cell is at an upright bank of the terrain's own pixels: one divides it or, where the rim cuts it, stands beside it.
 fn is_at_pixel_bank(cell: usize, part: CellPart, filling: &Filling, surface: &impl Surface) -> bool {
     let lattice = &filling.bed.lattice;
-    let cells = if part.is_cut() { BESIDE_RIM } else { 1.0 };
-    is_divided(surface, lattice.to_map(lattice.centre(cell)), cells * lattice.spacing, lattice.spacing)
+    let cells = if part.is_cut() { NINE_CELLS } else { 1.0 };
+    let by = (lattice.spacing, &filling.bed.constants);
+    is_divided(surface, lattice.to_map(lattice.centre(cell)), cells * lattice.spacing, by)
 }
 
 /// Dry cells that stand higher above the level than the water of a body beside them is deep.

@@ -31,11 +31,11 @@ use super::scan::{BodyScan, scan_body};
 use super::scan_line::ScanLines;
 use super::shore::{fit_bed_to_water, is_pocket};
 use crate::bed::{BedParticles, Surface};
+use crate::constants::SeedingConstants;
 
 /// What the seeded volume may differ from the integral, relative.
 pub const VOLUME_TOLERANCE: f64 = 1e-3;
-/// Difference at which toggling cells ends: well within the tolerance.
-const VOLUME_AIM: f64 = 0.25 * VOLUME_TOLERANCE;
+
 /// The volumes of one body of still water.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeededVolume {
@@ -111,18 +111,20 @@ impl StillWater {
 ///
 /// - `surface`: the terrain itself, for the integral
 /// - `barriers`: what water does not pass beside the bed
+/// - `constants`: those of the method
 pub fn fill_still_water(
     bodies: &[StillBody],
     bed: &BedParticles,
     surface: &impl Surface,
     barriers: Barriers<'_>,
+    constants: &SeedingConstants,
 ) -> (StillWater, Vec<(usize, f64)>) {
     let lines: Vec<ScanLines> = bodies.iter().map(|body| ScanLines::new(&body.polygon, &bed.lattice)).collect();
     let scans: Vec<BodyScan> =
         (0..bodies.len()).map(|number| scan_body(bodies[number].level, &lines[number..], bed, surface)).collect();
 
     let mut shaped = bed.clone();
-    let mut filling = Filling::new(&mut shaped, barriers);
+    let mut filling = Filling::new(&mut shaped, barriers, *constants);
     for (number, (body, scan)) in bodies.iter().zip(&scans).enumerate() {
         for &(cell, _) in scan.cells.iter().filter(|(_, part)| part.holds_centre) {
             if filling.is_below(cell, body.level) {
@@ -207,13 +209,14 @@ fn meet_volume(
         filling.gaps(cell, level).any(|other| !held.contains(&other))
             && !filling.neighbours(cell, level).any(|other| is_pocket(number, other, scan, filling))
     };
+    let volume_aim = filling.constants.volume_aim;
     let filled = reached.iter().filter(|&&cell| filling.body[cell] == Some(number));
     let mut surplus = filled.map(|&cell| volume_of(filling, cell, level)).sum::<f64>() - integral;
     loop {
         let at_start = surplus;
         let is_taking_in = surplus < 0.0;
         for place in 0..rim.len() {
-            if surplus.abs() <= VOLUME_AIM * integral || (surplus < 0.0) != is_taking_in {
+            if surplus.abs() <= volume_aim * integral || (surplus < 0.0) != is_taking_in {
                 break;
             }
             // Best covered first when taking in, least covered first when leaving out.

@@ -16,7 +16,7 @@ pub use crate::boundary::{
     GrowthLaw, LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, RimCell,
     Series, Slide, Strip, Trigger, edge_faces,
 };
-pub use eulerian::EulerianSolver;
+pub use eulerian::{EulerianMethods, EulerianSolver};
 
 use crate::bed::BedParticles;
 use crate::failure::NumericalFailure;

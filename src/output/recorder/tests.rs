@@ -5,6 +5,7 @@
 mod gauges;
 
 use super::*;
+use crate::constants::OutputConstants;
 use crate::lattice::{FlatWater, Span};
 use crate::math::Vec2;
 use crate::output::maxima::ThresholdSeen;
@@ -32,6 +33,8 @@ fn plan(every: f64) -> RecorderPlan {
         gauges: vec![gauge("wet", 1015.0, 2015.0), gauge("dry", 1005.0, 2005.0), gauge("outside", 1045.0, 2025.0)],
         walls: vec![],
         raised: vec![],
+        at_banks: vec![],
+        constants: OutputConstants::DEFAULT,
         more_area: vec![],
         gauges_every: 10.0,
         sections: vec![vec![7, 8], vec![5, 6, 7], vec![8], vec![]],

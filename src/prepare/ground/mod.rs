@@ -33,7 +33,8 @@ mod steps;
 pub mod wall_gaps;
 
 use super::findings::Findings;
-use crate::bed::{BedParticles, LeftOut, place_bed};
+use crate::bed::{BedParticles, LeftOut, place_bed_with};
+use crate::constants::Constants;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::output::SetBy;
@@ -89,6 +90,7 @@ pub fn build<'a>(
 pub struct Ground<'a> {
     terrain: &'a Terrain,
     bed: BedParticles,
+    constants: Constants,
     changes: Changes,
     /// Code of [`SetBy`]; 0 where there is no terrain.
     set_by: Vec<u8>,
@@ -98,9 +100,11 @@ impl<'a> Ground<'a> {
     /// The ground of the layers alone.
     fn of_layers(scenario: &Scenario, terrain: &'a Terrain, lattice: &Lattice, blocked: &impl LeftOut) -> Ground<'a> {
         let manning = scenario.roughness.manning.unwrap_or(0.0);
-        let bed = place_bed(terrain, lattice, scenario.numerics.bed, blocked, manning);
+        let constants = scenario.numerics.constants;
+        let method = (scenario.numerics.bed, &constants.bed);
+        let bed = place_bed_with(terrain, lattice, method, blocked, manning);
         let set_by = source::layers(terrain, &bed);
-        Ground { terrain, bed, changes: Changes::default(), set_by }
+        Ground { terrain, bed, constants, changes: Changes::default(), set_by }
     }
 
     /// The bed.
@@ -111,6 +115,11 @@ impl<'a> Ground<'a> {
     /// The terrain with what changed it.
     pub fn surface(&self) -> Shaped<'_> {
         self.changes.on(self.terrain, &self.bed.lattice)
+    }
+
+    /// The constants of the methods that shape it.
+    pub fn constants(&self) -> &Constants {
+        &self.constants
     }
 
     /// What changed the terrain.
@@ -198,7 +207,8 @@ mod tests {
             (0..25).map(|cell| terrain.elevation(lattice.to_map(lattice.centre(cell))).unwrap_or(f64::NAN)).collect();
         let bed = BedParticles::from_elevation(lattice.clone(), elevation, 0.0);
         let set_by = source::layers(&terrain, &bed);
-        let mut ground = Ground { terrain: &terrain, bed, changes: Changes::default(), set_by };
+        let mut ground =
+            Ground { terrain: &terrain, bed, constants: Constants::DEFAULT, changes: Changes::default(), set_by };
         let line = SetBy::Breakline(1);
         ground.take([
             Change { cell: 12, made: Made::Fill(2.5), by: SetBy::FilledGap },

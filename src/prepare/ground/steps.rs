@@ -27,7 +27,7 @@ pub fn check(
         if left_out.is_near(cell) {
             pieces.retain(|piece| !left_out.holds(cell, centre + piece.offset));
         }
-        let step = highest_step(pieces, lattice.spacing)?;
+        let step = highest_step(pieces, lattice.spacing, &bed.constants)?;
         bed.has_terrain(cell).then_some((step.height, centre + step.offset))
     };
     let steps = (0..lattice.len()).into_par_iter().map_init(Vec::new, step_in).flatten();

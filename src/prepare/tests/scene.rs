@@ -89,6 +89,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             cfl: 0.4,
             gravity: 9.81,
             dry_depth: 1e-6,
+            constants: crate::scenario::Constants::DEFAULT,
         },
         limits: Limits { memory: 4e9, particles: 5e7 },
     }

@@ -1,5 +1,7 @@
 //! Methods with their numbers, and the limits of a run.
 
+use floodsim_core::constants::Constants;
+
 use crate::scenario::methods::{
     BedMethod, BedSlope, Core, Formulation, Integrator, Kernel, Motion, Reconstruction, Seeding, Stabilisation,
     Turbulence, WallMethod,
@@ -36,6 +38,8 @@ pub struct Numerics {
     pub gravity: f64,
     /// Depth (m) below which water does not move.
     pub dry_depth: f64,
+    /// Constants of the methods; no scenario sets them.
+    pub constants: Constants,
 }
 
 impl Numerics {

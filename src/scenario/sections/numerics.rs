@@ -12,6 +12,7 @@ use crate::scenario::model::{Numerics, Scenario};
 use crate::scenario::read::{Reader, section};
 use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, quantity};
+use floodsim_core::constants::Constants;
 
 section! {
     /// Methods by family, each with a default, and their numbers. A combination that does not exist is refused.
@@ -176,6 +177,7 @@ pub(super) fn resolved(section: Option<&NumericsSection>) -> Numerics {
         cfl: section.and_then(|s| s.cfl.as_ref()).map_or(usual_cfl, |cfl| cfl.value()),
         gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
         dry_depth: section.and_then(|s| s.dry_depth.as_ref()).map_or(DRY_DEPTH, |depth| depth.value()),
+        constants: Constants::DEFAULT,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bed::{Nothing, place_bed};
+use crate::constants::SeedingConstants;
 use crate::methods::BedMethod;
 use crate::seeding::Barriers;
 use crate::seeding::still_water::fill_still_water;
@@ -15,7 +16,7 @@ fn seeds(particle_volume: f64) -> (Vec<FluidSeed>, StillWater) {
     });
     let mut bed = place_bed(&surface, &lattice(60, 5.0), BedMethod::Pointwise, &Nothing, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 120.0, 40, 0.1), 20.0)];
-    let (still, shore) = fill_still_water(&bodies, &bed, &surface, Barriers::default());
+    let (still, shore) = fill_still_water(&bodies, &bed, &surface, Barriers::default(), &SeedingConstants::DEFAULT);
     bed.set(&shore);
     (equal_volume_filling(&[20.0], &bed, &still, particle_volume), still)
 }

@@ -6,6 +6,7 @@ use geo::{BooleanOps, Coord, LineString, MultiPolygon, Polygon};
 
 use super::*;
 use crate::bed::{Nothing, place_bed};
+use crate::constants::SeedingConstants;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::methods::BedMethod;
@@ -45,7 +46,7 @@ pub(crate) fn body(polygon: Polygon<f64>, level: f64) -> StillBody {
 fn fill<F: Fn(Vec2) -> f64 + Sync>(formula: F, lattice: &Lattice, bodies: &[StillBody]) -> (BedParticles, StillWater) {
     let surface = Formula(formula);
     let mut bed = place_bed(&surface, lattice, BedMethod::Pointwise, &Nothing, 0.03);
-    let (still, shore) = fill_still_water(bodies, &bed, &surface, Barriers::default());
+    let (still, shore) = fill_still_water(bodies, &bed, &surface, Barriers::default(), &SeedingConstants::DEFAULT);
     bed.set(&shore);
     (bed, still)
 }
@@ -181,7 +182,13 @@ fn standing_dam_leaves_no_leak_and_no_gap_in_the_lake() {
     // The dam lies askew to the rows; the rim of the polygon leaves slivers on both sides of it.
     let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, &Nothing, 0.03);
     let dam = [bed.lattice.to_local(Vec2::new(-70.0, -1.0)), bed.lattice.to_local(Vec2::new(70.0, 3.0))];
-    let (still, shore) = fill_still_water(&reservoir(), &bed, &surface, Barriers { walls: &[dam], dam: &[] });
+    let (still, shore) = fill_still_water(
+        &reservoir(),
+        &bed,
+        &surface,
+        Barriers { walls: &[dam], dam: &[] },
+        &SeedingConstants::DEFAULT,
+    );
     bed.set(&shore);
     let balance = &still.volumes[0];
     assert_eq!(balance.leaks, []);
@@ -248,7 +255,7 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
         };
         let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
         let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
-        let (still, shore) = fill_still_water(&bodies, &bed, &terrain, Barriers::default());
+        let (still, shore) = fill_still_water(&bodies, &bed, &terrain, Barriers::default(), &SeedingConstants::DEFAULT);
         bed.set(&shore);
         let balance = &still.volumes[0];
         let volume = level * 20.0 * 120.0;
@@ -278,7 +285,7 @@ fn assert_house_stands(surface: &impl Surface) {
     let dry = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, &Nothing, 0.03);
     let mut bed = place_bed(surface, &lattice(40, 1.0), BedMethod::Pointwise, &Nothing, 0.03);
     let bodies = [body(regular(Vec2::ZERO, 100.0, 4, 0.0), level)];
-    let (still, shore) = fill_still_water(&bodies, &bed, surface, Barriers::default());
+    let (still, shore) = fill_still_water(&bodies, &bed, surface, Barriers::default(), &SeedingConstants::DEFAULT);
     bed.set(&shore);
     let (mut standing, mut other) = (0, 0);
     for (z_b, before) in bed.elevation.iter().zip(&dry.elevation) {
@@ -367,7 +374,8 @@ fn dam_through_a_row_of_centres_holds_however_it_is_drawn() {
     for dam in drawn {
         let mut bed = place_bed(&surface, &lattice(72, 4.0), BedMethod::Pointwise, &Nothing, 0.03);
         let dam: Vec<[Vec2; 2]> = dam.iter().map(|piece| piece.map(|p| bed.lattice.to_local(p))).collect();
-        let (still, shore) = fill_still_water(&bodies, &bed, &surface, Barriers { walls: &dam, dam: &[] });
+        let (still, shore) =
+            fill_still_water(&bodies, &bed, &surface, Barriers { walls: &dam, dam: &[] }, &SeedingConstants::DEFAULT);
         bed.set(&shore);
         assert_eq!(still.volumes[0].leaks, [], "{dam:?}");
         for cell in 0..bed.lattice.len() {

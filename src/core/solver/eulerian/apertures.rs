@@ -14,13 +14,8 @@
 //! cuts have in the mean. By the bound with r the lowest cells give their water to the ones above in time, so that no face
 //! counts more than twice; without it w_3 is 1/(2 y′) at the step.
 
-use super::stairs::{Offset, REACH, WallFace, back, beside};
-
-/// The most that a face between the lowest cell and the one above it counts.
-const WIDEST: f64 = 2.0;
-
-/// A line through fewer faces is none.
-const FEWEST: f64 = 5.0;
+use super::stairs::{Offset, WallFace, back, beside};
+use crate::constants::EulerianConstants;
 
 /// What a stair makes of a face between two particles.
 #[derive(Clone, Copy, Debug)]
@@ -40,30 +35,32 @@ struct Line {
 }
 
 impl Line {
-    /// How far a face may lie from the line that it stands for: half a cell, and what is left of that after the fit.
-    const FARTHEST: f64 = 0.65;
-
-    /// The line of regression through the middles of the faces on both sides that look the same way: [`REACH`] on each, or as many
+    /// The line of regression through the middles of the faces on both sides that look the same way: as many on each as make a stair, or as many
     /// as there are and as lie near it.
-    fn fit(face: WallFace, is_wall: &impl Fn((usize, usize), Offset) -> bool) -> Option<Self> {
+    fn fit(
+        face: WallFace,
+        constants: &EulerianConstants,
+        is_wall: &impl Fn((usize, usize), Offset) -> bool,
+    ) -> Option<Self> {
+        let longest = constants.stair_reach;
         let on_side = |start: WallFace| -> Vec<(f64, f64)> {
-            let chain = std::iter::successors(Some(start), |face| face.next(is_wall)).skip(1).take(3 * REACH);
+            let chain = std::iter::successors(Some(start), |face| face.next(is_wall)).skip(1).take(3 * longest);
             let onward = chain.take_while(|next| next.out != back(face.out));
-            let alike = onward.filter(|next| next.out == face.out).take(REACH);
+            let alike = onward.filter(|next| next.out == face.out).take(longest);
             alike.map(|next| offset(face, next.cell)).collect()
         };
         let sides = [on_side(face), on_side(face.turned_back())];
-        (2..=REACH).rev().find_map(|reach| {
+        (2..=longest).rev().find_map(|reach| {
             let points = || sides.iter().flat_map(|side| side.iter().take(reach)).copied().chain([(0.0, 0.0)]);
             let sum = |value: &dyn Fn((f64, f64)) -> f64| points().map(value).sum::<f64>();
             let count = sum(&|_| 1.0);
-            if count < FEWEST {
+            if count < constants.aperture_faces as f64 {
                 return None;
             }
             let (x, y) = (sum(&|point| point.0) / count, sum(&|point| point.1) / count);
             let slope = sum(&|point| (point.0 - x) * (point.1 - y)) / sum(&|point| (point.0 - x) * (point.0 - x));
             let line = Line { height: y - slope * x, slope };
-            points().all(|(x, y)| (y - line.height - slope * x).abs() < Line::FARTHEST).then_some(line)
+            points().all(|(x, y)| (y - line.height - slope * x).abs() < constants.aperture_distance).then_some(line)
         })
     }
 }
@@ -78,30 +75,31 @@ fn offset(face: WallFace, (row, column): (usize, usize)) -> (f64, f64) {
 /// The apertures (M77) beside a face of a stair: none where its line is steeper than 45° as seen from this face, which those of the faces across
 /// then know, or where the water is a cell wide.
 ///
-/// - `cell` (row, column), `out`: the cell before the face, and the way from it to the face
+/// - `(cell, out)`: the cell (row, column) before the face, and the way from it to the face
 /// - `is_wall`: whether a wall stands before a cell on a way out of it
 pub(super) fn apertures(
-    cell: (usize, usize),
-    out: Offset,
+    (cell, out): ((usize, usize), Offset),
+    constants: &EulerianConstants,
     is_wall: &impl Fn((usize, usize), Offset) -> bool,
 ) -> Vec<Aperture> {
     let face = WallFace::new(cell, out);
-    let Some(line) = Line::fit(face, is_wall) else { return Vec::new() };
+    let Some(line) = Line::fit(face, constants, is_wall) else { return Vec::new() };
     let (rising, slope) = if line.slope > 0.0 { (face.along, line.slope) } else { (back(face.along), -line.slope) };
     let (falling, inwards) = (back(rising), back(out));
     if slope <= 0.0 || slope > 1.0 || is_wall(cell, falling) || is_wall(cell, inwards) {
         return Vec::new();
     }
-    let tread = std::iter::successors(Some(cell), |&cell| Some(beside(cell, rising))).take(2 * REACH);
+    let tread = std::iter::successors(Some(cell), |&cell| Some(beside(cell, rising))).take(2 * constants.stair_reach);
     let before_step = tread.take_while(|&cell| is_wall(cell, out)).position(|cell| is_wall(cell, rising));
+    let widest = constants.aperture_widest;
     let shares = |x: f64| {
-        let height = (1.0 - line.height - slope * x).clamp(0.0, WIDEST);
+        let height = (1.0 - line.height - slope * x).clamp(0.0, widest);
         let to_step = before_step.map_or(f64::INFINITY, |cells| cells as f64 + 0.5 - x);
-        let own = height.min(WIDEST * slope * to_step);
+        let own = height.min(widest * slope * to_step);
         (own, 1.0 + height - own)
     };
     let ((own_behind, above_behind), (own_ahead, above_ahead)) = (shares(-0.5), shares(0.5));
-    let upwards = ((own_behind - own_ahead) / slope).clamp(0.0, WIDEST);
+    let upwards = ((own_behind - own_ahead) / slope).clamp(0.0, widest);
     let above = beside(cell, inwards);
     [
         (cell, falling, out, own_behind),
@@ -121,6 +119,16 @@ mod tests {
     use super::super::stairs::is_stair;
     use super::*;
 
+    const AS_THEY_ARE: &EulerianConstants = &EulerianConstants::DEFAULT;
+
+    fn apertures(
+        cell: (usize, usize),
+        out: Offset,
+        is_wall: &impl Fn((usize, usize), Offset) -> bool,
+    ) -> Vec<Aperture> {
+        super::apertures((cell, out), AS_THEY_ARE, is_wall)
+    }
+
     /// A wall that rises by `slope` cells a cell: the southern edge of the water, of which all cells north of it with their middle above the line.
     fn wall(slope: f64) -> impl Fn((usize, usize), Offset) -> bool {
         let is_water = move |(row, column): (usize, usize)| row as f64 > 10.0 + slope * (column as f64 + 0.3);
@@ -133,7 +141,7 @@ mod tests {
         for column in column - 3..=column + 3 {
             for row in row - 4..=row + 4 {
                 for out in [(0, -1), (1, 0), (-1, 0)] {
-                    if is_wall((row, column), out) && is_stair((row, column), out, is_wall) {
+                    if is_wall((row, column), out) && is_stair(((row, column), out), AS_THEY_ARE.stair_reach, is_wall) {
                         found.extend(apertures((row, column), out, is_wall));
                     }
                 }
@@ -163,7 +171,11 @@ mod tests {
                     // Without apertures 1 or the slope.
                     let gain = (west - east) + slope * (south - north);
                     assert!(gain.abs() < 0.2, "slope {slope}, column {column}, row {row}: {gain}");
-                    assert!([east, west, north, south].iter().all(|share| (0.0..=WIDEST).contains(share)));
+                    assert!(
+                        [east, west, north, south]
+                            .iter()
+                            .all(|share| (0.0..=AS_THEY_ARE.aperture_widest).contains(share))
+                    );
                 }
             }
         }

@@ -205,20 +205,34 @@ pub(super) struct Side<'a> {
     pub ground: &'a GroundRow,
 }
 
-/// Spacing (m) and its reciprocal (1/m), gravity (m/s²), dry depth (m) and the share of the slopes that counts: 1, or 0 without reconstruction.
+/// Spacing (m), gravity (m/s²), dry depth (m), the share of the slopes that counts, which is 1, or 0 without reconstruction, and the constants of
+/// a pair: κ where water is pressed together, (M94), and the fade and the reciprocal of the height (1/m) of (M95).
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
     dx: f64,
-    per_dx: f64,
     g: f64,
     dry_depth: f64,
     slopes: f64,
+    pressed_kappa: f64,
+    shear_mixing: f64,
+    fall_fade: f64,
+    per_fall: f64,
 }
 
 impl Numbers {
     pub(super) fn new(scale: &Scale, methods: EulerianMethods) -> Self {
         let slopes = if methods.reconstruction == Reconstruction::None { 0.0 } else { 1.0 };
-        Numbers { dx: scale.spacing, per_dx: 1.0 / scale.spacing, g: scale.gravity, dry_depth: scale.dry_depth, slopes }
+        let constants = &methods.constants;
+        Numbers {
+            dx: scale.spacing,
+            g: scale.gravity,
+            dry_depth: scale.dry_depth,
+            slopes,
+            pressed_kappa: constants.pressed_kappa,
+            shear_mixing: constants.shear_mixing,
+            fall_fade: constants.fall_fade,
+            per_fall: 1.0 / (constants.fall_height * scale.spacing),
+        }
     }
 }
 
@@ -334,10 +348,8 @@ fn on_crest((d, u): (f64, f64), own: f64, beyond: f64, g: f64) -> (f64, f64) {
     if is_faster { (depth, q / depth) } else { (d, u) }
 }
 
-/// κ of the velocity along a pair where water is pressed together, of third order: bores are sharper with it, and a dry front would fall behind
-/// with it where water is drawn out (decision 0036).
-const PRESSED: f64 = 1.0 / 3.0;
-/// κ of all else: the central mean.
+/// κ of the central mean. The velocity along a pair has another where water is pressed together: bores are sharper with it, and a dry front would
+/// fall behind with it where water is drawn out (decision 0036).
 const CENTRAL: f64 = 0.0;
 
 /// A sill between the two particles of a pair, higher than both beds (m): that of the face or of a part of it, and the lowest of the face.
@@ -359,7 +371,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     numbers: Numbers,
     pass: Sill,
 ) -> (f64, f64, f64, f64) {
-    let Numbers { g, dry_depth, slopes, per_dx, .. } = numbers;
+    let Numbers { g, dry_depth, slopes, pressed_kappa, shear_mixing, fall_fade, per_fall, .. } = numbers;
     let jump_eta = if HAS_SILL {
         difference_over_sill((i.d, i.z), (j.d, j.z), pass.lowest, dry_depth)
     } else {
@@ -395,7 +407,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i), 0.0, 2.0 * i.d);
     let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
-    let kappa = if jump_u < 0.0 { PRESSED } else { CENTRAL };
+    let kappa = if jump_u < 0.0 { pressed_kappa } else { CENTRAL };
     let u_l = i.u + slopes * of_velocity(i.rise_u, jump_u, share_i, kappa);
     let u_r = j.u - slopes * of_velocity(j.rise_u, jump_u, share_j, kappa);
     // From levels, which are equal to the last digit in a lake at rest.
@@ -429,9 +441,9 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let (upper_d, lower_d, edge_d, edge, lower_eta) =
         if fall > 0.0 { (i.d, j.d, d_l, sill - raise_l, eta_r) } else { (j.d, i.d, d_r, sill - raise_r, eta_l) };
     let height = larger(edge - lower_eta, 0.0);
-    let ratio = height * per_dx;
+    let ratio = height * per_fall;
     let square = ratio * ratio;
-    let fade = clamp(2.0 - lower_d / upper_d, 0.0, 1.0);
+    let fade = clamp(fall_fade - lower_d / upper_d, 0.0, 1.0);
     let weight =
         if upper_d > dry_depth && !HAS_SILL { fade * g * edge_d * height / (1.0 + square * square) } else { 0.0 };
     let (weight_i, weight_j) = (if fall > 0.0 { weight } else { 0.0 }, if fall < 0.0 { weight } else { 0.0 });
@@ -451,7 +463,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let v_t = if f_d > 0.0 { t_i } else { t_j };
     // What is pressed together along the face, as in a jump across it, mixes over it (M94).
     let pressed = larger(larger(-i.stretch_t, -j.stretch_t), 0.0);
-    let mixed = if HAS_SILL { 0.0 } else { 0.5 * pressed * smaller(i.d, j.d) * jump_t };
+    let mixed = if HAS_SILL { 0.0 } else { shear_mixing * pressed * smaller(i.d, j.d) * jump_t };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 {
         i.d

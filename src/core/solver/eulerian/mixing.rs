@@ -8,7 +8,8 @@
 //! it the mean of their gradients; ν is that of [`turbulence`]. With the harmonic mean of the depths thin water is not torn along by deep water beside it.
 //! Faces at walls and edges, which are made after this pass, have no such stress: water slips along them.
 //!
-//! A step bears ν up to Δ²/(12 Δt), and more than that is left out. Only inside a jump, whose shear grows as 1/Δ, is there more.
+//! A step bears ν up to Δ²/(12 Δt), and more than that is left out. Only inside a jump, whose shear grows as 1/Δ, is there more. A velocity
+//! gives 2 · 2 ν to the two neighbours along it and 2 ν to the others, each over at most twice its own depth (d_f ≤ 2 d_i): 12 ν Δt/Δ² of it, no more than it has.
 
 use rayon::prelude::*;
 
@@ -16,16 +17,18 @@ use super::Scale;
 use super::faces::{EAST, NORTH, Side};
 use super::spans::ActiveSet;
 use super::state::{FaceRow, State};
+use crate::constants::EulerianConstants;
 use crate::math::{inverse_cube_root, smaller};
 use crate::physics::turbulence;
 
 /// Adds the stress of the eddy viscosity to the fluxes of all ordinary faces.
-pub(crate) fn add(state: &mut State, active: &ActiveSet, scale: &Scale, time_step: f64) {
+pub(crate) fn add(state: &mut State, active: &ActiveSet, scale: &Scale, constants: &EulerianConstants, time_step: f64) {
     let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
     let numbers = Numbers {
         dx: scale.spacing,
         dry_depth: scale.dry_depth,
         greatest: scale.spacing * scale.spacing / (12.0 * time_step),
+        square_of_length: turbulence::square_of_length(constants.mixing_length, constants.plane_mixing),
     };
     state.flux.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, flux)| {
         for run in &active.work[row] {
@@ -38,12 +41,13 @@ pub(crate) fn add(state: &mut State, active: &ActiveSet, scale: &Scale, time_ste
     });
 }
 
-/// Spacing (m), dry depth (m) and the greatest eddy viscosity that the step bears (m²/s).
+/// Spacing (m), dry depth (m), the greatest eddy viscosity that the step bears (m²/s), and the square of the mixing length over that of the depth.
 #[derive(Clone, Copy)]
 struct Numbers {
     dx: f64,
     dry_depth: f64,
     greatest: f64,
+    square_of_length: f64,
 }
 
 /// Adds it to so many faces of a row.
@@ -52,7 +56,7 @@ fn add_to_row<const DIRECTION: usize>(
     (left, left_from): (Side<'_>, usize),
     (right, right_from): (Side<'_>, usize),
     len: usize,
-    Numbers { dx, dry_depth, greatest }: Numbers,
+    Numbers { dx, dry_depth, greatest, square_of_length }: Numbers,
     out: &mut FaceRow,
 ) {
     macro_rules! pairs {
@@ -80,7 +84,8 @@ fn add_to_row<const DIRECTION: usize>(
         let (u_f, v_f) = (mean(u), mean(v));
         // √(g n²) |v| d^(−1/6).
         let shear_velocity = (mean(friction) * (u_f * u_f + v_f * v_f) * inverse_cube_root(d_f)).sqrt();
-        let viscosity = turbulence::eddy_viscosity(d_f, shear_velocity, turbulence::strain(gradients));
+        let viscosity =
+            turbulence::eddy_viscosity(d_f, shear_velocity, turbulence::strain(gradients), square_of_length);
         // Where there is no terrain there is no water.
         let is_wet = smaller(d_i, d_j) > dry_depth;
         let carried = if is_wet { smaller(viscosity, greatest) * d_f } else { 0.0 };
@@ -95,11 +100,12 @@ fn add_to_row<const DIRECTION: usize>(
 mod tests {
     use super::{EAST, NORTH};
     use crate::bed::BedParticles;
+    use crate::constants::EulerianConstants;
     use crate::lattice::Lattice;
     use crate::math::Vec2;
-    use crate::methods::{Reconstruction, Stabilisation, Turbulence};
-    use crate::physics::turbulence::eddy_viscosity;
-    use crate::solver::eulerian::{EulerianSolver, tests};
+    use crate::methods::Turbulence;
+    use crate::physics::turbulence::{eddy_viscosity, square_of_length};
+    use crate::solver::eulerian::{EulerianMethods, EulerianSolver, tests};
     use crate::solver::{FlowProblem, FlowSolver};
 
     fn problem(grid: &Lattice, initial_depth: Vec<f64>) -> FlowProblem {
@@ -111,7 +117,7 @@ mod tests {
     }
 
     fn mixed(problem: FlowProblem, turbulence: Turbulence) -> EulerianSolver {
-        EulerianSolver::with_methods(problem, Stabilisation::TwoRarefactions, Reconstruction::Limited, turbulence)
+        EulerianSolver::with_methods(problem, EulerianMethods { turbulence, ..EulerianMethods::default() })
     }
 
     fn run(solver: &mut EulerianSolver, end: f64) {
@@ -129,7 +135,7 @@ mod tests {
         let depth = (0..grid.len()).map(|index| if index % 5 == 2 { 0.0 } else { 1.0 }).collect();
         let mut solver = mixed(tests::problem(grid.clone(), elevation, depth), Turbulence::MixingLength);
         solver.set_velocity(|place| Vec2::new(place.x * place.y, place.x + 2.0 * place.y));
-        super::add(&mut solver.state, &solver.active, &solver.scale, 0.01);
+        super::add(&mut solver.state, &solver.active, &solver.scale, &EulerianConstants::DEFAULT, 0.01);
         let has_water = |row: usize, column: usize| {
             solver.state.has_terrain(row, column) && solver.state.primitive[row].depth[column] > 0.0
         };
@@ -163,7 +169,7 @@ mod tests {
             let stress: Vec<f64> = u
                 .windows(2)
                 .map(|pair| (pair[1] - pair[0]) / dy)
-                .map(|shear| eddy_viscosity(1.0, 0.0, shear.abs()) * shear)
+                .map(|shear| eddy_viscosity(1.0, 0.0, shear.abs(), square_of_length(0.09, 6.0)) * shear)
                 .collect();
             for (k, here) in u.iter_mut().enumerate() {
                 let north = stress.get(k).copied().unwrap_or(0.0);

@@ -49,6 +49,7 @@ use super::{
     BedBalance, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice,
     StepLimit, Way,
 };
+use crate::constants::EulerianConstants;
 use crate::failure::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
@@ -104,13 +105,28 @@ pub(crate) struct Scale {
     pub dry_depth: f64,
 }
 
-/// The methods of a run that every face needs.
+/// The methods of a run with Eulerian particles.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct EulerianMethods {
-    /// One that Eulerian particles have.
+pub struct EulerianMethods {
+    /// The flux: one that Eulerian particles have.
     pub flux: Stabilisation,
+    /// The states at the faces.
     pub reconstruction: Reconstruction,
+    /// The mixing in the plane.
     pub turbulence: Turbulence,
+    /// The constants of all of these.
+    pub constants: EulerianConstants,
+}
+
+impl Default for EulerianMethods {
+    fn default() -> Self {
+        EulerianMethods {
+            flux: Stabilisation::TwoRarefactions,
+            reconstruction: Reconstruction::Limited,
+            turbulence: Turbulence::None,
+            constants: EulerianConstants::DEFAULT,
+        }
+    }
 }
 
 /// Below this step (s) the run has collapsed: a million steps would not reach one second.
@@ -119,20 +135,15 @@ const SMALLEST_STEP: f64 = 1e-6;
 impl EulerianSolver {
     /// Sets the still water of `problem` on its riverbed; the usual methods.
     pub fn new(problem: FlowProblem) -> Self {
-        Self::with_methods(problem, Stabilisation::TwoRarefactions, Reconstruction::Limited, Turbulence::None)
+        Self::with_methods(problem, EulerianMethods::default())
     }
 
     /// The same by other methods.
     ///
     /// # Panics
     /// With a stabilisation that Eulerian particles do not have; a scenario that asks for it is refused.
-    pub fn with_methods(
-        problem: FlowProblem,
-        stabilisation: Stabilisation,
-        reconstruction: Reconstruction,
-        turbulence: Turbulence,
-    ) -> Self {
-        assert!(stabilisation.is_in(Core::Eulerian), "Eulerian particles have no {}", stabilisation.name());
+    pub fn with_methods(problem: FlowProblem, methods: EulerianMethods) -> Self {
+        assert!(methods.flux.is_in(Core::Eulerian), "Eulerian particles have no {}", methods.flux.name());
         let lattice = problem.bed.lattice.clone();
         let scale = Scale {
             spacing: lattice.spacing,
@@ -149,17 +160,17 @@ impl EulerianSolver {
         if let Some(moving) = &mut moving_bed {
             moving.follow(&mut state, 0.0, scale.dry_depth);
         }
-        let walls = Walls::new(&problem, &state, reconstruction);
+        let walls = Walls::new(&problem, &state, methods);
         let passes = Passes::new(&problem, &state, &walls);
         let in_part = CellsInPart::new(&problem, &state);
-        let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part));
+        let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part), methods.constants.edge_about);
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state);
         let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
         let mut solver = EulerianSolver {
             scale,
-            methods: EulerianMethods { flux: stabilisation, reconstruction, turbulence },
+            methods,
             state,
             active,
             walls,
@@ -231,7 +242,7 @@ impl EulerianSolver {
         self.phases.end("gradients");
         faces::evaluate(state, active, scale, self.methods);
         if is_mixed {
-            mixing::add(state, active, scale, time_step);
+            mixing::add(state, active, scale, &self.methods.constants, time_step);
         }
         self.passes.apply(state, active, scale, self.methods);
         self.walls.apply(state, active, scale);

@@ -38,9 +38,6 @@ pub(super) use inside::Near;
 pub(in crate::solver) use inside::{Inside, Passing};
 pub(in crate::solver) use step::Of;
 
-/// How far (in spacings) the faces lie that say which way an edge faces.
-const ABOUT: f64 = 2.5;
-
 /// So many parts of 1 m³ are counted where volumes are added up in any order.
 const COUNTED: f64 = (1_u64 << 40) as f64;
 
@@ -90,7 +87,8 @@ pub(crate) struct OpenBoundaries {
 }
 
 impl OpenBoundaries {
-    pub fn new(problem: &FlowProblem, state: &State, (walls, in_part): (&Walls, &CellsInPart)) -> Self {
+    /// The boundaries of a problem; faces within `about` (spacings) of one say which way its edge faces.
+    pub fn new(problem: &FlowProblem, state: &State, (walls, in_part): (&Walls, &CellsInPart), about: f64) -> Self {
         let line = |condition: &Condition| Line {
             condition: condition.clone(),
             faces: Vec::new(),
@@ -112,7 +110,7 @@ impl OpenBoundaries {
                 }
             }
         }
-        lines.iter_mut().for_each(|line| line.find_facing(problem.bed.lattice.spacing));
+        lines.iter_mut().for_each(|line| line.find_facing(problem.bed.lattice.spacing, about));
         OpenBoundaries { lines, datum: datum(&problem.bed, &problem.initial_depth) }
     }
 
@@ -251,20 +249,20 @@ fn face(
 }
 
 impl Line {
-    /// Finds the way that the edge faces at each of its faces: the mean of theirs and of those about them that do not look back.
-    fn find_facing(&mut self, spacing: f64) {
+    /// Finds the way that the edge faces at each of its faces: the mean of theirs and of those about them (spacings) that do not look back.
+    fn find_facing(&mut self, spacing: f64, about: f64) {
         let place = |face: &Face| {
             let normal = axis(face.direction) * face.sign;
             (State::position(face.cell.0, face.cell.1, spacing) + normal * (0.5 * spacing), normal)
         };
         let places: Vec<(Vec2, Vec2)> = self.faces.iter().map(place).collect();
         // Faces come row by row.
-        let reach = ABOUT.ceil() as usize;
+        let reach = about.ceil() as usize;
         let rows: Vec<usize> = self.faces.iter().map(|face| face.owner.0).collect();
         for (face, &(place, normal)) in self.faces.iter_mut().zip(&places) {
             let from = rows.partition_point(|row| row + reach < face.owner.0);
             let to = rows.partition_point(|row| *row <= face.owner.0 + reach);
-            let near = places[from..to].iter().filter(|(other, _)| (*other - place).norm() <= ABOUT * spacing);
+            let near = places[from..to].iter().filter(|(other, _)| (*other - place).norm() <= about * spacing);
             let near = near.map(|(_, other)| *other).filter(|other| other.dot(normal) >= 0.0);
             let sum = near.fold(Vec2::ZERO, |a, b| a + b);
             let way = sum * (1.0 / sum.norm());

@@ -6,9 +6,6 @@
 /// An offset (column, row) to a neighbour.
 pub(super) type Offset = (isize, isize);
 
-/// Faces along a wall, to either side, among which a step makes it a stair: a wall at 4° to the lattice has one in 16.
-pub(super) const REACH: usize = 8;
-
 /// The place at an offset (column, row) from a place (row, column).
 pub(super) fn beside((row, column): (usize, usize), (dc, dr): Offset) -> (usize, usize) {
     ((row as isize + dr) as usize, (column as isize + dc) as usize)
@@ -60,12 +57,17 @@ impl WallFace {
 
 /// Whether a face of a wall belongs to a stair: it is a step of a single face, or there is one near it on the wall.
 ///
-/// - `cell` (row, column), `out`: the cell before the face, and the way from it to the face
+/// - `(cell, out)`: the cell (row, column) before the face, and the way from it to the face
+/// - `reach`: faces along the wall, to either side, among which a step makes it a stair
 /// - `is_wall`: whether a wall stands before a cell on a way out of it
-pub(super) fn is_stair(cell: (usize, usize), out: Offset, is_wall: &impl Fn((usize, usize), Offset) -> bool) -> bool {
+pub(super) fn is_stair(
+    (cell, out): ((usize, usize), Offset),
+    reach: usize,
+    is_wall: &impl Fn((usize, usize), Offset) -> bool,
+) -> bool {
     let face = WallFace::new(cell, out);
     [face, face.turned_back()].into_iter().any(|face| {
-        let mut along = std::iter::successors(Some(face), |face| face.next(is_wall)).take(REACH + 1);
+        let mut along = std::iter::successors(Some(face), |face| face.next(is_wall)).take(reach + 1);
         along.any(|face| face.is_step(is_wall))
     })
 }
@@ -73,6 +75,7 @@ pub(super) fn is_stair(cell: (usize, usize), out: Offset, is_wall: &impl Fn((usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::constants::EulerianConstants;
 
     /// For each southern face of the water of a plan, row by row from the north, whether it belongs to a stair.
     fn southern_faces(plan: &[&str]) -> String {
@@ -84,7 +87,11 @@ mod tests {
         let mut found = String::new();
         for row in (0..plan.len()).rev() {
             for column in (0..plan[0].len()).filter(|&column| is_wall((row, column), (0, -1))) {
-                found.push(if is_stair((row, column), (0, -1), &is_wall) { '/' } else { '_' });
+                found.push(if is_stair(((row, column), (0, -1)), EulerianConstants::DEFAULT.stair_reach, &is_wall) {
+                    '/'
+                } else {
+                    '_'
+                });
             }
         }
         found

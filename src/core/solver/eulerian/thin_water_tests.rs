@@ -1,11 +1,11 @@
 //! Water thinner than the steps of the bed: uniform flow, rain, a cliff; mirror images to the last bit.
 
-use super::EulerianSolver;
+use super::{EulerianMethods, EulerianSolver};
 use crate::bed::BedParticles;
 use crate::boundary::{Condition, Rain, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::methods::{Reconstruction, Stabilisation, Turbulence};
+use crate::methods::Reconstruction;
 use crate::solver::testing::{open, run_until, still_water};
 use crate::solver::{FlowProblem, FlowSolver};
 
@@ -148,7 +148,7 @@ fn over_a_random_bed(
     };
     problem.gravity = 9.81;
     let mut solver =
-        EulerianSolver::with_methods(problem, Stabilisation::TwoRarefactions, reconstruction, Turbulence::None);
+        EulerianSolver::with_methods(problem, EulerianMethods { reconstruction, ..EulerianMethods::default() });
     for _ in 0..200 {
         let choice = solver.choose_step();
         solver.advance(choice.time_step).unwrap();

@@ -11,12 +11,13 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::Scale;
 use super::apertures::{Aperture, apertures};
 use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::spans::{ActiveSet, Run};
 use super::stairs::{self, is_stair};
 use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
+use super::{EulerianMethods, Scale};
+use crate::constants::EulerianConstants;
 use crate::lattice::NEIGHBOURS;
 use crate::math::{Vec2, segments_cross};
 use crate::methods::Reconstruction;
@@ -90,7 +91,7 @@ fn step(direction: usize) -> (isize, isize) {
 
 impl Walls {
     /// The walls of a problem. With the sharp reconstruction none is a stair: it makes noise in basins, from which thrusts take.
-    pub fn new(problem: &FlowProblem, state: &State, reconstruction: Reconstruction) -> Self {
+    pub fn new(problem: &FlowProblem, state: &State, methods: EulerianMethods) -> Self {
         let spacing = problem.bed.lattice.spacing;
         let mut faces = vec![Vec::new(); state.rows + 2];
         let mut beside = vec![vec![Beside::default(); state.columns + 2]; state.rows + 2];
@@ -126,10 +127,10 @@ impl Walls {
                 }
             }
         }
-        let parts = if reconstruction == Reconstruction::Sharp {
+        let parts = if methods.reconstruction == Reconstruction::Sharp {
             vec![Vec::new(); state.rows + 2]
         } else {
-            find_stairs(&mut faces, &mut beside, state)
+            find_stairs(&mut faces, &mut beside, state, &methods.constants)
         };
         let cells_of_row = |(row, cells): (usize, &Vec<Beside>)| {
             let cells =
@@ -358,7 +359,12 @@ fn correct(
 
 /// Marks the faces of walls that are stairs, and tells how much of the faces beside them counts: a face gets what stairs on either side of it make of it
 /// together, of each side the mean of what its faces say.
-fn find_stairs(faces: &mut [Vec<SpecialFace>], beside: &mut [Vec<Beside>], state: &State) -> Vec<Vec<PartOfFace>> {
+fn find_stairs(
+    faces: &mut [Vec<SpecialFace>],
+    beside: &mut [Vec<Beside>],
+    state: &State,
+    constants: &EulerianConstants,
+) -> Vec<Vec<PartOfFace>> {
     let mut found = Vec::new();
     let mut changes = BTreeMap::<(usize, usize, usize), [Mean; 2]>::new();
     let is_wall = |(row, column): (usize, usize), out| {
@@ -371,12 +377,12 @@ fn find_stairs(faces: &mut [Vec<SpecialFace>], beside: &mut [Vec<Beside>], state
             let cell = (row, face.column);
             let sides = [(cell, (dc, dr)), (stairs::beside(cell, (dc, dr)), (-dc, -dr))];
             for (is_marked, (cell, out)) in face.stair.iter_mut().zip(sides) {
-                if !is_wall(cell, out) || !is_stair(cell, out, &is_wall) {
+                if !is_wall(cell, out) || !is_stair((cell, out), constants.stair_reach, &is_wall) {
                     continue;
                 }
                 *is_marked = true;
                 found.push((cell, out));
-                for Aperture { cell, way, is_wall_beyond, share } in apertures(cell, out, &is_wall) {
+                for Aperture { cell, way, is_wall_beyond, share } in apertures((cell, out), constants, &is_wall) {
                     let direction = if way.0 != 0 { EAST } else { NORTH };
                     let (row, column) = if way == step(direction) { cell } else { stairs::beside(cell, way) };
                     let changes = changes.entry((row, column, direction)).or_default();

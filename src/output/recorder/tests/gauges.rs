@@ -69,11 +69,12 @@ fn a_gauge_on_a_levee_does_not_read_the_water_at_its_foot_nor_the_other_way_roun
     assert_close(foot.max_level.unwrap(), BED + 2.0, "level at the foot");
 }
 
-/// A gauge at a place over a bed in cells of 10 m, five to a row and three rows, with so much water in each: its bed, its greatest depth and
+/// A gauge at an upright bank, at a place over a bed in cells of 10 m, five to a row and three rows, with so much water in each: its bed, its greatest depth and
 /// its greatest level.
 fn read_over(place: Vec2, bed_elevation: Vec<f64>, depth: Vec<f64>) -> (f64, f64, Option<f64>) {
     let gauges = vec![Gauge { id: "g".into(), position: place, attributes: vec![] }];
-    let mut recorder = Recorder::new(RecorderPlan { bed_elevation, gauges, ..plan(50.0) });
+    let home = lattice().cell_at(place - lattice().origin).unwrap();
+    let mut recorder = Recorder::new(RecorderPlan { bed_elevation, gauges, at_banks: vec![home], ..plan(50.0) });
     let spans: Vec<Span> = (0..3).map(|row| Span { row, from: 0, to: 5 }).collect();
     let lattice = lattice();
     let rows = FlatWater { depth, ..FlatWater::dry(&lattice) };

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use crate::boundary::{Boundary, Condition, LineSource, OpenEdges, PointSource, Rain, Rating, Series};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::methods::{Reconstruction, Stabilisation, Turbulence};
+use crate::methods::Reconstruction;
 use crate::solver::testing::{open, run_steps, run_until, still_water as problem};
-use crate::solver::{EulerianSolver, FlowProblem, FlowSolver};
+use crate::solver::{EulerianMethods, EulerianSolver, FlowProblem, FlowSolver};
 
 const G: f64 = 9.81;
 
@@ -118,7 +118,7 @@ fn down_a_steep_slope(reconstruction: Reconstruction) -> (f64, f64) {
     open(&mut problem, true, Condition::Discharge { discharge, level: Some(Series::constant(depth)) });
     open(&mut problem, false, Condition::NormalDepth { slope });
     let mut solver =
-        EulerianSolver::with_methods(problem, Stabilisation::TwoRarefactions, reconstruction, Turbulence::None);
+        EulerianSolver::with_methods(problem, EulerianMethods { reconstruction, ..EulerianMethods::default() });
     let mut greatest = (0.0_f64, 0.0_f64);
     while solver.time() < 2.0 * 60.0 * spacing * depth / uniform {
         let choice = solver.choose_step();

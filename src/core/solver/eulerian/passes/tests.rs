@@ -1,12 +1,11 @@
-use super::super::EulerianSolver;
 use super::super::state::State;
 use super::super::tests::{noise, problem, run};
 use super::super::walls::Walls;
+use super::super::{EulerianMethods, EulerianSolver};
 use super::Passes;
 use crate::bed::{PassSill, PassSills};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
-use crate::methods::Reconstruction;
 use crate::solver::{FlowProblem, FlowSolver};
 
 const COLUMNS: usize = 40;
@@ -139,7 +138,7 @@ fn a_ridge_passes_what_a_broad_crested_weir_does() {
 fn a_sill_moves_with_the_lower_of_its_two_cells() {
     let problem = overtopped(3.0, false);
     let mut state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
-    let walls = Walls::new(&problem, &state, Reconstruction::Limited);
+    let walls = Walls::new(&problem, &state, EulerianMethods::default());
     let mut passes = Passes::new(&problem, &state, &walls);
     let [face] = passes.faces[1][..] else { unreachable!("one ridge") };
     // Padded cells 19 and 20 of row 1.
