@@ -676,7 +676,7 @@ SENSITIVITY_NOTES = [
     "",
     "- Thresholds of heights enter by their square, because walls of all heights are equally frequent in their cases.",
     "- Gauges and the fits of the bed bear a larger support better than a smaller one. The least error of a gauge in a wave of five cells lies above 0.75.",
-    "- (M95) is too strong in water that runs down drops (`fall_fade`, `fall_height`: less of it is better there), and right at levees (decision 0046).",
+    "- (M95) is too strong in water that runs down drops: with half of `fall_fade` or `fall_height` the depth is nearer to uniform flow, and a levee as near to a weir. What the weight is needed for is not in these cases (decision 0046).",
     "- In the deep circular dam break mixing moves the solution by little; a tenth of a length changes that by less than 1 %.",
     "",
     "## What is not in the list",

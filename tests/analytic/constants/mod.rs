@@ -65,7 +65,9 @@ fn no_result_stands_on_a_tenth_of_a_constant_and_none_does_nothing() {
                 let found = factor(number, as_it_is);
                 acts |= found > 1.0 + 1e-9;
                 let is_sensible = (constant.range.0..=constant.range.1).contains(&constant.of(&constant.times(by)));
-                if is_sensible && !(found <= if constant.is_whole { MOST_OF_WHOLE } else { MOST }) {
+                // False for not-a-number.
+                let is_kept = found <= if constant.is_whole { MOST_OF_WHOLE } else { MOST };
+                if is_sensible && !is_kept {
                     wrong.push(format!("{} times {by}: {} {as_it_is} to {number}", constant.name, case.name));
                 }
             }
