@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use floodsim::problems::{self, Reported};
 
 /// Texts in kebab case that are no codes: units, words of messages, a status of a row, a rule of serde.
-const NO_CODES: &[&str] = &["acre-ft", "us-ft", "cross-sections", "fall-short", "kebab-case"];
+const NO_CODES: &[&str] =
+    &["acre-ft", "us-ft", "cross-sections", "fall-short", "kebab-case", "x-example", "x-keys", "x-kind"];
 
 /// What makes a problem, and as what it is reported where that can be read.
 const MAKERS: &[(&str, Option<Reported>)] = &[

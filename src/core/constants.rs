@@ -143,11 +143,11 @@ constants! {
         fall_fade: f64 = 2.0, "–", 1 to 3;
             what "depth below a fall over that above it at which the weight on the step is gone; it fades from one less on (M95)";
             source "a step is a fall up to equal depth, and a shore from twice the depth on (decision 0046)";
-            outside "below 1 falls into water of equal depth lose their weight; above, films on a shore that falls dry are driven outwards";
+            outside "at 1 drops lie nearer to uniform flow, and falls into water of equal depth lose their weight; above, films on a shore that falls dry are driven outwards";
         fall_height: f64 = 1.0, "spacings", 0.5 to 2;
             what "height of a fall at which half of the weight on its step is left (M95)";
             source "one spacing: a step that is higher than the cell is long is a cliff, down which water does not run";
-            outside "below, a levee of one cell passes too little; above, water under cliffs is too fast";
+            outside "at half, drops lie nearer to uniform flow and a levee as near to a weir; above, water is held up before drops";
         stair_reach: usize = 8, "faces", 4 to 16;
             what "faces along a wall to either side among which a step makes it a stair";
             source "the flattest wall that is still a stair has one step in twice as many faces: 4° (decision 0032)";

@@ -104,20 +104,20 @@ pub(super) fn place(
     check_gauges(scenario, terrain, &ground, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
     let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
-    let count = ground_source.of_pixels.len();
-    let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
+    let pieces_of_maps = (&forcing.channels, ground_source.of_pixels.len());
+    let needs = needs(scenario, (ground.bed(), &at_start.still_water), pieces_of_maps, findings);
     let scene = Scene {
         crs: files.crs,
         ground_source,
         ridges,
         raised: at_start.raised,
+        earlier_time: at_start.earlier_time,
         at_banks: places::cells_at_banks(&files.gauges, &ground.surface(), ground.bed()),
         walls,
         open_edges: edges.open,
         crossed: forcing.sections.iter().map(|pieces| crossed(pieces, &lattice)).collect(),
         forcing,
         waters: files.bodies.into_iter().map(|body| body.body).collect(),
-        earlier_time: at_start.earlier_time,
         sections,
         channels,
         gauges: files.gauges,

@@ -113,3 +113,43 @@ pub fn missed_limits(runs: &[CaseRun]) -> Vec<Missed> {
 pub fn known_miss(missed: Missed) -> Option<&'static KnownMiss> {
     KNOWN_MISSES.iter().find(|known| known.missed == missed)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validation::case::{AcceptanceLimit, Suite};
+    use crate::validation::cases::dam_breaks::channel;
+    use crate::validation::{Resolutions, run_case};
+
+    /// One limit that no Eulerian run meets, and one that only the better motion has to.
+    static CASE: Case = Case {
+        name: "made",
+        suite: Suite::Analytic,
+        about: "Made for this test.",
+        is_tuned: true,
+        spacings: &[40.0],
+        tested: 1,
+        acceptance_limits: &[
+            AcceptanceLimit { scope: Scope::Of(Motion::Eulerian), depth: Some(1e-9), ..AcceptanceLimit::NONE },
+            AcceptanceLimit { scope: Scope::Better, velocity: Some(1e-9), ..AcceptanceLimit::NONE },
+            AcceptanceLimit { scope: Scope::Shown, depth: Some(1e-9), ..AcceptanceLimit::NONE },
+        ],
+        setup: |spacing, _| Ok(channel(spacing, 5.0, 20.0)),
+    };
+
+    fn run(given: &[(&str, &str)]) -> CaseRun {
+        let choice = Choice::new(given).unwrap();
+        CaseRun { case: &CASE, result: run_case(&CASE, &choice, Resolutions::Test), choice }
+    }
+
+    #[test]
+    fn misses_are_those_of_default_methods_by_motion_and_once() {
+        let of = |motion| Missed { case: "made", motion };
+        let runs = [run(&[("motion", "eulerian")]), run(&[("motion", "lagrangian")])];
+        assert_eq!(missed_limits(&runs), [of(Some(Motion::Eulerian)), of(None)]);
+        assert!(missed_limits(&runs).into_iter().all(|missed| known_miss(missed).is_none()));
+        assert_eq!(missed_limits(&[run(&[("motion", "eulerian"), ("reconstruction", "none")])]), []);
+        let known = KNOWN_MISSES[0].missed;
+        assert_eq!(known_miss(known).map(|entry| entry.missed), Some(known));
+    }
+}

@@ -115,10 +115,13 @@ fn validate_prints_a_table_and_writes_its_rows() {
     for key in rows[0].as_object().unwrap().keys() {
         assert!(heading.contains(&key.as_str()), "{key}");
     }
-    // The order of Eulerian particles on the wet dam break is below 1 at one moment.
-    command(&["validate", "stoker"]).code(7).stderr(predicate::str::contains("stoker"));
+    // The order of Eulerian particles on the wet dam break is below 1 at one moment, which is known.
+    let known = predicate::str::contains("known to miss an acceptance limit: stoker (eulerian)");
+    command(&["validate", "stoker"]).code(0).stderr(known);
     // A channel of one row does not show what Lagrangian particles do in the plane; the plane comes with it, scored on the map, too.
-    command(&["validate", "ritter", "--json", "ritter.json"]).code(7).stderr(predicate::str::contains("ritter_plane"));
+    command(&["validate", "ritter", "--json", "ritter.json"])
+        .code(0)
+        .stderr(predicate::str::contains("ritter_plane (lagrangian)"));
     let rows = std::fs::read_to_string(folder.path().join("ritter.json")).unwrap();
     let rows: Vec<serde_json::Value> = serde_json::from_str(&rows).unwrap();
     let status = |case: &str, motion: &str, norm: &str| {

@@ -65,7 +65,9 @@ fn no_result_stands_on_a_tenth_of_a_constant_and_none_does_nothing() {
                 let found = factor(number, as_it_is);
                 acts |= found > 1.0 + 1e-9;
                 let is_sensible = (constant.range.0..=constant.range.1).contains(&constant.of(&constant.times(by)));
-                if is_sensible && !(found <= if constant.is_whole { MOST_OF_WHOLE } else { MOST }) {
+                // False for not-a-number.
+                let is_kept = found <= if constant.is_whole { MOST_OF_WHOLE } else { MOST };
+                if is_sensible && !is_kept {
                     wrong.push(format!("{} times {by}: {} {as_it_is} to {number}", constant.name, case.name));
                 }
             }
@@ -81,17 +83,17 @@ fn no_result_stands_on_a_tenth_of_a_constant_and_none_does_nothing() {
 #[ignore = "writes docs/validation/sensitivity.csv"]
 fn table_of_constants() {
     const COLUMNS: &str =
-        "constant;value;unit;what;source;low;high;outside;case;about;as it is;half;tenth less;tenth more;double";
+        "constant,value,unit,what,source,low,high,outside,case,about,as it is,half,tenth less,tenth more,double";
     let mut lines = vec![COLUMNS.to_owned()];
     for constant in Constants::all() {
         let Constant { name, unit, what, source, range: (low, high), outside, .. } = constant;
         let value = constant.of(&Constants::DEFAULT);
-        for case in cases().filter(|case| case.is_of(constant)) {
-            let as_it_is = (case.run)(&Constants::DEFAULT);
-            let [half, less, more, double] = [0.5, 0.9, 1.1, 2.0].map(|by| (case.run)(&constant.times(by)));
-            let numbers = [as_it_is, half, less, more, double].map(|number| format!("{number:.6e}")).join(";");
-            let of_constant = format!("{name};{value};{unit};{what};{source};{low};{high};{outside}");
-            lines.push(format!("{of_constant};{};{};{numbers}", case.name, case.about));
+        for Case { name: case, about, run, .. } in cases().filter(|case| case.is_of(constant)) {
+            let as_it_is = run(&Constants::DEFAULT);
+            let [half, less, more, double] = [0.5, 0.9, 1.1, 2.0].map(|by| run(&constant.times(by)));
+            let numbers = [as_it_is, half, less, more, double].map(|number| format!("{number:.6e}")).join(",");
+            let of_constant = format!("{name},{value},{unit},\"{what}\",\"{source}\",{low},{high},\"{outside}\"");
+            lines.push(format!("{of_constant},\"{case}\",\"{about}\",{numbers}"));
         }
     }
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/validation/sensitivity.csv");
