@@ -132,7 +132,7 @@ fn write_breach(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
     writeln!(f)
 }
 
-/// Channels that overtopped their sections, and the bed that moved; nothing where there are none.
+/// Channels whose water stood above their sections, and the bed that moved; nothing where there are none.
 fn write_bed_and_banks(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
     for above in &run.above_banks {
         writeln!(
