@@ -8,7 +8,7 @@ use super::Stages;
 use super::args::PlanArguments;
 use super::check::{findings, listing};
 use crate::error::{Error, ExitCode, Problem, sort_problems};
-use crate::pipeline::Plan;
+use crate::pipeline::{Advice, Plan};
 use crate::scenario;
 
 /// Plans a run and prints what it will need; problems come as `check` gives them, with the exit code of a run that stops at them.
@@ -52,7 +52,7 @@ fn as_json(file: &str, plan: &Plan) -> Value {
         "run_time_s": range(&plan.run_time),
         "disk_mb": range(&plan.disk_mb),
         "resolution_m": range(&plan.resolution),
-        "motion": {"chosen": plan.motion.name(), "advised": plan.advice.0.name(), "why": plan.advice.1},
+        "motion": {"chosen": plan.motion.name(), "advised": plan.advice.motion.name(), "why": plan.advice.why},
         "measured": {
             "preparation_s": measured.preparation,
             "steps": measured.steps,
@@ -77,7 +77,7 @@ fn as_text(file: &str, plan: &Plan) -> String {
         if measured.is_whole { "the whole run was measured" } else { "between no growth and all below the levels" };
     let channels =
         if plan.channel_particles > 0 { format!(", {} in channels", plan.channel_particles) } else { String::new() };
-    let (advised, why) = &plan.advice;
+    let Advice { motion: advised, why } = &plan.advice;
     let agrees = if *advised == plan.motion { "as the scenario says" } else { "which the scenario does not" };
     let warnings: String = plan.warnings.iter().map(|problem| format!("{problem}\n")).collect();
     format!(

@@ -5,7 +5,7 @@
 //! the rules of the gauges of the plane.
 
 use super::WET_DEPTH;
-use super::channel_profile::{ChannelGauge, ChannelProfile, ChannelWater};
+use super::channel_profile::{ChannelFrame, ChannelGauge, ChannelProfile, ChannelWater};
 use super::frames::{Schedule, share_of_step};
 use super::gauges::ArrivalRule;
 use super::maxima::arrival_depth;
@@ -88,23 +88,18 @@ impl ChannelGaugeRecorder {
         ChannelGaugeRecorder { readings, rule, schedule, samples: Vec::new() }
     }
 
-    /// Takes the water of all channels before and after a compute step from one time to another (s). The first call, at time 0, has no
-    /// length.
-    pub(super) fn step(
-        &mut self,
-        (before, after): (f64, f64),
-        (earlier, now): (&[Vec<ChannelWater>], &[Vec<ChannelWater>]),
-    ) {
-        while let Some(time) = self.schedule.due(after) {
-            let share = share_of_step(time, before, after);
+    /// Takes the water of all channels before and after a compute step. The first call, at time 0, has no length.
+    pub(super) fn step(&mut self, before: &ChannelFrame, after: &ChannelFrame) {
+        while let Some(time) = self.schedule.due(after.time) {
+            let share = share_of_step(time, before.time, after.time);
             for (gauge, reading) in self.readings.iter().enumerate() {
-                let water = reading.read(earlier).between(&reading.read(now), share);
+                let water = reading.read(&before.water).between(&reading.read(&after.water), share);
                 self.samples.push(ChannelGaugeSample { gauge, time, water });
             }
         }
         for reading in &mut self.readings {
-            let water = reading.read(now);
-            reading.follow((before, after), water, self.rule);
+            let water = reading.read(&after.water);
+            reading.follow(before.time, after.time, water, self.rule);
         }
     }
 
@@ -139,7 +134,7 @@ impl Reading {
     }
 
     /// Keeps maxima and arrival.
-    fn follow(&mut self, (before, after): (f64, f64), now: ChannelWater, rule: ArrivalRule) {
+    fn follow(&mut self, before: f64, after: f64, now: ChannelWater, rule: ArrivalRule) {
         if after <= before {
             (self.initial_depth, self.last_depth) = (now.depth, now.depth);
         }
@@ -180,7 +175,7 @@ mod tests {
         ChannelGaugeRecorder::new(&[profile], rule, Schedule::new(1.0, 4.0))
     }
 
-    fn water(depths: [f64; 3]) -> Vec<Vec<ChannelWater>> {
+    fn frame(time: f64, depths: [f64; 3]) -> ChannelFrame {
         let beds = [3.0, 2.0, 1.0];
         let of = |(depth, bed): (f64, f64)| ChannelWater {
             depth,
@@ -188,14 +183,14 @@ mod tests {
             velocity: -2.0 * depth,
             discharge: -10.0 * depth,
         };
-        vec![depths.into_iter().zip(beds).map(of).collect()]
+        ChannelFrame { time, water: vec![depths.into_iter().zip(beds).map(of).collect()] }
     }
 
     #[test]
     fn a_gauge_reads_between_the_particles_beside_it() {
         let mut recorder = recorder(&[0.0, 5.0, 7.5, 25.0, 30.0]);
-        let start = water([1.0, 0.2, 0.0]);
-        recorder.step((0.0, 0.0), (&start, &start));
+        let start = frame(0.0, [1.0, 0.2, 0.0]);
+        recorder.step(&start, &start);
         let (results, samples) = recorder.finish();
         let found: Vec<f64> = samples.iter().map(|sample| sample.water.depth).collect();
         for (found, expected) in found.iter().zip([1.0, 1.0, 0.8, 0.0, 0.0]) {
@@ -211,10 +206,10 @@ mod tests {
     fn maxima_follow_the_steps_and_samples_lie_between() {
         let mut recorder = recorder(&[25.0]);
         let states = [(0.0, 0.0), (0.5, 0.0), (1.5, 1.0), (2.5, 0.5), (4.0, 0.25)];
-        let all: Vec<Vec<Vec<ChannelWater>>> = states.iter().map(|state| water([0.0, 0.0, state.1])).collect();
-        recorder.step((0.0, 0.0), (&all[0], &all[0]));
-        for step in 1..states.len() {
-            recorder.step((states[step - 1].0, states[step].0), (&all[step - 1], &all[step]));
+        let all = states.map(|(time, depth)| frame(time, [0.0, 0.0, depth]));
+        recorder.step(&all[0], &all[0]);
+        for pair in all.windows(2) {
+            recorder.step(&pair[0], &pair[1]);
         }
         let (results, samples) = recorder.finish();
         let series: Vec<(f64, f64)> = samples.iter().map(|sample| (sample.time, sample.water.depth)).collect();

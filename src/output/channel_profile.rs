@@ -54,3 +54,12 @@ impl ChannelWater {
         }
     }
 }
+
+/// All channels at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelFrame {
+    /// Time (s).
+    pub time: f64,
+    /// The particles of each channel, from its far end.
+    pub water: Vec<Vec<ChannelWater>>,
+}

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::channel_gauges::{ChannelGaugeRecorder, ChannelGaugeResult, ChannelGaugeSample};
-use super::channel_profile::{ChannelProfile, ChannelWater};
+use super::channel_profile::{ChannelFrame, ChannelProfile, ChannelWater};
 use super::frames::{Schedule, share_of_step};
 use super::gauges::ArrivalRule;
 use crate::error::Error;
@@ -34,15 +34,6 @@ impl AboveBanks {
         };
         (height_m > 0.0).then(place)
     }
-}
-
-/// All channels at one moment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChannelFrame {
-    /// Time (s).
-    pub time: f64,
-    /// The particles of each channel, from its far end.
-    pub water: Vec<Vec<ChannelWater>>,
 }
 
 /// What to record of the channels.
@@ -129,7 +120,7 @@ impl<'a> ChannelRecorder<'a> {
     /// Those of the sink.
     pub fn step(&mut self, time: f64, water: Vec<Vec<ChannelWater>>, sink: &mut ProfileSink<'_>) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.before, ChannelFrame { time, water });
-        self.gauges.step((before.time, time), (&before.water, &self.before.water));
+        self.gauges.step(&before, &self.before);
         while let Some(due) = self.schedule.due(time) {
             let share = share_of_step(due, before.time, time);
             let channel = |(earlier, later): (&Vec<ChannelWater>, &Vec<ChannelWater>)| {

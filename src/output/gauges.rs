@@ -145,13 +145,7 @@ impl GaugeRecorder {
 
     /// Takes the water over a bed (m) after a compute step from one time to another (s); `maxima` still holds the step before. The
     /// first call, at time 0, has no length.
-    pub(super) fn step(
-        &mut self,
-        (before, after): (f64, f64),
-        bed: &[f64],
-        maxima: &Maxima,
-        water: &WaterOnLattice<'_>,
-    ) {
+    pub(super) fn step(&mut self, before: f64, after: f64, bed: &[f64], maxima: &Maxima, water: &WaterOnLattice<'_>) {
         let now = |cell: usize| water.at(cell);
         while let Some(time) = self.schedule.due(after) {
             let share = share_of_step(time, before, after);

@@ -29,8 +29,8 @@ mod sections;
 mod write;
 
 pub use channel_gauges::{ChannelGaugeResult, ChannelGaugeSample};
-pub use channel_profile::{ChannelGauge, ChannelProfile, ChannelWater};
-pub use channels::{ChannelFrame, ChannelPlan, ChannelRecorder, ChannelRecording};
+pub use channel_profile::{ChannelFrame, ChannelGauge, ChannelProfile, ChannelWater};
+pub use channels::{ChannelPlan, ChannelRecorder, ChannelRecording};
 pub use folder::RunFolder;
 pub use frames::{Frame, MassBalanceRow, Volumes};
 pub use gauges::{GaugeResult, GaugeSample};

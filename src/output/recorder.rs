@@ -210,7 +210,7 @@ impl Recorder {
         self.maxima.start(0.0, water);
         self.follow_levels(water);
         self.previous_volumes = volumes;
-        self.gauges.step((0.0, 0.0), &self.bed_elevation, &self.maxima, water);
+        self.gauges.step(0.0, 0.0, &self.bed_elevation, &self.maxima, water);
         self.hand_out_frames(0.0, water, Some(volumes), sink)
     }
 
@@ -227,7 +227,7 @@ impl Recorder {
         sink: &mut FrameSink<'_>,
     ) -> Result<(), Error> {
         let volumes = volumes.into();
-        self.gauges.step((self.time, time_after), &self.bed_elevation, &self.maxima, water);
+        self.gauges.step(self.time, time_after, &self.bed_elevation, &self.maxima, water);
         self.hand_out_frames(time_after, water, volumes, sink)?;
         self.maxima.step(self.time, time_after, water);
         self.follow_levels(water);

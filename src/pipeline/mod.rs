@@ -30,7 +30,7 @@ use crate::seeding::SeededVolume;
 use crate::solver::{FlowSolver, Ledger};
 use crate::version;
 use clock::Clock;
-pub use plan::{Measured, Plan, plan};
+pub use plan::{Advice, Measured, Plan, plan};
 use progress::Progress;
 use recorders::Recorders;
 use records::{first_manifest, passages, still_water_records};

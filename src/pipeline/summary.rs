@@ -1,6 +1,7 @@
 //! What a run tells its planner at the end, on stdout.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use super::progress::clock_time;
@@ -8,14 +9,14 @@ use crate::output::{ChannelGaugeResult, Gauge, GaugeResult, RunManifest, Section
 use crate::seeding::{FluidSeed, SeededVolume};
 
 /// The Lagrangian particles at the start, in short.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MovingAtStart {
     /// How many there are.
     pub count: usize,
     /// The volume of all together (m³).
     pub volume_m3: f64,
     /// The volumes of the smallest and of the largest one (m³).
-    pub range_m3: (f64, f64),
+    pub range_m3: Range<f64>,
 }
 
 impl MovingAtStart {
@@ -25,7 +26,7 @@ impl MovingAtStart {
         (!seeds.is_empty()).then(|| MovingAtStart {
             count: seeds.len(),
             volume_m3: volumes().sum(),
-            range_m3: (volumes().fold(f64::INFINITY, f64::min), volumes().fold(0.0, f64::max)),
+            range_m3: volumes().fold(f64::INFINITY, f64::min)..volumes().fold(0.0, f64::max),
         })
     }
 }
@@ -80,7 +81,7 @@ impl RunSummary {
         if let Some(moving) = &self.moving {
             let integral: f64 = self.seeded.iter().map(|volume| volume.integral_m3).sum();
             let off = if integral > 0.0 { 100.0 * (moving.volume_m3 / integral - 1.0).abs() } else { 0.0 };
-            let (least, greatest) = moving.range_m3;
+            let Range { start: least, end: greatest } = &moving.range_m3;
             writeln!(
                 f,
                 "Lagrangian particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
@@ -131,7 +132,7 @@ fn write_breach(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
     writeln!(f)
 }
 
-/// Channels that overtopped their sections, and the bed that moved; nothing where there are none.
+/// Channels whose water stood above their sections, and the bed that moved; nothing where there are none.
 fn write_bed_and_banks(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
     for above in &run.above_banks {
         writeln!(

@@ -11,7 +11,7 @@ use crate::math::{Vec2, in_bytes, readable};
 use crate::prepare::GapReport;
 use crate::scenario::{Limits, Side};
 use crate::solver::OpenEdges;
-use crate::terrain::{Layer, Terrain};
+use crate::terrain::{Layer, Rectangle, Terrain};
 
 /// Memory (bytes) that a cell takes in the whole run, at most: riverbed 32, water and its rates about 200, maps and frames about 150.
 pub const BYTES_PER_CELL: f64 = 400.0;
@@ -35,7 +35,7 @@ pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Resul
         Layer::Survey(_) => None,
     });
     let anchor = anchor.unwrap_or(Vec2::ZERO);
-    let (min, max) = terrain.extent();
+    let Rectangle { low: min, high: max } = terrain.extent();
     let first = |low: f64, anchor: f64| ((low - anchor) / spacing + ROUND_OFF).floor();
     let last = |high: f64, anchor: f64| ((high - anchor) / spacing - ROUND_OFF).ceil();
     let (west, south) = (first(min.x, anchor.x), first(min.y, anchor.y));

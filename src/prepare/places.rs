@@ -14,6 +14,7 @@ use crate::prepare::tables::series::names_a_length;
 use crate::scenario::units::LENGTH;
 use crate::scenario::{OpenBoundary, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::solver::OpenEdges;
+use crate::terrain::Rectangle;
 use crate::vector::{self, Feature};
 
 /// What comes of the part of a boundary that lies on no terrain.
@@ -314,10 +315,11 @@ pub(super) fn cells_at_banks(gauges: &[Gauge], surface: &impl Surface, bed: &Bed
 pub(super) fn check_gauges(
     source: &Sourced<VectorSource>,
     gauges: &[Gauge],
-    (min, max): (Vec2, Vec2),
+    extent: Rectangle,
     (surface, bed): (&impl Surface, &BedParticles),
     findings: &mut Findings,
 ) {
+    let Rectangle { low: min, high: max } = extent;
     let is_outside = |Vec2 { x, y }: Vec2| x < min.x || y < min.y || x > max.x || y > max.y;
     if let Some(first) = gauges.first()
         && gauges.iter().all(|gauge| is_outside(gauge.position))

@@ -6,6 +6,14 @@ use geo::{Area, BooleanOps, Line, LineString, MultiPolygon, Polygon, Validation,
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
+/// An area with a value that holds in it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ValuedArea {
+    /// In map coordinates (m).
+    pub area: MultiPolygon<f64>,
+    pub value: f64,
+}
+
 /// What is wrong with a polygon.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum PolygonFault {

@@ -77,7 +77,7 @@ impl Cover {
     pub fn find(terrain: &Terrain, surface: &impl Surface, bed: &BedParticles) -> Cover {
         let lattice = &bed.lattice;
         let rasters = terrain.extents_of_rasters();
-        let ends: Vec<Rectangle> = rasters.map(|rectangle| in_cells(rectangle, lattice)).collect();
+        let ends: Vec<Rectangle> = rasters.map(|extent| in_cells((extent.low, extent.high), lattice)).collect();
         let near = near_ends(&ends, lattice);
         if near.is_empty() {
             return Cover::default();

@@ -174,6 +174,7 @@ impl CellGrid {
 }
 
 /// The square of a support in units, less what rounding may add to a distance.
+#[inline]
 fn reach_squared_of(units: f64) -> f32 {
     let sure = (units * (1.0 - ROUNDING) - 2.0).max(0.0);
     (sure * sure) as f32

@@ -98,6 +98,20 @@ pub fn inflow(q: f64, held: Option<f64>, invariant: f64, g: f64) -> EdgeState {
     EdgeState::of(celerity, outwards, g)
 }
 
+/// Level (m) and velocity outwards (m/s) of the water at a section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionState {
+    /// Level (m).
+    pub level: f64,
+    /// Velocity outwards (m/s).
+    pub outwards: f64,
+}
+
+impl SectionState {
+    /// No water.
+    const NOTHING: SectionState = SectionState { level: f64::NEG_INFINITY, outwards: 0.0 };
+}
+
 /// The strips of a section, each with its width (any unit) and its bed (m), the lowest ones first.
 #[derive(Clone)]
 pub struct Section<I>(pub I);
@@ -166,9 +180,9 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
 
     /// (M73): the level (m) at which the discharge (m³/s, 0 or more) comes in, before water of a level (m) and a velocity outwards (m/s), if there is
     /// any; `held` (m) is the level that counts where it comes in faster than waves run, as in [`inflow`].
-    pub fn inflow(&self, discharge: f64, held: Option<f64>, before: Option<(f64, f64)>, g: f64) -> f64 {
+    pub fn inflow(&self, discharge: f64, held: Option<f64>, before: Option<SectionState>, g: f64) -> f64 {
         let critical = self.critical(discharge, g);
-        let slow = before.and_then(|(level, outwards)| {
+        let slow = before.and_then(|SectionState { level, outwards }| {
             let invariant = outwards + self.below(level, g).omega;
             self.subcritical(discharge, invariant, (critical, level), g)
         });
@@ -186,41 +200,41 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
 
     /// (M76): level (m) and velocity outwards (m/s) of a simple wave that leaves into water at rest at a level (m), before water of a level (m) and
     /// a velocity outwards (m/s), if there is any; slower than waves run, or as fast.
-    pub fn waves_leave(&self, rest: f64, before: Option<(f64, f64)>, g: f64) -> (f64, f64) {
+    pub fn waves_leave(&self, rest: f64, before: Option<SectionState>, g: f64) -> SectionState {
         self.wave_enters((rest, rest), before, g)
     }
 
     /// The same where a wave of a level (m) comes in over water at rest at another level (m): its velocity is ω − ω_0 inwards, at most critical.
-    pub fn wave_enters(&self, (wave, rest): (f64, f64), before: Option<(f64, f64)>, g: f64) -> (f64, f64) {
+    pub fn wave_enters(&self, (wave, rest): (f64, f64), before: Option<SectionState>, g: f64) -> SectionState {
         let coming = self.below(wave, g);
         let inwards = smaller(coming.omega - self.below(rest, g).omega, coming.celerity(g));
         let still = coming.omega + inwards;
-        let (top, outwards) = before.unwrap_or((f64::NEG_INFINITY, 0.0));
+        let SectionState { level: top, outwards } = before.unwrap_or(SectionState::NOTHING);
         let invariant = outwards + self.below(top, g).omega;
         let level = self.level_of(0.5 * (invariant + still), g);
         if invariant > still {
             let level = level.max(self.critical_of(invariant, top, g));
-            return (level, invariant - self.below(level, g).omega);
+            return SectionState { level, outwards: invariant - self.below(level, g).omega };
         }
         let level = level.max(self.critical_of(still, wave, g));
-        (level, self.below(level, g).omega - still)
+        SectionState { level, outwards: self.below(level, g).omega - still }
     }
 
     /// (M92): level (m) and velocity outwards (m/s) where a level (m) is held, before water of a level (m) and a velocity outwards (m/s), if there
     /// is any; slower than waves run, or as fast.
-    pub fn at_level(&self, held: f64, before: Option<(f64, f64)>, g: f64) -> (f64, f64) {
-        let (top, outwards) = before.unwrap_or((f64::NEG_INFINITY, 0.0));
+    pub fn at_level(&self, held: f64, before: Option<SectionState>, g: f64) -> SectionState {
+        let SectionState { level: top, outwards } = before.unwrap_or(SectionState::NOTHING);
         let invariant = outwards + self.below(top, g).omega;
         let there = self.below(held, g);
         if invariant > there.omega {
             let level = held.max(self.critical_of(invariant, top, g));
-            return (level, invariant - self.below(level, g).omega);
+            return SectionState { level, outwards: invariant - self.below(level, g).omega };
         }
-        (held, larger(invariant - there.omega, -there.celerity(g)))
+        SectionState { level: held, outwards: larger(invariant - there.omega, -there.celerity(g)) }
     }
 
     /// Whether water of a level (m) leaves with a velocity outwards (m/s) that no wave comes up against.
-    pub fn is_swept(&self, (level, outwards): (f64, f64), g: f64) -> bool {
+    pub fn is_swept(&self, SectionState { level, outwards }: SectionState, g: f64) -> bool {
         outwards >= self.below(level, g).celerity(g)
     }
 

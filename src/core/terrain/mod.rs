@@ -44,11 +44,36 @@ impl Layer {
         }
     }
 
-    /// The rectangle around its data: south-western and north-eastern corner (map coordinates).
-    pub fn extent(&self) -> Option<(Vec2, Vec2)> {
+    /// The rectangle around its data.
+    pub fn extent(&self) -> Option<Rectangle> {
         match self {
             Layer::Raster(raster) => raster.data_extent(),
             Layer::Survey(survey) => Some(survey.extent()),
+        }
+    }
+}
+
+/// A rectangle on the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Its south-western corner (map coordinates, m).
+    pub low: Vec2,
+    /// Its north-eastern corner.
+    pub high: Vec2,
+}
+
+impl Rectangle {
+    /// The one that no place lies in.
+    const NOWHERE: Rectangle = Rectangle {
+        low: Vec2 { x: f64::INFINITY, y: f64::INFINITY },
+        high: Vec2 { x: f64::NEG_INFINITY, y: f64::NEG_INFINITY },
+    };
+
+    /// The rectangle around both.
+    fn around(self, other: Rectangle) -> Rectangle {
+        Rectangle {
+            low: Vec2::new(self.low.x.min(other.low.x), self.low.y.min(other.low.y)),
+            high: Vec2::new(self.high.x.max(other.high.x), self.high.y.max(other.high.y)),
         }
     }
 }
@@ -73,8 +98,8 @@ pub struct Terrain {
     layers: Vec<Layer>,
     overlays: Vec<Overlay>,
     /// Of each layer.
-    extents: Vec<(Vec2, Vec2)>,
-    extent: (Vec2, Vec2),
+    extents: Vec<Rectangle>,
+    extent: Rectangle,
 }
 
 impl Terrain {
@@ -86,12 +111,9 @@ impl Terrain {
     /// The same with a way to meet those under it for each layer.
     pub fn with_overlays(layers: Vec<(Layer, Overlay)>) -> Option<Terrain> {
         let (layers, overlays): (Vec<Layer>, Vec<Overlay>) = layers.into_iter().unzip();
-        let extents: Vec<Option<(Vec2, Vec2)>> = layers.iter().map(Layer::extent).collect();
-        let extent = extents.iter().flatten().copied().reduce(|a, b| {
-            (Vec2::new(a.0.x.min(b.0.x), a.0.y.min(b.0.y)), Vec2::new(a.1.x.max(b.1.x), a.1.y.max(b.1.y)))
-        })?;
-        let nowhere = (Vec2::new(f64::INFINITY, f64::INFINITY), Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
-        let extents = extents.into_iter().map(|extent| extent.unwrap_or(nowhere)).collect();
+        let extents: Vec<Option<Rectangle>> = layers.iter().map(Layer::extent).collect();
+        let extent = extents.iter().flatten().copied().reduce(Rectangle::around)?;
+        let extents = extents.into_iter().map(|extent| extent.unwrap_or(Rectangle::NOWHERE)).collect();
         Some(Terrain { layers, overlays, extents, extent })
     }
 
@@ -100,13 +122,13 @@ impl Terrain {
         &self.layers
     }
 
-    /// The rectangle around all data: south-western and north-eastern corner.
-    pub fn extent(&self) -> (Vec2, Vec2) {
+    /// The rectangle around all data.
+    pub fn extent(&self) -> Rectangle {
         self.extent
     }
 
-    /// The rectangles around the data of its rasters: south-western and north-eastern corners.
-    pub fn extents_of_rasters(&self) -> impl Iterator<Item = (Vec2, Vec2)> {
+    /// The rectangles around the data of its rasters.
+    pub fn extents_of_rasters(&self) -> impl Iterator<Item = Rectangle> {
         let of_layers = self.layers.iter().zip(&self.extents);
         of_layers.filter(|(layer, _)| matches!(layer, Layer::Raster(_))).map(|(_, extent)| *extent)
     }
@@ -256,7 +278,7 @@ mod tests {
         let pixels =
             [(Vec2::new(50.0, 50.0), 5.0), (Vec2::new(50.0, 50.0), 4.9), (hole, 10.0), (Vec2::new(-1.0, 10.0), 30.0)];
         assert_eq!(pixels.map(|(place, spacing)| terrain.has_pixels(place, spacing)), [true, false, false, false]);
-        assert_eq!(terrain.extent(), (Vec2::ZERO, Vec2::new(100.0, 100.0)));
+        assert_eq!(terrain.extent(), Rectangle { low: Vec2::ZERO, high: Vec2::new(100.0, 100.0) });
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! The rectangle is no smaller than a cell of the raster: where a lattice is finer than the terrain, the mean over it is the bilinear
 //! elevation at its middle.
 
-use super::{Layer, Overlay, Raster, SPACING_ROUNDING, Survey, Terrain};
+use super::{Layer, Overlay, Raster, Rectangle, SPACING_ROUNDING, Survey, Terrain};
 use crate::math::Vec2;
 
 /// Sides of rectangles that miss a side of raster cells by less than this share of a cell lie on it: the round-off of map coordinates.
@@ -173,7 +173,7 @@ impl Terrain {
     pub fn pieces(&self, centre: Vec2, width: f64, with_surroundings: bool, pieces: &mut Vec<Piece>) {
         let margin = if with_surroundings { SURROUNDINGS } else { 0.0 };
         let is_near = |index: &usize| {
-            let (low, high) = self.extents[*index];
+            let Rectangle { low, high } = self.extents[*index];
             let reach = match &self.layers[*index] {
                 Layer::Raster(raster) => {
                     let cell = raster.cell_x.max(raster.cell_y);

@@ -1,5 +1,6 @@
 //! A georeferenced raster in memory, row 0 in the north, NaN where there is no data.
 
+use super::Rectangle;
 use crate::math::{Vec2, minmod};
 
 /// A north-up raster.
@@ -178,8 +179,8 @@ impl Raster {
         (columns, rows)
     }
 
-    /// The rectangle around the cells with data: south-western and north-eastern corner (map coordinates).
-    pub fn data_extent(&self) -> Option<(Vec2, Vec2)> {
+    /// The rectangle around the cells with data.
+    pub fn data_extent(&self) -> Option<Rectangle> {
         let has_data = |row: usize| self.values[row * self.columns..][..self.columns].iter().any(|v| !v.is_nan());
         let first_row = (0..self.rows).find(|&row| has_data(row))?;
         let last_row = (0..self.rows).rfind(|&row| has_data(row))?;
@@ -191,10 +192,16 @@ impl Raster {
             first_column = first_column.min(first.unwrap_or(self.columns));
             last_column = last_column.max(last.unwrap_or(0));
         }
-        Some((
-            Vec2::new(self.west + first_column as f64 * self.cell_x, self.north - (last_row + 1) as f64 * self.cell_y),
-            Vec2::new(self.west + (last_column + 1) as f64 * self.cell_x, self.north - first_row as f64 * self.cell_y),
-        ))
+        Some(Rectangle {
+            low: Vec2::new(
+                self.west + first_column as f64 * self.cell_x,
+                self.north - (last_row + 1) as f64 * self.cell_y,
+            ),
+            high: Vec2::new(
+                self.west + (last_column + 1) as f64 * self.cell_x,
+                self.north - first_row as f64 * self.cell_y,
+            ),
+        })
     }
 }
 
@@ -310,7 +317,10 @@ mod tests {
         for row in 0..3 {
             raster.values[row * 4 + 3] = f64::NAN;
         }
-        assert_eq!(raster.data_extent(), Some((Vec2::new(1000.0, 1940.0), Vec2::new(1030.0, 1980.0))));
+        assert_eq!(
+            raster.data_extent(),
+            Some(Rectangle { low: Vec2::new(1000.0, 1940.0), high: Vec2::new(1030.0, 1980.0) })
+        );
         raster.values.fill(f64::NAN);
         assert_eq!(raster.data_extent(), None);
     }

@@ -17,6 +17,7 @@ use geo::{BoundingRect, Contains, MultiPolygon};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use spade::{DelaunayTriangulation, FloatTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
 
+use super::Rectangle;
 use crate::math::Vec2;
 
 /// Interpolation between survey points.
@@ -66,7 +67,7 @@ pub struct Survey {
     delaunay: Option<Delaunay>,
     max_gap: f64,
     spacing: f64,
-    extent: (Vec2, Vec2),
+    extent: Rectangle,
     /// Outside of it there is no terrain (map coordinates).
     area: Option<IntervalTreeMultiPolygon<f64>>,
 }
@@ -91,7 +92,7 @@ impl Survey {
         let least = |of: fn(&SurveyPoint) -> f64| points.iter().map(of).fold(f64::INFINITY, f64::min);
         let most = |of: fn(&SurveyPoint) -> f64| points.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
         let origin = Vec2::new(least(|p| p.position.x), least(|p| p.position.y));
-        let extent = (origin, Vec2::new(most(|p| p.position.x), most(|p| p.position.y)));
+        let extent = Rectangle { low: origin, high: Vec2::new(most(|p| p.position.x), most(|p| p.position.y)) };
         let local = |p: &SurveyPoint| p.position - origin;
         let coordinates: Vec<[f64; 2]> = points.iter().map(|p| [local(p).x, local(p).y]).collect();
         let tree = ImmutableKdTree::new_from_slice(&coordinates)
@@ -173,10 +174,10 @@ impl Survey {
     /// Points outside go on shaping the surface inside.
     pub fn within_area(mut self, area: &MultiPolygon<f64>) -> Option<Survey> {
         let bounds = area.bounding_rect()?;
-        let (low, high) = self.extent;
+        let Rectangle { low, high } = self.extent;
         let low = Vec2::new(low.x.max(bounds.min().x), low.y.max(bounds.min().y));
         let high = Vec2::new(high.x.min(bounds.max().x), high.y.min(bounds.max().y));
-        self.extent = (low, high);
+        self.extent = Rectangle { low, high };
         self.area = Some(IntervalTreeMultiPolygon::new(area));
         (low.x < high.x && low.y < high.y).then_some(self)
     }
@@ -225,7 +226,7 @@ impl Survey {
     }
 
     /// The rectangle around the points, or the part of it to which the survey is cut (map coordinates).
-    pub fn extent(&self) -> (Vec2, Vec2) {
+    pub fn extent(&self) -> Rectangle {
         self.extent
     }
 }

@@ -12,8 +12,7 @@ use std::path::Path;
 
 use netcdf::{FileMut, Options};
 
-use super::super::channel_profile::{ChannelProfile, ChannelWater};
-use super::super::channels::ChannelFrame;
+use super::super::channel_profile::{ChannelFrame, ChannelProfile, ChannelWater};
 use super::super::folder::{RunFolder, output_error};
 use super::super::grid::FILL;
 use super::super::{OutputCrs, WET_DEPTH};

@@ -42,8 +42,8 @@ pub fn draw(
     let spacing = scenario.resolution.value;
     let moves = is_moving(scenario);
     let wet = reach.cells_at.first().copied().unwrap_or(0);
-    let growth = growth(scenario, still, reach, measured.particles.0);
-    let (now, peak) = (measured.particles.0 as f64, measured.particles.1 as f64);
+    let growth = growth(scenario, still, reach, measured.particles);
+    let (now, peak) = (measured.particles as f64, measured.most_particles as f64);
     let particles_at_most = match (moves, measured.is_whole) {
         (true, _) | (_, true) => peak..peak,
         (false, false) => peak..peak.max((reach.cells() + scene.needs.channel_particles) as f64),

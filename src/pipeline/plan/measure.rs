@@ -34,8 +34,10 @@ pub struct Measured {
     pub shortest_step: f64,
     /// Particles with water before the first step.
     pub particles_at_start: usize,
-    /// Particles with water after the last step, and the most of all steps.
-    pub particles: (usize, usize),
+    /// Particles with water after the last step.
+    pub particles: usize,
+    /// The most particles with water of all steps.
+    pub most_particles: usize,
     /// Evaluations of the last step.
     pub last_evaluations: u64,
 }
@@ -46,7 +48,7 @@ pub fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut 
     let first = balance(solver);
     let particles = solver.particles();
     let mut measured =
-        Measured { particles_at_start: particles, particles: (particles, particles), ..Measured::default() };
+        Measured { particles_at_start: particles, particles, most_particles: particles, ..Measured::default() };
     let evaluated_before = solver.particle_evaluations();
     let start = Instant::now();
     recorder.start(&solver.water(), first, &mut no_sink)?;
@@ -66,8 +68,8 @@ pub fn measure(scenario: &Scenario, solver: &mut dyn FlowSolver, recorder: &mut 
         measured.steps += 1;
         measured.last_evaluations = solver.particle_evaluations() - before;
         before = solver.particle_evaluations();
-        let now = solver.particles();
-        measured.particles = (now, measured.particles.1.max(now));
+        measured.particles = solver.particles();
+        measured.most_particles = measured.most_particles.max(measured.particles);
     }
     measured.seconds = start.elapsed().as_secs_f64();
     measured.simulated = solver.time();

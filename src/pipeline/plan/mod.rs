@@ -30,6 +30,7 @@ use crate::prepare::{Runnable, Setup, prepare};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::seeding::{StillWater, reach};
+pub use advice::Advice;
 use bounds::draw;
 pub use measure::Measured;
 use measure::measure;
@@ -70,7 +71,7 @@ pub struct Plan {
     /// The motion of the scenario.
     pub motion: Motion,
     /// The motion that fits this scene better, and why.
-    pub advice: (Motion, String),
+    pub advice: Advice,
     /// What the estimate rests on.
     pub measured: Measured,
     /// Number of threads.

@@ -1,6 +1,6 @@
 //! Boundaries with a condition on the lattice: the faces that each opens, and whether its levels fit the ground there.
 
-use super::levels::{self, Inlet};
+use super::levels::{self, Inflow, Inlet};
 use super::plausible::Placed;
 use crate::bed::BedParticles;
 use crate::boundary::{Boundary, Condition, EdgeFace, Forcing, OpenEdges, Pieces, Strip, edge_faces};
@@ -200,7 +200,7 @@ fn check_inflow(
     }
     let gravity = scenario.numerics.gravity;
     let inlet = Inlet { name: "this boundary", strips: &strips, gravity, end: scenario.end_time };
-    if let Some(problem) = levels::check_inflow(timed, (discharge, levels), inlet) {
+    if let Some(problem) = levels::check_inflow(timed, Inflow { discharge, level: levels }, inlet) {
         let (key, place) = timed.source();
         findings.add_at(key, place.cloned(), problem);
     }

@@ -19,16 +19,26 @@ pub struct Inlet<'a> {
     pub end: f64,
 }
 
+/// Area (m²) and width (m) of the water in a section.
+#[derive(Default)]
+struct Water {
+    area: f64,
+    width: f64,
+}
+
 impl Inlet<'_> {
     /// Elevation of the lowest strip (m).
     pub fn lowest(&self) -> f64 {
         self.strips.iter().filter(|strip| strip.width > 0.0).map(|strip| strip.bed).fold(f64::INFINITY, f64::min)
     }
 
-    /// Area (m²) and width (m) of the water at a level (m).
-    fn water(&self, level: f64) -> (f64, f64) {
+    /// The water at a level (m).
+    fn water(&self, level: f64) -> Water {
         let wet = self.strips.iter().filter(|strip| strip.bed < level);
-        wet.fold((0.0, 0.0), |(area, width), strip| (area + strip.width * (level - strip.bed), width + strip.width))
+        wet.fold(Water::default(), |sum, strip| Water {
+            area: sum.area + strip.width * (level - strip.bed),
+            width: sum.width + strip.width,
+        })
     }
 
     /// The times of the points of two series within the run, each with the one after it (s).
@@ -50,8 +60,18 @@ fn at_moment(level: &Timed, time: f64) -> String {
     }
 }
 
+/// What comes in by an inlet over time.
+#[derive(Clone, Copy)]
+pub struct Inflow<'a> {
+    /// Discharge (m³/s).
+    pub discharge: &'a Series,
+    /// Level (m) that counts where it is supercritical.
+    pub level: &'a Series,
+}
+
 /// Refuses a level that is not above the bed while a discharge comes in, and warns of one so low that the inflow is a jet.
-pub fn check_inflow(level: &Timed, (discharges, levels): (&Series, &Series), inlet: Inlet<'_>) -> Option<Problem> {
+pub fn check_inflow(level: &Timed, inflow: Inflow<'_>, inlet: Inlet<'_>) -> Option<Problem> {
+    let Inflow { discharge: discharges, level: levels } = inflow;
     let spans = inlet.spans([discharges, levels]);
     let comes_in = |time: &f64| discharges.at(*time) > 0.0;
     // Just beside a point at which it begins or ends to come in the level may be below the bed, too.
@@ -73,7 +93,7 @@ pub fn check_inflow(level: &Timed, (discharges, levels): (&Series, &Series), inl
     }
     let between = |[from, to]: &[f64; 2]| [*from, 0.5 * (from + to), *to];
     let jet = |time: f64| {
-        let (area, width) = inlet.water(levels.at(time));
+        let Water { area, width } = inlet.water(levels.at(time));
         let (depth, velocity) = (area / width, discharges.at(time) / area);
         (velocity / (inlet.gravity * depth).sqrt(), time, depth, velocity)
     };
@@ -159,7 +179,11 @@ mod tests {
             (vec![(0.0, 10.01), (100.0, 10.01)], fast),
         ] {
             let levels = Series::new(&levels).unwrap();
-            assert_eq!(found(check_inflow(&constant(), (&rising, &levels), inlet())), expected, "{levels:?}");
+            assert_eq!(
+                found(check_inflow(&constant(), Inflow { discharge: &rising, level: &levels }, inlet())),
+                expected,
+                "{levels:?}"
+            );
         }
     }
 
@@ -168,10 +192,12 @@ mod tests {
         // At 12 m: 2·2 + 3·1 = 7 m² on 5 m. Froude 5 is 5·√(9.81·7/5)·7 = 129.7 m³/s.
         let level = Series::constant(12.0);
         for (discharge, is_fast) in [(129.0, false), (130.0, true)] {
-            let problem = check_inflow(&constant(), (&Series::constant(discharge), &level), inlet());
+            let problem =
+                check_inflow(&constant(), Inflow { discharge: &Series::constant(discharge), level: &level }, inlet());
             assert_eq!(problem.is_some(), is_fast, "{discharge}: {problem:?}");
         }
-        let jet = check_inflow(&constant(), (&Series::constant(8.0), &Series::constant(10.01)), inlet()).unwrap();
+        let (discharge, level) = (Series::constant(8.0), Series::constant(10.01));
+        let jet = check_inflow(&constant(), Inflow { discharge: &discharge, level: &level }, inlet()).unwrap();
         assert!(jet.message.contains("8 m3/s come in 0.01 m deep and at 400.0 m/s"), "{jet}");
     }
 

@@ -148,7 +148,7 @@ fn inlet_of_wave(faces: &[EdgeFace], (bed, still): (&BedParticles, &StillWater),
 
 /// Warns of a discharge so great for the width (m) over which it comes that critical flow would be deeper than any flood.
 pub fn torrent(name: &str, discharge: &Series, width: f64, scenario: &Scenario) -> Option<Problem> {
-    let (time, peak) = peak_until(discharge, scenario.end_time)?;
+    let Peak { time, value: peak } = peak_until(discharge, scenario.end_time)?;
     let critical = ((peak / width).powi(2) / scenario.numerics.gravity).cbrt();
     (critical > TORRENT).then(|| {
         let moment = if discharge.points().count() > 1 { format!(" at {} s", readable(time)) } else { String::new() };
@@ -211,7 +211,7 @@ fn rising_ground(slope: f64, faces: &[EdgeFace], bed: &BedParticles) -> Option<P
 
 /// Warns of a level that is held far above all terrain, and above all water of the start.
 fn drowned(level: &Series, bed: &BedParticles, still: &StillWater, end: f64) -> Option<Problem> {
-    let (_, peak) = peak_until(level, end)?;
+    let peak = peak_until(level, end)?.value;
     let tops = bed.elevation.iter().zip(&still.depth).map(|(ground, depth)| ground + depth);
     let highest = tops.filter(|top| !top.is_nan()).fold(f64::NEG_INFINITY, f64::max);
     (highest.is_finite() && peak > highest + TORRENT).then(|| {
@@ -226,10 +226,17 @@ fn drowned(level: &Series, bed: &BedParticles, still: &StillWater, end: f64) -> 
     })
 }
 
-/// Time (s) and value at which a series is greatest before the end of the run (s).
-pub fn peak_until(series: &Series, end: f64) -> Option<(f64, f64)> {
+/// The greatest value of a series, and its time (s).
+#[derive(Clone, Copy)]
+pub struct Peak {
+    pub time: f64,
+    pub value: f64,
+}
+
+/// The greatest value of a series before the end of the run (s).
+pub fn peak_until(series: &Series, end: f64) -> Option<Peak> {
     let points = series.points().filter(|point| point.0 < end).chain([(end, series.at(end))]);
-    points.max_by(|a, b| a.1.total_cmp(&b.1))
+    points.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, value)| Peak { time, value })
 }
 
 /// Where two boundaries meet.

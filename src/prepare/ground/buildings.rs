@@ -13,7 +13,7 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::SetBy;
 use crate::prepare::findings::Findings;
-use crate::prepare::polygons::cells_inside;
+use crate::prepare::polygons::{ValuedArea, cells_inside};
 use crate::prepare::{places, water};
 use crate::scenario::{BuildingMode, Buildings, Scenario, Sourced, VectorSource};
 use crate::vector::Feature;
@@ -30,7 +30,7 @@ const TALLEST_BUILDING: f64 = 1000.0;
 const TALL_BUILDING: f64 = 200.0;
 
 /// Footprints (map coordinates) with the height (m) or the roughness (s·m^(−1/3)) of each.
-pub type Footprints = Vec<(MultiPolygon<f64>, f64)>;
+pub type Footprints = Vec<ValuedArea>;
 
 /// The footprints of the buildings of the scenario.
 pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Footprints {
@@ -42,7 +42,7 @@ pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> 
 pub fn blocked<'a>(footprints: &'a Footprints, scenario: &Scenario) -> impl Iterator<Item = &'a MultiPolygon<f64>> {
     let buildings = scenario.ground.buildings.as_ref();
     let are_blocked = buildings.is_some_and(|buildings| matches!(buildings.mode, BuildingMode::Block));
-    footprints.iter().filter(move |_| are_blocked).map(|(footprint, _)| footprint)
+    footprints.iter().filter(move |_| are_blocked).map(|footprint| &footprint.area)
 }
 
 /// Takes over what the buildings change.
@@ -53,12 +53,7 @@ pub fn shape(footprints: &Footprints, scenario: &Scenario, ground: &mut Ground<'
 }
 
 /// The footprints of a file, each with its height or roughness.
-fn footprints(
-    buildings: &Buildings,
-    crs: Option<&Crs>,
-    scenario: &Scenario,
-    findings: &mut Findings,
-) -> Vec<(MultiPolygon<f64>, f64)> {
+fn footprints(buildings: &Buildings, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Footprints {
     let source = &buildings.polygons;
     let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
     findings.add_all(source, places::left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));
@@ -89,7 +84,8 @@ fn footprints(
             Some(value) => {
                 // A roughness is less.
                 seen.tall.extend((value > TALL_BUILDING).then_some((feature, value)));
-                found.extend(is_usable.then(|| (MultiPolygon::new(feature.polygons.clone()), value)));
+                found
+                    .extend(is_usable.then(|| ValuedArea { area: MultiPolygon::new(feature.polygons.clone()), value }));
             }
         }
     }
@@ -180,7 +176,7 @@ fn changes(buildings: &Buildings, footprints: &Footprints, bed: &BedParticles, f
     // A cell that two share gets the higher value.
     let mut cells: BTreeMap<usize, f64> = BTreeMap::new();
     let (mut outside, mut small, mut broken) = (Vec::new(), Vec::new(), Vec::new());
-    for (area, value) in footprints {
+    for ValuedArea { area, value } in footprints {
         let inside = cells_inside(area, lattice);
         if !matches!(buildings.mode, BuildingMode::Roughness(_))
             && area.0.iter().any(|part| are_apart(&cells_inside(&MultiPolygon(vec![part.clone()]), lattice), lattice))

@@ -14,7 +14,7 @@ use crate::prepare::polygons::cells_inside;
 use crate::prepare::water;
 use crate::scenario::{CrsChoice, LayerMode, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::terrain::{
-    Layer, Overlay, Raster, RasterFile, RasterRequest, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
+    Layer, Overlay, Raster, RasterFile, RasterRequest, Rectangle, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
 };
 
 /// A terrain file that is open, with its place in the scenario.
@@ -107,7 +107,7 @@ const DISTORTED: f64 = 0.01;
 const TOO_DISTORTED: f64 = 0.05;
 
 /// Tells where lengths on the map are not those on the ground, in the middle of the terrain.
-fn distorted(run: &SpatialRef, (low, high): (Vec2, Vec2)) -> Option<Problem> {
+fn distorted(run: &SpatialRef, Rectangle { low, high }: Rectangle) -> Option<Problem> {
     let middle = (low + high) * 0.5;
     let [east, north] = map_scales(run, middle)?;
     let worst = (east - 1.0).abs().max((north - 1.0).abs());
@@ -303,7 +303,7 @@ fn cut(
         kept[index] = raster.values[index];
     }
     if kept.iter().all(|value| value.is_nan()) {
-        findings.add(clip, clip_outside(clip, (origin, Vec2::new(raster.east(), raster.north))));
+        findings.add(clip, clip_outside(clip, Rectangle { low: origin, high: Vec2::new(raster.east(), raster.north) }));
         return None;
     }
     raster.values = kept;
@@ -364,8 +364,8 @@ fn read_points(
     clipped
 }
 
-/// The polygons of `clip` and a layer, told by its south-western and north-eastern corner, have nothing in common.
-fn clip_outside(clip: &Sourced<VectorSource>, (low, high): (Vec2, Vec2)) -> Problem {
+/// The polygons of `clip` and a layer, given by its extent, have nothing in common.
+fn clip_outside(clip: &Sourced<VectorSource>, Rectangle { low, high }: Rectangle) -> Problem {
     let message = format!("the polygons of {} hold no data of this layer", clip.value.path.display());
     Problem::error(ProblemKind::Input, "clip-outside-layer", "", message)
         .with_cause(format!("the layer reaches from {:.0}, {:.0} to {:.0}, {:.0}", low.x, low.y, high.x, high.y))

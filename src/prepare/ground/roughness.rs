@@ -9,7 +9,7 @@ use crate::geodata::{Crs, Table, read_text, readable_file};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::prepare::findings::Findings;
-use crate::prepare::polygons::cells_inside;
+use crate::prepare::polygons::{ValuedArea, cells_inside};
 use crate::prepare::{places, water};
 use crate::scenario::{Roughness, Scenario, Sourced, VectorSource};
 use crate::terrain::{Placing, Raster};
@@ -30,7 +30,7 @@ pub struct Opened {
     /// Of each class its n; none where the raster holds n itself.
     table: Option<Vec<(f64, f64)>>,
     /// Areas and their n, later ones on top.
-    areas: Vec<(MultiPolygon<f64>, f64)>,
+    areas: Vec<ValuedArea>,
 }
 
 /// Opens every file of the roughness.
@@ -98,7 +98,7 @@ fn areas(
     crs: Option<&Crs>,
     scenario: &Scenario,
     findings: &mut Findings,
-) -> Vec<(MultiPolygon<f64>, f64)> {
+) -> Vec<ValuedArea> {
     let name = file.value.path.display();
     let Some(features) = places::features(file, crs, scenario.reproject, findings) else { return Vec::new() };
     let mut found = Vec::new();
@@ -107,7 +107,9 @@ fn areas(
         let is_usable =
             feature.polygons.iter().all(|polygon| water::check_polygon(file, feature.number, polygon, findings));
         match NAMES.iter().find_map(|name| feature.number(name)) {
-            Some(n) if is_sound(n) => found.extend(is_usable.then(|| (MultiPolygon::new(feature.polygons), n))),
+            Some(n) if is_sound(n) => {
+                found.extend(is_usable.then(|| ValuedArea { area: MultiPolygon::new(feature.polygons), value: n }))
+            }
             Some(n) => {
                 let message = format!("polygon {} of {name} has a roughness of {n} s/m^(1/3)", feature.number);
                 let remedy = "give a Manning roughness above 0, and at most 0.5";
@@ -150,7 +152,7 @@ pub fn on_lattice(
         }
     }
     let mut is_beside = !opened.areas.is_empty();
-    for (area, n) in &opened.areas {
+    for ValuedArea { area, value: n } in &opened.areas {
         for cell in cells_inside(area, lattice) {
             values[cell] = *n;
             missing.take(cell);

@@ -6,10 +6,11 @@
 mod askew;
 
 use crate::bed::BedParticles;
-use crate::boundary::{Condition, Forcing, Series};
+use crate::boundary::{Condition, Forcing};
 use crate::error::{Place, Problem, input_warning};
 use crate::math::{Vec2, readable, segments_cross};
 use crate::prepare::findings::Findings;
+use crate::prepare::forcing::levels::Inflow;
 use crate::prepare::forcing::plausible::{Placed, peak_until};
 use crate::scenario::methods::{Formulation, Motion};
 use crate::scenario::{Scenario, Sourced, VectorSource};
@@ -115,7 +116,7 @@ impl Scene<'_> {
             let highest = match boundary.1 {
                 Condition::Discharge { .. } => f64::INFINITY,
                 Condition::Level(level) | Condition::Wave { level, .. } => {
-                    peak_until(level, scenario.end_time).map_or(f64::NEG_INFINITY, |(_, peak)| peak)
+                    peak_until(level, scenario.end_time).map_or(f64::NEG_INFINITY, |peak| peak.value)
                 }
                 _ => continue,
             };
@@ -172,7 +173,7 @@ impl Scene<'_> {
         }
         for ((placed, condition), source) in self.conditions(scenario) {
             let Condition::Discharge { discharge, level: Some(level) } = condition else { continue };
-            let froude = froude_of_inflow(placed, (discharge, level), bed, scenario);
+            let froude = froude_of_inflow(placed, Inflow { discharge, level }, bed, scenario);
             if let (Some(froude), Some(face)) = (froude.filter(|froude| *froude > FAST), placed.faces.first()) {
                 let message = format!(
                     "Lagrangian particles get strong jumps wrong, and the water comes in with a Froude number of {froude:.1}"
@@ -206,7 +207,7 @@ impl Scene<'_> {
     fn held_level(&self, scenario: &Scenario) -> Option<Warned> {
         for ((placed, condition), source) in self.conditions(scenario) {
             let Condition::Stage(level) = condition else { continue };
-            let peak = peak_until(level, scenario.end_time).map_or(f64::NEG_INFINITY, |(_, peak)| peak);
+            let peak = peak_until(level, scenario.end_time).map_or(f64::NEG_INFINITY, |peak| peak.value);
             let dry = placed
                 .faces
                 .iter()
@@ -283,7 +284,7 @@ impl Scene<'_> {
 /// The greatest Froude number of what comes in at the level that is given with it, before the run ends.
 fn froude_of_inflow(
     placed: &Placed,
-    (discharge, level): (&Series, &Series),
+    Inflow { discharge, level }: Inflow<'_>,
     bed: &BedParticles,
     scenario: &Scenario,
 ) -> Option<f64> {

@@ -9,7 +9,7 @@ use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedMethod, Motion};
 use crate::solver::FlowProblem;
-use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
+use crate::terrain::{Layer, RasterFile, RasterRequest, Rectangle, Terrain};
 use crate::validation::case::{AcceptanceLimit, Case, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
@@ -180,7 +180,7 @@ fn on_terrain(file: &Path, spacing: f64) -> SetupResult {
     let (raster, _) = read.map_err(|problem| problem.message)?;
     let terrain =
         Terrain::new(vec![Layer::Raster(raster)]).ok_or_else(|| format!("{} holds no data", file.display()))?;
-    let (low, high) = terrain.extent();
+    let Rectangle { low, high } = terrain.extent();
     let (columns, rows) = (((high.x - low.x) / spacing) as usize, ((high.y - low.y) / spacing) as usize);
     let lattice = Lattice { origin: low, columns, rows, spacing };
     let bed = crate::bed::place_bed(&terrain, &lattice, BedMethod::Pointwise, &crate::bed::Nothing, 0.0);

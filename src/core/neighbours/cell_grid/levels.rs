@@ -55,6 +55,7 @@ pub(super) struct Taken {
 impl Taken {
     pub(super) const NOTHING: Taken = Taken { largest_support: 0.0, low: (usize::MAX, usize::MAX), high: (0, 0) };
 
+    #[inline]
     pub(super) fn and(self, other: Taken) -> Taken {
         Taken {
             largest_support: self.largest_support.max(other.largest_support),

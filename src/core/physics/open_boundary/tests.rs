@@ -6,6 +6,15 @@ fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-12 * (1.0 + a.abs().max(b.abs()))
 }
 
+fn is_close(one: SectionState, other: SectionState) -> bool {
+    close(one.level, other.level) && close(one.outwards, other.outwards)
+}
+
+/// Water of a level (m) and a velocity outwards (m/s) before a section.
+fn at(level: f64, outwards: f64) -> Option<SectionState> {
+    Some(SectionState { level, outwards })
+}
+
 #[test]
 fn the_invariant_that_leaves_is_kept_by_every_condition() {
     for depth in [0.3, 2.0] {
@@ -76,7 +85,7 @@ fn a_section_of_one_strip_takes_a_discharge_as_a_face_does() {
     {
         for q in [0.0, 0.3, 3.0] {
             let face = inflow(q, held, EdgeState { depth, outwards }.invariant(G), G);
-            let level = section.inflow(width * q, held.map(|d| d + 0.4), Some((depth + 0.4, outwards)), G);
+            let level = section.inflow(width * q, held.map(|d| d + 0.4), at(depth + 0.4, outwards), G);
             assert!((level - 0.4 - face.depth).abs() < 1e-9, "{depth} m, {q} m2/s: {level} m, {face:?}");
         }
     }
@@ -91,11 +100,11 @@ fn a_compound_section_finds_again_the_level_that_fits_and_never_one_that_is_fast
     let surface = |level: f64| COMPOUND.iter().filter(|(_, b)| *b < level).map(|(w, _)| w).sum::<f64>();
     for level in [0.7, 1.9, 2.4, 4.0] {
         let outwards = -0.4;
-        let found = section.inflow(-outwards * area(level), None, Some((level, outwards)), G);
+        let found = section.inflow(-outwards * area(level), None, at(level, outwards), G);
         assert!(close(found, level), "{level} m: {found} m");
     }
     for discharge in [5.0, 60.0, 80.0, 100.0, 140.0, 900.0] {
-        for before in [None, Some((0.3, -7.0)), Some((1.6, -9.0)), Some((2.1, -1.0))] {
+        for before in [None, at(0.3, -7.0), at(1.6, -9.0), at(2.1, -1.0)] {
             let level = section.inflow(discharge, None, before, G);
             let froude_squared = discharge * discharge * surface(level) / (G * area(level).powi(3));
             assert!(froude_squared <= 1.0 + 1e-9, "{discharge} m3/s, {before:?}: {level} m, Fr² {froude_squared}");
@@ -114,7 +123,8 @@ fn a_section_of_one_strip_lets_waves_out_as_a_face_does() {
         for outwards in [-3.0, -0.2, 0.0, 0.4, 2.0] {
             let inside = EdgeState { depth, outwards };
             let face = waves_leave(rest, EdgeState { outwards, ..inside }, 0.0, G);
-            let (level, velocity) = section.waves_leave(rest + bed, Some((depth + bed, outwards)), G);
+            let SectionState { level, outwards: velocity } =
+                section.waves_leave(rest + bed, at(depth + bed, outwards), G);
             // A face leaves outflow faster than waves to the flux of (M16).
             let fall = overfall(inside.invariant(G), G);
             let face = if face.outwards > fall.outwards.max(0.0) { fall } else { face };
@@ -122,30 +132,30 @@ fn a_section_of_one_strip_lets_waves_out_as_a_face_does() {
             assert!(is_same, "{inside:?}: {level} m, {velocity} m/s, {face:?}");
         }
     }
-    let (level, velocity) = section.waves_leave(rest + bed, None, G);
+    let SectionState { level, outwards: velocity } = section.waves_leave(rest + bed, None, G);
     assert!(close(level - bed, rest * 4.0 / 9.0) && close(velocity, -(G * (level - bed)).sqrt()));
 }
 
 #[test]
 fn simple_waves_leave_a_compound_section_as_if_there_were_no_end() {
     let section = Section(COMPOUND.into_iter());
-    let froude = |(level, outwards): (f64, f64)| outwards / section.below(level, G).celerity(G);
+    let froude = |SectionState { level, outwards }: SectionState| outwards / section.below(level, G).celerity(G);
     for rest in [0.7, 1.9, 2.05, 4.0] {
         let still = section.below(rest, G).omega;
         for level in [0.6, 1.9, 1.99, 2.01, 2.3, 4.5] {
-            let wave = (level, section.below(level, G).omega - still);
+            let wave = SectionState { level, outwards: section.below(level, G).omega - still };
             let beyond = section.waves_leave(rest, Some(wave), G);
             if froude(wave) > 1.0 {
                 assert!(section.is_swept(wave, G));
                 continue;
             }
             if level > section.critical_of(still, rest, G) {
-                assert!(close(beyond.0, wave.0) && close(beyond.1, wave.1), "{wave:?} into {rest} m: {beyond:?}");
+                assert!(is_close(beyond, wave), "{wave:?} into {rest} m: {beyond:?}");
             }
             assert!(froude(beyond).abs() <= 1.0 + 1e-9, "{wave:?} into {rest} m: {beyond:?}");
         }
-        let (level, outwards) = section.waves_leave(rest, None, G);
-        assert!(close(froude((level, outwards)), -1.0) && close(section.below(level, G).omega - outwards, still));
+        let found = section.waves_leave(rest, None, G);
+        assert!(close(froude(found), -1.0) && close(section.below(found.level, G).omega - found.outwards, still));
     }
 }
 
@@ -241,16 +251,18 @@ fn a_section_of_one_strip_holds_a_level_and_lets_a_wave_in_as_a_face_does() {
     for depth in [0.0, 0.9, 1.7, 2.6] {
         for outwards in [-2.0, -0.2, 0.0, 0.4, 2.0] {
             let before = EdgeState { depth: if outwards > 1.0 { 1.7_f64.max(depth) } else { depth }, outwards };
-            let inside = Some((before.depth + bed, before.outwards));
+            let inside = at(before.depth + bed, before.outwards);
             for level in [1.1, 1.7, 2.2] {
                 let face = at_depth(level, (1.0, 0.0), before.invariant(G), G);
                 let whole = section.at_level(level + bed, inside, G);
-                let is_same = (whole.0 - bed - face.depth).abs() < 1e-12 && (whole.1 - face.outwards).abs() < 1e-12;
+                let is_same =
+                    (whole.level - bed - face.depth).abs() < 1e-12 && (whole.outwards - face.outwards).abs() < 1e-12;
                 assert!(is_same, "held {level} m, {before:?}: {whole:?}, {face:?}");
                 let face = wave_enters((level, 1.7), (1.0, 0.0), (before, 0.0), G);
                 let whole = section.wave_enters((level + bed, 1.7 + bed), inside, G);
-                let is_same = (whole.0 - bed - face.depth).abs() < 1e-12 && (whole.1 - face.outwards).abs() < 1e-12;
-                assert!(is_same || face.outwards > whole.1, "wave {level} m, {before:?}: {whole:?}, {face:?}");
+                let is_same =
+                    (whole.level - bed - face.depth).abs() < 1e-12 && (whole.outwards - face.outwards).abs() < 1e-12;
+                assert!(is_same || face.outwards > whole.outwards, "wave {level} m, {before:?}: {whole:?}, {face:?}");
             }
         }
     }
@@ -262,16 +274,22 @@ fn a_compound_section_holds_its_level_and_lets_its_own_waves_through() {
     let omega = |level: f64| section.below(level, G).omega;
     for level in [0.7, 1.9, 2.3, 4.0] {
         for outwards in [-0.6, 0.0, 0.5] {
-            let found = section.at_level(level, Some((level, outwards)), G);
-            assert!(close(found.0, level) && close(found.1, outwards), "{level} m, {outwards} m/s: {found:?}");
+            let found = section.at_level(level, at(level, outwards), G);
+            assert!(
+                close(found.level, level) && close(found.outwards, outwards),
+                "{level} m, {outwards} m/s: {found:?}"
+            );
         }
         let dry = section.at_level(level, None, G);
-        assert!(close(dry.0, level) && close(dry.1, -section.below(level, G).celerity(G)), "{level} m: {dry:?}");
-        let wave = (level + 0.1, omega(level) - omega(level + 0.1));
-        let found = section.wave_enters((wave.0, level), Some(wave), G);
-        assert!(close(found.0, wave.0) && close(found.1, wave.1), "{wave:?} over {level} m: {found:?}");
-        let first = section.wave_enters((wave.0, level), Some((level, 0.0)), G);
-        assert!(close(first.0, wave.0) && close(first.1, wave.1), "{wave:?} over {level} m: {first:?}");
+        assert!(
+            close(dry.level, level) && close(dry.outwards, -section.below(level, G).celerity(G)),
+            "{level} m: {dry:?}"
+        );
+        let wave = SectionState { level: level + 0.1, outwards: omega(level) - omega(level + 0.1) };
+        let found = section.wave_enters((wave.level, level), Some(wave), G);
+        assert!(is_close(found, wave), "{wave:?} over {level} m: {found:?}");
+        let first = section.wave_enters((wave.level, level), at(level, 0.0), G);
+        assert!(is_close(first, wave), "{wave:?} over {level} m: {first:?}");
     }
 }
 

@@ -255,12 +255,12 @@ impl EulerianSolver {
         update::apply(state, active, scale, stage, time_step);
         // Each of the two stages carries half of the step's exchange.
         let carried = 0.5 * time_step * scale.spacing;
-        let (coming, leaving) = self.open.book(state, carried);
-        let (to_channels, from_channels) = self.reaches.apply(state, scale, stage, time_step);
-        self.inflow += carried * coming + 0.5 * time_step * to_channels;
+        let over_boundaries = self.open.book(state, carried);
+        let of_channels = self.reaches.apply(state, scale, stage, time_step);
+        self.inflow += carried * over_boundaries.inflow + 0.5 * time_step * of_channels.inflow;
         let over_edges = self.walls.leaving(state);
         self.left_over_edges += carried * over_edges;
-        self.outflow += carried * (over_edges + leaving) + 0.5 * time_step * from_channels;
+        self.outflow += carried * (over_edges + over_boundaries.outflow) + 0.5 * time_step * of_channels.outflow;
         self.sections.add(state, scale, time_step);
         self.evaluations += (active.cells() + self.reaches.particles().0) as u64;
         self.phases.end("update");

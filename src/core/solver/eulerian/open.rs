@@ -65,6 +65,13 @@ struct Face {
     haste: f64,
 }
 
+/// What comes in and what leaves: volumes (m³), or rates.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::solver) struct Exchange<T = f64> {
+    pub inflow: T,
+    pub outflow: T,
+}
+
 /// One boundary.
 struct Line {
     condition: Condition,
@@ -73,10 +80,10 @@ struct Line {
     at_work: Vec<usize>,
     inside: Vec<Inside>,
     passing: Vec<Passing>,
-    /// Volume (m³) that came in and left.
-    booked: (f64, f64),
+    /// Volumes (m³) so far.
+    booked: Exchange,
     /// The same in whole numbers, whose sums are the same in any order: mirrored water has mirrored bits.
-    counted: (i128, i128),
+    counted: Exchange<i128>,
 }
 
 /// All boundaries of a problem.
@@ -95,8 +102,8 @@ impl OpenBoundaries {
             at_work: Vec::new(),
             inside: Vec::new(),
             passing: Vec::new(),
-            booked: (0.0, 0.0),
-            counted: (0, 0),
+            booked: Exchange::default(),
+            counted: Exchange::default(),
         };
         let mut lines: Vec<Line> = problem.forcing.boundaries.iter().map(|b| line(&b.condition)).collect();
         if !lines.is_empty() {
@@ -147,8 +154,8 @@ impl OpenBoundaries {
 
     /// Rates at which water comes in and leaves now (m²/s, per metre of face), after outflow was limited to what is there; each
     /// boundary counts its own, which `carried` (m·s) turns into volumes.
-    pub fn book(&mut self, state: &State, carried: f64) -> (f64, f64) {
-        let (mut coming, mut leaving) = (0.0, 0.0);
+    pub fn book(&mut self, state: &State, carried: f64) -> Exchange {
+        let mut rates = Exchange::default();
         for line in &mut self.lines {
             for face in line.at_work.iter().map(|&face| &line.faces[face]) {
                 let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
@@ -159,25 +166,25 @@ impl OpenBoundaries {
                 )]
                 let counted = (volume * COUNTED) as i128;
                 if outwards > 0.0 {
-                    leaving += outwards;
-                    line.booked.1 += volume;
-                    line.counted.1 += counted;
+                    rates.outflow += outwards;
+                    line.booked.outflow += volume;
+                    line.counted.outflow += counted;
                 } else {
-                    coming -= outwards;
-                    line.booked.0 += volume;
-                    line.counted.0 += counted;
+                    rates.inflow -= outwards;
+                    line.booked.inflow += volume;
+                    line.counted.inflow += counted;
                 }
             }
         }
-        (coming, leaving)
+        rates
     }
 
     /// Inflow and outflow by each boundary until a time (s).
     pub fn passages(&self, time: f64) -> impl Iterator<Item = Passage> + '_ {
         self.lines.iter().enumerate().map(move |(index, line)| Passage {
             way: Way::Boundary(index),
-            inflow: line.booked.0,
-            outflow: line.booked.1,
+            inflow: line.booked.inflow,
+            outflow: line.booked.outflow,
             asked: line.condition.asked(time),
         })
     }
@@ -272,8 +279,8 @@ impl Line {
 
     /// (M93): the share of the water that came in by the boundary which left by it again.
     fn returned(&self) -> f64 {
-        let (came, left) = self.counted;
-        if came > 0 { smaller(left as f64 / came as f64, 1.0) } else { 0.0 }
+        let Exchange { inflow, outflow } = self.counted;
+        if inflow > 0 { smaller(outflow as f64 / inflow as f64, 1.0) } else { 0.0 }
     }
 
     /// Reads the water before the faces.

@@ -4,7 +4,7 @@ use super::Opened;
 use super::section::{rows_at, strips};
 use crate::boundary::{Channel, Condition};
 use crate::prepare::findings::Findings;
-use crate::prepare::forcing::levels::{self, Inlet};
+use crate::prepare::forcing::levels::{self, Inflow, Inlet};
 use crate::prepare::forcing::plausible::torrent;
 use crate::prepare::forcing::waves;
 use crate::scenario::Channel as Described;
@@ -42,7 +42,9 @@ pub fn check_ends(
             (
                 Some(BoundaryCondition::Discharge { level: Some(timed), .. }),
                 Some(Condition::Discharge { discharge, level: Some(levels) }),
-            ) => levels::check_inflow(timed, (discharge, levels), inlet).map(|problem| (timed, problem)),
+            ) => {
+                levels::check_inflow(timed, Inflow { discharge, level: levels }, inlet).map(|problem| (timed, problem))
+            }
             (Some(BoundaryCondition::Stage(timed)), Some(Condition::Stage(levels)))
             | (Some(BoundaryCondition::Level(timed)), Some(Condition::Level(levels)))
             | (Some(BoundaryCondition::Wave { level: timed, .. }), Some(Condition::Wave { level: levels, .. })) => {

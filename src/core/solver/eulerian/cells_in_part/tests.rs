@@ -33,7 +33,7 @@ fn on_rasters(
 ) -> FlowProblem {
     let layers = rectangles.iter().map(|&(corner, size)| Layer::Raster(raster(corner, size, &bed))).collect();
     let terrain = Terrain::new(layers).unwrap();
-    let ends = terrain.extent().1 / spacing;
+    let ends = terrain.extent().high / spacing;
     let (columns, rows) = (ends.x.ceil() as usize, ends.y.ceil() as usize);
     let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing };
     let made = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.0);

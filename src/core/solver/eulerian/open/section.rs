@@ -3,7 +3,7 @@
 use super::inside::{Inside, Passing};
 use super::step::InStep;
 use crate::boundary::Condition;
-use crate::physics::open_boundary::{EdgeState, Section};
+use crate::physics::open_boundary::{EdgeState, Section, SectionState};
 use crate::solver::eulerian::Scale;
 
 /// What passes the strips of a section; false where a condition holds for each strip by itself.
@@ -38,9 +38,9 @@ fn section(inside: &[Inside]) -> Section<impl Iterator<Item = (f64, f64)> + Clon
 }
 
 /// Level (m) and velocity outwards (m/s) of the water before a section, if there is any.
-fn before_section(inside: &[Inside]) -> Option<(f64, f64)> {
+fn before_section(inside: &[Inside]) -> Option<SectionState> {
     let lowest = wide(inside).find(|strip| strip.is_wet);
-    lowest.map(|strip| (strip.sill + strip.face.depth, strip.face.outwards))
+    lowest.map(|strip| SectionState { level: strip.sill + strip.face.depth, outwards: strip.face.outwards })
 }
 
 /// A discharge `total` (m²/s times spacings) that comes in through the strips of a section, with the level (m) that counts where it is
@@ -50,7 +50,7 @@ fn through_section(total: f64, given: Option<f64>, inside: &[Inside], g: f64, pa
     let level = strips.inflow(total, given, before, g);
     let area: f64 = inside.iter().map(|strip| strip.width * strip.depth_at(level)).sum();
     let outwards = if area > 0.0 { -total / area } else { 0.0 };
-    passing.extend(as_one(inside, (level, outwards), g));
+    passing.extend(as_one(inside, SectionState { level, outwards }, g));
 }
 
 /// Waves that leave a section as a whole (M76) into water of a level (m), that at rest or that of a wave that comes in, with the level at rest;
@@ -80,6 +80,7 @@ fn hold_section(level: f64, inside: &[Inside], scale: &Scale, passing: &mut Vec<
 }
 
 /// What passes the strips of a section at one level (m) and one velocity outwards (m/s).
-fn as_one(inside: &[Inside], (level, outwards): (f64, f64), g: f64) -> impl Iterator<Item = Passing> {
+fn as_one(inside: &[Inside], state: SectionState, g: f64) -> impl Iterator<Item = Passing> {
+    let SectionState { level, outwards } = state;
     inside.iter().map(move |strip| Passing::of(EdgeState { depth: strip.depth_at(level), outwards }, g))
 }

@@ -1,6 +1,6 @@
 //! The ends of a reach: walls, and open ones beyond which something is known, by the conditions of [`super::super::open`].
 
-use super::super::open::{Faces, Inside, Near, Of, Passing, pass};
+use super::super::open::{Exchange, Faces, Inside, Near, Of, Passing, pass};
 use super::super::walls::mirrored;
 use super::super::{EulerianMethods, Scale};
 use super::junction::Junction;
@@ -140,7 +140,7 @@ impl Reach {
     }
 
     /// Rates at which water comes in and leaves by the open ends (m³/s); each end counts its own over so many seconds.
-    pub(super) fn book(&mut self, seconds: f64) -> (f64, f64) {
+    pub(super) fn book(&mut self, seconds: f64) -> Exchange {
         let outwards = |end: usize| match (&self.ends[end], end) {
             (End::Open(_), 0) => -self.faces[0].volume,
             (End::Open(_), _) => self.faces[self.water.len()].volume,
@@ -148,9 +148,12 @@ impl Reach {
         };
         let both = [outwards(0), outwards(1)];
         for (booked, outwards) in self.booked.iter_mut().zip(both) {
-            booked.0 += seconds * (-outwards).max(0.0);
-            booked.1 += seconds * outwards.max(0.0);
+            booked.inflow += seconds * (-outwards).max(0.0);
+            booked.outflow += seconds * outwards.max(0.0);
         }
-        (both.iter().map(|rate| (-rate).max(0.0)).sum(), both.iter().map(|rate| rate.max(0.0)).sum())
+        Exchange {
+            inflow: both.iter().map(|rate| (-rate).max(0.0)).sum(),
+            outflow: both.iter().map(|rate| rate.max(0.0)).sum(),
+        }
     }
 }

@@ -6,6 +6,7 @@
 
 use super::super::faces::{EAST, Half, NORTH, Numbers, single, turned_by};
 use super::super::gradient::surface_difference;
+use super::super::open::Exchange;
 use super::super::state::State;
 use super::super::walls::Walls;
 use super::super::{EulerianMethods, Scale};
@@ -87,10 +88,13 @@ impl Junction {
         }
     }
 
-    /// Rate at which water leaves the reach by the opening (m²/s, per metre of face), and at which the reach gains it.
-    pub fn rates(&self, state: &State) -> (f64, f64) {
+    /// Rates at which water enters and leaves the reach by the opening (m²/s, per metre of face).
+    pub fn rates(&self, state: &State) -> Exchange {
         let outwards = self.openings.iter().map(|opening| opening.outwards(state));
-        outwards.fold((0.0, 0.0), |(leaves, comes), rate| (leaves + rate.max(0.0), comes + (-rate).max(0.0)))
+        outwards.fold(Exchange::default(), |sum, rate| Exchange {
+            inflow: sum.inflow + (-rate).max(0.0),
+            outflow: sum.outflow + rate.max(0.0),
+        })
     }
 
     /// Scales what leaves the reach.

@@ -25,6 +25,7 @@ mod tests;
 
 use super::faces::{self, Half, Numbers, Side};
 use super::gradient::{self, surface_difference};
+use super::open::Exchange;
 use super::state::{State, datum};
 use super::update::{Stage, counted, take};
 use super::walls::Walls;
@@ -82,8 +83,8 @@ pub(super) struct Reach {
     passed: Vec<f64>,
     /// The far and the near end.
     ends: [End; 2],
-    /// Volume (m³) that came in and left by each end.
-    booked: [(f64, f64); 2],
+    /// Volumes (m³) so far by each end.
+    booked: [Exchange; 2],
     datum: f64,
     spacing: f64,
     dry_depth: f64,
@@ -131,7 +132,7 @@ impl Reach {
             ground,
             water,
             ends,
-            booked: [(0.0, 0.0); 2],
+            booked: [Exchange::default(); 2],
             datum,
             spacing: channel.spacing,
             dry_depth: problem.dry_depth,
@@ -241,7 +242,7 @@ impl Reach {
                 Stage::Second => self.water[i].stage_depth,
             };
             let by_junction = match &self.ends[1] {
-                End::Joined(junction) if i == last => scale.spacing * junction.rates(state).0,
+                End::Joined(junction) if i == last => scale.spacing * junction.rates(state).outflow,
                 _ => 0.0,
             };
             let leaving = self.faces[i + 1].volume.max(0.0) - self.faces[i].volume.min(0.0) + by_junction;
@@ -266,8 +267,8 @@ impl Reach {
     fn apply(&mut self, state: &State, scale: &Scale, stage: Stage, time_step: f64) {
         let last = self.water.len() - 1;
         if let End::Joined(junction) = &self.ends[1] {
-            let (leaves, comes) = junction.rates(state);
-            self.faces[last + 1].volume = scale.spacing * (leaves - comes);
+            let Exchange { inflow, outflow } = junction.rates(state);
+            self.faces[last + 1].volume = scale.spacing * (outflow - inflow);
         }
         for (passed, face) in self.passed.iter_mut().zip(&self.faces) {
             let before = if stage == Stage::First { 0.0 } else { *passed };

@@ -4,6 +4,7 @@ use super::ends::End;
 use super::junction::Junction;
 use super::{Reach, larger_or_nan};
 use crate::boundary::Channel;
+use crate::solver::eulerian::open::Exchange;
 use crate::solver::eulerian::state::State;
 use crate::solver::eulerian::update::Stage;
 use crate::solver::eulerian::walls::Walls;
@@ -63,12 +64,12 @@ impl Reaches {
     }
 
     /// Takes the step of a stage; returns the rates at which water comes in and leaves by the open ends (m³/s).
-    pub fn apply(&mut self, state: &State, scale: &Scale, stage: Stage, time_step: f64) -> (f64, f64) {
-        let mut rates = (0.0, 0.0);
+    pub fn apply(&mut self, state: &State, scale: &Scale, stage: Stage, time_step: f64) -> Exchange {
+        let mut rates = Exchange::default();
         for reach in &mut self.reaches {
             reach.apply(state, scale, stage, time_step);
-            let (coming, leaving) = reach.book(0.5 * time_step);
-            rates = (rates.0 + coming, rates.1 + leaving);
+            let own = reach.book(0.5 * time_step);
+            rates = Exchange { inflow: rates.inflow + own.inflow, outflow: rates.outflow + own.outflow };
         }
         rates
     }
@@ -77,7 +78,7 @@ impl Reaches {
     pub fn passages(&self, time: f64) -> impl Iterator<Item = Passage> + '_ {
         self.reaches.iter().enumerate().flat_map(move |(index, reach)| {
             let ends = [Way::FarEnd(index), Way::NearEnd(index)].into_iter().zip(&reach.ends).zip(reach.booked);
-            ends.filter_map(move |((way, end), (inflow, outflow))| {
+            ends.filter_map(move |((way, end), Exchange { inflow, outflow })| {
                 Some(Passage { way, inflow, outflow, asked: end.condition()?.asked(time) })
             })
         })
