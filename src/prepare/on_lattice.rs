@@ -88,13 +88,8 @@ pub(super) fn place(
     water::check(&mut files.bodies, ground.bed(), findings);
     ground.find_passes_and_cover(scenario);
     let at_start = AtStart::fill(scenario, &files, (&mut breach, &walls), &mut ground, findings);
-    plausible::check(
-        &mut files.forcing.placed,
-        &forcing,
-        scenario,
-        (ground.bed(), &at_start.still_water, &walls),
-        findings,
-    );
+    let start = (ground.bed(), &at_start.still_water, &walls[..]);
+    plausible::check(&mut files.forcing.placed, &forcing, scenario, start, findings);
     let sections =
         sections_with_breach(scenario, &mut files, breach.as_ref(), (&ground, &at_start), &mut forcing, findings);
     forcing.breach = breach;
@@ -104,8 +99,8 @@ pub(super) fn place(
     check_gauges(scenario, terrain, &ground, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
     let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
-    let pieces_of_maps = (&forcing.channels, ground_source.of_pixels.len());
-    let needs = needs(scenario, (ground.bed(), &at_start.still_water), pieces_of_maps, findings);
+    let count = ground_source.of_pixels.len();
+    let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
     let scene = Scene {
         crs: files.crs,
         ground_source,
