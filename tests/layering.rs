@@ -257,6 +257,15 @@ fn every_cited_equation_is_in_the_theory() {
     assert!(missing.is_empty(), "not in docs/theory.md: {missing:?}");
 }
 
+#[test]
+fn the_labels_of_formulas_run_in_order() {
+    let theory = std::fs::read_to_string(root().join("docs/theory.md")).unwrap();
+    let label = |rest: &str| rest.split_once(")**").and_then(|(number, _)| number.parse().ok());
+    let labels: Vec<usize> = theory.split("**(M").skip(1).filter_map(label).collect();
+    assert!(labels.len() > 50, "the labels were not found");
+    assert_eq!(labels, (1..=labels.len()).collect::<Vec<_>>());
+}
+
 /// The words in backticks of a text.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)

@@ -495,7 +495,7 @@ def walls_section():
     out = [
         "## Walls beside Lagrangian particles",
         "",
-        "`numerics.wall`: mirror images, or virtual boundary particles, in whose points a particle is mirrored (theory, M34). The table is [walls/table.csv](walls/table.csv), made by",
+        "`numerics.wall`: mirror images, or virtual boundary particles, in whose points a particle is mirrored (theory, M77). The table is [walls/table.csv](walls/table.csv), made by",
         f"`floodsim validate {TABLES['walls']}`.",
         "",
     ]
@@ -649,7 +649,7 @@ def turbulence_section():
     for row in rows("laboratory", "turbulence"):
         given, _, found_of = row["note"].partition("; ")
         found.setdefault((row["case"], row["spacing_m"]), {})[given.removeprefix("turbulence ")] = (row, found_of)
-    out = ["## Mixing by turbulence", "", "`numerics.turbulence` (theory, M71), the table [laboratory/turbulence.csv](laboratory/turbulence.csv), made by", f"`floodsim validate {TURBULENCE}`. Error in m, status, CPU seconds:", ""]
+    out = ["## Mixing by turbulence", "", "`numerics.turbulence` (theory, M35), the table [laboratory/turbulence.csv](laboratory/turbulence.csv), made by", f"`floodsim validate {TURBULENCE}`. Error in m, status, CPU seconds:", ""]
     cell = lambda row: f"{number(row['error_depth'])}; {row['status']}; {number(row['cpu_s'])} s"
     lines = [[case, spacing, cell(of["none"][0]), cell(of["mixing_length"][0])] for (case, spacing), of in found.items()]
     return out + list(table(["case", "resolution m", "none (default)", "mixing length"], lines))
@@ -693,7 +693,7 @@ SENSITIVITY_NOTES = [
     "",
     "- Thresholds of heights enter by their square, because walls of all heights are equally frequent in their cases.",
     "- Gauges and the fits of the bed bear a larger support better than a smaller one. The least error of a gauge in a wave of five cells lies above 0.75.",
-    "- (M95) is too strong in water that runs down drops: with half of `fall_fade` or `fall_height` the depth is nearer to uniform flow, and a levee as near to a weir. What the weight is needed for is not in these cases (decision 0046).",
+    "- (M24) is too strong in water that runs down drops: with half of `fall_fade` or `fall_height` the depth is nearer to uniform flow, and a levee as near to a weir. What the weight is needed for is not in these cases (decision 0046).",
     "- In the deep circular dam break mixing moves the solution by little; a tenth of a length changes that by less than 1 %.",
     "",
     "## What is not in the list",
@@ -702,7 +702,7 @@ SENSITIVITY_NOTES = [
     "- Numbers of cells by which a method is defined: the nine cells about a gauge or a bank (`NINE_CELLS`), the two cells of a gap (`WIDEST` of `src/core/bed/gap.rs`).",
     "- Points of an integral and bounds of cost: eight scan lines to the cell and 64 corners (`src/core/seeding/scan.rs`), 32 pixels to a cell and the size of tiles (`gap.rs`), ten halvings of the range of crests (`fence.rs`).",
     "- Thresholds of checks and maps: half of a discharge in doubt (`discharges.rs`), the tolerance of the seeded volume, the wet depth of maps and gauges of 1 mm.",
-    "- Limits that follow from positivity: 2 d_i in (M13) and (M97), Δ²/(12 Δt) of the eddy viscosity.",
+    "- Limits that follow from positivity: 2 d_i in (M20) and (M84), Δ²/(12 Δt) of the eddy viscosity.",
     "",
 ]
 

@@ -137,15 +137,15 @@ constants! {
             source "`VanLeer1985`: 1/3 is of third order in smooth flow";
             outside "below 0 bores widen; towards 1 the slope is that across the face alone, and smooth flow turns into steps";
         shear_mixing: f64 = 0.5, "–", 0.3 to 1;
-            what "share of the compression along a face by which its tangential flux mixes (M94)";
+            what "share of the compression along a face by which its tangential flux mixes (M32)";
             source "the dissipation ½ |λ| of an upwind flux, with the compression for the wave speed (`SandersMoranoDruguet1998`)";
             outside "below, strong jumps along the lattice bend; above, circular fronts blunt";
         fall_fade: f64 = 2.0, "–", 1 to 3;
-            what "depth below a fall over that above it at which the weight on the step is gone; it fades from one less on (M95)";
+            what "depth below a fall over that above it at which the weight on the step is gone; it fades from one less on (M24)";
             source "a step is a fall up to equal depth, and a shore from twice the depth on (decision 0046)";
             outside "at 1 drops lie nearer to uniform flow, and falls into water of equal depth lose their weight; above, films on a shore that falls dry are driven outwards";
         fall_height: f64 = 1.0, "spacings", 0.5 to 2;
-            what "height of a fall at which half of the weight on its step is left (M95)";
+            what "height of a fall at which half of the weight on its step is left (M24)";
             source "one spacing: a step that is higher than the cell is long is a cliff, down which water does not run";
             outside "at half, drops lie nearer to uniform flow and a levee as near to a weir; above, water is held up before drops";
         stair_reach: usize = 8, "faces", 4 to 16;
@@ -153,7 +153,7 @@ constants! {
             source "the flattest wall that is still a stair has one step in twice as many faces: 4° (decision 0032)";
             outside "below, walls at small angles hold water up as saws do; above, straight walls with a distant step are stairs";
         aperture_widest: f64 = 2.0, "–", 1.5 to 3;
-            what "the most that a face beside a stair counts (M77)";
+            what "the most that a face beside a stair counts (M30)";
             source "without it the last face of a tread counts 1/(2 tan 10°) = 2.8 at 10°, and shortens the step (decision 0033)";
             outside "below, water cannot leave the last cell of a tread; above, the step must be shortened";
         aperture_faces: usize = 5, "faces", 3 to 8;

@@ -1,6 +1,6 @@
 //! Water over time at gauges, and what each gauge has seen in the end.
 //!
-//! A gauge reads the water as SPH reads any field at a point: the kernel mean over the riverbed particles around it (M32),
+//! A gauge reads the water as SPH reads any field at a point: the kernel mean over the riverbed particles around it (M83),
 //!
 //! ```text
 //! d = Σ W d_j / Σ W        q = Σ W q_j / Σ W        η = Σ_wet W η_j / Σ_wet W        z_b = Σ W z_j / Σ W

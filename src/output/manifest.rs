@@ -119,7 +119,7 @@ impl PassageRecord {
     }
 }
 
-/// Discharges of the particles beside those of their faces (M98), over the moments of the frames.
+/// Discharges of the particles beside those of their faces (M85), over the moments of the frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct DischargeRecord {
     /// Sum of their differences over the sum of the greater ones (dimensionless).
@@ -146,7 +146,7 @@ pub struct WorstDischarge {
     pub at_faces_m2_s: f64,
 }
 
-/// Cells at the edge of the terrain that count for more or less than a cell (M102).
+/// Cells at the edge of the terrain that count for more or less than a cell (M13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CellsInPartRecord {
     /// How many there are.

@@ -1,4 +1,4 @@
-//! Maps on the terrain's own raster: the level of the water less the terrain, where that joins the water of a cell (M97).
+//! Maps on the terrain's own raster: the level of the water less the terrain, where that joins the water of a cell (M84).
 //!
 //! The level in a wet cell falls or rises linearly from its middle, where it is η_i, to the middle of each of its faces:
 //!
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! A lake is level in it, and a sheet on a slope is as deep everywhere in the cell as in its middle. A face is shut where a wall crosses
-//! it, and where its pass sill (M80) stands above both levels.
+//! it, and where its pass sill (M10) stands above both levels.
 //!
 //! A pixel is wet where it lies below that level and joins, over such pixels that meet at an edge, the lowest pixel of a wet cell. In
 //! a dry cell beside a wet one the water reaches the pixels below η_i; where the bed of that cell lies lower than η_i, only those that do

@@ -1,4 +1,4 @@
-//! Whether the particles carry what passes between them, over the moments of the frames (M98).
+//! Whether the particles carry what passes between them, over the moments of the frames (M85).
 
 use crate::lattice::Lattice;
 use crate::math::Vec2;

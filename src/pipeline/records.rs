@@ -16,7 +16,7 @@ use crate::seeding::SeededVolume;
 use crate::solver::{BedMotion, Breach, ChannelSample, FlowSolver, GrowthLaw, Opening, Passage, Way};
 use crate::version;
 
-/// Share of the discharge that may be carried by particles in doubt (M98) before a run says so; real floods on fit lattices have up to 0.03.
+/// Share of the discharge that may be carried by particles in doubt (M85) before a run says so; real floods on fit lattices have up to 0.03.
 const IN_DOUBT_TOLERANCE: f64 = 0.1;
 
 /// The volume balance of the core, as the recorder takes them.

@@ -4,8 +4,8 @@
 //! stands for the part of it that the terrain covers, and for what the terrain covers of cells beyond its edge:
 //!
 //! ```text
-//! (M102)  φ_i = (1/Δ²) (area of terrain in cell i and in its share of the cells beyond),   ¼ ≤ φ_i ≤ 9/4
-//! (M103)  w_ik = (1/Δ) (length of that area across the way to side k),   ψ_ij = (1/Δ) (length that i and j have in common)
+//! (M13)  φ_i = (1/Δ²) (area of terrain in cell i and in its share of the cells beyond),   ¼ ≤ φ_i ≤ 9/4
+//! (M14)  w_ik = (1/Δ) (length of that area across the way to side k),   ψ_ij = (1/Δ) (length that i and j have in common)
 //! ```
 //!
 //! so that the area of all cells is that of the terrain, whatever the spacing. The bounds hold for rasters at least two cells wide. What is

@@ -1,4 +1,4 @@
-//! The shortest fence that parts the two cells of a face: the width of a gap in a ridge, at any angle (M100).
+//! The shortest fence that parts the two cells of a face: the width of a gap in a ridge, at any angle (M12).
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

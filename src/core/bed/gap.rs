@@ -4,8 +4,8 @@
 //! of z; a ridge stands higher than that. The closing z• = min over S ∋ x of max over S of z fills what parts two ridges:
 //!
 //! ```text
-//! (M99)   gap at x:  z•(x) − (z•)°(x) > max(s_min, relief of (z•)° within Δ of x)   and   z•(x) − z(x) > s_min
-//! (M100)  ψ(L) = Y(z, L) / Y(z°, L),   Y(z, L) the length of the shortest fence that parts the two cells of a face where z ≤ L
+//! (M11)   gap at x:  z•(x) − (z•)°(x) > max(s_min, relief of (z•)° within Δ of x)   and   z•(x) − z(x) > s_min
+//! (M12)  ψ(L) = Y(z, L) / Y(z°, L),   Y(z, L) the length of the shortest fence that parts the two cells of a face where z ≤ L
 //! ```
 //!
 //! A fence runs from one side of the two cells to the other, between the widest places of each. It costs nothing where the terrain

@@ -4,7 +4,7 @@
 //! pixels of the terrain that meet at an edge:
 //!
 //! ```text
-//! (M80)  P_ij = min over ways from p_i to p_j of max z along the way,   P_ij counts where P_ij > max(z_i, z_j)
+//! (M10)  P_ij = min over ways from p_i to p_j of max z along the way,   P_ij counts where P_ij > max(z_i, z_j)
 //! ```
 //!
 //! p_i is the pixel with the lowest elevation of cell i; of several the one nearest to the centre of the cell, and where several are

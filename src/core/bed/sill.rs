@@ -57,7 +57,7 @@ pub struct PassSill {
     pub is_north: bool,
     /// Its level P (m); [`SHUT`] where nothing joins the two cells, minus infinity where a gap leads down to the beds.
     pub level: f64,
-    /// The share of the face that it holds, 1 without a gap (M100);
+    /// The share of the face that it holds, 1 without a gap (M12);
     pub share: f64,
     /// the rest has this level (m), that of the crest.
     pub crest: f64,

@@ -1,4 +1,4 @@
-//! A bed that moves as prescribed: ground that rises or sinks, and a rigid slide that runs along a line (M56), (M57).
+//! A bed that moves as prescribed: ground that rises or sinks, and a rigid slide that runs along a line (M47), (M48).
 //!
 //! With Z the final change of the ground and p(t) its share, and with T_s the thickness of a slide where it lies at the start,
 //!

@@ -3,29 +3,29 @@
 //! With u outwards and c = √(g d), the invariant that arrives at the edge from inside is
 //!
 //! ```text
-//! (M40)  R = u + 2 c
+//! (M37)  R = u + 2 c
 //! ```
 //!
 //! as long as the water does not come in faster than waves run. It holds beyond as well; one condition more gives the state there:
 //!
 //! ```text
-//! (M41)  still water d_h:     d = d_h outwards, d + u²/2g = d_h inwards  not above the critical outflow c = u = R/3, not below −c
-//! (M90)  held depth d_h:      d = d_h, u = R − 2 √(g d_h)            not above the critical outflow c = u = R/3, not below −c
-//! (M42)  held discharge −q:   2 c³ − R c² − g q = 0                  c not below that of critical flow, (g q)^(1/3)
-//! (M43)  uniform flow:        √S d^(2/3) / n + 2 √(g d) = R          critical outflow where that would be faster
-//! (M44)  rest at depth d_0:   u = 2 cos θ (c − c_0)                  a simple wave that leaves at the angle θ to the outward normal
-//! (M91)  wave d_w over d_0:   u = −2 (c_w − c_0) + 2 cos θ (c − c_w) a simple wave comes in, and others leave through it
+//! (M38)  still water d_h:     d = d_h outwards, d + u²/2g = d_h inwards  not above the critical outflow c = u = R/3, not below −c
+//! (M39)  held depth d_h:      d = d_h, u = R − 2 √(g d_h)            not above the critical outflow c = u = R/3, not below −c
+//! (M41)  held discharge −q:   2 c³ − R c² − g q = 0                  c not below that of critical flow, (g q)^(1/3)
+//! (M42)  uniform flow:        √S d^(2/3) / n + 2 √(g d) = R          critical outflow where that would be faster
+//! (M43)  rest at depth d_0:   u = 2 cos θ (c − c_0)                  a simple wave that leaves at the angle θ to the outward normal
+//! (M44)  wave d_w over d_0:   u = −2 (c_w − c_0) + 2 cos θ (c − c_w) a simple wave comes in, and others leave through it
 //! ```
 //!
 //! A section with one level η and one velocity, of area A and width T at its surface, has ω in place of 2 c:
 //!
 //! ```text
-//! (M73)  R = u + ω,   ω(η) = ∫ √(g T/A) dη                           held discharge −Q:  ω − Q/A = R, η not below critical flow, g A³ = Q² T
-//! (M76)  ω(η) = (R + ω_0)/2,   u = ω(η) − ω_0                        rest at level η_0: waves leave; u between ∓√(g A/T)
-//! (M92)  η = η_h,   u = R − ω(η_h)                                   held level η_h; u between ∓√(g A/T)
+//! (M54)  R = u + ω,   ω(η) = ∫ √(g T/A) dη                           held discharge −Q:  ω − Q/A = R, η not below critical flow, g A³ = Q² T
+//! (M55)  ω(η) = (R + ω_0)/2,   u = ω(η) − ω_0                        rest at level η_0: waves leave; u between ∓√(g A/T)
+//! (M56)  η = η_h,   u = R − ω(η_h)                                   held level η_h; u between ∓√(g A/T)
 //! ```
 //!
-//! Where the state has the same R as that inside, the flux of (M16) between both is that of the state itself to first order, and
+//! Where the state has the same R as that inside, the flux of (M31) between both is that of the state itself to first order, and
 //! that of the inside where water leaves faster than waves run. Sources: `Toro2001`. Not here: which face has which condition.
 
 use crate::math::{clamp, larger, smaller};
@@ -40,7 +40,7 @@ pub struct EdgeState {
 }
 
 impl EdgeState {
-    /// R of (M40) in m/s.
+    /// R of (M37) in m/s.
     pub fn invariant(&self, g: f64) -> f64 {
         self.outwards + 2.0 * (g * self.depth).sqrt()
     }
@@ -58,9 +58,9 @@ pub fn overfall(invariant: f64, g: f64) -> EdgeState {
 
 /// The depth `held` (m, 0 or more) before an edge that faces a way with `cosine` of it across the face.
 ///
-/// - `paid` 1, (M41): that of still water beyond. What leaves passes the edge at that depth, or as critical flow where that is all that can
+/// - `paid` 1, (M38): that of still water beyond. What leaves passes the edge at that depth, or as critical flow where that is all that can
 ///   pass. What comes in pays for its velocity with its level: d + (u/cos θ)²/2g = `held`.
-/// - `paid` 0, (M90): that of the water at the edge itself, whether it comes or goes.
+/// - `paid` 0, (M39): that of the water at the edge itself, whether it comes or goes.
 ///
 /// Between the two a share of the velocity's head is paid for. Inwards the flow is not faster than critical, u = −c cos θ, which also comes in
 /// on dry ground: the state at the middle of the wave that runs onto it.
@@ -81,7 +81,7 @@ pub fn at_depth(held: f64, (cosine, paid): (f64, f64), invariant: f64, g: f64) -
     EdgeState::of(celerity, invariant - 2.0 * celerity, g)
 }
 
-/// (M42): the discharge `q` (m²/s, 0 or more) comes in; `held` (m) is the depth that counts where it comes in faster than waves run.
+/// (M41): the discharge `q` (m²/s, 0 or more) comes in; `held` (m) is the depth that counts where it comes in faster than waves run.
 ///
 /// Water inside that stands so high that it would drive a bore out against the inflow makes it subcritical.
 pub fn inflow(q: f64, held: Option<f64>, invariant: f64, g: f64) -> EdgeState {
@@ -178,7 +178,7 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
         flows.last().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// (M73): the level (m) at which the discharge (m³/s, 0 or more) comes in, before water of a level (m) and a velocity outwards (m/s), if there is
+    /// (M54): the level (m) at which the discharge (m³/s, 0 or more) comes in, before water of a level (m) and a velocity outwards (m/s), if there is
     /// any; `held` (m) is the level that counts where it comes in faster than waves run, as in [`inflow`].
     pub fn inflow(&self, discharge: f64, held: Option<f64>, before: Option<SectionState>, g: f64) -> f64 {
         let critical = self.critical(discharge, g);
@@ -198,7 +198,7 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
         }
     }
 
-    /// (M76): level (m) and velocity outwards (m/s) of a simple wave that leaves into water at rest at a level (m), before water of a level (m) and
+    /// (M55): level (m) and velocity outwards (m/s) of a simple wave that leaves into water at rest at a level (m), before water of a level (m) and
     /// a velocity outwards (m/s), if there is any; slower than waves run, or as fast.
     pub fn waves_leave(&self, rest: f64, before: Option<SectionState>, g: f64) -> SectionState {
         self.wave_enters((rest, rest), before, g)
@@ -220,7 +220,7 @@ impl<I: Iterator<Item = (f64, f64)> + Clone> Section<I> {
         SectionState { level, outwards: self.below(level, g).omega - still }
     }
 
-    /// (M92): level (m) and velocity outwards (m/s) where a level (m) is held, before water of a level (m) and a velocity outwards (m/s), if there
+    /// (M56): level (m) and velocity outwards (m/s) where a level (m) is held, before water of a level (m) and a velocity outwards (m/s), if there
     /// is any; slower than waves run, or as fast.
     pub fn at_level(&self, held: f64, before: Option<SectionState>, g: f64) -> SectionState {
         let SectionState { level: top, outwards } = before.unwrap_or(SectionState::NOTHING);
@@ -317,7 +317,7 @@ pub const HALVINGS: usize = 64;
 /// Newton's method doubles its digits each time: from any start of the formulas here twenty are there long before.
 const MOST_ITERATIONS: usize = 40;
 
-/// (M43): uniform flow on a bed of this slope with g n² = `friction` (m^(1/3), positive) goes on beyond the edge.
+/// (M42): uniform flow on a bed of this slope with g n² = `friction` (m^(1/3), positive) goes on beyond the edge.
 pub fn uniform_flow(slope: f64, friction: f64, invariant: f64, g: f64) -> EdgeState {
     if invariant <= 0.0 {
         return EdgeState { depth: 0.0, outwards: 0.0 };
@@ -338,13 +338,13 @@ pub fn uniform_flow(slope: f64, friction: f64, invariant: f64, g: f64) -> EdgeSt
     if velocity > c { overfall(invariant, g) } else { EdgeState::of(c, velocity, g) }
 }
 
-/// (M44): still water of depth `rest` (m, positive) beyond, into which waves leave by the way that the water before the edge tells, with its velocity
+/// (M43): still water of depth `rest` (m, positive) beyond, into which waves leave by the way that the water before the edge tells, with its velocity
 /// `along` the edge (m/s); what comes in is not faster than the middle of the wave that it sends.
 pub fn waves_leave(rest: f64, before: EdgeState, along: f64, g: f64) -> EdgeState {
     wave_enters((rest, rest), (1.0, 0.0), (before, along), g)
 }
 
-/// (M91): a wave of depth `wave` (m, 0 or more) comes in over still water of depth `rest` (m, 0 or more), by the way that the edge faces (its part
+/// (M44): a wave of depth `wave` (m, 0 or more) comes in over still water of depth `rest` (m, 0 or more), by the way that the edge faces (its part
 /// across the face, outwards, and along it), and the waves that the water before the edge shows leave through it as in [`waves_leave`].
 ///
 /// The wave is a simple one, 2 (c_w − c_0) fast, at most critical. No more than critical flow comes in.

@@ -1,7 +1,7 @@
 //! Mixing by turbulence: the eddy viscosity of a mixing length that goes with the depth.
 //!
 //! ```text
-//! (M71)  ν = √( (κ_K u* d/6)² + (β² l² |S|)² ),   l² = λ² d² (1 − 2λ/(3κ_K)),   |S|² = 2 (∂u/∂x)² + 2 (∂v/∂y)² + (∂u/∂y + ∂v/∂x)²
+//! (M35)  ν = √( (κ_K u* d/6)² + (β² l² |S|)² ),   l² = λ² d² (1 − 2λ/(3κ_K)),   |S|² = 2 (∂u/∂x)² + 2 (∂v/∂y)² + (∂u/∂y + ∂v/∂x)²
 //! ```
 //!
 //! The first part is made at the bed: the mean over the depth of κ_K u* z (1 − z/d). The second one is made by shear in the plane. Its length is β

@@ -4,7 +4,7 @@
 //! V = ∫ max(level − terrain, 0) dA
 //! ```
 //!
-//! The terrain of a raster is that of planes which keep the means of its cells (M78): beside an upright bank, one that is bilinear between
+//! The terrain of a raster is that of planes which keep the means of its cells (M9): beside an upright bank, one that is bilinear between
 //! their centres would take half a cell of the raster from the water.
 //!
 //! It is taken on scan lines at least eightfold denser than the lattice, with pieces cut to the polygon, and without the cells of blocked

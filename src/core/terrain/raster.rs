@@ -122,7 +122,7 @@ impl Raster {
     /// Elevation (m) of planes whose means over the cells are the values; none where the cell that holds the place has no data.
     ///
     /// ```text
-    /// z = z_c + γ·ξ,   γ_x = minmod(z_c − z_west, z_east − z_c)/Δx,   γ_y alike      (M78)
+    /// z = z_c + γ·ξ,   γ_x = minmod(z_c − z_west, z_east − z_c)/Δx,   γ_y alike      (M9)
     /// ```
     ///
     /// A plane is exact. Beside an upright step it is level, as far as the step and no further, where a bilinear elevation cuts half of
@@ -145,7 +145,7 @@ impl Raster {
             })
     }
 
-    /// The plane (M78) of the cell that holds a place; none where it has no data.
+    /// The plane (M9) of the cell that holds a place; none where it has no data.
     pub(super) fn plane_at(&self, map: Vec2) -> Option<Plane> {
         let (column, row) = self.cell_at(map)?;
         let own = self.value(column, row);

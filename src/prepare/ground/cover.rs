@@ -1,4 +1,4 @@
-//! Cells in part, where the terrain ends inside a cell (M102).
+//! Cells in part, where the terrain ends inside a cell (M13).
 
 use super::change::Shaped;
 use crate::bed::{BedParticles, Cover};

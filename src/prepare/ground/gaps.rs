@@ -4,7 +4,7 @@
 //! a survey is no hole. A cell c is filled with the mean of the rim cells k, those with terrain around the hole,
 //!
 //! ```text
-//! (M50)  z_c = Σ_k z_k / r_ck² / Σ_k 1 / r_ck²
+//! (M16)  z_c = Σ_k z_k / r_ck² / Σ_k 1 / r_ck²
 //! ```
 
 use super::change::{Change, Made};
@@ -209,7 +209,7 @@ pub fn around(cell: usize, lattice: &Lattice) -> impl Iterator<Item = usize> + '
         .filter(move |&other| other != cell)
 }
 
-/// The elevation (m) of each cell of a hole by (M50).
+/// The elevation (m) of each cell of a hole by (M16).
 fn filled(hole: &[usize], bed: &BedParticles) -> Vec<(usize, f64)> {
     let lattice = &bed.lattice;
     let mut rim: Vec<usize> =

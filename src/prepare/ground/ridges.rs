@@ -1,4 +1,4 @@
-//! Ridges of the terrain that are narrower than a cell: their pass sills (M80), and what is reported of them.
+//! Ridges of the terrain that are narrower than a cell: their pass sills (M10), and what is reported of them.
 
 use super::Ground;
 use super::change::{Change, Made, Shaped};

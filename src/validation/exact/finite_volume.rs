@@ -4,7 +4,7 @@
 //! ∂d/∂t + ∂(d u)/∂x = −s d u / x,   ∂(d u)/∂t + ∂(d u² + g d²/2)/∂x = −s d u² / x − friction    (s = 0 plane, 1 radial)
 //! ```
 //!
-//! Friction is Manning's, implicit at the end of a step (M18). Both ends are walls.
+//! Friction is Manning's, implicit at the end of a step (M34). Both ends are walls.
 
 use crate::math::minmod;
 use crate::scenario::GRAVITY;

@@ -67,7 +67,7 @@ fn moving_particles_pass_a_section_as_resting_ones_do() {
     let [[arrival, peak, time_of_peak, passed], [resting_arrival, resting_peak, resting_time, resting_passed]] = found;
     println!("{found:?}");
     assert!((arrival - resting_arrival).abs() < 5.0, "{found:?}");
-    // The peak is that of the front on dry ground, which rises no more above uniform flow with Eulerian particles (M79, M95) and still
+    // The peak is that of the front on dry ground, which rises no more above uniform flow with Eulerian particles (M22, M24) and still
     // does with Lagrangian ones: 1.165 of it.
     assert!((peak / resting_peak - 1.0).abs() < 0.2 && (time_of_peak - resting_time).abs() < 20.0, "{found:?}");
     assert!((passed / resting_passed - 1.0).abs() < 0.05, "{found:?}");

@@ -125,7 +125,7 @@ fn a_section_of_one_strip_lets_waves_out_as_a_face_does() {
             let face = waves_leave(rest, EdgeState { outwards, ..inside }, 0.0, G);
             let SectionState { level, outwards: velocity } =
                 section.waves_leave(rest + bed, at(depth + bed, outwards), G);
-            // A face leaves outflow faster than waves to the flux of (M16).
+            // A face leaves outflow faster than waves to the flux of (M31).
             let fall = overfall(inside.invariant(G), G);
             let face = if face.outwards > fall.outwards.max(0.0) { fall } else { face };
             let is_same = (level - bed - face.depth).abs() < 1e-12 && (velocity - face.outwards).abs() < 1e-12;

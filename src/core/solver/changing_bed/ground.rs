@@ -1,4 +1,4 @@
-//! Ground that moves as prescribed: the bed of a time (M56), (M57), and the volumes by which it rose and sank.
+//! Ground that moves as prescribed: the bed of a time (M47), (M48), and the volumes by which it rose and sank.
 //!
 //! Its step lets a slide cross no more of a cell than a wave.
 

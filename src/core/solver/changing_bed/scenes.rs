@@ -123,7 +123,7 @@ pub(in crate::solver) mod basin {
         BedMotion { begin: 0.0, cells, law: BedLaw::Slide(Slide { thickness, path, velocity }) }
     }
 
-    /// Its surface over the height of the slide: the wave bound to it and the two free ones (M58).
+    /// Its surface over the height of the slide: the wave bound to it and the two free ones (M49).
     pub(in crate::solver) fn above_slide(froude: f64, x: f64, time: f64) -> f64 {
         let celerity = (GRAVITY * DEPTH).sqrt();
         let bound = froude * froude / (froude * froude - 1.0);

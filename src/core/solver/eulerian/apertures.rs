@@ -6,7 +6,7 @@
 //! the cell above it, and the one between both count
 //!
 //! ```text
-//! (M77)  w_1 = min(y_s, 2 y′ r),   w_2 = 1 + y_s − w_1,   w_3 = (w_1(−½) − w_1(½))/y′,   y_s = 1 − y_0 − y′ x
+//! (M30)  w_1 = min(y_s, 2 y′ r),   w_2 = 1 + y_s − w_1,   w_3 = (w_1(−½) − w_1(½))/y′,   y_s = 1 − y_0 − y′ x
 //! ```
 //!
 //! y_s is the height from the wall to the top of the lowest cell, r that many cells along to the step, where w_1 is 0. Then as much leaves each of
@@ -72,7 +72,7 @@ fn offset(face: WallFace, (row, column): (usize, usize)) -> (f64, f64) {
     (towards(face.along), -towards(face.out))
 }
 
-/// The apertures (M77) beside a face of a stair: none where its line is steeper than 45° as seen from this face, which those of the faces across
+/// The apertures (M30) beside a face of a stair: none where its line is steeper than 45° as seen from this face, which those of the faces across
 /// then know, or where the water is a cell wide.
 ///
 /// - `(cell, out)`: the cell (row, column) before the face, and the way from it to the face

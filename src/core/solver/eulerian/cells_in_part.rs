@@ -1,12 +1,12 @@
-//! Cells in part: those of which the terrain covers more or less than their cell (M102).
+//! Cells in part: those of which the terrain covers more or less than their cell (M13).
 //!
 //! Faces are as long as the terrain along them; what of a side no water passes is a wall:
 //!
 //! ```text
-//! (M104)  F ← ψ F + (w − ψ) F_wall,    Δt ≤ CFL Δ / (μ (|v| + c)),   μ = max(1, Σ_k w_k / (4 φ))
+//! (M28)  F ← ψ F + (w − ψ) F_wall,    Δt ≤ CFL Δ / (μ (|v| + c)),   μ = max(1, Σ_k w_k / (4 φ))
 //! ```
 //!
-//! with ψ and w of (M103). The walls of both sides are those of [`super::walls`]; the pressure of still water is not part of any F, so
+//! with ψ and w of (M14). The walls of both sides are those of [`super::walls`]; the pressure of still water is not part of any F, so
 //! that water at rest stays at rest in cells of any shape. μ is the length of the sides over the area, against those of a whole cell.
 
 use rayon::prelude::*;

@@ -3,7 +3,7 @@
 //! Volume is carried by faces, momentum by particles. In steady flow both agree but for the second order of the spacing,
 //!
 //! ```text
-//! (M98)  q_f = ½ (F_w + F_e, F_s + F_n),   ε = Σ |d v − q_f| / Σ max(|d v|, |q_f|)
+//! (M85)  q_f = ½ (F_w + F_e, F_s + F_n),   ε = Σ |d v − q_f| / Σ max(|d v|, |q_f|)
 //! ```
 //!
 //! with F the fluxes of volume through the four faces of a particle. Where the bed is too rough for the spacing they part: the faces

@@ -1,29 +1,29 @@
-//! The faces of the pairs: limited reconstruction, hydrostatic reconstruction, Riemann problem (M12 to M16).
+//! The faces of the pairs: limited reconstruction, hydrostatic reconstruction, Riemann problem (M19 to M21, M23 and M31).
 //!
 //! For a pair i (left), j (right) with e from i to j, D X = X_j − X_i and x_ij = x_j − x_i:
 //!
 //! ```text
-//! (M12)  a_1 = ½ Λ_i(2 ∇η_i·x_ij − D η, D η)        a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
-//! (M13)  d_iR = clamp(d_i + ½ Λ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise; but where water is drawn out, D u > 0 or one
+//! (M19)  a_1 = ½ Λ_i(2 ∇η_i·x_ij − D η, D η)        a_2 likewise with ∇η_j; b_1, b_2 for u = v·e
+//! (M20)  d_iR = clamp(d_i + ½ Λ_i(2 ∇d_i·x_ij − D d, D d), 0, 2 d_i)    d_jR likewise; but where water is drawn out, D u > 0 or one
 //!        side dry: d_iR = (√d_i + ½ Λ_i(√d_i − √d_i−, D √d))², d_i− = [d_i − 2 ∇d_i·x_ij + D d]₊ the depth behind the particle
-//! (M14)  z* = min(max(z_l, z_r), max(z_i, z_j)),  z_l = η_i + a_1 − d_iR, z_r = η_j − a_2 − d_jR
-//! (M79)  r_l = (1 − σ_i²) min([z_r − z_l]₊, [−a_1]₊, [z_i − z_j]₊)   r_r likewise; σ_i = d_i/(d_i + s_i)
-//! (M15)  d_l = clamp(η_i + a_1 + r_l − z*, 0, d_iR)   d_r = clamp(η_j − a_2 + r_r − z*, 0, d_jR)
-//! (M75)  (d_l, u_l) ← the state over the sill by the head and the discharge of the water before it, no faster than beyond
-//! (M95)  Ψ_l = g d_l δ clamp(2 − d_j/d_i, 0, 1)/(1 + (δ/Δ)⁴),  δ = [z* − r_l − η_j + a_2]₊ where z_i > z_j; Ψ_r likewise
-//! (M94)  F_d v_t ← F_d v_t − ½ max(−Δ ∂v_t/∂t, 0) min(d_i, d_j) D v_t
-//! (M16)  (F_d, F_n) = flux(d_l, u_l; d_r, u_r), u_l = u_i + b_1 and u_r = u_j − b_2 but for (M75)
+//! (M21)  z* = min(max(z_l, z_r), max(z_i, z_j)),  z_l = η_i + a_1 − d_iR, z_r = η_j − a_2 − d_jR
+//! (M22)  r_l = (1 − σ_i²) min([z_r − z_l]₊, [−a_1]₊, [z_i − z_j]₊)   r_r likewise; σ_i = d_i/(d_i + s_i)
+//! (M23)  d_l = clamp(η_i + a_1 + r_l − z*, 0, d_iR)   d_r = clamp(η_j − a_2 + r_r − z*, 0, d_jR)
+//! (M29)  (d_l, u_l) ← the state over the sill by the head and the discharge of the water before it, no faster than beyond
+//! (M24)  Ψ_l = g d_l δ clamp(2 − d_j/d_i, 0, 1)/(1 + (δ/Δ)⁴),  δ = [z* − r_l − η_j + a_2]₊ where z_i > z_j; Ψ_r likewise
+//! (M32)  F_d v_t ← F_d v_t − ½ max(−Δ ∂v_t/∂t, 0) min(d_i, d_j) D v_t
+//! (M31)  (F_d, F_n) = flux(d_l, u_l; d_r, u_r), u_l = u_i + b_1 and u_r = u_j − b_2 but for (M29)
 //! ```
 //!
 //! Λ_i goes from van Leer's limiter (`VanLeer1974`) in thin water beside a step of the bed to the monotonised central mean
 //! (`VanLeer1977`) on level ground, for u where Δu < 0 with κ = 1/3 (`VanLeer1985`, decision 0036). The water that passes takes the
 //! tangential velocity of the particle that it leaves, by the sign of F_d, with its slope in the same measure (decision 0012). With the
 //! sharp reconstruction superbee stands for the mean, and for Λ of velocities (decision 0029); with none a, b and the slopes of d are 0;
-//! with `lax_friedrichs` the flux of that name stands in (M16).
+//! with `lax_friedrichs` the flux of that name stands in (M31).
 //!
-//! (M14) and (M15) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the
-//! mirrored value of the reconstruction positive. (M79) and (M95) are for water thinner than the steps of the bed (decision 0046;
-//! `ChenNoelle2017` have the weight (M95) in full); (M94) keeps jumps straight (`SandersMoranoDruguet1998`, decision 0047).
+//! (M21) and (M23) follow `Audusse2004` with the sill limited to the higher of the two beds. The bound 2 d_i keeps the
+//! mirrored value of the reconstruction positive. (M22) and (M24) are for water thinner than the steps of the bed (decision 0046;
+//! `ChenNoelle2017` have the weight (M24) in full); (M32) keeps jumps straight (`SandersMoranoDruguet1998`, decision 0047).
 
 use rayon::prelude::*;
 
@@ -206,7 +206,7 @@ pub(super) struct Side<'a> {
 }
 
 /// Spacing (m), gravity (m/s²), dry depth (m), the share of the slopes that counts, which is 1, or 0 without reconstruction, and the constants of
-/// a pair: κ where water is pressed together, (M94), and the fade and the reciprocal of the height (1/m) of (M95).
+/// a pair: κ where water is pressed together, (M32), and the fade and the reciprocal of the height (1/m) of (M24).
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
     dx: f64,
@@ -313,7 +313,7 @@ fn share_of_mean(particle: Half) -> f64 {
     if reach > 0.0 { particle.d / reach } else { 0.0 }
 }
 
-/// Depth (m) and velocity (m/s) over a sill of water that flows to it (M75).
+/// Depth (m) and velocity (m/s) over a sill of water that flows to it (M29).
 ///
 /// - `d` (m), `u` (m/s): what is left of the depth above the sill, and the velocity towards it
 /// - `own` (m): the depth before the sill, `d` or more
@@ -322,7 +322,7 @@ fn share_of_mean(particle: Half) -> f64 {
 /// Subcritical water speeds up on its way to the crest. Without losses the head stays,
 ///
 /// ```text
-/// (M75)  d_s + q²/(2g d_s²) = E = d + u²/2g,  u_s = q/d_s,  q = min(own u, d beyond, √g (⅔ E)^(3/2))
+/// (M29)  d_s + q²/(2g d_s²) = E = d + u²/2g,  u_s = q/d_s,  q = min(own u, d beyond, √g (⅔ E)^(3/2))
 /// ```
 ///
 /// with the subcritical root, by two steps of Newton's method from d, which come from above. A broad crest lets no more pass than
@@ -422,7 +422,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let sill = smaller(larger(eta_l - d_i, eta_r - d_j), ridge);
     let sill = if HAS_SILL { larger(sill, pass.level) } else { sill };
     // Where the bed falls the half slopes of two neighbours may exceed the fall between them, so that their beds at the face cross: no
-    // sill to the giver (M79).
+    // sill to the giver (M22).
     let crossing = (eta_r - d_j) - (eta_l - d_i);
     let fall = i.z - j.z;
     let raise = |share: f64, crossing: f64, drop: f64, fall: f64| {
@@ -436,7 +436,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     };
     let d_l = clamp(eta_l + raise_l - sill, 0.0, d_i);
     let d_r = clamp(eta_r + raise_r - sill, 0.0, d_j);
-    // The weight of the water on the step that it falls over pushes the giver on (M95); not where the water below is deep: that is a
+    // The weight of the water on the step that it falls over pushes the giver on (M24); not where the water below is deep: that is a
     // shore, and no fall.
     let (upper_d, lower_d, edge_d, edge, lower_eta) =
         if fall > 0.0 { (i.d, j.d, d_l, sill - raise_l, eta_r) } else { (j.d, i.d, d_r, sill - raise_r, eta_l) };
@@ -461,7 +461,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i, CENTRAL);
     let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j, CENTRAL);
     let v_t = if f_d > 0.0 { t_i } else { t_j };
-    // What is pressed together along the face, as in a jump across it, mixes over it (M94).
+    // What is pressed together along the face, as in a jump across it, mixes over it (M32).
     let pressed = larger(larger(-i.stretch_t, -j.stretch_t), 0.0);
     let mixed = if HAS_SILL { 0.0 } else { shear_mixing * pressed * smaller(i.d, j.d) * jump_t };
     // A film gives nothing: the face before it is one of still water.

@@ -1,4 +1,4 @@
-//! Gradients of the active particles: ∇X_i = Σ_j Γ_ij (X_j − X_i) e_ij over the four neighbours (M11), here (X_E − X_W)/2Δ
+//! Gradients of the active particles: ∇X_i = Σ_j Γ_ij (X_j − X_i) e_ij over the four neighbours (M18), here (X_E − X_W)/2Δ
 //! and (X_N − X_S)/2Δ.
 //!
 //! **Dry rule.** When one of a pair is dry (or a film) and its surface lies above the other's, the surface difference of the
@@ -62,7 +62,7 @@ pub(crate) fn surface_difference((depth_i, bed_i): (f64, f64), (depth_j, bed_j):
     if hill { 0.0 } else { difference }
 }
 
-/// The same over a sill (m) between both, which cuts off what lies below it (M82).
+/// The same over a sill (m) between both, which cuts off what lies below it (M26).
 #[inline(always)]
 pub(crate) fn difference_over_sill(
     (depth_i, bed_i): (f64, f64),

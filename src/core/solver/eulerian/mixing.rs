@@ -1,7 +1,7 @@
 //! Mixing by turbulence: the stress of an eddy viscosity at the faces between wet particles.
 //!
 //! ```text
-//! (M72)  F_n ← F_n − 2 ν d_f ∂v_n/∂n,   F_d v_t ← F_d v_t − ν d_f (∂v_t/∂n + ∂v_n/∂t),   d_f = 2 d_i d_j/(d_i + d_j)
+//! (M36)  F_n ← F_n − 2 ν d_f ∂v_n/∂n,   F_d v_t ← F_d v_t − ν d_f (∂v_t/∂n + ∂v_n/∂t),   d_f = 2 d_i d_j/(d_i + d_j)
 //! ```
 //!
 //! One stress for both particles of a face, so that momentum is kept to rounding. The derivative across a face is the difference of its particles, that along

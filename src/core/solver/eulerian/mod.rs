@@ -1,7 +1,7 @@
 //! Motion `eulerian` of the balanced formulation: riverbed particles carry the water and exchange it through the faces of
 //! their pairs.
 //!
-//! Depth d and discharge q = d v of particle i change by the pair fluxes of its neighbours j (theory (M10) to (M18)):
+//! Depth d and discharge q = d v of particle i change by the pair fluxes of its neighbours j (theory (M17) to (M21), (M23), (M31), (M33) and (M34)):
 //!
 //! ```text
 //! dd_i/dt = − Σ_j 2 Γ_ij F_d

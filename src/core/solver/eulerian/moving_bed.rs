@@ -1,5 +1,5 @@
 //! The bed that moves as prescribed: at the start of a step it goes to the middle of the step, at its end to the end of it, and the
-//! water on it keeps its depth and its velocity (M56), (M57).
+//! water on it keeps its depth and its velocity (M47), (M48).
 //!
 //! Its surface rises and falls with the bed: that is the wave. Volume is kept to the last bit, because no depth changes. The two
 //! halves make the splitting of second order in time. The step lets a slide cross no more of a cell than a wave.

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and each q is imposed as it is, so that what comes in is the integral of the hydrograph; both stages of a step take its mean over the
-//! step. Through the strips of a section it comes in at one level and one velocity, those of the section as a whole, by which waves leave, too. All other conditions pass the flux of (M16). Where the edge runs askew to the lattice its faces are steps, each turned by θ
+//! step. Through the strips of a section it comes in at one level and one velocity, those of the section as a whole, by which waves leave, too. All other conditions pass the flux of (M31). Where the edge runs askew to the lattice its faces are steps, each turned by θ
 //! from the way that the edge faces: what comes in has the velocity of that way, and uniform flow is that of the slope along it. Boundaries
 //! are few: their faces are worked off one after another.
 
@@ -61,7 +61,7 @@ struct Face {
     gives: bool,
     /// Its length in spacings.
     width: f64,
-    /// μ of (M104) of the cell before it.
+    /// μ of (M28) of the cell before it.
     haste: f64,
 }
 
@@ -277,7 +277,7 @@ impl Line {
         }
     }
 
-    /// (M93): the share of the water that came in by the boundary which left by it again.
+    /// (M40): the share of the water that came in by the boundary which left by it again.
     fn returned(&self) -> f64 {
         let Exchange { inflow, outflow } = self.counted;
         if inflow > 0 { smaller(outflow as f64 / inflow as f64, 1.0) } else { 0.0 }

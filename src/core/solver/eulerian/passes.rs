@@ -1,9 +1,9 @@
-//! Faces over a ridge that their two cells do not see: its pass sill (M80) is the bed at the face.
+//! Faces over a ridge that their two cells do not see: its pass sill (M10) is the bed at the face.
 //!
 //! ```text
-//! (M81)  z* ← max(z*, P)                           after (M14)
-//! (M82)  D η = max(η_j, P) − max(η_i, P)           in (M11) and (M12); no slope where both levels lie below P
-//! (M101) F = ψ F(P) + (1 − ψ) F(P^c)               of a face in a gap: the rest stands as high as the crest, P^c in (M81)
+//! (M25)  z* ← max(z*, P)                           after (M21)
+//! (M26)  D η = max(η_j, P) − max(η_i, P)           in (M18) and (M19); no slope where both levels lie below P
+//! (M27) F = ψ F(P) + (1 − ψ) F(P^c)               of a face in a gap: the rest stands as high as the crest, P^c in (M25)
 //! ```
 //!
 //! Both sides see the same bed at the face. At rest a level below P leaves no depth there, and levels above it are equal: no term is

@@ -21,7 +21,7 @@ pub(crate) struct GroundRow {
     pub friction: Vec<f64>,
     /// Greatest step of the bed to one of the four neighbours (m), those without terrain left out.
     pub step: Vec<f64>,
-    /// 1/φ of (M102), 0 without terrain: what passes a boundary stays out of the water of the cell beyond.
+    /// 1/φ of (M13), 0 without terrain: what passes a boundary stays out of the water of the cell beyond.
     pub per_area: Vec<f64>,
 }
 

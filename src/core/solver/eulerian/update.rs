@@ -1,12 +1,12 @@
-//! From face fluxes to the new state: the sums of (M10), friction, and the two stages of Heun's method.
+//! From face fluxes to the new state: the sums of (M17), friction, and the two stages of Heun's method.
 //!
 //! ```text
-//! (M17)  U' = F(U + Δt L(U))        U'' = F(U + ½ Δt (L(U) + L(U')))
+//! (M33)  U' = F(U + Δt L(U))        U'' = F(U + ½ Δt (L(U) + L(U')))
 //! ```
 //!
-//! The sums of a cell in part are over its area, 1/φ of (M102).
+//! The sums of a cell in part are over its area, 1/φ of (M13).
 //!
-//! The first stage leaves U + ½ Δt L(U) where U was. F is the implicit Manning friction of one step (M18), exact for friction alone
+//! The first stage leaves U + ½ Δt L(U) where U was. F is the implicit Manning friction of one step (M34), exact for friction alone
 //! ([`kept_by_friction`]).
 
 use rayon::prelude::*;

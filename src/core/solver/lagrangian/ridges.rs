@@ -3,7 +3,7 @@
 //! A pair counts with the share of its area
 //!
 //! ```text
-//! (M70)  w_ij = [clamp((H − z_k)/(H − z), 0, 1)]²,   H = max(η_i, η_j),   z = max(z_i, z_j)
+//! (M76)  w_ij = [clamp((H − z_k)/(H − z), 0, 1)]²,   H = max(η_i, η_j),   z = max(z_i, z_j)
 //! ```
 //!
 //! with z_k the highest crest on the way from i to j: nothing where the crest stands above the water, as at a shore; over a crest that

@@ -1,4 +1,4 @@
-//! The bed under moving particles that changes: a dam that breaks (M46), ground that moves (M56), (M57).
+//! The bed under moving particles that changes: a dam that breaks (M46), ground that moves (M47), (M48).
 //!
 //! Before a step the bed goes to its end, where the rates are evaluated: kick and drift then see the bed of their own time. What goes all
 //! at once does so between two steps, and the rates are evaluated anew. Particles keep their depth and their velocity, so that their

@@ -3,7 +3,7 @@
 //! Two particles that are each other's nearest neighbour and nearer than 0.3 widths of the smallest particle at the start are merged:
 //!
 //! ```text
-//! (M66)  V = V_i + V_j,   x = (V_i x_i + V_j x_j) / V,   v = (V_i v_i + V_j v_j) / V
+//! (M72)  V = V_i + V_j,   x = (V_i x_i + V_j x_j) / V,   v = (V_i v_i + V_j v_j) / V
 //!        d = (A_i η_i + A_j η_j) / (A_i + A_j) − z_b(x)
 //! ```
 //!

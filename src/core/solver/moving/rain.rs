@@ -3,14 +3,14 @@
 //! A cell c holds water where a particle stands in it, or where particles whose surface is above its bed cover it,
 //!
 //! ```text
-//! (M68)  S_c = Σ_j A_j W(|x_c − x_j|),   C_c = S_c / Σ_c' Δ² W(|x_c − x_c'|) ≥ 0.6
+//! (M74)  S_c = Σ_j A_j W(|x_c − x_j|),   C_c = S_c / Σ_c' Δ² W(|x_c − x_c'|) ≥ 0.6
 //! ```
 //!
 //! with the kernel and the bounds of the gridding (`COVERED`). The depth r_c that gathered on it goes to these particles in the shares of
 //! S_c, and lifts them: by r where they cover the ground, so that a lake stays level, and as far as leaves their areas where they do not,
 //!
 //! ```text
-//! (M69)  ΔV_i = A_i Σ_c W_ic Δ² r_c / S_c,   v_i ← v_i V_i / (V_i + ΔV_i)
+//! (M75)  ΔV_i = A_i Σ_c W_ic Δ² r_c / S_c,   v_i ← v_i V_i / (V_i + ΔV_i)
 //!        Δd_i = Σ_c t_c W_ic l_ic / Σ_c W_ic + Σ_c (1 − t_c) W_ic Δ² r_c / S_c,   t_c = clamp((C_c − 0.6)/0.2, 0, 1)
 //!        l_ic = min(r_c + d_i max(C_c − 1.003, 0), 2 r_c)
 //! ```

@@ -4,7 +4,7 @@
 //! would come in jumps so; but each is spread as on the grid, and stands on both sides while it passes:
 //!
 //! ```text
-//! (M67)  Ω = Σ ± V_j over all ways across the line + Σ_j V_j [I(ρ_j/√A_j) − H(ρ_j)]
+//! (M73)  Ω = Σ ± V_j over all ways across the line + Σ_j V_j [I(ρ_j/√A_j) − H(ρ_j)]
 //! ```
 //!
 //! with ρ the distance from the line, positive to its left, I the integral of the cubic spline that ends at ±2, and H the step from 0 to 1 at
@@ -42,7 +42,7 @@ pub(super) struct Sections {
     passed: Vec<(f64, bool)>,
     /// Where the particles stood at the beginning of the step (m).
     starts: Vec<Vec2>,
-    /// Of each section, the second sum of (M67) at the beginning of the step (m³).
+    /// Of each section, the second sum of (M73) at the beginning of the step (m³).
     straddled: Vec<f64>,
     /// Of each section, the volume of the ways across it in the step (m³).
     crossed: Vec<f64>,

@@ -5,14 +5,14 @@
 //! it, as wide as a cell and at rest,
 //!
 //! ```text
-//! (M64)  V = Δ² max(d, d_c, 2 d_dry),   d_c = (q²/g)^(1/3),   q = Q_o/(4 Δ)
+//! (M70)  V = Δ² max(d, d_c, 2 d_dry),   d_c = (q²/g)^(1/3),   q = Q_o/(4 Δ)
 //! ```
 //!
 //! with d the depth at the outlet, d_c that of critical flow out of a cell on all sides and 2 d_dry that of a film that runs: so it runs on
 //! dry ground, too. Between two particles the depth around each outlet rises by what comes, in the shares of a kernel,
 //!
 //! ```text
-//! (M65)  dd_i/dt = Q_o W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 3 Δ)
+//! (M71)  dd_i/dt = Q_o W_i / max(Σ A_j W_j, 0.3),   W_i = W(|x_i − x_s|, 3 Δ)
 //! ```
 //!
 //! since the depth of moving particles is carried and does not feel another one among them; they make room for it. Water behind a wall or

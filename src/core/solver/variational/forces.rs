@@ -115,7 +115,7 @@ impl Variational {
     }
 }
 
-/// dv/dt (m/s²) over a steep bed, of slope ∇z_b and curvature K, by an internal acceleration −a_p: (M27).
+/// dv/dt (m/s²) over a steep bed, of slope ∇z_b and curvature K, by an internal acceleration −a_p: (M79).
 ///
 /// From the Lagrangian ½ |v|² + ½ (v·∇z_b)² − g z_b, which counts the vertical motion of water that follows the bed.
 #[inline]

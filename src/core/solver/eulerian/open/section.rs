@@ -53,7 +53,7 @@ fn through_section(total: f64, given: Option<f64>, inside: &[Inside], g: f64, pa
     passing.extend(as_one(inside, SectionState { level, outwards }, g));
 }
 
-/// Waves that leave a section as a whole (M76) into water of a level (m), that at rest or that of a wave that comes in, with the level at rest;
+/// Waves that leave a section as a whole (M55) into water of a level (m), that at rest or that of a wave that comes in, with the level at rest;
 /// where there is none the flow goes on as it arrives.
 fn waves_leave_section(levels: Option<(f64, f64)>, inside: &[Inside], scale: &Scale, passing: &mut Vec<Passing>) {
     let g = scale.gravity;
@@ -67,7 +67,7 @@ fn waves_leave_section(levels: Option<(f64, f64)>, inside: &[Inside], scale: &Sc
     passing.extend(as_one(inside, strips.wave_enters(levels, before, g), g));
 }
 
-/// (M92): a level (m) is held over a section as a whole; strip by strip where what leaves is faster than waves.
+/// (M56): a level (m) is held over a section as a whole; strip by strip where what leaves is faster than waves.
 fn hold_section(level: f64, inside: &[Inside], scale: &Scale, passing: &mut Vec<Passing>) {
     let g = scale.gravity;
     let (strips, before) = (section(inside), before_section(inside));

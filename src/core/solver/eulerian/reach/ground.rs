@@ -115,7 +115,7 @@ impl Ground {
         if self.strips == 1 { mean_depth } else { (level - self.bed[particle * self.strips + strip]).max(0.0) }
     }
 
-    /// Hydraulic radius (m): area by wetted perimeter, and over banks that which carries what the parts carry (M54).
+    /// Hydraulic radius (m): area by wetted perimeter, and over banks that which carries what the parts carry (M53).
     pub fn radius(&self, particle: usize, mean_depth: f64, level: f64) -> f64 {
         let depth = level - self.lowest(particle);
         let perimeter = wetted_perimeter(&self.perimeter[particle], depth);

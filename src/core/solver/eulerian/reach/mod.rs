@@ -1,14 +1,14 @@
 //! Channels of one dimension: a row of particles like those of the plane, each as wide as its cross-section.
 //!
-//! Area A = Σ_k w_k d_k of the strips k of a section and discharge Q = u A change by the faces of its two pairs (theory (M51) to
-//! (M54)), r the face on the side of the near end, l that on the side of the far end:
+//! Area A = Σ_k w_k d_k of the strips k of a section and discharge Q = u A change by the faces of its two pairs (theory (M50) to
+//! (M53)), r the face on the side of the near end, l that on the side of the far end:
 //!
 //! ```text
 //! dA_i/dt = − (Q_r − Q_l)/Δ                 Q_f = Σ_k w_fk F_d
 //! dQ_i/dt = − (Φ_r − Φ_l)/Δ                 Φ_f = Σ_k w_fk [F_n − g d_f²/2 ± g (d_i + d_iR) a/2]
 //! ```
 //!
-//! with fluxes and states of (M12) to (M16): a strip of all particles is a row on which the passes of [`super::gradient`] and
+//! with fluxes and states of (M19) to (M21), (M23) and (M31): a strip of all particles is a row on which the passes of [`super::gradient`] and
 //! [`super::faces`] run. What the brackets leave of two faces of different width is the pressure of the side walls, so that still
 //! water stays still whatever the widths. Friction takes the hydraulic radius A/P_w for the depth, over banks that of the channel and
 //! that of the plains. Where the last particle meets the plane: [`junction`].
@@ -323,7 +323,7 @@ impl Reach {
         Some((widening * (speed + (scale.gravity * deepest).sqrt()), speed))
     }
 
-    /// The water of all particles; their discharge is the mean of what passed the faces of each in the latest step (M52).
+    /// The water of all particles; their discharge is the mean of what passed the faces of each in the latest step (M51).
     fn samples(&self) -> Vec<ChannelSample> {
         let sample = |(i, water): (usize, &Primitive)| ChannelSample {
             depth: self.ground.strip_depth(i, 0, water.depth, water.level),

@@ -4,12 +4,12 @@
 //! leave into it, and those left behind are thought to stand too far apart. A particle of it belongs to one row of either face,
 //!
 //! ```text
-//! (M74)  x_c = x_0 + ρ_1 n_1 + ρ_2 n_2,   A_c = l_1 l_2 |n_1 × n_2|,   η_c = (η_1 + η_2)/2,   d_c = (d_1 + d_2)/2
+//! (M69)  x_c = x_0 + ρ_1 n_1 + ρ_2 n_2,   A_c = l_1 l_2 |n_1 × n_2|,   η_c = (η_1 + η_2)/2,   d_c = (d_1 + d_2)/2
 //!        v_c = v_0 + ½ Σ_k ∇v_k·(x_c − x_k),   v_0·n_k = v_k·n_k
 //! ```
 //!
 //! with x_0 the corner, n_1 and n_2 the normals outwards, ρ_1 and ρ_2 the distances of both rows from their faces, l_1 and l_2 their lengths,
-//! v_k the velocity beyond either face, ∇v_k its gradient, x_k the middle of the face, and η_k by (M62) at x_c. They carry no water: they are made anew for every evaluation and never come in.
+//! v_k the velocity beyond either face, ∇v_k its gradient, x_k the middle of the face, and η_k by (M67) at x_c. They carry no water: they are made anew for every evaluation and never come in.
 
 use super::faces::Face;
 use super::{Beyond, BufferParticle};

@@ -3,7 +3,7 @@
 //! A quantity X of the particles p that reach the face x_f by twice their own support goes there along the plane that fits them best,
 //!
 //! ```text
-//! (M61)  X_f = X̄ + ∇X·(x_f − x̄),   ∇X = M⁺ Σ w (x − x̄)(X − X̄) / Σ w,   M = Σ w (x − x̄)(x − x̄)ᵀ / Σ w,   w = A W(|x_p − x_f|, 2 h_p)
+//! (M66)  X_f = X̄ + ∇X·(x_f − x̄),   ∇X = M⁺ Σ w (x − x̄)(X − X̄) / Σ w,   M = Σ w (x − x̄)(x − x̄)ᵀ / Σ w,   w = A W(|x_p − x_f|, 2 h_p)
 //! ```
 //!
 //! with bars for means with the weights w: exact for a plane. M⁺ is the inverse of M where the particles tell a slope, and falls

@@ -1,18 +1,18 @@
 //! Open boundaries of moving particles: rows of buffer particles beyond the edge that carry the state there.
 //!
 //! The state beyond a face comes from the water before it (`look`) and what is known there, by the functions that resting particles
-//! use (`physics::open_boundary`, (M40) to (M45)). Buffer particles carry its depth, and its velocity and level with the gradients
+//! use (`physics::open_boundary`, (M37), (M38), (M41) to (M43) and (M45)). Buffer particles carry its depth, and its velocity and level with the gradients
 //! inside:
 //!
 //! ```text
-//! (M62)  d_b = d,   v_b = v + ∇v·(x_b − x_f),   η_b = z_f + d + ∇η·(x_b − x_f)
+//! (M67)  d_b = d,   v_b = v + ∇v·(x_b − x_f),   η_b = z_f + d + ∇η·(x_b − x_f)
 //! ```
 //!
 //! They stand a support deep beyond the face, complete the kernels of the particles before it, and move with v. One that comes
 //! across the face is water from then on. A face owes what came in less what it gave,
 //!
 //! ```text
-//! (M63)  dV_f/dt = q w_f,   V = clamp(V_f + V_b/2 − V_b x/l, V_b/2, 3 V_b/2),   V_f ← V_f − V,   V_b = d A_b
+//! (M68)  dV_f/dt = q w_f,   V = clamp(V_f + V_b/2 − V_b x/l, V_b/2, 3 V_b/2),   V_f ← V_f − V,   V_b = d A_b
 //! ```
 //!
 //! with A_b the area of the particle, l its length along the way and x the way behind the face: while the water flows evenly each
@@ -62,12 +62,12 @@ struct Beyond {
 }
 
 impl Beyond {
-    /// Level (m) at an offset from the middle of the face, as (M62) has it.
+    /// Level (m) at an offset from the middle of the face, as (M67) has it.
     fn level(&self, offset: Vec2) -> f64 {
         self.surface + self.gradient.dot(offset)
     }
 
-    /// ∇v·(x − x_f) of (M62).
+    /// ∇v·(x − x_f) of (M67).
     fn change_of_velocity(&self, offset: Vec2) -> Vec2 {
         Vec2::new(self.along_u.dot(offset), self.along_v.dot(offset))
     }
