@@ -1,4 +1,6 @@
-use super::*;
+//! Variables and layers in the names of files.
+
+use super::files::{expand, split_layer};
 
 #[test]
 fn variables_in_paths_are_replaced_and_missed() {
