@@ -4,7 +4,8 @@ use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::terrain::{PixelBlock, PixelGrid, Terrain};
 
-/// Level (m) of a sill that no water passes: two cells that no pixel with data joins.
+/// A level (m) that no water reaches, so that the arithmetic of a face needs no branch: that of a sill between two cells that no pixel with
+/// data joins, and that of the bed in the rows of the solver where there is no terrain (in all other arrays that is not-a-number).
 pub const SHUT: f64 = 1e6;
 
 /// Terrain by its pixels, the cells of its rasters; map coordinates throughout.

@@ -5,17 +5,14 @@
 
 use rayon::prelude::*;
 
-use crate::bed::BedParticles;
+use crate::bed::{BedParticles, SHUT};
 use crate::lattice::{WaterInRow, WaterRows};
 use crate::math::{MOST_LANES, Vec2};
-
-/// Bed elevation (m) given to cells without terrain: above every surface, so that no water reaches them.
-pub(crate) const NO_TERRAIN: f64 = 1e6;
 
 /// The ground; only the bed of a dam that breaks, and one that moves as prescribed, change during a run.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundRow {
-    /// Bed elevation z_b (m), [`NO_TERRAIN`] where there is none.
+    /// Bed elevation z_b (m), [`SHUT`] where there is none.
     pub bed: Vec<f64>,
     /// g n² (m^(1/3)).
     pub friction: Vec<f64>,
@@ -28,7 +25,7 @@ pub(crate) struct GroundRow {
 impl GroundRow {
     /// Whether there is terrain at a padded column.
     pub fn has_terrain(&self, column: usize) -> bool {
-        self.bed[column] < NO_TERRAIN
+        self.bed[column] < SHUT
     }
 }
 
@@ -153,10 +150,7 @@ impl State {
         let zeros = || vec![0.0; width];
         let face = || FaceRow::without_flow(width);
         let mut ground =
-            vec![
-                GroundRow { bed: vec![NO_TERRAIN; width], friction: zeros(), step: zeros(), per_area: zeros() };
-                rows + 2
-            ];
+            vec![GroundRow { bed: vec![SHUT; width], friction: zeros(), step: zeros(), per_area: zeros() }; rows + 2];
         let mut water = vec![WaterRow { depth: zeros(), discharge_x: zeros(), discharge_y: zeros() }; rows + 2];
         let datum = datum(bed, initial_depth);
         for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
@@ -264,7 +258,7 @@ pub(crate) fn step_of_bed(ground: &[GroundRow], row: usize, column: usize) -> f6
     let bed = ground[row].bed[column];
     let neighbours =
         [(row, column - 1), (row, column + 1), (row - 1, column), (row + 1, column)].map(|(r, c)| ground[r].bed[c]);
-    let with_terrain = neighbours.into_iter().filter(|&neighbour| neighbour < NO_TERRAIN && bed < NO_TERRAIN);
+    let with_terrain = neighbours.into_iter().filter(|&neighbour| neighbour < SHUT && bed < SHUT);
     with_terrain.map(|neighbour| (neighbour - bed).abs()).fold(0.0, f64::max)
 }
 

@@ -15,8 +15,9 @@ use super::apertures::{Aperture, apertures};
 use super::faces::{EAST, NORTH, through_face, turned_by};
 use super::spans::{ActiveSet, Run};
 use super::stairs::{self, is_stair};
-use super::state::{GradientRow, GroundRow, NO_TERRAIN, PrimitiveRow, State};
+use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
 use super::{EulerianMethods, Scale};
+use crate::bed::SHUT;
 use crate::constants::EulerianConstants;
 use crate::lattice::NEIGHBOURS;
 use crate::math::{Vec2, segments_cross};
@@ -288,7 +289,7 @@ impl Beyond {
     fn new(ground: &[GroundRow], inside: (usize, usize), outside: (usize, usize)) -> Self {
         let (row, column) = (2 * inside.0 - outside.0, 2 * inside.1 - outside.1);
         let (z_before, z_inside) = (ground[row].bed[column], ground[inside.0].bed[inside.1]);
-        let drop = if z_before < NO_TERRAIN { (z_before - z_inside).max(0.0) } else { 0.0 };
+        let drop = if z_before < SHUT { (z_before - z_inside).max(0.0) } else { 0.0 };
         Beyond { drop, friction: ground[inside.0].friction[inside.1] }
     }
 }
