@@ -306,7 +306,7 @@ fn every_path_in_the_document_exists() {
     let text = architecture();
     let mut missing = Vec::new();
     for line in text.lines() {
-        // After `src/scenario/schema.rs` a bare `resolve.rs` lies in the same folder.
+        // After `src/pipeline/mod.rs` a bare `steps.rs` lies in the same folder.
         let mut folder = root().join("docs");
         for word in quoted(line).filter(|word| !word.contains([' ', ':'])) {
             let is_path = word.ends_with(".rs") || word.ends_with(".md") || word.ends_with('/');

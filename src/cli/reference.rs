@@ -28,7 +28,7 @@ pub fn page(schema: &Value) -> String {
 
 /// The keys of a section in the order in which they are declared.
 fn keys(section: &Value) -> impl Iterator<Item = &str> {
-    section["x-keys"].as_array().into_iter().flatten().filter_map(Value::as_str).map(|key| key.trim_start_matches("r#"))
+    section["x-keys"].as_array().into_iter().flatten().filter_map(Value::as_str)
 }
 
 /// Adds the sections below one, each once, with all paths that lead to it.

@@ -40,6 +40,9 @@ impl Core {
         }
     }
 
+    /// Those whose particles move.
+    pub const MOVING: &[Core] = MOVING;
+
     /// The core of a formulation and a motion.
     pub fn of(formulation: Formulation, motion: Motion) -> Core {
         match (formulation, motion) {
@@ -176,6 +179,13 @@ family! {
         Limited = "limited": "levels, depths and normal velocities carried to the face along gradients that a limiter bounds",
         Sharp = "sharp" (in &[Eulerian], since "the faces of Lagrangian particles have no sharper limiter"): "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for Eulerian particles alone",
         None = "none": "the values of the two particles; default with artificial viscosity",
+    }
+}
+
+impl Formulation {
+    /// The motion that it has unless the scenario says otherwise.
+    pub fn usual_motion(self) -> Motion {
+        if self == Formulation::Variational { Motion::Lagrangian } else { Motion::default() }
     }
 }
 

@@ -215,9 +215,9 @@ impl Reading {
     /// Takes the bed (m) of its cells.
     fn set_bed(&mut self, bed_elevation: &[f64]) {
         let own = bed_elevation[self.home];
-        let grounds: Vec<f64> = self.weights.iter().map(|&(cell, _)| bed_elevation[cell]).collect();
+        let grounds = || self.weights.iter().map(|&(cell, _)| bed_elevation[cell]).collect();
         (self.foot, self.brink) = (f64::NEG_INFINITY, f64::INFINITY);
-        if let Some([foot, top]) = largest_step(grounds).filter(|_| self.is_at_bank) {
+        if let Some([foot, top]) = self.is_at_bank.then(|| largest_step(grounds())).flatten() {
             if own >= top {
                 self.foot = top;
             } else {

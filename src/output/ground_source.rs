@@ -28,7 +28,7 @@ pub enum SetBy {
 /// Codes from which those of the layers and of the breaklines count, and the greatest of each: layers and lines beyond share it.
 const LAYERS: [u8; 2] = [1, 99];
 const BREAKLINES: [u8; 2] = [110, 254];
-/// The others, by their codes from the first on.
+/// The others.
 const OTHERS: [SetBy; 7] = [
     SetBy::FilledGap,
     SetBy::RidgeGap,
@@ -38,7 +38,6 @@ const OTHERS: [SetBy; 7] = [
     SetBy::Shore,
     SetBy::EarlierRun,
 ];
-const FIRST_OF_OTHERS: u8 = 100;
 /// Colours of layers, and of breaklines, over and over again.
 const COLOURS_OF_LAYERS: [[u8; 3]; 6] = [
     [0xd9, 0xcf, 0xb4],
@@ -58,7 +57,13 @@ impl SetBy {
         match self {
             SetBy::Layer(index) => of(LAYERS, index),
             SetBy::Breakline(index) => of(BREAKLINES, index),
-            other => FIRST_OF_OTHERS + OTHERS.iter().position(|known| *known == other).unwrap_or_default() as u8,
+            SetBy::FilledGap => 100,
+            SetBy::RidgeGap => 101,
+            SetBy::RaisedBuilding => 102,
+            SetBy::BlockedBuilding => 103,
+            SetBy::Dam => 104,
+            SetBy::Shore => 105,
+            SetBy::EarlierRun => 106,
         }
     }
 
@@ -74,7 +79,7 @@ impl SetBy {
 
     fn of_code(code: u8) -> Option<SetBy> {
         let index = |[first, last]: [u8; 2]| (first..=last).contains(&code).then(|| usize::from(code - first));
-        let other = || OTHERS.get(usize::from(code.checked_sub(FIRST_OF_OTHERS)?)).copied();
+        let other = || OTHERS.into_iter().find(|other| other.code() == code);
         index(LAYERS).map(SetBy::Layer).or_else(|| index(BREAKLINES).map(SetBy::Breakline)).or_else(other)
     }
 

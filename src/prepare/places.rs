@@ -1,6 +1,6 @@
 //! Gauges, walls and open lines.
 
-use crate::bed::{BedParticles, NINE_CELLS, Surface, is_divided};
+use crate::bed::{BedParticles, NINE_CELLS, Surface, is_divided_about};
 use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
@@ -299,11 +299,7 @@ fn gauges_of_feature(feature: &Feature) -> Vec<Gauge> {
 /// beside the rim of still water; ascending.
 pub(super) fn cells_at_banks(gauges: &[Gauge], surface: &impl Surface, bed: &BedParticles) -> Vec<usize> {
     let lattice = &bed.lattice;
-    let by = (lattice.spacing, &bed.constants);
-    let is_at_bank = |&cell: &usize| {
-        bed.has_terrain(cell)
-            && is_divided(surface, lattice.to_map(lattice.centre(cell)), NINE_CELLS * lattice.spacing, by)
-    };
+    let is_at_bank = |&cell: &usize| bed.has_terrain(cell) && is_divided_about(surface, bed, cell, NINE_CELLS);
     let homes = gauges.iter().filter_map(|gauge| lattice.cell_of(lattice.to_local(gauge.position)));
     let mut cells: Vec<usize> = homes.filter(is_at_bank).collect();
     cells.sort_unstable();

@@ -43,10 +43,14 @@ fn every_scenario_in_the_documents_is_read() {
         let text = std::fs::read_to_string(&document).unwrap();
         for snippet in snippets(&text) {
             count += 1;
-            if let Err(Error::Problems(problems)) = resolve(&whole(snippet), Path::new("scenario.yaml"), &[]) {
-                // The files that they name are those of the reader.
-                let found = problems.iter().filter(|problem| problem.code != "missing-file");
-                wrong.extend(found.map(|problem| format!("{}: {problem:?}\n{snippet}", document.display())));
+            match resolve(&whole(snippet), Path::new("scenario.yaml"), &[]) {
+                Ok(_) => {}
+                Err(Error::Problems(problems)) => {
+                    // The files that they name are those of the reader.
+                    let found = problems.iter().filter(|problem| problem.code != "missing-file");
+                    wrong.extend(found.map(|problem| format!("{}: {problem:?}\n{snippet}", document.display())));
+                }
+                Err(error) => wrong.push(format!("{}: {error}\n{snippet}", document.display())),
             }
         }
     }

@@ -242,7 +242,7 @@ macro_rules! section {
     }) => {
         $(#[$doc])*
         #[derive(Clone, Debug, schemars::JsonSchema)]
-        #[schemars(deny_unknown_fields, extend("x-keys" = [$(stringify!($field)),+], "x-example" = $example))]
+        #[schemars(deny_unknown_fields, extend("x-keys" = [$(stringify!($field).trim_start_matches("r#")),+], "x-example" = $example))]
         pub struct $section {
             $($(#[$field_doc])* pub $field: $type,)+
         }

@@ -70,10 +70,9 @@ pub fn list_of_cases<'a>(cases: impl Iterator<Item = &'a Case>) -> String {
         .map(|case| {
             let held_out = if case.is_tuned { "" } else { " Not used to choose constants." };
             let spacings: Vec<String> = case.spacings.iter().map(f64::to_string).collect();
-            let known = KNOWN_MISSES.iter().filter(|known| known.missed.case == case.name);
-            let known: String = known
-                .map(|known| format!("    known to miss a limit, {}: {}\n", known.missed.whose(), known.why))
-                .collect();
+            let known = KNOWN_MISSES.iter().filter(|known| known.case == case.name);
+            let known: String =
+                known.map(|known| format!("    known to miss a limit, {}: {}\n", known.whose(), known.why)).collect();
             format!(
                 "{}\n    {}{held_out}\n    suite {}; spacings {} m, the first {} at test resolution\n{known}",
                 case.name,

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::{BedParticles, Surface};
 use crate::lattice::{Lattice, NEIGHBOURS};
 use crate::math::Vec2;
-use crate::terrain::Terrain;
+use crate::terrain::{Rectangle, Terrain};
 
 /// Edges that lie so near to a line of the lattice or to the middles of its cells (in cells) lie on it: the round-off of map coordinates.
 const ON_A_LINE: f64 = 1e-6;
@@ -66,9 +66,6 @@ pub struct Cover {
     given: Vec<usize>,
 }
 
-/// A rectangle: its south-western and north-eastern corner.
-type Rectangle = (Vec2, Vec2);
-
 impl Cover {
     /// Finds the cells in part of a bed.
     ///
@@ -77,7 +74,7 @@ impl Cover {
     pub fn find(terrain: &Terrain, surface: &impl Surface, bed: &BedParticles) -> Cover {
         let lattice = &bed.lattice;
         let rasters = terrain.extents_of_rasters();
-        let ends: Vec<Rectangle> = rasters.map(|extent| in_cells((extent.low, extent.high), lattice)).collect();
+        let ends: Vec<Rectangle> = rasters.map(|extent| in_cells(extent, lattice)).collect();
         let near = near_ends(&ends, lattice);
         if near.is_empty() {
             return Cover::default();
@@ -149,15 +146,16 @@ struct Gift {
 }
 
 /// A rectangle (map) in cells of a lattice, with edges that nearly lie on its lines or on the middles of its cells on them.
-fn in_cells((low, high): Rectangle, lattice: &Lattice) -> Rectangle {
+fn in_cells(extent: Rectangle, lattice: &Lattice) -> Rectangle {
     let snapped = |at: f64| {
         let near = 0.5 * (2.0 * at).round();
         if (at - near).abs() < ON_A_LINE { near } else { at }
     };
-    [low, high]
-        .map(|corner| lattice.to_local(corner) / lattice.spacing)
-        .map(|corner| Vec2::new(snapped(corner.x), snapped(corner.y)))
-        .into()
+    let corner = |corner: Vec2| {
+        let corner = lattice.to_local(corner) / lattice.spacing;
+        Vec2::new(snapped(corner.x), snapped(corner.y))
+    };
+    Rectangle { low: corner(extent.low), high: corner(extent.high) }
 }
 
 /// The cells in which an edge of a rectangle lies, and those about them.
@@ -168,7 +166,7 @@ fn near_ends(ends: &[Rectangle], lattice: &Lattice) -> BTreeSet<usize> {
     };
     let is_cut = |at: f64| at.fract().abs() > 0.0;
     let mut near = BTreeSet::new();
-    for &(low, high) in ends {
+    for &Rectangle { low, high } in ends {
         let mut add = |x: (f64, f64), y: (f64, f64)| {
             for row in about(y.0, y.1, lattice.rows) {
                 near.extend(about(x.0, x.1, lattice.columns).map(|column| lattice.index(column, row)));
@@ -196,7 +194,7 @@ impl<S: Surface> Extent<'_, S> {
     /// The same of the rectangles about a cell alone: mosaics have many.
     fn about(&self, cell: usize) -> Self {
         let (column, row) = self.place(cell);
-        let is_near = |&&(low, high): &&Rectangle| {
+        let is_near = |&&Rectangle { low, high }: &&Rectangle| {
             let meets = |low: f64, high: f64, at: f64| low <= at + ABOUT && high >= at + 1.0 - ABOUT;
             meets(low.x, high.x, column) && meets(low.y, high.y, row)
         };
@@ -207,7 +205,7 @@ impl<S: Surface> Extent<'_, S> {
     fn is_covered(&self, place: Vec2, cell: usize) -> bool {
         let lattice = &self.bed.lattice;
         let map = lattice.to_map(place * lattice.spacing);
-        let in_raster = |place: Vec2| self.ends.iter().any(|&(low, high)| is_within(place, low, high));
+        let in_raster = |place: Vec2| self.ends.iter().any(|&Rectangle { low, high }| is_within(place, low, high));
         // Ground that fills a hole has no rectangle.
         let has_terrain = self.bed.has_terrain(cell);
         let is_filled = || has_terrain && !in_raster(lattice.centre(cell) / lattice.spacing);
@@ -217,7 +215,7 @@ impl<S: Surface> Extent<'_, S> {
 
     /// The lines of the rectangles between two places along an axis, with those places.
     fn cuts(&self, from: f64, to: f64, along: impl Fn(Vec2) -> f64) -> Vec<f64> {
-        let edges = self.ends.iter().flat_map(|&(low, high)| [along(low), along(high)]);
+        let edges = self.ends.iter().flat_map(|&Rectangle { low, high }| [along(low), along(high)]);
         let mut cuts: Vec<f64> = edges.filter(|&edge| from < edge && edge < to).chain([from, to]).collect();
         cuts.sort_by(f64::total_cmp);
         cuts
@@ -290,7 +288,8 @@ impl<S: Surface> Extent<'_, S> {
             let centre = lattice.centre(cell) / lattice.spacing;
             // A centre on the edge lies in the terrain or not, as the round-off of map coordinates has it.
             let inwards = Vec2::new(ON_A_LINE, ON_A_LINE);
-            let is_hole = extent.ends.iter().any(|&(low, high)| is_within(centre, low + inwards, high - inwards));
+            let is_hole =
+                extent.ends.iter().any(|&Rectangle { low, high }| is_within(centre, low + inwards, high - inwards));
             Some(extent.covered(cell).0).filter(|&area| !is_hole && area > ROUNDING)
         };
         let takers = |cell: usize| {

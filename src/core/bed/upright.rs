@@ -3,7 +3,7 @@
 //! Neighbouring pieces are on one side of a step unless it rises between them by more for each metre than ground does that stands by itself, and by
 //! the least height that counts in the cell ([`BedConstants`]). Sides that join round the end of a step are one.
 
-use super::Surface;
+use super::{BedParticles, Surface};
 use crate::constants::BedConstants;
 use crate::math::Vec2;
 use crate::terrain::Piece;
@@ -94,17 +94,19 @@ pub(super) fn keep_largest_side(pieces: &mut Vec<Piece>, width: f64, constants: 
 /// bed of a cell is the largest (M5).
 ///
 /// - `spacing` (m): of the cells; larger pixels, and points, are no upright step but the surface between them
-pub fn is_divided(
-    surface: &impl Surface,
-    centre: Vec2,
-    width: f64,
-    (spacing, constants): (f64, &BedConstants),
-) -> bool {
+fn is_divided(surface: &impl Surface, centre: Vec2, width: f64, (spacing, constants): (f64, &BedConstants)) -> bool {
     let mut pieces = Vec::new();
     surface.has_pixels(centre, spacing) && {
         surface.pieces(centre, width, false, &mut pieces);
         keep_largest_side(&mut pieces, spacing, constants)
     }
+}
+
+/// The same of a square of so many cells about a cell of a bed.
+pub fn is_divided_about(surface: &impl Surface, bed: &BedParticles, cell: usize, cells: f64) -> bool {
+    let lattice = &bed.lattice;
+    let by = (lattice.spacing, &bed.constants);
+    is_divided(surface, lattice.to_map(lattice.centre(cell)), cells * lattice.spacing, by)
 }
 
 /// For each piece the first one on its side of all steps.

@@ -18,7 +18,7 @@
 //! beside ground below the level, which hold the water back.
 //!
 //! So are cells at an upright bank of the terrain's own pixels, as a quay is: those that an upright step divides
-//! ([`is_divided`]), whose bed is the ground on its larger side, and those that the rim cuts beside one. A bed between its foot and its top
+//! ([`is_divided_about`]), whose bed is the ground on its larger side, and those that the rim cuts beside one. A bed between its foot and its top
 //! is neither, and would be a sill before it. They are filled whole or not at all; what that adds or takes is reported.
 //!
 //! So are dry cells on an upright bank that is not in the pixels: one that stands higher above the level than the water beside it is
@@ -36,7 +36,7 @@ use std::collections::BTreeSet;
 
 use super::leaks::Filling;
 use super::scan::{BodyScan, CellPart, volume_of_whole_cell};
-use crate::bed::{NINE_CELLS, Surface, is_divided};
+use crate::bed::{NINE_CELLS, Surface, is_divided_about};
 
 /// What was done to the bed.
 #[derive(Default)]
@@ -159,10 +159,8 @@ pub(super) fn fit_bed_to_water(
 
 /// Whether a cell is at an upright bank of the terrain's own pixels: one divides it or, where the rim cuts it, stands beside it.
 fn is_at_pixel_bank(cell: usize, part: CellPart, filling: &Filling, surface: &impl Surface) -> bool {
-    let lattice = &filling.bed.lattice;
     let cells = if part.is_cut() { NINE_CELLS } else { 1.0 };
-    let by = (lattice.spacing, &filling.bed.constants);
-    is_divided(surface, lattice.to_map(lattice.centre(cell)), cells * lattice.spacing, by)
+    is_divided_about(surface, filling.bed, cell, cells)
 }
 
 /// Dry cells that stand higher above the level than the water of a body beside them is deep.

@@ -34,7 +34,7 @@ pub mod wall_gaps;
 
 use super::findings::Findings;
 use crate::bed::{BedParticles, LeftOut, place_bed_with};
-use crate::constants::Constants;
+use crate::constants::SeedingConstants;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::output::SetBy;
@@ -90,7 +90,8 @@ pub fn build<'a>(
 pub struct Ground<'a> {
     terrain: &'a Terrain,
     bed: BedParticles,
-    constants: Constants,
+    /// The constants by which still water shapes its shore.
+    seeding: SeedingConstants,
     changes: Changes,
     /// Code of [`SetBy`]; 0 where there is no terrain.
     set_by: Vec<u8>,
@@ -100,11 +101,10 @@ impl<'a> Ground<'a> {
     /// The ground of the layers alone.
     fn of_layers(scenario: &Scenario, terrain: &'a Terrain, lattice: &Lattice, blocked: &impl LeftOut) -> Ground<'a> {
         let manning = scenario.roughness.manning.unwrap_or(0.0);
-        let constants = scenario.numerics.constants;
-        let method = (scenario.numerics.bed, &constants.bed);
+        let method = (scenario.numerics.bed, &scenario.numerics.constants.bed);
         let bed = place_bed_with(terrain, lattice, method, blocked, manning);
         let set_by = source::layers(terrain, &bed);
-        Ground { terrain, bed, constants, changes: Changes::default(), set_by }
+        Ground { terrain, bed, seeding: scenario.numerics.constants.seeding, changes: Changes::default(), set_by }
     }
 
     /// The bed.
@@ -117,9 +117,9 @@ impl<'a> Ground<'a> {
         self.changes.on(self.terrain, &self.bed.lattice)
     }
 
-    /// The constants of the methods that shape it.
-    pub fn constants(&self) -> &Constants {
-        &self.constants
+    /// The constants by which still water shapes its shore.
+    pub fn seeding(&self) -> &SeedingConstants {
+        &self.seeding
     }
 
     /// What changed the terrain.
@@ -208,7 +208,7 @@ mod tests {
         let bed = BedParticles::from_elevation(lattice.clone(), elevation, 0.0);
         let set_by = source::layers(&terrain, &bed);
         let mut ground =
-            Ground { terrain: &terrain, bed, constants: Constants::DEFAULT, changes: Changes::default(), set_by };
+            Ground { terrain: &terrain, bed, seeding: SeedingConstants::DEFAULT, changes: Changes::default(), set_by };
         let line = SetBy::Breakline(1);
         ground.take([
             Change { cell: 12, made: Made::Fill(2.5), by: SetBy::FilledGap },

@@ -102,7 +102,12 @@ pub fn how_it_ended(fields: &Path) -> Vec<Problem> {
 /// A gate that an earlier run failed; the gates of runs before version 0.2 are lines.
 fn failed_gate(gate: &serde_json::Value) -> Option<String> {
     let line = gate.as_str().filter(|line| line.starts_with("failed")).map(str::to_owned);
-    line.or_else(|| Gate::deserialize(gate).ok().filter(Gate::fails).map(|gate| gate.name))
+    let record = || match Gate::deserialize(gate) {
+        Ok(gate) => gate.fails().then_some(gate.name),
+        // What is no gate must not count as passed; a line that did not fail is one.
+        Err(_) => (!gate.is_string()).then(|| gate.to_string()),
+    };
+    line.or_else(record)
 }
 
 /// Takes over the state of an earlier run, and hands it out.

@@ -198,8 +198,7 @@ pub fn fill(
 ) -> StillWater {
     let plain = |body: &StillBody| seeding::StillBody { polygon: body.polygon.clone(), level: body.level };
     let plain: Vec<seeding::StillBody> = bodies.iter().map(|body| plain(&body.body)).collect();
-    let (water, shore) =
-        fill_still_water(&plain, ground.bed(), &ground.surface(), barriers, &ground.constants().seeding);
+    let (water, shore) = fill_still_water(&plain, ground.bed(), &ground.surface(), barriers, ground.seeding());
     ground.take_beds(&shore, SetBy::Shore);
     let spacing = ground.bed().lattice.spacing;
     for (body, volume) in bodies.iter().zip(&water.volumes) {

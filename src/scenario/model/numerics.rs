@@ -51,7 +51,7 @@ impl Numerics {
     /// Every method that acts, as family and name, and the Courant number.
     pub fn acting(&self) -> Vec<(&'static str, String)> {
         const ALL: &[Core] = Core::ALL;
-        const MOVING: &[Core] = &[Core::Lagrangian, Core::Variational];
+        const MOVING: &[Core] = Core::MOVING;
         let families: [(&str, &str, &[Core]); 11] = [
             ("formulation", self.formulation.name(), ALL),
             ("motion", self.motion.name(), ALL),

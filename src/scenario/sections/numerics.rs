@@ -85,8 +85,7 @@ pub(super) fn meant<T: Choice>(node: &Node, key: &str, usual: T) -> Option<T> {
 /// Refuses combinations of methods that do not exist: no core ignores what the scenario says.
 fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
     let formulation = meant(node, "formulation", Formulation::default())?;
-    let is_variational = formulation == Formulation::Variational;
-    let motion = meant(node, "motion", if is_variational { Motion::Lagrangian } else { Motion::default() })?;
+    let motion = meant(node, "motion", formulation.usual_motion())?;
     let core = Core::of(formulation, motion);
     let written = written_methods(node);
     let mut is_fit = true;
@@ -154,8 +153,7 @@ fn refusal(core: Core, method: &Written<'_>, written: &[Written<'_>]) -> Problem
 pub(super) fn resolved(section: Option<&NumericsSection>) -> Numerics {
     let formulation =
         section.and_then(|s| s.formulation.as_ref()).map_or(Formulation::default(), |chosen| chosen.0.value);
-    let is_variational = formulation == Formulation::Variational;
-    let usual_motion = if is_variational { Motion::Lagrangian } else { Motion::default() };
+    let usual_motion = formulation.usual_motion();
     let motion = section.and_then(|s| s.motion.as_ref()).map_or(usual_motion, |chosen| chosen.0.value);
     let core = Core::of(formulation, motion);
     let usual_pairs = core.usual_stabilisation();

@@ -113,14 +113,13 @@ fn feeds(entry: &Node) -> bool {
     ["discharge", "level", "stage", "wave"].iter().any(|key| entry.has(key))
 }
 
-/// Whether the particles have all that the scenario asks for, where they are Lagrangian; refuses what they do not have. None
-/// where a method has
-/// no known name, which is reported elsewhere.
+/// Whether the particles have all that the scenario asks for, where they are Lagrangian; refuses what they do not have. None where
+/// a method has no known name, which is reported elsewhere.
 fn check_moving_particles(node: &Node, boundaries: &[Node], reader: &mut Reader) -> Option<bool> {
     let empty = Node { value: Value::Section(Vec::new()), ..node.clone() };
     let numerics = node.get("numerics").filter(|n| matches!(n.value, Value::Section(_))).unwrap_or(&empty);
     let formulation = numerics::meant(numerics, "formulation", Formulation::default())?;
-    let usual = if formulation == Formulation::Variational { Motion::Lagrangian } else { Motion::default() };
+    let usual = formulation.usual_motion();
     if numerics::meant(numerics, "motion", usual)? == Motion::Eulerian {
         return Some(true);
     }

@@ -120,10 +120,11 @@ pub struct EulerianMethods {
 
 impl Default for EulerianMethods {
     fn default() -> Self {
+        let flux = Core::Eulerian.usual_stabilisation();
         EulerianMethods {
-            flux: Stabilisation::TwoRarefactions,
-            reconstruction: Reconstruction::Limited,
-            turbulence: Turbulence::None,
+            flux,
+            reconstruction: flux.usual_reconstruction(),
+            turbulence: Turbulence::default(),
             constants: EulerianConstants::DEFAULT,
         }
     }
