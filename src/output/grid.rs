@@ -12,6 +12,10 @@
 //!
 //! Outside the terrain every grid holds [`FILL`].
 
+mod maps;
+mod overlap;
+
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -21,18 +25,11 @@ use super::maxima::Maxima;
 use super::{Gauge, WET_DEPTH};
 use crate::lattice::{Lattice, WaterInCell};
 use crate::math::Vec2;
+pub use maps::{GridMaps, ThresholdGrids};
+use overlap::{Overlap, overlaps};
 
 /// The one value that means "no value" in every float grid of every file.
 pub const FILL: f32 = -9999.0;
-
-/// The overlap of an output column or row with a lattice column or row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Overlap {
-    /// Lattice column or row.
-    index: usize,
-    /// Length of the overlap over the length of the output cell.
-    share: f64,
-}
 
 /// A north-up grid of square cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,46 +45,12 @@ pub struct OutputGrid {
     /// Number of rows.
     pub rows: usize,
     lattice_columns: usize,
+    /// The lattice, where it has levels: cells of any of them stand for its finest ones.
+    nested: Option<Lattice>,
     column_overlaps: Vec<Vec<Overlap>>,
     row_overlaps: Vec<Vec<Overlap>>,
     /// Whether a cell holds any terrain. The writers' copies of the grid share it.
     has_terrain: Arc<[bool]>,
-}
-
-/// The maps for one threshold on the output grid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ThresholdGrids {
-    /// The threshold (m).
-    pub threshold: f64,
-    /// Time of arrival (s); [`FILL`] where the water never came.
-    pub arrival: Vec<f32>,
-    /// Time under water (s).
-    pub duration: Vec<f32>,
-    /// Time of the last fall below the threshold (s); [`FILL`] where there was none.
-    pub recession: Vec<f32>,
-}
-
-/// The maps of a run on the output grid, `[rows * columns]`, row 0 in the north.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct GridMaps {
-    /// Bed elevation (m).
-    pub bed_elevation: Vec<f32>,
-    /// Greatest depth (m).
-    pub max_depth: Vec<f32>,
-    /// Greatest water level (m); [`FILL`] where always dry.
-    pub max_water_level: Vec<f32>,
-    /// Greatest speed (m/s).
-    pub max_speed: Vec<f32>,
-    /// Greatest depth times speed of one moment (m²/s).
-    pub max_depth_velocity: Vec<f32>,
-    /// Time of the greatest depth (s); [`FILL`] where always dry.
-    pub time_of_max_depth: Vec<f32>,
-    /// Hazard class, 0 (dry) to 6; [`FILL`] outside the terrain.
-    pub hazard_class: Vec<f32>,
-    /// Who set the ground last.
-    pub ground_source: SourceGrid,
-    /// One entry for each threshold.
-    pub thresholds: Vec<ThresholdGrids>,
 }
 
 impl OutputGrid {
@@ -106,6 +69,7 @@ impl OutputGrid {
             columns,
             rows,
             lattice_columns: lattice.columns,
+            nested: lattice.nest().map(|_| lattice.clone()),
             column_overlaps: (0..columns).map(|i| overlaps(i as f64 * cell, cell, spacing, lattice.columns)).collect(),
             row_overlaps: (0..rows).map(|i| overlaps(from_south(i), cell, spacing, lattice.rows)).collect(),
             has_terrain: Arc::default(),
@@ -126,7 +90,18 @@ impl OutputGrid {
         has_terrain: Arc<[bool]>,
     ) -> Self {
         let (column_overlaps, row_overlaps) = (Vec::new(), Vec::new());
-        OutputGrid { west, north, cell, columns, rows, lattice_columns: 0, column_overlaps, row_overlaps, has_terrain }
+        OutputGrid {
+            west,
+            north,
+            cell,
+            columns,
+            rows,
+            lattice_columns: 0,
+            nested: None,
+            column_overlaps,
+            row_overlaps,
+            has_terrain,
+        }
     }
 
     /// Number of cells.
@@ -168,8 +143,23 @@ impl OutputGrid {
         wet.map(|&depth| f64::from(depth)).sum::<f64>() * self.cell * self.cell
     }
 
-    /// The lattice cells that overlap a cell of a row, each with its share of the area.
+    /// The cell of whichever level that stands for a cell of the finest one.
+    fn leaf(&self, index: usize) -> usize {
+        let Some(lattice) = &self.nested else { return index };
+        lattice.leaf(index % lattice.columns, index / lattice.columns)
+    }
+
+    /// The cells that stand for the lattice in a cell of a row, each with its share of the area.
     fn parts<'a>(&'a self, down: &'a [Overlap], across: &'a [Overlap]) -> impl Iterator<Item = (f64, usize)> + 'a {
+        self.finest_parts(down, across).map(|(share, index)| (share, self.leaf(index)))
+    }
+
+    /// The cells of the finest lattice that overlap a cell of a row, each with its share of the area.
+    fn finest_parts<'a>(
+        &'a self,
+        down: &'a [Overlap],
+        across: &'a [Overlap],
+    ) -> impl Iterator<Item = (f64, usize)> + 'a {
         let across = move |down: &Overlap| {
             let (share, first) = (down.share, down.index * self.lattice_columns);
             across.iter().map(move |across| (share * across.share, first + across.index))
@@ -181,6 +171,15 @@ impl OutputGrid {
     fn is_lattice(&self) -> bool {
         let is_one = |overlaps: &Vec<Overlap>| overlaps.len() == 1 && (overlaps[0].share - 1.0).abs() <= 0.0;
         self.columns == self.lattice_columns && self.column_overlaps.iter().chain(&self.row_overlaps).all(is_one)
+    }
+
+    /// The bed (m) of a row of the finest lattice.
+    fn bed_of_row<'a>(&self, bed: &'a [f64], row: usize) -> Cow<'a, [f64]> {
+        let first = row * self.lattice_columns;
+        match &self.nested {
+            None => Cow::Borrowed(&bed[first..][..self.lattice_columns]),
+            Some(lattice) => (0..lattice.columns).map(|column| bed[lattice.leaf(column, row)]).collect(),
+        }
     }
 
     /// The value of each cell, from the rows and columns of the lattice that overlap it.
@@ -210,8 +209,8 @@ impl OutputGrid {
             let first = row * self.columns;
             let has_terrain = &self.has_terrain[first..][..self.columns];
             if is_lattice {
-                let bed = &bed[down[0].index * self.lattice_columns..][..self.lattice_columns];
-                let cells = rows[0].iter().zip(bed).zip(has_terrain).enumerate();
+                let bed = self.bed_of_row(bed, down[0].index);
+                let cells = rows[0].iter().zip(&*bed).zip(has_terrain).enumerate();
                 for (column, ((&water, &bed), _)) in cells.filter(|(_, (_, has_terrain))| **has_terrain) {
                     let mut mean = Mean::default();
                     mean.add(1.0, water, bed);
@@ -223,7 +222,7 @@ impl OutputGrid {
                 // The part of the cell without terrain counts as dry.
                 let mut mean = Mean::default();
                 for (overlap, cells) in down.iter().zip(&rows) {
-                    let bed = &bed[overlap.index * self.lattice_columns..][..self.lattice_columns];
+                    let bed = self.bed_of_row(bed, overlap.index);
                     for across in across {
                         mean.add(overlap.share * across.share, cells[across.index], bed[across.index]);
                     }
@@ -298,7 +297,8 @@ impl OutputGrid {
             let mut values = Vec::with_capacity(self.len());
             for down in &self.row_overlaps {
                 let row = down[0].index * self.lattice_columns..(down[0].index + 1) * self.lattice_columns;
-                values.extend(row.map(|index| if bed[index].is_nan() { FILL } else { filled(value(index)) }));
+                let leaves = row.map(|index| self.leaf(index));
+                values.extend(leaves.map(|index| if bed[index].is_nan() { FILL } else { filled(value(index)) }));
             }
             return values;
         }
@@ -322,7 +322,7 @@ impl OutputGrid {
     fn largest_share(&self, codes: &[u8]) -> Vec<u8> {
         self.of_cells(|down, across| {
             let mut shares: BTreeMap<u8, f64> = BTreeMap::new();
-            for (share, index) in self.parts(down, across).filter(|(_, index)| codes[*index] != 0) {
+            for (share, index) in self.finest_parts(down, across).filter(|(_, index)| codes[*index] != 0) {
                 *shares.entry(codes[index]).or_default() += share;
             }
             let by_share = |a: &(bool, u8, f64), b: &(bool, u8, f64)| a.0.cmp(&b.0).then(a.2.total_cmp(&b.2));
@@ -381,18 +381,6 @@ pub(super) fn greatest_level(maxima: &Maxima, bed: &[f64], highest: &BTreeMap<us
 /// A value as it is written.
 pub(super) fn filled(value: f64) -> f32 {
     if value.is_nan() { FILL } else { value as f32 }
-}
-
-/// Lattice cells along one axis that overlap the interval from `start` of length `cell`.
-fn overlaps(start: f64, cell: f64, spacing: f64, count: usize) -> Vec<Overlap> {
-    let first = (start / spacing + 1e-9).floor().max(0.0) as usize;
-    let last = (((start + cell) / spacing - 1e-9).ceil().max(0.0) as usize).min(count);
-    let overlap = |index: usize| {
-        let from = start.max(index as f64 * spacing);
-        let to = (start + cell).min((index + 1) as f64 * spacing);
-        Overlap { index, share: if (cell - spacing).abs() < 1e-9 * spacing { 1.0 } else { (to - from) / cell } }
-    };
-    (first..last).map(overlap).collect()
 }
 
 #[cfg(test)]

@@ -29,9 +29,9 @@ use super::hazard::hazard_class;
 use super::maxima::{Seen, ThresholdSeen};
 use super::{TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
-use crate::lattice::{Lattice, NEIGHBOURS};
+use crate::lattice::{Lattice, Level, NEIGHBOURS};
 use crate::math::Vec2;
-use faces::{crossed_faces, face};
+use faces::{beside, crossed_faces, face};
 
 /// No wet cell.
 const NONE: u32 = u32::MAX;
@@ -134,7 +134,7 @@ impl OnTerrain {
     }
 
     fn cell_of(&self, column: usize, row: usize) -> usize {
-        self.lattice.index(self.columns[column], self.rows[row])
+        self.lattice.leaf(self.columns[column], self.rows[row])
     }
 
     /// Column and row of a pixel.
@@ -173,19 +173,25 @@ impl OnTerrain {
     /// The levels in the middles of the faces of a wet cell.
     fn levels_at_faces(&self, own: &WetCell, wet: &[WetCell], numbers: &[u32], bed: &[f64]) -> [f64; 4] {
         let (level, depth) = (own.level, own.seen.max_depth);
+        let level_of = |other: usize| (numbers[other] != NONE).then(|| wet[numbers[other] as usize].level);
         let beyond = NEIGHBOURS.map(|step| {
-            let Some(other) = self.lattice.neighbour(own.cell, step).filter(|&other| !bed[other].is_nan()) else {
-                return (Beyond::Shut, f64::NAN);
-            };
-            let its = if numbers[other] == NONE { bed[other] } else { wet[numbers[other] as usize].level };
+            let beside = beside(&self.lattice, own.cell, step);
+            let others: Vec<usize> = beside.into_iter().filter(|&other| !bed[other].is_nan()).collect();
+            // Two cells of a finer level are seen as one: their mean, or the wet one of them.
+            let wet_ones: Vec<usize> = others.iter().copied().filter(|&other| level_of(other).is_some()).collect();
+            let seen = if wet_ones.is_empty() { &others } else { &wet_ones };
+            let Some(&other) = seen.first() else { return (Beyond::Shut, f64::NAN) };
+            let mean = |of: &dyn Fn(usize) -> f64| seen.iter().map(|&cell| of(cell)).sum::<f64>() / seen.len() as f64;
+            let its_bed = mean(&|cell| bed[cell]);
+            let its = mean(&|cell| level_of(cell).unwrap_or(bed[cell]));
             let is_shut =
                 self.walled.contains(&face(own.cell, other)) || self.passes.between(own.cell, other) > level.max(its);
-            let of = match numbers[other] {
+            let of = match level_of(other) {
                 _ if is_shut => Beyond::Shut,
-                NONE => Beyond::Dry(its),
-                _ => Beyond::Wet(its),
+                None => Beyond::Dry(its),
+                Some(_) => Beyond::Wet(its),
             };
-            (of, bed[other])
+            (of, its_bed)
         });
         let to_wet = |(of, its_bed): &(Beyond, f64)| match of {
             Beyond::Wet(its) => {
@@ -207,7 +213,8 @@ impl OnTerrain {
 
     /// The level (m) of a wet cell at a place in it (local coordinates).
     fn level_at(&self, own: &WetCell, place: Vec2) -> f64 {
-        let from_middle = (place - self.lattice.centre(own.cell)) * (2.0 / self.lattice.spacing);
+        let (_, row) = self.lattice.column_row(own.cell);
+        let from_middle = (place - self.lattice.centre(own.cell)) * (2.0 / self.lattice.level_of_row(row).spacing);
         let [east, west, north, south] = own.at_faces.map(|level| level - own.level);
         let x = if from_middle.x > 0.0 { east } else { west };
         let y = if from_middle.y > 0.0 { north } else { south };
@@ -264,8 +271,12 @@ impl OnTerrain {
     /// The pixels of a cell that join its lowest ones below a level (m) inside it.
     fn joined_to_lowest(&self, cell: usize, level: f64) -> BTreeSet<usize> {
         let (column, row) = self.lattice.column_row(cell);
-        let of = |places: &[usize], place: usize| (0..places.len()).filter(|&k| places[k] == place).collect::<Vec<_>>();
-        let (columns, rows) = (of(&self.columns, column), of(&self.rows, row));
+        let Level { first_row, spacing, .. } = self.lattice.level_of_row(row);
+        let finer = (spacing / self.lattice.spacing).round() as usize;
+        let is_in = |finest: usize, place: usize| finest / finer == place;
+        let of =
+            |places: &[usize], place: usize| (0..places.len()).filter(|&k| is_in(places[k], place)).collect::<Vec<_>>();
+        let (columns, rows) = (of(&self.columns, column), of(&self.rows, row - first_row));
         let pixels = || rows.iter().flat_map(|row| columns.iter().map(move |column| row * self.columns.len() + column));
         let lowest = pixels().map(|pixel| self.elevation(pixel)).fold(level, f64::min);
         let mut joined: BTreeSet<usize> =
@@ -283,8 +294,10 @@ impl OnTerrain {
     }
 
     fn is_beside(&self, own: usize, cell: usize) -> bool {
-        let ((column, row), (own_column, own_row)) = (self.lattice.column_row(cell), self.lattice.column_row(own));
-        column.abs_diff(own_column) <= 1 && row.abs_diff(own_row) <= 1
+        let apart = self.lattice.centre(own) - self.lattice.centre(cell);
+        let reach = 0.5 * (self.lattice.area_of(own).sqrt() + self.lattice.area_of(cell).sqrt());
+        let is_near = |distance: f64| distance.abs() < reach + 0.25 * self.lattice.spacing;
+        is_near(apart.x) && is_near(apart.y)
     }
 
     /// The lowest pixel of each wet cell that has one.

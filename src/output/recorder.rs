@@ -58,7 +58,7 @@ pub type FrameSink<'a> = dyn FnMut(Frame) -> Result<(), Error> + 'a;
 #[derive(Debug)]
 pub struct Recorder {
     bed_elevation: Vec<f64>,
-    columns: usize,
+    lattice: Lattice,
     more_area: Vec<(usize, f64)>,
     grid: OutputGrid,
     /// Where the maps are on the terrain's own raster.
@@ -110,7 +110,6 @@ impl Recorder {
         let RecorderPlan { lattice, bed_elevation, cell, terrain, thresholds, rise_on_wet, .. } = plan;
         let gauge_schedule = Schedule::new(plan.gauges_every, plan.end_time);
         Recorder {
-            columns: lattice.columns,
             more_area: plan.more_area,
             grid: OutputGrid::new(&lattice, cell, &bed_elevation),
             terrain: terrain.map(|(pixels, passes)| OnTerrain::new(lattice.clone(), pixels, passes, &plan.walls)),
@@ -130,6 +129,7 @@ impl Recorder {
             mass_balance: Vec::new(),
             previous_volumes: Volumes::default(),
             bed_elevation,
+            lattice,
             time: 0.0,
             has_frames: true,
             has_maps: true,
@@ -294,7 +294,7 @@ impl Recorder {
     /// What cells in part hold more (m³) than whole cells of their depth would, `share` of the way from the step before to this one.
     fn volume_in_part(&self, share: f64, water: &WaterOnLattice<'_>) -> f64 {
         let more = |&(cell, area): &(usize, f64)| {
-            let (column, row) = (cell % self.columns, cell / self.columns);
+            let (column, row) = self.lattice.column_row(cell);
             let is_held = |span: &Span| (span.from as usize..span.to as usize).contains(&column);
             let is_followed = water.spans_of_row(row).iter().any(is_held);
             let now = water.at(cell);
@@ -305,6 +305,11 @@ impl Recorder {
 
     /// The water of a row of the lattice `share` of the way from the step before to this one.
     fn row_between(&self, share: f64, water: &WaterOnLattice<'_>, row: usize, cells: &mut [WaterInCell]) {
+        if self.lattice.nest().is_some() {
+            let leaves = (0..cells.len()).map(|column| self.lattice.leaf(column, row));
+            cells.iter_mut().zip(leaves).for_each(|(cell, leaf)| *cell = self.leaf_between(share, water, leaf));
+            return;
+        }
         let now = water.rows.row(row);
         // Films that were left behind lie outside the spans: over a wide plain they are a share of the volume that counts.
         for (cell, &depth) in cells.iter_mut().zip(now.depth) {
@@ -313,8 +318,20 @@ impl Recorder {
         for span in water.spans_of_row(row) {
             let (from, to) = (span.from as usize, span.to as usize);
             for (column, cell) in (from..to).zip(&mut cells[from..to]) {
-                *cell = self.maxima.previous(row * self.columns + column).towards(now.at(column), share);
+                *cell = self.maxima.previous(row * self.lattice.columns + column).towards(now.at(column), share);
             }
+        }
+    }
+
+    /// The water of a cell of any level `share` of the way from the step before to this one.
+    fn leaf_between(&self, share: f64, water: &WaterOnLattice<'_>, cell: usize) -> WaterInCell {
+        let (column, row) = self.lattice.column_row(cell);
+        let now = water.at(cell);
+        let is_held = |span: &Span| (span.from as usize..span.to as usize).contains(&column);
+        if water.spans_of_row(row).iter().any(is_held) {
+            self.maxima.previous(cell).towards(now, share)
+        } else {
+            WaterInCell { depth: now.depth, ..WaterInCell::default() }
         }
     }
 }

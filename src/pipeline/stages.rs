@@ -28,8 +28,9 @@ pub(super) fn recorder_plan(
     bed: BedParticles,
     pixels: Option<TerrainPixels>,
 ) -> RecorderPlan {
-    let (outputs, area) = (&scenario.outputs, bed.lattice.cell_area());
-    let more_area = bed.cover.cells().iter().map(|part| (part.cell, (part.area - 1.0) * area)).collect();
+    let (outputs, lattice) = (&scenario.outputs, &bed.lattice);
+    let parts = bed.cover.cells().iter().filter(|part| lattice.is_leaf(part.cell));
+    let more_area = parts.map(|part| (part.cell, (part.area - 1.0) * lattice.area_of(part.cell))).collect();
     RecorderPlan {
         more_area,
         lattice: bed.lattice,

@@ -65,7 +65,7 @@ pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Resul
         )));
     }
     let origin = Vec2::new(anchor.x + west * spacing, anchor.y + south * spacing);
-    Ok(Lattice { origin, columns: columns as usize, rows: rows as usize, spacing })
+    Ok(Lattice::new(origin, columns as usize, rows as usize, spacing))
 }
 
 /// The remedy when a need exceeds its limit by a factor: particles go with the square of the resolution.
@@ -263,7 +263,7 @@ mod tests {
     fn cells_coincide_with_raster_cells_when_spacings_divide() {
         let terrain = terrain(20.0, 30, 20);
         let equal = lattice(&terrain, 20.0, &LIMITS).unwrap();
-        assert_eq!(equal, Lattice { origin: Vec2::new(1005.0, 1603.0), columns: 30, rows: 20, spacing: 20.0 });
+        assert_eq!(equal, Lattice::new(Vec2::new(1005.0, 1603.0), 30, 20, 20.0));
         let half = lattice(&terrain, 10.0, &LIMITS).unwrap();
         assert_eq!((half.origin, half.columns, half.rows), (equal.origin, 60, 40));
         let double = lattice(&terrain, 40.0, &LIMITS).unwrap();
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn a_side_opens_its_own_faces_and_no_other() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 12, rows: 9, spacing: 5.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 12, 9, 5.0);
         let bed = vec![0.0; lattice.len()];
         for (side, faces) in [(Side::North, 12), (Side::South, 12), (Side::East, 9), (Side::West, 9)] {
             let mut open = OpenEdges::default();
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_line_opens_as_many_faces_as_it_is_long_and_one_at_least() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 12, rows: 20, spacing: 5.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 12, 20, 5.0);
         let edges = edge_faces(&lattice, &vec![0.0; lattice.len()]);
         // Drawn 3 m beside the edge.
         let opened = |from: f64, to: f64| {
@@ -326,7 +326,7 @@ mod tests {
     #[test]
     fn a_valley_that_narrows_opens_at_its_mouth_and_not_at_its_banks() {
         // Twelve columns; the last five are a valley of four rows.
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 12, rows: 9, spacing: 5.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 12, 9, 5.0);
         let is_valley = |(column, row): (usize, usize)| column < 7 || (3..7).contains(&row);
         let bed: Vec<f64> =
             (0..lattice.len()).map(|cell| if is_valley(lattice.column_row(cell)) { 0.0 } else { f64::NAN }).collect();
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn a_side_that_is_turned_opens_all_along() {
         // A rectangle of 40 by 24 cells, turned by some degrees about the middle of the lattice.
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 60, rows: 50, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 60, 50, 2.0);
         for degrees in [0.0_f64, 3.0, 10.0, 30.0] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let is_inside = |cell: usize| {

@@ -293,7 +293,7 @@ fn crossed(pieces: &[[Vec2; 2]], lattice: &Lattice) -> Vec<usize> {
 
 /// A plane without any cell, and the channels: what is asked of each cell of the plane is then asked of none.
 pub(super) fn channels_alone(scenario: &Scenario, files: Files<'_>, findings: &mut Findings) -> Setup {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: 0, rows: 0, spacing: scenario.resolution.value };
+    let lattice = Lattice::new(Vec2::ZERO, 0, 0, scenario.resolution.value);
     let bed = BedParticles::from_elevation(lattice, Vec::new(), 0.0);
     let still_water = StillWater { depth: Vec::new(), body: Vec::new(), volumes: Vec::new() };
     let mut forcing = Forcing::default();

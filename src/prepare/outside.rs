@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn the_part_on_no_terrain_has_its_length_and_its_first_place() {
-        let lattice = Lattice { origin: Vec2::new(1000.0, 2000.0), columns: 10, rows: 10, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::new(1000.0, 2000.0), 10, 10, 2.0);
         let mut bed = BedParticles::from_elevation(lattice.clone(), vec![0.0; 100], 0.03);
         // The third column has no data.
         (0..10).for_each(|row| bed.elevation[row * 10 + 2] = f64::NAN);
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn lines_far_beyond_the_lattice_take_no_more_time_than_near_ones() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 10, rows: 10, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 10, 10, 2.0);
         let far = [Vec2::new(5.0, 5.0), Vec2::new(1e15, 1e15)];
         assert!(cut(far, &lattice).len() < 30);
         let outside = Outside::of([far], &lattice, |place| lattice.cell_at(place).is_some());

@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_scan_line_agrees_with_point_in_polygon() {
-        let lattice = Lattice { origin: Vec2::new(1000.0, 2000.0), columns: 40, rows: 30, spacing: 2.5 };
+        let lattice = Lattice::new(Vec2::new(1000.0, 2000.0), 40, 30, 2.5);
         let outer: LineString<f64> = (0..17)
             .map(|i| {
                 let (angle, radius) = (f64::from(i) * 0.37, if i % 2 == 0 { 60.0 } else { 21.0 });

@@ -15,7 +15,7 @@ const SHALLOWEST_SEED: f64 = 1e-4;
 /// A dry problem on a lattice whose bed follows a function of the place; walls all around, no friction.
 pub fn problem(columns: usize, rows: usize, spacing: f64, bed: impl Fn(Vec2) -> f64) -> FlowProblem {
     // Away from the origin, so that a mix-up of map and local coordinates shows.
-    let lattice = Lattice { origin: Vec2::new(1000.0, 2000.0), columns, rows, spacing };
+    let lattice = Lattice::new(Vec2::new(1000.0, 2000.0), columns, rows, spacing);
     let elevation = (0..lattice.len()).map(|index| bed(lattice.centre(index))).collect();
     FlowProblem {
         initial_depth: vec![0.0; lattice.len()],

@@ -51,7 +51,7 @@ fn provenance(date: &str) -> Provenance {
 }
 
 fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
-    let lattice = Lattice { origin, columns: COLUMNS, rows: ROWS, spacing: SPACING };
+    let lattice = Lattice::new(origin, COLUMNS, ROWS, SPACING);
     let elevation = |index: usize| {
         let (column, row) = lattice.column_row(index);
         let is_gap = column + row < 8; // no terrain in the south-western corner

@@ -19,7 +19,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{BedParticles, Surface};
-use crate::lattice::{Lattice, NEIGHBOURS};
+use crate::lattice::{Lattice, Level, NEIGHBOURS};
 use crate::math::Vec2;
 use crate::terrain::{Rectangle, Terrain};
 
@@ -67,6 +67,22 @@ pub struct Cover {
 }
 
 impl Cover {
+    /// Those of all levels of a nested lattice, each of which was found on a lattice of its own; the finest first.
+    pub(crate) fn stacked<'a>(
+        levels: impl Iterator<Item = (&'a Cover, Level)>,
+        cell_of: impl Fn(Level, usize) -> usize,
+    ) -> Cover {
+        let mut all = Cover::default();
+        for (cover, level) in levels {
+            let cells = cover.cells.iter().map(|part| CellInPart { cell: cell_of(level, part.cell), ..*part });
+            all.cells.extend(cells);
+            let place = |(row, column): (usize, usize)| (row + level.first_row, column);
+            all.faces.extend(cover.faces.iter().map(|face| FaceInPart { place: place(face.place), ..*face }));
+            all.given.extend(cover.given.iter().map(|&cell| cell_of(level, cell)));
+        }
+        all
+    }
+
     /// Finds the cells in part of a bed.
     ///
     /// - `terrain`: its rasters end along straight lines, its survey points along none

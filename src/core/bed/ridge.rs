@@ -138,7 +138,7 @@ mod tests {
 
     /// A level valley of 8 by 6 cells of 2 m, with higher ground in the northernmost row and a ridge in column 3 up to it.
     fn bed() -> BedParticles {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 8, rows: 6, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 8, 6, 2.0);
         let elevation = (0..48).map(|cell| if cell >= 40 { 9.0 } else { 0.0 }).collect();
         let mut bed = BedParticles::from_elevation(lattice, elevation, 0.0);
         for row in 0..5 {

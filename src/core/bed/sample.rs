@@ -70,7 +70,7 @@ mod tests {
 
     /// A plane on a lattice with a hole in it.
     fn plane_with_hole() -> BedParticles {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 6, rows: 5, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 6, 5, 2.0);
         let mut elevation: Vec<f64> = (0..lattice.len()).map(|i| plane(lattice.centre(i))).collect();
         elevation[lattice.index(3, 2)] = f64::NAN;
         let mut bed = BedParticles::from_elevation(lattice, elevation, 0.03);
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn channel_of_one_row_has_no_slope_across() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 6, rows: 1, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 6, 1, 2.0);
         let bed = BedParticles::from_elevation(lattice, vec![0.0, 1.0, 3.0, -2.0, 0.5, 0.5], 0.0);
         for step in 0..100 {
             let x = 12.0 * (step as f64 * 0.618).fract();

@@ -1,6 +1,6 @@
 //! Pass sills of a lattice, what gaps leave open of them, and the pixels that they are found in.
 
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Level};
 use crate::math::Vec2;
 use crate::terrain::{PixelBlock, PixelGrid, Terrain};
 
@@ -98,6 +98,18 @@ impl PassSills {
         let mut sills = PassSills { sills, ..PassSills::default() };
         sills.sort();
         sills
+    }
+
+    /// Those of all levels of a nested lattice, each of which was found on a lattice of its own.
+    pub(crate) fn stacked<'a>(
+        levels: impl Iterator<Item = (&'a PassSills, Level)>,
+        cell_of: impl Fn(Level, usize) -> usize,
+    ) -> PassSills {
+        let of_level = |(sills, level): (&'a PassSills, Level)| {
+            let in_stack = |sill: &PassSill| PassSill { cell: cell_of(level, sill.cell), ..*sill };
+            sills.iter().map(in_stack).collect::<Vec<_>>()
+        };
+        PassSills::new(levels.flat_map(of_level).collect())
     }
 
     pub(super) fn sort(&mut self) {

@@ -41,7 +41,7 @@ impl BedParticles {
 
     /// Area (m²) for which a cell stands.
     pub fn area(&self, index: usize) -> f64 {
-        self.cover.cell(index).area * self.lattice.cell_area()
+        self.cover.cell(index).area * self.lattice.area_of(index)
     }
 
     /// Whether a face, given by its midpoint (local coordinates, m), is one of a sealed cell.

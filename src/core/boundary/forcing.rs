@@ -209,11 +209,16 @@ impl Forcing {
     /// The boundary that opens an edge face with this midpoint and normal (local coordinates, m): the nearest one within reach, the earlier
     /// one of two that are equally near. None where a channel joins.
     pub fn boundary_at(&self, midpoint: Vec2, normal: Vec2) -> Option<usize> {
+        self.boundary_within(1.0, midpoint, normal)
+    }
+
+    /// The same for a face so many times as long as those of the finest level.
+    pub fn boundary_within(&self, times: f64, midpoint: Vec2, normal: Vec2) -> Option<usize> {
         if self.channel_joins_at(midpoint) {
             return None;
         }
         let face = (midpoint, normal);
-        let distance = |boundary: &Boundary| boundary.pieces.distance_to_face(self.reach, face);
+        let distance = |boundary: &Boundary| boundary.pieces.distance_to_face(times * self.reach, face);
         let near = self.boundaries.iter().enumerate().filter_map(|(index, one)| Some((index, distance(one)?)));
         near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))).map(|(index, _)| index)
     }
@@ -318,7 +323,7 @@ mod tests {
 
     #[test]
     fn edges_are_faces_between_terrain_and_none() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 3, rows: 3, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 3, 3, 2.0);
         let mut bed = vec![0.0; 9];
         bed[4] = f64::NAN;
         let faces = edge_faces(&lattice, &bed);

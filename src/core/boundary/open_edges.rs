@@ -159,6 +159,11 @@ pub struct OpenEdges {
 impl OpenEdges {
     /// Whether a face of the edge of the terrain is open, with its midpoint and its normal in either direction (local coordinates).
     pub fn is_open(&self, midpoint: Vec2, normal: Vec2) -> bool {
-        self.whole_outline || self.pieces.distance_to_face(self.reach, (midpoint, normal)).is_some()
+        self.is_open_within(1.0, midpoint, normal)
+    }
+
+    /// The same for a face so many times as long as those of the finest level.
+    pub fn is_open_within(&self, times: f64, midpoint: Vec2, normal: Vec2) -> bool {
+        self.whole_outline || self.pieces.distance_to_face(times * self.reach, (midpoint, normal)).is_some()
     }
 }

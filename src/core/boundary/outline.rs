@@ -181,7 +181,7 @@ mod tests {
     use crate::lattice::Lattice;
 
     fn bed(columns: usize, rows: usize, has_terrain: impl Fn(usize, usize) -> bool) -> BedParticles {
-        let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, columns, rows, 2.0);
         let elevation = (0..lattice.len())
             .map(|index| {
                 let (column, row) = lattice.column_row(index);

@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn hides_what_ways_cannot_reach() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 12, rows: 9, spacing: 0.7 };
+        let lattice = Lattice::new(Vec2::ZERO, 12, 9, 0.7);
         let edge = |x0: f64, y0: f64, x1: f64, y1: f64, is_open: bool| Edge {
             start: Vec2::new(x0, y0),
             end: Vec2::new(x1, y1),

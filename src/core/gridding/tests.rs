@@ -38,7 +38,7 @@ fn gridder(bed: &BedParticles) -> Gridder {
 
 /// A bed given by a formula, not-a-number where there is no terrain; 100 by 80 cells of 2 m.
 fn bed(formula: impl Fn(Vec2) -> f64) -> BedParticles {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: 100, rows: 80, spacing: 2.0 };
+    let lattice = Lattice::new(Vec2::ZERO, 100, 80, 2.0);
     let elevation = (0..lattice.len()).map(|index| formula(lattice.centre(index))).collect();
     BedParticles::from_elevation(lattice, elevation, 0.03)
 }

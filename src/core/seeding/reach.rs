@@ -97,7 +97,7 @@ mod tests {
 
     /// A strip of eight cells of 2 m with these elevations and 1 m of water above the first two.
     fn strip(elevation: [f64; 8]) -> (BedParticles, StillWater) {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 8, rows: 1, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 8, 1, 2.0);
         let depth = (0..8).map(|cell| if cell < 2 { 1.0 } else { 0.0 }).collect();
         let body = (0..8).map(|cell| (cell < 2).then_some(0)).collect();
         (

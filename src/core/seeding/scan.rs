@@ -290,7 +290,7 @@ mod tests {
         values[700] = f64::NAN;
         let raster = Raster { columns, rows, west: 100.0, north: 350.0, cell_x: 5.0, cell_y: 5.0, values };
         let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
-        let lattice = Lattice { origin: Vec2::new(100.0, 200.0), columns, rows, spacing: 5.0 };
+        let lattice = Lattice::new(Vec2::new(100.0, 200.0), columns, rows, 5.0);
         let bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, &crate::bed::Nothing, 0.0);
         let ring = [(113.0, 204.0), (287.0, 211.0), (290.0, 345.0), (150.0, 341.0), (113.0, 204.0)];
         let lake = geo::MultiPolygon(vec![geo::Polygon::new(geo::LineString::from(ring.to_vec()), Vec::new())]);

@@ -116,7 +116,7 @@ mod tests {
     use geo::{MultiPolygon, polygon};
 
     fn lattice() -> Lattice {
-        Lattice { origin: Vec2::new(1000.0, 0.0), columns: 10, rows: 10, spacing: 1.0 }
+        Lattice::new(Vec2::new(1000.0, 0.0), 10, 10, 1.0)
     }
 
     fn scan(polygon: MultiPolygon<f64>, y: f64) -> Vec<Interval> {

@@ -4,6 +4,7 @@ mod changing_bed;
 mod eulerian;
 pub mod lagrangian;
 pub mod moving;
+mod nested;
 pub mod phases;
 mod scratch;
 #[cfg(test)]
@@ -17,6 +18,7 @@ pub use crate::boundary::{
     Series, Slide, Strip, Trigger, edge_faces,
 };
 pub use eulerian::{EulerianMethods, EulerianSolver};
+pub use nested::nested;
 
 use crate::bed::BedParticles;
 use crate::failure::NumericalFailure;

@@ -13,7 +13,7 @@ pub(super) fn still_water(
     bed: impl Fn(Vec2) -> f64,
     level: impl Fn(Vec2) -> f64,
 ) -> FlowProblem {
-    let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing };
+    let lattice = Lattice::new(Vec2::ZERO, columns, rows, spacing);
     let elevation: Vec<f64> = (0..lattice.len()).map(|i| bed(lattice.centre(i))).collect();
     let initial_depth = (0..lattice.len()).map(|i| (level(lattice.centre(i)) - elevation[i]).max(0.0)).collect();
     let mut bed = BedParticles::from_elevation(lattice, elevation, 0.0);

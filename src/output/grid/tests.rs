@@ -2,7 +2,7 @@ use super::*;
 use crate::lattice::{FlatWater, Span, WaterOnLattice};
 
 fn lattice() -> Lattice {
-    Lattice { origin: Vec2::new(500.0, 900.0), columns: 7, rows: 5, spacing: 2.0 }
+    Lattice::new(Vec2::new(500.0, 900.0), 7, 5, 2.0)
 }
 
 /// Fills in a row of the lattice from the water of each cell.
@@ -81,7 +81,7 @@ fn a_level_lake_is_level_and_a_plane_lies_where_it_was_in_any_cell() {
 
 #[test]
 fn maps_of_coarse_cells_hold_what_counts_most_in_them() {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: 2, rows: 2, spacing: 1.0 };
+    let lattice = Lattice::new(Vec2::ZERO, 2, 2, 1.0);
     let bed = [1.0, 2.0, f64::NAN, 3.0];
     let mut maxima = Maxima::new(4, 2, &[0.1], 0.1);
     let spans = [0, 1].map(|row| Span { row, from: 0, to: 2 });
@@ -121,7 +121,7 @@ fn ground_without_terrain_is_filled() {
 
 #[test]
 fn a_coarser_grid_shows_the_source_of_the_greatest_part() {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: 4, rows: 2, spacing: 1.0 };
+    let lattice = Lattice::new(Vec2::ZERO, 4, 2, 1.0);
     // From the south: a line of the dam through a layer; two parts of the shore, and ground without terrain.
     let of_cells = vec![1, 1, 105, 0, 1, 104, 0, 105];
     let source = GroundSource::new(of_cells, Vec::new(), |source| format!("{source:?}"));

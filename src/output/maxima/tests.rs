@@ -48,7 +48,7 @@ impl Plain {
 
 #[test]
 fn lanes_see_what_each_cell_by_itself_does() {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: 29, rows: 3, spacing: 1.0 };
+    let lattice = Lattice::new(Vec2::ZERO, 29, 3, 1.0);
     let spans = [(0, 3, 21), (1, 0, 8), (1, 10, 29), (2, 15, 17)].map(|(row, from, to)| Span { row, from, to });
     let is_inside = |cell: usize| {
         let (column, row) = ((cell % 29) as u32, (cell / 29) as u32);

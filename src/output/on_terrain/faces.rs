@@ -42,3 +42,19 @@ fn around(lattice: &Lattice, cell: usize) -> impl Iterator<Item = usize> {
 pub(super) fn face(a: usize, b: usize) -> (usize, bool) {
     (a.min(b), a.abs_diff(b) != 1)
 }
+
+/// The cells beside a cell at a step (column, row): one, or two of the next finer level.
+pub(super) fn beside(lattice: &Lattice, cell: usize, step: (isize, isize)) -> Vec<usize> {
+    if let Some(other) = lattice.neighbour(cell, step).filter(|&other| lattice.is_leaf(other)) {
+        return vec![other];
+    }
+    let spacing = lattice.area_of(cell).sqrt();
+    let out = Vec2::new(step.0 as f64, step.1 as f64);
+    // Just beyond the face, a quarter of it to either side of its middle.
+    let middle = lattice.centre(cell) + out * (0.5 * spacing + 0.25 * lattice.spacing);
+    let aside = out.perpendicular() * (0.25 * spacing);
+    let mut beside: Vec<usize> =
+        [-1.0, 1.0].iter().filter_map(|&side| lattice.cell_at(middle + aside * side)).collect();
+    beside.dedup();
+    beside
+}

@@ -29,7 +29,7 @@ impl Scene<'_> {
 
     fn maps(&self) -> GridMaps {
         let origin = Vec2::new(300.0, 500.0);
-        let lattice = Lattice { origin, columns: self.columns, rows: self.rows, spacing: SPACING };
+        let lattice = Lattice::new(origin, self.columns, self.rows, SPACING);
         let pixels = self.pixels();
         let mean = |cell: usize| {
             let (column, row) = lattice.column_row(cell);

@@ -14,7 +14,7 @@ use crate::output::{FILL, WET_DEPTH};
 const BED: f64 = 20.0;
 
 fn lattice() -> Lattice {
-    Lattice { origin: Vec2::new(1000.0, 2000.0), columns: 5, rows: 3, spacing: 10.0 }
+    Lattice::new(Vec2::new(1000.0, 2000.0), 5, 3, 10.0)
 }
 
 fn plan(every: f64) -> RecorderPlan {
@@ -191,7 +191,7 @@ fn films_have_no_speed_and_no_class() {
 #[test]
 fn threads_do_not_change_a_bit() {
     // Large enough that the step is shared between threads.
-    let lattice = Lattice { origin: Vec2::ZERO, columns: 130, rows: 70, spacing: 1.0 };
+    let lattice = Lattice::new(Vec2::ZERO, 130, 70, 1.0);
     let spans: Vec<Span> =
         (0..70).flat_map(|row| [Span { row, from: 0, to: 60 }, Span { row, from: 61, to: 130 }]).collect();
     let record = |threads: usize| {

@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     fn lattice() -> Lattice {
-        Lattice { origin: Vec2::ZERO, columns: 12, rows: 10, spacing: 2.0 }
+        Lattice::new(Vec2::ZERO, 12, 10, 2.0)
     }
 
     #[test]

@@ -210,7 +210,7 @@ mod tests {
         values[12] = f64::NAN;
         let raster = Raster { columns: 5, rows: 5, west: 0.0, north: 10.0, cell_x: 2.0, cell_y: 2.0, values };
         let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 5, rows: 5, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 5, 5, 2.0);
         let mut changes = Changes::default();
         let made = [
             (12, Made::Fill(2.5)),

@@ -143,7 +143,7 @@ mod tests {
     fn of_a_levee_the_part_below_the_ground_counts_beyond_its_ends() {
         // Ground of 10 m with the given heights in the cells of a row; a levee at 11 m along it.
         let buried = |heights: &[f64]| {
-            let lattice = Lattice { origin: Vec2::ZERO, columns: heights.len(), rows: 1, spacing: 2.0 };
+            let lattice = Lattice::new(Vec2::ZERO, heights.len(), 1, 2.0);
             let line = [Vec2::new(0.0, 1.0), Vec2::new(2.0 * heights.len() as f64, 1.0)];
             let bed = BedParticles::from_elevation(lattice, heights.iter().map(|z| 10.0 + z).collect(), 0.03);
             Buried::of(&line, &[11.0, 11.0], &bed).map(|part| (part.length, part.whole, part.depth, part.place.x))

@@ -235,7 +235,7 @@ mod tests {
 
     /// Seven by six cells on a plane that rises by 1 m a cell to the east, without terrain where asked for.
     fn bed(without: &[(usize, usize)]) -> BedParticles {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 7, rows: 6, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 7, 6, 2.0);
         let elevation =
             (0..42).map(|cell| if without.contains(&lattice.column_row(cell)) { f64::NAN } else { (cell % 7) as f64 });
         let elevation = elevation.collect();

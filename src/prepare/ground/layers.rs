@@ -295,7 +295,7 @@ fn cut(
     let to_cells =
         |c: geo::Coord<f64>| geo::Coord { x: (c.x - origin.x) / raster.cell_x, y: (c.y - origin.y) / raster.cell_y };
     let scaled = geo::MapCoords::map_coords(&area, to_cells);
-    let lattice = Lattice { origin: Vec2::ZERO, columns: raster.columns, rows: raster.rows, spacing: 1.0 };
+    let lattice = Lattice::new(Vec2::ZERO, raster.columns, raster.rows, 1.0);
     let mut kept = vec![f64::NAN; raster.values.len()];
     for cell in cells_inside(&scaled, &lattice) {
         let (column, from_south) = lattice.column_row(cell);

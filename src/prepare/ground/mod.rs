@@ -202,7 +202,7 @@ mod tests {
         values[12] = f64::NAN;
         let raster = Raster { columns: 5, rows: 5, west: 0.0, north: 10.0, cell_x: 2.0, cell_y: 2.0, values };
         let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 5, rows: 5, spacing: 2.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 5, 5, 2.0);
         let elevation: Vec<f64> =
             (0..25).map(|cell| terrain.elevation(lattice.to_map(lattice.centre(cell))).unwrap_or(f64::NAN)).collect();
         let bed = BedParticles::from_elevation(lattice.clone(), elevation, 0.0);

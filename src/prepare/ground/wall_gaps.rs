@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn gaps_are_as_wide_as_the_ways_through_them() {
         // Cells of 10 m with centres at 5 m, 15 m, ...; a wall from the south to the north with a gap.
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 20, rows: 20, spacing: 10.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 20, 20, 10.0);
         let bed = BedParticles::from_elevation(lattice, vec![0.0; 400], 0.0);
         for (from, to, open) in
             [(95.0, 105.0, 0.0), (96.0, 104.0, 0.0), (94.0, 104.0, 10.0), (90.0, 110.0, 20.0), (95.0, 115.0, 10.0)]

@@ -182,7 +182,7 @@ fn on_terrain(file: &Path, spacing: f64) -> SetupResult {
         Terrain::new(vec![Layer::Raster(raster)]).ok_or_else(|| format!("{} holds no data", file.display()))?;
     let Rectangle { low, high } = terrain.extent();
     let (columns, rows) = (((high.x - low.x) / spacing) as usize, ((high.y - low.y) / spacing) as usize);
-    let lattice = Lattice { origin: low, columns, rows, spacing };
+    let lattice = Lattice::new(low, columns, rows, spacing);
     let bed = crate::bed::place_bed(&terrain, &lattice, BedMethod::Pointwise, &crate::bed::Nothing, 0.0);
     let mut elevations: Vec<f64> = bed.elevation.iter().copied().filter(|z| !z.is_nan()).collect();
     elevations.sort_by(f64::total_cmp);

@@ -107,7 +107,7 @@ fn terrain((columns, rows): (usize, usize), pixel: Vec2, height: impl Fn(Vec2) -
 }
 
 fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
-    Lattice { origin: Vec2::ZERO, columns, rows, spacing }
+    Lattice::new(Vec2::ZERO, columns, rows, spacing)
 }
 
 /// Mean bed (m) of 200 cells whose western 60 % lie at 0 m, and whose rest stands 0 to `highest` (m) above that.

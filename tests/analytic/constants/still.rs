@@ -72,7 +72,7 @@ fn fill(
     body: StillBody,
     constants: &Constants,
 ) -> (BedParticles, Vec<(usize, f64)>, StillWater) {
-    let lattice = Lattice { origin: Vec2::ZERO, columns, rows, spacing: 1.0 };
+    let lattice = Lattice::new(Vec2::ZERO, columns, rows, 1.0);
     let bed = place_bed_with(surface, &lattice, (BedMethod::Mean, &constants.bed), &Nothing, 0.03);
     let (water, set) = fill_still_water(&[body], &bed, surface, Barriers::default(), &constants.seeding);
     (bed, set, water)
@@ -142,7 +142,7 @@ fn ditch(constants: &Constants) -> f64 {
 
 /// Mean error of the level at 64 places in a cell, of a wave of 1 m, five cells long.
 fn gauges(constants: &Constants) -> f64 {
-    let lattice = Lattice { origin: Vec2::ZERO, columns: 5, rows: 5, spacing: 1.0 };
+    let lattice = Lattice::new(Vec2::ZERO, 5, 5, 1.0);
     let place = |k: usize| Vec2::new(2.0 + ((k % 8) as f64 + 0.5) / 8.0, 2.0 + ((k / 8) as f64 + 0.5) / 8.0);
     let gauge = |k: usize| Gauge { id: k.to_string(), position: place(k), attributes: vec![] };
     let plan = RecorderPlan {

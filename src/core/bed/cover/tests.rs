@@ -9,7 +9,7 @@ use crate::terrain::{Layer, Raster, Terrain};
 const SPACING: f64 = 10.0;
 
 fn lattice() -> Lattice {
-    Lattice { origin: Vec2::ZERO, columns: 12, rows: 9, spacing: SPACING }
+    Lattice::new(Vec2::ZERO, 12, 9, SPACING)
 }
 
 /// A raster of cells of half a metre with its south-western corner at a place (m), so many metres wide and high.
@@ -137,7 +137,7 @@ fn half_covered_cells_are_halves_at_coordinates_of_any_size() {
             values: vec![1.0; 57 * 48],
         };
         let terrain = Terrain::new(vec![Layer::Raster(raster)]).unwrap();
-        let lattice = Lattice { origin, columns, rows, spacing };
+        let lattice = Lattice::new(origin, columns, rows, spacing);
         let bed = place_bed(&terrain, &lattice, BedMethod::Mean, &Nothing, 0.03);
         let cover = Cover::find(&terrain, &terrain, &bed);
         for row in 0..rows {

@@ -35,7 +35,7 @@ fn lattice(raster: &Raster, ratio: f64, shift: f64) -> Lattice {
     let spacing = ratio * CELL;
     let count = |cells: usize| ((cells as f64 + shift) / ratio).ceil() as usize;
     let origin = Vec2::new(raster.west - shift * CELL, raster.south() - shift * CELL);
-    Lattice { origin, columns: count(raster.columns), rows: count(raster.rows), spacing }
+    Lattice::new(origin, count(raster.columns), count(raster.rows), spacing)
 }
 
 fn mean_bed(terrain: &Terrain, lattice: &Lattice) -> BedParticles {
@@ -227,7 +227,7 @@ fn several_layers_count_as_they_lie_over_each_other() {
     for spacing in [8.0, 9.5, 16.0, 20.0] {
         let count = |length: f64| (length / spacing).ceil() as usize;
         let origin = Vec2::new(1000.0, 2000.0);
-        let lattice = Lattice { origin, columns: count(160.0), rows: count(128.0), spacing };
+        let lattice = Lattice::new(origin, count(160.0), count(128.0), spacing);
         let bed = mean_bed(&both(&plane, Overlay::Replace, 0.0), &lattice);
         for cell in (0..lattice.len()).filter(|&cell| bed.has_terrain(cell)) {
             let error = bed.elevation[cell] - plane(lattice.to_map(lattice.centre(cell)));
@@ -273,7 +273,7 @@ fn survey_points_count_with_their_area_and_a_plane_is_exact() {
             let survey = Survey::new(points.clone(), method, 10.0).unwrap();
             let terrain = Terrain::new(vec![Layer::Survey(survey)]).unwrap();
             let count = (112.0 / spacing) as usize;
-            let lattice = Lattice { origin: Vec2::new(1003.0, 2003.0), columns: count, rows: count, spacing };
+            let lattice = Lattice::new(Vec2::new(1003.0, 2003.0), count, count, spacing);
             let bed = mean_bed(&terrain, &lattice);
             for cell in 0..lattice.len() {
                 let error = bed.elevation[cell] - plane(lattice.to_map(lattice.centre(cell)));

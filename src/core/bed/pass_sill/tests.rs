@@ -25,7 +25,7 @@ fn terrain(corner: Vec2, (columns, rows): (usize, usize), pixel: f64, z: impl Fn
 }
 
 fn lattice(corner: Vec2, columns: usize, rows: usize, spacing: f64) -> Lattice {
-    Lattice { origin: corner, columns, rows, spacing }
+    Lattice::new(corner, columns, rows, spacing)
 }
 
 /// Height (m) of a levee of 3 m with banks of 1 to 1 and a crest of 1.5 m, at an angle through the middle of 120 m by 120 m.
@@ -127,7 +127,10 @@ fn pixels_without_data_are_walls() {
     let joined = |rows: usize| {
         let terrain = terrain(Vec2::ZERO, (10, rows), 1.0, z);
         let lattice = lattice(Vec2::ZERO, 2, 1, rows as f64);
-        let lattice = Lattice { spacing: 5.0, ..lattice };
+        let lattice = {
+            let plain = lattice;
+            Lattice::new(plain.origin, plain.columns, plain.rows, 5.0)
+        };
         let bed = BedParticles::from_elevation(lattice, vec![0.0, 0.0], 0.0);
         PassSills::find(&terrain, &bed).between(0, 1)
     };

@@ -22,7 +22,7 @@ impl<F: Fn(Vec2) -> f64 + Sync> Surface for Made<F> {
 }
 
 fn lattice() -> Lattice {
-    Lattice { origin: Vec2::new(100.0, 200.0), columns: 12, rows: 9, spacing: 4.0 }
+    Lattice::new(Vec2::new(100.0, 200.0), 12, 9, 4.0)
 }
 
 /// Points about every `step` metres over the lattice, moved by up to `jitter` of the step.

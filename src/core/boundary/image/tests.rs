@@ -96,7 +96,7 @@ fn every_corner_of_a_room_shows_all_images() {
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     for spacing in [0.025, 0.05, 0.1, 0.2, 0.3, 1.0 / 3.0, 0.7, 1.0, 20.0] {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 8, rows: 8, spacing };
+        let lattice = Lattice::new(Vec2::ZERO, 8, 8, spacing);
         let bed = BedParticles::from_elevation(lattice, vec![0.0; 64], 0.0);
         let walls = Walls::new(outline(&bed, |_, _| false), spacing);
         let centres: Vec<Vec2> = (0..64).map(|cell| bed.lattice.centre(cell)).collect();

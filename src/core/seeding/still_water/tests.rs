@@ -27,7 +27,7 @@ impl<F: Fn(Vec2) -> f64 + Sync> Surface for Formula<F> {
 /// A square lattice of the given number of cells along an edge, centred on the origin of the map.
 pub(crate) fn lattice(cells: usize, spacing: f64) -> Lattice {
     let half = 0.5 * cells as f64 * spacing;
-    Lattice { origin: Vec2::new(-half, -half), columns: cells, rows: cells, spacing }
+    Lattice::new(Vec2::new(-half, -half), cells, cells, spacing)
 }
 
 /// A regular polygon around a place (map).
@@ -247,12 +247,7 @@ fn canal_between_upright_banks_is_as_wide_filled_as_dry() {
     // A level below half of the banks, and one above: between the centres of the raster the banks reach it beside, and not at, their edge.
     for (coarseness, level) in [1, 2, 5].into_iter().flat_map(|coarseness| [(coarseness, 1.5), (coarseness, 4.0)]) {
         let bodies = [body(regular(Vec2::new(60.0, 30.0), 200.0, 4, 0.0), level)];
-        let lattice = Lattice {
-            origin: Vec2::ZERO,
-            columns: columns / coarseness,
-            rows: rows / coarseness,
-            spacing: cell * coarseness as f64,
-        };
+        let lattice = Lattice::new(Vec2::ZERO, columns / coarseness, rows / coarseness, cell * coarseness as f64);
         let dry = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
         let mut bed = place_bed(&terrain, &lattice, BedMethod::Pointwise, &Nothing, 0.03);
         let (still, shore) = fill_still_water(&bodies, &bed, &terrain, Barriers::default(), &SeedingConstants::DEFAULT);

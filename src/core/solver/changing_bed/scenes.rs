@@ -33,7 +33,7 @@ pub(in crate::solver) mod valley {
     }
 
     pub(in crate::solver) fn lattice() -> Lattice {
-        Lattice { origin: Vec2::new(4e5, 5e6), columns: COLUMNS, rows: ROWS, spacing: SPACING }
+        Lattice::new(Vec2::new(4e5, 5e6), COLUMNS, ROWS, SPACING)
     }
 
     /// The lake above the dam and the valley below it; without a breach there is no dam.

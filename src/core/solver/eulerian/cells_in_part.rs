@@ -52,8 +52,15 @@ impl CellsInPart {
     pub fn new(problem: &FlowProblem, state: &State) -> Self {
         let (lattice, cover) = (&problem.bed.lattice, &problem.bed.cover);
         let mut faces = vec![Vec::new(); state.rows + 2];
+        let is_between_levels = |(row, column): (usize, usize), direction: usize| {
+            let beyond = if direction == EAST { (row, column + 1) } else { (row + 1, column) };
+            [(row, column), beyond].iter().any(|&(row, column)| state.is_elsewhere(row, column))
+        };
         for face in cover.faces() {
             let direction = if face.is_north { NORTH } else { EAST };
+            if is_between_levels(face.place, direction) {
+                continue;
+            }
             let walls = face.sides.map(|side| side - face.open);
             faces[face.place.0].push(Face { column: face.place.1, direction, open: face.open, walls });
         }
@@ -62,7 +69,8 @@ impl CellsInPart {
             let haste = larger(part.sides.iter().sum::<f64>() / (4.0 * part.area), 1.0);
             Cell { row: row + 1, column: column + 1, area: part.area, haste }
         };
-        CellsInPart { faces, cells: cover.cells().iter().map(cell).collect() }
+        let cells = cover.cells().iter().filter(|part| lattice.is_leaf(part.cell)).map(cell).collect();
+        CellsInPart { faces, cells }
     }
 
     /// The length (in spacings) through which water passes a face, given by the padded row and column of its owner and its direction.
@@ -92,9 +100,8 @@ impl CellsInPart {
             return;
         }
         let primitive = &state.primitive;
-        let rows = state.flux.par_iter_mut().zip(&self.faces).enumerate();
-        rows.with_min_len(active.rows_at_once()).for_each(|(row, (flux, faces))| {
-            for face in faces {
+        active.rows_of(&mut state.flux).for_each(|(row, flux)| {
+            for face in &self.faces[row] {
                 let i = face.column;
                 let behind = if face.direction == EAST { (row, i + 1) } else { (row + 1, i) };
                 let thrust = |side: usize, (row, column): (usize, usize), sign: f64| {
@@ -115,14 +122,15 @@ impl CellsInPart {
         });
     }
 
-    /// The greatest signal speed of these cells (m/s), times μ; where it is, and the flow speed of all water.
-    pub fn fastest(&self, state: &State, scale: &Scale) -> Fastest {
-        let mut fastest = state.fastest();
-        for &Cell { row, column, haste, .. } in &self.cells {
+    /// The greatest signal speed of the cells of a level (m/s), times μ and as [`State::fastest`] has it; where it is, and the flow speed of all water.
+    pub fn fastest(&self, state: &State, scale: &Scale, level: usize) -> Fastest {
+        let mut fastest = state.fastest(level);
+        let rows = state.rows_of(&(level..level + 1));
+        for &Cell { row, column, haste, .. } in self.cells.iter().filter(|cell| rows.contains(&cell.row)) {
             let water = &state.primitive[row];
             let (d, u, v) = (water.depth[column], water.velocity_x[column], water.velocity_y[column]);
             if d > scale.dry_depth {
-                let signal_speed = haste * ((u * u + v * v).sqrt() + (scale.gravity * d).sqrt());
+                let signal_speed = state.haste(row) * haste * ((u * u + v * v).sqrt() + (scale.gravity * d).sqrt());
                 if signal_speed > fastest.signal_speed {
                     fastest = Fastest { signal_speed, row, column, ..fastest };
                 }
@@ -132,9 +140,12 @@ impl CellsInPart {
     }
 
     /// Volume (m³) of all water, that of cells in part by their area.
-    pub fn volume(&self, state: &State, spacing: f64) -> f64 {
-        let beside = |cell: &Cell| (cell.area - 1.0) * state.water[cell.row].depth[cell.column];
-        state.volume(spacing) + self.cells.iter().map(beside).sum::<f64>() * spacing * spacing
+    pub fn volume(&self, state: &State) -> f64 {
+        let beside = |cell: &Cell| {
+            let spacing = state.spacing[cell.row];
+            (cell.area - 1.0) * state.water[cell.row].depth[cell.column] * spacing * spacing
+        };
+        state.volume() + self.cells.iter().map(beside).sum::<f64>()
     }
 }
 

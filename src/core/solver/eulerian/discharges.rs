@@ -24,7 +24,7 @@ const IN_DOUBT: f64 = 0.5;
 impl EulerianSolver {
     /// Compares the discharges of the particles with those of their faces in the last step.
     pub(super) fn compare_discharges(&self) -> DischargeCheck {
-        let (state, dry_depth, spacing) = (&self.state, self.scale.dry_depth, self.scale.spacing);
+        let (state, dry_depth) = (&self.state, self.scale.dry_depth);
         let mut check = DischargeCheck::default();
         for row in 1..=state.rows {
             for run in &self.active.work[row] {
@@ -37,7 +37,7 @@ impl EulerianSolver {
                     };
                     let is_whole = !self.in_part.holds(row, column);
                     if state.primitive[row].depth[column] > dry_depth && is_whole && NEIGHBOURS.iter().all(is_open) {
-                        check.add(discharges(state, row, column), || State::position(row, column, spacing));
+                        check.add(discharges(state, row, column), || state.position(row, column));
                     }
                 }
             }
@@ -80,7 +80,7 @@ mod tests {
 
     /// A swing of water in a basin with a shore, after some steps.
     fn swing() -> EulerianSolver {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 40, rows: 30, spacing: 1.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 40, 30, 1.0);
         let bed = |cell: usize| 0.003 * (lattice.centre(cell) - Vec2::new(20.0, 15.0)).norm_squared();
         let elevation: Vec<f64> = (0..lattice.len()).map(bed).collect();
         let depth = (0..lattice.len())

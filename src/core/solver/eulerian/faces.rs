@@ -134,7 +134,7 @@ impl Flux for LaxFriedrichs {
 /// Fills the flux rows of all active cells.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale, methods: EulerianMethods) {
     let is_sharp = methods.reconstruction == Reconstruction::Sharp;
-    let numbers = Numbers::new(scale, methods);
+    let numbers = |spacing: f64| Numbers::new(&scale.on(spacing), methods);
     match (methods.flux, is_sharp) {
         (Stabilisation::LaxFriedrichs, false) => evaluate_by::<LaxFriedrichs, false>(state, active, numbers),
         (Stabilisation::LaxFriedrichs, true) => evaluate_by::<LaxFriedrichs, true>(state, active, numbers),
@@ -184,9 +184,14 @@ pub(super) fn along(row: Side<'_>, cells: usize, numbers: Numbers, methods: Eule
     }
 }
 
-fn evaluate_by<F: Flux, const IS_SHARP: bool>(state: &mut State, active: &ActiveSet, numbers: Numbers) {
-    let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
-    state.flux.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, flux)| {
+fn evaluate_by<F: Flux, const IS_SHARP: bool>(
+    state: &mut State,
+    active: &ActiveSet,
+    numbers: impl Fn(f64) -> Numbers + Sync,
+) {
+    let (primitive, gradient, ground, spacing) = (&state.primitive, &state.gradient, &state.ground, &state.spacing);
+    active.rows_of(&mut state.flux).for_each(|(row, flux)| {
+        let numbers = numbers(spacing[row]);
         for run in active.whole_pieces(row) {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));
@@ -250,7 +255,12 @@ pub(super) struct Half {
     pub rise_u: f64,
     pub rise_t: f64,
     pub stretch_t: f64,
+    /// Share of the way between the two particles that lies on this side of the face.
+    pub reach: f64,
 }
+
+/// The share of the way on either side of a face of the lattice.
+const HALF_WAY: f64 = 0.5;
 
 impl Half {
     /// A padded cell in a pair along a direction of the lattice.
@@ -289,6 +299,7 @@ impl Half {
             rise_u: dx * slope.u_x[column],
             rise_t: dx * slope.v_x[column],
             stretch_t: dx * slope.v_y[column],
+            reach: HALF_WAY,
         }
     }
 
@@ -360,7 +371,7 @@ pub(super) struct Sill {
 }
 
 impl Sill {
-    const NONE: Sill = Sill { level: f64::NEG_INFINITY, lowest: f64::NEG_INFINITY };
+    pub(super) const NONE: Sill = Sill { level: f64::NEG_INFINITY, lowest: f64::NEG_INFINITY };
 }
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
@@ -378,38 +389,46 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
         surface_difference((i.d, i.z), (j.d, j.z), dry_depth)
     };
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
-    let limited = |rise: f64, jump: f64, share: f64, kappa: f64| {
+    // Towards a face that is farther than half way no value goes beyond that of the other particle.
+    let within = |value: f64, jump: f64, reach: f64| {
+        if reach > HALF_WAY { clamp(value, -jump.abs(), jump.abs()) } else { value }
+    };
+    let limited = |rise: f64, jump: f64, share: f64, kappa: f64, reach: f64| {
         let other = 2.0 * rise - jump;
         let careful = van_leer(other, jump);
         let sharper = if IS_SHARP { superbee(other, jump) } else { monotonised(other, jump, kappa) };
-        0.5 * (careful + share * (sharper - careful))
+        within(reach * (careful + share * (sharper - careful)), jump, reach)
     };
-    let of_velocity = |rise: f64, jump: f64, share: f64, kappa: f64| {
-        if IS_SHARP { 0.5 * superbee(2.0 * rise - jump, jump) } else { limited(rise, jump, share, kappa) }
+    let of_velocity = |rise: f64, jump: f64, share: f64, kappa: f64, reach: f64| {
+        if IS_SHARP {
+            within(reach * superbee(2.0 * rise - jump, jump), jump, reach)
+        } else {
+            limited(rise, jump, share, kappa, reach)
+        }
     };
     // Superbee slopes of the velocity count in full, others as far as the bed lets them be sharp.
     let along = |share: f64| if IS_SHARP { 1.0 } else { share };
-    let a_1 = slopes * limited(i.rise_eta, jump_eta, share_i, CENTRAL);
-    let a_2 = slopes * limited(j.rise_eta, jump_eta, share_j, CENTRAL);
+    let a_1 = slopes * limited(i.rise_eta, jump_eta, share_i, CENTRAL, i.reach);
+    let a_2 = slopes * limited(j.rise_eta, jump_eta, share_j, CENTRAL, j.reach);
     let is_drawn_out = !IS_SHARP && (j.u > i.u || smaller(i.d, j.d) <= dry_depth);
     // What the depth gains from a particle to the face, given the depth across the face and the increment towards it.
-    let gain = |d: f64, across: f64, rise: f64, share: f64| {
+    let gain = |d: f64, across: f64, rise: f64, share: f64, reach: f64| {
         let jump = across - d;
         let behind = larger(d - (2.0 * rise - jump), 0.0);
         let root = d.sqrt();
         let jump_root = across.sqrt() - root;
         let rise_root = 0.5 * (root - behind.sqrt() + jump_root);
         let (rise, jump) = if is_drawn_out { (rise_root, jump_root) } else { (rise, jump) };
-        let gain = slopes * limited(rise, jump, share, CENTRAL);
+        let gain = slopes * limited(rise, jump, share, CENTRAL, reach);
         // Without a slope nothing is gained, to the last digit.
         if is_drawn_out { gain * (2.0 * root + gain) } else { gain }
     };
-    let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i), 0.0, 2.0 * i.d);
-    let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j), 0.0, 2.0 * j.d);
+    let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i, i.reach), 0.0, 2.0 * i.d);
+    let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j, j.reach), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
     let kappa = if jump_u < 0.0 { pressed_kappa } else { CENTRAL };
-    let u_l = i.u + slopes * of_velocity(i.rise_u, jump_u, share_i, kappa);
-    let u_r = j.u - slopes * of_velocity(j.rise_u, jump_u, share_j, kappa);
+    let u_l = i.u + slopes * of_velocity(i.rise_u, jump_u, share_i, kappa, i.reach);
+    let u_r = j.u - slopes * of_velocity(j.rise_u, jump_u, share_j, kappa, j.reach);
     // From levels, which are equal to the last digit in a lake at rest.
     let (eta_l, eta_r) = (i.z + i.d + a_1, j.z + j.d - a_2);
     let ridge = larger(i.z, j.z);
@@ -458,8 +477,8 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let (d_r, u_r, thrust_j) = if is_to_right { (d_r, u_r, 0.0) } else { (crest_d, -crest_u, thrust) };
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let jump_t = j.v_t - i.v_t;
-    let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i, CENTRAL);
-    let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j, CENTRAL);
+    let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i, CENTRAL, i.reach);
+    let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j, CENTRAL, j.reach);
     let v_t = if f_d > 0.0 { t_i } else { t_j };
     // What is pressed together along the face, as in a jump across it, mixes over it (M32).
     let pressed = larger(larger(-i.stretch_t, -j.stretch_t), 0.0);
@@ -536,6 +555,7 @@ fn row_faces<F: Flux, const IS_SHARP: bool, const DIRECTION: usize>(
                 rise_u: dx * if DIRECTION == EAST { $v.0[k] } else { $v.3[k] },
                 rise_t: dx * if DIRECTION == EAST { $v.2[k] } else { $v.1[k] },
                 stretch_t: dx * if DIRECTION == EAST { $v.3[k] } else { $v.0[k] },
+                reach: HALF_WAY,
             }
         }};
     }

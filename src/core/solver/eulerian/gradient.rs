@@ -32,11 +32,11 @@ impl<'a, Row> Rows<'a, Row> {
 
 /// Fills the gradient rows of all active cells.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
-    let (primitive, ground) = (&state.primitive, &state.ground);
-    state.gradient.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, gradient)| {
+    let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
+    active.rows_of(&mut state.gradient).for_each(|(row, gradient)| {
         for run in active.whole_pieces(row) {
             let (water, ground) = (Rows::around(primitive, row), Rows::around(ground, row));
-            row_gradient(water, ground, (run.start, run.end), scale.spacing, scale.dry_depth, gradient);
+            row_gradient(water, ground, (run.start, run.end), spacing[row], scale.dry_depth, gradient);
         }
     });
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::Scale;
+use super::spans::ActiveSet;
 use super::state::State;
 use crate::boundary::{LineSource, PointSource, Rain, Series};
 use crate::solver::{FlowProblem, Passage, Way};
@@ -20,9 +21,12 @@ struct Spring {
 
 /// All sources and the rain of a problem.
 pub(crate) struct Inputs {
+    /// Places in a row of the lattice.
+    columns: usize,
     springs: Vec<Spring>,
-    /// For each cell to which sources give, who they are and what of their discharge makes depth in it: their shares by its 1/φ.
-    givers: Vec<Vec<(usize, f64)>>,
+    /// For each cell to which sources give its spacing (m), who they are and what of their discharge makes depth in it: their shares by
+    /// its 1/φ.
+    givers: Vec<(f64, Vec<(usize, f64)>)>,
     rain: Option<Rain>,
     /// Volume (m³) that rained.
     rained: f64,
@@ -63,8 +67,16 @@ impl Inputs {
         }
         let rain = problem.forcing.rain.clone();
         let places = if let Some(Rain::Frames(frames)) = &rain { frames.from.len() } else { 0 };
-        let givers = givers.into_values().collect();
-        Inputs { springs, givers, is_wetted: rain.is_some(), rain, rained: 0.0, falling: vec![0.0; places] }
+        let givers = givers.into_iter().map(|((row, _), givers)| (state.spacing[row], givers)).collect();
+        Inputs {
+            columns: lattice.columns,
+            springs,
+            givers,
+            is_wetted: rain.is_some(),
+            rain,
+            rained: 0.0,
+            falling: vec![0.0; places],
+        }
     }
 
     /// The cells (row, column) of the sources.
@@ -72,33 +84,31 @@ impl Inputs {
         self.springs.iter().flat_map(|spring| spring.cells.iter().map(|(cell, _)| *cell))
     }
 
-    /// Adds what comes between two times (s); returns its volume (m³).
-    pub fn add(&mut self, state: &mut State, scale: &Scale, from: f64, to: f64) -> f64 {
-        let area = scale.spacing * scale.spacing;
+    /// Adds what comes to rows at hand between two times (s); returns its volume (m³).
+    pub fn add(&mut self, state: &mut State, active: &ActiveSet, from: f64, to: f64) -> f64 {
+        let at_hand = active.at_hand();
         let mut volume = 0.0;
         for Spring { discharge, cells, booked, .. } in &mut self.springs {
             let came = discharge.integral(from, to).max(0.0);
-            for ((row, column), share) in cells.iter() {
+            for ((row, column), share) in cells.iter().filter(|((row, _), _)| at_hand.contains(row)) {
+                let area = state.spacing[*row] * state.spacing[*row];
                 state.water[*row].depth[*column] += came * share / area * state.ground[*row].per_area[*column];
                 volume += came * share;
                 *booked += came * share;
             }
         }
         if let Some(rain) = &self.rain {
-            let columns = state.columns;
+            let columns = self.columns;
             let everywhere = if let Rain::Uniform(_) = rain { rain.depth(0, from, to) } else { 0.0 };
             if let Rain::Frames(frames) = rain {
                 let falling = self.falling.iter_mut().enumerate();
                 falling.for_each(|(place, depth)| *depth = frames.depth(place, from, to));
             }
             let falling = &self.falling;
-            let ground = &state.ground;
-            let rows = state.water.par_iter_mut().enumerate().with_min_len(4).map(|(row, water)| {
+            let (ground, spacing) = (&state.ground, &state.spacing);
+            let rows = active.rows_of(&mut state.water).map(|(row, water)| {
                 let mut fallen = 0.0;
-                for column in 1..=columns {
-                    if !ground[row].has_terrain(column) {
-                        continue;
-                    }
+                for column in (1..water.depth.len()).filter(|&column| ground[row].has_terrain(column)) {
                     let cell = (row - 1) * columns + column - 1;
                     let depth = match rain {
                         Rain::Uniform(_) => everywhere,
@@ -108,11 +118,11 @@ impl Inputs {
                     water.depth[column] += depth;
                     fallen += depth / ground[row].per_area[column];
                 }
-                fallen
+                fallen * (spacing[row] * spacing[row])
             });
             // Row by row, so that the threads do not matter.
             let fallen: Vec<f64> = rows.collect();
-            let fallen = fallen.iter().sum::<f64>() * area;
+            let fallen = fallen.iter().sum::<f64>();
             volume += fallen;
             self.rained += fallen;
         }
@@ -120,19 +130,20 @@ impl Inputs {
     }
 
     /// What came by each source and by rain until a time (s).
-    pub fn passages(&self, state: &State, scale: &Scale, time: f64) -> Vec<Passage> {
+    pub fn passages(&self, state: &State, time: f64) -> Vec<Passage> {
         let came = |way: Way, inflow: f64, asked: f64| Passage { way, inflow, outflow: 0.0, asked: Some(asked) };
         let springs =
             self.springs.iter().map(|spring| came(spring.way, spring.booked, spring.discharge.integral(0.0, time)));
         let mut passages: Vec<Passage> = springs.collect();
         if let Some(rain) = &self.rain {
-            let with_terrain = |row: usize| (1..=state.columns).filter(move |&column| state.has_terrain(row, column));
+            let all = |row: usize| 1..=state.columns(row);
+            let with_terrain = |row: usize| all(row).filter(move |&column| state.has_terrain(row, column));
             let cells = (1..=state.rows).flat_map(|row| with_terrain(row).map(move |column| (row, column)));
             let fallen = |(row, column): (usize, usize)| {
-                let depth = rain.depth((row - 1) * state.columns + column - 1, 0.0, time);
-                depth / state.ground[row].per_area[column]
+                let depth = rain.depth((row - 1) * self.columns + column - 1, 0.0, time);
+                depth / state.ground[row].per_area[column] * (state.spacing[row] * state.spacing[row])
             };
-            let asked = cells.map(fallen).sum::<f64>() * scale.spacing * scale.spacing;
+            let asked = cells.map(fallen).sum::<f64>();
             passages.push(came(Way::Rain, self.rained, asked));
         }
         passages
@@ -141,12 +152,11 @@ impl Inputs {
     /// The longest step (s) from a time on in which the sources of no cell fill it so fast that the water leaves it again within the
     /// step.
     pub fn longest_step(&self, scale: &Scale, time: f64, step: f64) -> f64 {
-        let area = scale.spacing * scale.spacing;
         let largest: Vec<f64> = self.springs.iter().map(|spring| spring.discharge.largest(time, time + step)).collect();
-        let longest = |givers: &Vec<(usize, f64)>| {
-            let rise = givers.iter().map(|&(spring, share)| largest[spring] * share).sum::<f64>() / area;
+        let longest = |(spacing, givers): &(f64, Vec<(usize, f64)>)| {
+            let rise = givers.iter().map(|&(spring, share)| largest[spring] * share).sum::<f64>() / (spacing * spacing);
             // A cell that was dry has d = (Q/A) Δt after the step, and its water spreads with 2 √(g d).
-            let reach = scale.courant * scale.spacing;
+            let reach = scale.courant * spacing;
             if rise > 0.0 { (reach * reach / (4.0 * scale.gravity * rise)).cbrt() } else { f64::INFINITY }
         };
         self.givers.iter().map(longest).fold(step, f64::min)

@@ -23,14 +23,15 @@ use crate::physics::turbulence;
 
 /// Adds the stress of the eddy viscosity to the fluxes of all ordinary faces.
 pub(crate) fn add(state: &mut State, active: &ActiveSet, scale: &Scale, constants: &EulerianConstants, time_step: f64) {
-    let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
-    let numbers = Numbers {
-        dx: scale.spacing,
+    let (primitive, gradient, ground, spacing) = (&state.primitive, &state.gradient, &state.ground, &state.spacing);
+    let numbers = |dx: f64| Numbers {
+        dx,
         dry_depth: scale.dry_depth,
-        greatest: scale.spacing * scale.spacing / (12.0 * time_step),
+        greatest: dx * dx / (12.0 * time_step),
         square_of_length: turbulence::square_of_length(constants.mixing_length, constants.plane_mixing),
     };
-    state.flux.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, flux)| {
+    active.rows_of(&mut state.flux).for_each(|(row, flux)| {
+        let numbers = numbers(spacing[row]);
         for run in &active.work[row] {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));
@@ -129,7 +130,7 @@ mod tests {
 
     #[test]
     fn faces_have_a_stress_where_both_sides_have_terrain_and_water() {
-        let grid = Lattice { origin: Vec2::ZERO, columns: 19, rows: 12, spacing: 0.5 };
+        let grid = Lattice::new(Vec2::ZERO, 19, 12, 0.5);
         // Rows of faces with holes of both kinds, longer than any lanes, and a rest of fewer.
         let elevation = (0..grid.len()).map(|index| if index % 7 == 3 { f64::NAN } else { 0.0 }).collect();
         let depth = (0..grid.len()).map(|index| if index % 5 == 2 { 0.0 } else { 1.0 }).collect();
@@ -187,7 +188,7 @@ mod tests {
     #[test]
     fn a_shear_layer_widens_as_its_diffusion_in_one_dimension_and_keeps_its_momentum() {
         // So long that nothing from its ends comes to the middle.
-        let grid = Lattice { origin: Vec2::ZERO, columns: 240, rows: 48, spacing: CHANNEL / 48.0 };
+        let grid = Lattice::new(Vec2::ZERO, 240, 48, CHANNEL / 48.0);
         let exact = widened();
         let (mut errors, mut sums) = (Vec::new(), Vec::new());
         for turbulence in Turbulence::ALL {
@@ -209,7 +210,7 @@ mod tests {
 
     #[test]
     fn both_directions_of_the_lattice_are_alike() {
-        let grid = Lattice { origin: Vec2::ZERO, columns: 40, rows: 40, spacing: 0.5 };
+        let grid = Lattice::new(Vec2::ZERO, 40, 40, 0.5);
         // A column of water off the middle, symmetric about the diagonal.
         let is_high = |index: usize| (grid.centre(index) - Vec2::new(7.0, 7.0)).norm() < 3.0;
         let depth = (0..grid.len()).map(|index| if is_high(index) { 2.0 } else { 0.5 }).collect();
@@ -230,7 +231,7 @@ mod tests {
     fn a_scene_as_large_as_you_like_is_the_same_by_the_law_of_froude() {
         // 64 times as large: times by 8, n by 2, all of them powers of two, so that nothing is rounded otherwise.
         let flow = |scale: f64, time: f64, roughness: f64| {
-            let grid = Lattice { origin: Vec2::ZERO, columns: 40, rows: 24, spacing: 0.05 * scale };
+            let grid = Lattice::new(Vec2::ZERO, 40, 24, 0.05 * scale);
             let place = |index: usize| grid.centre(index) * (1.0 / scale);
             let elevation: Vec<f64> = (0..grid.len())
                 .map(|index| if (place(index) - Vec2::new(1.3, 0.5)).norm() < 0.2 { f64::NAN } else { 0.0 })

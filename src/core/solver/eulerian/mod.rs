@@ -24,11 +24,13 @@ mod breach;
 mod cells_in_part;
 mod discharges;
 mod faces;
+mod general_faces;
 mod gradient;
 mod inputs;
 mod mixing;
 mod moving_bed;
 pub(super) mod open;
+mod outflow;
 mod passes;
 mod primitive;
 mod reach;
@@ -36,6 +38,7 @@ mod sections;
 mod spans;
 mod stairs;
 mod state;
+mod stepping;
 mod update;
 mod walls;
 
@@ -56,6 +59,7 @@ use crate::math::Vec2;
 use crate::methods::{Core, Method, Reconstruction, Stabilisation, Turbulence};
 use breach::Breaking;
 use cells_in_part::CellsInPart;
+use general_faces::GeneralFaces;
 use inputs::Inputs;
 use moving_bed::MovingBed;
 use open::OpenBoundaries;
@@ -64,6 +68,7 @@ use reach::Reaches;
 use sections::Sections;
 use spans::{ActiveSet, Run};
 use state::State;
+use stepping::Stepping;
 use update::Stage;
 use walls::Walls;
 
@@ -75,6 +80,7 @@ pub struct EulerianSolver {
     active: ActiveSet,
     walls: Walls,
     passes: Passes,
+    general: GeneralFaces,
     in_part: CellsInPart,
     open: OpenBoundaries,
     reaches: Reaches,
@@ -85,6 +91,7 @@ pub struct EulerianSolver {
     bed_out: Vec<(usize, f64)>,
     sections: Sections,
     lattice: crate::lattice::Lattice,
+    stepping: Stepping,
     time: f64,
     steps: u64,
     evaluations: u64,
@@ -99,10 +106,18 @@ pub struct EulerianSolver {
 /// The numbers of a run that every pass needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
+    /// That of the finest level, or of the level at hand ([`Scale::on`]).
     pub spacing: f64,
     pub gravity: f64,
     pub courant: f64,
     pub dry_depth: f64,
+}
+
+impl Scale {
+    /// The numbers for cells of another spacing (m).
+    pub fn on(&self, spacing: f64) -> Scale {
+        Scale { spacing, ..*self }
+    }
 }
 
 /// The methods of a run with Eulerian particles.
@@ -163,12 +178,13 @@ impl EulerianSolver {
         }
         let walls = Walls::new(&problem, &state, methods);
         let passes = Passes::new(&problem, &state, &walls);
+        let general = GeneralFaces::new(&problem, &mut state);
         let in_part = CellsInPart::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part), methods.constants.edge_about);
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);
-        let sections = Sections::new(&problem, &state);
-        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches));
+        let sections = Sections::new(&problem, &state, &general);
+        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches), general.linked());
         let mut solver = EulerianSolver {
             scale,
             methods,
@@ -176,6 +192,7 @@ impl EulerianSolver {
             active,
             walls,
             passes,
+            general,
             in_part,
             open,
             reaches,
@@ -184,6 +201,7 @@ impl EulerianSolver {
             moving_bed,
             bed_out: Vec::new(),
             sections,
+            stepping: Stepping::new(lattice.level_count()),
             lattice,
             time: 0.0,
             steps: 0,
@@ -203,8 +221,9 @@ impl EulerianSolver {
     /// Gives the water a velocity (m/s) at the start, by place (local coordinates).
     pub fn set_velocity(&mut self, velocity: impl Fn(Vec2) -> Vec2) {
         for (row, water) in self.state.water.iter_mut().enumerate() {
+            let level = self.lattice.level_of_row(row.saturating_sub(1));
             for column in (0..water.depth.len()).filter(|&column| water.depth[column] > self.scale.dry_depth) {
-                let discharge = velocity(State::position(row, column, self.scale.spacing)) * water.depth[column];
+                let discharge = velocity(state::position_on(level, (row, column))) * water.depth[column];
                 (water.discharge_x[column], water.discharge_y[column]) = (discharge.x, discharge.y);
             }
         }
@@ -219,7 +238,7 @@ impl EulerianSolver {
 
     /// All water, that of the channels too (m³).
     fn volume(&self) -> f64 {
-        self.in_part.volume(&self.state, self.scale.spacing) + self.reaches.volume(self.scale.spacing)
+        self.in_part.volume(&self.state) + self.reaches.volume(self.scale.spacing)
     }
 
     /// Puts the bed of a dam that breaks and of ground that moves into one list, where there are both.
@@ -228,43 +247,6 @@ impl EulerianSolver {
             self.bed_out.clear();
             self.bed_out.extend(breaking.bed().iter().chain(moving.bed()));
         }
-    }
-
-    /// One Euler stage: from the primitive quantities to fluxes, and from there to the stage's new state.
-    fn stage(&mut self, stage: Stage, time_step: f64) {
-        let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
-        let is_mixed = self.methods.turbulence != Turbulence::None;
-        if is_mixed || self.methods.reconstruction != Reconstruction::None {
-            gradient::evaluate(state, active, scale);
-            self.walls.correct_gradients(state, active, scale);
-            self.passes.correct_gradients(state, active, scale);
-            self.reaches.evaluate_gradients(state, scale);
-        }
-        self.phases.end("gradients");
-        faces::evaluate(state, active, scale, self.methods);
-        if is_mixed {
-            mixing::add(state, active, scale, &self.methods.constants, time_step);
-        }
-        self.passes.apply(state, active, scale, self.methods);
-        self.walls.apply(state, active, scale);
-        self.in_part.apply(state, active, scale);
-        let step = (self.time, self.time + time_step);
-        self.open.apply(state, scale, self.methods, step);
-        self.reaches.pass(state, scale, self.methods, stage, step);
-        self.phases.end("faces");
-        update::limit_outflow(state, active, scale, stage, time_step);
-        update::apply(state, active, scale, stage, time_step);
-        // Each of the two stages carries half of the step's exchange.
-        let carried = 0.5 * time_step * scale.spacing;
-        let over_boundaries = self.open.book(state, carried);
-        let of_channels = self.reaches.apply(state, scale, stage, time_step);
-        self.inflow += carried * over_boundaries.inflow + 0.5 * time_step * of_channels.inflow;
-        let over_edges = self.walls.leaving(state);
-        self.left_over_edges += carried * over_edges;
-        self.outflow += carried * (over_edges + over_boundaries.outflow) + 0.5 * time_step * of_channels.outflow;
-        self.sections.add(state, scale, time_step);
-        self.evaluations += (active.cells() + self.reaches.particles().0) as u64;
-        self.phases.end("update");
     }
 
     fn failure(&self, quantity: &'static str, value: f64, place: FailurePlace) -> NumericalFailure {
@@ -283,8 +265,8 @@ impl EulerianSolver {
 fn fed(state: &State, open: &OpenBoundaries, inputs: &Inputs, reaches: &Reaches) -> Vec<Vec<Run>> {
     let mut fed: Vec<Vec<Run>> = vec![Vec::new(); state.rows + 2];
     if inputs.is_wetted {
-        for runs in &mut fed[1..=state.rows] {
-            runs.push(1..state.columns + 1);
+        for (row, runs) in fed.iter_mut().enumerate() {
+            runs.extend(state.bounds(row).map(|[_, columns]| columns));
         }
         return fed;
     }
@@ -305,81 +287,15 @@ impl FlowSolver for EulerianSolver {
 
     fn choose_step(&mut self) -> StepChoice {
         self.phases.start();
-        let scale = &self.scale;
-        let fastest = self.in_part.fastest(&self.state, scale);
-        let mut choice = if fastest.signal_speed > 0.0 {
-            StepChoice {
-                time_step: scale.courant * scale.spacing / fastest.signal_speed,
-                limit: StepLimit::Courant,
-                position: State::position(fastest.row, fastest.column, scale.spacing),
-                max_speed: fastest.flow_speed,
-            }
-        } else {
-            StepChoice {
-                time_step: scale.spacing / scale.gravity.sqrt(),
-                limit: StepLimit::NoWater,
-                position: Vec2::ZERO,
-                max_speed: 0.0,
-            }
-        };
-        let (in_channels, flow_in_channels) = self.reaches.fastest(scale);
-        choice.max_speed = choice.max_speed.max(flow_in_channels);
-        if scale.courant * scale.spacing < choice.time_step * in_channels {
-            choice.time_step = scale.courant * scale.spacing / in_channels;
-            choice.limit = StepLimit::Courant;
-        }
-        // What comes in may be faster than what is there.
-        let step = (self.time, self.time + choice.time_step);
-        let coming = self.reaches.fastest_inflow(scale, self.methods, step);
-        if scale.courant * scale.spacing < choice.time_step * coming {
-            choice.time_step = scale.courant * scale.spacing / coming;
-            choice.limit = StepLimit::Courant;
-        }
-        let (speed, (row, column)) = self.open.fastest(&self.state, scale, self.methods, step);
-        if scale.courant * scale.spacing < choice.time_step * speed {
-            choice.time_step = scale.courant * scale.spacing / speed;
-            choice.limit = StepLimit::Courant;
-            choice.position = State::position(row, column, scale.spacing);
-        }
-        choice.time_step = self.inputs.longest_step(scale, self.time, choice.time_step);
-        if let Some(breaking) = &self.breaking {
-            choice.time_step = breaking.step_until_change(self.time, choice.time_step);
-        }
-        if let Some(moving) = &self.moving_bed {
-            choice.time_step = moving.longest_step(&self.scale, self.time, choice.time_step);
-        }
+        let choice = self.choose();
         self.phases.end("choice of the step");
         choice
     }
 
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure> {
         self.phases.start();
-        if let Some(moving) = &mut self.moving_bed {
-            moving.follow(&mut self.state, self.time + 0.5 * time_step, self.scale.dry_depth);
-            self.passes.follow(&self.state.ground);
-        }
-        self.stage(Stage::First, time_step);
-        self.reaches.evaluate_primitive(Stage::Second);
-        self.stage(Stage::Second, time_step);
-        self.sections.close(time_step);
-        self.inflow += self.inputs.add(&mut self.state, &self.scale, self.time, self.time + time_step);
-        self.active.follow(&mut self.state, self.scale.dry_depth);
-        self.phases.end("active cells");
-        self.evaluate_primitive();
-        self.time += time_step;
-        self.steps += 1;
-        if let Some(breaking) = &mut self.breaking {
-            breaking.follow(&mut self.state, self.time, self.scale.dry_depth);
-        }
-        if let Some(moving) = &mut self.moving_bed {
-            moving.follow(&mut self.state, self.time, self.scale.dry_depth);
-        }
-        if self.breaking.is_some() || self.moving_bed.is_some() {
-            self.passes.follow(&self.state.ground);
-        }
-        self.hand_out_bed();
-        self.phases.end("velocities");
-        let fastest = self.in_part.fastest(&self.state, &self.scale);
+        self.step(time_step);
+        let fastest = self.fastest();
         let in_channels = self.reaches.fastest(&self.scale).0;
         let signal_speed = reach::larger_or_nan(fastest.signal_speed, in_channels);
         let place = || match self.reaches.place_of(in_channels, &self.scale) {
@@ -387,7 +303,7 @@ impl FlowSolver for EulerianSolver {
                 FailurePlace::InChannel { number, distance }
             }
             _ => {
-                let position = State::position(fastest.row, fastest.column, self.scale.spacing);
+                let position = self.state.position(fastest.row, fastest.column);
                 FailurePlace::OnMap(self.lattice.to_map(position))
             }
         };
@@ -439,7 +355,7 @@ impl FlowSolver for EulerianSolver {
             outflow: self.left_over_edges,
             asked: None,
         });
-        let inputs = self.inputs.passages(&self.state, &self.scale, self.time);
+        let inputs = self.inputs.passages(&self.state, self.time);
         over_edges
             .into_iter()
             .chain(self.open.passages(self.time))

@@ -15,7 +15,6 @@ pub(crate) struct MovingBed {
     /// Padded places (row, column) of the cells, in the order of their bed.
     places: Vec<(usize, usize)>,
     datum: f64,
-    area: f64,
 }
 
 impl MovingBed {
@@ -29,7 +28,6 @@ impl MovingBed {
         Some(MovingBed {
             places: ground.bed().iter().map(padded).collect(),
             datum: datum(&problem.bed, &problem.initial_depth),
-            area: lattice.cell_area(),
             ground,
         })
     }
@@ -44,7 +42,8 @@ impl MovingBed {
             let (row, column) = self.places[k];
             state.ground[row].bed[column] = self.ground.bed()[k].1 - self.datum;
             if state.water[row].depth[column] > dry_depth {
-                let area = self.area / state.ground[row].per_area[column];
+                let spacing = state.spacing[row];
+                let area = spacing * spacing / state.ground[row].per_area[column];
                 lifted += area * rise.max(0.0);
                 lowered += area * rise.min(0.0);
             }

@@ -24,6 +24,8 @@ mod step;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use super::cells_in_part::CellsInPart;
 use super::faces::{EAST, NORTH, turned_by};
 use super::state::{State, datum};
@@ -59,9 +61,9 @@ struct Face {
     rest: Option<f64>,
     /// Whether water may come in here while the particle is dry.
     gives: bool,
-    /// Its length in spacings.
+    /// Its length in spacings of its level.
     width: f64,
-    /// μ of (M28) of the cell before it.
+    /// μ of (M28) of the cell before it, by the finest spacing over its own.
     haste: f64,
 }
 
@@ -108,7 +110,7 @@ impl OpenBoundaries {
         let mut lines: Vec<Line> = problem.forcing.boundaries.iter().map(|b| line(&b.condition)).collect();
         if !lines.is_empty() {
             for row in 0..=state.rows {
-                for column in 0..=state.columns {
+                for column in 0..=state.columns(row) {
                     for direction in [EAST, NORTH] {
                         if let Some((line, face)) = face(problem, state, (walls, in_part), (row, column), direction) {
                             lines[line].faces.push(face);
@@ -117,7 +119,7 @@ impl OpenBoundaries {
                 }
             }
         }
-        lines.iter_mut().for_each(|line| line.find_facing(problem.bed.lattice.spacing, about));
+        lines.iter_mut().for_each(|line| line.find_facing(state, about));
         OpenBoundaries { lines, datum: datum(&problem.bed, &problem.initial_depth) }
     }
 
@@ -126,8 +128,15 @@ impl OpenBoundaries {
         self.lines.iter().flat_map(|line| line.faces.iter().filter(|face| face.gives).map(|face| face.cell))
     }
 
-    /// Fluxes of the faces in a step from one time to another (s); those that are not at work stay the walls that they are to [`Walls`].
-    pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods, step: (f64, f64)) {
+    /// Fluxes of the faces in rows at hand in a step from one time to another (s); those that are not at work stay the walls that they are to [`Walls`].
+    pub fn apply(
+        &mut self,
+        state: &mut State,
+        rows: &Range<usize>,
+        scale: &Scale,
+        methods: EulerianMethods,
+        step: (f64, f64),
+    ) {
         let datum = self.datum;
         for line in &mut self.lines {
             line.look(state, scale, methods);
@@ -135,6 +144,9 @@ impl OpenBoundaries {
             pass(&line.condition, (faces, &line.inside), (scale, datum), (step, Of::Mean), &mut line.passing);
             for ((&face, inside), passing) in line.at_work.iter().zip(&line.inside).zip(&line.passing) {
                 let face = &line.faces[face];
+                if !rows.contains(&face.cell.0) {
+                    continue;
+                }
                 let water = &state.primitive[face.cell.0];
                 let (u, v) = (water.velocity_x[face.cell.1], water.velocity_y[face.cell.1]);
                 let tangent = turned_by(face.direction, u, v).1;
@@ -152,13 +164,15 @@ impl OpenBoundaries {
         }
     }
 
-    /// Rates at which water comes in and leaves now (m²/s, per metre of face), after outflow was limited to what is there; each
-    /// boundary counts its own, which `carried` (m·s) turns into volumes.
-    pub fn book(&mut self, state: &State, carried: f64) -> Exchange {
+    /// Rates (m³/s) at which water comes in and leaves now, after outflow was limited to what is there; each boundary counts its own, which
+    /// `carried` (s) turns into volumes.
+    pub fn book(&mut self, state: &State, rows: &Range<usize>, carried: f64) -> Exchange {
         let mut rates = Exchange::default();
         for line in &mut self.lines {
-            for face in line.at_work.iter().map(|&face| &line.faces[face]) {
-                let outwards = face.sign * state.flux[face.owner.0][face.direction].mass[face.owner.1];
+            let at_work = line.at_work.iter().map(|&face| &line.faces[face]);
+            for face in at_work.filter(|face| rows.contains(&face.cell.0)) {
+                let mass = state.flux[face.owner.0][face.direction].mass[face.owner.1];
+                let outwards = state.spacing[face.cell.0] * (face.sign * mass);
                 let volume = (carried * outwards).abs();
                 #[expect(
                     clippy::cast_possible_truncation,
@@ -189,24 +203,26 @@ impl OpenBoundaries {
         })
     }
 
-    /// The greatest signal speed (m/s) at the boundaries in a step from one time to another (s), and where (row, column).
+    /// The greatest signal speed (m/s) at the boundaries of each level in a step from one time to another (s), as [`State::fastest`] has it, and
+    /// where (row, column).
     pub fn fastest(
         &mut self,
         state: &State,
         scale: &Scale,
         methods: EulerianMethods,
         step: (f64, f64),
-    ) -> (f64, (usize, usize)) {
+    ) -> Vec<(f64, (usize, usize))> {
         let datum = self.datum;
-        let mut fastest = (0.0, (0, 0));
+        let mut fastest = vec![(0.0, (0, 0)); state.lattice().level_count()];
         for line in &mut self.lines {
             line.look(state, scale, methods);
             let faces = Faces::OfAnEdge { returned: line.returned() };
             pass(&line.condition, (faces, &line.inside), (scale, datum), (step, Of::Largest), &mut line.passing);
             for (&face, passing) in line.at_work.iter().zip(&line.passing) {
                 let (speed, cell) = (line.faces[face].haste * passing.speed, line.faces[face].cell);
-                if speed > fastest.0 {
-                    fastest = (speed, cell);
+                let of_level = &mut fastest[state.level_number(cell.0)];
+                if speed > of_level.0 {
+                    *of_level = (speed, cell);
                 }
             }
         }
@@ -228,17 +244,16 @@ fn face(
     direction: usize,
 ) -> Option<(usize, Face)> {
     let other = if direction == EAST { (owner.0, owner.1 + 1) } else { (owner.0 + 1, owner.1) };
-    let has_terrain = |(row, column): (usize, usize)| {
-        row <= state.rows + 1 && column <= state.columns + 1 && state.has_terrain(row, column)
-    };
+    let has_terrain = |(row, column): (usize, usize)| state.has_terrain(row, column);
     let (cell, beyond, sign) = match (has_terrain(owner), has_terrain(other)) {
         (true, false) => (owner, other, 1.0),
         (false, true) => (other, owner, -1.0),
         _ => return None,
     };
-    let spacing = problem.bed.lattice.spacing;
-    let middle = (State::position(owner.0, owner.1, spacing) + State::position(other.0, other.1, spacing)) * 0.5;
-    let line = problem.forcing.boundary_at(middle, axis(direction)).filter(|_| !problem.bed.is_sealed(middle))?;
+    let middle = Some(state.middle(cell, beyond)).filter(|_| !state.is_elsewhere(beyond.0, beyond.1))?;
+    let times = 1.0 / state.haste(cell.0);
+    let line =
+        problem.forcing.boundary_within(times, middle, axis(direction)).filter(|_| !problem.bed.is_sealed(middle))?;
     let inwards = (cell.1 as isize - beyond.1 as isize, cell.0 as isize - beyond.0 as isize);
     let next = |from: (usize, usize)| {
         let to = ((from.0 as isize + inwards.1) as usize, (from.1 as isize + inwards.0) as usize);
@@ -250,27 +265,33 @@ fn face(
     let further = behind.and_then(next);
     let condition = &problem.forcing.boundaries[line].condition;
     let gives = condition.feeds() || rest.is_some();
-    let (width, haste) = (in_part.open(owner, direction), in_part.haste(cell));
+    let width = in_part.open(owner, direction);
+    let haste = in_part.haste(cell) * state.haste(cell.0);
     let facing = (1.0, 0.0);
     Some((line, Face { owner, direction, cell, behind, further, sign, facing, rest, gives, width, haste }))
 }
 
 impl Line {
     /// Finds the way that the edge faces at each of its faces: the mean of theirs and of those about them (spacings) that do not look back.
-    fn find_facing(&mut self, spacing: f64, about: f64) {
+    fn find_facing(&mut self, state: &State, about: f64) {
         let place = |face: &Face| {
             let normal = axis(face.direction) * face.sign;
-            (State::position(face.cell.0, face.cell.1, spacing) + normal * (0.5 * spacing), normal)
+            let (row, column) = face.cell;
+            (state.position(row, column) + normal * (0.5 * state.spacing[row]), normal)
         };
         let places: Vec<(Vec2, Vec2)> = self.faces.iter().map(place).collect();
         // Faces come row by row.
         let reach = about.ceil() as usize;
         let rows: Vec<usize> = self.faces.iter().map(|face| face.owner.0).collect();
+        let spacings: Vec<f64> = self.faces.iter().map(|face| state.spacing[face.cell.0]).collect();
+        let is_of_level = |spacing: f64, face: usize| (spacings[face] - spacing).abs() <= 0.0;
         for (face, &(place, normal)) in self.faces.iter_mut().zip(&places) {
             let from = rows.partition_point(|row| row + reach < face.owner.0);
             let to = rows.partition_point(|row| *row <= face.owner.0 + reach);
-            let near = places[from..to].iter().filter(|(other, _)| (*other - place).norm() <= about * spacing);
-            let near = near.map(|(_, other)| *other).filter(|other| other.dot(normal) >= 0.0);
+            let spacing = state.spacing[face.cell.0];
+            let of_level = (from..to).filter(|&face| is_of_level(spacing, face)).map(|face| places[face]);
+            let near = of_level.filter(|(other, _)| (*other - place).norm() <= about * spacing);
+            let near = near.map(|(_, other)| other).filter(|other| other.dot(normal) >= 0.0);
             let sum = near.fold(Vec2::ZERO, |a, b| a + b);
             let way = sum * (1.0 / sum.norm());
             face.facing = (way.dot(normal), turned_by(face.direction, way.x, way.y).1);
@@ -298,6 +319,8 @@ impl Line {
 
 impl Face {
     fn look(&self, state: &State, scale: &Scale, is_carried: bool) -> Inside {
+        let finest = scale.spacing;
+        let scale = &scale.on(state.spacing[self.cell.0]);
         let at = |(row, column): (usize, usize)| {
             let water = &state.primitive[row];
             let (u, v) = (water.velocity_x[column], water.velocity_y[column]);
@@ -308,6 +331,7 @@ impl Face {
         let friction = state.ground[self.cell.0].friction[self.cell.1];
         let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
         let before = Inside::before(at(self.cell), behind, scale);
-        Inside { rest: self.rest, friction, facing: self.facing, width: self.width, ..before }
+        let width = self.width * (scale.spacing / finest);
+        Inside { rest: self.rest, friction, facing: self.facing, width, ..before }
     }
 }

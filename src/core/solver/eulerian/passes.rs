@@ -63,6 +63,10 @@ impl Passes {
             let (column, row) = lattice.column_row(sill.cell);
             let place = (row + 1, column + 1);
             let direction = if sill.is_north { NORTH } else { EAST };
+            // Where another level stands for one of the cells the face is a general one.
+            if [place, other(place, direction)].iter().any(|&(row, column)| state.is_elsewhere(row, column)) {
+                continue;
+            }
             for (row, column) in [place, other(place, direction)] {
                 cells[row].entry(column).or_insert_with(|| walls.beside(row, column));
             }
@@ -93,6 +97,12 @@ impl Passes {
         }
     }
 
+    /// The levels (m) of the sills on the ways from a padded cell to its neighbours.
+    pub fn sills(&self, row: usize, column: usize) -> [f64; 4] {
+        let found = self.cells[row].binary_search_by_key(&column, |cell| cell.column);
+        found.map_or(NO_SILLS, |place| self.cells[row][place].sills)
+    }
+
     /// Whether a gap leaves a part of the face open from a padded cell to its neighbour at an offset (column, row).
     pub fn is_part(&self, (row, column): (usize, usize), offset: (isize, isize)) -> bool {
         let (direction, owner) = match offset {
@@ -120,15 +130,14 @@ impl Passes {
 
     /// Fluxes of the faces with a sill.
     pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale, methods: EulerianMethods) {
-        let numbers = Numbers::new(scale, methods);
-        let (primitive, gradient, ground) = (&state.primitive, &state.gradient, &state.ground);
+        let (primitive, gradient, ground, spacing) = (&state.primitive, &state.gradient, &state.ground, &state.spacing);
         let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
-        let rows = state.flux.par_iter_mut().zip(&self.faces).enumerate();
-        rows.with_min_len(active.rows_at_once()).for_each(|(row, (flux, faces))| {
+        active.rows_of(&mut state.flux).for_each(|(row, flux)| {
             if [row, row + 1].iter().all(|&row| active.work.get(row).is_none_or(Vec::is_empty)) {
                 return;
             }
-            for face in faces {
+            let numbers = Numbers::new(&scale.on(spacing[row]), methods);
+            for face in &self.faces[row] {
                 let there = other((row, face.column), face.direction);
                 // Between films nothing flows, whatever stands between them.
                 let is_film = |(row, column): (usize, usize)| primitive[row].depth[column] <= scale.dry_depth;
@@ -136,7 +145,7 @@ impl Passes {
                     continue;
                 }
                 let half = |(row, column): (usize, usize)| {
-                    let half = Half::of_side(side(row), column, face.direction, scale.spacing);
+                    let half = Half::of_side(side(row), column, face.direction, spacing[row]);
                     // The sill is a step of the bed beside the particle.
                     Half { step: larger(half.step, face.level - half.z), ..half }
                 };

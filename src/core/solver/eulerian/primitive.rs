@@ -11,7 +11,7 @@ use super::state::{Fastest, State};
 /// Water that is not deeper than the dry depth is a film: the pairs see its depth, but it has no velocity and gives nothing.
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
     let water = &state.water;
-    state.primitive.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, primitive)| {
+    active.rows_of(&mut state.primitive).for_each(|(row, primitive)| {
         let water = &water[row];
         let mut fastest = Fastest { row, ..Fastest::default() };
         let mut flow_speed_squared: f64 = 0.0;

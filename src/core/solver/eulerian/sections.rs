@@ -1,9 +1,12 @@
 //! What passes cross-sections: the sum over the faces between cells on either side of a line, so that it is the very water that the
 //! cells exchange.
 
-use super::Scale;
+use std::ops::Range;
+
 use super::faces::{EAST, NORTH};
+use super::general_faces::GeneralFaces;
 use super::state::State;
+use crate::lattice::Level;
 use crate::math::Vec2;
 use crate::solver::{FlowProblem, SectionFlow};
 
@@ -14,29 +17,52 @@ struct Cut {
     column: usize,
     direction: usize,
     sign: f64,
+    /// Length of the face (m).
+    width: f64,
 }
 
 /// All sections of a problem, and what passed them.
 pub(crate) struct Sections {
     cuts: Vec<Vec<Cut>>,
+    /// The general faces that each cuts, by number, and the same sign.
+    general: Vec<Vec<(usize, f64)>>,
     flows: Vec<SectionFlow>,
     /// Volume of the step under way (m³).
     passed: Vec<f64>,
 }
 
 impl Sections {
-    pub fn new(problem: &FlowProblem, state: &State) -> Self {
-        let spacing = problem.bed.lattice.spacing;
-        let cuts: Vec<Vec<Cut>> = problem.forcing.sections.iter().map(|line| cuts(line, state, spacing)).collect();
+    pub fn new(problem: &FlowProblem, state: &State, general: &GeneralFaces) -> Self {
+        let levels = (0..problem.bed.lattice.level_count()).map(|level| problem.bed.lattice.level(level));
+        let levels: Vec<Level> = levels.collect();
+        let of_line = |line: &Vec<[Vec2; 2]>| levels.iter().flat_map(|&level| cuts(line, state, level)).collect();
+        let cuts: Vec<Vec<Cut>> = problem.forcing.sections.iter().map(of_line).collect();
+        let of_general = |line: &Vec<[Vec2; 2]>| {
+            let signs = general.places().map(|places| {
+                let [from, to] = places.map(|(row, column)| state.position(row, column));
+                (places.iter().all(|&(row, column)| state.has_terrain(row, column)), signed(line, from, to))
+            });
+            signs
+                .enumerate()
+                .filter(|(_, (is_face, sign))| *is_face && *sign != 0.0)
+                .map(|(k, (_, sign))| (k, sign))
+                .collect()
+        };
+        let general = problem.forcing.sections.iter().map(of_general).collect();
         let count = cuts.len();
-        Sections { cuts, flows: vec![SectionFlow::default(); count], passed: vec![0.0; count] }
+        Sections { cuts, general, flows: vec![SectionFlow::default(); count], passed: vec![0.0; count] }
     }
 
     /// Adds half of a step of `time_step` (s) at the fluxes of now: each of its two stages carries so much.
-    pub fn add(&mut self, state: &State, scale: &Scale, time_step: f64) {
-        for (cuts, passed) in self.cuts.iter().zip(&mut self.passed) {
-            let rate: f64 = cuts.iter().map(|c| c.sign * state.flux[c.row][c.direction].mass[c.column]).sum();
-            *passed += 0.5 * time_step * scale.spacing * rate;
+    pub fn add(&mut self, state: &State, general: &GeneralFaces, levels: &Range<usize>, time_step: f64) {
+        let rows = state.rows_of(levels);
+        for ((cuts, faces), passed) in self.cuts.iter().zip(&self.general).zip(&mut self.passed) {
+            let through =
+                |&(face, sign): &(usize, f64)| general.discharge(face, levels).map_or(0.0, |rate| sign * rate);
+            let of_general: f64 = faces.iter().map(through).sum();
+            let cuts = cuts.iter().filter(|cut| rows.contains(&cut.row));
+            let rate: f64 = cuts.map(|c| c.width * c.sign * state.flux[c.row][c.direction].mass[c.column]).sum();
+            *passed += 0.5 * time_step * (rate + of_general);
         }
     }
 
@@ -55,27 +81,36 @@ impl Sections {
 }
 
 /// The faces that a line cuts; a corner of the line on the way between two particles counts once.
-fn cuts(line: &[[Vec2; 2]], state: &State, spacing: f64) -> Vec<Cut> {
+fn cuts(line: &[[Vec2; 2]], state: &State, level: Level) -> Vec<Cut> {
+    let spacing = level.spacing;
     let mut found = Vec::new();
     let low = |f: fn(&Vec2) -> f64| line.iter().flatten().map(f).fold(f64::INFINITY, f64::min);
     let high = |f: fn(&Vec2) -> f64| line.iter().flatten().map(f).fold(f64::NEG_INFINITY, f64::max);
     let padded = |value: f64, last: usize| ((value / spacing + 0.5).max(1.0) as usize).min(last);
-    let rows = padded(low(|p| p.y) - spacing, state.rows)..=padded(high(|p| p.y) + spacing, state.rows);
-    let columns = padded(low(|p| p.x) - spacing, state.columns)..=padded(high(|p| p.x) + spacing, state.columns);
-    for row in rows {
+    let rows = padded(low(|p| p.y) - spacing, level.rows)..=padded(high(|p| p.y) + spacing, level.rows);
+    let columns = padded(low(|p| p.x) - spacing, level.columns)..=padded(high(|p| p.x) + spacing, level.columns);
+    for row in rows.map(|row| level.first_row + row) {
         for column in columns.clone() {
-            let from = State::position(row, column, spacing);
+            let from = state.position(row, column);
             for direction in [EAST, NORTH] {
-                let turn = |p: Vec2| if direction == EAST { p - from } else { Vec2::new((p - from).y, -(p - from).x) };
-                let sign: f64 = line.iter().map(|piece| passes(piece.map(turn), spacing)).sum();
+                let way = if direction == EAST { Vec2::new(spacing, 0.0) } else { Vec2::new(0.0, spacing) };
+                let sign = signed(line, from, from + way);
                 let other = if direction == EAST { (row, column + 1) } else { (row + 1, column) };
                 if sign != 0.0 && state.has_terrain(row, column) && state.has_terrain(other.0, other.1) {
-                    found.push(Cut { row, column, direction, sign });
+                    found.push(Cut { row, column, direction, sign, width: spacing });
                 }
             }
         }
     }
     found
+}
+
+/// How often a way goes to the left of a line less how often to its right.
+fn signed(line: &[[Vec2; 2]], from: Vec2, to: Vec2) -> f64 {
+    let length = (to - from).norm();
+    let along = (to - from) * (1.0 / length);
+    let turn = |p: Vec2| Vec2::new((p - from).dot(along), (p - from).dot(Vec2::new(-along.y, along.x)));
+    line.iter().map(|piece| passes(piece.map(turn), length)).sum()
 }
 
 /// Whether a piece crosses the way from the origin to (length, 0): 1 where that goes to the left of the piece, −1 to the right.

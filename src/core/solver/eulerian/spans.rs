@@ -3,6 +3,8 @@
 //! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off.
 //! Columns and rows are padded ones (the lattice's plus one).
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use super::state::State;
@@ -29,6 +31,13 @@ pub(crate) type Run = std::ops::Range<usize>;
 
 /// The runs of active cells, for every padded row.
 pub(crate) struct ActiveSet {
+    /// Of each padded row the rows and columns of its level; none of rows around and between levels.
+    bounds: Vec<Option<[Run; 2]>>,
+    linked: Vec<[(usize, usize); 2]>,
+    at_hand: Run,
+    cells_at_hand: usize,
+    /// All runs that were active since the step of all levels began, where there are levels.
+    recorded_runs: Vec<Vec<Run>>,
     wet: Vec<Vec<Run>>,
     /// Runs that are active as if they were wet: water may come to them from elsewhere than their neighbours.
     fed: Vec<Vec<Run>>,
@@ -37,31 +46,37 @@ pub(crate) struct ActiveSet {
     before: Vec<Vec<Run>>,
     /// Work of the step before together with that of now, as spans of the lattice: what a recorder has to look at.
     recorded: Vec<Span>,
-    cells: usize,
     wet_cells: usize,
     /// Numbers that the processor takes at once.
     lanes: usize,
 }
 
 impl ActiveSet {
-    /// The wet cells of a state, and `fed`, the runs of each padded row to which water comes from elsewhere.
-    pub fn new(state: &State, dry_depth: f64, fed: Vec<Vec<Run>>) -> Self {
+    /// The wet cells of a state, and `fed`, the runs of each padded row to which water comes from elsewhere; `linked` are the places (row,
+    /// column) on the two sides of general faces, which join cells that are no neighbours in the rows.
+    pub fn new(state: &State, dry_depth: f64, fed: Vec<Vec<Run>>, linked: Vec<[(usize, usize); 2]>) -> Self {
         let mut active = ActiveSet {
+            bounds: (0..state.rows + 2).map(|row| state.bounds(row)).collect(),
+            linked,
+            at_hand: 0..state.rows + 2,
+            cells_at_hand: 0,
+            recorded_runs: Vec::new(),
             wet: vec![Vec::new(); state.rows + 2],
             fed,
             work: vec![Vec::new(); state.rows + 2],
             before: vec![Vec::new(); state.rows + 2],
             recorded: Vec::new(),
-            cells: 0,
             wet_cells: 0,
             lanes: if simd() == "avx512" { MOST_LANES } else { 4 },
         };
         // The first search looks at every cell, later ones only at those active.
         for row in 1..=state.rows {
-            find_wet(&state.water[row].depth, 1..state.columns + 1, dry_depth, &mut active.wet[row]);
+            find_wet(&state.water[row].depth, 1..state.columns(row) + 1, dry_depth, &mut active.wet[row]);
         }
-        active.spread(state.columns);
-        active.record();
+        active.spread();
+        active.begin_record();
+        active.end_record();
+        active.take_in_hand(0..state.rows + 2);
         active
     }
 
@@ -73,12 +88,22 @@ impl ActiveSet {
 
     /// Rows that a thread takes at least in a loop over the active cells: all of them where the cells are few.
     pub fn rows_at_once(&self) -> usize {
-        if self.cells < SHARED_CELLS { usize::MAX } else { ROWS_OF_A_THREAD }
+        if self.cells_at_hand < SHARED_CELLS { usize::MAX } else { ROWS_OF_A_THREAD }
     }
 
-    /// Cells active.
-    pub fn cells(&self) -> usize {
-        self.cells
+    /// Of some quantity of all rows that of the rows at hand, with their numbers, for a loop that threads share.
+    pub fn rows_of<'a, Row: Send>(
+        &self,
+        all: &'a mut [Row],
+    ) -> impl IndexedParallelIterator<Item = (usize, &'a mut Row)> + use<'a, Row> {
+        let first = self.at_hand.start;
+        let rows = all[self.at_hand.clone()].par_iter_mut().enumerate().with_min_len(self.rows_at_once());
+        rows.map(move |(k, row)| (first + k, row))
+    }
+
+    /// The rows at hand: all, or those of the levels that take a step.
+    pub fn at_hand(&self) -> Run {
+        self.at_hand.clone()
     }
 
     /// Cells whose water moves.
@@ -91,19 +116,57 @@ impl ActiveSet {
         &self.recorded
     }
 
-    /// Follows the water after a step; cells that leave the work are reset to dry ones.
+    /// Takes the cells into the work, with a rim about them, that are linked to one in it.
+    fn follow_links(&mut self) {
+        let ActiveSet { work, bounds, linked, .. } = self;
+        let mut reached = BTreeSet::new();
+        for &[a, b] in &*linked {
+            let is_active = |place: (usize, usize)| holds(&work[place.0], place.1);
+            match (is_active(a), is_active(b)) {
+                (true, false) => reached.insert(b),
+                (false, true) => reached.insert(a),
+                _ => false,
+            };
+        }
+        let mut changed = BTreeSet::new();
+        for (row, column) in reached {
+            let Some([rows, columns]) = &bounds[row] else { continue };
+            let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
+            changed.extend(around.clone());
+            work[around].iter_mut().for_each(|work| work.push(widened(&(column..column + 1), columns)));
+        }
+        for row in changed {
+            let work = &mut work[row];
+            work.sort_unstable_by_key(|run| (run.start, run.end));
+            join(work);
+        }
+    }
+
+    /// Takes some rows in hand: those of the levels that take a step.
+    pub fn take_in_hand(&mut self, rows: Run) {
+        self.at_hand = rows;
+        self.cells_at_hand = self.work[self.at_hand.clone()].iter().flatten().map(|run| run.len()).sum();
+    }
+
+    /// Cells active in the rows at hand.
+    pub fn cells_at_hand(&self) -> usize {
+        self.cells_at_hand
+    }
+
+    /// Follows the water of the rows at hand after a step; cells that leave the work are reset to dry ones.
     pub fn follow(&mut self, state: &mut State, dry_depth: f64) {
-        self.record();
         let water = &state.water;
         let (work, rows) = (&self.work, self.rows_at_once().max(ROWS_OF_A_SEARCH));
-        self.wet.par_iter_mut().enumerate().with_min_len(rows).for_each(|(row, wet)| {
+        let first = self.at_hand.start;
+        let at_hand = self.wet[self.at_hand.clone()].par_iter_mut().enumerate().with_min_len(rows);
+        at_hand.map(|(k, wet)| (first + k, wet)).for_each(|(row, wet)| {
             wet.clear();
             for run in &work[row] {
                 find_wet(&water[row].depth, run.clone(), dry_depth, wet);
             }
         });
         std::mem::swap(&mut self.work, &mut self.before);
-        self.spread(state.columns);
+        self.spread();
         for (row, runs) in self.before.iter().enumerate() {
             if *runs != self.work[row] {
                 for run in runs {
@@ -113,41 +176,71 @@ impl ActiveSet {
                 }
             }
         }
+        if self.has_levels() {
+            self.recorded_runs.iter_mut().zip(&self.work).for_each(|(runs, work)| runs.extend_from_slice(work));
+        }
+        self.take_in_hand(self.at_hand.clone());
     }
 
-    fn record(&mut self) {
-        self.recorded.clear();
-        for (row, runs) in self.work.iter().enumerate() {
-            let spans = runs.iter().map(|run| Span {
-                row: (row - 1) as u32,
-                from: (run.start - 1) as u32,
-                to: (run.end - 1) as u32,
-            });
-            self.recorded.extend(spans);
+    fn has_levels(&self) -> bool {
+        !self.linked.is_empty()
+    }
+
+    /// Begins a step of all levels: what is active now is to be looked at after it.
+    pub fn begin_record(&mut self) {
+        if self.has_levels() {
+            self.recorded_runs.clone_from(&self.work);
+        } else {
+            record(&self.work, &mut self.recorded);
         }
     }
 
-    /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch.
-    fn spread(&mut self, columns: usize) {
-        let (wet, fed) = (&self.wet, &self.fed);
-        let rows = wet.len() - 2;
+    /// Ends it: so is what was active meanwhile.
+    pub fn end_record(&mut self) {
+        if self.has_levels() {
+            for runs in &mut self.recorded_runs {
+                runs.sort_unstable_by_key(|run| (run.start, run.end));
+                join(runs);
+            }
+            record(&self.recorded_runs, &mut self.recorded);
+        }
+    }
+
+    /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces link to it.
+    fn spread(&mut self) {
         let at_once = self.rows_at_once().max(ROWS_OF_A_SEARCH);
+        let (wet, fed, bounds) = (&self.wet, &self.fed, &self.bounds);
         self.work.par_iter_mut().enumerate().with_min_len(at_once).for_each(|(row, work)| {
             work.clear();
-            if row == 0 || row > rows {
-                return;
-            }
-            let around = row.saturating_sub(RIM)..=(row + RIM).min(rows);
+            let Some([rows, columns]) = &bounds[row] else { return };
+            let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
             for near in wet[around.clone()].iter().chain(&fed[around]) {
-                let widened = |run: &Run| (run.start.saturating_sub(RIM)).max(1)..(run.end + RIM).min(columns + 1);
-                work.extend(near.iter().map(widened));
+                work.extend(near.iter().map(|run| widened(run, columns)));
             }
             work.sort_unstable_by_key(|run| (run.start, run.end));
             join(work);
         });
-        self.cells = self.work.iter().flatten().map(|run| run.len()).sum();
-        self.wet_cells = wet.iter().flatten().map(|run| run.len()).sum();
+        self.follow_links();
+        self.wet_cells = self.wet.iter().flatten().map(|run| run.len()).sum();
     }
+}
+
+/// The runs of padded rows as spans of the lattice.
+fn record(rows: &[Vec<Run>], spans: &mut Vec<Span>) {
+    spans.clear();
+    for (row, runs) in rows.iter().enumerate() {
+        let of_row = runs.iter().map(|run| Span {
+            row: (row - 1) as u32,
+            from: (run.start - 1) as u32,
+            to: (run.end - 1) as u32,
+        });
+        spans.extend(of_row);
+    }
+}
+
+/// A run with the rim at its ends, within its row.
+fn widened(run: &Run, columns: &Run) -> Run {
+    run.start.saturating_sub(RIM).max(columns.start)..(run.end + RIM).min(columns.end)
 }
 
 fn holds(runs: &[Run], column: usize) -> bool {
@@ -198,11 +291,15 @@ mod tests {
         for lanes in [4, MOST_LANES] {
             let work = vec![vec![], vec![1..2, 9..15, 22..30, 37..38]];
             let mut active = ActiveSet {
+                bounds: Vec::new(),
+                linked: Vec::new(),
+                at_hand: 0..0,
+                cells_at_hand: 0,
+                recorded_runs: Vec::new(),
                 wet: Vec::new(),
                 fed: Vec::new(),
                 before: Vec::new(),
                 recorded: Vec::new(),
-                cells: 0,
                 wet_cells: 0,
                 lanes,
                 work,

@@ -1,12 +1,15 @@
 //! The arrays of the Eulerian particles, row by row, padded by one ring of cells without terrain.
 //!
+//! The rows of all levels of a nested lattice lie in one stack ([`crate::lattice::Nest`]); a place is always the padded row and column of that stack, and each
+//! row knows the spacing of its cells. Where a finer or coarser level stands for a cell, the cell is without terrain.
+//!
 //! Each group of quantities that one pass writes is a `Vec` of rows, so that a pass over rows in parallel writes its own row
 //! of one group and reads its neighbours' rows of the others.
 
 use rayon::prelude::*;
 
 use crate::bed::{BedParticles, SHUT};
-use crate::lattice::{WaterInRow, WaterRows};
+use crate::lattice::{Lattice, Level, WaterInRow, WaterRows};
 use crate::math::{MOST_LANES, Vec2};
 
 /// The ground; only the bed of a dam that breaks, and one that moves as prescribed, change during a run.
@@ -76,6 +79,22 @@ pub(crate) struct GradientRow {
     pub v_y: Vec<f64>,
 }
 
+impl GroundRow {
+    /// A row of so many cells without terrain.
+    fn without_terrain(len: usize) -> Self {
+        let zeros = || vec![0.0; len];
+        GroundRow { bed: vec![SHUT; len], friction: zeros(), step: zeros(), per_area: zeros() }
+    }
+}
+
+impl WaterRow {
+    /// A row of so many particles without water.
+    fn dry(len: usize) -> Self {
+        let zeros = || vec![0.0; len];
+        WaterRow { depth: zeros(), discharge_x: zeros(), discharge_y: zeros() }
+    }
+}
+
 impl PrimitiveRow {
     /// A row of so many particles without water.
     pub fn dry(len: usize) -> Self {
@@ -132,10 +151,14 @@ pub(crate) struct FaceRow {
 /// The faces that a row owns: to the east and to the north.
 pub(crate) type FluxRow = [FaceRow; 2];
 
-/// All arrays; every row has `columns + 2` entries, and some without terrain more for loops on lanes; every group has `rows + 2` rows.
+/// All arrays; every row has two entries more than its level has columns, and some without terrain more for loops on lanes; every group has
+/// `rows + 2` rows.
 pub(crate) struct State {
-    pub columns: usize,
+    lattice: Lattice,
+    /// Rows of all levels.
     pub rows: usize,
+    /// Edge (m) of the cells of each padded row.
+    pub spacing: Vec<f64>,
     pub ground: Vec<GroundRow>,
     pub water: Vec<WaterRow>,
     pub primitive: Vec<PrimitiveRow>,
@@ -145,42 +168,88 @@ pub(crate) struct State {
 
 impl State {
     pub fn new(bed: &BedParticles, initial_depth: &[f64], gravity: f64) -> Self {
-        let (columns, rows) = (bed.lattice.columns, bed.lattice.rows);
-        let width = columns + 2 + MOST_LANES - 1;
-        let zeros = || vec![0.0; width];
-        let face = || FaceRow::without_flow(width);
-        let mut ground =
-            vec![GroundRow { bed: vec![SHUT; width], friction: zeros(), step: zeros(), per_area: zeros() }; rows + 2];
-        let mut water = vec![WaterRow { depth: zeros(), discharge_x: zeros(), discharge_y: zeros() }; rows + 2];
+        let lattice = bed.lattice.clone();
+        let rows = lattice.all_rows();
+        let level_of = |row: usize| lattice.level_of_row(row.saturating_sub(1));
+        let widths: Vec<usize> = (0..rows + 2).map(|row| level_of(row).columns + 2 + MOST_LANES - 1).collect();
+        let ground = widths.iter().map(|&width| GroundRow::without_terrain(width));
+        let mut ground: Vec<GroundRow> = ground.collect();
+        let mut water: Vec<WaterRow> = widths.iter().map(|&width| WaterRow::dry(width)).collect();
         let datum = datum(bed, initial_depth);
-        for index in (0..bed.lattice.len()).filter(|&index| bed.has_terrain(index)) {
+        let is_here = |&index: &usize| bed.has_terrain(index) && lattice.is_leaf(index);
+        for index in (0..lattice.len()).filter(is_here) {
             let (column, row) = bed.lattice.column_row(index);
             ground[row + 1].bed[column + 1] = bed.elevation[index] - datum;
             ground[row + 1].per_area[column + 1] = 1.0;
             ground[row + 1].friction[column + 1] = gravity * bed.manning[index] * bed.manning[index];
             water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
         }
-        for part in bed.cover.cells() {
+        for part in bed.cover.cells().iter().filter(|part| lattice.is_leaf(part.cell)) {
             let (column, row) = bed.lattice.column_row(part.cell);
             ground[row + 1].per_area[column + 1] = 1.0 / part.area;
         }
         find_steps(&mut ground);
         let primitive =
-            water.iter().map(|water| PrimitiveRow { depth: water.depth.clone(), ..PrimitiveRow::dry(width) }).collect();
+            |water: &WaterRow| PrimitiveRow { depth: water.depth.clone(), ..PrimitiveRow::dry(water.depth.len()) };
         State {
-            columns,
+            spacing: (0..rows + 2).map(|row| level_of(row).spacing).collect(),
             rows,
+            primitive: water.iter().map(primitive).collect(),
+            gradient: widths.iter().map(|&width| GradientRow::level(width)).collect(),
+            flux: widths.iter().map(|&width| [(); 2].map(|()| FaceRow::without_flow(width))).collect(),
             ground,
             water,
-            primitive,
-            gradient: vec![GradientRow::level(width); rows + 2],
-            flux: vec![[face(), face()]; rows + 2],
+            lattice,
         }
     }
 
-    /// Whether there is terrain at a padded cell.
+    /// Columns of the level to which a padded row belongs.
+    pub fn columns(&self, row: usize) -> usize {
+        self.level(row).columns
+    }
+
+    /// The padded rows of some levels, with those around them.
+    pub fn rows_of(&self, levels: &std::ops::Range<usize>) -> std::ops::Range<usize> {
+        let (first, last) = (self.lattice.level(levels.start), self.lattice.level(levels.end - 1));
+        first.first_row..last.first_row + last.rows + 2
+    }
+
+    /// Padded rows and columns of the level to which a padded row belongs; none of the rows around and between levels.
+    pub fn bounds(&self, row: usize) -> Option<[std::ops::Range<usize>; 2]> {
+        let level = self.level(row);
+        let first = level.first_row + 1;
+        let is_cells = row > 0 && level.holds_row(row - 1);
+        is_cells.then(|| [first..first + level.rows, 1..level.columns + 1])
+    }
+
+    /// The level to which a padded row belongs; its rows count without padding.
+    pub fn level(&self, row: usize) -> Level {
+        self.lattice.level_of_row(row.saturating_sub(1))
+    }
+
+    /// Whether there is terrain at a padded cell; there is none outside all rows.
     pub fn has_terrain(&self, row: usize, column: usize) -> bool {
-        self.ground[row].has_terrain(column)
+        self.ground.get(row).is_some_and(|ground| column < ground.bed.len() && ground.has_terrain(column))
+    }
+
+    /// Whether another level stands for a padded cell of a level.
+    pub fn is_elsewhere(&self, row: usize, column: usize) -> bool {
+        let of_level = self.bounds(row).is_some_and(|[_, columns]| columns.contains(&column));
+        of_level && !self.lattice.is_leaf(self.lattice.index(column - 1, row - 1))
+    }
+
+    /// The lattice of all particles.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// Takes a share of what leaves over a side of a cell: the row, direction and column of its face, and the sign of what leaves.
+    pub fn reduce(&mut self, (row, direction, column, sign): (usize, usize, usize, f64), share: f64) {
+        let face = &mut self.flux[row][direction];
+        if face.mass[column] * sign > 0.0 {
+            face.mass[column] *= share;
+            face.tangential[column] *= share;
+        }
     }
 
     /// Brings a padded cell that leaves the work to rest: no velocity, no gradient, no flux; its film stays.
@@ -210,35 +279,67 @@ impl State {
     }
 
     /// Local coordinates of the centre of a padded cell (m).
-    pub fn position(row: usize, column: usize, spacing: f64) -> Vec2 {
-        Vec2::new((column as f64 - 0.5) * spacing, (row as f64 - 0.5) * spacing)
+    pub fn position(&self, row: usize, column: usize) -> Vec2 {
+        position_on(self.level(row), (row, column))
+    }
+
+    /// The middle (local coordinates, m) of the face between a padded cell and one beside it, which may be in the ring around its level.
+    pub fn middle(&self, cell: (usize, usize), other: (usize, usize)) -> Vec2 {
+        let level = self.level(cell.0);
+        (position_on(level, cell) + position_on(level, other)) * 0.5
     }
 
     /// Volume of all water (m³), summed row by row so that the threads do not matter.
-    pub fn volume(&self, spacing: f64) -> f64 {
+    pub fn volume(&self) -> f64 {
         let row_sums: Vec<f64> = self.water.par_iter().map(|row| row.depth.iter().sum::<f64>()).collect();
-        row_sums.iter().sum::<f64>() * spacing * spacing
+        let of_level = |level: Level| {
+            let rows = &row_sums[level.first_row + 1..][..level.rows];
+            rows.iter().sum::<f64>() * level.spacing * level.spacing
+        };
+        (0..self.lattice.level_count()).map(|level| of_level(self.lattice.level(level))).sum()
     }
 
-    /// The greatest speeds of all rows.
-    pub fn fastest(&self) -> Fastest {
-        self.primitive.iter().map(|row| row.fastest).fold(Fastest::default(), |greatest, row| Fastest {
+    /// The number of the level to which a padded row belongs.
+    pub fn level_number(&self, row: usize) -> usize {
+        self.lattice.nest().map_or(0, |nest| nest.number_of_row(row.saturating_sub(1)))
+    }
+
+    /// The greatest speeds of the rows of a level, the signal speed per spacing, times the finest spacing.
+    pub fn fastest(&self, level: usize) -> Fastest {
+        let rows = self.rows_of(&(level..level + 1));
+        let rows = self.primitive[rows.clone()].iter().zip(&self.spacing[rows]);
+        let of_finest = |(row, spacing): (&PrimitiveRow, &f64)| Fastest {
+            signal_speed: row.fastest.signal_speed * (self.lattice.spacing / spacing),
+            ..row.fastest
+        };
+        rows.map(of_finest).fold(Fastest::default(), |greatest, row| Fastest {
             flow_speed: row.flow_speed.max(greatest.flow_speed),
             ..if row.signal_speed > greatest.signal_speed || row.signal_speed.is_nan() { row } else { greatest }
         })
+    }
+
+    /// The spacing of the finest level over that of a padded row: signal speeds are compared as those of cells of the finest level.
+    pub fn haste(&self, row: usize) -> f64 {
+        self.lattice.spacing / self.spacing[row]
     }
 }
 
 impl WaterRows for State {
     fn row(&self, row: usize) -> WaterInRow<'_> {
         let WaterRow { depth, discharge_x, discharge_y } = &self.water[row + 1];
-        let inside = 1..self.columns + 1;
+        let inside = 1..self.columns(row + 1) + 1;
         WaterInRow {
             depth: &depth[inside.clone()],
             discharge_x: &discharge_x[inside.clone()],
             discharge_y: &discharge_y[inside],
         }
     }
+}
+
+/// The centre of a padded cell (row, column), as a level counts.
+pub(super) fn position_on(level: Level, (row, column): (usize, usize)) -> Vec2 {
+    let up = row as f64 - level.first_row as f64;
+    Vec2::new((column as f64 - 0.5) * level.spacing, (up - 0.5) * level.spacing)
 }
 
 /// Fills the steps of the bed.
@@ -255,6 +356,10 @@ pub(crate) fn step_of_bed(ground: &[GroundRow], row: usize, column: usize) -> f6
     if row == 0 || column == 0 || row + 1 >= ground.len() || column + 1 >= ground[row].bed.len() {
         return 0.0;
     }
+    // Rows beside a level may be shorter.
+    if !ground[row].has_terrain(column) {
+        return 0.0;
+    }
     let bed = ground[row].bed[column];
     let neighbours =
         [(row, column - 1), (row, column + 1), (row - 1, column), (row + 1, column)].map(|(r, c)| ground[r].bed[c]);
@@ -265,7 +370,8 @@ pub(crate) fn step_of_bed(ground: &[GroundRow], row: usize, column: usize) -> f6
 /// Mean level (m) of the water by depth, from which elevations are counted here, or the lowest bed where there is none: a lake in
 /// the mountains then rests as still as one at the sea, because its height costs no digits.
 pub(crate) fn datum(bed: &BedParticles, depth: &[f64]) -> f64 {
-    let wet = || (0..bed.lattice.len()).filter(|&i| bed.has_terrain(i) && depth[i] > 0.0);
+    let lattice = &bed.lattice;
+    let wet = || (0..lattice.len()).filter(|&i| bed.has_terrain(i) && depth[i] > 0.0 && lattice.is_leaf(i));
     let water: f64 = wet().map(|i| depth[i]).sum();
     if water > 0.0 {
         return wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water;

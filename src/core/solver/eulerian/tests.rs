@@ -9,7 +9,7 @@ use crate::solver::testing::run_steps;
 use crate::solver::{Boundary, Condition, FlowProblem, FlowSolver, Forcing, OpenEdges};
 
 fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
-    Lattice { origin: Vec2::ZERO, columns, rows, spacing }
+    Lattice::new(Vec2::ZERO, columns, rows, spacing)
 }
 
 pub(super) fn problem(lattice: Lattice, elevation: Vec<f64>, initial_depth: Vec<f64>) -> FlowProblem {

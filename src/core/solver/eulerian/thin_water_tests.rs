@@ -130,7 +130,7 @@ fn over_a_random_bed(
     reconstruction: Reconstruction,
 ) -> Vec<[u64; 3]> {
     const SIZE: usize = 40;
-    let lattice = Lattice { origin: Vec2::ZERO, columns: SIZE, rows: SIZE, spacing: 2.0 };
+    let lattice = Lattice::new(Vec2::ZERO, SIZE, SIZE, 2.0);
     let at = |cell: usize| {
         let (column, row) = place_of(cell % SIZE, cell / SIZE);
         // Elevations that are summed without rounding, so that all images have one datum to the bit.

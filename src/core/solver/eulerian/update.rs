@@ -16,7 +16,6 @@ use super::faces::{EAST, NORTH};
 use super::primitive::per_moving_depth;
 use super::spans::{ActiveSet, Run};
 use super::state::{FluxRow, GroundRow, PrimitiveRow, State, WaterRow};
-use crate::math::{larger, smaller};
 use crate::physics::friction::manning::kept_by_friction;
 
 /// Which half of Heun's method.
@@ -37,75 +36,13 @@ impl Stage {
     }
 }
 
-/// Scales the outflow of cells that would give more water than they have in this stage.
-pub(crate) fn limit_outflow(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
-    let step_ratio = time_step / scale.spacing;
-    let (flux, water, primitive, ground) = (&state.flux, &state.water, &state.primitive, &state.ground);
-    let short: Vec<(usize, usize, f64)> = (1..state.rows + 1)
-        .into_par_iter()
-        .with_min_len(active.rows_at_once())
-        .flat_map_iter(|row| {
-            let depth: &[f64] = match stage {
-                Stage::First => &water[row].depth,
-                Stage::Second => &primitive[row].depth,
-            };
-            let (south, here) = (&flux[row - 1], &flux[row]);
-            let per_area: &[f64] = &ground[row].per_area;
-            let rows = (south, here, depth, per_area);
-            let runs = active.work[row].iter().filter(move |run| some_are_short(rows, run, step_ratio));
-            runs.cloned().flatten().filter_map(move |i| {
-                let passing = [here[EAST].mass[i], here[EAST].mass[i - 1], here[NORTH].mass[i], south[NORTH].mass[i]];
-                let wanted = step_ratio * per_area[i] * outflow(passing);
-                (wanted > depth[i]).then(|| (row, i, depth[i].max(0.0) / wanted))
-            })
-        })
-        .collect();
-    for (row, i, share) in short {
-        let reduce = |state: &mut State, row: usize, direction: usize, i: usize, sign: f64| {
-            let face = &mut state.flux[row][direction];
-            if face.mass[i] * sign > 0.0 {
-                face.mass[i] *= share;
-                face.tangential[i] *= share;
-            }
-        };
-        reduce(state, row, EAST, i, 1.0);
-        reduce(state, row, NORTH, i, 1.0);
-        reduce(state, row, EAST, i - 1, -1.0);
-        reduce(state, row - 1, NORTH, i, -1.0);
-    }
-}
-
-/// Water leaving a cell (m²/s) through its faces, given what passes those to the east, west, north and south; inflow not counted.
-#[inline(always)]
-fn outflow([east, west, north, south]: [f64; 4]) -> f64 {
-    (larger(east, 0.0) - smaller(west, 0.0)) + (larger(north, 0.0) - smaller(south, 0.0))
-}
-
-/// Whether any cell of a run would give more than it has: rarely so, and then its cells are looked at one by one. A cell without terrain
-/// gives what comes over the boundary of the flow: it is not short of it.
-#[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn some_are_short(
-    (south, here, depth, per_area): (&FluxRow, &FluxRow, &[f64], &[f64]),
-    run: &Run,
-    step_ratio: f64,
-) -> bool {
-    let len = run.len();
-    let (east, west) = (&here[EAST].mass[run.start..][..len], &here[EAST].mass[run.start - 1..][..len]);
-    let (north, from_south) = (&here[NORTH].mass[run.start..][..len], &south[NORTH].mass[run.start..][..len]);
-    let (depth, per_area) = (&depth[run.start..][..len], &per_area[run.start..][..len]);
-    let mut is_short = false;
-    for i in 0..len {
-        is_short |= step_ratio * per_area[i] * outflow([east[i], west[i], north[i], from_south[i]]) > depth[i];
-    }
-    is_short
-}
-
 /// Takes the step from the start (first stage) or from the first stage's state (second stage). What the first stage makes of the water
 /// goes where the second looks for it, into the primitive rows.
 pub(crate) fn apply(state: &mut State, active: &ActiveSet, scale: &Scale, stage: Stage, time_step: f64) {
-    let (flux, ground) = (&state.flux, &state.ground);
-    let rows = state.water.par_iter_mut().zip(&mut state.primitive);
-    rows.enumerate().with_min_len(active.rows_at_once()).for_each(|(row, (water, primitive))| {
+    let (flux, ground, spacing) = (&state.flux, &state.ground, &state.spacing);
+    let rows = active.rows_of(&mut state.water).zip(active.rows_of(&mut state.primitive));
+    rows.for_each(|((row, water), (_, primitive))| {
+        let scale = &scale.on(spacing[row]);
         for run in active.whole_pieces(row) {
             let rows = (&flux[row - 1], &flux[row], &ground[row]);
             match stage {

@@ -19,7 +19,7 @@ use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
 use super::{EulerianMethods, Scale};
 use crate::bed::SHUT;
 use crate::constants::EulerianConstants;
-use crate::lattice::NEIGHBOURS;
+use crate::lattice::{Level, NEIGHBOURS};
 use crate::math::{Vec2, segments_cross};
 use crate::methods::Reconstruction;
 use crate::solver::FlowProblem;
@@ -83,6 +83,8 @@ pub(crate) struct Walls {
     parts: Vec<Vec<PartOfFace>>,
     /// Column and direction of the open faces of every padded row.
     open: Vec<Vec<(usize, usize)>>,
+    /// Whether a padded row is one around a level, which is never active.
+    is_ring: Vec<bool>,
 }
 
 /// Offset (column, row) from the owner of a face to its other particle.
@@ -93,31 +95,36 @@ fn step(direction: usize) -> (isize, isize) {
 impl Walls {
     /// The walls of a problem. With the sharp reconstruction none is a stair: it makes noise in basins, from which thrusts take.
     pub fn new(problem: &FlowProblem, state: &State, methods: EulerianMethods) -> Self {
-        let spacing = problem.bed.lattice.spacing;
         let mut faces = vec![Vec::new(); state.rows + 2];
-        let mut beside = vec![vec![Beside::default(); state.columns + 2]; state.rows + 2];
+        let widths = (0..state.rows + 2).map(|row| state.columns(row) + 2);
+        let mut beside: Vec<Vec<Beside>> = widths.clone().map(|width| vec![Beside::default(); width]).collect();
         let cut = crossed_faces(problem, state);
-        for row in 0..=state.rows {
-            for column in 0..state.columns + 2 {
+        for (row, width) in widths.enumerate().take(state.rows + 1) {
+            for column in 0..width {
                 for direction in [EAST, NORTH] {
                     let (dc, dr) = step(direction);
-                    let (c, r) = (column as isize + dc, row as isize + dr);
-                    if c < 0 || c as usize >= state.columns + 2 {
+                    let (r, c) = stairs::beside((row, column), (dc, dr));
+                    if c >= beside[r].len() {
                         continue;
                     }
-                    let (c, r) = (c as usize, r as usize);
                     let (here, there) = (state.has_terrain(row, column), state.has_terrain(r, c));
-                    let is_edge = here != there;
+                    let outside = if here { (r, c) } else { (row, column) };
+                    let is_edge = here != there && !state.is_elsewhere(outside.0, outside.1);
                     let is_cut = here && there && cut[row][column] & (1 << direction) != 0;
                     if !is_edge && !is_cut {
                         continue;
                     }
-                    let middle = (State::position(row, column, spacing) + State::position(r, c, spacing)) * 0.5;
+                    let inside = if here { (row, column) } else { (r, c) };
+                    let middle = state.middle(inside, outside);
+                    let times = 1.0 / state.haste(inside.0);
                     let normal = Vec2::new(dc as f64, dr as f64);
                     let is_edge_of_run = is_edge && !problem.bed.is_sealed(middle);
-                    let goes_on = is_edge_of_run && problem.forcing.boundary_at(middle, normal).is_some();
+                    let goes_on = is_edge_of_run && problem.forcing.boundary_within(times, middle, normal).is_some();
                     let joins = problem.forcing.channel_joins_at(middle);
-                    let open = is_edge_of_run && !goes_on && !joins && problem.open_edges.is_open(middle, normal);
+                    let open = is_edge_of_run
+                        && !goes_on
+                        && !joins
+                        && problem.open_edges.is_open_within(times, middle, normal);
                     faces[row].push(SpecialFace { column, direction, open, stair: [false; 2] });
                     beside[row][column].blocked |= bit_of((dc, dr));
                     beside[r][c].blocked |= bit_of((-dc, -dr));
@@ -143,7 +150,8 @@ impl Walls {
             open.map(|face| (face.column, face.direction)).collect()
         };
         let open = faces.iter().map(open_of_row).collect();
-        Walls { faces, cells: beside.iter().enumerate().map(cells_of_row).collect(), parts, open }
+        let is_ring = (0..state.rows + 2).map(|row| state.bounds(row).is_none()).collect();
+        Walls { faces, cells: beside.iter().enumerate().map(cells_of_row).collect(), parts, open, is_ring }
     }
 
     /// Whether water may leave by an edge without a condition.
@@ -173,15 +181,16 @@ impl Walls {
     /// Fluxes of the special faces: of those that active cells own, and of those in the ring around the lattice, which is never active.
     /// Through all others nothing flows.
     pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
-        let (primitive, ground) = (&state.primitive, &state.ground);
-        let special = self.faces.par_iter().zip(&self.parts);
-        let rows = state.flux.par_iter_mut().zip(special).enumerate();
-        rows.with_min_len(active.rows_at_once()).for_each(|(row, (flux, (faces, parts)))| {
+        let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
+        let is_ring = &self.is_ring;
+        active.rows_of(&mut state.flux).for_each(|(row, flux)| {
+            let (faces, parts) = (&self.faces[row], &self.parts[row]);
             let work = &active.work[row];
             for part in of_active(parts, work, |part| part.column) {
                 flux[part.direction].scale(part.column, part.share);
             }
-            let in_ring = &faces[..if row == 0 { faces.len() } else { faces.partition_point(|face| face.column == 0) }];
+            let in_ring =
+                &faces[..if is_ring[row] { faces.len() } else { faces.partition_point(|face| face.column == 0) }];
             for face in in_ring.iter().chain(of_active(faces, work, |face| face.column)) {
                 let (dc, dr) = step(face.direction);
                 let (left, right) = ((row, face.column), stairs::beside((row, face.column), (dc, dr)));
@@ -191,6 +200,7 @@ impl Walls {
                 let particle = |(row, column): (usize, usize)| Particle::new(&primitive[row], column, face.direction);
                 let (a, b) = (particle(left), particle(right));
                 if face.open {
+                    let scale = &scale.on(spacing[if a.depth > scale.dry_depth { left.0 } else { right.0 }]);
                     if a.depth > scale.dry_depth {
                         let (mass, normal) = leaving(a.depth, a.normal, &Beyond::new(ground, left, right), scale);
                         (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
@@ -211,11 +221,16 @@ impl Walls {
         });
     }
 
-    /// Rate at which water leaves through open faces now, per metre of face (m²/s).
-    pub fn leaving(&self, state: &State) -> f64 {
-        let rows = self.open.iter().zip(&state.flux);
-        rows.map(|(faces, flux)| {
-            faces.iter().map(|&(column, direction)| flux[direction].mass[column].abs()).sum::<f64>()
+    /// Rate (m³/s) at which water leaves through open faces now.
+    pub fn leaving(&self, state: &State, active: &ActiveSet) -> f64 {
+        let rows = active.at_hand();
+        rows.map(|row| {
+            let (faces, flux) = (&self.open[row], &state.flux[row]);
+            let outwards = |&(column, direction): &(usize, usize)| {
+                let inside = if state.has_terrain(row, column) { row } else { row + usize::from(direction == NORTH) };
+                state.spacing[inside] * flux[direction].mass[column].abs()
+            };
+            faces.iter().map(outwards).sum::<f64>()
         })
         .sum()
     }
@@ -296,23 +311,29 @@ impl Beyond {
 
 /// Gradients of the active cells among special ones.
 pub(super) fn correct_gradients(cells: &[Vec<SpecialCell>], state: &mut State, active: &ActiveSet, scale: &Scale) {
-    let (primitive, ground) = (&state.primitive, &state.ground);
-    state.gradient.par_iter_mut().enumerate().with_min_len(active.rows_at_once()).for_each(|(row, gradient)| {
+    let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
+    active.rows_of(&mut state.gradient).for_each(|(row, gradient)| {
         if active.work[row].is_empty() {
             return;
         }
+        let scale = &scale.on(spacing[row]);
         for cell in cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
-            correct((primitive, ground), row, cell, scale, gradient);
+            correct((primitive, ground), row, cell, scale, &|_| None, gradient);
         }
     });
 }
 
-/// The gradients of a padded cell of a row.
-fn correct(
+/// Differences of surface (m), depth (m) and velocity (m/s) from a particle to what is beyond one of its sides.
+pub(super) type Differences = [f64; 4];
+
+/// The gradients of a padded cell of a row. `beyond` knows the sides behind which there is another level: the differences to it, and its
+/// distance in spacings of the cell.
+pub(super) fn correct(
     (primitive, ground): (&[PrimitiveRow], &[GroundRow]),
     row: usize,
     &SpecialCell { column: i, beside, sills }: &SpecialCell,
     scale: &Scale,
+    beyond: &dyn Fn(usize) -> Option<(Differences, f64)>,
     out: &mut GradientRow,
 ) {
     let here = &primitive[row];
@@ -322,8 +343,11 @@ fn correct(
     let [east, west, north, south] = [0, 1, 2, 3].map(|k: usize| {
         let (dc, dr) = NEIGHBOURS[k];
         let is_onward = onward & (1 << k) != 0;
+        if let Some(found) = beyond(k) {
+            return found;
+        }
         // The neighbours stand in pairs.
-        if stair & (1 << k) != 0 || is_onward && blocked & (1 << (k ^ 1)) != 0 {
+        let differences = if stair & (1 << k) != 0 || is_onward && blocked & (1 << (k ^ 1)) != 0 {
             [0.0; 4]
         } else if blocked & (1 << k) != 0 && !is_onward {
             let e = Vec2::new(dc as f64, dr as f64);
@@ -348,12 +372,14 @@ fn correct(
                 there.velocity_y[j] - velocity.y,
             ];
             if is_shut { [0.0; 4] } else { differences.map(|difference| sign as f64 * difference) }
-        }
+        };
+        (differences, 1.0)
     });
-    let per_two_spacings = 0.5 / scale.spacing;
-    let slope = |ahead: f64, behind: f64| per_two_spacings * ahead - per_two_spacings * behind;
-    let x = [0, 1, 2, 3].map(|q: usize| slope(east[q], west[q]));
-    let y = [0, 1, 2, 3].map(|q: usize| slope(north[q], south[q]));
+    let slopes = |(ahead, far_ahead): (Differences, f64), (behind, far_behind): (Differences, f64)| {
+        let per_way = 1.0 / ((far_ahead + far_behind) * scale.spacing);
+        [0, 1, 2, 3].map(|q: usize| per_way * ahead[q] - per_way * behind[q])
+    };
+    let (x, y) = (slopes(east, west), slopes(north, south));
     (out.surface_x[i], out.depth_x[i], out.u_x[i], out.v_x[i]) = (x[0], x[1], x[2], x[3]);
     (out.surface_y[i], out.depth_y[i], out.u_y[i], out.v_y[i]) = (y[0], y[1], y[2], y[3]);
 }
@@ -423,20 +449,25 @@ impl Mean {
 
 /// For every padded cell a bit for each of its faces that a wall polyline crosses.
 fn crossed_faces(problem: &FlowProblem, state: &State) -> Vec<Vec<u8>> {
-    let spacing = problem.bed.lattice.spacing;
-    let mut cut = vec![vec![0u8; state.columns + 2]; state.rows + 2];
-    for &wall in &problem.walls {
+    let mut cut: Vec<Vec<u8>> = (0..state.rows + 2).map(|row| vec![0u8; state.columns(row) + 2]).collect();
+    let lattice = &problem.bed.lattice;
+    let levels = (0..lattice.level_count()).map(|level| lattice.level(level));
+    for (Level { first_row, columns, rows, spacing }, &wall) in
+        levels.flat_map(|level| problem.walls.iter().map(move |wall| (level, wall)))
+    {
         let padded = |value: f64, last: usize| ((value / spacing + 0.5).max(0.0) as usize).min(last);
         let (west, east) = (wall[0].x.min(wall[1].x), wall[0].x.max(wall[1].x));
         let (south, north) = (wall[0].y.min(wall[1].y), wall[0].y.max(wall[1].y));
-        let rows = padded(south - 2.0 * spacing, state.rows + 1)..=padded(north + 2.0 * spacing, state.rows);
-        let columns = padded(west - 2.0 * spacing, state.columns + 1)..=padded(east + 2.0 * spacing, state.columns + 1);
-        for row in rows {
-            for column in columns.clone() {
+        let across = padded(west - 2.0 * spacing, columns + 1)..=padded(east + 2.0 * spacing, columns + 1);
+        for row in padded(south - 2.0 * spacing, rows + 1)..=padded(north + 2.0 * spacing, rows) {
+            let from_south = Vec2::new(0.0, (row as f64 - 0.5) * spacing);
+            let row = first_row + row;
+            let width = cut[row].len();
+            for column in across.clone().filter(|&column| column < width) {
                 for direction in [EAST, NORTH] {
                     let (dc, dr) = step(direction);
                     let there = Vec2::new(dc as f64, dr as f64) * spacing;
-                    let from = State::position(row, column, spacing);
+                    let from = from_south + Vec2::new((column as f64 - 0.5) * spacing, 0.0);
                     if segments_cross([from, from + there], wall) {
                         cut[row][column] |= 1 << direction;
                     }

@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn a_pair_counts_with_the_thrust_above_the_crest() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 5, rows: 1, spacing: 1.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 5, 1, 1.0);
         let mut bed = BedParticles::from_elevation(lattice, vec![0.0, 0.0, 3.0, 0.0, 0.0], 0.0);
         let state = |x: f64, surface: f64, depth: f64| State {
             position: Vec2::new(x, 0.5),

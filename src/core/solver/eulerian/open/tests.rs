@@ -177,7 +177,7 @@ fn a_hydrograph_is_booked_to_its_integral_on_dry_ground() {
     let sections = solver.sections().to_vec();
     let depth = solver.water().depths();
     let behind = |x: f64| -> f64 {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 80, rows: 16, spacing: 2.5 };
+        let lattice = Lattice::new(Vec2::ZERO, 80, 16, 2.5);
         (0..depth.len()).filter(|&i| lattice.centre(i).x > x).map(|i| depth[i] * 6.25).sum()
     };
     for (section, x) in [(0, 50.0), (1, 120.3)] {

@@ -11,7 +11,7 @@ use crate::solver::{FlowProblem, FlowSolver};
 const COLUMNS: usize = 40;
 
 fn lattice(rows: usize) -> Lattice {
-    Lattice { origin: Vec2::ZERO, columns: COLUMNS, rows, spacing: 1.0 }
+    Lattice::new(Vec2::ZERO, COLUMNS, rows, 1.0)
 }
 
 /// The same sill (m) in all faces to the east of a column.
@@ -109,7 +109,10 @@ fn nothing_passes_a_ridge_that_stands_above_the_water() {
 #[test]
 fn a_ridge_passes_what_a_broad_crested_weir_does() {
     // A basin of 190 m over a ridge of 1 m, on smooth ground that falls away beyond it.
-    let lattice = Lattice { spacing: 10.0, ..lattice(1) };
+    let lattice = {
+        let plain = lattice(1);
+        Lattice::new(plain.origin, plain.columns, plain.rows, 10.0)
+    };
     let elevation: Vec<f64> = (0..COLUMNS).map(|column| if column < 19 { 0.0 } else { -0.5 }).collect();
     let depth = (0..COLUMNS).map(|column| if column < 19 { 2.0 } else { 0.0 }).collect();
     let mut problem = problem(lattice, elevation, depth);

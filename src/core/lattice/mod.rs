@@ -1,12 +1,18 @@
 //! The regular lattice of riverbed particles, and what lies on it.
 //!
-//! Row 0 is the southernmost row, column 0 the westernmost column; the index of a cell is `row * columns + column`.
+//! Row 0 is the southernmost row, column 0 the westernmost column; the index of a cell is `row * columns + column`. A nested lattice has
+//! coarser levels behind its own rows ([`Nest`]): rows of cells of twice, four times the edge and so on, by the same rule of the index.
 //! Local coordinates have their origin in the south-western corner of the lattice; only `terrain` and `output` know map
 //! coordinates (a national grid's six or seven digits would eat the digits that the core needs).
+
+mod nest;
+
+use std::sync::Arc;
 
 use bytemuck::Zeroable;
 
 use crate::math::Vec2;
+pub use nest::{Level, Nest};
 
 /// How far (in cells) beyond the outermost edge a place still lies on it: the round-off of map coordinates.
 const EDGE_TOLERANCE: f64 = 1e-6;
@@ -14,7 +20,7 @@ const EDGE_TOLERANCE: f64 = 1e-6;
 /// The steps (column, row) to the four neighbours of a cell: east, west, north, south.
 pub const NEIGHBOURS: [(isize, isize); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
-/// A lattice of square cells.
+/// A lattice of square cells; where it is nested, the finest of its levels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     /// Map coordinates of the south-western corner (m).
@@ -25,12 +31,52 @@ pub struct Lattice {
     pub rows: usize,
     /// Edge of a cell, and distance of two bed particles (m).
     pub spacing: f64,
+    /// Its coarser levels, where it has any.
+    nest: Option<Arc<Nest>>,
 }
 
 impl Lattice {
-    /// Number of cells.
+    /// One lattice of `columns` by `rows` cells of an edge `spacing` (m), from its south-western corner `origin` (map).
+    pub fn new(origin: Vec2, columns: usize, rows: usize, spacing: f64) -> Self {
+        Lattice { origin, columns, rows, spacing, nest: None }
+    }
+
+    /// The same with coarser levels.
+    #[must_use]
+    pub fn nested(self, nest: Nest) -> Self {
+        Lattice { nest: Some(Arc::new(nest)), ..self }
+    }
+
+    /// Its coarser levels, where it has any.
+    pub fn nest(&self) -> Option<&Nest> {
+        self.nest.as_deref()
+    }
+
+    /// Number of levels; 1 where it is not nested.
+    pub fn level_count(&self) -> usize {
+        self.nest().map_or(1, |nest| nest.levels().len())
+    }
+
+    /// A level; 0 is the finest.
+    pub fn level(&self, level: usize) -> Level {
+        let own = Level { first_row: 0, columns: self.columns, rows: self.rows, spacing: self.spacing };
+        self.nest().map_or(own, |nest| nest.levels()[level])
+    }
+
+    /// The level of a row.
+    #[inline]
+    pub fn level_of_row(&self, row: usize) -> Level {
+        self.level(self.nest().map_or(0, |nest| nest.number_of_row(row)))
+    }
+
+    /// Number of rows of all levels, with those between them that hold no cell.
+    pub fn all_rows(&self) -> usize {
+        self.nest().map_or(self.rows, Nest::all_rows)
+    }
+
+    /// Number of places of cells: `columns` for each row of all levels.
     pub fn len(&self) -> usize {
-        self.columns * self.rows
+        self.columns * self.all_rows()
     }
 
     /// Whether the lattice has no cell.
@@ -38,15 +84,21 @@ impl Lattice {
         self.len() == 0
     }
 
-    /// Area of a cell (m²).
+    /// Area of a cell of the finest level (m²).
     pub fn cell_area(&self) -> f64 {
         self.spacing * self.spacing
+    }
+
+    /// Area of a cell of the level to which an index belongs (m²).
+    pub fn area_of(&self, index: usize) -> f64 {
+        let spacing = self.level_of_row(index / self.columns).spacing;
+        spacing * spacing
     }
 
     /// Index of a cell.
     #[inline]
     pub fn index(&self, column: usize, row: usize) -> usize {
-        debug_assert!(column < self.columns && row < self.rows);
+        debug_assert!(column < self.columns && row < self.all_rows());
         row * self.columns + column
     }
 
@@ -56,19 +108,21 @@ impl Lattice {
         (index % self.columns, index / self.columns)
     }
 
-    /// The cell at a step (column, row) from a cell, if the lattice has it.
+    /// The cell at a step (column, row) from a cell, if the level of the cell has it.
     #[inline]
     pub fn neighbour(&self, index: usize, (across, up): (isize, isize)) -> Option<usize> {
         let (column, row) = self.column_row(index);
+        let level = self.level_of_row(row);
         let (column, row) = (column.checked_add_signed(across)?, row.checked_add_signed(up)?);
-        (column < self.columns && row < self.rows).then(|| self.index(column, row))
+        (column < level.columns && level.holds_row(row)).then(|| self.index(column, row))
     }
 
     /// Centre of a cell in local coordinates (m).
     #[inline]
     pub fn centre(&self, index: usize) -> Vec2 {
         let (column, row) = self.column_row(index);
-        Vec2::new((column as f64 + 0.5) * self.spacing, (row as f64 + 0.5) * self.spacing)
+        let Level { first_row, spacing, .. } = self.level_of_row(row);
+        Vec2::new((column as f64 + 0.5) * spacing, ((row - first_row) as f64 + 0.5) * spacing)
     }
 
     /// The cell that holds a place given in local coordinates, if it lies on the lattice.
@@ -77,7 +131,26 @@ impl Lattice {
         let (column, row) = (local.x / self.spacing, local.y / self.spacing);
         let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
         // A cast rounds down here.
-        inside.then(|| self.index(column as usize, row as usize))
+        inside.then(|| self.leaf(column as usize, row as usize))
+    }
+
+    /// The cell, of whichever level, that stands for a cell of the finest level.
+    #[inline]
+    pub fn leaf(&self, column: usize, row: usize) -> usize {
+        let Some(nest) = self.nest() else { return self.index(column, row) };
+        let level = nest.level_of(column, row);
+        self.index(column >> level, nest.levels()[level].first_row + (row >> level))
+    }
+
+    /// Whether an index is that of a cell which stands for its place: all are, but where levels are nested.
+    pub fn is_leaf(&self, index: usize) -> bool {
+        let Some(nest) = self.nest() else { return true };
+        let (column, row) = self.column_row(index);
+        let number = nest.number_of_row(row);
+        let level = nest.levels()[number];
+        column < level.columns
+            && level.holds_row(row)
+            && nest.level_of(column << number, (row - level.first_row) << number) == number
     }
 
     /// The cell of a place given in local coordinates that may lie on the outermost edge of the lattice: there it belongs to the last
@@ -89,7 +162,7 @@ impl Lattice {
             // A cast rounds towards 0.
             inside.then(|| (place as usize).min(count - 1))
         };
-        Some(self.index(index(local.x, self.columns)?, index(local.y, self.rows)?))
+        Some(self.leaf(index(local.x, self.columns)?, index(local.y, self.rows)?))
     }
 
     /// Local coordinates to map coordinates (m).
@@ -203,7 +276,11 @@ impl WaterOnLattice<'_> {
     /// The water of all cells, row by row.
     pub fn cells(&self) -> impl Iterator<Item = WaterInCell> + '_ {
         let columns = self.lattice.columns;
-        (0..self.lattice.rows).map(|row| self.rows.row(row)).flat_map(move |row| (0..columns).map(move |i| row.at(i)))
+        let cell = |row: &WaterInRow<'_>, column| {
+            if column < row.depth.len() { row.at(column) } else { WaterInCell::default() }
+        };
+        let rows = (0..self.lattice.all_rows()).map(|row| self.rows.row(row));
+        rows.flat_map(move |row| (0..columns).map(move |column| cell(&row, column)))
     }
 
     /// Depth of all cells (m), `[rows * columns]`.
@@ -250,7 +327,7 @@ mod tests {
 
     #[test]
     fn the_spans_of_a_row_are_found() {
-        let lattice = Lattice { origin: Vec2::ZERO, columns: 6, rows: 4, spacing: 1.0 };
+        let lattice = Lattice::new(Vec2::ZERO, 6, 4, 1.0);
         let spans = [Span { row: 1, from: 1, to: 3 }, Span { row: 1, from: 4, to: 5 }, Span { row: 3, from: 0, to: 6 }];
         let (dry, spans) = (FlatWater::dry(&lattice), &spans[..]);
         let water = WaterOnLattice { rows: &dry, lattice: &lattice, spans };
@@ -260,7 +337,7 @@ mod tests {
 
     #[test]
     fn centre_and_cell_agree() {
-        let lattice = Lattice { origin: Vec2::new(1e6, 2e6), columns: 7, rows: 5, spacing: 2.5 };
+        let lattice = Lattice::new(Vec2::new(1e6, 2e6), 7, 5, 2.5);
         for index in 0..lattice.len() {
             assert_eq!(lattice.cell_at(lattice.centre(index)), Some(index));
         }
@@ -270,7 +347,7 @@ mod tests {
 
     #[test]
     fn a_place_on_the_outermost_edge_belongs_to_the_last_cell() {
-        let lattice = Lattice { origin: Vec2::new(1e6, 2e6), columns: 7, rows: 5, spacing: 2.5 };
+        let lattice = Lattice::new(Vec2::new(1e6, 2e6), 7, 5, 2.5);
         for (x, y, cell) in [(17.5, 1.0, 6), (1.0, 12.5, 28), (17.5, 12.5, 34), (0.0, 0.0, 0), (17.5 + 1e-9, 3.0, 13)] {
             assert_eq!(lattice.cell_of(Vec2::new(x, y)), Some(cell), "{x}, {y}");
         }

@@ -1,0 +1,440 @@
+//! General faces: those between particles that are no neighbours of one lattice.
+//!
+//! Where a level of a nested lattice meets the next finer one, two *hanging* faces stand side by side on each cell of the coarser level.
+//! Each is one pair of (M19) to (M31), with other distances: of the way s between the particles, along the normal, 2/3 lies in the coarse
+//! cell, so that its share w of the limited difference is 2/3 and that of the fine particle 1/3, and the coarse particle is looked at where it meets the fine
+//! one, a quarter of its cell aside,
+//!
+//! ```text
+//! (M87)  X' = X_i ± ¼ Λ(X_i − X_b, X_a − X_i),  X = η, d, v     z' = η' − d'
+//! (M88)  a_1 = w Λ_i(2 s ∂η_i/∂n − D η, D η),  |a_1| ≤ |D η|     D η = η_j − η'
+//! (M89)  Φ_i ← Φ_i + ½ g (d_i + d') (η' − η_i)
+//! ```
+//!
+//! with a and b its neighbours along the face, Λ van Leer's limiter, and no shift where one of them is dry or missing. (M89) makes the
+//! brackets of all faces of the coarse particle count from its own level: on a flat bed they telescope as on one lattice. At rest all differences
+//! of levels are 0, whatever the bed, so that water rests across levels.
+//!
+//! What passes a face is one number, with which both sides are updated: volume is as exact as on one lattice. The fluxes go into the rows of the
+//! lattice, at the places that the sides of the cells have there ([`face::Slot`]); a side of a coarse cell gets the mean of its two faces. Nobody
+//! else needs to know of levels. Source of the interface: Berger and Oliger's flux at the common face, without corrections afterwards because there is
+//! no second flux to correct.
+
+mod face;
+mod hanging;
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::faces::{EAST, NORTH, turned_by};
+use super::passes::Passes;
+use super::spans::ActiveSet;
+use super::state::{GroundRow, PrimitiveRow, State};
+use super::update::Stage;
+use super::walls::{Differences, SpecialCell, Walls, correct};
+use super::{EulerianMethods, Scale};
+use crate::solver::FlowProblem;
+use face::{Face, Passing, Place, Seen, WAY};
+use hanging::hanging_faces;
+
+/// A cell with general faces: those on each of its sides, in the order of [`NEIGHBOURS`].
+#[derive(Clone, Debug)]
+struct Cell {
+    place: Place,
+    faces: [Vec<usize>; 4],
+}
+
+/// What is known of a face besides its place.
+#[derive(Clone, Copy, Debug, Default)]
+struct Now {
+    /// The particles on its two sides as the other side sees them: now, or where they step by themselves as they will be or were by now.
+    own: [Seen; 2],
+    /// The coarse one where it meets the fine one.
+    coarse: Seen,
+    /// What passes.
+    passing: Passing,
+    /// What passed in the coarse level's step so far, times seconds.
+    booked: Passing,
+    /// The fine particle at the start of that step.
+    fine_at_start: Seen,
+}
+
+/// A coarse particle whose water is followed while finer levels step.
+#[derive(Clone, Copy, Debug)]
+struct Followed {
+    place: Place,
+    /// Depth (m) and discharges (m²/s) at the start of its step.
+    before: [f64; 3],
+    /// What they changed in a second of its last step.
+    rate: [f64; 3],
+}
+
+/// All general faces of a problem, what passes them, and the cells beside them by row and column.
+pub(crate) struct GeneralFaces {
+    faces: Vec<Face>,
+    now: Vec<Now>,
+    /// The faces between each level and the next coarser one.
+    of_level: Vec<Range<usize>>,
+    /// The coarse particles of all faces and those along the faces from them, by place, and of each face which of them it needs.
+    followed: Vec<Followed>,
+    needed: Vec<(usize, Option<[usize; 2]>)>,
+    cells: Vec<Cell>,
+    /// The cells of each padded row.
+    of_row: Vec<Range<usize>>,
+}
+
+impl GeneralFaces {
+    /// The faces of a problem; the steps of the bed over them are counted in `state`.
+    pub fn new(problem: &FlowProblem, state: &mut State) -> Self {
+        let faces = hanging_faces(problem, state);
+        for face in faces.iter().filter(|face| !face.is_wall) {
+            let [a, b] = face.places;
+            let step = (state.ground[a.0].bed[a.1] - state.ground[b.0].bed[b.1]).abs();
+            for (row, column) in face.places {
+                let own = &mut state.ground[row].step[column];
+                *own = own.max(step);
+            }
+        }
+        let cells = cells_beside(&faces, state);
+        let first = |row: usize| cells.partition_point(|cell| cell.place.0 < row);
+        let of_row = (0..state.rows + 2).map(|row| first(row)..first(row + 1)).collect();
+        let from = |level: usize| faces.partition_point(|face| face.level < level);
+        let of_level = (0..state.lattice().level_count()).map(|level| from(level)..from(level + 1)).collect();
+        let coarse = |face: &Face| face.places[face.coarse];
+        let mut places: Vec<Place> =
+            faces.iter().flat_map(|face| face.along.into_iter().flatten().chain([coarse(face)])).collect();
+        places.sort_unstable();
+        places.dedup();
+        let number = |place: Place| places.partition_point(|known| *known < place);
+        let needed = faces.iter().map(|face| (number(coarse(face)), face.along.map(|along| along.map(number))));
+        GeneralFaces {
+            needed: needed.collect(),
+            followed: places.iter().map(|&place| Followed { place, before: [0.0; 3], rate: [0.0; 3] }).collect(),
+            now: vec![Now::default(); faces.len()],
+            of_level,
+            faces,
+            cells,
+            of_row,
+        }
+    }
+
+    /// The places on the two sides of each face.
+    pub fn linked(&self) -> Vec<[Place; 2]> {
+        self.faces.iter().filter(|face| !face.is_wall).map(|face| face.places).collect()
+    }
+
+    /// The places on the two sides of each face.
+    pub fn places(&self) -> impl Iterator<Item = [Place; 2]> + '_ {
+        self.faces.iter().map(|face| face.places)
+    }
+
+    /// What passes a face now (m³/s); none where it was not computed with these levels, because its fine side steps by itself.
+    pub fn discharge(&self, face: usize, levels: &Range<usize>) -> Option<f64> {
+        let is_theirs = levels.contains(&self.faces[face].level);
+        is_theirs.then(|| self.faces[face].length * self.now[face].passing.mass)
+    }
+
+    /// Whether a padded cell has general faces.
+    pub fn is_beside(&self, place: Place) -> bool {
+        let cells = &self.cells[self.of_row[place.0].clone()];
+        cells.binary_search_by_key(&place, |cell| cell.place).is_ok()
+    }
+
+    /// The faces of which a side belongs to one of these levels: those below them, whose fine sides have stepped by themselves, and the others.
+    fn faces_of(&self, levels: &Range<usize>) -> (Range<usize>, Range<usize>) {
+        let below = levels.start.checked_sub(1).map_or(0..0, |level| self.of_level[level].clone());
+        (below, self.of_level[levels.start].start..self.of_level[levels.end - 1].end)
+    }
+
+    /// Begins the steps of the finer levels within a step of these.
+    pub fn begin(&mut self, state: &State, levels: &Range<usize>) {
+        let (below, _) = self.faces_of(levels);
+        for (face, now) in self.faces[below.clone()].iter().zip(&mut self.now[below]) {
+            now.booked = Passing::default();
+            now.fine_at_start = Seen::at((&state.primitive, &state.ground), face.places[1 - face.coarse]);
+        }
+        for followed in self.followed.iter_mut().filter(|followed| is_in(state, followed.place, levels)) {
+            followed.before = conserved(state, followed.place);
+        }
+    }
+
+    /// Takes what the water of these levels changed in their step (s).
+    pub fn end(&mut self, state: &State, levels: &Range<usize>, time_step: f64) {
+        for followed in self.followed.iter_mut().filter(|followed| is_in(state, followed.place, levels)) {
+            let (after, before) = (conserved(state, followed.place), followed.before);
+            followed.rate = [0, 1, 2].map(|q: usize| (after[q] - before[q]) / time_step);
+        }
+    }
+
+    /// Looks at the particles on both sides of the faces of some levels, before a stage of a step of theirs. Coarse particles that step later are
+    /// looked at `ahead` (s) of their own time, fine ones that have stepped before as they were at the start of the step, in its first stage.
+    pub fn look(&mut self, state: &State, levels: &Range<usize>, (stage, ahead): (Stage, f64), dry_depth: f64) {
+        let known = (&state.primitive[..], &state.ground[..]);
+        let (below, others) = self.faces_of(levels);
+        let GeneralFaces { faces, now, followed, needed, .. } = self;
+        for k in below.chain(others) {
+            let face = &faces[k];
+            let at = |number: usize| {
+                let followed = &followed[number];
+                if face.level + 1 < levels.end {
+                    Seen::at(known, followed.place)
+                } else {
+                    followed.ahead(known, ahead, dry_depth)
+                }
+            };
+            let (coarse, along) = needed[k];
+            let is_past = face.level < levels.start && stage == Stage::First;
+            let fine = Seen::at(known, face.places[1 - face.coarse]);
+            let here = at(coarse);
+            now[k].own[face.coarse] = here;
+            now[k].own[1 - face.coarse] = if is_past { now[k].fine_at_start } else { fine };
+            now[k].coarse = here.aside(along.map(|along| along.map(at)), dry_depth);
+        }
+    }
+
+    /// Gradients of the cells beside general faces, after those beside walls and sills.
+    pub fn correct_gradients(
+        &self,
+        state: &mut State,
+        active: &ActiveSet,
+        (walls, passes): (&Walls, &Passes),
+        scale: &Scale,
+    ) {
+        let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
+        active.rows_of(&mut state.gradient).for_each(|(row, gradient)| {
+            let scale = &scale.on(spacing[row]);
+            for cell in &self.cells[self.of_row[row].clone()] {
+                let column = cell.place.1;
+                if primitive[row].depth[column] <= scale.dry_depth {
+                    continue;
+                }
+                let special =
+                    SpecialCell { column, beside: walls.beside(row, column), sills: passes.sills(row, column) };
+                let here = Seen::at((primitive, ground), cell.place);
+                let beyond = |side: usize| self.beyond(here, cell, side, scale.dry_depth);
+                correct((primitive, ground), row, &special, scale, &beyond, gradient);
+            }
+        });
+    }
+
+    /// Mean differences over the general faces on a side of a cell, and the distance of the particles beyond in spacings of the cell.
+    fn beyond(&self, here: Seen, cell: &Cell, side: usize, dry_depth: f64) -> Option<(Differences, f64)> {
+        let faces = &cell.faces[side];
+        let first = self.faces[*faces.first()?];
+        // Sides to the east and north are the first ones of their faces.
+        let own = side % 2;
+        let is_coarse = first.coarse == own;
+        let distance = if is_coarse { WAY } else { 2.0 * WAY };
+        let mut sum = [0.0; 4];
+        for (face, now) in faces.iter().map(|&face| (&self.faces[face], &self.now[face])) {
+            let found = if face.is_wall {
+                // The mirror image is a spacing away.
+                let (normal, _) = turned_by(face.direction, here.u, here.v);
+                let (x, y) = turned_by(face.direction, -2.0 * distance * normal, 0.0);
+                [0.0, 0.0, x, y]
+            } else {
+                let there = if is_coarse { &now.own[1 - own] } else { &now.coarse };
+                here.differences(there, face.sill, dry_depth)
+            };
+            sum.iter_mut().zip(found).for_each(|(sum, found)| *sum += found);
+        }
+        Some((sum.map(|sum| sum / faces.len() as f64), distance))
+    }
+
+    /// Fluxes of the faces of some levels in a stage of a step of theirs (s).
+    pub fn apply(
+        &mut self,
+        state: &mut State,
+        levels: &Range<usize>,
+        scale: &Scale,
+        methods: EulerianMethods,
+        time_step: f64,
+    ) {
+        let (below, others) = self.faces_of(levels);
+        for now in &mut self.now[below] {
+            now.passing = Passing::default();
+            now.passing.add(1.0 / time_step, &now.booked);
+        }
+        let GeneralFaces { faces, now, .. } = self;
+        let of_face =
+            |(now, face): (&mut Now, &Face)| now.passing = face.pass(state, now.own, now.coarse, scale, methods);
+        now[others.clone()].par_iter_mut().zip(&faces[others]).with_min_len(1024).for_each(of_face);
+        self.put(state, levels);
+    }
+
+    /// Puts what passes the faces into the rows of these levels.
+    fn put(&self, state: &mut State, levels: &Range<usize>) {
+        let (below, others) = self.faces_of(levels);
+        let both = || self.faces[below.clone()].iter().chain(&self.faces[others.clone()]);
+        let is_theirs = |face: &Face, side: usize| levels.contains(&(face.level + usize::from(side == face.coarse)));
+        for face in both() {
+            for side in [0, 1].into_iter().filter(|&side| is_theirs(face, side)) {
+                let slot = face.slots[side];
+                let out = &mut state.flux[slot.row][slot.direction];
+                let k = slot.column;
+                (out.mass[k], out.tangential[k], out.normal_left[k], out.normal_right[k]) = (0.0, 0.0, 0.0, 0.0);
+            }
+        }
+        let passing = self.now[below.clone()].iter().chain(&self.now[others.clone()]).map(|now| &now.passing);
+        for (face, passing) in both().zip(passing) {
+            for side in [0, 1].into_iter().filter(|&side| is_theirs(face, side)) {
+                let (slot, share) = (face.slots[side], face.share(side));
+                let out = &mut state.flux[slot.row][slot.direction];
+                out.mass[slot.column] += share * passing.mass;
+                out.tangential[slot.column] += share * passing.tangential;
+                let normal = if side == 0 { &mut out.normal_left } else { &mut out.normal_right };
+                normal[slot.column] += share * if side == 0 { passing.lost } else { passing.gained };
+            }
+        }
+    }
+
+    /// Scales the outflow of cells beside general faces that would give more water than they have in this stage of a step (s), and what coarse
+    /// cells that step later give: no face takes more than its part of them, `whole` being their step (s).
+    pub fn limit_outflow(
+        &mut self,
+        state: &mut State,
+        (active, levels): (&ActiveSet, &Range<usize>),
+        stage: Stage,
+        (time_step, whole): (f64, f64),
+    ) {
+        let mut is_changed = false;
+        if levels.end < self.of_level.len() {
+            for k in self.of_level[levels.end - 1].clone() {
+                is_changed |= self.spare_coarse(k, state, whole);
+            }
+        }
+        let cells = active.at_hand();
+        let cells = self.of_row[cells.start].start..self.of_row[cells.end - 1].end;
+        for number in cells {
+            is_changed |= self.limit_cell(number, state, levels, stage, time_step);
+        }
+        if is_changed {
+            self.put(state, levels);
+        }
+    }
+
+    /// Scales what a face takes from a coarse cell that steps later to its part of what the cell has, over a step (s) of the cell.
+    fn spare_coarse(&mut self, k: usize, state: &State, whole: f64) -> bool {
+        let face = &self.faces[k];
+        let (row, column) = face.places[face.coarse];
+        let outwards = if face.coarse == 0 { self.now[k].passing.mass } else { -self.now[k].passing.mass };
+        let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
+        let held = state.water[row].depth[column].max(0.0) * area / face.of_coarse as f64;
+        let wanted = outwards * face.length * whole;
+        let is_short = outwards > 0.0 && wanted > held;
+        if is_short {
+            let passing = &mut self.now[k].passing;
+            passing.mass *= held / wanted;
+            passing.tangential *= held / wanted;
+        }
+        is_short
+    }
+
+    /// Scales what a cell gives, where that is more than it has; what it gave to a finer level before stays.
+    fn limit_cell(
+        &mut self,
+        number: usize,
+        state: &mut State,
+        levels: &Range<usize>,
+        stage: Stage,
+        time_step: f64,
+    ) -> bool {
+        let cell = &self.cells[number];
+        let (row, column) = cell.place;
+        let depth = match stage {
+            Stage::First => state.water[row].depth[column],
+            Stage::Second => state.primitive[row].depth[column],
+        };
+        let sides = sides(cell.place);
+        // What leaves over a side: what may be scaled, and what may not.
+        let leaving = |side: usize| -> [f64; 2] {
+            let (row, direction, column, sign) = sides[side];
+            let Some(&first) = cell.faces[side].first() else {
+                return [(sign * state.flux[row][direction].mass[column]).max(0.0), 0.0];
+            };
+            let of_face =
+                |&face: &usize| self.faces[face].share(side % 2) * (sign * self.now[face].passing.mass).max(0.0);
+            let sum = cell.faces[side].iter().map(of_face).sum();
+            if self.faces[first].level < levels.start { [0.0, sum] } else { [sum, 0.0] }
+        };
+        let [east, west, north, south] = [0, 1, 2, 3].map(leaving);
+        let sum = |kind: usize| (east[kind] + west[kind]) + (north[kind] + south[kind]);
+        let per_rate = time_step / state.spacing[row] * state.ground[row].per_area[column];
+        let (free, fixed) = (per_rate * sum(0), per_rate * sum(1));
+        let held = (depth - fixed).max(0.0);
+        if free <= held {
+            return false;
+        }
+        let share = held / free;
+        for (side, faces) in cell.faces.iter().enumerate() {
+            if faces.is_empty() {
+                state.reduce(sides[side], share);
+            }
+            for &face in faces.iter().filter(|&&face| self.faces[face].level >= levels.start) {
+                let passing = &mut self.now[face].passing;
+                if sides[side].3 * passing.mass > 0.0 {
+                    passing.mass *= share;
+                    passing.tangential *= share;
+                }
+            }
+        }
+        true
+    }
+
+    /// Books what passed to coarser levels that step later, in a stage of a step (s) of these.
+    pub fn book(&mut self, levels: &Range<usize>, time_step: f64) {
+        for now in &mut self.now[self.of_level[levels.end - 1].clone()] {
+            let passing = now.passing;
+            now.booked.add(0.5 * time_step, &passing);
+        }
+    }
+}
+
+impl Followed {
+    /// As it will be so many seconds after the start of its step, if it goes on as in its last one.
+    fn ahead(&self, known: (&[PrimitiveRow], &[GroundRow]), seconds: f64, dry_depth: f64) -> Seen {
+        let now = Seen::at(known, self.place);
+        let [depth, x, y] = [0, 1, 2].map(|q: usize| self.before[q] + seconds * self.rate[q]);
+        if self.before[0] <= dry_depth || depth <= dry_depth {
+            return now;
+        }
+        Seen { depth, u: x / depth, v: y / depth, ..now }
+    }
+}
+
+/// Depth (m) and discharges (m²/s) of a cell.
+fn conserved(state: &State, (row, column): Place) -> [f64; 3] {
+    let water = &state.water[row];
+    [water.depth[column], water.discharge_x[column], water.discharge_y[column]]
+}
+
+/// Whether a place belongs to one of some levels.
+fn is_in(state: &State, place: Place, levels: &Range<usize>) -> bool {
+    state.rows_of(levels).contains(&place.0)
+}
+
+/// The cells with general faces, by row and column.
+fn cells_beside(faces: &[Face], state: &State) -> Vec<Cell> {
+    let mut beside: Vec<(Place, usize, usize)> = Vec::new();
+    for (number, face) in faces.iter().enumerate() {
+        let sides = if face.direction == EAST { [0, 1] } else { [2, 3] };
+        beside.extend(face.places.into_iter().zip(sides).map(|(place, side)| (place, side, number)));
+    }
+    beside.retain(|(place, ..)| state.has_terrain(place.0, place.1));
+    beside.sort_unstable();
+    let cell = |beside: &[(Place, usize, usize)]| {
+        let on = |side: usize| beside.iter().filter(|(_, of, _)| *of == side).map(|(.., face)| *face).collect();
+        Cell { place: beside[0].0, faces: [0, 1, 2, 3].map(on) }
+    };
+    beside.chunk_by(|a, b| a.0 == b.0).map(cell).collect()
+}
+
+/// The faces of a cell in the rows of the lattice, in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS): row, direction and column, and
+/// the sign of what leaves.
+fn sides((row, column): Place) -> [(usize, usize, usize, f64); 4] {
+    [(row, EAST, column, 1.0), (row, EAST, column - 1, -1.0), (row, NORTH, column, 1.0), (row - 1, NORTH, column, -1.0)]
+}
+
+#[cfg(test)]
+mod tests;

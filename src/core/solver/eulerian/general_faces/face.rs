@@ -1,0 +1,159 @@
+//! One general face: its two sides, what each sees of the other, and what passes.
+
+use super::super::faces::{Half, Numbers, Sill, over_sill, single, turned_by};
+use super::super::gradient::difference_over_sill;
+use super::super::state::{GroundRow, PrimitiveRow, State};
+use super::super::walls::{Differences, mirrored};
+use super::super::{EulerianMethods, Scale};
+use crate::physics::limiter::van_leer;
+
+/// A padded place (row, column).
+pub(super) type Place = (usize, usize);
+
+/// Of the way between a coarse and a fine particle that part which lies in the coarse cell.
+const COARSE_REACH: f64 = 2.0 / 3.0;
+
+/// The same way (in spacings of the coarse level).
+pub(super) const WAY: f64 = 0.75;
+
+/// Where the rows of fluxes have a side of a cell: row, direction and column of the face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Slot {
+    pub row: usize,
+    pub direction: usize,
+    pub column: usize,
+}
+
+/// A hanging face; its sides are the one to the west or south and the one to the east or north.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Face {
+    pub places: [Place; 2],
+    pub slots: [Slot; 2],
+    pub direction: usize,
+    /// Which of the sides is the coarse one.
+    pub coarse: usize,
+    /// The particles along the face from the coarse one, the one towards the face's half of its side first; none where one is missing.
+    pub along: Option<[Place; 2]>,
+    /// Whether a wall stands on the way between the particles, or on one side there is no terrain.
+    pub is_wall: bool,
+    /// Level (m) of a sill on the way; minus infinity where there is none.
+    pub sill: f64,
+    /// Its length (m): the edge of a fine cell.
+    pub length: f64,
+    /// The finer of its two levels.
+    pub level: usize,
+    /// Number of hanging faces of its coarse cell.
+    pub of_coarse: usize,
+}
+
+/// What passes a face: volume, tangential momentum, normal momentum lost by the first side and gained by the second, per metre.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in super::super) struct Passing {
+    pub mass: f64,
+    pub tangential: f64,
+    pub lost: f64,
+    pub gained: f64,
+}
+
+impl Passing {
+    /// Adds so many times another.
+    pub fn add(&mut self, times: f64, other: &Passing) {
+        self.mass += times * other.mass;
+        self.tangential += times * other.tangential;
+        self.lost += times * other.lost;
+        self.gained += times * other.gained;
+    }
+}
+
+/// What is seen of a particle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    pub depth: f64,
+    pub bed: f64,
+    pub u: f64,
+    pub v: f64,
+}
+
+impl Seen {
+    pub fn at((primitive, ground): (&[PrimitiveRow], &[GroundRow]), (row, column): Place) -> Self {
+        let water = &primitive[row];
+        Seen {
+            depth: water.depth[column],
+            bed: ground[row].bed[column],
+            u: water.velocity_x[column],
+            v: water.velocity_y[column],
+        }
+    }
+
+    /// The coarse particle of a face where it meets the fine one (M87), given it and the two along the face from it.
+    pub fn aside(self, along: Option<[Seen; 2]>, dry_depth: f64) -> Self {
+        let here = self;
+        let Some([ahead, behind]) = along else { return here };
+        if [here, ahead, behind].iter().any(|seen| seen.depth <= dry_depth) {
+            return here;
+        }
+        let shift = |of: fn(&Seen) -> f64| {
+            let own = of(&here);
+            own + 0.25 * van_leer(own - of(&behind), of(&ahead) - own)
+        };
+        let level = shift(|seen| seen.bed + seen.depth);
+        let depth = shift(|seen| seen.depth);
+        let bed = level - depth;
+        // So that bed and depth make up the level to the last digit.
+        Seen { depth: level - bed, bed, u: shift(|seen| seen.u), v: shift(|seen| seen.v) }
+    }
+
+    pub fn differences(&self, there: &Seen, sill: f64, dry_depth: f64) -> Differences {
+        let is_shut = self.bed + self.depth <= sill && there.bed + there.depth <= sill;
+        let surface = difference_over_sill((self.depth, self.bed), (there.depth, there.bed), sill, dry_depth);
+        if is_shut { [0.0; 4] } else { [surface, there.depth - self.depth, there.u - self.u, there.v - self.v] }
+    }
+}
+
+impl Face {
+    /// The part of a side of a cell that the face is.
+    pub fn share(&self, side: usize) -> f64 {
+        if side == self.coarse { 0.5 } else { 1.0 }
+    }
+
+    /// What passes between the particles on its two sides as they are seen now; `coarse` is the coarse one of them where it meets the fine one.
+    pub fn pass(
+        &self,
+        state: &State,
+        own: [Seen; 2],
+        coarse: Seen,
+        scale: &Scale,
+        methods: EulerianMethods,
+    ) -> Passing {
+        if own.iter().all(|seen| seen.depth <= scale.dry_depth) {
+            return Passing::default();
+        }
+        let g = scale.gravity;
+        if self.is_wall {
+            let towards = |seen: &Seen| turned_by(self.direction, seen.u, seen.v).0;
+            let (lost, gained) =
+                (mirrored(own[0].depth, towards(&own[0]), g), mirrored(own[1].depth, -towards(&own[1]), g));
+            return Passing { lost, gained, ..Passing::default() };
+        }
+        let way = WAY * 2.0 * self.length;
+        let mut halves = self.places.map(|place| Half::of_cell(state, place, self.direction, way));
+        let (u, v_t) = turned_by(self.direction, coarse.u, coarse.v);
+        halves[self.coarse] = Half { d: coarse.depth, z: coarse.bed, u, v_t, ..halves[self.coarse] };
+        for (side, half) in halves.iter_mut().enumerate() {
+            half.reach = if side == self.coarse { COARSE_REACH } else { 1.0 - COARSE_REACH };
+        }
+        let numbers = Numbers::new(&scale.on(way), methods);
+        let [i, j] = halves;
+        let (mass, tangential, lost, gained) = if self.sill > i.z && self.sill > j.z {
+            over_sill(i, j, Sill { level: self.sill, lowest: self.sill }, numbers, methods)
+        } else {
+            single(i, j, numbers, methods)
+        };
+        // (M89)
+        let before = own[self.coarse];
+        let aside =
+            0.5 * g * (before.depth + coarse.depth) * ((coarse.bed + coarse.depth) - (before.bed + before.depth));
+        let aside = [0, 1].map(|side| if side == self.coarse { aside } else { 0.0 });
+        Passing { mass, tangential, lost: lost + aside[0], gained: gained + aside[1] }
+    }
+}

@@ -1,0 +1,104 @@
+//! Hanging faces: where a level of a nested lattice meets the next finer one.
+
+use super::super::faces::{EAST, NORTH};
+use super::super::state::{State, datum};
+use super::face::{Face, Place, Slot};
+use crate::lattice::NEIGHBOURS;
+use crate::math::{Vec2, segments_cross, smaller};
+use crate::solver::FlowProblem;
+
+/// The faces between all levels.
+pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
+    let lattice = state.lattice();
+    let mut found = Vec::new();
+    for number in 1..lattice.level_count() {
+        let (level, finer) = (lattice.level(number), lattice.level(number - 1));
+        for cell in 0..level.columns * level.rows {
+            let (column, row) = (cell % level.columns, cell / level.columns);
+            let place = (level.first_row + row + 1, column + 1);
+            if !lattice.is_leaf(lattice.index(column, level.first_row + row)) {
+                continue;
+            }
+            for (dc, dr) in NEIGHBOURS {
+                let beside = (place.0.wrapping_add_signed(dr), place.1.wrapping_add_signed(dc));
+                if !state.is_elsewhere(beside.0, beside.1) {
+                    continue;
+                }
+                for half in [0, 1] {
+                    // The fine cell next to the coarse one, in the half of its side that comes first or second.
+                    let near = |cell: usize, step: isize| match step {
+                        1 => 2 * cell + 2,
+                        -1 => (2 * cell).wrapping_sub(1),
+                        _ => 2 * cell + half,
+                    };
+                    let (fine_column, fine_row) = (near(column, dc), near(row, dr));
+                    let is_within = fine_column < finer.columns && fine_row < finer.rows;
+                    let fine = (finer.first_row + fine_row + 1, fine_column + 1);
+                    let is_finer = !is_within || lattice.is_leaf(lattice.index(fine_column, fine.0 - 1));
+                    if is_finer {
+                        let face = hanging_face(problem, state, (place, fine), (dc, dr), half);
+                        found.push(Face { level: number - 1, ..face });
+                    }
+                }
+            }
+        }
+    }
+    found.retain(|face: &Face| face.places.iter().any(|&(row, column)| state.has_terrain(row, column)));
+    // The faces of a coarse cell follow each other.
+    let coarse: Vec<Place> = found.iter().map(|face| face.places[face.coarse]).collect();
+    let counts = coarse.chunk_by(PartialEq::eq).flat_map(|faces| std::iter::repeat_n(faces.len(), faces.len()));
+    found.iter_mut().zip(counts).for_each(|(face, count)| face.of_coarse = count);
+    found
+}
+
+/// The face between a coarse and a fine cell that stands at an offset (column, row) from it.
+fn hanging_face(
+    problem: &FlowProblem,
+    state: &State,
+    (coarse, fine): (Place, Place),
+    (dc, dr): (isize, isize),
+    half: usize,
+) -> Face {
+    let direction = if dc != 0 { EAST } else { NORTH };
+    let is_first = dc + dr > 0;
+    let places = if is_first { [coarse, fine] } else { [fine, coarse] };
+    let slot = |(row, column): Place, is_first: bool| match (direction, is_first) {
+        (EAST, false) => Slot { row, direction, column: column - 1 },
+        (NORTH, false) => Slot { row: row - 1, direction, column },
+        _ => Slot { row, direction, column },
+    };
+    let has_terrain = |(row, column): Place| state.has_terrain(row, column);
+    let middle = |place: Place| state.position(place.0, place.1);
+    let is_whole = places.into_iter().all(has_terrain);
+    let way = |a: Place, b: Place| [middle(a), middle(b)];
+    let is_cut = |way: [Vec2; 2]| problem.walls.iter().any(|&wall| segments_cross(way, wall));
+    let towards = if half == 1 { 1_isize } else { -1 };
+    let aside = |sign: isize| {
+        let (up, across) = if direction == EAST { (sign, 0) } else { (0, sign) };
+        let place = (coarse.0.wrapping_add_signed(up), coarse.1.wrapping_add_signed(across));
+        (has_terrain(place) && state.level(place.0) == state.level(coarse.0) && !is_cut(way(coarse, place)))
+            .then_some(place)
+    };
+    let along = aside(towards).zip(aside(-towards)).map(|(ahead, behind)| [ahead, behind]);
+    Face {
+        places,
+        slots: [slot(places[0], true), slot(places[1], false)],
+        direction,
+        coarse: usize::from(!is_first),
+        along,
+        is_wall: !is_whole || is_cut(way(coarse, fine)),
+        sill: sill(problem, fine, (-dc, -dr)),
+        length: smaller(state.spacing[coarse.0], state.spacing[fine.0]),
+        level: 0,
+        of_coarse: 1,
+    }
+}
+
+/// The sill (m), counted as in the solver, between a fine cell and the cell of its own level for which the coarse one stands, at an offset
+/// (column, row) from it.
+fn sill(problem: &FlowProblem, (row, column): Place, (dc, dr): (isize, isize)) -> f64 {
+    let columns = problem.bed.lattice.columns;
+    let Some(cell) = (row - 1).checked_mul(columns).map(|first| first + column - 1) else { return f64::NEG_INFINITY };
+    let beside = cell.wrapping_add_signed(dc).wrapping_add_signed(dr * columns as isize);
+    problem.bed.passes.between(cell, beside) - datum(&problem.bed, &problem.initial_depth)
+}
