@@ -1,0 +1,145 @@
+//! Which level stands where in a run, and the setup on all of them together.
+//!
+//! A run on the coarsest level tells where water comes and how deep it gets. A level does for a block where the terrain that its cells do not see is small
+//! against that depth,
+//!
+//! ```text
+//! (M93)  σ ≤ τ d        σ of (M92), root mean square over the block, d the greatest depth about it in that run
+//! ```
+//!
+//! and no block that the water does not come near gets a finer one for its sake.
+
+use crate::lattice::{Lattice, Nest, WaterOnLattice};
+use crate::prepare::{BLOCK, Setup, Wanted, scatter};
+use crate::scenario::Scenario;
+use crate::solver::{FlowProblem, FlowSolver, nested};
+
+use super::cores;
+use super::stages::flow_problem;
+
+/// τ of (M93).
+const UNSEEN: f64 = 0.1;
+/// Depth (m) in the run on the coarsest level from which a cell counts as reached.
+const REACHED: f64 = 0.05;
+
+/// The setup on all of its levels; one on a single lattice stays as it is.
+pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> Setup {
+    let Some(mut wanted) = setup.wanted.take() else { return setup };
+    let coarser = std::mem::take(&mut setup.coarser);
+    if let Some(coarsest) = coarser.last() {
+        let depths = greatest_depths(scenario, coarsest);
+        refine_by_depth(&setup, (&coarsest.scene.lattice, &depths), coarser.len(), &mut wanted);
+    }
+    let lattice = &setup.scene.lattice;
+    let at = |column: usize, row: usize| usize::from(wanted.levels[row * wanted.columns + column]);
+    let nest = Nest::graded((lattice.columns, lattice.rows), lattice.spacing, BLOCK, coarser.len(), at);
+    join(scenario, setup, coarser, nest)
+}
+
+/// The greatest depths (m) of the cells of a setup on one lattice in a run of its own.
+fn greatest_depths(scenario: &Scenario, setup: &Setup) -> Vec<f64> {
+    let problem = flow_problem(scenario, setup, setup.bed.clone());
+    let mut greatest = problem.initial_depth.clone();
+    let mut solver = cores::build(scenario, problem, Vec::new(), &setup.initial_velocity);
+    let mut follow = |water: WaterOnLattice<'_>| {
+        for span in water.spans {
+            let row = water.rows.row(span.row as usize);
+            let first = span.row as usize * water.lattice.columns;
+            for column in span.from as usize..span.to as usize {
+                greatest[first + column] = greatest[first + column].max(row.depth[column]);
+            }
+        }
+    };
+    while solver.time() < scenario.end_time {
+        let step = solver.choose_step().time_step.min(scenario.end_time - solver.time());
+        // Where the run breaks down the water came as far as that, and the run itself will tell.
+        if solver.advance(step).is_err() {
+            break;
+        }
+        follow(solver.water());
+    }
+    greatest
+}
+
+/// Asks for finer levels where the water is thin against what coarse cells do not see (M93).
+fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarsest: usize, wanted: &mut Wanted) {
+    let lattice = &setup.scene.lattice;
+    let scatters: Vec<(usize, Vec<f64>)> = (1..=coarsest).map(|level| scatter(&setup.bed, level)).collect();
+    let rows = wanted.levels.len() / wanted.columns;
+    for row in 0..rows {
+        for column in 0..wanted.columns {
+            let depth = depth_about((column, row), lattice, (coarse, depths));
+            if depth < REACHED {
+                continue;
+            }
+            let does = |level: usize| {
+                let (columns, scatter) = &scatters[level - 1];
+                let cells = |block: usize, count: usize| {
+                    (block * BLOCK) >> level..(((block + 1) * BLOCK - 1) >> level).min((count - 1) >> level) + 1
+                };
+                let of_block = cells(row, lattice.rows)
+                    .flat_map(|r| cells(column, lattice.columns).map(move |c| r * columns + c))
+                    .map(|cell| scatter[cell] * scatter[cell]);
+                let (sum, count) = of_block.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
+                (sum / f64::max(count, 1.0)).sqrt() <= UNSEEN * depth
+            };
+            let level = (1..=coarsest).rev().find(|&level| does(level)).unwrap_or(0);
+            wanted.set(column, row, level);
+        }
+    }
+}
+
+/// The greatest depth (m) in and about a block.
+fn depth_about((column, row): (usize, usize), lattice: &Lattice, (coarse, depths): (&Lattice, &[f64])) -> f64 {
+    let side = BLOCK as f64 * lattice.spacing;
+    let cells = |block: usize, count: usize| {
+        let first = (block as f64 * side / coarse.spacing).floor() - 1.0;
+        let last = ((block + 1) as f64 * side / coarse.spacing).ceil() + 1.0;
+        first.max(0.0) as usize..(last.max(0.0) as usize).min(count)
+    };
+    let about = cells(row, coarse.rows).flat_map(|r| cells(column, coarse.columns).map(move |c| coarse.index(c, r)));
+    about.map(|cell| depths[cell]).fold(0.0, f64::max)
+}
+
+/// Joins the setups of all levels.
+fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest) -> Setup {
+    let problems = std::iter::once(&finest).chain(&coarser);
+    let problems: Vec<FlowProblem> = problems.map(|setup| flow_problem(scenario, setup, setup.bed.clone())).collect();
+    let levels = nest.levels().to_vec();
+    let FlowProblem { bed, open_edges, forcing, initial_depth, .. } = nested(problems, nest);
+    let lattice = bed.lattice.clone();
+    let mut body = vec![None; lattice.len()];
+    let mut velocity = vec![Default::default(); lattice.len()];
+    let setups = std::iter::once(&finest).chain(&coarser);
+    for (setup, level) in setups.zip(levels) {
+        for cell in 0..level.columns * level.rows {
+            let leaf = lattice.index(cell % level.columns, level.first_row + cell / level.columns);
+            body[leaf] = setup.still_water.body[cell];
+            velocity[leaf] = setup.initial_velocity.get(cell).copied().unwrap_or_default();
+        }
+    }
+    for (number, volume) in finest.still_water.volumes.iter_mut().enumerate() {
+        let is_its = |&cell: &usize| body[cell] == u32::try_from(number).ok() && lattice.is_leaf(cell);
+        let cells = || (0..lattice.len()).filter(is_its);
+        volume.seeded_m3 = cells().map(|cell| initial_depth[cell] * bed.area(cell)).sum();
+    }
+    finest.still_water.depth = initial_depth;
+    finest.still_water.body = body;
+    if !finest.initial_velocity.is_empty() {
+        finest.initial_velocity = velocity;
+    }
+    let leaf = |cell: usize| {
+        let (column, row) = (cell % lattice.columns, cell / lattice.columns);
+        lattice.leaf(column, row)
+    };
+    for crossed in &mut finest.scene.crossed {
+        *crossed = crossed.iter().map(|&cell| leaf(cell)).collect();
+        crossed.sort_unstable();
+        crossed.dedup();
+    }
+    finest.scene.lattice = lattice;
+    finest.scene.forcing = forcing;
+    finest.scene.open_edges = open_edges;
+    finest.bed = bed;
+    finest
+}

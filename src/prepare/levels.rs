@@ -1,0 +1,222 @@
+//! The levels of a nested lattice: the same scene prepared on each of them, and the level that each place asks for.
+//!
+//! Every level is prepared as a lattice of its own, by the same rules as one lattice alone. What a place asks for is known before the run: the
+//! scenario's own areas and lines, and what stands in the scene. Where the water is thin against what a coarse cell does not see of its
+//! terrain is found by a run on the coarsest level (`pipeline/levels.rs`).
+
+use rayon::prelude::*;
+
+use super::findings::Findings;
+use super::on_lattice::{Files, place_on};
+use super::{Scene, Setup, places, polygons};
+use crate::bed::BedParticles;
+use crate::boundary::ChannelEnd;
+use crate::geodata::Crs;
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use crate::scenario::{Levels, Refine, RefineShape, Scenario, Sourced, VectorSource};
+use crate::terrain::Terrain;
+
+/// Cells along the side of a block of one level.
+pub const BLOCK: usize = 8;
+/// Cells of the finest level that are kept fine around what asks for it.
+const AROUND: f64 = 4.0;
+
+/// The level that each block of the finest lattice asks for, the coarsest that does.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wanted {
+    /// Blocks from west to east.
+    pub columns: usize,
+    /// The levels, row by row from the south.
+    pub levels: Vec<u8>,
+}
+
+impl Wanted {
+    /// Every block asks for a level.
+    fn all(lattice: &Lattice, level: usize) -> Self {
+        let (columns, rows) = (lattice.columns.div_ceil(BLOCK), lattice.rows.div_ceil(BLOCK));
+        Wanted { columns, levels: vec![u8::try_from(level).unwrap_or(u8::MAX); columns * rows] }
+    }
+
+    /// Asks for a level, or a finer one, at all blocks within a distance (m) of a place.
+    fn ask(&mut self, lattice: &Lattice, place: Vec2, within: f64, level: usize) {
+        let side = BLOCK as f64 * lattice.spacing;
+        let rows = self.levels.len() / self.columns;
+        let range = |at: f64, count: usize| {
+            let first = ((at - within) / side).floor().max(0.0) as usize;
+            first..(((at + within) / side).floor().max(-1.0) + 1.0).min(count as f64).max(0.0) as usize
+        };
+        for row in range(place.y, rows) {
+            for column in range(place.x, self.columns) {
+                self.set(column, row, level);
+            }
+        }
+    }
+
+    /// Asks for a level, or a finer one, at a block.
+    pub fn set(&mut self, column: usize, row: usize, level: usize) {
+        let own = &mut self.levels[row * self.columns + column];
+        *own = (*own).min(u8::try_from(level).unwrap_or(u8::MAX));
+    }
+}
+
+/// Adds the coarser levels to what was prepared on the finest one.
+pub(super) fn with_coarser(
+    (scenario, levels): (&Scenario, &Levels),
+    (terrain, crs): (&Terrain, Option<&Crs>),
+    finest: Setup,
+    findings: &mut Findings,
+) -> Option<Setup> {
+    let count = levels.count(scenario.resolution.value);
+    let wanted = wanted((scenario, levels), crs, &finest, findings);
+    let mut coarser = Vec::new();
+    for level in 1..count {
+        let lattice = &finest.scene.lattice;
+        let times = 1_usize << level;
+        let spacing = lattice.spacing * times as f64;
+        let own = Lattice::new(lattice.origin, lattice.columns.div_ceil(times), lattice.rows.div_ceil(times), spacing);
+        let mut scenario = Scenario { levels: None, ..scenario.clone() };
+        scenario.resolution.value = spacing;
+        // What is wrong with the input was told on the finest level.
+        let mut silent = Findings::default();
+        let files = Files::open(&scenario, crs, &mut silent);
+        coarser.push(place_on(&scenario, terrain, files, own, &mut silent)?);
+    }
+    Some(Setup { coarser, wanted: Some(wanted), ..finest })
+}
+
+/// The level that each block asks for by the scenario and by what stands in the scene.
+fn wanted(
+    (scenario, levels): (&Scenario, &Levels),
+    crs: Option<&Crs>,
+    setup: &Setup,
+    findings: &mut Findings,
+) -> Wanted {
+    let (scene, lattice) = (&setup.scene, &setup.scene.lattice);
+    let count = levels.count(scenario.resolution.value);
+    let mut wanted = Wanted::all(lattice, count - 1);
+    let around = AROUND * lattice.spacing;
+    for place in fine_places(scene, &setup.bed) {
+        wanted.ask(lattice, place, around, 0);
+    }
+    for refine in &levels.refine {
+        let level = levels.level_of(lattice.spacing, refine.value.to);
+        refined(refine, (scenario, crs), (lattice, level), &mut wanted, findings);
+    }
+    wanted
+}
+
+/// Places (local coordinates) that are to be on the finest level.
+fn fine_places(scene: &Scene, bed: &BedParticles) -> Vec<Vec2> {
+    let lattice = &scene.lattice;
+    let forcing = &scene.forcing;
+    let mut cells: Vec<usize> = bed.sealed.clone();
+    cells.extend(&scene.raised);
+    cells.extend(scene.crossed.iter().flatten());
+    if let Some(breach) = &forcing.breach {
+        cells.extend(breach.cells.iter().map(|dam| dam.cell));
+        cells.extend(breach.rim.iter().map(|rim| rim.at.cell));
+    }
+    cells.extend(forcing.moving_bed.iter().flat_map(|motion| motion.cells.iter().map(|(cell, _)| *cell)));
+    cells.extend(forcing.line_sources.iter().flat_map(|source| source.cells.iter().map(|(cell, _)| *cell)));
+    let ends = forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]);
+    cells.extend(ends.flat_map(|end| match end {
+        ChannelEnd::Joined(faces) => faces.iter().map(|face| face.cell).collect::<Vec<_>>(),
+        ChannelEnd::Wall | ChannelEnd::Open(_) => Vec::new(),
+    }));
+    let mut places: Vec<Vec2> = cells.into_iter().map(|cell| lattice.centre(cell)).collect();
+    places.extend(scene.gauges.iter().map(|gauge| lattice.to_local(gauge.position)));
+    places.extend(forcing.sources.iter().map(|source| source.place));
+    for &[from, to] in &scene.walls {
+        places.extend(along([from, to], lattice.spacing));
+    }
+    places
+}
+
+/// Places along a piece, no farther apart than a distance (m).
+fn along([from, to]: [Vec2; 2], distance: f64) -> impl Iterator<Item = Vec2> {
+    let count = ((to - from).norm() / distance).ceil().max(1.0) as usize;
+    (0..=count).map(move |k| from + (to - from) * (k as f64 / count as f64))
+}
+
+/// Takes an entry of `refine` over.
+fn refined(
+    refine: &Sourced<Refine>,
+    (scenario, crs): (&Scenario, Option<&Crs>),
+    (lattice, level): (&Lattice, usize),
+    wanted: &mut Wanted,
+    findings: &mut Findings,
+) {
+    match &refine.value.shape {
+        RefineShape::Lines { source, within } => {
+            let source = of_entry(refine, source);
+            let Some(drawn) = places::pieces(&source, crs, scenario, findings) else { return };
+            let step = BLOCK as f64 * lattice.spacing;
+            for piece in &drawn.pieces {
+                for place in along(piece.map(|place| lattice.to_local(place)), step) {
+                    wanted.ask(lattice, place, *within, level);
+                }
+            }
+        }
+        RefineShape::Polygons(source) => {
+            let source = of_entry(refine, source);
+            let Some(features) = places::features(&source, crs, scenario.reproject, findings) else { return };
+            let area = polygons::union(features.into_iter().flat_map(|feature| feature.polygons).collect());
+            for cell in polygons::cells_inside(&area, lattice) {
+                wanted.ask(lattice, lattice.centre(cell), 0.0, level);
+            }
+        }
+    }
+}
+
+/// The file of an entry of `refine`.
+fn of_entry(refine: &Sourced<Refine>, source: &VectorSource) -> Sourced<VectorSource> {
+    Sourced { value: source.clone(), key: refine.key.clone(), place: refine.place.clone() }
+}
+
+/// How much (m) the ground in a cell of a level scatters about the plane through it, root mean square; by cells of the level.
+///
+/// ```text
+/// (M92)  σ_i² = ⟨(z_b − z_i − s_i·(x − x_i))²⟩ over the finest cells in i,   s_i the plane's slope
+/// ```
+pub fn scatter(finest: &BedParticles, level: usize) -> (usize, Vec<f64>) {
+    let (lattice, times) = (&finest.lattice, 1_usize << level);
+    let (columns, rows) = (lattice.columns.div_ceil(times), lattice.rows.div_ceil(times));
+    let of_cell = |cell: usize| {
+        let (column, row) = (cell % columns * times, cell / columns * times);
+        let within = |from: usize, count: usize| from..(from + times).min(count);
+        let middle = 0.5 * (times as f64 - 1.0);
+        // Sums of 1, x, y, z, their squares and products, x and y from the middle of the cell.
+        let (mut count, mut z_sum, mut x_sum, mut y_sum) = (0.0, 0.0, 0.0, 0.0);
+        let (mut xx, mut yy, mut xy, mut xz, mut yz, mut zz) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let first = finest.elevation[lattice.index(column, row)];
+        for r in within(row, lattice.rows) {
+            for c in within(column, lattice.columns) {
+                let z = finest.elevation[lattice.index(c, r)] - first;
+                if z.is_nan() {
+                    continue;
+                }
+                let (x, y) = ((c - column) as f64 - middle, (r - row) as f64 - middle);
+                count += 1.0;
+                (x_sum, y_sum, z_sum) = (x_sum + x, y_sum + y, z_sum + z);
+                (xx, yy, xy) = (xx + x * x, yy + y * y, xy + x * y);
+                (xz, yz, zz) = (xz + x * z, yz + y * z, zz + z * z);
+            }
+        }
+        if count < 1.0 {
+            return 0.0;
+        }
+        let about = |product: f64, a: f64, b: f64| product / count - a / count * (b / count);
+        let (xx, yy, xy) = (about(xx, x_sum, x_sum), about(yy, y_sum, y_sum), about(xy, x_sum, y_sum));
+        let (xz, yz, zz) = (about(xz, x_sum, z_sum), about(yz, y_sum, z_sum), about(zz, z_sum, z_sum));
+        let determinant = xx * yy - xy * xy;
+        let explained = if determinant > 1e-9 {
+            let (a, b) = ((xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant);
+            a * xz + b * yz
+        } else {
+            0.0
+        };
+        (zz - explained).max(0.0).sqrt()
+    };
+    (columns, (0..columns * rows).into_par_iter().map(of_cell).collect())
+}
