@@ -50,8 +50,9 @@ const TEMPORARY: &str = ".unfinished.";
 const HOLD: &str = ".running";
 
 /// Beginnings of the names of the maps in `cog/`.
-const OWN_MAPS: [&str; 10] = [
+const OWN_MAPS: [&str; 11] = [
     "bed_elevation",
+    "resolution",
     "max_depth",
     "max_water_level",
     "max_speed",

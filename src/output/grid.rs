@@ -286,6 +286,7 @@ impl OutputGrid {
             max_depth_velocity: self.pick(bed_elevation, |index| seen(index).max_depth_velocity, f64::max),
             time_of_max_depth: self.times_of_max_depth(maxima),
             hazard_class: self.pick(bed_elevation, |index| f64::from(seen(index).hazard_class), f64::max),
+            resolution: Vec::new(),
             ground_source: SourceGrid::default(),
             thresholds: (0..maxima.thresholds().len()).map(of_threshold).collect(),
         }

@@ -157,6 +157,15 @@ pub struct CellsInPartRecord {
     pub greatest: f64,
 }
 
+/// A level of a nested lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LevelRecord {
+    /// Edge of its cells (m).
+    pub spacing_m: f64,
+    /// Its cells with terrain.
+    pub cells: usize,
+}
+
 /// What a bed that moved has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MovingBedRecord {
@@ -237,6 +246,9 @@ pub struct RunManifest {
     pub particles: ParticleCounts,
     /// Riverbed particles.
     pub bed_particles: usize,
+    /// Its levels, the finest first, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub levels: Vec<LevelRecord>,
     /// Cells of them that count in part, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_in_part: Option<CellsInPartRecord>,

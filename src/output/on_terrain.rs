@@ -337,6 +337,7 @@ impl OnTerrain {
             max_depth_velocity: with(0.0),
             time_of_max_depth: with(FILL),
             hazard_class: with(0.0),
+            resolution: Vec::new(),
             ground_source: SourceGrid::default(),
             thresholds: thresholds.iter().map(of_threshold).collect(),
         }

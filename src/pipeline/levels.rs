@@ -4,20 +4,23 @@
 //! against that depth,
 //!
 //! ```text
-//! (M93)  σ ≤ τ d        σ of (M92), root mean square over the block, d the greatest depth about it in that run
+//! (M94)  σ ≤ τ d        σ of (M93), root mean square over the block, d the greatest depth about it in that run
 //! ```
 //!
 //! and no block that the water does not come near gets a finer one for its sake.
 
+use crate::bed::BedParticles;
 use crate::lattice::{Lattice, Nest, WaterOnLattice};
+use crate::math::Vec2;
+use crate::output::{FILL, GridMaps, LevelRecord, OutputGrid, TerrainPixels};
 use crate::prepare::{BLOCK, Setup, Wanted, scatter};
 use crate::scenario::Scenario;
-use crate::solver::{FlowProblem, FlowSolver, nested};
+use crate::solver::{FlowProblem, nested};
 
 use super::cores;
 use super::stages::flow_problem;
 
-/// τ of (M93).
+/// τ of (M94).
 const UNSEEN: f64 = 0.1;
 /// Depth (m) in the run on the coarsest level from which a cell counts as reached.
 const REACHED: f64 = 0.05;
@@ -61,7 +64,7 @@ fn greatest_depths(scenario: &Scenario, setup: &Setup) -> Vec<f64> {
     greatest
 }
 
-/// Asks for finer levels where the water is thin against what coarse cells do not see (M93).
+/// Asks for finer levels where the water is thin against what coarse cells do not see (M94).
 fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarsest: usize, wanted: &mut Wanted) {
     let lattice = &setup.scene.lattice;
     let scatters: Vec<(usize, Vec<f64>)> = (1..=coarsest).map(|level| scatter(&setup.bed, level)).collect();
@@ -101,6 +104,54 @@ fn depth_about((column, row): (usize, usize), lattice: &Lattice, (coarse, depths
     about.map(|cell| depths[cell]).fold(0.0, f64::max)
 }
 
+/// Keeps the ground of the finest level for the maps, which lie on it: there the level of the water meets the ground that coarse cells do not see.
+fn take_ground_for_maps(scenario: &Scenario, finest: &mut Setup) {
+    let lattice = &finest.bed.lattice;
+    let is_finest = (scenario.outputs.cell - lattice.spacing).abs() < 1e-9 * lattice.spacing;
+    if finest.pixels.is_some() || !is_finest {
+        return;
+    }
+    // Pixels count from the north.
+    let from_north = || (0..lattice.rows).rev().flat_map(|row| row * lattice.columns..(row + 1) * lattice.columns);
+    let codes = &finest.scene.ground_source.of_cells;
+    let of_pixels = if codes.is_empty() { Vec::new() } else { from_north().map(|cell| codes[cell]).collect() };
+    finest.pixels = Some(TerrainPixels {
+        west: lattice.origin.x,
+        north: lattice.origin.y + lattice.size().y,
+        cell: lattice.spacing,
+        columns: lattice.columns,
+        rows: lattice.rows,
+        elevation: from_north().map(|cell| finest.bed.elevation[cell] as f32).collect(),
+    });
+    finest.scene.ground_source.of_pixels = of_pixels;
+}
+
+/// The levels of a bed for the record; nothing of one lattice alone.
+pub(super) fn records(bed: &BedParticles) -> Vec<LevelRecord> {
+    let lattice = &bed.lattice;
+    let record = |number: usize| {
+        let level = lattice.level(number);
+        let cells = level.first_row * lattice.columns..(level.first_row + level.rows) * lattice.columns;
+        let is_its = |&cell: &usize| bed.has_terrain(cell) && lattice.is_leaf(cell);
+        LevelRecord { spacing_m: level.spacing, cells: cells.filter(is_its).count() }
+    };
+    lattice.nest().map_or(Vec::new(), |nest| (0..nest.levels().len()).map(record).collect())
+}
+
+/// The edge (m) of the cell of the run at each place of a grid; nothing of one lattice alone.
+pub(super) fn resolution(lattice: &Lattice, grid: &OutputGrid, maps: &GridMaps) -> Vec<f32> {
+    if lattice.nest().is_none() {
+        return Vec::new();
+    }
+    let (x, y) = (grid.x(), grid.y());
+    let edge = |(index, &bed): (usize, &f32)| {
+        let place = Vec2::new(x[index % grid.columns], y[index / grid.columns]);
+        let cell = lattice.cell_of(lattice.to_local(place)).filter(|_| bed > FILL);
+        cell.map_or(FILL, |cell| lattice.area_of(cell).sqrt() as f32)
+    };
+    maps.bed_elevation.iter().enumerate().map(edge).collect()
+}
+
 /// Joins the setups of all levels.
 fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest) -> Setup {
     let problems = std::iter::once(&finest).chain(&coarser);
@@ -108,6 +159,7 @@ fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest)
     let levels = nest.levels().to_vec();
     let FlowProblem { bed, open_edges, forcing, initial_depth, .. } = nested(problems, nest);
     let lattice = bed.lattice.clone();
+    take_ground_for_maps(scenario, &mut finest);
     let mut body = vec![None; lattice.len()];
     let mut velocity = vec![Default::default(); lattice.len()];
     let setups = std::iter::once(&finest).chain(&coarser);

@@ -6,6 +6,7 @@ mod channels;
 pub(crate) mod clock;
 pub(crate) mod cores;
 mod discharges;
+mod levels;
 mod outputs;
 mod plan;
 mod progress;
@@ -98,6 +99,7 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     prepared.problems.extend(in_folder(&prepared.inputs, &out));
     sort_problems(&mut prepared.problems);
     let Runnable { setup, mut warnings, inputs } = prepared.into_runnable()?;
+    let setup = levels::settle(scenario, setup);
     clock.lap("inputs, bed and seeding");
     warnings.extend(seeding_warnings(scenario, &setup));
     for problem in &warnings {
@@ -198,6 +200,7 @@ impl Run<'_> {
         let mut recording = plane.finish();
         if self.scenario.outputs.needs_maxima() {
             recording.maps.ground_source = grid.ground_source(&self.scene.ground_source);
+            recording.maps.resolution = levels::resolution(&self.scene.lattice, &grid, &recording.maps);
         }
         self.clock.part("grids of the maps");
         let sections = sections.finish(&recording.section_arrivals);

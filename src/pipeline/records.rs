@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::RunOptions;
+use super::{RunOptions, levels};
 use crate::bed::BedParticles;
 use crate::gate::Gate;
 use crate::math::{Vec2, simd};
@@ -164,6 +164,7 @@ pub(super) fn first_manifest(
         warnings: warnings.iter().map(WarningRecord::from).collect(),
         methods: scenario.numerics.acting().into_iter().map(|(family, name)| (family.to_owned(), name)).collect(),
         bed_particles: setup.bed.elevation.iter().filter(|z| !z.is_nan()).count(),
+        levels: levels::records(&setup.bed),
         cells_in_part: cells_in_part(&setup.bed),
         not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),
         status: "running".to_owned(),

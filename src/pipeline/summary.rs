@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use super::progress::clock_time;
+use crate::math::readable;
 use crate::output::{ChannelGaugeResult, Gauge, GaugeResult, RunManifest, Section, SectionResult};
 use crate::seeding::{FluidSeed, SeededVolume};
 
@@ -87,6 +88,9 @@ impl RunSummary {
                 "Lagrangian particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
                 moving.count, moving.volume_m3
             )?;
+        }
+        for level in &self.manifest.levels {
+            writeln!(f, "level of {} m: {} cells", readable(level.spacing_m), level.cells)?;
         }
         if let Some(part) = &self.manifest.cells_in_part {
             let (least, greatest) = (part.least, part.greatest);

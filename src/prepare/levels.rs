@@ -177,7 +177,7 @@ fn of_entry(refine: &Sourced<Refine>, source: &VectorSource) -> Sourced<VectorSo
 /// How much (m) the ground in a cell of a level scatters about the plane through it, root mean square; by cells of the level.
 ///
 /// ```text
-/// (M92)  σ_i² = ⟨(z_b − z_i − s_i·(x − x_i))²⟩ over the finest cells in i,   s_i the plane's slope
+/// (M93)  σ_i² = ⟨(z_b − z_i − s_i·(x − x_i))²⟩ over the finest cells in i,   s_i the plane's slope
 /// ```
 pub fn scatter(finest: &BedParticles, level: usize) -> (usize, Vec<f64>) {
     let (lattice, times) = (&finest.lattice, 1_usize << level);

@@ -9,6 +9,7 @@ mod grid;
 mod ground;
 mod inputs;
 mod lagrangian;
+mod levels;
 mod on_lattice;
 mod outside;
 mod places;
@@ -34,6 +35,7 @@ use crate::terrain::Terrain;
 use findings::Findings;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 pub use inputs::{InputFile, in_folder};
+pub use levels::{BLOCK, Wanted, scatter};
 
 /// Water that stands still at the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,6 +104,10 @@ pub struct Setup {
     pub gap: Option<GapReport>,
     /// What stays as it is throughout the run.
     pub scene: Scene,
+    /// The same on the coarser levels of a nested lattice, until they are joined.
+    pub coarser: Vec<Setup>,
+    /// The level that each place asks for; none of one lattice alone.
+    pub wanted: Option<Wanted>,
 }
 
 /// What stands around the water, what brings it in, and what is asked of it.
@@ -233,7 +239,7 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let setup = match &terrain {
         _ if !is_possible => None,
         _ if scenario.is_channels_alone() => Some(on_lattice::channels_alone(scenario, files, &mut findings)),
-        Some(terrain) => on_lattice::place(scenario, terrain, files, &mut findings),
+        Some(terrain) => on_lattice::place(scenario, (terrain, crs.as_ref()), files, &mut findings),
         None => None,
     };
     Prepared { problems: findings.into_problems(), inputs: inputs::all(scenario), terrain, setup }

@@ -7,7 +7,7 @@ use super::forcing::{self, breach, channels, moving_bed, plausible};
 use super::ground::{self, Ground, burn, wall_gaps};
 use super::water::{self, SourcedBody, earlier, start};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, Scene, Setup};
-use super::{grid, lagrangian, places};
+use super::{grid, lagrangian, levels, places};
 use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -71,15 +71,30 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The lattice, and everything that is checked on it; none where there can be no lattice.
+/// The lattice, and everything that is checked on it, on all of its levels; none where there can be no lattice.
 pub(super) fn place(
     scenario: &Scenario,
-    terrain: &Terrain,
-    mut files: Files<'_>,
+    (terrain, crs): (&Terrain, Option<&Crs>),
+    files: Files<'_>,
     findings: &mut Findings,
 ) -> Option<Setup> {
     let lattice = grid::lattice(terrain, scenario.resolution.value, &scenario.limits);
     let lattice = findings.take(&scenario.resolution, lattice)?;
+    let setup = place_on(scenario, terrain, files, lattice, findings)?;
+    match &scenario.levels {
+        Some(levels) => levels::with_coarser((scenario, levels), (terrain, crs), setup, findings),
+        None => Some(setup),
+    }
+}
+
+/// One lattice, and everything that is checked on it.
+pub(super) fn place_on(
+    scenario: &Scenario,
+    terrain: &Terrain,
+    mut files: Files<'_>,
+    lattice: Lattice,
+    findings: &mut Findings,
+) -> Option<Setup> {
     let mut ground = ground::build(scenario, (terrain, &lattice), &files.ground, findings);
     let mut breach = breach::on_lattice(files.dam.as_ref(), scenario, &mut ground, findings);
     let edges = Edges::on_lattice(scenario, &mut files, (&ground, breach.as_ref()), findings);
@@ -126,6 +141,8 @@ pub(super) fn place(
         gap: grid::gap_report(terrain, &scene.lattice),
         scene,
         bed: ground.into_bed(),
+        coarser: Vec::new(),
+        wanted: None,
     })
 }
 
@@ -317,7 +334,16 @@ pub(super) fn channels_alone(scenario: &Scenario, files: Files<'_>, findings: &m
         needs: needs(scenario, (&bed, &still_water), (&forcing.channels, 0), findings),
         forcing,
     };
-    Setup { bed, still_water, initial_velocity: Vec::new(), pixels: None, gap: None, scene }
+    Setup {
+        bed,
+        still_water,
+        initial_velocity: Vec::new(),
+        pixels: None,
+        gap: None,
+        scene,
+        coarser: Vec::new(),
+        wanted: None,
+    }
 }
 
 /// Particles and memory of a run; refuses more of them than their limits.

@@ -32,6 +32,8 @@ pub struct GridMaps {
     pub time_of_max_depth: Vec<f32>,
     /// Hazard class, 0 (dry) to 6; [`FILL`](super::FILL) outside the terrain.
     pub hazard_class: Vec<f32>,
+    /// Edge of the cells of the run (m); empty where it is the same everywhere, [`FILL`](super::FILL) outside the terrain.
+    pub resolution: Vec<f32>,
     /// Who set the ground last.
     pub ground_source: SourceGrid,
     /// One entry for each threshold.

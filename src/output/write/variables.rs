@@ -113,6 +113,9 @@ pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> 
             &grids.recession[..],
         ));
     }
+    let edge = "edge of the cells of the run";
+    let resolution = || map("resolution", edge, None, ("m", MapKind::Depth), "", &maps.resolution);
+    variables.extend((!maps.resolution.is_empty()).then(resolution));
     variables.extend(ground_source(maps));
     variables
 }
@@ -183,6 +186,7 @@ fn map<'a>(
         "max_water_level" => "above the vertical datum of the terrain; no value where always dry",
         "bed_elevation" => "above the vertical datum of the terrain",
         "time_of_max_depth" => "seconds since the start; no value where always dry",
+        "resolution" => "of the level that stands for the place",
         "hazard_class" => "combined hazard curves H1 to H6 of AIDR Guideline 7-3 (2017); 0 where always dry",
         _ => "maximum over all compute steps; 0 where always dry",
     };

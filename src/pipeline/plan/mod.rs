@@ -24,7 +24,7 @@ use std::time::Instant;
 use super::clock::memory_mib;
 use super::seeding::seeding_warnings;
 use super::stages::{flow_problem, recorder_of, recorder_plan};
-use super::{cores, thread_pool};
+use super::{cores, levels, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::prepare::{Runnable, Setup, prepare};
 use crate::scenario::Scenario;
@@ -91,12 +91,13 @@ pub fn plan(scenario: &Scenario, threads: Option<usize>) -> Result<Plan, Error> 
 fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     let start = Instant::now();
     let Runnable { setup, mut warnings, .. } = prepare(scenario).into_runnable()?;
-    warnings.extend(seeding_warnings(scenario, &setup));
-    let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let reach = {
         let (still, levels) = with_flowing_water(&setup, scenario.numerics.gravity);
-        reach(&setup.bed, &still, &levels, &problem.walls, scenario.numerics.dry_depth)
+        reach(&setup.bed, &still, &levels, &setup.scene.walls, scenario.numerics.dry_depth)
     };
+    let setup = levels::settle(scenario, setup);
+    warnings.extend(seeding_warnings(scenario, &setup));
+    let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let mut solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
     let Setup { bed, still_water: still, pixels, scene, .. } = setup;

@@ -66,8 +66,10 @@ struct Followed {
     place: Place,
     /// Depth (m) and discharges (m²/s) at the start of its step.
     before: [f64; 3],
-    /// What they changed in a second of its last step.
+    /// What they changed in a second of its last step and of the one before, and how long (s) the last one was.
     rate: [f64; 3],
+    rate_before: [f64; 3],
+    step: f64,
 }
 
 /// All general faces of a problem, what passes them, and the cells beside them by row and column.
@@ -110,7 +112,7 @@ impl GeneralFaces {
         let needed = faces.iter().map(|face| (number(coarse(face)), face.along.map(|along| along.map(number))));
         GeneralFaces {
             needed: needed.collect(),
-            followed: places.iter().map(|&place| Followed { place, before: [0.0; 3], rate: [0.0; 3] }).collect(),
+            followed: places.iter().map(|&place| Followed::new(place)).collect(),
             now: vec![Now::default(); faces.len()],
             of_level,
             faces,
@@ -163,7 +165,9 @@ impl GeneralFaces {
     pub fn end(&mut self, state: &State, levels: &Range<usize>, time_step: f64) {
         for followed in self.followed.iter_mut().filter(|followed| is_in(state, followed.place, levels)) {
             let (after, before) = (conserved(state, followed.place), followed.before);
+            followed.rate_before = followed.rate;
             followed.rate = [0, 1, 2].map(|q: usize| (after[q] - before[q]) / time_step);
+            followed.step = time_step;
         }
     }
 
@@ -392,10 +396,21 @@ impl GeneralFaces {
 }
 
 impl Followed {
-    /// As it will be so many seconds after the start of its step, if it goes on as in its last one.
+    fn new(place: Place) -> Self {
+        Followed { place, before: [0.0; 3], rate: [0.0; 3], rate_before: [0.0; 3], step: 0.0 }
+    }
+
+    /// As it will be so many seconds after the start of its step, if it goes on as in its last two (M91).
     fn ahead(&self, known: (&[PrimitiveRow], &[GroundRow]), seconds: f64, dry_depth: f64) -> Seen {
         let now = Seen::at(known, self.place);
-        let [depth, x, y] = [0, 1, 2].map(|q: usize| self.before[q] + seconds * self.rate[q]);
+        let bend = if self.step > 0.0 { 0.5 * seconds * (seconds / self.step + 1.0) } else { 0.0 };
+        let [depth, x, y] = [0, 1, 2].map(|q: usize| {
+            let (last, before) = (self.rate[q], self.rate_before[q]);
+            // A rate that changes its sign, or by more than itself, has come to a front or an end.
+            let is_smooth = last * before > 0.0 && (last - before).abs() <= last.abs();
+            let change = if is_smooth { last - before } else { 0.0 };
+            self.before[q] + seconds * last + bend * change
+        });
         if self.before[0] <= dry_depth || depth <= dry_depth {
             return now;
         }

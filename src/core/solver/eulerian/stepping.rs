@@ -2,11 +2,12 @@
 //!
 //! The step of a level is 2^k times the shortest one. A level takes no longer step than a coarser one, and at most twice that of the next
 //! finer level. Levels with the same step are stepped together. Within a step of a group of levels the finer ones go first, beside coarse water
-//! that goes on as in its last step, and what passes a hanging face meanwhile is what the coarse level gets:
+//! that goes on as in its last two steps, and what passes a hanging face meanwhile is what the coarse level gets:
 //!
 //! ```text
 //! (M90)  Δt_l = 2^(k_l) Δt_0,   k_l = min(k_(l−1) + 1, floor(log2(min_(m≥l) Δt_m / Δt_0)))
-//! (M91)  F_coarse = (1/Δt) Σ ½ Δt_f F_fine     over both stages of all steps Δt_f of the finer level within Δt
+//! (M91)  U(t + τ) = U + τ r + ½ τ (1 + τ/Δt) (r − r_b)     r, r_b the rates of the last step Δt and the one before
+//! (M92)  F_coarse = (1/Δt) Σ ½ Δt_f F_fine     over both stages of all steps Δt_f of the finer level within Δt
 //! ```
 //!
 //! A finer level whose water gets faster meanwhile takes more and shorter steps. What changes at given times, such as a breach, is stepped with the finest level.

@@ -199,7 +199,8 @@ fn levels_that_step_by_themselves_bring_what_one_step_for_all_does() {
     let centre = Vec2::new(48.0, 48.0);
     let level = |_: usize, place: Vec2| if (place - centre).norm() < 12.0 { 4.0 } else { 1.0 };
     let bed = |cell: usize, _: Vec2| 0.6 * noise(cell);
-    let solver = |wanted: &dyn Fn(usize, usize) -> usize| EulerianSolver::new(scene(nest(96, 96, wanted), &bed, &level));
+    let solver =
+        |wanted: &dyn Fn(usize, usize) -> usize| EulerianSolver::new(scene(nest(96, 96, wanted), &bed, &level));
     let middle = |column: usize, row: usize| if (4..8).contains(&column) && (4..8).contains(&row) { 0 } else { 2 };
     let end = 6.0;
     let run = |mut solver: EulerianSolver, is_together: bool| {
