@@ -9,6 +9,7 @@ use super::water::{self, SourcedBody, earlier, start};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, Scene, Setup};
 use super::{grid, lagrangian, places};
 use crate::bed::BedParticles;
+use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -71,6 +72,15 @@ impl<'a> Files<'a> {
     }
 }
 
+/// Refuses nested levels, which are read and not yet computed. The change that computes them removes this function.
+fn refuse_levels(scenario: &Scenario, findings: &mut Findings) -> Option<()> {
+    let Some(levels) = &scenario.levels else { return Some(()) };
+    let message = "levels of cells are not computed by this version of the program";
+    let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message);
+    findings.add(&levels.coarsest, problem.with_remedy("write one length, such as `resolution: 20 m`"));
+    None
+}
+
 /// The lattice, and everything that is checked on it; none where there can be no lattice.
 pub(super) fn place(
     scenario: &Scenario,
@@ -78,6 +88,7 @@ pub(super) fn place(
     mut files: Files<'_>,
     findings: &mut Findings,
 ) -> Option<Setup> {
+    refuse_levels(scenario, findings)?;
     let lattice = grid::lattice(terrain, scenario.resolution.value, &scenario.limits);
     let lattice = findings.take(&scenario.resolution, lattice)?;
     let mut ground = ground::build(scenario, (terrain, &lattice), &files.ground, findings);

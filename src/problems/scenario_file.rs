@@ -25,6 +25,16 @@ pub(super) const GROUP: Group = Group {
         error("encoding", "The scenario file is not UTF-8 text.", "Save the file as UTF-8 in the editor."),
         error("folder", "The path names a folder, not a scenario file.", "Name the scenario file in the folder."),
         error(
+            "levels-for-eulerian",
+            "Levels of cells are for Eulerian particles. Lagrangian particles have one spacing.",
+            "Give one length as `resolution`, or leave `numerics.motion` and `numerics.formulation` out.",
+        ),
+        error(
+            "levels-not-nested",
+            "The coarsest spacing is not the finest one times a power of two, 64 at most. Cells of different levels would not fit together.",
+            "Give one of the lengths that the message names, or leave `coarsest` out.",
+        ),
+        error(
             "method-combination",
             "A numerical method does not go with another method, or with something else in the scenario. The result would be wrong or undefined.",
             "Leave the method out to take its default, or take out what does not go with it.",

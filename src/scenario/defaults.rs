@@ -8,6 +8,10 @@ pub const RISE_ON_WET: f64 = 0.10;
 pub const GRAVITY: f64 = 9.81;
 /// Depth (m) below which water does not move.
 pub const DRY_DEPTH: f64 = 1e-3;
+/// The coarsest spacing of levels over the finest one: three doublings.
+pub const COARSEST_TO_FINEST: f64 = 8.0;
+/// How far cells are fine on both sides of a line, in lengths of `to`: a strip of some eight cells.
+pub const REACH_OF_LINES: f64 = 4.0;
 /// Most particles unless the scenario says otherwise.
 pub const MAX_PARTICLES: f64 = 50e6;
 /// Share of the machine's memory that a run may take.

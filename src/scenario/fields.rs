@@ -117,6 +117,8 @@ kinds! {
     Offset: LENGTH, "0.12 m", "any finite value", f64::is_finite;
     /// A length or depth (m).
     Length: LENGTH, "20 m", "greater than 0", |value| value > 0.0;
+    /// A distance that may be 0 (m).
+    Distance: LENGTH, "50 m", "0 or more", |value| value >= 0.0;
     /// A span of time (s).
     Duration: TIME, "100 s", "greater than 0", |value| value > 0.0;
     /// A time of the run (s).

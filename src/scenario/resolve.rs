@@ -6,7 +6,7 @@ use std::path::Path;
 use super::fields::split_layer;
 use super::model::Scenario;
 use super::read::{FromNode, Reader, folder_of};
-use super::sections::{ScenarioFile, fill_in};
+use super::sections::{ScenarioFile, fill_in, open_length};
 use super::{preset, tree};
 use crate::error::{Error, Place, Problem, ProblemKind, sort_problems};
 
@@ -37,6 +37,9 @@ pub fn load(file: &Path, overrides: &[String]) -> Result<Loaded, Error> {
 pub fn resolve(text: &str, file: &Path, overrides: &[String]) -> Result<Loaded, Error> {
     let (mut root, duplicates) = tree::parse(text, file).map_err(|problem| Error::Problems(vec![*problem]))?;
     for change in overrides {
+        if change.trim_start().starts_with("resolution.") {
+            open_length(&mut root);
+        }
         tree::apply_override(&mut root, change).map_err(Error::Usage)?;
     }
     preset::expand(&mut root);

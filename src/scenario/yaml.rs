@@ -156,8 +156,12 @@ pub fn name_of<T: Choice>(is_it: impl Fn(&T) -> bool) -> &'static str {
 }
 /// A vector file, with its layer where it has one.
 pub fn vector(source: &Sourced<VectorSource>) -> Yaml {
-    let path = absolute(&source.value.path);
-    Yaml::Quoted(match &source.value.layer {
+    vector_source(&source.value)
+}
+/// The same without its place.
+pub fn vector_source(source: &VectorSource) -> Yaml {
+    let path = absolute(&source.path);
+    Yaml::Quoted(match &source.layer {
         Some(layer) => format!("{path}:{layer}"),
         None => path,
     })

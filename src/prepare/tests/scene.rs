@@ -59,6 +59,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         moving_bed: Vec::new(),
         channels: Vec::new(),
         resolution: sourced("resolution", resolution),
+        levels: None,
         end_time: 10.0,
         reference_time: None,
         outputs: Outputs {

@@ -9,6 +9,7 @@ mod ground;
 mod moving_bed;
 mod numerics;
 mod outputs;
+mod resolution;
 mod water;
 
 use std::path::PathBuf;
@@ -25,6 +26,7 @@ pub use ground::*;
 pub use moving_bed::*;
 pub use numerics::*;
 pub use outputs::*;
+pub use resolution::*;
 pub use water::*;
 
 /// A value with its key path and place in the scenario file, for messages.
@@ -95,8 +97,10 @@ pub struct Scenario {
     pub moving_bed: Vec<MovingBed>,
     /// Channels of one dimension.
     pub channels: Vec<Channel>,
-    /// Distance of two particles (m).
+    /// Distance of two particles (m); the finest one where there are levels.
     pub resolution: Sourced<f64>,
+    /// Levels of cells above it; none where all cells are of one spacing.
+    pub levels: Option<Levels>,
     /// End time (s).
     pub end_time: f64,
     /// Date and time of t = 0, if given.

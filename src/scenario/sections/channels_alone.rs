@@ -1,5 +1,6 @@
 //! A scenario whose water is in channels alone: it has no terrain, and nothing that stands, falls or is drawn on one.
 
+use super::resolution;
 use super::terrain::Terrain;
 use crate::error::{Problem, ProblemKind};
 use crate::scenario::read::{FromNode, Reader};
@@ -59,6 +60,7 @@ pub(super) fn check(node: &Node, reader: &mut Reader) -> Option<()> {
     {
         refuse(joint, "joins", "a channel joins an edge of the terrain; the end of one that does not is `downstream`");
     }
+    is_fit &= resolution::check_channels_alone(node, reader);
     is_fit.then_some(())
 }
 

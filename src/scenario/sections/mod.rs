@@ -12,6 +12,7 @@ mod moving_bed;
 mod numerics;
 mod outputs;
 mod rain;
+mod resolution;
 mod roughness;
 mod scenario;
 mod sources;
@@ -19,5 +20,6 @@ mod terrain;
 #[cfg(test)]
 mod tests;
 
+pub(super) use resolution::open_length;
 pub use scenario::ScenarioFile;
 pub(super) use scenario::fill_in;

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
+use super::resolution;
 use crate::scenario::choices::Chosen;
 use crate::scenario::defaults::{FRAMES, RISE_ON_WET, THRESHOLDS, default_isochrones, sensible_interval};
 use crate::scenario::fields::{Duration, Length, Quantity, Text, VectorFile};
@@ -24,8 +25,8 @@ section! {
         /// What is written beside `run.json` and `scenario.resolved.yaml`; what is left out is not computed; all when absent.
         /// Codes: not-written.
         write: Option<Vec<Chosen<OutputPart>>>,
-        /// Edge of a cell of the maps, or `terrain` for maps on the raster of the terrain itself; the resolution when absent.
-        /// Codes: finer-than-resolution, no-finer-raster.
+        /// Edge of a cell of the maps, or `terrain` for maps on the raster of the terrain itself; the resolution,
+        /// the finest one of levels, when absent. Codes: finer-than-resolution, no-finer-raster.
         cell: Option<MapCell>,
         /// Interval of the frames in `fields.nc` and of the profiles of channels; a fortieth of the run, rounded, when absent.
         /// Codes: longer-than-run.
@@ -122,7 +123,7 @@ pub(super) fn tell_of_outputs(node: &Node, reader: &mut Reader) {
         reader.warning(isochrones, "not-written", message, "add `gpkg` to `outputs.write`, or leave `isochrones` out");
     }
     if let Some(cell) = outputs.get("cell")
-        && quantity(Some(cell), &LENGTH).zip(quantity(node.get("resolution"), &LENGTH)).is_some_and(|(c, r)| c < r)
+        && quantity(Some(cell), &LENGTH).zip(quantity(resolution::finest(node), &LENGTH)).is_some_and(|(c, r)| c < r)
     {
         let message = "the cells of the maps are finer than the resolution, and show nothing that was not computed";
         reader.warning(cell, "finer-than-resolution", message, "leave `cell` out, or take a finer `resolution`");

@@ -11,16 +11,17 @@ use super::moving_bed::MovingBedEntry;
 use super::numerics::NumericsSection;
 use super::outputs::OutputsSection;
 use super::rain::RainSection;
+use super::resolution::Resolution;
 use super::roughness::RoughnessSection;
 use super::sources::SourceEntry;
 use super::terrain::Terrain;
 use super::{
-    boundaries, breach, channel, channels_alone, ground, initial, moving_bed, numerics, outputs, rain, roughness,
-    sources, terrain,
+    boundaries, breach, channel, channels_alone, ground, initial, moving_bed, numerics, outputs, rain, resolution,
+    roughness, sources, terrain,
 };
 use crate::error::{Problem, ProblemKind};
 use crate::scenario::defaults::{MAX_PARTICLES, MEMORY_SHARE, machine_memory};
-use crate::scenario::fields::{Count, DateTime, EndTime, FormatVersion, Length, Memory, Quantity, Text};
+use crate::scenario::fields::{Count, DateTime, EndTime, FormatVersion, Memory, Quantity, Text};
 use crate::scenario::methods::{Formulation, Motion};
 use crate::scenario::model::{CrsChoice, Limits, Scenario, Sourced};
 use crate::scenario::read::{FromNode, NonEmpty, Reader, section};
@@ -62,9 +63,9 @@ section! {
         /// Reaches that are computed in one dimension, for Eulerian particles; none when absent. Codes: method-combination,
         /// channels-of-earlier-run, no-maps.
         channels: Option<Vec<ChannelEntry>>,
-        /// Spacing: the distance of two neighbouring particles and the edge of a cell. Codes: bad-resolution,
-        /// resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells.
-        resolution: Quantity<Length>,
+        /// Spacing: the distance of two neighbouring particles and the edge of a cell; or levels of cells, fine where it matters.
+        /// Codes: bad-resolution, resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells, levels-for-eulerian.
+        resolution: Resolution,
         /// Simulated time.
         time: Time,
         /// What is written, where and how often; all outputs to `runs/NAME` when absent.
@@ -139,7 +140,7 @@ fn check_moving_particles(node: &Node, boundaries: &[Node], reader: &mut Reader)
         .chain(node.get("rain").filter(|_| is_summed).map(|rain| (rain, "rain")))
         .chain(node.get("channels").map(|channels| (channels, "channels")))
         .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
-    let mut is_fit = true;
+    let mut is_fit = resolution::check_lagrangian(node, reader);
     for (key, what, otherwise) in [
         ("breach", "dam that breaks", "for a dam that is gone at the start, take `breach` out"),
         ("moving_bed", "moving bed", "or take this out"),
@@ -190,7 +191,7 @@ section! {
 pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
     let name = scenario_name(file);
     let end_time = written.time.end.value();
-    let resolution = written.resolution.sourced;
+    let (resolution, levels) = resolution::resolved(written.resolution);
     let has_terrain = written.terrain.is_some();
     let (layers, reproject, mut ground) = written.terrain.map(terrain::resolved).unwrap_or_default();
     let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));
@@ -232,6 +233,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
         channels: channel::resolved(written.channels.unwrap_or_default()),
         outputs: outputs::resolved(written.outputs, &name, file, resolution.value, end_time),
         resolution,
+        levels,
         end_time,
         reference_time: written.time.reference.map(|reference| reference.0),
         numerics: numerics::resolved(written.numerics.as_ref()),
@@ -282,7 +284,7 @@ fn run(scenario: &Scenario) -> Section {
         .with("memory", quantity(scenario.limits.memory, "B"))
         .with("particles", scenario.limits.particles);
     Section::default()
-        .with("resolution", quantity(scenario.resolution.value, "m"))
+        .with("resolution", resolution::written(scenario))
         .with(
             "time",
             Section::default().with("end", quantity(scenario.end_time, "s")).with_some("reference", reference),

@@ -13,6 +13,10 @@ fn without_places(scenario: &Scenario) -> Scenario {
     plain.file = "".into();
     plain.crs.place = None;
     plain.resolution.place = None;
+    if let Some(levels) = &mut plain.levels {
+        levels.coarsest.place = None;
+        levels.refine.iter_mut().for_each(|place| place.place = None);
+    }
     plain.outputs.folder.place = None;
     for layer in &mut plain.layers {
         layer.place = None;
@@ -143,6 +147,27 @@ fn a_resolved_scenario_reads_back_as_itself() {
         "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
              resolution: 20 ft\ntime: {end: 1 h 30 min}\n",
     );
+}
+
+#[test]
+fn every_kind_of_resolution_reads_back_as_itself() {
+    for resolution in [
+        "0.35 m",
+        "{finest: 1 ft}",
+        "{finest: 35 cm, coarsest: 5.6 m, refine: []}",
+        "{finest: 5 m, coarsest: 5 m, refine: [{polygons: town.gpkg:core}, {lines: \"dike: 1.shp\", to: 5 m}]}",
+        "{finest: 20 ft, refine: [{lines: a.shp, to: 100 ft, within: 0.1 km}, {polygons: b.shp, to: 40 ft}, {lines: c.shp, within: 0}]}",
+    ] {
+        assert_round_trip(&format!(
+            "floodsim: 1\nterrain: dem.tif\nroughness: {{manning: 0.033}}\ninitial: [{{sea: a.geojson, level: 0.1 m}}]\n\
+                 resolution: {resolution}\ntime: {{end: 1 h}}\n",
+        ));
+    }
+    let text = "floodsim: 1\nterrain: dem.tif\nroughness: {manning: 0.033}\ninitial: [{sea: a.geojson, level: 0.1 m}]\n\
+         resolution: {finest: 5 m, refine: [{lines: levee.shp}]}\ntime: {end: 1 h}\n";
+    let written = resolve(text, Path::new("/somewhere/scenario.yaml"), &[]).unwrap().scenario.to_yaml();
+    let expected = "\nresolution:\n  finest: 5 m\n  coarsest: 40 m\n  refine:\n    - {lines: \"/somewhere/levee.shp\", to: 5 m, within: 20 m}\n";
+    assert!(written.contains(expected), "{written}");
 }
 
 #[test]
