@@ -1,0 +1,100 @@
+//! Random scenes, the same at every run.
+
+use super::checks::{check, house, lattice, line};
+use crate::partition::{Line, LineKind, Partition};
+
+/// A small generator of numbers (xorshift64*), so that scenes do not change with a library.
+pub struct Numbers(pub u64);
+
+impl Numbers {
+    /// The next number from `low` to `high`.
+    pub fn next(&mut self, low: f64, high: f64) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        let bits = self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11;
+        low + (high - low) * bits as f64 / (1u64 << 53) as f64
+    }
+
+    /// A whole number below `count`.
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.next(0.0, count as f64) as usize).min(count - 1)
+    }
+}
+
+/// Edge of the lattice of random scenes in cells.
+pub const EDGE: usize = 30;
+
+/// A line of some straight pieces that may leave the lattice.
+fn path(numbers: &mut Numbers) -> Line {
+    let kind = [LineKind::Wall, LineKind::Follow][numbers.below(2)];
+    let (mut x, mut y) = (numbers.next(-3.0, 33.0), numbers.next(-3.0, 33.0));
+    let mut heading = numbers.next(0.0, 6.3);
+    let turn = [0.2, 0.8, 2.5][numbers.below(3)];
+    let stride = [0.3, 2.0, 9.0][numbers.below(3)];
+    let mut points = vec![(x, y)];
+    for _ in 0..1 + numbers.below(12) {
+        let length = numbers.next(0.2, 1.8) * stride;
+        (x, y) = (x + length * heading.cos(), y + length * heading.sin());
+        heading += numbers.next(-turn, turn);
+        points.push((x, y));
+    }
+    line(kind, &points)
+}
+
+/// Two walls side by side.
+fn street(numbers: &mut Numbers) -> [Line; 2] {
+    let (x, y, angle) = (numbers.next(5.0, 25.0), numbers.next(5.0, 25.0), numbers.next(0.0, 3.2));
+    let (half, width) = (numbers.next(2.0, 9.0), numbers.next(0.4, 2.5));
+    let (sin, cos) = angle.sin_cos();
+    let at = |s: f64, n: f64| (x + s * cos - n * sin, y + s * sin + n * cos);
+    [0.0, width].map(|n| line(LineKind::Wall, &[at(-half, n), at(half, n)]))
+}
+
+/// Houses of 0.6 to 20 cells at any angle, which may overlap.
+fn some_house(numbers: &mut Numbers) -> Line {
+    let size = |numbers: &mut Numbers| 0.6 * (20.0_f64 / 0.6).powf(numbers.next(0.0, 1.0));
+    let size = (size(numbers), size(numbers));
+    house((numbers.next(0.0, 30.0), numbers.next(0.0, 30.0)), size, numbers.next(0.0, 180.0))
+}
+
+/// A random scene.
+pub fn scene(seed: u64) -> Vec<Line> {
+    let mut numbers = Numbers(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    (0..3).for_each(|_| _ = numbers.next(0.0, 1.0));
+    let mut lines = Vec::new();
+    for _ in 0..1 + numbers.below(4) {
+        match numbers.below(3) {
+            0 => lines.push(path(&mut numbers)),
+            1 => lines.extend(street(&mut numbers)),
+            _ => lines.push(some_house(&mut numbers)),
+        }
+    }
+    lines
+}
+
+#[test]
+fn every_random_scene_is_whole() {
+    let lattice = lattice(EDGE, EDGE, 1.0);
+    let is_whole = |seed: &u64| {
+        let lines = scene(*seed);
+        let made = Partition::new(&lattice, |_| true, &lines);
+        std::panic::catch_unwind(|| check(&made, &lattice, |_| true, &lines)).is_ok()
+    };
+    let wrong: Vec<u64> = (0..400).filter(|seed| !is_whole(seed)).collect();
+    assert!(wrong.is_empty(), "scenes {wrong:?}");
+}
+
+#[test]
+fn cells_that_do_not_exist_stay_so() {
+    let lattice = lattice(EDGE, EDGE, 2.5);
+    let is_whole = |seed: &u64| {
+        let scale = |line: Line| Line { points: line.points.iter().map(|p| *p * 2.5).collect(), ..line };
+        let lines: Vec<Line> = scene(1000 + *seed).into_iter().map(scale).collect();
+        let is_cell = |cell: usize| (cell * 7919 + *seed as usize) % 11 != 0 && cell % EDGE > 4;
+        let made = Partition::new(&lattice, is_cell, &lines);
+        std::panic::catch_unwind(|| check(&made, &lattice, is_cell, &lines)).is_ok()
+    };
+    let wrong: Vec<u64> = (0..150).filter(|seed| !is_whole(seed)).collect();
+    assert!(wrong.is_empty(), "scenes {wrong:?}");
+}
