@@ -5,6 +5,7 @@
 
 use super::cut::Polygon;
 use super::lines::{Network, bounds};
+use super::segment::Segment;
 use super::weld::Weld;
 use super::window::{Square, square_of};
 use super::{LineKind, TOLERANCE};
@@ -76,22 +77,28 @@ impl Mesh {
     }
 }
 
-/// A corner moved onto what it means: the end of a segment, the corner of a square, the segment itself.
+/// A corner moved onto what it means: the end of a segment, the crossing of two, the segment itself, the corner of a square.
 fn snapped(corner: Vec2, network: &Network) -> Vec2 {
-    let is_near = |place: Vec2| (corner - place).norm() <= TOLERANCE;
-    let mut on_line: Option<Vec2> = None;
+    let is_near = |place: &Vec2| (corner - *place).norm() <= TOLERANCE;
+    let mut on: Option<(&Segment, Vec2)> = None;
     for number in network.at(corner) {
         let segment = &network.segments[*number as usize];
-        if let Some(end) = segment.ends.into_iter().find(|end| is_near(*end)) {
+        if let Some(end) = segment.ends.into_iter().find(is_near) {
             return end;
         }
         let nearest = segment.nearest(corner);
-        if is_near(nearest) && on_line.is_none() {
-            on_line = Some(nearest);
+        match on {
+            _ if !is_near(&nearest) => {}
+            None => on = Some((segment, nearest)),
+            Some((first, place)) => {
+                let crossing = first.crossing(segment).map(|(share, _)| first.ends[0] + first.along() * share);
+                on = Some((first, crossing.filter(is_near).unwrap_or(place)));
+            }
         }
     }
     let of_square = Vec2::new(corner.x.round(), corner.y.round());
-    on_line.unwrap_or(if is_near(of_square) { of_square } else { corner })
+    let on_lattice = if is_near(&of_square) { of_square } else { corner };
+    on.map_or(on_lattice, |(_, place)| place)
 }
 
 /// Corners by the square that holds them.
@@ -209,7 +216,7 @@ fn edges(parts: &[Part]) -> (Vec<Edge>, usize) {
 /// The line on which an edge lies: one that water cannot cross before others, then the first.
 fn line_of([a, b]: [Vec2; 2], network: &Network) -> Option<u32> {
     let segments = network.at((a + b) * 0.5).iter().map(|number| &network.segments[*number as usize]);
-    let is_on = |end: Vec2, segment: &super::segment::Segment| segment.distance(end) <= 2.0 * TOLERANCE;
+    let is_on = |end: Vec2, segment: &Segment| segment.distance(end) <= 2.0 * TOLERANCE;
     let on = segments.filter(|segment| is_on(a, segment) && is_on(b, segment)).map(|segment| segment.line);
     on.min_by_key(|line| (network.kinds[*line] == LineKind::Follow, *line)).map(|line| line as u32)
 }
