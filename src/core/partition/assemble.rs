@@ -1,13 +1,13 @@
 //! From lines to cells and faces, in the order of the rules.
 
-use super::faces::faces;
+use super::faces::{MeshFace, faces};
 use super::inside::Outlines;
 use super::join::Groups;
 use super::lines::{Network, bounds};
 use super::mesh::{Mesh, Part};
 use super::seeds::Seeds;
 use super::window::{Window, square_of};
-use super::{BLOCKED, Cell, Face, Line, Partition, Side, cut, depth_within, voronoi};
+use super::{BLOCKED, TOLERANCE, Cell, Face, Line, Partition, Side, cut, depth_within, voronoi};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -49,13 +49,14 @@ pub fn assemble(lattice: &Lattice, is_cell: &impl Fn(usize) -> bool, lines: &[Li
         }
     };
     let scale = lattice.spacing;
-    let face = |face: super::faces::MeshFace| {
+    let face = |face: MeshFace| {
         let [from, to] = face.ends.map(|end| mesh.places[end as usize] * scale);
         Face { sides: face.sides, from, to, line: face.line.map(|line| line as usize) }
     };
+    let faces = faces(&mesh, &network.kinds, side_of);
     let mut made = Partition {
-        faces: faces(&mesh, &network.kinds, side_of).into_iter().map(face).collect(),
-        cells,
+        cells: with_areas(cells, &faces, &mesh.places),
+        faces: faces.into_iter().map(face).collect(),
         replaced: (0..lattice.len()).filter(|cell| replaced[*cell] && is_cell(*cell)).collect(),
         blocked,
         faults: mesh.faults,
@@ -104,7 +105,7 @@ fn cells(mesh: &Mesh, seeds: &Seeds, mut places: Vec<Place>) -> (Vec<Cell>, Vec<
     let corners =
         |part: &Part| -> Vec<Vec2> { part.corners.iter().map(|corner| mesh.places[*corner as usize]).collect() };
     let is_there: Vec<bool> = places.iter().map(|place| *place == Place::Cell(0)).collect();
-    let holds_seed = |part: &Part| depth_within(&corners(part), seeds.places[part.seed]) >= 0.0;
+    let holds_seed = |part: &Part| depth_within(&corners(part), seeds.places[part.seed]) >= -TOLERANCE;
     let holds_seed: Vec<bool> =
         mesh.parts.iter().zip(&is_there).map(|(part, is_there)| *is_there && holds_seed(part)).collect();
     let groups = Groups::new(mesh, &is_there, &holds_seed);
@@ -134,6 +135,21 @@ fn cells(mesh: &Mesh, seeds: &Seeds, mut places: Vec<Place>) -> (Vec<Cell>, Vec<
         parts.iter().for_each(|part| places[*part as usize] = Place::Cell(number));
     }
     (made.into_iter().map(|(cell, _)| cell).collect(), places, blocked)
+}
+
+/// The cells with the area within their faces, from which that of their parts differs by the tolerances.
+fn with_areas(mut cells: Vec<Cell>, faces: &[MeshFace], places: &[Vec2]) -> Vec<Cell> {
+    cells.iter_mut().for_each(|cell| cell.area = 0.0);
+    for face in faces {
+        for (side, ends) in face.sides.into_iter().zip([face.ends, [face.ends[1], face.ends[0]]]) {
+            if let Side::Cell(cell) = side {
+                let cell = &mut cells[cell];
+                let [a, b] = ends.map(|end| places[end as usize] - cell.centre);
+                cell.area += 0.5 * a.cross(b);
+            }
+        }
+    }
+    cells
 }
 
 /// Cell of the lattice, cell of the partition and its part, of all that overlap, ascending.

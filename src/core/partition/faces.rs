@@ -4,8 +4,9 @@ use super::mesh::Mesh;
 use super::{LineKind, Side};
 use crate::math::Vec2;
 
-/// A bend (spacings, of the middle corner from the straight face) below which two edges are one face.
-const STRAIGHT: f64 = 1e-12;
+/// How far (spacings) the corner between two edges may lie beside the straight face that replaces them: on a line, and elsewhere. The
+/// areas of cells are those within their faces.
+const STRAIGHT: [f64; 2] = [1e-13, 1e-9];
 
 const NONE: u32 = u32::MAX;
 
@@ -80,7 +81,7 @@ fn straightened(faces: Vec<MeshFace>, places: &[Vec2]) -> Vec<MeshFace> {
         let (first, second) = (ends[1] - ends[0], ends[3] - ends[2]);
         let bend = first.cross(second).abs() / (first + second).norm();
         let is_same = other != number && meets && own.sides == next.sides && own.line == next.line;
-        (is_same && bend <= STRAIGHT && first.dot(second) > 0.0).then_some(other)
+        (is_same && bend <= STRAIGHT[usize::from(own.line.is_none())] && first.dot(second) > 0.0).then_some(other)
     };
     let mut found = Vec::with_capacity(faces.len());
     for (number, face) in faces.iter().enumerate() {

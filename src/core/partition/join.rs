@@ -102,15 +102,14 @@ impl Groups {
             joins.extend(best.map(|(_, _, other)| (self.area[own as usize], own, other)));
         }
         joins.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut has_changed = vec![false; if joins.is_empty() { 0 } else { self.parent.len() }];
+        let count = if joins.is_empty() { 0 } else { self.parent.len() };
+        let (mut has_grown, mut is_gone) = (vec![false; count], vec![false; count]);
         for (_, own, other) in &joins {
-            let is_gone = |group: u32| self.parent[group as usize] != group;
-            if has_changed[*own as usize] || is_gone(*own) || is_gone(*other) {
-                continue;
+            if !has_grown[*own as usize] && !is_gone[*other as usize] {
+                is_gone[*own as usize] = true;
+                has_grown[*other as usize] = true;
+                self.join(*own, *other);
             }
-            has_changed[*own as usize] = true;
-            has_changed[*other as usize] = true;
-            self.join(*own, *other);
         }
         !joins.is_empty()
     }

@@ -114,11 +114,17 @@ fn arms(network: &Network, place: Vec2) -> Vec<f64> {
         found.extend(ways.map(|way| way.y.atan2(way.x)));
     }
     found.sort_by(f64::total_cmp);
-    found.dedup_by(|later, earlier| *later - *earlier < SAME_DIRECTION);
-    if found.len() > 1 && found[0] + 2.0 * PI - found[found.len() - 1] < SAME_DIRECTION {
-        found.pop();
+    // Directions that belong together across the turn from π to −π are moved to one end.
+    let tail = (1..found.len()).find(|i| found[*i] - found[i - 1] >= SAME_DIRECTION);
+    if let (Some(tail), Some(last)) = (tail, found.last())
+        && found[0] + 2.0 * PI - last < SAME_DIRECTION
+    {
+        found.rotate_left(tail);
+        let count = found.len();
+        found[count - tail..].iter_mut().for_each(|angle| *angle += 2.0 * PI);
     }
-    found
+    let bundles = found.chunk_by(|a, b| b - a < SAME_DIRECTION);
+    bundles.map(|bundle| 0.5 * (bundle[0] + bundle[bundle.len() - 1])).collect()
 }
 
 fn stretches(line: usize, trace: &Trace, mut cuts: Vec<f64>) -> Vec<Stretch> {

@@ -20,6 +20,9 @@ const STREET: f64 = 4.0 * OFFSET;
 /// Least width between two lines that gets seeds at all.
 const LEAST_WIDTH: f64 = 1e-3;
 
+/// The same around a node: an end that just misses a wall gets no seeds in between.
+const LEAST_WIDTH_AT_NODE: f64 = 0.2;
+
 /// Seeds of lines on the same side of all lines are at least so far apart.
 const LEAST_DISTANCE: f64 = 0.603;
 
@@ -193,25 +196,30 @@ fn offset(width: f64, usual: f64) -> Option<f64> {
 
 /// The seeds around a node: on a circle through the first pairs of seeds of its lines, so that the node is a corner of their cells.
 fn around(node: &Node, network: &Network) -> Vec<Vec2> {
-    let mut found = Vec::new();
     let radius = 0.5_f64.hypot(OFFSET);
     let first_pair = OFFSET.atan2(0.5);
-    for (i, from) in node.arms.iter().enumerate() {
-        let to = node.arms.get(i + 1).copied().unwrap_or(node.arms[0] + 2.0 * PI);
-        let middle = 0.5 * (from + to);
+    let after = node.arms.iter().skip(1).copied().chain(node.arms.first().map(|first| first + 2.0 * PI));
+    let mut sectors: Vec<(f64, f64)> = node.arms.iter().zip(after).map(|(from, to)| (to - from, 0.5 * (from + to))).collect();
+    // The widest first: an order that a mirror does not change.
+    sectors.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut found = Vec::new();
+    for (width, middle) in sectors {
         // Between the first seeds of both lines; where these stand too near to each other, one in the middle replaces them.
-        let span = to - from - 2.0 * first_pair;
+        let span = width - 2.0 * first_pair;
         let directions: Vec<f64> = if 2.0 * radius * (0.5 * span).sin() < LEAST_DISTANCE || span < 0.0 {
             vec![middle]
         } else {
             let gaps = (span / (0.5 * PI)).round().max(1.0);
             (1..gaps as usize).map(|k| middle + span * (k as f64 / gaps - 0.5)).collect()
         };
-        for angle in directions {
+        let seed = |angle: &f64| {
             let direction = Vec2::new(angle.cos(), angle.sin());
             let width = network.sight(node.place, direction, 2.0);
-            found.extend(offset(width, radius).map(|offset| node.place + direction * offset));
-        }
+            offset(width, radius).filter(|_| width > LEAST_WIDTH_AT_NODE).map(|offset| node.place + direction * offset)
+        };
+        let seeds: Vec<Vec2> = directions.iter().filter_map(seed).collect();
+        let are_apart = seeds.windows(2).all(|pair| (pair[1] - pair[0]).norm() >= LEAST_DISTANCE);
+        found.extend(if are_apart { seeds } else { seed(&middle).into_iter().collect() });
     }
     found
 }
