@@ -7,7 +7,7 @@ use super::lines::{Network, bounds};
 use super::mesh::{Mesh, Part};
 use super::seeds::Seeds;
 use super::window::{Window, square_of};
-use super::{BLOCKED, TOLERANCE, Cell, Face, Line, Partition, Side, cut, depth_within, voronoi};
+use super::{BLOCKED, Cell, Face, Line, Partition, Side, TOLERANCE, cut, depth_within, voronoi};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 

@@ -8,6 +8,9 @@ use crate::math::Vec2;
 /// areas of cells are those within their faces.
 const STRAIGHT: [f64; 2] = [1e-13, 1e-9];
 
+/// A direction to which hardly any line is at right angles.
+const FORWARD: Vec2 = Vec2::new(1.0, 0.618_034);
+
 const NONE: u32 = u32::MAX;
 
 /// A face with the numbers of its ends; side 0 is a cell, to the left on the way from `ends[0]` to `ends[1]`.
@@ -35,6 +38,10 @@ pub fn faces(mesh: &Mesh, kinds: &[LineKind], side_of: impl Fn(Option<u32>, Vec2
         let back = [ends[1], ends[0]];
         match sides {
             [Side::Cell(a), Side::Cell(b)] if a == b && !is_wall(line) => {}
+            // Walls within a cell all run the same way, so that they can be put together.
+            [Side::Cell(a), Side::Cell(b)] if a == b && (to - from).dot(FORWARD) < 0.0 => {
+                found.push(MeshFace { sides, ends: back, line });
+            }
             [Side::Cell(a), Side::Cell(b)] if a > b => {
                 found.push(MeshFace { sides: [sides[1], sides[0]], ends: back, line })
             }

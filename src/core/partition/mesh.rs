@@ -7,7 +7,7 @@ use super::cut::Polygon;
 use super::lines::{Network, bounds};
 use super::segment::Segment;
 use super::weld::Weld;
-use super::window::{Square, square_of};
+use super::window::square_of;
 use super::{LineKind, TOLERANCE};
 use crate::math::Vec2;
 
@@ -101,25 +101,27 @@ fn snapped(corner: Vec2, network: &Network) -> Vec2 {
     on.map_or(on_lattice, |(_, place)| place)
 }
 
-/// Corners by the square that holds them.
+/// Corners by the row and column of the square that holds them.
 struct BySquare {
-    sorted: Vec<(Square, u32)>,
+    sorted: Vec<(i64, i64, u32)>,
 }
 
 impl BySquare {
     fn new(places: &[Vec2]) -> Self {
-        let mut sorted: Vec<(Square, u32)> =
-            places.iter().enumerate().map(|(number, place)| (square_of(*place), number as u32)).collect();
+        let at = |(number, place): (usize, &Vec2)| {
+            let (column, row) = square_of(*place);
+            (row, column, number as u32)
+        };
+        let mut sorted: Vec<(i64, i64, u32)> = places.iter().enumerate().map(at).collect();
         sorted.sort_unstable();
         BySquare { sorted }
     }
 
-    /// Corners in the squares of a row that a box touches.
+    /// Corners in the squares of a row from one column to another.
     fn in_row(&self, row: i64, from: i64, to: i64) -> impl Iterator<Item = u32> {
-        (from..=to).flat_map(move |column| {
-            let first = self.sorted.partition_point(|(square, _)| *square < (column, row));
-            self.sorted[first..].iter().take_while(move |(square, _)| *square == (column, row)).map(|(_, n)| *n)
-        })
+        let first = self.sorted.partition_point(|known| (known.0, known.1) < (row, from));
+        let within = self.sorted[first..].iter().take_while(move |known| known.0 == row && known.1 <= to);
+        within.map(|known| known.2)
     }
 }
 

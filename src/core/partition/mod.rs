@@ -54,6 +54,7 @@ mod tests;
 
 use crate::lattice::Lattice;
 use crate::math::Vec2;
+use segment::Segment;
 
 /// Places nearer to each other than this (spacings) are one.
 const TOLERANCE: f64 = 1e-9;
@@ -166,11 +167,19 @@ impl Partition {
     }
 }
 
-/// Distance of a place from the nearest side of a convex polygon, counter-clockwise; below 0 outside.
+/// Distance of a place from the nearest side of a polygon; below 0 outside.
+///
+/// Short sides may turn inward by the tolerance, so that a place counts as inside by the sides north of it that it lies between.
 fn depth_within(corners: &[Vec2], place: Vec2) -> f64 {
-    let to_side = |i: usize| {
-        let side = corners[(i + 1) % corners.len()] - corners[i];
-        side.cross(place - corners[i]) / side.norm()
-    };
-    (0..corners.len()).map(to_side).fold(f64::INFINITY, f64::min)
+    let (mut distance, mut is_inside) = (f64::INFINITY, false);
+    for (i, from) in corners.iter().enumerate() {
+        let ends = [*from, corners[(i + 1) % corners.len()]];
+        distance = distance.min(Segment { ends, line: 0 }.distance(place));
+        let [a, b] = ends;
+        if (a.x > place.x) != (b.x > place.x) {
+            let y = a.y + (b.y - a.y) * ((place.x - a.x) / (b.x - a.x));
+            is_inside ^= y > place.y;
+        }
+    }
+    if is_inside { distance } else { -distance }
 }

@@ -199,7 +199,8 @@ fn around(node: &Node, network: &Network) -> Vec<Vec2> {
     let radius = 0.5_f64.hypot(OFFSET);
     let first_pair = OFFSET.atan2(0.5);
     let after = node.arms.iter().skip(1).copied().chain(node.arms.first().map(|first| first + 2.0 * PI));
-    let mut sectors: Vec<(f64, f64)> = node.arms.iter().zip(after).map(|(from, to)| (to - from, 0.5 * (from + to))).collect();
+    let mut sectors: Vec<(f64, f64)> =
+        node.arms.iter().zip(after).map(|(from, to)| (to - from, 0.5 * (from + to))).collect();
     // The widest first: an order that a mirror does not change.
     sectors.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut found = Vec::new();

@@ -1,7 +1,7 @@
 //! How well shaped the cells are.
 
 use super::checks::{faces_of_cells, lattice};
-use super::random::{EDGE, scene};
+use super::random::{EDGE, FAMILIES, Family, scene_of};
 use crate::math::Vec2;
 use crate::partition::{Face, Partition};
 
@@ -44,22 +44,28 @@ pub fn print_figures(name: &str, shapes: &[(f64, f64)]) {
     );
 }
 
-#[test]
-fn cells_of_random_scenes_are_well_shaped() {
+/// The shapes of all cells of many scenes, and how many parts were blocked.
+fn shapes_of(families: &[Family], seeds: std::ops::Range<u64>) -> (Vec<(f64, f64)>, usize) {
     let lattice = lattice(EDGE, EDGE, 1.0);
-    let mut all = Vec::new();
-    let mut blocked = 0;
-    for seed in 0..400 {
-        let made = Partition::new(&lattice, |_| true, &scene(seed));
-        let worst = shapes(&made, 1.0);
-        for (number, (area, ratio)) in worst.iter().enumerate() {
-            if *area > 2.2 || *ratio > 60.0 || *area < 0.1 {
-                println!("scene {seed} cell {number} at {:?}: {area:.3} {ratio:.1}", made.cells[number].centre);
-            }
-        }
-        all.extend(worst);
+    let (mut all, mut blocked) = (Vec::new(), 0);
+    for seed in seeds {
+        let made = Partition::new(&lattice, |_| true, &scene_of(families, seed));
+        all.extend(shapes(&made, 1.0));
         blocked += made.blocked;
     }
-    print_figures("random", &all);
-    println!("blocked {blocked}");
+    (all, blocked)
+}
+
+#[test]
+fn cells_of_random_scenes_are_well_shaped() {
+    for family in FAMILIES {
+        let (all, blocked) = shapes_of(&[family], 0..100);
+        print_figures(&format!("{family:?}, {blocked} blocked"), &all);
+    }
+    let (all, blocked) = shapes_of(&FAMILIES, 0..400);
+    print_figures(&format!("all families, {blocked} blocked"), &all);
+    let share = |is_so: &dyn Fn(f64) -> bool| {
+        all.iter().filter(|(area, _)| is_so(*area)).count() as f64 / all.len() as f64
+    };
+    assert!(share(&|area| area < 0.4) < 5e-3 && share(&|area| area > 1.8) < 5e-4);
 }

@@ -59,19 +59,78 @@ fn some_house(numbers: &mut Numbers) -> Line {
     house((numbers.next(0.0, 30.0), numbers.next(0.0, 30.0)), size, numbers.next(0.0, 180.0))
 }
 
-/// A random scene.
-pub fn scene(seed: u64) -> Vec<Line> {
+/// A bank or wall with far more points than cells, straight or in bends of any radius from 1 cell.
+fn dense_path(numbers: &mut Numbers) -> Line {
+    let kind = [LineKind::Wall, LineKind::Follow][numbers.below(2)];
+    let (mut x, mut y, mut heading) = (numbers.next(5.0, 25.0), numbers.next(5.0, 25.0), numbers.next(0.0, 6.3));
+    let (mut bend, mut points) = (numbers.next(-1.0, 1.0), vec![(x, y)]);
+    for _ in 0..40 + numbers.below(160) {
+        let stride = numbers.next(0.02, 0.2);
+        (x, y) = (x + stride * heading.cos(), y + stride * heading.sin());
+        heading += bend * stride;
+        bend = (bend + numbers.next(-0.1, 0.1)).clamp(-1.0, 1.0);
+        points.push((x, y));
+    }
+    line(kind, &points)
+}
+
+/// A ring of 0.02 to 2 cells.
+fn small_ring(numbers: &mut Numbers) -> Line {
+    let size = 0.02 * 100.0_f64.powf(numbers.next(0.0, 1.0));
+    let (x, y, turn) = (numbers.next(3.0, 27.0), numbers.next(3.0, 27.0), numbers.next(0.0, 6.3));
+    let count = 3 + numbers.below(9);
+    let corner = |k: usize| {
+        let angle = turn + 6.283 * k as f64 / count as f64;
+        (x + 0.5 * size * angle.cos(), y + 0.5 * size * angle.sin())
+    };
+    let points: Vec<(f64, f64)> = (0..count).map(corner).collect();
+    let kind = [LineKind::Wall, LineKind::Outline, LineKind::Follow][numbers.below(3)];
+    Line { is_closed: true, ..line(kind, &points) }
+}
+
+/// A wall that ends on another line of the scene, or one more path.
+fn junction(numbers: &mut Numbers, lines: &[Line]) -> Line {
+    let Some(other) = lines.first().filter(|line| line.points.len() > 1) else { return path(numbers) };
+    let [a, b] = [other.points[0], other.points[1]];
+    let foot = a + (b - a) * numbers.next(0.0, 1.0);
+    line(LineKind::Wall, &[(foot.x, foot.y), (numbers.next(0.0, 30.0), numbers.next(0.0, 30.0))])
+}
+
+/// What random scenes consist of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Family {
+    Paths,
+    Streets,
+    Houses,
+    DensePaths,
+    SmallRings,
+    Junctions,
+}
+
+pub const FAMILIES: [Family; 6] =
+    [Family::Paths, Family::Streets, Family::Houses, Family::DensePaths, Family::SmallRings, Family::Junctions];
+
+/// A random scene of some families.
+pub fn scene_of(families: &[Family], seed: u64) -> Vec<Line> {
     let mut numbers = Numbers(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     (0..3).for_each(|_| _ = numbers.next(0.0, 1.0));
     let mut lines = Vec::new();
     for _ in 0..1 + numbers.below(4) {
-        match numbers.below(3) {
-            0 => lines.push(path(&mut numbers)),
-            1 => lines.extend(street(&mut numbers)),
-            _ => lines.push(some_house(&mut numbers)),
+        match families[numbers.below(families.len())] {
+            Family::Paths => lines.push(path(&mut numbers)),
+            Family::Streets => lines.extend(street(&mut numbers)),
+            Family::Houses => lines.push(some_house(&mut numbers)),
+            Family::DensePaths => lines.push(dense_path(&mut numbers)),
+            Family::SmallRings => lines.push(small_ring(&mut numbers)),
+            Family::Junctions => lines.push(junction(&mut numbers, &lines)),
         }
     }
     lines
+}
+
+/// A random scene of all families.
+pub fn scene(seed: u64) -> Vec<Line> {
+    scene_of(&FAMILIES, seed)
 }
 
 /// A random scene with all points on the corners of quarter cells: lines along the lattice, through its corners, on each other.
@@ -86,9 +145,8 @@ fn wrong(seeds: std::ops::Range<u64>, scene: impl Fn(u64) -> Vec<Line>) -> Vec<u
     let lattice = lattice(EDGE, EDGE, 1.0);
     let is_whole = |seed: &u64| {
         let lines = scene(*seed);
-        let checked = std::panic::catch_unwind(|| {
-            check(&Partition::new(&lattice, |_| true, &lines), &lattice, |_| true, &lines)
-        });
+        let checked =
+            std::panic::catch_unwind(|| check(&Partition::new(&lattice, |_| true, &lines), &lattice, |_| true, &lines));
         checked.is_ok()
     };
     seeds.filter(|seed| !is_whole(seed)).collect()
@@ -117,7 +175,7 @@ fn cells_that_do_not_exist_stay_so() {
     let is_whole = |seed: &u64| {
         let scale = |line: Line| Line { points: line.points.iter().map(|p| *p * 2.5).collect(), ..line };
         let lines: Vec<Line> = scene(1000 + *seed).into_iter().map(scale).collect();
-        let is_cell = |cell: usize| (cell * 7919 + *seed as usize) % 11 != 0 && cell % EDGE > 4;
+        let is_cell = |cell: usize| !(cell * 7919 + *seed as usize).is_multiple_of(11) && cell % EDGE > 4;
         let made = Partition::new(&lattice, is_cell, &lines);
         std::panic::catch_unwind(|| check(&made, &lattice, is_cell, &lines)).is_ok()
     };

@@ -92,9 +92,7 @@ fn water_does_not_leave_a_closed_wall() {
         let lines: Vec<Line> = scene(seed).into_iter().filter(|line| line.is_closed).map(|l| ring(l.points)).collect();
         let made = Partition::new(&lattice, |_| true, &lines);
         for line in &lines {
-            let is_inside = |place: Vec2| {
-                segments(line).into_iter().all(|[a, b]| (b - a).cross(place - a) > 0.0)
-            };
+            let is_inside = |place: Vec2| segments(line).into_iter().all(|[a, b]| (b - a).cross(place - a) > 0.0);
             let inside: Vec<bool> = made.cells.iter().map(|cell| is_inside(centre_of_largest(cell))).collect();
             for face in &made.faces {
                 if let [Side::Cell(a), Side::Cell(b)] = face.sides {
