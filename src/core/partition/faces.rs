@@ -84,11 +84,9 @@ fn straightened(faces: Vec<MeshFace>, places: &[Vec2]) -> Vec<MeshFace> {
         let (own, other) = (faces[number as usize], if a == number { b } else { a });
         let next = faces[other as usize];
         let meets = if is_forward { next.ends[0] == corner } else { next.ends[1] == corner };
-        let ends = [own.ends[0], own.ends[1], next.ends[0], next.ends[1]].map(|end| places[end as usize]);
-        let (first, second) = (ends[1] - ends[0], ends[3] - ends[2]);
-        let bend = first.cross(second).abs() / (first + second).norm();
         let is_same = other != number && meets && own.sides == next.sides && own.line == next.line;
-        (is_same && bend <= STRAIGHT[usize::from(own.line.is_none())] && first.dot(second) > 0.0).then_some(other)
+        let [first, second] = if is_forward { [own, next] } else { [next, own] };
+        (is_same && is_straight(first.ends, second.ends[1], own.line, places)).then_some(other)
     };
     let mut found = Vec::with_capacity(faces.len());
     for (number, face) in faces.iter().enumerate() {
@@ -97,10 +95,23 @@ fn straightened(faces: Vec<MeshFace>, places: &[Vec2]) -> Vec<MeshFace> {
         }
         let (mut whole, mut last) = (*face, number as u32);
         while let Some(next) = after(last, whole.ends[1], true) {
-            whole.ends[1] = faces[next as usize].ends[1];
+            let next_ends = faces[next as usize].ends;
+            if !is_straight(whole.ends, next_ends[1], whole.line, places) {
+                found.push(whole);
+                whole.ends[0] = next_ends[0];
+            }
+            whole.ends[1] = next_ends[1];
             last = next;
         }
         found.push(whole);
     }
     found
+}
+
+/// Whether one goes straight on from an edge to a further corner.
+fn is_straight(ends: [u32; 2], further: u32, line: Option<u32>, places: &[Vec2]) -> bool {
+    let [from, corner, to] = [ends[0], ends[1], further].map(|end| places[end as usize]);
+    let (first, second) = (corner - from, to - corner);
+    let bend = first.cross(second).abs() / (to - from).norm();
+    bend <= STRAIGHT[usize::from(line.is_none())] && first.dot(second) > 0.0
 }

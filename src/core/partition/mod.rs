@@ -5,35 +5,42 @@
 //!
 //! # Rules
 //!
-//! All lengths are in spacings of the lattice.
+//! All lengths are in spacings of the lattice, areas in spacings squared.
 //!
 //! 1. **Pairs.** Between two nodes (ends, corners, crossings) a line gets as many pairs of seeds as spacings fit, spread evenly from its
-//!    middle, 0.4 from the line on either side. The bisector of a pair is the line. HEC-RAS does so along breaklines (study of moving
-//!    particles, F11).
-//! 2. **Nodes.** Around a node seeds stand on a circle through the first seeds of its lines, √(0.5² + 0.4²) = 0.64: the node is equally
-//!    far from all, and a corner of their cells. Between two lines that leave it at less than some 133 degrees there is one seed; on the
-//!    outer side of a corner one more for each 90 degrees; around a free end two more, so that the row goes on beyond the end.
-//! 3. **Streets.** Between lines nearer than 1.31 to each other there is one row of seeds in the middle; up to 1.6, one row along each
-//!    side, a quarter of the width from it.
-//! 4. **Too near.** A seed less than 0.6 from an earlier one on the same side of all lines is left out; nodes come before lines, lines in
-//!    the order of the input.
-//! 5. **Squares.** A square keeps the seed in its centre where that is at least 0.79 from lines and 0.6 from other seeds, or where it is
+//!    middle, 0.4 from the line on either side. The bisector of a pair is the line. The breaklines of HEC-RAS are the model.
+//! 2. **Nodes.** Around a node seeds stand on a circle through the first seeds of its lines, √(0.5² + 0.4²) = 0.64. The node is equally
+//!    far from all of them, and so a corner of their cells. Between two lines that leave it at less than 133 degrees there is one seed. On
+//!    the outer side of a corner there is one more, around a free end two more, so that the row goes on beyond the end.
+//! 3. **Streets.** Between lines nearer than 1.31 to each other there is one row of seeds in the middle. Between lines nearer than 1.6
+//!    there is a row along each, a quarter of the width from it.
+//! 4. **Too near.** A seed less than 0.6 from an earlier one on the same side of all lines is left out. Nodes come before lines, lines in
+//!    the order of the input. Inside an outline lines have no seeds.
+//! 5. **Squares.** A square keeps the seed in its centre where that is 0.79 from lines and 0.6 from other seeds. It also does where it is
 //!    0.32 from lines and 0.8 from other seeds: beside corners no hole is left.
-//! 6. **Voronoi.** A seed's polygon is what is nearer to it than to any other seed (`DuFaberGunzburger1999`). Where that is the square of
-//!    the lattice, the lattice keeps its cell.
+//! 6. **Voronoi.** The polygon of a seed is what is nearer to it than to any other seed (`DuFaberGunzburger1999`). Where that is the square
+//!    of the lattice, the lattice keeps its cell.
 //! 7. **Cuts.** Lines cut every polygon that they reach into, and so do the sides of cells that do not exist. What lies inside an outline
-//!    is left out. Whatever the seeds do, no cell has water on both sides of a wall, but for a cell around a wall's end.
-//! 8. **Joins.** Parts of a seed's polygon that no line separates are one. A part cut off from its seed and smaller than 0.5, and a cell
-//!    smaller than 0.3, become part of the neighbour with the longest common face that lies on no line, the smallest first. Larger parts
-//!    are cells of their own. So cells may have corners that point inward, and holes.
-//! 9. **Blocked.** A part smaller than 0.001 without such a neighbour is left out; its faces are walls ([`Partition::blocked`]).
+//!    is left out. So faces lie on lines whatever the seeds do, and no face crosses one. Only a cell around the end of a wall has water on
+//!    both sides of it.
+//! 8. **Joins.** Parts of a polygon that no line separates are one cell. A part without its seed below 0.5, and any cell below 0.3, becomes
+//!    part of a neighbour: the one with the longest common face that lies on no line. The smallest ones come first. So cells may have
+//!    corners that point inward, and holes.
+//! 9. **Blocked.** A part below 0.001 without such a neighbour is left out, and its faces are walls ([`Partition::blocked`]). A larger one
+//!    stays a cell, however small: the water between two walls that meet, or inside a small ring.
 //!
-//! Places nearer than 1e-9 to each other are one. Gaps in a wall that are wider are gaps.
+//! A scene in a mirror gives the mirrored cells, to rounding: seeds are laid out from the middle of a line, and neighbours chosen by length.
+//! Exact ties between two neighbours are the exception.
+//!
+//! Places nearer than 1e-9 to each other are one, and so are lines. A wider gap in a wall is a gap.
 //!
 //! Units: metres in and out, in local coordinates with the origin in the south-western corner of the lattice.
 //!
-//! Deliberately absent: water, terrain, files, threads; lines simplified or snapped to each other (the caller's task: a line with points
-//! much denser than the lattice gives as many faces); walls with a thickness (draw an outline); cells that move.
+//! Deliberately absent: water, terrain, files, threads; walls with a thickness (draw an outline); cells that move. Lines are neither
+//! simplified nor snapped to each other: that is for the caller. A line with points much denser than the lattice gives as many faces.
+//!
+//! Files in the order of the work: `lines` and `nodes` (what is drawn), `seeds` (rules 1 to 5), `voronoi` (6), `cut` (7), `mesh` (corners and
+//! edges in common), `join` (8, 9), `faces`; `assemble` calls them.
 
 mod assemble;
 mod cut;

@@ -26,36 +26,46 @@ fn gallery() -> Vec<Line> {
     ]
 }
 
+/// Writes a partition as SVG, north up: cells of the lattice grey, faces blue, beside the lattice orange, on passable lines green, walls
+/// red, at the edge black.
 fn draw(lattice: &Lattice, lines: &[Line], path: &str) {
     let made = Partition::new(lattice, |_| true, lines);
-    let mut text = format!("size {} {}\n", lattice.columns, lattice.rows);
-    let mut put = |name: &str, a: Vec2, b: Vec2| text += &format!("{name} {} {} {} {}\n", a.x, a.y, b.x, b.y);
+    let (width, height) = (lattice.columns, lattice.rows);
+    let mut text = format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}'>\n");
+    text += &format!("<rect width='{width}' height='{height}' fill='white'/>\n");
+    let mut put = |colour: &str, a: Vec2, b: Vec2, thickness: f64| {
+        let [from, to] = [a.y, b.y].map(|y| height as f64 - y);
+        text += &format!(
+            "<line x1='{}' y1='{from}' x2='{}' y2='{to}' stroke='{colour}' stroke-width='{thickness}' stroke-linecap='round'/>\n",
+            a.x, b.x
+        );
+    };
     for cell in (0..lattice.len()).filter(|cell| made.replaced.binary_search(cell).is_err()) {
-        let c = lattice.centre(cell);
-        put("square", c - Vec2::new(0.5, 0.5), c + Vec2::new(0.5, 0.5));
+        let corner = |x: f64, y: f64| lattice.centre(cell) + Vec2::new(x, y) * 0.5;
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        (0..4).for_each(|i| put("lightgrey", corners[i], corners[(i + 1) % 4], 0.02));
     }
     for face in &made.faces {
-        let name = match face.sides[1] {
-            Side::Cell(_) if face.line.is_some() => "follow",
-            Side::Cell(_) => "face",
-            Side::Lattice(_) => "lattice",
-            Side::Wall => "wall",
-            Side::Nothing => "nothing",
+        let (colour, thickness) = match face.sides[1] {
+            Side::Cell(_) if face.line.is_some() => ("green", 0.06),
+            Side::Cell(_) => ("blue", 0.03),
+            Side::Lattice(_) => ("orange", 0.03),
+            Side::Wall => ("red", 0.06),
+            Side::Nothing => ("black", 0.03),
         };
-        put(name, face.from, face.to);
+        put(colour, face.from, face.to, thickness);
     }
-    for cell in &made.cells {
-        put("centre", cell.centre, cell.centre);
-    }
-    std::fs::write(path, text).unwrap();
+    made.cells.iter().for_each(|cell| put("black", cell.centre, cell.centre, 0.08));
+    std::fs::write(path, text + "</svg>\n").unwrap();
 }
 
 #[test]
-#[ignore = "draws into the folder PARTITION_DRAWINGS"]
+#[ignore = "draws into the folder PARTITION_DRAWINGS, of PARTITION_SCENES random scenes by their seeds"]
 fn draw_scenes() {
     let folder = std::env::var("PARTITION_DRAWINGS").unwrap();
-    draw(&lattice(40, 30, 1.0), &gallery(), &format!("{folder}/gallery.txt"));
-    for seed in std::env::var("PARTITION_SCENES").unwrap_or_default().split(',').filter_map(|seed| seed.parse().ok()) {
-        draw(&lattice(30, 30, 1.0), &scene(seed), &format!("{folder}/scene{seed}.txt"));
+    draw(&lattice(40, 30, 1.0), &gallery(), &format!("{folder}/gallery.svg"));
+    let seeds = std::env::var("PARTITION_SCENES").unwrap_or_default();
+    for seed in seeds.split(',').filter_map(|seed| seed.parse().ok()) {
+        draw(&lattice(30, 30, 1.0), &scene(seed), &format!("{folder}/scene{seed}.svg"));
     }
 }

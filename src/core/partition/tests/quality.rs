@@ -64,8 +64,7 @@ fn cells_of_random_scenes_are_well_shaped() {
     }
     let (all, blocked) = shapes_of(&FAMILIES, 0..400);
     print_figures(&format!("all families, {blocked} blocked"), &all);
-    let share = |is_so: &dyn Fn(f64) -> bool| {
-        all.iter().filter(|(area, _)| is_so(*area)).count() as f64 / all.len() as f64
-    };
+    let share =
+        |is_so: &dyn Fn(f64) -> bool| all.iter().filter(|(area, _)| is_so(*area)).count() as f64 / all.len() as f64;
     assert!(share(&|area| area < 0.4) < 5e-3 && share(&|area| area > 1.8) < 5e-4);
 }
