@@ -1,13 +1,15 @@
 //! Which places lie inside an outline: its winding number is not 0. Places inside any outline are inside.
 
 use super::LineKind;
-use super::lines::Network;
+use super::lines::{Network, bounds};
 use crate::math::Vec2;
 
 /// The segments of outlines, row by row.
 pub struct Outlines<'a> {
     network: &'a Network,
     rows: Vec<Vec<u32>>,
+    /// The box around each line.
+    boxes: Vec<(Vec2, Vec2)>,
 }
 
 impl<'a> Outlines<'a> {
@@ -21,20 +23,22 @@ impl<'a> Outlines<'a> {
                 rows[a.min(b)..=a.max(b)].iter_mut().for_each(|row| row.push(number as u32));
             }
         }
-        Outlines { network, rows }
+        let boxes = network.traces.iter().map(|trace| bounds(&trace.points)).collect();
+        Outlines { network, rows, boxes }
     }
 
     /// Whether a place lies inside an outline.
     pub fn hold(&self, place: Vec2) -> bool {
-        let crossings = self.crossings(place.y).into_iter().filter(|(x, ..)| *x > place.x);
-        let mut windings: Vec<(usize, i32)> = Vec::new();
-        for (_, ring, turn) in crossings {
-            match windings.iter_mut().find(|(known, _)| *known == ring) {
-                Some((_, winding)) => *winding += turn,
-                None => windings.push((ring, turn)),
-            }
-        }
-        windings.iter().any(|(_, winding)| *winding != 0)
+        let line = |number: u32| self.network.segments[number as usize].line;
+        let row = &self.rows[self.network.window.row_of(place.y)];
+        // The segments of a ring follow each other.
+        row.chunk_by(|a, b| line(*a) == line(*b)).any(|ring| {
+            let (low, high) = self.boxes[line(ring[0])];
+            let is_near = place.x >= low.x && place.x <= high.x && place.y >= low.y && place.y <= high.y;
+            let turns =
+                |number: &u32| self.crossing(*number, place.y).filter(|(x, ..)| *x > place.x).map(|(.., turn)| turn);
+            is_near && ring.iter().filter_map(turns).sum::<i32>() != 0
+        })
     }
 
     /// Calls for each stretch of a line due east at a height that lies inside an outline: from and to.
@@ -62,17 +66,19 @@ impl<'a> Outlines<'a> {
         }
     }
 
-    /// Where rings cross a height: place, ring, and 1 where they do so northward, -1 southward.
+    /// Where rings cross a height.
     fn crossings(&self, y: f64) -> Vec<(f64, usize, i32)> {
-        let crossing = |number: &u32| {
-            let segment = &self.network.segments[*number as usize];
-            let [a, b] = segment.ends;
-            if (a.y > y) == (b.y > y) {
-                return None;
-            }
-            let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
-            Some((x, segment.line, if b.y > y { 1 } else { -1 }))
-        };
-        self.rows[self.network.window.row_of(y)].iter().filter_map(crossing).collect()
+        self.rows[self.network.window.row_of(y)].iter().filter_map(|number| self.crossing(*number, y)).collect()
+    }
+
+    /// Where a segment crosses a height: place, ring, and 1 where it does so northward, -1 southward.
+    fn crossing(&self, number: u32, y: f64) -> Option<(f64, usize, i32)> {
+        let segment = &self.network.segments[number as usize];
+        let [a, b] = segment.ends;
+        if (a.y > y) == (b.y > y) {
+            return None;
+        }
+        let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
+        Some((x, segment.line, if b.y > y { 1 } else { -1 }))
     }
 }

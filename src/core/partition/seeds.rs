@@ -8,7 +8,7 @@ use super::nodes::{Node, Stretch, nodes};
 use super::window::{Square, Window, centre_of, square_of};
 use crate::math::Vec2;
 
-/// Distance of a seed from its line: HEC-RAS and the study of moving particles (F11).
+/// Distance of a seed from its line, as in the study of moving particles (F11).
 const OFFSET: f64 = 0.4;
 
 /// Streets narrower than this have one row of seeds in their middle, wider ones a row along each side.

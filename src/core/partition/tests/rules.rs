@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::checks::{area, check, faces_of_cells, house, lattice, line, segments};
 use super::quality::shapes;
-use super::random::{EDGE, scene};
+use super::random::{EDGE, Numbers, scene};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition, Side};
@@ -179,12 +179,19 @@ fn houses_wall_to_wall_leave_no_gap() {
 
 #[test]
 #[ignore = "measures time"]
-fn time_of_a_large_partition() {
-    let lattice = lattice(2000, 2000, 1.0);
+fn time_of_large_partitions() {
     let wall = |k: i32| 100.0 + 120.0 * f64::from(k);
-    let lines: Vec<Line> =
+    let walls: Vec<Line> =
         (0..13).map(|k| line(LineKind::Wall, &[(wall(k), 50.3), (wall(k) + 300.0, 1950.7)])).collect();
-    let start = std::time::Instant::now();
-    let made = Partition::new(&lattice, |_| true, &lines);
-    println!("{} cells, {} faces: {:?}", made.cells.len(), made.faces.len(), start.elapsed());
+    let mut numbers = Numbers(1);
+    let mut some_house = |_| {
+        let mut next = |low: f64, high: f64| numbers.next(low, high);
+        house((next(0.0, 1000.0), next(0.0, 1000.0)), (next(3.0, 12.0), next(3.0, 8.0)), next(0.0, 90.0))
+    };
+    let houses: Vec<Line> = (0..4000).map(&mut some_house).collect();
+    for (name, edge, lines) in [("walls", 2000, walls), ("houses", 1000, houses)] {
+        let start = std::time::Instant::now();
+        let made = Partition::new(&lattice(edge, edge, 1.0), |_| true, &lines);
+        println!("{name}: {} cells, {} faces: {:?}", made.cells.len(), made.faces.len(), start.elapsed());
+    }
 }
