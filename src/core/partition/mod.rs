@@ -29,8 +29,8 @@
 //! 9. **Blocked.** A part below 0.001 without such a neighbour is left out, and its faces are walls ([`Partition::blocked`]). A larger one
 //!    stays a cell, however small: the water between two walls that meet, or inside a small ring.
 //!
-//! A scene in a mirror gives the mirrored cells, to rounding: seeds are laid out from the middle of a line, and neighbours chosen by length.
-//! Exact ties between two neighbours are the exception.
+//! A scene in a mirror gives the mirrored cells, to rounding: seeds are laid out from the middle of a line, and neighbours chosen by
+//! length. Exact ties between two neighbours are the exception.
 //!
 //! Places nearer than 1e-9 to each other are one, and so are lines. A wider gap in a wall is a gap.
 //!
@@ -39,8 +39,8 @@
 //! Deliberately absent: water, terrain, files, threads; walls with a thickness (draw an outline); cells that move. Lines are neither
 //! simplified nor snapped to each other: that is for the caller. A line with points much denser than the lattice gives as many faces.
 //!
-//! Files in the order of the work: `lines` and `nodes` (what is drawn), `seeds` (rules 1 to 5), `voronoi` (6), `cut` (7), `mesh` (corners and
-//! edges in common), `join` (8, 9), `faces`; `assemble` calls them.
+//! Files in the order of the work: `lines` and `nodes` (what is drawn), `seeds` (rules 1 to 5), `voronoi` (6), `cut` (7), `mesh` (corners
+//! and edges in common), `join` (8, 9), `faces`; `assemble` calls them.
 
 mod assemble;
 mod cut;

@@ -41,7 +41,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
-    fn faces_lie_on_a_straight_line_at_any_angle(angle in 0.0..180.0_f64, x in 9.0..11.0_f64, y in 9.0..11.0_f64, is_wall: bool) {
+    fn faces_lie_on_a_straight_line_at_any_angle(
+        angle in 0.0..180.0_f64,
+        x in 9.0..11.0_f64,
+        y in 9.0..11.0_f64,
+        is_wall: bool,
+    ) {
         let lattice = lattice(20, 20, 1.5);
         let (sin, cos) = angle.to_radians().sin_cos();
         let (x, y, half) = (1.5 * x, 1.5 * y, 7.3 * 1.5);
@@ -58,7 +63,12 @@ proptest! {
     }
 
     #[test]
-    fn cells_and_a_house_fill_what_is_replaced(angle in 0.0..90.0_f64, x in 14.0..16.0_f64, width in 0.05..15.0_f64, depth in 0.05..15.0_f64) {
+    fn cells_and_a_house_fill_what_is_replaced(
+        angle in 0.0..90.0_f64,
+        x in 14.0..16.0_f64,
+        width in 0.05..15.0_f64,
+        depth in 0.05..15.0_f64,
+    ) {
         let lattice = lattice(30, 30, 1.0);
         let lines = [house((x, 15.0), (width, depth), angle)];
         let made = made(&lattice, &lines);
