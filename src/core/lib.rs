@@ -13,6 +13,7 @@ pub mod math;
 pub mod methods;
 pub mod neighbours;
 pub mod particles;
+pub mod partition;
 pub mod physics;
 pub mod seeding;
 pub mod solver;

@@ -1,0 +1,84 @@
+//! Which places lie inside an outline: its winding number is not 0. Places inside any outline are inside.
+
+use super::LineKind;
+use super::lines::{Network, bounds};
+use crate::math::Vec2;
+
+/// The segments of outlines, row by row.
+pub struct Outlines<'a> {
+    network: &'a Network,
+    rows: Vec<Vec<u32>>,
+    /// The box around each line.
+    boxes: Vec<(Vec2, Vec2)>,
+}
+
+impl<'a> Outlines<'a> {
+    /// The outlines among the lines.
+    pub fn new(network: &'a Network) -> Self {
+        let mut rows = vec![Vec::new(); network.window.row_count()];
+        for (number, segment) in network.segments.iter().enumerate() {
+            let is_ring = network.kinds[segment.line] == LineKind::Outline && network.traces[segment.line].is_closed;
+            if is_ring {
+                let [a, b] = segment.ends.map(|end| network.window.row_of(end.y));
+                rows[a.min(b)..=a.max(b)].iter_mut().for_each(|row| row.push(number as u32));
+            }
+        }
+        let boxes = network.traces.iter().map(|trace| bounds(&trace.points)).collect();
+        Outlines { network, rows, boxes }
+    }
+
+    /// Whether a place lies inside an outline.
+    pub fn hold(&self, place: Vec2) -> bool {
+        let line = |number: u32| self.network.segments[number as usize].line;
+        let row = &self.rows[self.network.window.row_of(place.y)];
+        // The segments of a ring follow each other.
+        row.chunk_by(|a, b| line(*a) == line(*b)).any(|ring| {
+            let (low, high) = self.boxes[line(ring[0])];
+            let is_near = place.x >= low.x && place.x <= high.x && place.y >= low.y && place.y <= high.y;
+            let turns =
+                |number: &u32| self.crossing(*number, place.y).filter(|(x, ..)| *x > place.x).map(|(.., turn)| turn);
+            is_near && ring.iter().filter_map(turns).sum::<i32>() != 0
+        })
+    }
+
+    /// Calls for each stretch of a line due east at a height that lies inside an outline: from and to.
+    pub fn stretches(&self, y: f64, mut call: impl FnMut(f64, f64)) {
+        let mut crossings = self.crossings(y);
+        crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut windings: Vec<(usize, i32)> = Vec::new();
+        let mut since = None;
+        for (x, ring, turn) in crossings {
+            match windings.iter().position(|(known, _)| *known == ring) {
+                Some(at) if windings[at].1 + turn == 0 => {
+                    windings.swap_remove(at);
+                }
+                Some(at) => windings[at].1 += turn,
+                None => windings.push((ring, turn)),
+            }
+            match (windings.is_empty(), since) {
+                (false, None) => since = Some(x),
+                (true, Some(from)) => {
+                    call(from, x);
+                    since = None;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Where rings cross a height.
+    fn crossings(&self, y: f64) -> Vec<(f64, usize, i32)> {
+        self.rows[self.network.window.row_of(y)].iter().filter_map(|number| self.crossing(*number, y)).collect()
+    }
+
+    /// Where a segment crosses a height: place, ring, and 1 where it does so northward, -1 southward.
+    fn crossing(&self, number: u32, y: f64) -> Option<(f64, usize, i32)> {
+        let segment = &self.network.segments[number as usize];
+        let [a, b] = segment.ends;
+        if (a.y > y) == (b.y > y) {
+            return None;
+        }
+        let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
+        Some((x, segment.line, if b.y > y { 1 } else { -1 }))
+    }
+}

@@ -1,0 +1,192 @@
+//! Part of a square lattice as cells that follow lines: geometry alone.
+//!
+//! Flow along a wall or bank askew to a lattice meets stairs. Where the faces of cells lie on the line, uniform flow along it is exact.
+//! So cells of the lattice near lines are replaced by polygons; all others keep their exact square.
+//!
+//! # Rules
+//!
+//! All lengths are in spacings of the lattice, areas in spacings squared.
+//!
+//! 1. **Pairs.** Between two nodes (ends, corners, crossings) a line gets as many pairs of seeds as spacings fit, spread evenly from its
+//!    middle, 0.4 from the line on either side. The bisector of a pair is the line. The breaklines of HEC-RAS are the model.
+//! 2. **Nodes.** Around a node seeds stand on a circle through the first seeds of its lines, √(0.5² + 0.4²) = 0.64. The node is equally
+//!    far from all of them, and so a corner of their cells. Between two lines that leave it at less than 133 degrees there is one seed. On
+//!    the outer side of a corner there is one more, around a free end two more, so that the row goes on beyond the end.
+//! 3. **Streets.** Between lines nearer than 1.31 to each other there is one row of seeds in the middle. Between lines nearer than 1.6
+//!    there is a row along each, a quarter of the width from it.
+//! 4. **Too near.** A seed less than 0.6 from an earlier one on the same side of all lines is left out. Nodes come before lines, lines in
+//!    the order of the input. Inside an outline lines have no seeds.
+//! 5. **Squares.** A square keeps the seed in its centre where that is 0.79 from lines and 0.6 from other seeds. It also does where it is
+//!    0.32 from lines and 0.8 from other seeds: beside corners no hole is left.
+//! 6. **Voronoi.** The polygon of a seed is what is nearer to it than to any other seed (`DuFaberGunzburger1999`). Where that is the square
+//!    of the lattice, the lattice keeps its cell.
+//! 7. **Cuts.** Lines cut every polygon that they reach into, and so do the sides of cells that do not exist. What lies inside an outline
+//!    is left out. So faces lie on lines whatever the seeds do, and no face crosses one. Only a cell around the end of a wall has water on
+//!    both sides of it.
+//! 8. **Joins.** Parts of a polygon that no line separates are one cell. A part without its seed below 0.5, and any cell below 0.3, becomes
+//!    part of a neighbour: the one with the longest common face that lies on no line. The smallest ones come first. So cells may have
+//!    corners that point inward, and holes.
+//! 9. **Blocked.** A part below 0.001 without such a neighbour is left out, and its faces are walls ([`Partition::blocked`]). A larger one
+//!    stays a cell, however small: the water between two walls that meet, or inside a small ring.
+//!
+//! A scene in a mirror gives the mirrored cells, to rounding: seeds are laid out from the middle of a line, and neighbours chosen by
+//! length. Exact ties between two neighbours are the exception.
+//!
+//! Places nearer than 1e-9 to each other are one, and so are lines. A wider gap in a wall is a gap.
+//!
+//! Units: metres in and out, in local coordinates with the origin in the south-western corner of the lattice.
+//!
+//! Deliberately absent: water, terrain, files, threads; walls with a thickness (draw an outline); cells that move. Lines are neither
+//! simplified nor snapped to each other: that is for the caller. A line with points much denser than the lattice gives as many faces.
+//!
+//! Files in the order of the work: `lines` and `nodes` (what is drawn), `seeds` (rules 1 to 5), `voronoi` (6), `cut` (7), `mesh` (corners
+//! and edges in common), `join` (8, 9), `faces`; `assemble` calls them.
+
+mod assemble;
+mod cut;
+mod faces;
+mod inside;
+mod join;
+mod lines;
+mod mesh;
+mod nodes;
+mod seeds;
+mod segment;
+mod voronoi;
+mod weld;
+mod window;
+
+#[cfg(test)]
+mod tests;
+
+use crate::lattice::Lattice;
+use crate::math::Vec2;
+use segment::Segment;
+
+/// Places nearer to each other than this (spacings) are one.
+const TOLERANCE: f64 = 1e-9;
+
+/// Parts without a neighbour on their side are left out below this area (spacings squared).
+const BLOCKED: f64 = 1e-3;
+
+/// What a line means for the water.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineKind {
+    /// Water never crosses it; it has no thickness.
+    Wall,
+    /// A ring around what is not there: a building, a blocked area. Its faces are walls.
+    Outline,
+    /// Water passes; faces lie on it all the same: a bank, a dike, a breakline.
+    Follow,
+}
+
+/// A line that cells shall follow.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Its points, in local coordinates (m).
+    pub points: Vec<Vec2>,
+    /// Whether its last point is joined to the first; an outline always is.
+    pub is_closed: bool,
+    /// What it means.
+    pub kind: LineKind,
+}
+
+/// What is on one side of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// A cell of the partition, by its index.
+    Cell(usize),
+    /// A cell of the lattice that keeps its square, by its index.
+    Lattice(usize),
+    /// A wall: nothing passes.
+    Wall,
+    /// The edge of the lattice, or a cell that does not exist.
+    Nothing,
+}
+
+/// A straight face.
+///
+/// Side 0 is a cell, to the left on the way from `from` to `to`: the normal from side 0 to side 1 points to the right, and the faces of
+/// a cell run counter-clockwise around it where it is side 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// What is on either side.
+    pub sides: [Side; 2],
+    /// Where it begins, in local coordinates (m).
+    pub from: Vec2,
+    /// Where it ends (m).
+    pub to: Vec2,
+    /// The line on which it lies, by its index in the input.
+    pub line: Option<usize>,
+}
+
+/// A cell that replaces cells of the lattice, or parts of them.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Centre of gravity, in local coordinates (m).
+    pub centre: Vec2,
+    /// Area (m²).
+    pub area: f64,
+    /// The convex polygons of which it consists, counter-clockwise, without gaps and overlaps (m).
+    pub parts: Vec<Vec<Vec2>>,
+}
+
+/// Cells that follow lines, and their faces.
+#[derive(Clone, Debug)]
+pub struct Partition {
+    /// The cells, row by row.
+    pub cells: Vec<Cell>,
+    /// Their faces. Those between two cells of the lattice are not among them.
+    pub faces: Vec<Face>,
+    /// Cells of the lattice that are no longer there, ascending: replaced by cells, or inside an outline.
+    pub replaced: Vec<usize>,
+    /// Number of parts that were left out, for they were tiny and had no neighbour on their side of the lines.
+    pub blocked: usize,
+    /// Faces at which the partition has a gap or an overlap; 0 unless places lie apart by just the tolerance.
+    pub faults: usize,
+    lattice: Lattice,
+    /// Cell of the lattice, cell of the partition and its part, of all that overlap, ascending.
+    places: Vec<(u32, u32, u32)>,
+}
+
+impl Partition {
+    /// The partition of a lattice along some lines.
+    ///
+    /// - `is_cell`: whether the lattice has a cell, by its index
+    /// - `lines`: in local coordinates (m); what lies outside the lattice has no effect
+    pub fn new(lattice: &Lattice, is_cell: impl Fn(usize) -> bool, lines: &[Line]) -> Self {
+        assemble::assemble(lattice, &is_cell, lines)
+    }
+
+    /// The cell that holds a place given in local coordinates (m); none on cells of the lattice and where there is no cell.
+    ///
+    /// A place on a face belongs to one of its two cells.
+    pub fn cell_at(&self, place: Vec2) -> Option<usize> {
+        let square = self.lattice.cell_of(place)? as u32;
+        let first = self.places.partition_point(|(known, ..)| *known < square);
+        let within = self.places[first..].iter().take_while(|(known, ..)| *known == square);
+        let depth = |(_, cell, part): &(u32, u32, u32)| {
+            let corners = &self.cells[*cell as usize].parts[*part as usize];
+            (depth_within(corners, place), *cell as usize)
+        };
+        let deepest = within.map(depth).reduce(|best, other| if other.0 > best.0 { other } else { best })?;
+        (deepest.0 >= -10.0 * TOLERANCE * self.lattice.spacing).then_some(deepest.1)
+    }
+}
+
+/// Distance of a place from the nearest side of a polygon; below 0 outside.
+///
+/// Short sides may turn inward by the tolerance, so that a place counts as inside by the sides north of it that it lies between.
+fn depth_within(corners: &[Vec2], place: Vec2) -> f64 {
+    let (mut distance, mut is_inside) = (f64::INFINITY, false);
+    for (i, from) in corners.iter().enumerate() {
+        let ends = [*from, corners[(i + 1) % corners.len()]];
+        distance = distance.min(Segment { ends, line: 0 }.distance(place));
+        let [a, b] = ends;
+        if (a.x > place.x) != (b.x > place.x) {
+            let y = a.y + (b.y - a.y) * ((place.x - a.x) / (b.x - a.x));
+            is_inside ^= y > place.y;
+        }
+    }
+    if is_inside { distance } else { -distance }
+}
