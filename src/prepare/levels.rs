@@ -18,7 +18,7 @@ use crate::scenario::{Levels, Refine, RefineShape, Scenario, Sourced, VectorSour
 use crate::terrain::Terrain;
 
 /// Cells along the side of a block of one level.
-pub const BLOCK: usize = 8;
+pub const BLOCK: usize = 16;
 /// Cells of the finest level that are kept fine around what asks for it.
 const AROUND: f64 = 4.0;
 

@@ -6,7 +6,7 @@ use crate::partition::{Face, Line, LineKind, Partition, Side};
 
 /// A lattice of some columns and rows.
 pub fn lattice(columns: usize, rows: usize, spacing: f64) -> Lattice {
-    Lattice { origin: Vec2::ZERO, columns, rows, spacing }
+    Lattice::new(Vec2::ZERO, columns, rows, spacing)
 }
 
 /// A line through some points.

@@ -76,10 +76,14 @@ struct Followed {
 pub(crate) struct GeneralFaces {
     faces: Vec<Face>,
     now: Vec<Now>,
-    /// The faces between each level and the next coarser one.
+    /// The faces between each level and the next coarser one, and those of them beside water.
     of_level: Vec<Range<usize>>,
+    live: Vec<Vec<usize>>,
+    is_live: Vec<bool>,
     /// The coarse particles of all faces and those along the faces from them, by place, and of each face which of them it needs.
     followed: Vec<Followed>,
+    /// Those of each level.
+    followed_of: Vec<Range<usize>>,
     needed: Vec<(usize, Option<[usize; 2]>)>,
     cells: Vec<Cell>,
     /// The cells of each padded row.
@@ -109,9 +113,16 @@ impl GeneralFaces {
         places.sort_unstable();
         places.dedup();
         let number = |place: Place| places.partition_point(|known| *known < place);
+        let followed_of = |level: usize| {
+            let rows = state.rows_of(&(level..level + 1));
+            places.partition_point(|place| place.0 < rows.start)..places.partition_point(|place| place.0 < rows.end)
+        };
         let needed = faces.iter().map(|face| (number(coarse(face)), face.along.map(|along| along.map(number))));
         GeneralFaces {
             needed: needed.collect(),
+            followed_of: (0..state.lattice().level_count()).map(followed_of).collect(),
+            live: vec![Vec::new(); state.lattice().level_count()],
+            is_live: vec![false; faces.len()],
             followed: places.iter().map(|&place| Followed::new(place)).collect(),
             now: vec![Now::default(); faces.len()],
             of_level,
@@ -143,27 +154,53 @@ impl GeneralFaces {
         cells.binary_search_by_key(&place, |cell| cell.place).is_ok()
     }
 
-    /// The faces of which a side belongs to one of these levels: those below them, whose fine sides have stepped by themselves, and the others.
-    fn faces_of(&self, levels: &Range<usize>) -> (Range<usize>, Range<usize>) {
-        let below = levels.start.checked_sub(1).map_or(0..0, |level| self.of_level[level].clone());
-        (below, self.of_level[levels.start].start..self.of_level[levels.end - 1].end)
-    }
-
-    /// Begins the steps of the finer levels within a step of these.
-    pub fn begin(&mut self, state: &State, levels: &Range<usize>) {
-        let (below, _) = self.faces_of(levels);
-        for (face, now) in self.faces[below.clone()].iter().zip(&mut self.now[below]) {
-            now.booked = Passing::default();
-            now.fine_at_start = Seen::at((&state.primitive, &state.ground), face.places[1 - face.coarse]);
+    /// Begins a step of some levels, with the steps of the finer ones within it. Only faces beside water count in it.
+    pub fn begin(&mut self, state: &mut State, levels: &Range<usize>, dry_depth: f64) {
+        for level in levels.start.saturating_sub(1)..levels.end {
+            self.find_live(state, level, dry_depth);
         }
-        for followed in self.followed.iter_mut().filter(|followed| is_in(state, followed.place, levels)) {
+        let known = (&state.primitive[..], &state.ground[..]);
+        if levels.start > 0 {
+            for k in self.of_level[levels.start - 1].clone() {
+                let (face, now) = (&self.faces[k], &mut self.now[k]);
+                now.booked = Passing::default();
+                now.fine_at_start = Seen::at(known, face.places[1 - face.coarse]);
+            }
+        }
+        let followed = self.followed_of[levels.start].start..self.followed_of[levels.end - 1].end;
+        for followed in &mut self.followed[followed] {
             followed.before = conserved(state, followed.place);
         }
     }
 
+    /// Finds the faces beside water between a level and the next coarser one; through the others nothing flows.
+    fn find_live(&mut self, state: &mut State, level: usize, dry_depth: f64) {
+        let GeneralFaces { faces, now, live, is_live, of_level, .. } = self;
+        live[level].clear();
+        for k in of_level[level].clone() {
+            let face = &faces[k];
+            let is_beside_water =
+                face.places.iter().any(|&(row, column)| state.primitive[row].depth[column] > dry_depth);
+            if is_beside_water {
+                live[level].push(k);
+            } else if is_live[k] {
+                now[k] = Now::default();
+                face.slots.iter().for_each(|slot| state.flux[slot.row][slot.direction].clear(slot.column));
+            }
+            is_live[k] = is_beside_water;
+        }
+    }
+
+    /// The numbers of the faces beside water of which a side belongs to one of these levels: first those whose fine sides have stepped by
+    /// themselves.
+    fn live_of(&self, levels: &Range<usize>) -> impl Iterator<Item = usize> + '_ {
+        self.live[levels.start.saturating_sub(1)..levels.end].iter().flatten().copied()
+    }
+
     /// Takes what the water of these levels changed in their step (s).
     pub fn end(&mut self, state: &State, levels: &Range<usize>, time_step: f64) {
-        for followed in self.followed.iter_mut().filter(|followed| is_in(state, followed.place, levels)) {
+        let followed = self.followed_of[levels.start].start..self.followed_of[levels.end - 1].end;
+        for followed in &mut self.followed[followed] {
             let (after, before) = (conserved(state, followed.place), followed.before);
             followed.rate_before = followed.rate;
             followed.rate = [0, 1, 2].map(|q: usize| (after[q] - before[q]) / time_step);
@@ -175,9 +212,8 @@ impl GeneralFaces {
     /// looked at `ahead` (s) of their own time, fine ones that have stepped before as they were at the start of the step, in its first stage.
     pub fn look(&mut self, state: &State, levels: &Range<usize>, (stage, ahead): (Stage, f64), dry_depth: f64) {
         let known = (&state.primitive[..], &state.ground[..]);
-        let (below, others) = self.faces_of(levels);
-        let GeneralFaces { faces, now, followed, needed, .. } = self;
-        for k in below.chain(others) {
+        let GeneralFaces { faces, now, followed, needed, live, .. } = self;
+        for &k in live[levels.start.saturating_sub(1)..levels.end].iter().flatten() {
             let face = &faces[k];
             let at = |number: usize| {
                 let followed = &followed[number];
@@ -231,7 +267,9 @@ impl GeneralFaces {
         let is_coarse = first.coarse == own;
         let distance = if is_coarse { WAY } else { 2.0 * WAY };
         let mut sum = [0.0; 4];
-        for (face, now) in faces.iter().map(|&face| (&self.faces[face], &self.now[face])) {
+        for (face, now) in
+            faces.iter().filter(|&&face| self.is_live[face]).map(|&face| (&self.faces[face], &self.now[face]))
+        {
             let found = if face.is_wall {
                 // The mirror image is a spacing away.
                 let (normal, _) = turned_by(face.direction, here.u, here.v);
@@ -255,33 +293,32 @@ impl GeneralFaces {
         methods: EulerianMethods,
         time_step: f64,
     ) {
-        let (below, others) = self.faces_of(levels);
-        for now in &mut self.now[below] {
-            now.passing = Passing::default();
-            now.passing.add(1.0 / time_step, &now.booked);
+        let GeneralFaces { faces, now, live, .. } = self;
+        if levels.start > 0 {
+            for &k in &live[levels.start - 1] {
+                now[k].passing = Passing::default();
+                let booked = now[k].booked;
+                now[k].passing.add(1.0 / time_step, &booked);
+            }
         }
-        let GeneralFaces { faces, now, .. } = self;
-        let of_face =
-            |(now, face): (&mut Now, &Face)| now.passing = face.pass(state, now.own, now.coarse, scale, methods);
-        now[others.clone()].par_iter_mut().zip(&faces[others]).with_min_len(1024).for_each(of_face);
+        for live in &live[levels.clone()] {
+            let of_face = |&k: &usize| faces[k].pass(state, now[k].own, now[k].coarse, scale, methods);
+            let found: Vec<Passing> = live.par_iter().with_min_len(1024).map(of_face).collect();
+            live.iter().zip(found).for_each(|(&k, passing)| now[k].passing = passing);
+        }
         self.put(state, levels);
     }
 
     /// Puts what passes the faces into the rows of these levels.
     fn put(&self, state: &mut State, levels: &Range<usize>) {
-        let (below, others) = self.faces_of(levels);
-        let both = || self.faces[below.clone()].iter().chain(&self.faces[others.clone()]);
         let is_theirs = |face: &Face, side: usize| levels.contains(&(face.level + usize::from(side == face.coarse)));
-        for face in both() {
+        for face in self.live_of(levels).map(|k| &self.faces[k]) {
             for side in [0, 1].into_iter().filter(|&side| is_theirs(face, side)) {
                 let slot = face.slots[side];
-                let out = &mut state.flux[slot.row][slot.direction];
-                let k = slot.column;
-                (out.mass[k], out.tangential[k], out.normal_left[k], out.normal_right[k]) = (0.0, 0.0, 0.0, 0.0);
+                state.flux[slot.row][slot.direction].clear(slot.column);
             }
         }
-        let passing = self.now[below.clone()].iter().chain(&self.now[others.clone()]).map(|now| &now.passing);
-        for (face, passing) in both().zip(passing) {
+        for (face, passing) in self.live_of(levels).map(|k| (&self.faces[k], &self.now[k].passing)) {
             for side in [0, 1].into_iter().filter(|&side| is_theirs(face, side)) {
                 let (slot, share) = (face.slots[side], face.share(side));
                 let out = &mut state.flux[slot.row][slot.direction];
@@ -304,14 +341,18 @@ impl GeneralFaces {
     ) {
         let mut is_changed = false;
         if levels.end < self.of_level.len() {
-            for k in self.of_level[levels.end - 1].clone() {
-                is_changed |= self.spare_coarse(k, state, whole);
+            for number in 0..self.live[levels.end - 1].len() {
+                is_changed |= self.spare_coarse(self.live[levels.end - 1][number], state, whole);
             }
         }
         let cells = active.at_hand();
         let cells = self.of_row[cells.start].start..self.of_row[cells.end - 1].end;
         for number in cells {
-            is_changed |= self.limit_cell(number, state, levels, stage, time_step);
+            let (row, column) = self.cells[number].place;
+            // Dry cells give nothing.
+            if state.primitive[row].depth[column] > 0.0 {
+                is_changed |= self.limit_cell(number, state, levels, stage, time_step);
+            }
         }
         if is_changed {
             self.put(state, levels);
@@ -388,9 +429,9 @@ impl GeneralFaces {
 
     /// Books what passed to coarser levels that step later, in a stage of a step (s) of these.
     pub fn book(&mut self, levels: &Range<usize>, time_step: f64) {
-        for now in &mut self.now[self.of_level[levels.end - 1].clone()] {
-            let passing = now.passing;
-            now.booked.add(0.5 * time_step, &passing);
+        for &k in &self.live[levels.end - 1] {
+            let passing = self.now[k].passing;
+            self.now[k].booked.add(0.5 * time_step, &passing);
         }
     }
 }
@@ -422,11 +463,6 @@ impl Followed {
 fn conserved(state: &State, (row, column): Place) -> [f64; 3] {
     let water = &state.water[row];
     [water.depth[column], water.discharge_x[column], water.discharge_y[column]]
-}
-
-/// Whether a place belongs to one of some levels.
-fn is_in(state: &State, place: Place, levels: &Range<usize>) -> bool {
-    state.rows_of(levels).contains(&place.0)
 }
 
 /// The cells with general faces, by row and column.

@@ -33,6 +33,8 @@ pub(crate) type Run = std::ops::Range<usize>;
 pub(crate) struct ActiveSet {
     /// Of each padded row the rows and columns of its level; none of rows around and between levels.
     bounds: Vec<Option<[Run; 2]>>,
+    /// The runs of each padded row that no other level stands for.
+    own: Vec<Vec<Run>>,
     linked: Vec<[(usize, usize); 2]>,
     at_hand: Run,
     cells_at_hand: usize,
@@ -57,6 +59,7 @@ impl ActiveSet {
     pub fn new(state: &State, dry_depth: f64, fed: Vec<Vec<Run>>, linked: Vec<[(usize, usize); 2]>) -> Self {
         let mut active = ActiveSet {
             bounds: (0..state.rows + 2).map(|row| state.bounds(row)).collect(),
+            own: (0..state.rows + 2).map(|row| state.own_runs(row)).collect(),
             linked,
             at_hand: 0..state.rows + 2,
             cells_at_hand: 0,
@@ -116,15 +119,19 @@ impl ActiveSet {
         &self.recorded
     }
 
-    /// Takes the cells into the work, with a rim about them, that are linked to one in it.
+    /// Takes the cells into the work, with a rim about them, that are linked to water or to a cell beside water.
     fn follow_links(&mut self) {
-        let ActiveSet { work, bounds, linked, .. } = self;
+        let ActiveSet { work, bounds, linked, wet, own, .. } = self;
         let mut reached = BTreeSet::new();
         for &[a, b] in &*linked {
             let is_active = |place: (usize, usize)| holds(&work[place.0], place.1);
+            let is_near = |(row, column): (usize, usize)| {
+                let near = |run: &Run| run.start <= column + 1 && column < run.end + 1;
+                wet[row - 1..row + 2].iter().any(|runs| runs.iter().any(near))
+            };
             match (is_active(a), is_active(b)) {
-                (true, false) => reached.insert(b),
-                (false, true) => reached.insert(a),
+                (true, false) if is_near(a) => reached.insert(b),
+                (false, true) if is_near(b) => reached.insert(a),
                 _ => false,
             };
         }
@@ -133,7 +140,9 @@ impl ActiveSet {
             let Some([rows, columns]) = &bounds[row] else { continue };
             let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
             changed.extend(around.clone());
-            work[around].iter_mut().for_each(|work| work.push(widened(&(column..column + 1), columns)));
+            let run = widened(&(column..column + 1), columns);
+            let rows = work[around.clone()].iter_mut().zip(&own[around]);
+            rows.for_each(|(work, own)| work.extend(within(own, run.clone())));
         }
         for row in changed {
             let work = &mut work[row];
@@ -209,13 +218,13 @@ impl ActiveSet {
     /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces link to it.
     fn spread(&mut self) {
         let at_once = self.rows_at_once().max(ROWS_OF_A_SEARCH);
-        let (wet, fed, bounds) = (&self.wet, &self.fed, &self.bounds);
+        let (wet, fed, bounds, own) = (&self.wet, &self.fed, &self.bounds, &self.own);
         self.work.par_iter_mut().enumerate().with_min_len(at_once).for_each(|(row, work)| {
             work.clear();
             let Some([rows, columns]) = &bounds[row] else { return };
             let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
             for near in wet[around.clone()].iter().chain(&fed[around]) {
-                work.extend(near.iter().map(|run| widened(run, columns)));
+                work.extend(near.iter().flat_map(|run| within(&own[row], widened(run, columns))));
             }
             work.sort_unstable_by_key(|run| (run.start, run.end));
             join(work);
@@ -241,6 +250,13 @@ fn record(rows: &[Vec<Run>], spans: &mut Vec<Span>) {
 /// A run with the rim at its ends, within its row.
 fn widened(run: &Run, columns: &Run) -> Run {
     run.start.saturating_sub(RIM).max(columns.start)..(run.end + RIM).min(columns.end)
+}
+
+/// The parts of a run that lie in some sorted runs.
+fn within(runs: &[Run], run: Run) -> impl Iterator<Item = Run> {
+    let first = runs.partition_point(|own| own.end <= run.start);
+    let last = runs.partition_point(|own| own.start < run.end).max(first);
+    runs[first..last].iter().map(move |own| own.start.max(run.start)..own.end.min(run.end))
 }
 
 fn holds(runs: &[Run], column: usize) -> bool {
@@ -292,6 +308,7 @@ mod tests {
             let work = vec![vec![], vec![1..2, 9..15, 22..30, 37..38]];
             let mut active = ActiveSet {
                 bounds: Vec::new(),
+                own: Vec::new(),
                 linked: Vec::new(),
                 at_hand: 0..0,
                 cells_at_hand: 0,

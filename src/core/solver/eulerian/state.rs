@@ -127,6 +127,13 @@ impl FaceRow {
         FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() }
     }
 
+    /// Lets nothing flow through a face.
+    pub fn clear(&mut self, column: usize) {
+        for fluxes in [&mut self.mass, &mut self.tangential, &mut self.normal_left, &mut self.normal_right] {
+            fluxes[column] = 0.0;
+        }
+    }
+
     /// Multiplies all that passes a face.
     pub fn scale(&mut self, column: usize, share: f64) {
         for fluxes in [&mut self.mass, &mut self.tangential, &mut self.normal_left, &mut self.normal_right] {
@@ -236,6 +243,22 @@ impl State {
     pub fn is_elsewhere(&self, row: usize, column: usize) -> bool {
         let of_level = self.bounds(row).is_some_and(|[_, columns]| columns.contains(&column));
         of_level && !self.lattice.is_leaf(self.lattice.index(column - 1, row - 1))
+    }
+
+    /// The runs of padded columns of a row that no other level stands for.
+    pub fn own_runs(&self, row: usize) -> Vec<std::ops::Range<usize>> {
+        let Some([_, columns]) = self.bounds(row) else { return Vec::new() };
+        if self.lattice.nest().is_none() {
+            return vec![columns];
+        }
+        let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+        for column in columns.filter(|&column| !self.is_elsewhere(row, column)) {
+            match runs.last_mut() {
+                Some(run) if run.end == column => run.end += 1,
+                _ => runs.push(column..column + 1),
+            }
+        }
+        runs
     }
 
     /// The lattice of all particles.

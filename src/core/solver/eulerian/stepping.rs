@@ -155,13 +155,13 @@ impl EulerianSolver {
     fn step_levels(&mut self, count: usize, (time, ahead): (f64, f64), (time_step, of_coarser): (f64, f64)) {
         let levels = self.stepping.group(count);
         if levels.start > 0 {
-            self.general.begin(&self.state, &levels);
+            self.general.begin(&mut self.state, &levels, self.scale.dry_depth);
             let mut done = 0.0;
             let mut left = 2_u64;
             while left > 0 {
                 // In steps of the same length, unless the water has become too fast for them.
                 let step = (time_step - done) / left as f64;
-                let halvings = self.halvings_of(levels.start, step);
+                let halvings = self.halvings_of(self.stepping.group(levels.start), step);
                 let parts = left << halvings;
                 let step = (time_step - done) / parts as f64;
                 self.step_levels(levels.start, (time + done, done), (step, time_step));
@@ -169,7 +169,7 @@ impl EulerianSolver {
                 left = parts - 1;
             }
         } else {
-            self.general.begin(&self.state, &levels);
+            self.general.begin(&mut self.state, &levels, self.scale.dry_depth);
         }
         self.active.take_in_hand(self.state.rows_of(&levels));
         let is_finest = levels.start == 0;
@@ -195,9 +195,9 @@ impl EulerianSolver {
         self.phases.end("velocities");
     }
 
-    /// How often a step (s) of the levels below one has to be halved for the water of now.
-    fn halvings_of(&self, level: usize, step: f64) -> u32 {
-        let fastest = (0..level).map(|level| self.in_part.fastest(&self.state, &self.scale, level).signal_speed);
+    /// How often a step (s) of some levels has to be halved for the water of now.
+    fn halvings_of(&self, levels: Range<usize>, step: f64) -> u32 {
+        let fastest = levels.map(|level| self.in_part.fastest(&self.state, &self.scale, level).signal_speed);
         let speed = fastest.fold(0.0, f64::max);
         // The step was chosen with what the water was then; a little more is within what the scheme bears.
         let excess = step * speed / (1.2 * self.scale.courant * self.scale.spacing);
