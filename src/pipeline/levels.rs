@@ -4,12 +4,13 @@
 //! against that depth,
 //!
 //! ```text
-//! (M94)  σ ≤ τ d        σ of (M93), root mean square over the block, d the greatest depth about it in that run
+//! (M94)  σ ≤ τ d,  R ≤ τ d    σ of (M93), root mean square over the block, R the highest rise of a pass sill above the beds on
+//!                             both sides in it, d the greatest depth about it in that run
 //! ```
 //!
 //! and no block that the water does not come near gets a finer one for its sake.
 
-use crate::bed::BedParticles;
+use crate::bed::{BedParticles, SHUT};
 use crate::lattice::{Lattice, Nest, WaterOnLattice};
 use crate::math::Vec2;
 use crate::output::{FILL, GridMaps, LevelRecord, OutputGrid, TerrainPixels};
@@ -31,7 +32,7 @@ pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> Setup {
     let coarser = std::mem::take(&mut setup.coarser);
     if let Some(coarsest) = coarser.last() {
         let depths = greatest_depths(scenario, coarsest);
-        refine_by_depth(&setup, (&coarsest.scene.lattice, &depths), coarser.len(), &mut wanted);
+        refine_by_depth(&setup, (&coarsest.scene.lattice, &depths), &coarser, &mut wanted);
     }
     let lattice = &setup.scene.lattice;
     let at = |column: usize, row: usize| usize::from(wanted.levels[row * wanted.columns + column]);
@@ -65,9 +66,10 @@ fn greatest_depths(scenario: &Scenario, setup: &Setup) -> Vec<f64> {
 }
 
 /// Asks for finer levels where the water is thin against what coarse cells do not see (M94).
-fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarsest: usize, wanted: &mut Wanted) {
-    let lattice = &setup.scene.lattice;
+fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarser: &[Setup], wanted: &mut Wanted) {
+    let (lattice, coarsest) = (&setup.scene.lattice, coarser.len());
     let scatters: Vec<(usize, Vec<f64>)> = (1..=coarsest).map(|level| scatter(&setup.bed, level)).collect();
+    let rises: Vec<Vec<f64>> = coarser.iter().map(|setup| rises(&setup.bed)).collect();
     let rows = wanted.levels.len() / wanted.columns;
     for row in 0..rows {
         for column in 0..wanted.columns {
@@ -80,9 +82,12 @@ fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarsest
                 let cells = |block: usize, count: usize| {
                     (block * BLOCK) >> level..(((block + 1) * BLOCK - 1) >> level).min((count - 1) >> level) + 1
                 };
-                let of_block = cells(row, lattice.rows)
-                    .flat_map(|r| cells(column, lattice.columns).map(move |c| r * columns + c))
-                    .map(|cell| scatter[cell] * scatter[cell]);
+                let of_block =
+                    cells(row, lattice.rows).flat_map(|r| cells(column, lattice.columns).map(move |c| r * columns + c));
+                if of_block.clone().any(|cell| rises[level - 1][cell] > UNSEEN * depth) {
+                    return false;
+                }
+                let of_block = of_block.map(|cell| scatter[cell] * scatter[cell]);
                 let (sum, count) = of_block.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
                 (sum / f64::max(count, 1.0)).sqrt() <= UNSEEN * depth
             };
@@ -90,6 +95,21 @@ fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarsest
             wanted.set(column, row, level);
         }
     }
+}
+
+/// How high (m) the highest pass sill of each cell rises above the beds on both of its sides.
+fn rises(bed: &BedParticles) -> Vec<f64> {
+    let mut rises = vec![0.0_f64; bed.lattice.len()];
+    for sill in bed.passes.iter() {
+        let cells = [sill.cell, sill.other(&bed.lattice)];
+        let beds = cells.map(|cell| bed.elevation[cell]);
+        // Where no pixel with data joins two cells there is no ridge.
+        if sill.level < SHUT {
+            let rise = sill.level - f64::max(beds[0], beds[1]);
+            cells.into_iter().for_each(|cell| rises[cell] = rises[cell].max(rise));
+        }
+    }
+    rises
 }
 
 /// The greatest depth (m) in and about a block.

@@ -41,6 +41,19 @@ impl Findings {
         self.problems.iter().any(|problem| problem.key == key && problem.severity == Severity::Error)
     }
 
+    /// The errors among them that are not known yet.
+    pub fn errors_beyond(&self, known: &Findings) -> Vec<Problem> {
+        let is_known =
+            |problem: &Problem| known.problems.iter().any(|one| (one.code, &one.key) == (problem.code, &problem.key));
+        let errors = self.problems.iter().filter(|problem| problem.severity == Severity::Error);
+        errors.filter(|problem| !is_known(problem)).cloned().collect()
+    }
+
+    /// Adds problems that have their keys and places.
+    pub fn extend(&mut self, problems: impl IntoIterator<Item = Problem>) {
+        self.problems.extend(problems);
+    }
+
     /// All of them in order; see [`sort_problems`].
     pub fn into_problems(mut self) -> Vec<Problem> {
         sort_problems(&mut self.problems);

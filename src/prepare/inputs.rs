@@ -10,8 +10,8 @@ use crate::prepare::rain::series as rain_series;
 use crate::prepare::sha256;
 use crate::scenario::ChannelShape;
 use crate::scenario::{
-    BedMovement, BoundaryCondition, MovingBed, OpenBoundary, RainAmount, Scenario, SourcePlace, Sourced, TableFile,
-    TerrainLayer, Timed, VectorSource,
+    BedMovement, BoundaryCondition, Levels, MovingBed, OpenBoundary, RainAmount, RefineShape, Scenario, SourcePlace,
+    Sourced, TableFile, TerrainLayer, Timed, VectorSource,
 };
 
 /// An input file and the checksum of its bytes.
@@ -66,6 +66,13 @@ impl Files {
 
     fn plain<'a>(&mut self, sources: impl IntoIterator<Item = &'a Sourced<PathBuf>>) {
         sources.into_iter().for_each(|source| self.add(source, &source.value));
+    }
+
+    fn refine(&mut self, levels: Option<&Levels>) {
+        for refine in levels.iter().flat_map(|levels| &levels.refine) {
+            let (RefineShape::Polygons(source) | RefineShape::Lines { source, .. }) = &refine.value.shape;
+            self.add(refine, &source.path);
+        }
     }
 
     fn table(&mut self, table: &TableFile) {
@@ -155,6 +162,7 @@ impl Files {
 pub(super) fn all(scenario: &Scenario) -> Vec<InputFile> {
     let mut files = Files::default();
     files.terrain(scenario);
+    files.refine(scenario.levels.as_ref());
     files.vectors(scenario.initial.iter().map(|water| &water.polygons));
     files.vectors(scenario.start.depths.iter().map(|water| &water.place));
     files.plain(scenario.start.earlier.iter().map(|earlier| &earlier.fields));

@@ -11,6 +11,7 @@ use super::on_lattice::{Files, place_on};
 use super::{Scene, Setup, places, polygons};
 use crate::bed::BedParticles;
 use crate::boundary::ChannelEnd;
+use crate::error::Problem;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
@@ -77,10 +78,17 @@ pub(super) fn with_coarser(
         let own = Lattice::new(lattice.origin, lattice.columns.div_ceil(times), lattice.rows.div_ceil(times), spacing);
         let mut scenario = Scenario { levels: None, ..scenario.clone() };
         scenario.resolution.value = spacing;
-        // What is wrong with the input was told on the finest level.
-        let mut silent = Findings::default();
-        let files = Files::open(&scenario, crs, &mut silent);
-        coarser.push(place_on(&scenario, terrain, files, own, &mut silent)?);
+        let mut of_level = Findings::default();
+        let files = Files::open(&scenario, crs, &mut of_level);
+        let setup = place_on(&scenario, terrain, files, own, &mut of_level);
+        // What is wrong with the input was told on the finest level, and what is doubtful on a coarse one has finer cells where it counts.
+        let errors = of_level.errors_beyond(findings);
+        let on_level = |problem: Problem| Problem {
+            message: format!("on the level of {spacing} m: {}", problem.message),
+            ..problem
+        };
+        findings.extend(errors.into_iter().map(on_level));
+        coarser.push(setup?);
     }
     Some(Setup { coarser, wanted: Some(wanted), ..finest })
 }

@@ -239,7 +239,10 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let setup = match &terrain {
         _ if !is_possible => None,
         _ if scenario.is_channels_alone() => Some(on_lattice::channels_alone(scenario, files, &mut findings)),
-        Some(terrain) => on_lattice::place(scenario, (terrain, crs.as_ref()), files, &mut findings),
+        Some(terrain) => on_lattice::place(scenario, terrain, files, &mut findings).and_then(|finest| {
+            let Some(levels) = &scenario.levels else { return Some(finest) };
+            levels::with_coarser((scenario, levels), (terrain, crs.as_ref()), finest, &mut findings)
+        }),
         None => None,
     };
     Prepared { problems: findings.into_problems(), inputs: inputs::all(scenario), terrain, setup }

@@ -7,7 +7,7 @@ use super::forcing::{self, breach, channels, moving_bed, plausible};
 use super::ground::{self, Ground, burn, wall_gaps};
 use super::water::{self, SourcedBody, earlier, start};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, Scene, Setup};
-use super::{grid, lagrangian, levels, places};
+use super::{grid, lagrangian, places};
 use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -71,20 +71,16 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The lattice, and everything that is checked on it, on all of its levels; none where there can be no lattice.
+/// The finest lattice, and everything that is checked on it; none where there can be no lattice.
 pub(super) fn place(
     scenario: &Scenario,
-    (terrain, crs): (&Terrain, Option<&Crs>),
+    terrain: &Terrain,
     files: Files<'_>,
     findings: &mut Findings,
 ) -> Option<Setup> {
     let lattice = grid::lattice(terrain, scenario.resolution.value, &scenario.limits);
     let lattice = findings.take(&scenario.resolution, lattice)?;
-    let setup = place_on(scenario, terrain, files, lattice, findings)?;
-    match &scenario.levels {
-        Some(levels) => levels::with_coarser((scenario, levels), (terrain, crs), setup, findings),
-        None => Some(setup),
-    }
+    place_on(scenario, terrain, files, lattice, findings)
 }
 
 /// One lattice, and everything that is checked on it.

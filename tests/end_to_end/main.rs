@@ -12,6 +12,7 @@ mod commands;
 mod dam_breaks;
 mod doubtful_inputs;
 mod hot_start;
+mod levels;
 mod maps_on_terrain;
 mod mistaken_files;
 mod moving_bed;

@@ -19,7 +19,6 @@ const LONG: &[(&str, &str)] = &[
     ("src/core/seeding/still_water/tests.rs", "scenes of still water, 37 lines too many"),
     ("src/core/solver/eulerian/faces.rs", "the face of a pair is one formula, in the order of its terms"),
     ("src/core/solver/eulerian/walls.rs", "parted with the faces of any length that replace it"),
-    ("src/core/solver/eulerian/mod.rs", "the solver and the order of its passes in one place"),
     ("tests/end_to_end/bad_scenarios.rs: methods_that_do_not_exist", "one table of cases"),
     ("tests/end_to_end/doubtful_inputs.rs: boundaries_that_are_hardly_meant_so", "one table of cases"),
     ("tests/end_to_end/hot_start/refused.rs: what_does_not_fit_the_earlier_run", "one table of cases"),

@@ -17,17 +17,18 @@
 //!
 //! What passes a face is one number, with which both sides are updated: volume is as exact as on one lattice. The fluxes go into the rows of the
 //! lattice, at the places that the sides of the cells have there ([`face::Slot`]); a side of a coarse cell gets the mean of its two faces. Nobody
-//! else needs to know of levels. Source of the interface: Berger and Oliger's flux at the common face, without corrections afterwards because there is
-//! no second flux to correct.
+//! else needs to know of levels. Levels that step by themselves: `BergerOliger1984`, without their corrections
+//! afterwards, because there is no second flux to correct.
 
 mod face;
 mod hanging;
+mod outflow;
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::faces::{EAST, NORTH, turned_by};
+use super::faces::{EAST, turned_by};
 use super::passes::Passes;
 use super::spans::ActiveSet;
 use super::state::{GroundRow, PrimitiveRow, State};
@@ -156,16 +157,16 @@ impl GeneralFaces {
 
     /// Begins a step of some levels, with the steps of the finer ones within it. Only faces beside water count in it.
     pub fn begin(&mut self, state: &mut State, levels: &Range<usize>, dry_depth: f64) {
-        for level in levels.start.saturating_sub(1)..levels.end {
-            self.find_live(state, level, dry_depth);
-        }
-        let known = (&state.primitive[..], &state.ground[..]);
         if levels.start > 0 {
+            let known = (&state.primitive[..], &state.ground[..]);
             for k in self.of_level[levels.start - 1].clone() {
                 let (face, now) = (&self.faces[k], &mut self.now[k]);
                 now.booked = Passing::default();
                 now.fine_at_start = Seen::at(known, face.places[1 - face.coarse]);
             }
+        }
+        for level in levels.start.saturating_sub(1)..levels.end {
+            self.find_live(state, level, dry_depth);
         }
         let followed = self.followed_of[levels.start].start..self.followed_of[levels.end - 1].end;
         for followed in &mut self.followed[followed] {
@@ -173,7 +174,8 @@ impl GeneralFaces {
         }
     }
 
-    /// Finds the faces beside water between a level and the next coarser one; through the others nothing flows.
+    /// Finds the faces beside water between a level and the next coarser one; through the others nothing flows. What is booked is kept, though
+    /// the fine side may have run dry since.
     fn find_live(&mut self, state: &mut State, level: usize, dry_depth: f64) {
         let GeneralFaces { faces, now, live, is_live, of_level, .. } = self;
         live[level].clear();
@@ -181,14 +183,22 @@ impl GeneralFaces {
             let face = &faces[k];
             let is_beside_water =
                 face.places.iter().any(|&(row, column)| state.primitive[row].depth[column] > dry_depth);
-            if is_beside_water {
+            let is_booked = now[k].booked.mass.abs() > 0.0;
+            if is_beside_water || is_booked {
                 live[level].push(k);
             } else if is_live[k] {
                 now[k] = Now::default();
                 face.slots.iter().for_each(|slot| state.flux[slot.row][slot.direction].clear(slot.column));
             }
-            is_live[k] = is_beside_water;
+            is_live[k] = is_beside_water || is_booked;
         }
+    }
+
+    /// The coarse cells that get water which passed a face from the level below these.
+    pub fn getting(&self, levels: &Range<usize>) -> impl Iterator<Item = Place> + '_ {
+        let below = levels.start.checked_sub(1).map_or(&[][..], |level| &self.live[level]);
+        let booked = below.iter().filter(|&&k| self.now[k].booked.mass.abs() > 0.0);
+        booked.map(|&k| self.faces[k].places[self.faces[k].coarse])
     }
 
     /// The numbers of the faces beside water of which a side belongs to one of these levels: first those whose fine sides have stepped by
@@ -330,103 +340,6 @@ impl GeneralFaces {
         }
     }
 
-    /// Scales the outflow of cells beside general faces that would give more water than they have in this stage of a step (s), and what coarse
-    /// cells that step later give: no face takes more than its part of them, `whole` being their step (s).
-    pub fn limit_outflow(
-        &mut self,
-        state: &mut State,
-        (active, levels): (&ActiveSet, &Range<usize>),
-        stage: Stage,
-        (time_step, whole): (f64, f64),
-    ) {
-        let mut is_changed = false;
-        if levels.end < self.of_level.len() {
-            for number in 0..self.live[levels.end - 1].len() {
-                is_changed |= self.spare_coarse(self.live[levels.end - 1][number], state, whole);
-            }
-        }
-        let cells = active.at_hand();
-        let cells = self.of_row[cells.start].start..self.of_row[cells.end - 1].end;
-        for number in cells {
-            let (row, column) = self.cells[number].place;
-            // Dry cells give nothing.
-            if state.primitive[row].depth[column] > 0.0 {
-                is_changed |= self.limit_cell(number, state, levels, stage, time_step);
-            }
-        }
-        if is_changed {
-            self.put(state, levels);
-        }
-    }
-
-    /// Scales what a face takes from a coarse cell that steps later to its part of what the cell has, over a step (s) of the cell.
-    fn spare_coarse(&mut self, k: usize, state: &State, whole: f64) -> bool {
-        let face = &self.faces[k];
-        let (row, column) = face.places[face.coarse];
-        let outwards = if face.coarse == 0 { self.now[k].passing.mass } else { -self.now[k].passing.mass };
-        let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
-        let held = state.water[row].depth[column].max(0.0) * area / face.of_coarse as f64;
-        let wanted = outwards * face.length * whole;
-        let is_short = outwards > 0.0 && wanted > held;
-        if is_short {
-            let passing = &mut self.now[k].passing;
-            passing.mass *= held / wanted;
-            passing.tangential *= held / wanted;
-        }
-        is_short
-    }
-
-    /// Scales what a cell gives, where that is more than it has; what it gave to a finer level before stays.
-    fn limit_cell(
-        &mut self,
-        number: usize,
-        state: &mut State,
-        levels: &Range<usize>,
-        stage: Stage,
-        time_step: f64,
-    ) -> bool {
-        let cell = &self.cells[number];
-        let (row, column) = cell.place;
-        let depth = match stage {
-            Stage::First => state.water[row].depth[column],
-            Stage::Second => state.primitive[row].depth[column],
-        };
-        let sides = sides(cell.place);
-        // What leaves over a side: what may be scaled, and what may not.
-        let leaving = |side: usize| -> [f64; 2] {
-            let (row, direction, column, sign) = sides[side];
-            let Some(&first) = cell.faces[side].first() else {
-                return [(sign * state.flux[row][direction].mass[column]).max(0.0), 0.0];
-            };
-            let of_face =
-                |&face: &usize| self.faces[face].share(side % 2) * (sign * self.now[face].passing.mass).max(0.0);
-            let sum = cell.faces[side].iter().map(of_face).sum();
-            if self.faces[first].level < levels.start { [0.0, sum] } else { [sum, 0.0] }
-        };
-        let [east, west, north, south] = [0, 1, 2, 3].map(leaving);
-        let sum = |kind: usize| (east[kind] + west[kind]) + (north[kind] + south[kind]);
-        let per_rate = time_step / state.spacing[row] * state.ground[row].per_area[column];
-        let (free, fixed) = (per_rate * sum(0), per_rate * sum(1));
-        let held = (depth - fixed).max(0.0);
-        if free <= held {
-            return false;
-        }
-        let share = held / free;
-        for (side, faces) in cell.faces.iter().enumerate() {
-            if faces.is_empty() {
-                state.reduce(sides[side], share);
-            }
-            for &face in faces.iter().filter(|&&face| self.faces[face].level >= levels.start) {
-                let passing = &mut self.now[face].passing;
-                if sides[side].3 * passing.mass > 0.0 {
-                    passing.mass *= share;
-                    passing.tangential *= share;
-                }
-            }
-        }
-        true
-    }
-
     /// Books what passed to coarser levels that step later, in a stage of a step (s) of these.
     pub fn book(&mut self, levels: &Range<usize>, time_step: f64) {
         for &k in &self.live[levels.end - 1] {
@@ -479,12 +392,6 @@ fn cells_beside(faces: &[Face], state: &State) -> Vec<Cell> {
         Cell { place: beside[0].0, faces: [0, 1, 2, 3].map(on) }
     };
     beside.chunk_by(|a, b| a.0 == b.0).map(cell).collect()
-}
-
-/// The faces of a cell in the rows of the lattice, in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS): row, direction and column, and
-/// the sign of what leaves.
-fn sides((row, column): Place) -> [(usize, usize, usize, f64); 4] {
-    [(row, EAST, column, 1.0), (row, EAST, column - 1, -1.0), (row, NORTH, column, 1.0), (row - 1, NORTH, column, -1.0)]
 }
 
 #[cfg(test)]

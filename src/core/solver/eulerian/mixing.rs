@@ -6,7 +6,7 @@
 //!
 //! One stress for both particles of a face, so that momentum is kept to rounding. The derivative across a face is the difference of its particles, that along
 //! it the mean of their gradients; ν is that of [`turbulence`]. With the harmonic mean of the depths thin water is not torn along by deep water beside it.
-//! Faces at walls and edges, which are made after this pass, have no such stress: water slips along them.
+//! Faces at walls, edges and between levels, which are made after this pass, have no such stress: water slips along them.
 //!
 //! A step bears ν up to Δ²/(12 Δt), and more than that is left out. Only inside a jump, whose shear grows as 1/Δ, is there more. A velocity
 //! gives 2 · 2 ν to the two neighbours along it and 2 ν to the others, each over at most twice its own depth (d_f ≤ 2 d_i): 12 ν Δt/Δ² of it, no more than it has.

@@ -34,6 +34,7 @@ mod outflow;
 mod passes;
 mod primitive;
 mod reach;
+mod rows;
 mod sections;
 mod spans;
 mod stairs;

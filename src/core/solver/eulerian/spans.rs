@@ -121,22 +121,28 @@ impl ActiveSet {
 
     /// Takes the cells into the work, with a rim about them, that are linked to water or to a cell beside water.
     fn follow_links(&mut self) {
-        let ActiveSet { work, bounds, linked, wet, own, .. } = self;
         let mut reached = BTreeSet::new();
-        for &[a, b] in &*linked {
-            let is_active = |place: (usize, usize)| holds(&work[place.0], place.1);
+        for &[a, b] in &self.linked {
             let is_near = |(row, column): (usize, usize)| {
                 let near = |run: &Run| run.start <= column + 1 && column < run.end + 1;
-                wet[row - 1..row + 2].iter().any(|runs| runs.iter().any(near))
+                self.wet[row - 1..row + 2].iter().any(|runs| runs.iter().any(near))
             };
-            match (is_active(a), is_active(b)) {
-                (true, false) if is_near(a) => reached.insert(b),
-                (false, true) if is_near(b) => reached.insert(a),
-                _ => false,
-            };
+            // A wet cell has its rim.
+            let is_wet = |place: (usize, usize)| holds(&self.wet[place.0], place.1);
+            for (from, to) in [(a, b), (b, a)] {
+                if !is_wet(to) && is_near(from) {
+                    reached.insert(to);
+                }
+            }
         }
+        self.reach(reached.into_iter());
+    }
+
+    /// Takes cells into the work, with a rim about them.
+    pub fn reach(&mut self, places: impl Iterator<Item = (usize, usize)>) {
+        let ActiveSet { work, bounds, own, .. } = self;
         let mut changed = BTreeSet::new();
-        for (row, column) in reached {
+        for (row, column) in places {
             let Some([rows, columns]) = &bounds[row] else { continue };
             let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
             changed.extend(around.clone());

@@ -171,6 +171,7 @@ impl EulerianSolver {
         } else {
             self.general.begin(&mut self.state, &levels, self.scale.dry_depth);
         }
+        self.active.reach(self.general.getting(&levels));
         self.active.take_in_hand(self.state.rows_of(&levels));
         let is_finest = levels.start == 0;
         if is_finest && let Some(moving) = &mut self.moving_bed {

@@ -1,0 +1,193 @@
+//! Levels of cells: `resolution: {finest: ..., coarsest: ...}`.
+
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use crate::{Netcdf, floodsim};
+
+/// Pixels of 5 m.
+const COLUMNS: usize = 256;
+const ROWS: usize = 96;
+
+const SCENARIO: &str = "\
+floodsim: 1
+crs: local
+terrain: dem.asc
+roughness: {manning: 0.03}
+initial: [{reservoir: lake.geojson, level: 118 m}]
+resolution: {finest: 5 m, coarsest: 40 m}
+time: {end: 120 s}
+outputs: {every: 60 s, gauges: gauges.csv}
+";
+
+/// A valley that falls to the east, 200 m wide, with a gorge of 30 m in its middle third; a lake in its west whose dam is gone.
+struct Scene {
+    folder: TempDir,
+}
+
+impl Scene {
+    fn new() -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap() };
+        let row = |row: usize| {
+            let values = (0..COLUMNS).map(|column| format!("{:.3}", Self::elevation(column, row)));
+            values.collect::<Vec<_>>().join(" ")
+        };
+        let rows: Vec<String> = (0..ROWS).map(row).collect();
+        let header = format!("ncols {COLUMNS}\nnrows {ROWS}\nxllcorner 0\nyllcorner 0\ncellsize 5\n");
+        scene.write("dem.asc", &(header + &rows.join("\n") + "\n"));
+        scene.write_polygon("lake.geojson", "[[[0,0],[300,0],[300,480],[0,480],[0,0]]]");
+        scene.write("gauges.csv", "id,x,y\nlake,150,240\ngorge,640,240\nplain,1000,240\n");
+        scene.write("s.yaml", SCENARIO);
+        scene
+    }
+
+    /// Elevation (m) of a pixel; row 0 is the northernmost one.
+    fn elevation(column: usize, row: usize) -> f64 {
+        let (x, y) = (5.0 * column as f64 + 2.5, 5.0 * (ROWS - row) as f64 - 2.5);
+        let is_gorge = (450.0..800.0).contains(&x);
+        let half = if is_gorge { 15.0 } else { 100.0 };
+        let flank = ((y - 240.0).abs() - half).max(0.0);
+        110.0 - 0.01 * x + 20.0 * (flank / 40.0).min(1.0) + 0.02 * flank
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &str) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    fn write_polygon(&self, name: &str, polygon: &str) {
+        let geometry = format!(r#"{{"type":"Polygon","coordinates":{polygon}}}"#);
+        self.write(name, &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#));
+    }
+
+    /// Runs the scene into a folder, with changes; returns its record.
+    #[track_caller]
+    fn run(&self, out: &str, changes: &[&str]) -> serde_json::Value {
+        let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+        let answer =
+            floodsim(self.folder.path(), &[&["run", "s.yaml", "--out", out, "--quiet"][..], &changes].concat());
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let record = std::fs::read_to_string(self.path(out).join("run.json")).unwrap();
+        serde_json::from_str(&record).unwrap()
+    }
+
+    fn maps(&self, out: &str) -> Netcdf {
+        Netcdf::read(&self.path(out).join("maps.nc"))
+    }
+}
+
+fn cells(record: &serde_json::Value) -> Vec<(f64, u64)> {
+    let levels = record["levels"].as_array().unwrap();
+    levels.iter().map(|level| (level["spacing_m"].as_f64().unwrap(), level["cells"].as_u64().unwrap())).collect()
+}
+
+#[test]
+fn levels_bring_the_maps_of_the_finest_lattice_for_less() {
+    let scene = Scene::new();
+    let fine = scene.run("fine", &["resolution=5 m"]);
+    let nested = scene.run("nested", &[]);
+    assert!(fine.get("levels").is_none());
+    let levels = cells(&nested);
+    let spacings: Vec<f64> = levels.iter().map(|level| level.0).collect();
+    assert_eq!(spacings, [5.0, 10.0, 20.0, 40.0]);
+    assert!(levels[0].1 > 1000 && levels[1].1 + levels[2].1 + levels[3].1 > 200, "{levels:?}");
+    let evaluations = |record: &serde_json::Value| record["particle_evaluations"].as_f64().unwrap();
+    assert!(evaluations(&nested) < 0.6 * evaluations(&fine), "{} of {}", evaluations(&nested), evaluations(&fine));
+    let error = nested["volume_m3"]["error_relative"].as_f64().unwrap();
+    assert!(error.abs() < 1e-12, "{error}");
+    let (one, other) = (scene.maps("fine"), scene.maps("nested"));
+    assert_eq!(one.dimensions, other.dimensions);
+    let resolution = other.values("resolution");
+    assert!(resolution.iter().all(|edge| [5.0, 10.0, 20.0, 40.0].contains(edge)));
+    // The gorge is narrower than two coarse cells and is on fine ones; gauges are, too.
+    let at = |x: f64, y: f64| (ROWS - 1 - (y / 5.0) as usize) * COLUMNS + (x / 5.0) as usize;
+    for (x, y) in [(640.0, 240.0), (150.0, 240.0), (1000.0, 240.0)] {
+        assert!((resolution[at(x, y)] - 5.0).abs() < 1e-9, "{} m at {x}, {y}", resolution[at(x, y)]);
+    }
+    let (a, b) = (one.values("max_depth"), other.values("max_depth"));
+    let is_wet = |depth: &f64| *depth > 0.3;
+    let both = a.iter().zip(b).filter(|(a, b)| is_wet(a) && is_wet(b)).count() as f64;
+    let either = a.iter().zip(b).filter(|(a, b)| is_wet(a) || is_wet(b)).count() as f64;
+    let off = a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / either;
+    println!(
+        "extent {}, depth off by {off} m, evaluations {} of {}",
+        both / either,
+        evaluations(&nested),
+        evaluations(&fine)
+    );
+    assert!(both / either > 0.95 && off < 0.12, "{} and {off} m", both / either);
+}
+
+#[test]
+fn levels_give_the_same_bytes_for_any_number_of_threads_and_a_later_run_goes_on() {
+    let scene = Scene::new();
+    scene.run("more", &["time.end=60 s"]);
+    let one = ["run", "s.yaml", "--out", "one", "--quiet", "--threads", "1", "--set", "time.end=60 s"];
+    let answer = floodsim(scene.folder.path(), &one);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    for file in ["maps.nc", "fields.nc"] {
+        let [one, more] = ["one", "more"].map(|out| Netcdf::read(&scene.path(out).join(file)));
+        assert!(one.bits() == more.bits(), "{file}");
+    }
+    let later = scene.run("later", &["initial=[{fields: more/fields.nc}]", "resolution=5 m", "time.end=30 s"]);
+    assert!(later["volume_m3"]["initial"].as_f64().unwrap() > 1e5);
+}
+
+#[test]
+fn places_of_the_user_are_as_fine_as_wanted() {
+    let scene = Scene::new();
+    scene.write_polygon("town.geojson", "[[[1100,100],[1200,100],[1200,200],[1100,200],[1100,100]]]");
+    let refine = "resolution={finest: 5 m, coarsest: 40 m, refine: [{polygons: town.geojson, to: 10 m}]}";
+    let record = scene.run("town", &[refine, "time.end=10 s"]);
+    assert!(record["inputs"].to_string().contains("town.geojson"), "{}", record["inputs"]);
+    let maps = scene.maps("town");
+    let resolution = maps.values("resolution");
+    for (x, y) in [(1105.0, 105.0), (1150.0, 150.0), (1195.0, 195.0)] {
+        let edge = resolution[(ROWS - 1 - (y / 5.0) as usize) * COLUMNS + (x / 5.0) as usize];
+        assert!(edge <= 10.0, "{edge} m at {x}, {y}");
+    }
+    let missing = "resolution={finest: 5 m, refine: [{lines: no.geojson}]}";
+    let check = floodsim(scene.folder.path(), &["check", "s.yaml", "--set", missing]);
+    assert_eq!(check.code, 4, "{}", check.stdout);
+    assert!(check.stdout.contains("resolution.refine[0].lines"), "{}", check.stdout);
+    let plan = floodsim(scene.folder.path(), &["plan", "s.yaml"]);
+    assert_eq!(plan.code, 0, "{}", plan.stderr);
+}
+
+#[test]
+fn a_dam_breaks_and_a_river_comes_in_on_levels() {
+    let scene = Scene::new();
+    let line = |name: &str, from: [f64; 2], to: [f64; 2]| {
+        let geometry = format!(r#"{{"type":"LineString","coordinates":[{from:?},{to:?}]}}"#);
+        scene.write(name, &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#));
+    };
+    line("dam.geojson", [300.0, 480.0], [300.0, 0.0]);
+    line("section.geojson", [900.0, 480.0], [900.0, 0.0]);
+    line("west.geojson", [0.0, 300.0], [0.0, 180.0]);
+    line("east.geojson", [1280.0, 0.0], [1280.0, 480.0]);
+    scene.write(
+        "s.yaml",
+        &(SCENARIO.to_owned()
+            + "breach: {dam: dam.geojson, crest: 122 m, trigger: {at: 20 s}}\n\
+boundaries:\n\
+  - {line: west.geojson, discharge: 40 m3/s}\n\
+  - {line: east.geojson, normal_depth: {slope: 0.01}}\n\
+rain: {rate: 20 mm/h}\n"),
+    );
+    let sections = "outputs.sections=section.geojson";
+    let record = scene.run("dam", &[sections]);
+    let volume = &record["volume_m3"];
+    assert!(volume["error_relative"].as_f64().unwrap().abs() < 1e-12, "{volume}");
+    let inflow = volume["in"].as_f64().unwrap();
+    let rained = 0.02 / 3600.0 * 120.0 * (5.0 * COLUMNS as f64) * (5.0 * ROWS as f64);
+    assert!((inflow / (40.0 * 120.0 + rained) - 1.0).abs() < 1e-6, "{inflow} of {}", 40.0 * 120.0 + rained);
+    assert!(
+        record["breach"]["began_s"].as_f64().is_some_and(|began| (began - 20.0).abs() < 1e-6),
+        "{}",
+        record["breach"]
+    );
+}
