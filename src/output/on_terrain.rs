@@ -31,7 +31,7 @@ use super::{TerrainPixels, WET_DEPTH};
 use crate::bed::PassSills;
 use crate::lattice::{Lattice, Level, NEIGHBOURS};
 use crate::math::Vec2;
-use faces::{beside, crossed_faces, face};
+use faces::{beside, crossed_faces, face, on_one_level};
 
 /// No wet cell.
 const NONE: u32 = u32::MAX;
@@ -184,8 +184,8 @@ impl OnTerrain {
             let mean = |of: &dyn Fn(usize) -> f64| seen.iter().map(|&cell| of(cell)).sum::<f64>() / seen.len() as f64;
             let its_bed = mean(&|cell| bed[cell]);
             let its = mean(&|cell| level_of(cell).unwrap_or(bed[cell]));
-            let is_shut =
-                self.walled.contains(&face(own.cell, other)) || self.passes.between(own.cell, other) > level.max(its);
+            let [a, b] = on_one_level(&self.lattice, (own.cell, other), step);
+            let is_shut = self.walled.contains(&face(a, b)) || self.passes.between(a, b) > level.max(its);
             let of = match level_of(other) {
                 _ if is_shut => Beyond::Shut,
                 None => Beyond::Dry(its),

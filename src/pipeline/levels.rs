@@ -56,7 +56,7 @@ fn greatest_depths(scenario: &Scenario, setup: &Setup) -> Vec<f64> {
     };
     while solver.time() < scenario.end_time {
         let step = solver.choose_step().time_step.min(scenario.end_time - solver.time());
-        // Where the run breaks down the water came as far as that, and the run itself will tell.
+        // Where this run breaks down, what it has shown counts.
         if solver.advance(step).is_err() {
             break;
         }
@@ -87,7 +87,7 @@ fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarser:
                 if of_block.clone().any(|cell| rises[level - 1][cell] > UNSEEN * depth) {
                     return false;
                 }
-                let of_block = of_block.map(|cell| scatter[cell] * scatter[cell]);
+                let of_block = of_block.map(|cell| scatter[cell] * scatter[cell]).filter(|square| !square.is_nan());
                 let (sum, count) = of_block.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
                 (sum / f64::max(count, 1.0)).sqrt() <= UNSEEN * depth
             };

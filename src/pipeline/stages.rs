@@ -28,9 +28,8 @@ pub(super) fn recorder_plan(
     bed: BedParticles,
     pixels: Option<TerrainPixels>,
 ) -> RecorderPlan {
-    let (outputs, lattice) = (&scenario.outputs, &bed.lattice);
-    let parts = bed.cover.cells().iter().filter(|part| lattice.is_leaf(part.cell));
-    let more_area = parts.map(|part| (part.cell, (part.area - 1.0) * lattice.area_of(part.cell))).collect();
+    let outputs = &scenario.outputs;
+    let more_area = more_area(&bed);
     RecorderPlan {
         more_area,
         lattice: bed.lattice,
@@ -49,6 +48,26 @@ pub(super) fn recorder_plan(
         gauges_every: outputs.gauges_every,
         sections: scene.crossed.clone(),
     }
+}
+
+/// The cells whose water has another area than the finest cells that they stand for, ascending, and how much more (m²): cells in part, and
+/// coarse cells that reach over the edge of the lattice.
+fn more_area(bed: &BedParticles) -> Vec<(usize, f64)> {
+    let lattice = &bed.lattice;
+    let mut more = Vec::new();
+    for level in (0..lattice.level_count()).map(|level| lattice.level(level)) {
+        let times = (level.spacing / lattice.spacing).round() as usize;
+        for cell in level.first_row * lattice.columns..(level.first_row + level.rows) * lattice.columns {
+            let (column, row) = (cell % lattice.columns, cell / lattice.columns - level.first_row);
+            let inside = |from: usize, count: usize| times.min(count.saturating_sub(from * times));
+            let finest = inside(column, lattice.columns) * inside(row, lattice.rows);
+            let is_whole = finest == times * times && !bed.cover.holds(cell);
+            if !is_whole && bed.has_terrain(cell) && lattice.is_leaf(cell) {
+                more.push((cell, bed.area(cell) - finest as f64 * lattice.cell_area()));
+            }
+        }
+    }
+    more
 }
 
 /// A recorder of what the scenario wants written.

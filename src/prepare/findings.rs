@@ -43,8 +43,12 @@ impl Findings {
 
     /// The errors among them that are not known yet.
     pub fn errors_beyond(&self, known: &Findings) -> Vec<Problem> {
-        let is_known =
-            |problem: &Problem| known.problems.iter().any(|one| (one.code, &one.key) == (problem.code, &problem.key));
+        let is_known = |problem: &Problem| {
+            known
+                .problems
+                .iter()
+                .any(|one| (one.code, &one.key, one.severity) == (problem.code, &problem.key, problem.severity))
+        };
         let errors = self.problems.iter().filter(|problem| problem.severity == Severity::Error);
         errors.filter(|problem| !is_known(problem)).cloned().collect()
     }

@@ -4,6 +4,7 @@
 //! scenario's own areas and lines, and what stands in the scene. Where the water is thin against what a coarse cell does not see of its
 //! terrain is found by a run on the coarsest level (`pipeline/levels.rs`).
 
+use geo::CoordsIter;
 use rayon::prelude::*;
 
 use super::findings::Findings;
@@ -11,11 +12,12 @@ use super::on_lattice::{Files, place_on};
 use super::{Scene, Setup, places, polygons};
 use crate::bed::BedParticles;
 use crate::boundary::ChannelEnd;
-use crate::error::Problem;
+use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Vec2, readable};
 use crate::scenario::{Levels, Refine, RefineShape, Scenario, Sourced, VectorSource};
+use crate::solver::{Boundary, Condition};
 use crate::terrain::Terrain;
 
 /// Cells along the side of a block of one level.
@@ -69,6 +71,17 @@ pub(super) fn with_coarser(
     findings: &mut Findings,
 ) -> Option<Setup> {
     let count = levels.count(scenario.resolution.value);
+    if count == 1 {
+        return Some(finest);
+    }
+    if let Some(earlier) = &scenario.start.earlier {
+        let message = "a run on levels cannot go on from an earlier one";
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message)
+            .with_cause("the frames of a run are read on one lattice");
+        let remedy = format!("write one length, `resolution: {} m`", readable(scenario.resolution.value));
+        findings.add(&earlier.fields, problem.with_remedy(remedy));
+        return None;
+    }
     let wanted = wanted((scenario, levels), crs, &finest, findings);
     let mut coarser = Vec::new();
     for level in 1..count {
@@ -83,9 +96,9 @@ pub(super) fn with_coarser(
         let setup = place_on(&scenario, terrain, files, own, &mut of_level);
         // What is wrong with the input was told on the finest level, and what is doubtful on a coarse one has finer cells where it counts.
         let errors = of_level.errors_beyond(findings);
-        let on_level = |problem: Problem| Problem {
-            message: format!("on the level of {spacing} m: {}", problem.message),
-            ..problem
+        let on_level = |problem: Problem| {
+            let message = format!("on the level of {spacing} m: {}", problem.message);
+            Problem { message, ..problem }.with_remedy("take a smaller `resolution.coarsest`, or refine this place")
         };
         findings.extend(errors.into_iter().map(on_level));
         coarser.push(setup?);
@@ -135,8 +148,12 @@ fn fine_places(scene: &Scene, bed: &BedParticles) -> Vec<Vec2> {
     let mut places: Vec<Vec2> = cells.into_iter().map(|cell| lattice.centre(cell)).collect();
     places.extend(scene.gauges.iter().map(|gauge| lattice.to_local(gauge.position)));
     places.extend(forcing.sources.iter().map(|source| source.place));
-    for &[from, to] in &scene.walls {
-        places.extend(along([from, to], lattice.spacing));
+    // What is shared among the faces of a boundary is shared on one level.
+    let is_shared =
+        |boundary: &&Boundary| matches!(boundary.condition, Condition::Discharge { .. } | Condition::Rating(_));
+    let shared = forcing.boundaries.iter().filter(is_shared).flat_map(|boundary| boundary.pieces.iter());
+    for piece in scene.walls.iter().copied().chain(shared) {
+        places.extend(along(piece, lattice.spacing));
     }
     places
 }
@@ -159,9 +176,8 @@ fn refined(
         RefineShape::Lines { source, within } => {
             let source = of_entry(refine, source);
             let Some(drawn) = places::pieces(&source, crs, scenario, findings) else { return };
-            let step = BLOCK as f64 * lattice.spacing;
             for piece in &drawn.pieces {
-                for place in along(piece.map(|place| lattice.to_local(place)), step) {
+                for place in along(piece.map(|place| lattice.to_local(place)), lattice.spacing) {
                     wanted.ask(lattice, place, *within, level);
                 }
             }
@@ -170,8 +186,11 @@ fn refined(
             let source = of_entry(refine, source);
             let Some(features) = places::features(&source, crs, scenario.reproject, findings) else { return };
             let area = polygons::union(features.into_iter().flat_map(|feature| feature.polygons).collect());
-            for cell in polygons::cells_inside(&area, lattice) {
-                wanted.ask(lattice, lattice.centre(cell), 0.0, level);
+            let inside = polygons::cells_inside(&area, lattice).into_iter().map(|cell| lattice.centre(cell));
+            // A polygon may lie between all centres.
+            let corners = area.coords_iter().map(|corner| lattice.to_local(Vec2::new(corner.x, corner.y)));
+            for place in inside.chain(corners) {
+                wanted.ask(lattice, place, 0.0, level);
             }
         }
     }
@@ -187,6 +206,8 @@ fn of_entry(refine: &Sourced<Refine>, source: &VectorSource) -> Sourced<VectorSo
 /// ```text
 /// (M93)  σ_i² = ⟨(z_b − z_i − s_i·(x − x_i))²⟩ over the finest cells in i,   s_i the plane's slope
 /// ```
+///
+/// Not a number where there is no terrain.
 pub fn scatter(finest: &BedParticles, level: usize) -> (usize, Vec<f64>) {
     let (lattice, times) = (&finest.lattice, 1_usize << level);
     let (columns, rows) = (lattice.columns.div_ceil(times), lattice.rows.div_ceil(times));
@@ -197,7 +218,10 @@ pub fn scatter(finest: &BedParticles, level: usize) -> (usize, Vec<f64>) {
         // Sums of 1, x, y, z, their squares and products, x and y from the middle of the cell.
         let (mut count, mut z_sum, mut x_sum, mut y_sum) = (0.0, 0.0, 0.0, 0.0);
         let (mut xx, mut yy, mut xy, mut xz, mut yz, mut zz) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        let first = finest.elevation[lattice.index(column, row)];
+        let within_cell =
+            || within(row, lattice.rows).flat_map(|r| within(column, lattice.columns).map(move |c| (c, r)));
+        let elevation = |(c, r): (usize, usize)| finest.elevation[lattice.index(c, r)];
+        let Some(first) = within_cell().map(elevation).find(|z| !z.is_nan()) else { return f64::NAN };
         for r in within(row, lattice.rows) {
             for c in within(column, lattice.columns) {
                 let z = finest.elevation[lattice.index(c, r)] - first;
@@ -210,9 +234,6 @@ pub fn scatter(finest: &BedParticles, level: usize) -> (usize, Vec<f64>) {
                 (xx, yy, xy) = (xx + x * x, yy + y * y, xy + x * y);
                 (xz, yz, zz) = (xz + x * z, yz + y * z, zz + z * z);
             }
-        }
-        if count < 1.0 {
-            return 0.0;
         }
         let about = |product: f64, a: f64, b: f64| product / count - a / count * (b / count);
         let (xx, yy, xy) = (about(xx, x_sum, x_sum), about(yy, y_sum, y_sum), about(xy, x_sum, y_sum));

@@ -356,7 +356,9 @@ fn needs(
     let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
     let channel_strips = channels.iter().map(strips).sum();
     // A strip takes no more than a cell.
-    let memory = (bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
+    // The rows of all levels are as long as those of the finest one.
+    let stack = if scenario.levels.is_some() { 2 } else { 1 };
+    let memory = (stack * bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
         + fluid as f64 * BYTES_PER_FLUID_PARTICLE
         + pixels as f64 * ground::BYTES_PER_PIXEL;
     let counts = [bed_particles, fluid, channel_strips];

@@ -171,7 +171,6 @@ mod tests {
     #[test]
     fn the_document_is_made_from_this_registry() {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/problems.md");
-        std::fs::write(&file, markdown()).unwrap(); // TEMPORARY
         let written = std::fs::read_to_string(file).unwrap_or_default();
         assert!(written == markdown(), "make it anew: `floodsim explain --markdown > docs/problems.md`");
     }

@@ -61,6 +61,11 @@ impl Pieces {
         others.0.iter().for_each(|piece| self.0.insert(*piece));
     }
 
+    /// All of them, in no order that means anything.
+    pub fn iter(&self) -> impl Iterator<Item = [Vec2; 2]> + '_ {
+        self.0.iter().map(|piece| [place(piece.geom().from), place(piece.geom().to)])
+    }
+
     /// Where one of them begins.
     pub fn place(&self) -> Option<Vec2> {
         self.0.iter().next().map(|piece| place(piece.geom().from))

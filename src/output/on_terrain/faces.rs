@@ -58,3 +58,19 @@ pub(super) fn beside(lattice: &Lattice, cell: usize, step: (isize, isize)) -> Ve
     beside.dedup();
     beside
 }
+
+/// Two cells beside each other at a step (column, row), or where they are of two levels the finer one and the cell of its level on the other side.
+pub(super) fn on_one_level(
+    lattice: &Lattice,
+    (own, other): (usize, usize),
+    (across, up): (isize, isize),
+) -> [usize; 2] {
+    let is_finer = |a: usize, b: usize| lattice.area_of(a) < 0.5 * lattice.area_of(b);
+    if is_finer(own, other) {
+        [own, lattice.neighbour(own, (across, up)).unwrap_or(other)]
+    } else if is_finer(other, own) {
+        [other, lattice.neighbour(other, (-across, -up)).unwrap_or(own)]
+    } else {
+        [own, other]
+    }
+}

@@ -371,7 +371,7 @@ pub(super) struct Sill {
 }
 
 impl Sill {
-    pub(super) const NONE: Sill = Sill { level: f64::NEG_INFINITY, lowest: f64::NEG_INFINITY };
+    const NONE: Sill = Sill { level: f64::NEG_INFINITY, lowest: f64::NEG_INFINITY };
 }
 
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.

@@ -157,16 +157,14 @@ impl GeneralFaces {
 
     /// Begins a step of some levels, with the steps of the finer ones within it. Only faces beside water count in it.
     pub fn begin(&mut self, state: &mut State, levels: &Range<usize>, dry_depth: f64) {
-        if levels.start > 0 {
-            let known = (&state.primitive[..], &state.ground[..]);
-            for k in self.of_level[levels.start - 1].clone() {
-                let (face, now) = (&self.faces[k], &mut self.now[k]);
-                now.booked = Passing::default();
-                now.fine_at_start = Seen::at(known, face.places[1 - face.coarse]);
-            }
-        }
+        let below = levels.start.checked_sub(1).map_or(0..0, |level| self.of_level[level].clone());
+        self.now[below.clone()].iter_mut().for_each(|now| now.booked = Passing::default());
         for level in levels.start.saturating_sub(1)..levels.end {
             self.find_live(state, level, dry_depth);
+        }
+        let known = (&state.primitive[..], &state.ground[..]);
+        for (face, now) in self.faces[below.clone()].iter().zip(&mut self.now[below]) {
+            now.fine_at_start = Seen::at(known, face.places[1 - face.coarse]);
         }
         let followed = self.followed_of[levels.start].start..self.followed_of[levels.end - 1].end;
         for followed in &mut self.followed[followed] {
@@ -187,7 +185,7 @@ impl GeneralFaces {
             if is_beside_water || is_booked {
                 live[level].push(k);
             } else if is_live[k] {
-                now[k] = Now::default();
+                now[k] = Now { fine_at_start: now[k].fine_at_start, ..Now::default() };
                 face.slots.iter().for_each(|slot| state.flux[slot.row][slot.direction].clear(slot.column));
             }
             is_live[k] = is_beside_water || is_booked;

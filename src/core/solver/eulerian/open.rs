@@ -203,7 +203,7 @@ impl OpenBoundaries {
         })
     }
 
-    /// The greatest signal speed (m/s) at the boundaries of each level in a step from one time to another (s), as [`State::fastest`] has it, and
+    /// Finds the greatest signal speed (m/s) at the boundaries of each level in a step from one time to another (s), as [`State::fastest`] has it, and
     /// where (row, column).
     pub fn fastest(
         &mut self,
@@ -211,9 +211,10 @@ impl OpenBoundaries {
         scale: &Scale,
         methods: EulerianMethods,
         step: (f64, f64),
-    ) -> Vec<(f64, (usize, usize))> {
+        fastest: &mut [(f64, (usize, usize))],
+    ) {
         let datum = self.datum;
-        let mut fastest = vec![(0.0, (0, 0)); state.lattice().level_count()];
+        fastest.fill((0.0, (0, 0)));
         for line in &mut self.lines {
             line.look(state, scale, methods);
             let faces = Faces::OfAnEdge { returned: line.returned() };
@@ -226,7 +227,6 @@ impl OpenBoundaries {
                 }
             }
         }
-        fastest
     }
 }
 

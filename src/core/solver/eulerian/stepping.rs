@@ -21,18 +21,37 @@ use crate::math::Vec2;
 use crate::methods::{Reconstruction, Turbulence};
 use crate::solver::{StepChoice, StepLimit};
 
-/// Steps of a finer level within one of a coarser level, at most as a power of two: beyond that the run has collapsed.
-const MOST_HALVINGS: u32 = 20;
+/// k at most, and how often a step is halved within that of a coarser level: water that would need more has collapsed, which is found after the step.
+const MOST_HALVINGS: u32 = 8;
+/// Steps of a finer level within one of a coarser level, at most.
+const MOST_PARTS: u64 = 1 << 12;
 
 /// The steps of the levels.
 pub(crate) struct Stepping {
     /// k of each level.
     halvings: Vec<u32>,
+    scratch: Scratch,
+}
+
+/// What the choice of a step needs of each level.
+#[derive(Default)]
+struct Scratch {
+    /// The step (s) that its water allows.
+    allowed: Vec<f64>,
+    /// Where (row, column) that is; none without water.
+    places: Vec<Option<(usize, usize)>>,
+    /// The greatest signal speed (m/s) at its boundaries, and where.
+    over_boundaries: Vec<(f64, (usize, usize))>,
 }
 
 impl Stepping {
     pub fn new(levels: usize) -> Self {
-        Stepping { halvings: vec![0; levels] }
+        let scratch = Scratch {
+            allowed: vec![0.0; levels],
+            places: vec![None; levels],
+            over_boundaries: vec![(0.0, (0, 0)); levels],
+        };
+        Stepping { halvings: vec![0; levels], scratch }
     }
 
     /// The steps (s) that levels allow, the finest first; returns that of the coarsest.
@@ -83,18 +102,19 @@ impl EulerianSolver {
         let scale = self.scale;
         let reach = scale.courant * scale.spacing;
         let without_water = scale.spacing / scale.gravity.sqrt();
-        let levels: Vec<Fastest> =
-            (0..self.lattice.level_count()).map(|level| self.in_part.fastest(&self.state, &scale, level)).collect();
-        let mut allowed: Vec<f64> = levels
-            .iter()
-            .map(|fastest| if fastest.signal_speed > 0.0 { reach / fastest.signal_speed } else { f64::INFINITY })
-            .collect();
-        let mut places: Vec<(usize, usize)> = levels.iter().map(|fastest| (fastest.row, fastest.column)).collect();
+        let Scratch { mut allowed, mut places, mut over_boundaries } = std::mem::take(&mut self.stepping.scratch);
+        let mut max_speed: f64 = 0.0;
+        for (level, (step, place)) in allowed.iter_mut().zip(&mut places).enumerate() {
+            let fastest = self.in_part.fastest(&self.state, &scale, level);
+            let is_moving = fastest.signal_speed > 0.0;
+            *step = if is_moving { reach / fastest.signal_speed } else { f64::INFINITY };
+            *place = is_moving.then_some((fastest.row, fastest.column));
+            max_speed = max_speed.max(fastest.flow_speed);
+        }
         let is_wet = allowed.iter().any(|step| step.is_finite());
         if !is_wet {
             allowed.fill(without_water);
         }
-        let mut max_speed = levels.iter().map(|fastest| fastest.flow_speed).fold(0.0, f64::max);
         let (in_channels, flow_in_channels) = self.reaches.fastest(&scale);
         max_speed = max_speed.max(flow_in_channels);
         let mut is_limited = is_wet;
@@ -112,10 +132,10 @@ impl EulerianSolver {
         let step = (self.time, self.time + longest);
         let coming = self.reaches.fastest_inflow(&scale, self.methods, step);
         limit(&mut allowed[0], coming);
-        let over_boundaries = self.open.fastest(&self.state, &scale, self.methods, step);
-        for (level, (speed, place)) in over_boundaries.into_iter().enumerate() {
+        self.open.fastest(&self.state, &scale, self.methods, step, &mut over_boundaries);
+        for (level, &(speed, place)) in over_boundaries.iter().enumerate() {
             if limit(&mut allowed[level], speed) {
-                places[level] = place;
+                places[level] = Some(place);
             }
         }
         allowed[0] = self.inputs.longest_step(&scale, self.time, allowed[0]);
@@ -124,19 +144,18 @@ impl EulerianSolver {
             time_step = breaking.step_until_change(self.time, time_step);
         }
         if let Some(moving) = &self.moving_bed {
-            let of_finest = time_step / self.stepping.steps_of_finest();
-            let shortened = moving.longest_step(&scale, self.time, of_finest);
-            // A step that ends where the bed begins to move is one for all levels.
-            if shortened < of_finest {
-                self.stepping = Stepping::new(allowed.len());
-                time_step = shortened;
+            // A step in which the bed begins to move, or is fast, is one for all levels.
+            if moving.longest_step(&scale, self.time, time_step) < time_step {
+                let of_finest = time_step / self.stepping.steps_of_finest();
+                self.stepping.halvings.fill(0);
+                time_step = moving.longest_step(&scale, self.time, of_finest);
             }
         }
         let by_level = |a: &usize, b: &usize| allowed[*a].total_cmp(&allowed[*b]);
         let slowest = (0..allowed.len()).min_by(by_level).unwrap_or(0);
-        let (row, column) = places[slowest];
         let limit = if is_limited { StepLimit::Courant } else { StepLimit::NoWater };
-        let position = if is_limited { self.state.position(row, column) } else { Vec2::ZERO };
+        let position = places[slowest].map_or(Vec2::ZERO, |(row, column)| self.state.position(row, column));
+        self.stepping.scratch = Scratch { allowed, places, over_boundaries };
         StepChoice { time_step, limit, position, max_speed }
     }
 
@@ -162,7 +181,7 @@ impl EulerianSolver {
                 // In steps of the same length, unless the water has become too fast for them.
                 let step = (time_step - done) / left as f64;
                 let halvings = self.halvings_of(self.stepping.group(levels.start), step);
-                let parts = left << halvings;
+                let parts = (left << halvings).min(MOST_PARTS);
                 let step = (time_step - done) / parts as f64;
                 self.step_levels(levels.start, (time + done, done), (step, time_step));
                 done += step;

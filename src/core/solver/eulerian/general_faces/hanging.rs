@@ -10,6 +10,7 @@ use crate::solver::FlowProblem;
 /// The faces between all levels.
 pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
     let lattice = state.lattice();
+    let datum = if lattice.level_count() > 1 { datum(&problem.bed, &problem.initial_depth) } else { 0.0 };
     let mut found = Vec::new();
     for number in 1..lattice.level_count() {
         let (level, finer) = (lattice.level(number), lattice.level(number - 1));
@@ -36,7 +37,7 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
                     let fine = (finer.first_row + fine_row + 1, fine_column + 1);
                     let is_finer = !is_within || lattice.is_leaf(lattice.index(fine_column, fine.0 - 1));
                     if is_finer {
-                        let face = hanging_face(problem, state, (place, fine), (dc, dr), half);
+                        let face = hanging_face((problem, datum), state, (place, fine), (dc, dr), half);
                         found.push(Face { level: number - 1, ..face });
                     }
                 }
@@ -53,7 +54,7 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
 
 /// The face between a coarse and a fine cell that stands at an offset (column, row) from it.
 fn hanging_face(
-    problem: &FlowProblem,
+    (problem, datum): (&FlowProblem, f64),
     state: &State,
     (coarse, fine): (Place, Place),
     (dc, dr): (isize, isize),
@@ -87,7 +88,7 @@ fn hanging_face(
         coarse: usize::from(!is_first),
         along,
         is_wall: !is_whole || is_cut(way(coarse, fine)),
-        sill: sill(problem, fine, (-dc, -dr)),
+        sill: sill(problem, datum, fine, (-dc, -dr)),
         length: smaller(state.spacing[coarse.0], state.spacing[fine.0]),
         level: 0,
         of_coarse: 1,
@@ -96,9 +97,9 @@ fn hanging_face(
 
 /// The sill (m), counted as in the solver, between a fine cell and the cell of its own level for which the coarse one stands, at an offset
 /// (column, row) from it.
-fn sill(problem: &FlowProblem, (row, column): Place, (dc, dr): (isize, isize)) -> f64 {
+fn sill(problem: &FlowProblem, datum: f64, (row, column): Place, (dc, dr): (isize, isize)) -> f64 {
     let columns = problem.bed.lattice.columns;
     let Some(cell) = (row - 1).checked_mul(columns).map(|first| first + column - 1) else { return f64::NEG_INFINITY };
     let beside = cell.wrapping_add_signed(dc).wrapping_add_signed(dr * columns as isize);
-    problem.bed.passes.between(cell, beside) - datum(&problem.bed, &problem.initial_depth)
+    problem.bed.passes.between(cell, beside) - datum
 }
