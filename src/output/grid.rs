@@ -145,8 +145,7 @@ impl OutputGrid {
 
     /// The cell of whichever level that stands for a cell of the finest one.
     fn leaf(&self, index: usize) -> usize {
-        let Some(lattice) = &self.nested else { return index };
-        lattice.leaf(index % lattice.columns, index / lattice.columns)
+        self.nested.as_ref().map_or(index, |lattice| lattice.leaf_of(index))
     }
 
     /// The cells that stand for the lattice in a cell of a row, each with its share of the area.

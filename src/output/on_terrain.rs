@@ -213,8 +213,7 @@ impl OnTerrain {
 
     /// The level (m) of a wet cell at a place in it (local coordinates).
     fn level_at(&self, own: &WetCell, place: Vec2) -> f64 {
-        let (_, row) = self.lattice.column_row(own.cell);
-        let from_middle = (place - self.lattice.centre(own.cell)) * (2.0 / self.lattice.level_of_row(row).spacing);
+        let from_middle = (place - self.lattice.centre(own.cell)) * (2.0 / self.lattice.spacing_of(own.cell));
         let [east, west, north, south] = own.at_faces.map(|level| level - own.level);
         let x = if from_middle.x > 0.0 { east } else { west };
         let y = if from_middle.y > 0.0 { north } else { south };
@@ -295,7 +294,7 @@ impl OnTerrain {
 
     fn is_beside(&self, own: usize, cell: usize) -> bool {
         let apart = self.lattice.centre(own) - self.lattice.centre(cell);
-        let reach = 0.5 * (self.lattice.area_of(own).sqrt() + self.lattice.area_of(cell).sqrt());
+        let reach = 0.5 * (self.lattice.spacing_of(own) + self.lattice.spacing_of(cell));
         let is_near = |distance: f64| distance.abs() < reach + 0.25 * self.lattice.spacing;
         is_near(apart.x) && is_near(apart.y)
     }

@@ -13,13 +13,14 @@
 use crate::bed::{BedParticles, SHUT};
 use crate::lattice::{Lattice, Nest, WaterOnLattice};
 use crate::math::Vec2;
-use crate::output::{FILL, GridMaps, LevelRecord, OutputGrid, TerrainPixels};
+use crate::output::{FILL, GridMaps, OutputGrid, TerrainPixels};
 use crate::prepare::{BLOCK, Setup, Wanted, scatter};
 use crate::scenario::Scenario;
 use crate::solver::{FlowProblem, nested};
 
 use super::cores;
 use super::stages::flow_problem;
+use super::steps::step_towards;
 
 /// τ of (M94).
 const UNSEEN: f64 = 0.1;
@@ -55,9 +56,9 @@ fn greatest_depths(scenario: &Scenario, setup: &Setup) -> Vec<f64> {
         }
     };
     while solver.time() < scenario.end_time {
-        let step = solver.choose_step().time_step.min(scenario.end_time - solver.time());
+        let step = step_towards(scenario.end_time, solver.as_mut());
         // Where this run breaks down, what it has shown counts.
-        if solver.advance(step).is_err() {
+        if solver.advance(step.time_step).is_err() {
             break;
         }
         follow(solver.water());
@@ -146,18 +147,6 @@ fn take_ground_for_maps(scenario: &Scenario, finest: &mut Setup) {
     finest.scene.ground_source.of_pixels = of_pixels;
 }
 
-/// The levels of a bed for the record; nothing of one lattice alone.
-pub(super) fn records(bed: &BedParticles) -> Vec<LevelRecord> {
-    let lattice = &bed.lattice;
-    let record = |number: usize| {
-        let level = lattice.level(number);
-        let cells = level.first_row * lattice.columns..(level.first_row + level.rows) * lattice.columns;
-        let is_its = |&cell: &usize| bed.has_terrain(cell) && lattice.is_leaf(cell);
-        LevelRecord { spacing_m: level.spacing, cells: cells.filter(is_its).count() }
-    };
-    lattice.nest().map_or(Vec::new(), |nest| (0..nest.levels().len()).map(record).collect())
-}
-
 /// The edge (m) of the cell of the run at each place of a grid; nothing of one lattice alone.
 pub(super) fn resolution(lattice: &Lattice, grid: &OutputGrid, maps: &GridMaps) -> Vec<f32> {
     if lattice.nest().is_none() {
@@ -167,7 +156,7 @@ pub(super) fn resolution(lattice: &Lattice, grid: &OutputGrid, maps: &GridMaps) 
     let edge = |(index, &bed): (usize, &f32)| {
         let place = Vec2::new(x[index % grid.columns], y[index / grid.columns]);
         let cell = lattice.cell_of(lattice.to_local(place)).filter(|_| bed > FILL);
-        cell.map_or(FILL, |cell| lattice.area_of(cell).sqrt() as f32)
+        cell.map_or(FILL, |cell| lattice.spacing_of(cell) as f32)
     };
     maps.bed_elevation.iter().enumerate().map(edge).collect()
 }
@@ -176,18 +165,17 @@ pub(super) fn resolution(lattice: &Lattice, grid: &OutputGrid, maps: &GridMaps) 
 fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest) -> Setup {
     let problems = std::iter::once(&finest).chain(&coarser);
     let problems: Vec<FlowProblem> = problems.map(|setup| flow_problem(scenario, setup, setup.bed.clone())).collect();
-    let levels = nest.levels().to_vec();
     let FlowProblem { bed, open_edges, forcing, initial_depth, .. } = nested(problems, nest);
     let lattice = bed.lattice.clone();
     take_ground_for_maps(scenario, &mut finest);
     let mut body = vec![None; lattice.len()];
     let mut velocity = vec![Default::default(); lattice.len()];
     let setups = std::iter::once(&finest).chain(&coarser);
-    for (setup, level) in setups.zip(levels) {
+    for (setup, level) in setups.zip(lattice.levels()) {
         for cell in 0..level.columns * level.rows {
-            let leaf = lattice.index(cell % level.columns, level.first_row + cell / level.columns);
-            body[leaf] = setup.still_water.body[cell];
-            velocity[leaf] = setup.initial_velocity.get(cell).copied().unwrap_or_default();
+            let place = lattice.in_stack(level, cell);
+            body[place] = setup.still_water.body[cell];
+            velocity[place] = setup.initial_velocity.get(cell).copied().unwrap_or_default();
         }
     }
     for (number, volume) in finest.still_water.volumes.iter_mut().enumerate() {
@@ -200,12 +188,8 @@ fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest)
     if !finest.initial_velocity.is_empty() {
         finest.initial_velocity = velocity;
     }
-    let leaf = |cell: usize| {
-        let (column, row) = (cell % lattice.columns, cell / lattice.columns);
-        lattice.leaf(column, row)
-    };
     for crossed in &mut finest.scene.crossed {
-        *crossed = crossed.iter().map(|&cell| leaf(cell)).collect();
+        *crossed = crossed.iter().map(|&cell| lattice.leaf_of(cell)).collect();
         crossed.sort_unstable();
         crossed.dedup();
     }

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::{RunOptions, levels};
+use super::RunOptions;
 use crate::bed::BedParticles;
 use crate::gate::Gate;
+use crate::lattice::Level;
 use crate::math::{Vec2, simd};
 use crate::output::{
-    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, MovingBedRecord,
+    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, LevelRecord, MovingBedRecord,
     PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
 };
 use crate::prepare::{Scene, Setup, StillBody, sha256};
@@ -112,6 +113,16 @@ pub(super) fn gate_of_discharges(record: &DischargeRecord) -> Gate {
     Gate { binding: false, note: worst, ..Gate::binding(name, record.in_doubt_relative, IN_DOUBT_TOLERANCE) }
 }
 
+/// The levels of a bed for the record; nothing of one lattice alone.
+fn levels(bed: &BedParticles) -> Vec<LevelRecord> {
+    let lattice = &bed.lattice;
+    let record = |level: Level| {
+        let is_its = |&cell: &usize| bed.has_terrain(cell) && lattice.is_leaf(cell);
+        LevelRecord { spacing_m: level.spacing, cells: lattice.places_of(level).filter(is_its).count() }
+    };
+    lattice.nest().map_or(Vec::new(), |_| lattice.levels().map(record).collect())
+}
+
 /// The cells in part of a bed; nothing where all are whole.
 fn cells_in_part(bed: &BedParticles) -> Option<CellsInPartRecord> {
     let cells = bed.cover.cells();
@@ -164,7 +175,7 @@ pub(super) fn first_manifest(
         warnings: warnings.iter().map(WarningRecord::from).collect(),
         methods: scenario.numerics.acting().into_iter().map(|(family, name)| (family.to_owned(), name)).collect(),
         bed_particles: setup.bed.elevation.iter().filter(|z| !z.is_nan()).count(),
-        levels: levels::records(&setup.bed),
+        levels: levels(&setup.bed),
         cells_in_part: cells_in_part(&setup.bed),
         not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),
         status: "running".to_owned(),

@@ -55,9 +55,9 @@ pub(super) fn recorder_plan(
 fn more_area(bed: &BedParticles) -> Vec<(usize, f64)> {
     let lattice = &bed.lattice;
     let mut more = Vec::new();
-    for level in (0..lattice.level_count()).map(|level| lattice.level(level)) {
+    for level in lattice.levels() {
         let times = (level.spacing / lattice.spacing).round() as usize;
-        for cell in level.first_row * lattice.columns..(level.first_row + level.rows) * lattice.columns {
+        for cell in lattice.places_of(level) {
             let (column, row) = (cell % lattice.columns, cell / lattice.columns - level.first_row);
             let inside = |from: usize, count: usize| times.min(count.saturating_sub(from * times));
             let finest = inside(column, lattice.columns) * inside(row, lattice.rows);

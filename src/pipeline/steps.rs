@@ -73,7 +73,7 @@ impl Run<'_> {
 }
 
 /// The step that the core chooses, cut at the end of the run (s).
-fn step_towards(end: f64, solver: &mut dyn FlowSolver) -> StepChoice {
+pub(super) fn step_towards(end: f64, solver: &mut dyn FlowSolver) -> StepChoice {
     let choice = solver.choose_step();
     if solver.time() + choice.time_step >= end {
         return StepChoice { time_step: end - solver.time(), limit: StepLimit::EndOfRun, ..choice };

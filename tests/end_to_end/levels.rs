@@ -138,6 +138,53 @@ fn levels_give_the_same_bytes_for_any_number_of_threads_and_a_later_run_goes_on(
 }
 
 #[test]
+fn water_at_an_edge_that_coarse_cells_reach_over_has_its_volume_on_the_grid() {
+    let scene = Scene::new();
+    // Lattices that neither blocks nor coarse cells divide, deep water up to their north-eastern edges.
+    for (columns, rows) in [(250, 90), (241, 83), (200, 77)] {
+        let row = |row: usize| {
+            let place = |column: usize| (5.0 * column as f64, 5.0 * (rows - row) as f64);
+            let bed = |(x, y): (f64, f64)| 110.0 - 0.01 * x - 0.02 * y + (0.05 * x).sin() * (0.04 * y).cos();
+            (0..columns).map(|column| format!("{:.3}", bed(place(column)))).collect::<Vec<_>>().join(" ")
+        };
+        let header = format!("ncols {columns}\nnrows {rows}\nxllcorner 0\nyllcorner 0\ncellsize 5\n");
+        scene.write("dem.asc", &(header + &(0..rows).map(row).collect::<Vec<_>>().join("\n") + "\n"));
+        let (east, north) = (5 * columns, 5 * rows);
+        let lake = format!("[[[600,0],[{east},0],[{east},{north}],[600,{north}],[600,0]]]");
+        scene.write_polygon("lake.geojson", &lake);
+        scene.write("gauges.csv", "id,x,y\nlake,700,200\n");
+        // A gate of the run holds the volume on the grid to that of the core.
+        let record = scene.run(&format!("{columns}"), &["time.end=20 s", "outputs.every=10 s"]);
+        let on_grid = record["volume_m3"]["grid_error_relative"].as_f64().unwrap();
+        assert!(cells(&record).iter().skip(1).any(|level| level.1 > 100), "{:?}", cells(&record));
+        assert!(on_grid < 1e-6, "{columns} by {rows}: {on_grid}");
+    }
+}
+
+#[test]
+fn what_does_not_go_with_levels_is_refused_with_a_remedy() {
+    let scene = Scene::new();
+    scene.run("first", &["resolution=5 m", "time.end=10 s"]);
+    let check = |changes: &[&str]| {
+        let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+        floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &changes].concat())
+    };
+    let later = check(&["initial=[{fields: first/fields.nc}]"]);
+    assert_eq!(later.code, 3, "{}", later.stdout);
+    assert!(later.stdout.contains("a run on levels cannot go on from an earlier one"), "{}", later.stdout);
+    assert!(later.stdout.contains("write one length, `resolution: 5 m`"), "{}", later.stdout);
+    // A pond that a coarse cell does not hold.
+    scene.write_polygon("pond.geojson", "[[[1001,231],[1012,231],[1012,242],[1001,242],[1001,231]]]");
+    let pond = "initial=[{reservoir: lake.geojson, level: 118 m}, {reservoir: pond.geojson, level: 101 m}]";
+    let coarse = check(&[pond, "resolution.coarsest=80 m"]);
+    assert_eq!(coarse.code, 4, "{}", coarse.stdout);
+    assert!(coarse.stdout.contains("on the level of 20 m"), "{}", coarse.stdout);
+    assert!(coarse.stdout.contains("take a smaller `resolution.coarsest`"), "{}", coarse.stdout);
+    let fine = check(&[pond, "resolution.coarsest=5 m"]);
+    assert_eq!(fine.code, 0, "{}", fine.stdout);
+}
+
+#[test]
 fn places_of_the_user_are_as_fine_as_wanted() {
     let scene = Scene::new();
     scene.write_polygon("town.geojson", "[[[1100,100],[1200,100],[1200,200],[1100,200],[1100,100]]]");

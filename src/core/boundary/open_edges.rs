@@ -6,7 +6,7 @@ use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
 
 use super::edge::distance_to_segment;
-use crate::math::Vec2;
+use crate::math::{Vec2, segments_cross};
 
 /// A line is square to a face where the cosine between the face and the line is below this: six degrees off.
 const SQUARE: f64 = 0.1;
@@ -59,6 +59,13 @@ impl Pieces {
     /// Takes others in.
     pub fn join(&mut self, others: &Pieces) {
         others.0.iter().for_each(|piece| self.0.insert(*piece));
+    }
+
+    /// Whether one of them crosses a way.
+    pub fn cross(&self, way: [Vec2; 2]) -> bool {
+        let around = AABB::from_corners(coordinates(way[0]), coordinates(way[1]));
+        let mut near = self.0.locate_in_envelope_intersecting(&around);
+        near.any(|piece| segments_cross(way, [place(piece.geom().from), place(piece.geom().to)]))
     }
 
     /// All of them, in no order that means anything.

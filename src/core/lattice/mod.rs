@@ -7,6 +7,7 @@
 
 mod nest;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
@@ -63,6 +64,21 @@ impl Lattice {
         self.nest().map_or(own, |nest| nest.levels()[level])
     }
 
+    /// All levels, the finest first.
+    pub fn levels(&self) -> impl Iterator<Item = Level> + '_ {
+        (0..self.level_count()).map(|level| self.level(level))
+    }
+
+    /// The places of the cells of a level, and those behind them in its rows.
+    pub fn places_of(&self, level: Level) -> Range<usize> {
+        level.first_row * self.columns..(level.first_row + level.rows) * self.columns
+    }
+
+    /// The index of a cell of a level, given by its index on a lattice of that level alone.
+    pub fn in_stack(&self, level: Level, cell: usize) -> usize {
+        self.index(cell % level.columns, level.first_row + cell / level.columns)
+    }
+
     /// The level of a row.
     #[inline]
     pub fn level_of_row(&self, row: usize) -> Level {
@@ -89,9 +105,14 @@ impl Lattice {
         self.spacing * self.spacing
     }
 
-    /// Area of a cell of the level to which an index belongs (m²).
+    /// Edge of a cell of the level to which an index belongs (m).
+    pub fn spacing_of(&self, index: usize) -> f64 {
+        self.level_of_row(index / self.columns).spacing
+    }
+
+    /// Area of such a cell (m²).
     pub fn area_of(&self, index: usize) -> f64 {
-        let spacing = self.level_of_row(index / self.columns).spacing;
+        let spacing = self.spacing_of(index);
         spacing * spacing
     }
 
@@ -140,6 +161,12 @@ impl Lattice {
         let Some(nest) = self.nest() else { return self.index(column, row) };
         let level = nest.level_of(column, row);
         self.index(column >> level, nest.levels()[level].first_row + (row >> level))
+    }
+
+    /// The same by the index of the cell of the finest level.
+    #[inline]
+    pub fn leaf_of(&self, finest: usize) -> usize {
+        self.leaf(finest % self.columns, finest / self.columns)
     }
 
     /// Whether an index is that of a cell which stands for its place: all are, but where levels are nested.

@@ -116,11 +116,6 @@ impl Nest {
         &self.levels
     }
 
-    /// Cells along the side of a block, on each level.
-    pub fn block(&self) -> usize {
-        self.block
-    }
-
     /// The number of the level to which a row belongs; rows between two levels count to the finer one.
     #[inline]
     pub fn number_of_row(&self, row: usize) -> usize {

@@ -37,17 +37,12 @@ struct Stack {
 impl Stack {
     /// Each problem with its level.
     fn each(&self) -> impl Iterator<Item = (&FlowProblem, Level)> {
-        self.levels.iter().enumerate().map(|(number, problem)| (problem, self.lattice.level(number)))
+        self.levels.iter().zip(self.lattice.levels())
     }
 
-    /// The index in the stack of a cell of a level's own lattice.
-    fn cell(&self, level: Level, cell: usize) -> usize {
-        self.lattice.index(cell % level.columns, level.first_row + cell / level.columns)
-    }
-
-    /// The same where the level stands for the cell.
+    /// The index in the stack of a cell of a level's own lattice, where the level stands for it.
     fn leaf(&self, level: Level, cell: usize) -> Option<usize> {
-        Some(self.cell(level, cell)).filter(|&cell| self.lattice.is_leaf(cell))
+        Some(self.lattice.in_stack(level, cell)).filter(|&cell| self.lattice.is_leaf(cell))
     }
 
     /// The numbers of all cells, each from the level that stands for it; `none` where there is no cell.
@@ -65,9 +60,9 @@ impl Stack {
 
     fn bed(&self) -> BedParticles {
         let finest = &self.levels[0].bed;
-        let cell_of = |level: Level, cell: usize| self.cell(level, cell);
+        let cell_of = |level: Level, cell: usize| self.lattice.in_stack(level, cell);
         let of_level = |(problem, level): (&FlowProblem, Level)| -> Vec<usize> {
-            problem.bed.sealed.iter().map(|&cell| self.cell(level, cell)).collect()
+            problem.bed.sealed.iter().map(|&cell| self.lattice.in_stack(level, cell)).collect()
         };
         BedParticles {
             lattice: self.lattice.clone(),

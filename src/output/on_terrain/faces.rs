@@ -48,7 +48,7 @@ pub(super) fn beside(lattice: &Lattice, cell: usize, step: (isize, isize)) -> Ve
     if let Some(other) = lattice.neighbour(cell, step).filter(|&other| lattice.is_leaf(other)) {
         return vec![other];
     }
-    let spacing = lattice.area_of(cell).sqrt();
+    let spacing = lattice.spacing_of(cell);
     let out = Vec2::new(step.0 as f64, step.1 as f64);
     // Just beyond the face, a quarter of it to either side of its middle.
     let middle = lattice.centre(cell) + out * (0.5 * spacing + 0.25 * lattice.spacing);
@@ -65,7 +65,7 @@ pub(super) fn on_one_level(
     (own, other): (usize, usize),
     (across, up): (isize, isize),
 ) -> [usize; 2] {
-    let is_finer = |a: usize, b: usize| lattice.area_of(a) < 0.5 * lattice.area_of(b);
+    let is_finer = |a: usize, b: usize| lattice.spacing_of(a) < lattice.spacing_of(b);
     if is_finer(own, other) {
         [own, lattice.neighbour(own, (across, up)).unwrap_or(other)]
     } else if is_finer(other, own) {

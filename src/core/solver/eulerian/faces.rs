@@ -36,9 +36,7 @@ use crate::methods::{Reconstruction, Stabilisation};
 use crate::physics::flux::lax_friedrichs;
 use crate::physics::limiter::{monotonised, superbee, van_leer};
 
-/// The two directions in which a cell owns a face.
-pub(crate) const EAST: usize = 0;
-pub(crate) const NORTH: usize = 1;
+pub(crate) use super::rows::{EAST, NORTH};
 
 /// A side that has less than this share of the depth of the other is dry: what rounding leaves of a slope that ends at no depth is
 /// a few 1e-16 of the levels.

@@ -1,9 +1,9 @@
 //! General faces: those between particles that are no neighbours of one lattice.
 //!
 //! Where a level of a nested lattice meets the next finer one, two *hanging* faces stand side by side on each cell of the coarser level.
-//! Each is one pair of (M19) to (M31), with other distances: of the way s between the particles, along the normal, 2/3 lies in the coarse
-//! cell, so that its share w of the limited difference is 2/3 and that of the fine particle 1/3, and the coarse particle is looked at where it meets the fine
-//! one, a quarter of its cell aside,
+//! Each is one pair of (M19) to (M31), with other distances. Of the way s between the particles, along the normal, 2/3 lies in the coarse
+//! cell: its share w of the limited difference is 2/3, that of the fine particle 1/3. The coarse particle is looked at where it meets the
+//! fine one, a quarter of its cell aside.
 //!
 //! ```text
 //! (M87)  X' = X_i ± ¼ Λ(X_i − X_b, X_a − X_i),  X = η, d, v     z' = η' − d'
@@ -16,7 +16,7 @@
 //! of levels are 0, whatever the bed, so that water rests across levels.
 //!
 //! What passes a face is one number, with which both sides are updated: volume is as exact as on one lattice. The fluxes go into the rows of the
-//! lattice, at the places that the sides of the cells have there ([`face::Slot`]); a side of a coarse cell gets the mean of its two faces. Nobody
+//! lattice, at the places that the sides of the cells have there ([`Slot`](super::state::Slot)); a side of a coarse cell gets the mean of its two faces. Nobody
 //! else needs to know of levels. Levels that step by themselves: `BergerOliger1984`, without their corrections
 //! afterwards, because there is no second flux to correct.
 
@@ -133,7 +133,7 @@ impl GeneralFaces {
         }
     }
 
-    /// The places on the two sides of each face.
+    /// The places on the two sides of each face through which water passes.
     pub fn linked(&self) -> Vec<[Place; 2]> {
         self.faces.iter().filter(|face| !face.is_wall).map(|face| face.places).collect()
     }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::faces::{EAST, NORTH};
 use super::general_faces::GeneralFaces;
 use super::spans::{ActiveSet, Run};
-use super::state::{FluxRow, State};
+use super::state::{FluxRow, State, sides};
 use super::update::Stage;
 use crate::math::{larger, smaller};
 
@@ -47,8 +47,7 @@ pub(crate) fn limit(
         })
         .collect();
     for (row, i, share) in short.into_iter().filter(|&(row, i, _)| !general.is_beside((row, i))) {
-        let sides = [(row, EAST, i, 1.0), (row, NORTH, i, 1.0), (row, EAST, i - 1, -1.0), (row - 1, NORTH, i, -1.0)];
-        sides.into_iter().for_each(|side| state.reduce(side, share));
+        sides((row, i)).into_iter().for_each(|side| state.reduce(side, share));
     }
     general.limit_outflow(state, (active, levels), stage, (time_step, of_coarser));
 }

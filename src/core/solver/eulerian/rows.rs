@@ -2,6 +2,10 @@
 
 use crate::bed::SHUT;
 
+/// The two directions in which a cell owns a face.
+pub(crate) const EAST: usize = 0;
+pub(crate) const NORTH: usize = 1;
+
 /// The ground; only the bed of a dam that breaks, and one that moves as prescribed, change during a run.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundRow {
@@ -147,6 +151,25 @@ pub(crate) struct FaceRow {
 
 /// The faces that a row owns: to the east and to the north.
 pub(crate) type FluxRow = [FaceRow; 2];
+
+/// Where the rows of fluxes have a face: row, direction and column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slot {
+    pub row: usize,
+    pub direction: usize,
+    pub column: usize,
+}
+
+/// The faces of a padded cell (row, column) in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS), each with the sign of what leaves the cell.
+pub(crate) fn sides((row, column): (usize, usize)) -> [(Slot, f64); 4] {
+    let slot = |row: usize, direction: usize, column: usize| Slot { row, direction, column };
+    [
+        (slot(row, EAST, column), 1.0),
+        (slot(row, EAST, column - 1), -1.0),
+        (slot(row, NORTH, column), 1.0),
+        (slot(row - 1, NORTH, column), -1.0),
+    ]
+}
 
 /// Fills the steps of the bed.
 pub(super) fn find_steps(ground: &mut [GroundRow]) {

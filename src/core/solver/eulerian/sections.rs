@@ -33,9 +33,8 @@ pub(crate) struct Sections {
 
 impl Sections {
     pub fn new(problem: &FlowProblem, state: &State, general: &GeneralFaces) -> Self {
-        let levels = (0..problem.bed.lattice.level_count()).map(|level| problem.bed.lattice.level(level));
-        let levels: Vec<Level> = levels.collect();
-        let of_line = |line: &Vec<[Vec2; 2]>| levels.iter().flat_map(|&level| cuts(line, state, level)).collect();
+        let lattice = state.lattice();
+        let of_line = |line: &Vec<[Vec2; 2]>| lattice.levels().flat_map(|level| cuts(line, state, level)).collect();
         let cuts: Vec<Vec<Cut>> = problem.forcing.sections.iter().map(of_line).collect();
         let of_general = |line: &Vec<[Vec2; 2]>| {
             let signs = general.places().map(|places| {

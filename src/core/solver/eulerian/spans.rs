@@ -54,8 +54,8 @@ pub(crate) struct ActiveSet {
 }
 
 impl ActiveSet {
-    /// The wet cells of a state, and `fed`, the runs of each padded row to which water comes from elsewhere; `linked` are the places (row,
-    /// column) on the two sides of general faces, which join cells that are no neighbours in the rows.
+    /// The wet cells of a state, and `fed`, the runs of each padded row to which water comes from elsewhere. `linked` are the places (row,
+    /// column) on the two sides of general faces: these join cells that are no neighbours in the rows.
     pub fn new(state: &State, dry_depth: f64, fed: Vec<Vec<Run>>, linked: Vec<[(usize, usize); 2]>) -> Self {
         let mut active = ActiveSet {
             bounds: (0..state.rows + 2).map(|row| state.bounds(row)).collect(),

@@ -9,7 +9,9 @@
 use rayon::prelude::*;
 
 use super::rows::find_steps;
-pub(crate) use super::rows::{FaceRow, Fastest, FluxRow, GradientRow, GroundRow, PrimitiveRow, WaterRow, step_of_bed};
+pub(crate) use super::rows::{
+    FaceRow, Fastest, FluxRow, GradientRow, GroundRow, PrimitiveRow, Slot, WaterRow, sides, step_of_bed,
+};
 use crate::bed::BedParticles;
 use crate::lattice::{Lattice, Level, WaterInRow, WaterRows};
 use crate::math::{MOST_LANES, Vec2};
@@ -122,8 +124,8 @@ impl State {
         &self.lattice
     }
 
-    /// Takes a share of what leaves over a side of a cell: the row, direction and column of its face, and the sign of what leaves.
-    pub fn reduce(&mut self, (row, direction, column, sign): (usize, usize, usize, f64), share: f64) {
+    /// Takes a share of what leaves over a side of a cell.
+    pub fn reduce(&mut self, (Slot { row, direction, column }, sign): (Slot, f64), share: f64) {
         let face = &mut self.flux[row][direction];
         if face.mass[column] * sign > 0.0 {
             face.mass[column] *= share;
@@ -175,7 +177,7 @@ impl State {
             let rows = &row_sums[level.first_row + 1..][..level.rows];
             rows.iter().sum::<f64>() * level.spacing * level.spacing
         };
-        (0..self.lattice.level_count()).map(|level| of_level(self.lattice.level(level))).sum()
+        self.lattice.levels().map(of_level).sum()
     }
 
     /// The number of the level to which a padded row belongs.

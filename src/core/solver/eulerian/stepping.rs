@@ -2,7 +2,7 @@
 //!
 //! The step of a level is 2^k times the shortest one. A level takes no longer step than a coarser one, and at most twice that of the next
 //! finer level. Levels with the same step are stepped together. Within a step of a group of levels the finer ones go first, beside coarse water
-//! that goes on as in its last two steps, and what passes a hanging face meanwhile is what the coarse level gets:
+//! that goes on as in its last two steps. What passes a hanging face meanwhile is what the coarse level gets:
 //!
 //! ```text
 //! (M90)  Δt_l = 2^(k_l) Δt_0,   k_l = min(k_(l−1) + 1, floor(log2(min_(m≥l) Δt_m / Δt_0)))
@@ -169,8 +169,8 @@ impl EulerianSolver {
         self.steps += 1;
     }
 
-    /// Takes a step of so many levels, the finest first: from a time on (s), which lies `ahead` (s) of that of the next coarser one, and so
-    /// long (s), within the step (s) of that level.
+    /// Takes a step of so many levels, the finest first, from a time on (s), and so long (s). The time lies `ahead` (s) of that of the next
+    /// coarser level, whose step (s) the step lies in.
     fn step_levels(&mut self, count: usize, (time, ahead): (f64, f64), (time_step, of_coarser): (f64, f64)) {
         let levels = self.stepping.group(count);
         if levels.start > 0 {

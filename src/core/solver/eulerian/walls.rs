@@ -451,9 +451,8 @@ impl Mean {
 fn crossed_faces(problem: &FlowProblem, state: &State) -> Vec<Vec<u8>> {
     let mut cut: Vec<Vec<u8>> = (0..state.rows + 2).map(|row| vec![0u8; state.columns(row) + 2]).collect();
     let lattice = &problem.bed.lattice;
-    let levels = (0..lattice.level_count()).map(|level| lattice.level(level));
     for (Level { first_row, columns, rows, spacing }, &wall) in
-        levels.flat_map(|level| problem.walls.iter().map(move |wall| (level, wall)))
+        lattice.levels().flat_map(|level| problem.walls.iter().map(move |wall| (level, wall)))
     {
         let padded = |value: f64, last: usize| ((value / spacing + 0.5).max(0.0) as usize).min(last);
         let (west, east) = (wall[0].x.min(wall[1].x), wall[0].x.max(wall[1].x));

@@ -2,7 +2,7 @@
 
 use super::super::faces::{Half, Numbers, Sill, over_sill, single, turned_by};
 use super::super::gradient::difference_over_sill;
-use super::super::state::{GroundRow, PrimitiveRow, State};
+use super::super::state::{GroundRow, PrimitiveRow, Slot, State};
 use super::super::walls::{Differences, mirrored};
 use super::super::{EulerianMethods, Scale};
 use crate::physics::limiter::van_leer;
@@ -15,14 +15,6 @@ const COARSE_REACH: f64 = 2.0 / 3.0;
 
 /// The same way (in spacings of the coarse level).
 pub(super) const WAY: f64 = 0.75;
-
-/// Where the rows of fluxes have a side of a cell: row, direction and column of the face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Slot {
-    pub row: usize,
-    pub direction: usize,
-    pub column: usize,
-}
 
 /// A hanging face; its sides are the one to the west or south and the one to the east or north.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +48,12 @@ pub(in super::super) struct Passing {
 }
 
 impl Passing {
+    /// Takes a share of the water, and of the momentum that goes with it.
+    pub fn reduce(&mut self, share: f64) {
+        self.mass *= share;
+        self.tangential *= share;
+    }
+
     /// Adds so many times another.
     pub fn add(&mut self, times: f64, other: &Passing) {
         self.mass += times * other.mass;

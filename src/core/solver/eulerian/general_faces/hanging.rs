@@ -1,17 +1,30 @@
 //! Hanging faces: where a level of a nested lattice meets the next finer one.
 
 use super::super::faces::{EAST, NORTH};
-use super::super::state::{State, datum};
-use super::face::{Face, Place, Slot};
+use super::super::state::{State, datum, sides};
+use super::face::{Face, Place};
+use crate::boundary::Pieces;
 use crate::lattice::NEIGHBOURS;
-use crate::math::{Vec2, segments_cross, smaller};
+use crate::math::smaller;
 use crate::solver::FlowProblem;
+
+/// What stands around the faces of a problem.
+struct Around<'a> {
+    problem: &'a FlowProblem,
+    walls: Pieces,
+    /// Height (m) from which the solver counts elevations.
+    datum: f64,
+}
 
 /// The faces between all levels.
 pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
     let lattice = state.lattice();
-    let datum = if lattice.level_count() > 1 { datum(&problem.bed, &problem.initial_depth) } else { 0.0 };
     let mut found = Vec::new();
+    if lattice.nest().is_none() {
+        return found;
+    }
+    let walls = problem.walls.iter().copied().collect();
+    let around = Around { problem, walls, datum: datum(&problem.bed, &problem.initial_depth) };
     for number in 1..lattice.level_count() {
         let (level, finer) = (lattice.level(number), lattice.level(number - 1));
         for cell in 0..level.columns * level.rows {
@@ -37,7 +50,7 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
                     let fine = (finer.first_row + fine_row + 1, fine_column + 1);
                     let is_finer = !is_within || lattice.is_leaf(lattice.index(fine_column, fine.0 - 1));
                     if is_finer {
-                        let face = hanging_face((problem, datum), state, (place, fine), (dc, dr), half);
+                        let face = hanging_face(&around, state, (place, fine), (dc, dr), half);
                         found.push(Face { level: number - 1, ..face });
                     }
                 }
@@ -54,7 +67,7 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
 
 /// The face between a coarse and a fine cell that stands at an offset (column, row) from it.
 fn hanging_face(
-    (problem, datum): (&FlowProblem, f64),
+    Around { problem, walls, datum }: &Around<'_>,
     state: &State,
     (coarse, fine): (Place, Place),
     (dc, dr): (isize, isize),
@@ -63,32 +76,28 @@ fn hanging_face(
     let direction = if dc != 0 { EAST } else { NORTH };
     let is_first = dc + dr > 0;
     let places = if is_first { [coarse, fine] } else { [fine, coarse] };
-    let slot = |(row, column): Place, is_first: bool| match (direction, is_first) {
-        (EAST, false) => Slot { row, direction, column: column - 1 },
-        (NORTH, false) => Slot { row: row - 1, direction, column },
-        _ => Slot { row, direction, column },
-    };
+    // East and west, or north and south.
+    let slots = [0, 1].map(|side: usize| sides(places[side])[2 * direction + side].0);
     let has_terrain = |(row, column): Place| state.has_terrain(row, column);
     let middle = |place: Place| state.position(place.0, place.1);
     let is_whole = places.into_iter().all(has_terrain);
     let way = |a: Place, b: Place| [middle(a), middle(b)];
-    let is_cut = |way: [Vec2; 2]| problem.walls.iter().any(|&wall| segments_cross(way, wall));
     let towards = if half == 1 { 1_isize } else { -1 };
     let aside = |sign: isize| {
         let (up, across) = if direction == EAST { (sign, 0) } else { (0, sign) };
         let place = (coarse.0.wrapping_add_signed(up), coarse.1.wrapping_add_signed(across));
-        (has_terrain(place) && state.level(place.0) == state.level(coarse.0) && !is_cut(way(coarse, place)))
+        (has_terrain(place) && state.level(place.0) == state.level(coarse.0) && !walls.cross(way(coarse, place)))
             .then_some(place)
     };
     let along = aside(towards).zip(aside(-towards)).map(|(ahead, behind)| [ahead, behind]);
     Face {
         places,
-        slots: [slot(places[0], true), slot(places[1], false)],
+        slots,
         direction,
         coarse: usize::from(!is_first),
         along,
-        is_wall: !is_whole || is_cut(way(coarse, fine)),
-        sill: sill(problem, datum, fine, (-dc, -dr)),
+        is_wall: !is_whole || walls.cross(way(coarse, fine)),
+        sill: sill(problem, *datum, fine, (-dc, -dr)),
         length: smaller(state.spacing[coarse.0], state.spacing[fine.0]),
         level: 0,
         of_coarse: 1,

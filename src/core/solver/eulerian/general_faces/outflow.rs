@@ -2,16 +2,14 @@
 
 use std::ops::Range;
 
-use super::super::faces::{EAST, NORTH};
 use super::super::spans::ActiveSet;
-use super::super::state::State;
+use super::super::state::{State, sides};
 use super::super::update::Stage;
 use super::GeneralFaces;
-use super::face::Place;
 
 impl GeneralFaces {
-    /// Scales the outflow of cells beside general faces that would give more water than they have in this stage of a step (s), and what coarse
-    /// cells that step later give: no face takes more than its part of them, `whole` being their step (s).
+    /// Scales the outflow of cells beside general faces that would give more water than they have in this stage of a step (s). Of coarse
+    /// cells that step later, in a step of `whole` (s), no face takes more than its part.
     pub fn limit_outflow(
         &mut self,
         state: &mut State,
@@ -49,9 +47,7 @@ impl GeneralFaces {
         let wanted = outwards * face.length * whole;
         let is_short = outwards > 0.0 && wanted > held;
         if is_short {
-            let passing = &mut self.now[k].passing;
-            passing.mass *= held / wanted;
-            passing.tangential *= held / wanted;
+            self.now[k].passing.reduce(held / wanted);
         }
         is_short
     }
@@ -74,9 +70,9 @@ impl GeneralFaces {
         let sides = sides(cell.place);
         // What leaves over a side: what may be scaled, and what may not.
         let leaving = |side: usize| -> [f64; 2] {
-            let (row, direction, column, sign) = sides[side];
+            let (slot, sign) = sides[side];
             let Some(&first) = cell.faces[side].first() else {
-                return [(sign * state.flux[row][direction].mass[column]).max(0.0), 0.0];
+                return [(sign * state.flux[slot.row][slot.direction].mass[slot.column]).max(0.0), 0.0];
             };
             let of_face =
                 |&face: &usize| self.faces[face].share(side % 2) * (sign * self.now[face].passing.mass).max(0.0);
@@ -98,18 +94,11 @@ impl GeneralFaces {
             }
             for &face in faces.iter().filter(|&&face| self.faces[face].level >= levels.start) {
                 let passing = &mut self.now[face].passing;
-                if sides[side].3 * passing.mass > 0.0 {
-                    passing.mass *= share;
-                    passing.tangential *= share;
+                if sides[side].1 * passing.mass > 0.0 {
+                    passing.reduce(share);
                 }
             }
         }
         true
     }
-}
-
-/// The faces of a cell in the rows of the lattice, in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS): row, direction and column, and
-/// the sign of what leaves.
-fn sides((row, column): Place) -> [(usize, usize, usize, f64); 4] {
-    [(row, EAST, column, 1.0), (row, EAST, column - 1, -1.0), (row, NORTH, column, 1.0), (row - 1, NORTH, column, -1.0)]
 }
