@@ -186,17 +186,23 @@ impl Reading {
         parting: Parting<'_>,
     ) -> Option<Self> {
         let home = lattice.cell_of(place).filter(|&cell| !bed_elevation[cell].is_nan())?;
-        let (column, row) = lattice.column_row(home);
+        let square = |place: f64, count: usize| ((place / lattice.spacing).max(0.0) as usize).min(count - 1);
+        // A gauge is read on the finest level.
+        let (column, row) = (square(place.x, lattice.columns), square(place.y, lattice.rows));
+        let mut near = vec![home];
+        for near_row in row.saturating_sub(1)..=(row + 1).min(lattice.rows - 1) {
+            let columns = column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1);
+            near.extend(columns.map(|near_column| lattice.leaf(near_column, near_row)));
+        }
+        near.sort_unstable();
+        near.dedup();
         let h = smoothing * lattice.spacing;
         let mut weights = Vec::new();
-        for near_row in row.saturating_sub(1)..=(row + 1).min(lattice.rows - 1) {
-            for near_column in column.saturating_sub(1)..=(column + 1).min(lattice.columns - 1) {
-                let cell = lattice.index(near_column, near_row);
-                let centre = lattice.centre(cell);
-                let is_parted = || parting.parts([home, cell], [place, centre]);
-                if !bed_elevation[cell].is_nan() && (cell == home || !is_parted()) {
-                    weights.push((cell, weight((centre - place).norm() / h)));
-                }
+        for cell in near {
+            let centre = lattice.centre(cell);
+            let is_parted = || parting.parts([home, cell], [place, centre]);
+            if !bed_elevation[cell].is_nan() && (cell == home || !is_parted()) {
+                weights.push((cell, weight((centre - place).norm() / h)));
             }
         }
         let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();

@@ -84,6 +84,9 @@ enum Beyond {
     Shut,
 }
 
+/// How many squares away a cell that follows lines may hold the centre of a square.
+const ABOUT: usize = 2;
+
 impl OnTerrain {
     pub(super) fn new(lattice: Lattice, pixels: TerrainPixels, passes: PassSills, walls: &[[Vec2; 2]]) -> Self {
         let TerrainPixels { west, north, cell, columns, rows, .. } = pixels;
@@ -269,14 +272,22 @@ impl OnTerrain {
 
     /// The pixels of a cell that join its lowest ones below a level (m) inside it.
     fn joined_to_lowest(&self, cell: usize, level: f64) -> BTreeSet<usize> {
-        let (column, row) = self.lattice.column_row(cell);
-        let Level { first_row, spacing, .. } = self.lattice.level_of_row(row);
+        let (mut column, mut row) = self.lattice.column_row(cell);
+        let Level { mut first_row, spacing, .. } = self.lattice.level_of_row(row);
+        // Squares of which a cell that follows lines may hold the centre.
+        let mut about = 0;
+        if self.lattice.conforming_at(cell).is_some() {
+            let centre = self.lattice.centre(cell) * (1.0 / self.lattice.spacing);
+            (column, row, first_row, about) = (centre.x as usize, centre.y as usize, 0, ABOUT);
+        }
         let finer = (spacing / self.lattice.spacing).round() as usize;
-        let is_in = |finest: usize, place: usize| finest / finer == place;
+        let is_in = |finest: usize, place: usize| (finest / finer).abs_diff(place) <= about;
         let of =
             |places: &[usize], place: usize| (0..places.len()).filter(|&k| is_in(places[k], place)).collect::<Vec<_>>();
         let (columns, rows) = (of(&self.columns, column), of(&self.rows, row - first_row));
-        let pixels = || rows.iter().flat_map(|row| columns.iter().map(move |column| row * self.columns.len() + column));
+        let within = || rows.iter().flat_map(|&row| columns.iter().map(move |&column| (column, row)));
+        let own = || within().filter(|&(column, row)| self.cell_of(column, row) == cell);
+        let pixels = || own().map(|(column, row)| row * self.columns.len() + column);
         let lowest = pixels().map(|pixel| self.elevation(pixel)).fold(level, f64::min);
         let mut joined: BTreeSet<usize> =
             pixels().filter(|&pixel| self.elevation(pixel) <= lowest && lowest < level).collect();

@@ -14,7 +14,7 @@ use crate::bed::{BedParticles, SHUT};
 use crate::lattice::{Lattice, Nest, WaterOnLattice};
 use crate::math::Vec2;
 use crate::output::{FILL, GridMaps, OutputGrid, TerrainPixels};
-use crate::prepare::{BLOCK, Setup, Wanted, scatter};
+use crate::prepare::{BLOCK, Following, Setup, Wanted, scatter};
 use crate::scenario::Scenario;
 use crate::solver::{FlowProblem, nested};
 
@@ -29,7 +29,13 @@ const REACHED: f64 = 0.05;
 
 /// The setup on all of its levels; one on a single lattice stays as it is.
 pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> Setup {
-    let Some(mut wanted) = setup.wanted.take() else { return setup };
+    let following = setup.following.take();
+    let size = (setup.scene.lattice.columns, setup.scene.lattice.rows);
+    let Some(mut wanted) = setup.wanted.take() else {
+        let Some(following) = following else { return setup };
+        let nest = Nest::of_one_level(size, setup.scene.lattice.spacing).with(following.conforming.clone());
+        return join(scenario, setup, Vec::new(), (nest, Some(following)));
+    };
     let coarser = std::mem::take(&mut setup.coarser);
     if let Some(coarsest) = coarser.last() {
         let depths = greatest_depths(scenario, coarsest);
@@ -38,7 +44,11 @@ pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> Setup {
     let lattice = &setup.scene.lattice;
     let at = |column: usize, row: usize| usize::from(wanted.levels[row * wanted.columns + column]);
     let nest = Nest::graded((lattice.columns, lattice.rows), lattice.spacing, BLOCK, coarser.len(), at);
-    join(scenario, setup, coarser, nest)
+    let nest = match &following {
+        Some(following) => nest.with(following.conforming.clone()),
+        None => nest,
+    };
+    join(scenario, setup, coarser, (nest, following))
 }
 
 /// The greatest depths (m) of the cells of a setup on one lattice in a run of its own.
@@ -162,10 +172,15 @@ pub(super) fn resolution(lattice: &Lattice, grid: &OutputGrid, maps: &GridMaps) 
 }
 
 /// Joins the setups of all levels.
-fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest) -> Setup {
+fn join(
+    scenario: &Scenario,
+    mut finest: Setup,
+    coarser: Vec<Setup>,
+    (nest, following): (Nest, Option<Following>),
+) -> Setup {
     let problems = std::iter::once(&finest).chain(&coarser);
     let problems: Vec<FlowProblem> = problems.map(|setup| flow_problem(scenario, setup, setup.bed.clone())).collect();
-    let FlowProblem { bed, open_edges, forcing, initial_depth, .. } = nested(problems, nest);
+    let FlowProblem { mut bed, open_edges, forcing, mut initial_depth, .. } = nested(problems, nest);
     let lattice = bed.lattice.clone();
     take_ground_for_maps(scenario, &mut finest);
     let mut body = vec![None; lattice.len()];
@@ -178,6 +193,18 @@ fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest)
             velocity[place] = setup.initial_velocity.get(cell).copied().unwrap_or_default();
         }
     }
+    if let Some(following) = following {
+        for (number, cell) in following.conforming.cells().iter().enumerate() {
+            let place = lattice.conforming().map_or(0, |conforming| conforming.place(number));
+            bed.elevation[place] = following.elevation[number];
+            initial_depth[place] = following.depth[number];
+            body[place] = following.body[number];
+            let square = finest.bed.lattice.cell_of(cell.centre);
+            let own = square.and_then(|square| finest.initial_velocity.get(square));
+            velocity[place] = own.copied().unwrap_or_default();
+        }
+        bed.passes = bed.passes.with_faces(following.sills);
+    }
     for (number, volume) in finest.still_water.volumes.iter_mut().enumerate() {
         let is_its = |&cell: &usize| body[cell] == u32::try_from(number).ok() && lattice.is_leaf(cell);
         let cells = || (0..lattice.len()).filter(is_its);
@@ -188,10 +215,11 @@ fn join(scenario: &Scenario, mut finest: Setup, coarser: Vec<Setup>, nest: Nest)
     if !finest.initial_velocity.is_empty() {
         finest.initial_velocity = velocity;
     }
-    for crossed in &mut finest.scene.crossed {
-        *crossed = crossed.iter().map(|&cell| lattice.leaf_of(cell)).collect();
-        crossed.sort_unstable();
-        crossed.dedup();
+    let scene = &mut finest.scene;
+    for cells in scene.crossed.iter_mut().chain([&mut scene.raised, &mut scene.at_banks]) {
+        *cells = cells.iter().map(|&cell| lattice.leaf_of(cell)).collect();
+        cells.sort_unstable();
+        cells.dedup();
     }
     finest.scene.lattice = lattice;
     finest.scene.forcing = forcing;

@@ -116,11 +116,16 @@ pub(super) fn gate_of_discharges(record: &DischargeRecord) -> Gate {
 /// The levels of a bed for the record; nothing of one lattice alone.
 fn levels(bed: &BedParticles) -> Vec<LevelRecord> {
     let lattice = &bed.lattice;
+    let is_its = |&cell: &usize| bed.has_terrain(cell) && lattice.is_leaf(cell);
+    let count = |level: Level| lattice.places_of(level).filter(is_its).count();
     let record = |level: Level| {
-        let is_its = |&cell: &usize| bed.has_terrain(cell) && lattice.is_leaf(cell);
-        LevelRecord { spacing_m: level.spacing, cells: lattice.places_of(level).filter(is_its).count() }
+        let is_finest = level.first_row == 0;
+        let conforming = lattice.conforming().filter(|_| is_finest);
+        let of_lines = conforming.map_or(0, |made| (0..made.cells().len()).map(|k| made.place(k)).filter(is_its).count());
+        LevelRecord { spacing_m: level.spacing, cells: count(level) + of_lines }
     };
-    lattice.nest().map_or(Vec::new(), |_| lattice.levels().map(record).collect())
+    let has_levels = lattice.level_count() > 1;
+    lattice.nest().filter(|_| has_levels).map_or(Vec::new(), |_| lattice.levels().map(record).collect())
 }
 
 /// The cells in part of a bed; nothing where all are whole.

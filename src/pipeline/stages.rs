@@ -58,6 +58,9 @@ fn more_area(bed: &BedParticles) -> Vec<(usize, f64)> {
     for level in lattice.levels() {
         let times = (level.spacing / lattice.spacing).round() as usize;
         for cell in lattice.places_of(level) {
+            if lattice.conforming().is_some_and(|conforming| conforming.instead_of(cell).is_some()) {
+                continue;
+            }
             let (column, row) = (cell % lattice.columns, cell / lattice.columns - level.first_row);
             let inside = |from: usize, count: usize| times.min(count.saturating_sub(from * times));
             let finest = inside(column, lattice.columns) * inside(row, lattice.rows);
@@ -66,6 +69,14 @@ fn more_area(bed: &BedParticles) -> Vec<(usize, f64)> {
                 more.push((cell, bed.area(cell) - finest as f64 * lattice.cell_area()));
             }
         }
+    }
+    if let Some(conforming) = lattice.conforming() {
+        let mut squares = vec![0.0; conforming.cells().len()];
+        conforming.standing_in().for_each(|number| squares[number] += 1.0);
+        let own = squares.iter().enumerate().map(|(number, count)| (conforming.place(number), *count));
+        let own = own.filter(|&(cell, _)| bed.has_terrain(cell));
+        more.extend(own.map(|(cell, count)| (cell, bed.area(cell) - count * lattice.cell_area())));
+        more.sort_unstable_by_key(|(cell, _)| *cell);
     }
     more
 }

@@ -119,6 +119,7 @@ impl Files {
         }
         self.vectors(scenario.layers.iter().filter_map(|layer| layer.value.clip()));
         self.vectors(scenario.ground.breaklines.iter().map(|line| &line.lines));
+        self.vectors(&scenario.ground.followed);
         self.vectors(scenario.ground.buildings.iter().map(|buildings| &buildings.polygons));
         self.plain(scenario.roughness.raster.iter().chain(&scenario.roughness.table));
         self.vectors(&scenario.roughness.polygons);

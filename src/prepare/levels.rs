@@ -91,6 +91,7 @@ pub(super) fn with_coarser(
         let own = Lattice::new(lattice.origin, lattice.columns.div_ceil(times), lattice.rows.div_ceil(times), spacing);
         let mut scenario = Scenario { levels: None, ..scenario.clone() };
         scenario.resolution.value = spacing;
+        scenario.ground.followed.clear();
         let mut of_level = Findings::default();
         let files = Files::open(&scenario, crs, &mut of_level);
         let setup = place_on(&scenario, terrain, files, own, &mut of_level);
@@ -117,7 +118,8 @@ fn wanted(
     let count = levels.count(scenario.resolution.value);
     let mut wanted = Wanted::all(lattice, count - 1);
     let around = AROUND * lattice.spacing;
-    for place in fine_places(scene, &setup.bed) {
+    let followed = setup.following.iter().flat_map(|following| following.conforming.cells()).map(|cell| cell.centre);
+    for place in fine_places(scene, &setup.bed).into_iter().chain(followed) {
         wanted.ask(lattice, place, around, 0);
     }
     for refine in &levels.refine {

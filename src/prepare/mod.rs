@@ -4,6 +4,7 @@
 //! solver, gauges and the reference system for the outputs.
 
 mod findings;
+mod following;
 mod forcing;
 mod grid;
 mod ground;
@@ -33,6 +34,7 @@ use crate::seeding::StillWater;
 use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
+pub use following::Following;
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 pub use inputs::{InputFile, in_folder};
 pub use levels::{BLOCK, Wanted, scatter};
@@ -108,6 +110,8 @@ pub struct Setup {
     pub coarser: Vec<Setup>,
     /// The level that each place asks for; none of one lattice alone.
     pub wanted: Option<Wanted>,
+    /// Cells that follow lines, until they are joined.
+    pub following: Option<Following>,
 }
 
 /// What stands around the water, what brings it in, and what is asked of it.

@@ -7,7 +7,7 @@ use super::forcing::{self, breach, channels, moving_bed, plausible};
 use super::ground::{self, Ground, burn, wall_gaps};
 use super::water::{self, SourcedBody, earlier, start};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, Scene, Setup};
-use super::{grid, lagrangian, places};
+use super::{following, grid, lagrangian, places};
 use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -35,6 +35,7 @@ pub(super) struct Files<'a> {
     start: start::Opened,
     ground: ground::Opened,
     reaches: Vec<Option<channels::Opened>>,
+    followed: Vec<places::Drawn>,
 }
 
 impl<'a> Files<'a> {
@@ -67,6 +68,7 @@ impl<'a> Files<'a> {
             moving: moving_bed::open(scenario, crs, findings),
             start: start::open(scenario, crs, findings),
             reaches: channels::open(scenario, crs, findings),
+            followed: following::open(scenario, crs, findings),
         }
     }
 }
@@ -110,6 +112,8 @@ pub(super) fn place_on(
     check_gauges(scenario, terrain, &ground, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
     let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
+    let around = (&forcing, &walls[..], &at_start.still_water);
+    let following = following::find(scenario, &files.followed, (ground.bed(), &ground.surface()), around, findings);
     let count = ground_source.of_pixels.len();
     let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
     let scene = Scene {
@@ -139,6 +143,7 @@ pub(super) fn place_on(
         bed: ground.into_bed(),
         coarser: Vec::new(),
         wanted: None,
+        following,
     })
 }
 
@@ -339,6 +344,7 @@ pub(super) fn channels_alone(scenario: &Scenario, files: Files<'_>, findings: &m
         scene,
         coarser: Vec::new(),
         wanted: None,
+        following: None,
     }
 }
 

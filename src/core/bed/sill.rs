@@ -90,6 +90,8 @@ pub struct PassSills {
     pub(super) gaps: Vec<usize>,
     /// What gaps leave open, by cell and direction.
     pub(super) openings: Vec<Opening>,
+    /// The level (m) of the lowest ground along each face of the cells that follow lines, by number.
+    pub(super) along_faces: Vec<f64>,
 }
 
 impl PassSills {
@@ -110,6 +112,17 @@ impl PassSills {
             sills.iter().map(in_stack).collect::<Vec<_>>()
         };
         PassSills::new(levels.flat_map(of_level).collect())
+    }
+
+    /// The same with the level (m) of the lowest ground along each face of the cells that follow lines, minus infinity where it is not known.
+    #[must_use]
+    pub fn with_faces(self, along_faces: Vec<f64>) -> Self {
+        PassSills { along_faces, ..self }
+    }
+
+    /// The level (m) of the lowest ground along a face of cells that follow lines; minus infinity where it is not known.
+    pub fn along_face(&self, face: usize) -> f64 {
+        self.along_faces.get(face).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
     pub(super) fn sort(&mut self) {

@@ -5,6 +5,7 @@
 //! Local coordinates have their origin in the south-western corner of the lattice; only `terrain` and `output` know map
 //! coordinates (a national grid's six or seven digits would eat the digits that the core needs).
 
+mod conforming;
 mod nest;
 
 use std::ops::Range;
@@ -13,6 +14,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use crate::math::Vec2;
+pub use conforming::{Cell, Conforming, Face, Side, depth_within};
 pub use nest::{Level, Nest};
 
 /// How far (in cells) beyond the outermost edge a place still lies on it: the round-off of map coordinates.
@@ -51,6 +53,18 @@ impl Lattice {
     /// Its coarser levels, where it has any.
     pub fn nest(&self) -> Option<&Nest> {
         self.nest.as_deref()
+    }
+
+    /// The cells that follow lines, where it has any.
+    #[inline]
+    pub fn conforming(&self) -> Option<&Conforming> {
+        self.nest().and_then(Nest::conforming)
+    }
+
+    /// The cell that follows lines at an index, by its number.
+    #[inline]
+    pub fn conforming_at(&self, index: usize) -> Option<usize> {
+        self.conforming()?.number_at(index)
     }
 
     /// Number of levels; 1 where it is not nested.
@@ -112,6 +126,9 @@ impl Lattice {
 
     /// Area of such a cell (m²).
     pub fn area_of(&self, index: usize) -> f64 {
+        if let (Some(conforming), Some(number)) = (self.conforming(), self.conforming_at(index)) {
+            return conforming.cells()[number].area;
+        }
         let spacing = self.spacing_of(index);
         spacing * spacing
     }
@@ -141,6 +158,9 @@ impl Lattice {
     /// Centre of a cell in local coordinates (m).
     #[inline]
     pub fn centre(&self, index: usize) -> Vec2 {
+        if let (Some(conforming), Some(number)) = (self.conforming(), self.conforming_at(index)) {
+            return conforming.cells()[number].centre;
+        }
         let (column, row) = self.column_row(index);
         let Level { first_row, spacing, .. } = self.level_of_row(row);
         Vec2::new((column as f64 + 0.5) * spacing, ((row - first_row) as f64 + 0.5) * spacing)
@@ -152,7 +172,20 @@ impl Lattice {
         let (column, row) = (local.x / self.spacing, local.y / self.spacing);
         let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
         // A cast rounds down here.
-        inside.then(|| self.leaf(column as usize, row as usize))
+        inside.then(|| self.holding((column as usize, row as usize), local))
+    }
+
+    /// The cell that holds a place (local coordinates, m) in a square of the finest level (column, row).
+    #[inline]
+    fn holding(&self, (column, row): (usize, usize), local: Vec2) -> usize {
+        let leaf = self.leaf(column, row);
+        let Some(conforming) = self.conforming() else { return leaf };
+        let square = self.index(column, row);
+        // The whole square may be one of the lattice.
+        if leaf == square && conforming.instead_of(square).is_none() {
+            return leaf;
+        }
+        conforming.cell_at(square, local).map_or(leaf, |number| conforming.place(number))
     }
 
     /// The cell, of whichever level, that stands for a cell of the finest level.
@@ -160,6 +193,11 @@ impl Lattice {
     pub fn leaf(&self, column: usize, row: usize) -> usize {
         let Some(nest) = self.nest() else { return self.index(column, row) };
         let level = nest.level_of(column, row);
+        if let (0, Some(conforming)) = (level, nest.conforming())
+            && let Some(Some(number)) = conforming.instead_of(self.index(column, row))
+        {
+            return conforming.place(number);
+        }
         self.index(column >> level, nest.levels()[level].first_row + (row >> level))
     }
 
@@ -175,6 +213,11 @@ impl Lattice {
         let (column, row) = self.column_row(index);
         let number = nest.number_of_row(row);
         let level = nest.levels()[number];
+        if let (0, Some(conforming)) = (number, nest.conforming())
+            && (row >= level.rows || conforming.instead_of(index).is_some())
+        {
+            return conforming.number_at(index).is_some();
+        }
         column < level.columns
             && level.holds_row(row)
             && nest.level_of(column << number, (row - level.first_row) << number) == number
@@ -189,7 +232,7 @@ impl Lattice {
             // A cast rounds towards 0.
             inside.then(|| (place as usize).min(count - 1))
         };
-        Some(self.leaf(index(local.x, self.columns)?, index(local.y, self.rows)?))
+        Some(self.holding((index(local.x, self.columns)?, index(local.y, self.rows)?), local))
     }
 
     /// Local coordinates to map coordinates (m).

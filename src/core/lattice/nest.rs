@@ -4,6 +4,10 @@
 //! of level 0 first, with [`BETWEEN`] rows without cells between two levels, so that no loop over neighbouring rows joins two of them.
 //! Blocks of `block` by `block` cells are of one level as a whole. Blocks that touch, be it by a corner, are at most one level apart, so
 //! that each level is a block wide at least between a finer and a coarser one.
+//!
+//! Cells that follow lines ([`Conforming`]) have rows between those of level 0 and level 1.
+
+use super::conforming::Conforming;
 
 /// Rows between two levels: as many as a loop looks beyond a row.
 const BETWEEN: usize = 2;
@@ -38,6 +42,7 @@ pub struct Nest {
     block_columns: usize,
     /// The level that stands for each block of the finest lattice.
     of_block: Vec<u8>,
+    conforming: Option<Conforming>,
 }
 
 impl Nest {
@@ -66,11 +71,33 @@ impl Nest {
         for row in 0..block_rows {
             of_block.extend((0..block_columns).map(|column| at(wanted(column, row))));
         }
-        let mut nest = Nest { block, levels, block_columns, of_block };
+        let mut nest = Nest { block, levels, block_columns, of_block, conforming: None };
         for level in 1..=coarsest {
             nest.make_room(level, (block_columns, block_rows));
         }
         nest
+    }
+
+    /// One level alone, for a lattice of `columns` by `rows` cells of an edge `spacing` (m).
+    pub fn of_one_level((columns, rows): (usize, usize), spacing: f64) -> Self {
+        Nest::graded((columns, rows), spacing, columns.max(rows).max(1).next_power_of_two(), 0, |_, _| 0)
+    }
+
+    /// The same with cells that follow lines in place of some squares of the finest level.
+    #[must_use]
+    pub fn with(mut self, conforming: Conforming) -> Self {
+        let first_row = self.levels[0].rows + BETWEEN;
+        let conforming = conforming.from_row(first_row);
+        let more = conforming.rows().end + BETWEEN - first_row;
+        self.levels[1..].iter_mut().for_each(|level| level.first_row += more);
+        self.conforming = Some(conforming);
+        self
+    }
+
+    /// The cells that follow lines, where there are any.
+    #[inline]
+    pub fn conforming(&self) -> Option<&Conforming> {
+        self.conforming.as_ref()
     }
 
     /// Divides the blocks of a level that hold or touch blocks of a finer level than the next.
@@ -124,7 +151,8 @@ impl Nest {
 
     /// Number of rows of all levels, with those between them.
     pub fn all_rows(&self) -> usize {
-        self.levels.last().map_or(0, |level| level.first_row + level.rows)
+        let of_levels = self.levels.last().map_or(0, |level| level.first_row + level.rows);
+        self.conforming().map_or(of_levels, |conforming| conforming.rows().end.max(of_levels))
     }
 
     /// The level that stands for a cell of the finest lattice.

@@ -3,12 +3,12 @@
 use super::faces::{MeshFace, faces};
 use super::inside::Outlines;
 use super::join::Groups;
-use super::lines::{Network, bounds};
+use super::lines::Network;
 use super::mesh::{Mesh, Part};
 use super::seeds::Seeds;
 use super::window::{Window, square_of};
-use super::{BLOCKED, Cell, Face, Line, Partition, Side, TOLERANCE, cut, depth_within, voronoi};
-use crate::lattice::Lattice;
+use super::{BLOCKED, Cell, Face, Line, Partition, Side, TOLERANCE, cut, voronoi};
+use crate::lattice::{Lattice, depth_within};
 use crate::math::Vec2;
 
 /// What is at a part of the mesh.
@@ -60,10 +60,7 @@ pub fn assemble(lattice: &Lattice, is_cell: &impl Fn(usize) -> bool, lines: &[Li
         replaced: (0..lattice.len()).filter(|cell| replaced[*cell] && is_cell(*cell)).collect(),
         blocked,
         faults: mesh.faults,
-        lattice: lattice.clone(),
-        places: Vec::new(),
     };
-    made.places = places_of(&made.cells, &window);
     made.cells.iter_mut().for_each(|cell| enlarge(cell, scale));
     made
 }
@@ -150,20 +147,6 @@ fn with_areas(mut cells: Vec<Cell>, faces: &[MeshFace], places: &[Vec2]) -> Vec<
         }
     }
     cells
-}
-
-/// Cell of the lattice, cell of the partition and its part, of all that overlap, ascending.
-fn places_of(cells: &[Cell], window: &Window) -> Vec<(u32, u32, u32)> {
-    let mut found = Vec::new();
-    for (number, cell) in cells.iter().enumerate() {
-        for (part, corners) in cell.parts.iter().enumerate() {
-            let (low, high) = bounds(corners);
-            let squares = window.squares(low, high).filter_map(|square| window.lattice_cell(square));
-            found.extend(squares.map(|square| (square as u32, number as u32, part as u32)));
-        }
-    }
-    found.sort_unstable();
-    found
 }
 
 fn enlarge(cell: &mut Cell, scale: f64) {

@@ -47,6 +47,7 @@ mod cut;
 mod faces;
 mod inside;
 mod join;
+mod kept;
 mod lines;
 mod mesh;
 mod nodes;
@@ -59,9 +60,9 @@ mod window;
 #[cfg(test)]
 mod tests;
 
-use crate::lattice::Lattice;
+use crate::lattice::{Conforming, Lattice};
+pub use crate::lattice::{Cell, Face, Side};
 use crate::math::Vec2;
-use segment::Segment;
 
 /// Places nearer to each other than this (spacings) are one.
 const TOLERANCE: f64 = 1e-9;
@@ -91,46 +92,6 @@ pub struct Line {
     pub kind: LineKind,
 }
 
-/// What is on one side of a face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// A cell of the partition, by its index.
-    Cell(usize),
-    /// A cell of the lattice that keeps its square, by its index.
-    Lattice(usize),
-    /// A wall: nothing passes.
-    Wall,
-    /// The edge of the lattice, or a cell that does not exist.
-    Nothing,
-}
-
-/// A straight face.
-///
-/// Side 0 is a cell, to the left on the way from `from` to `to`: the normal from side 0 to side 1 points to the right, and the faces of
-/// a cell run counter-clockwise around it where it is side 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
-    /// What is on either side.
-    pub sides: [Side; 2],
-    /// Where it begins, in local coordinates (m).
-    pub from: Vec2,
-    /// Where it ends (m).
-    pub to: Vec2,
-    /// The line on which it lies, by its index in the input.
-    pub line: Option<usize>,
-}
-
-/// A cell that replaces cells of the lattice, or parts of them.
-#[derive(Clone, Debug)]
-pub struct Cell {
-    /// Centre of gravity, in local coordinates (m).
-    pub centre: Vec2,
-    /// Area (m²).
-    pub area: f64,
-    /// The convex polygons of which it consists, counter-clockwise, without gaps and overlaps (m).
-    pub parts: Vec<Vec<Vec2>>,
-}
-
 /// Cells that follow lines, and their faces.
 #[derive(Clone, Debug)]
 pub struct Partition {
@@ -144,9 +105,6 @@ pub struct Partition {
     pub blocked: usize,
     /// Faces at which the partition has a gap or an overlap; 0 unless places lie apart by just the tolerance.
     pub faults: usize,
-    lattice: Lattice,
-    /// Cell of the lattice, cell of the partition and its part, of all that overlap, ascending.
-    places: Vec<(u32, u32, u32)>,
 }
 
 impl Partition {
@@ -158,35 +116,9 @@ impl Partition {
         assemble::assemble(lattice, &is_cell, lines)
     }
 
-    /// The cell that holds a place given in local coordinates (m); none on cells of the lattice and where there is no cell.
-    ///
-    /// A place on a face belongs to one of its two cells.
-    pub fn cell_at(&self, place: Vec2) -> Option<usize> {
-        let square = self.lattice.cell_of(place)? as u32;
-        let first = self.places.partition_point(|(known, ..)| *known < square);
-        let within = self.places[first..].iter().take_while(|(known, ..)| *known == square);
-        let depth = |(_, cell, part): &(u32, u32, u32)| {
-            let corners = &self.cells[*cell as usize].parts[*part as usize];
-            (depth_within(corners, place), *cell as usize)
-        };
-        let deepest = within.map(depth).reduce(|best, other| if other.0 > best.0 { other } else { best })?;
-        (deepest.0 >= -10.0 * TOLERANCE * self.lattice.spacing).then_some(deepest.1)
+    /// Its cells and faces in place of some squares of the lattice.
+    pub fn on(self, lattice: &Lattice) -> Conforming {
+        let size = (lattice.columns, lattice.rows, lattice.spacing);
+        Conforming::new(size, (self.cells, self.faces), &self.replaced)
     }
-}
-
-/// Distance of a place from the nearest side of a polygon; below 0 outside.
-///
-/// Short sides may turn inward by the tolerance, so that a place counts as inside by the sides north of it that it lies between.
-fn depth_within(corners: &[Vec2], place: Vec2) -> f64 {
-    let (mut distance, mut is_inside) = (f64::INFINITY, false);
-    for (i, from) in corners.iter().enumerate() {
-        let ends = [*from, corners[(i + 1) % corners.len()]];
-        distance = distance.min(Segment { ends, line: 0 }.distance(place));
-        let [a, b] = ends;
-        if (a.x > place.x) != (b.x > place.x) {
-            let y = a.y + (b.y - a.y) * ((place.x - a.x) / (b.x - a.x));
-            is_inside ^= y > place.y;
-        }
-    }
-    if is_inside { distance } else { -distance }
 }

@@ -40,9 +40,16 @@ impl Stack {
         self.levels.iter().zip(self.lattice.levels())
     }
 
-    /// The index in the stack of a cell of a level's own lattice, where the level stands for it.
+    /// The index in the stack of a cell of a level's own lattice, where the level stands for it; a cell that follows lines stands for the
+    /// squares whose centres it holds.
     fn leaf(&self, level: Level, cell: usize) -> Option<usize> {
-        Some(self.lattice.in_stack(level, cell)).filter(|&cell| self.lattice.is_leaf(cell))
+        let cell = self.lattice.in_stack(level, cell);
+        let instead = || {
+            let is_finest = level.first_row == 0;
+            let conforming = self.lattice.conforming().filter(|_| is_finest)?;
+            Some(conforming.place(conforming.instead_of(cell)??))
+        };
+        Some(cell).filter(|&cell| self.lattice.is_leaf(cell)).or_else(instead)
     }
 
     /// The numbers of all cells, each from the level that stands for it; `none` where there is no cell.
@@ -53,6 +60,14 @@ impl Stack {
                 if let Some(leaf) = self.leaf(level, cell) {
                     all[leaf] = value;
                 }
+            }
+        }
+        // What a cell that follows lines has is that of the square about its centre.
+        if let Some(conforming) = self.lattice.conforming() {
+            let finest = &self.levels[0];
+            for (number, cell) in conforming.cells().iter().enumerate() {
+                let own = finest.bed.lattice.cell_of(cell.centre).and_then(|square| values(finest).get(square));
+                all[conforming.place(number)] = own.copied().unwrap_or(none);
             }
         }
         all

@@ -77,6 +77,8 @@ pub struct Ground {
     pub gaps: Option<Sourced<Gaps>>,
     /// Lines along which the bed is raised or lowered, in their order; walls with a crest come last.
     pub breaklines: Vec<Breakline>,
+    /// Files of lines that the sides of cells follow.
+    pub followed: Vec<Sourced<VectorSource>>,
     /// Buildings.
     pub buildings: Option<Buildings>,
 }

@@ -3,16 +3,29 @@
 
 use crate::scenario::choices::{Choice, Chosen};
 use crate::scenario::fields::{Height, Length, Level, Manning, Quantity, Text, VectorFile};
-use crate::scenario::model::{Breakline, BreaklineMode, BuildingMode, Buildings, LineLevel, Scenario};
+use crate::scenario::model::{
+    Breakline, BreaklineMode, BuildingMode, Buildings, LineLevel, Scenario, Sourced, VectorSource,
+};
 use crate::scenario::read::{Reader, section};
 use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, Yaml, quantity, quoted, vector};
 
-impl Choice for BreaklineMode {
+/// The name of what a breakline does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BreaklineKind {
+    /// `raise`
+    Raise,
+    /// `carve`
+    Carve,
+    /// `follow`
+    Follow,
+}
+
+impl Choice for BreaklineKind {
     const WHAT: &'static str = "a mode of a breakline";
 
     fn choices() -> Vec<(&'static str, Self)> {
-        vec![("raise", BreaklineMode::Raise), ("carve", BreaklineMode::Carve)]
+        vec![("raise", BreaklineKind::Raise), ("carve", BreaklineKind::Carve), ("follow", BreaklineKind::Follow)]
     }
 }
 
@@ -36,14 +49,15 @@ impl Choice for BuildingKind {
 }
 
 section! {
-    /// Lines along which the bed is raised (levees) or carved (channels), a cell wide at least.
+    /// Lines along which the bed is raised (levees) or carved (channels), a cell wide at least; or that the sides of cells follow (banks, toes
+    /// and crests of dikes).
     BreaklineEntry, example "{lines: levees.geojson, mode: raise, z_field: crest_m}", check check_breakline {
         /// File of lines; outlines of polygons count as lines. Codes: outside-terrain, no-lines, left-out, crest-below-terrain,
         /// invert-above-terrain, method-combination.
         lines: VectorFile,
-        /// `raise`: nothing under the line lies lower than its level; `carve`: nothing lies higher. Codes: crest-below-terrain,
-        /// invert-above-terrain, method-combination.
-        mode: Chosen<BreaklineMode>,
+        /// `raise`: nothing under the line lies lower than its level; `carve`: nothing lies higher; `follow`: the ground stays, and cells
+        /// beside the line have sides on it. Codes: crest-below-terrain, invert-above-terrain, method-combination.
+        mode: Chosen<BreaklineKind>,
         /// Level of all its lines; that of `z_field` when absent. Codes: implausible-level, doubtful-level.
         z: Option<Quantity<Level>>,
         /// Attribute that holds the level of each line (m); the third coordinate of the vertices, linear between them, without
@@ -55,7 +69,17 @@ section! {
 }
 
 fn check_breakline(node: &Node, reader: &mut Reader) -> Option<()> {
-    only_one(node, ["z", "z_field"], reader)
+    only_one(node, ["z", "z_field"], reader)?;
+    let is_followed = matches!(node.get("mode").map(|mode| &mode.value), Some(Value::Text(mode)) if mode == "follow");
+    let mut is_fit = true;
+    for key in ["z", "z_field", "width"] {
+        if let Some(value) = node.get(key).filter(|_| is_followed) {
+            let message = format!("`{key}` goes with `mode: raise` or `carve`, not with `mode: follow`");
+            reader.error(value, "conflict", message, "take it out, or write another `mode`");
+            is_fit = false;
+        }
+    }
+    is_fit.then_some(())
 }
 
 /// Refuses two keys beside each other.
@@ -125,26 +149,41 @@ fn check_buildings(node: &Node, reader: &mut Reader) -> Option<()> {
     is_fit.then_some(())
 }
 
-/// The breaklines of their entries, and of the walls that have a crest.
-pub(super) fn breaklines(entries: Vec<BreaklineEntry>, walls: &[Wall]) -> Vec<Breakline> {
+/// The breaklines of their entries, and of the walls that have a crest; and the files of lines that cells follow.
+pub(super) fn breaklines(
+    entries: Vec<BreaklineEntry>,
+    walls: &[Wall],
+) -> (Vec<Breakline>, Vec<Sourced<VectorSource>>) {
     let level = |constant: Option<Quantity<Level>>, field: Option<Text>| match (constant, field) {
         (Some(level), _) => LineLevel::Constant(level.sourced),
         (None, Some(field)) => LineLevel::Field(field.0.value),
         (None, None) => LineLevel::Vertices,
     };
-    let line = |entry: BreaklineEntry| Breakline {
-        lines: entry.lines.0,
-        mode: entry.mode.0.value,
-        level: level(entry.z, entry.z_field),
-        width: entry.width.map(|width| width.value()),
-    };
+    let (mut shaping, mut followed) = (Vec::new(), Vec::new());
+    for entry in entries {
+        let mode = match entry.mode.0.value {
+            BreaklineKind::Follow => {
+                followed.push(entry.lines.0);
+                continue;
+            }
+            BreaklineKind::Raise => BreaklineMode::Raise,
+            BreaklineKind::Carve => BreaklineMode::Carve,
+        };
+        shaping.push(Breakline {
+            lines: entry.lines.0,
+            mode,
+            level: level(entry.z, entry.z_field),
+            width: entry.width.map(|width| width.value()),
+        });
+    }
     let crested = walls.iter().filter(|wall| wall.has_crest()).map(|wall| Breakline {
         lines: wall.lines.0.clone(),
         mode: BreaklineMode::Raise,
         level: level(wall.crest.clone(), wall.crest_field.clone()),
         width: None,
     });
-    entries.into_iter().map(line).chain(crested).collect()
+    shaping.extend(crested);
+    (shaping, followed)
 }
 
 impl Wall {

@@ -196,7 +196,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
     let (layers, reproject, mut ground) = written.terrain.map(terrain::resolved).unwrap_or_default();
     let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));
     let walls = walls.unwrap_or_default();
-    ground.breaklines.extend(ground::breaklines(Vec::new(), &walls));
+    ground.breaklines.extend(ground::breaklines(Vec::new(), &walls).0);
     ground.buildings = buildings.map(ground::buildings);
     let (bodies, start) = initial::split(written.initial.map_or_else(Vec::new, |entries| entries.0));
     let (open, boundaries) = boundaries::resolved(written.boundaries.unwrap_or_default());

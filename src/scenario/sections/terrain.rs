@@ -121,8 +121,8 @@ pub(super) fn resolved(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool, G
         Terrain::Layers(section) => {
             let layers = section.layers.0.into_iter().filter_map(layer).collect();
             let gaps = section.gaps.map(|gaps| gaps.0);
-            let breaklines = ground::breaklines(section.breaklines.unwrap_or_default(), &[]);
-            (layers, section.reproject.unwrap_or(false), Ground { gaps, breaklines, buildings: None })
+            let (breaklines, followed) = ground::breaklines(section.breaklines.unwrap_or_default(), &[]);
+            (layers, section.reproject.unwrap_or(false), Ground { gaps, breaklines, followed, buildings: None })
         }
     }
 }
@@ -247,14 +247,20 @@ pub(super) fn written(scenario: &Scenario) -> Section {
         Yaml::Entry(
             Section::default()
                 .with("lines", vector(&line.lines))
-                .with("mode", name_of(|candidate: &BreaklineMode| *candidate == line.mode))
+                .with("mode", match line.mode {
+                    BreaklineMode::Raise => "raise",
+                    BreaklineMode::Carve => "carve",
+                })
                 .and(level(["z", "z_field"], &line.level))
                 .with_some("width", line.width.map(|width| quantity(width, "m"))),
         )
+    });
+    let followed = scenario.ground.followed.iter().map(|lines| {
+        Yaml::Entry(Section::default().with("lines", vector(lines)).with("mode", "follow"))
     });
     Section::default()
         .with_list("layers", layers.collect())
         .with("reproject", scenario.reproject)
         .with_some("gaps", gaps)
-        .with_list("breaklines", breaklines.collect())
+        .with_list("breaklines", breaklines.chain(followed).collect())
 }

@@ -25,6 +25,12 @@ pub fn house(centre: (f64, f64), size: (f64, f64), angle: f64) -> Line {
     line(LineKind::Outline, &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
 }
 
+/// The cell of a partition that holds a place.
+pub fn cell_at(made: &Partition, lattice: &Lattice) -> impl Fn(Vec2) -> Option<usize> {
+    let (placed, lattice) = (made.clone().on(lattice), lattice.clone());
+    move |place| placed.cell_at(lattice.cell_of(place)?, place)
+}
+
 /// The segments of a line.
 pub fn segments(line: &Line) -> Vec<[Vec2; 2]> {
     let count = line.points.len();
@@ -54,12 +60,13 @@ pub fn faces_of_cells(made: &Partition) -> Vec<Vec<(Vec2, Vec2, Face)>> {
 /// Closure, areas and centres of cells, sides of the lattice, lines.
 pub fn check(made: &Partition, lattice: &Lattice, is_cell: impl Fn(usize) -> bool, lines: &[Line]) {
     assert_eq!(made.faults, 0, "gaps or overlaps");
-    check_cells(made, lattice.spacing);
+    check_cells(made, lattice);
     check_lattice(made, lattice, &is_cell);
     check_lines(made, lattice, lines);
 }
 
-fn check_cells(made: &Partition, spacing: f64) {
+fn check_cells(made: &Partition, lattice: &Lattice) {
+    let (spacing, cell_at) = (lattice.spacing, cell_at(made, lattice));
     for (number, faces) in faces_of_cells(made).iter().enumerate() {
         let cell = &made.cells[number];
         let origin = cell.centre;
@@ -77,7 +84,7 @@ fn check_cells(made: &Partition, spacing: f64) {
         for part in &cell.parts {
             let middle = part.iter().fold(Vec2::ZERO, |sum, corner| sum + *corner) / part.len() as f64;
             let is_clear = area(part) > 1e-6 * spacing * spacing;
-            assert!(!is_clear || made.cell_at(middle) == Some(number), "cell {number} not found at {middle:?}");
+            assert!(!is_clear || cell_at(middle) == Some(number), "cell {number} not found at {middle:?}");
         }
     }
     for face in &made.faces {

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::checks::{area, check, faces_of_cells, house, lattice, line, segments};
+use super::checks::{area, cell_at, check, faces_of_cells, house, lattice, line, segments};
 use super::quality::shapes;
 use super::random::{EDGE, Numbers, scene};
 use crate::lattice::Lattice;
@@ -74,7 +74,7 @@ proptest! {
         let made = made(&lattice, &lines);
         let left = made.replaced.len() as f64 - width * depth - whole_area(&made);
         prop_assert!(left.abs() < 1e-12 * made.replaced.len() as f64, "{left:e}");
-        prop_assert_eq!(made.cell_at(Vec2::new(x, 15.0)), None);
+        prop_assert_eq!(cell_at(&made, &lattice)(Vec2::new(x, 15.0)), None);
         prop_assert!((length_on(&made, 0, |side| side == Side::Wall) - 2.0 * (width + depth)).abs() < 1e-11);
         for (area, ratio) in shapes(&made, 1.0) {
             prop_assert!((0.4..1.8).contains(&area) && ratio < 30.0, "{area} {ratio}");
@@ -157,7 +157,7 @@ fn the_same_input_gives_the_same_bytes() {
     let lattice = lattice(EDGE, EDGE, 1.0);
     let [a, b] = [0, 0].map(|_| Partition::new(&lattice, |_| true, &scene(7)));
     assert_eq!(a.faces, b.faces);
-    assert_eq!(a.places, b.places);
+    assert_eq!(a.on(&lattice), b.on(&lattice));
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn a_tiny_part_between_walls_is_blocked() {
     let lattice = lattice(10, 10, 1.0);
     let ring = line(LineKind::Wall, &[(5.01, 5.01), (5.03, 5.01), (5.01, 5.03), (5.01, 5.01)]);
     let made = made(&lattice, &[ring]);
-    assert_eq!((made.blocked, made.cell_at(Vec2::new(5.015, 5.015))), (1, None));
+    assert_eq!((made.blocked, cell_at(&made, &lattice)(Vec2::new(5.015, 5.015))), (1, None));
     assert!((made.replaced.len() as f64 - whole_area(&made) - 2e-4).abs() < 1e-12);
 }
 

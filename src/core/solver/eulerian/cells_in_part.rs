@@ -16,6 +16,7 @@ use super::faces::{EAST, NORTH, turned_by};
 use super::spans::ActiveSet;
 use super::state::{Fastest, State};
 use super::walls::mirrored;
+use crate::lattice::Side;
 use crate::math::larger;
 use crate::solver::FlowProblem;
 
@@ -69,7 +70,10 @@ impl CellsInPart {
             let haste = larger(part.sides.iter().sum::<f64>() / (4.0 * part.area), 1.0);
             Cell { row: row + 1, column: column + 1, area: part.area, haste }
         };
-        let cells = cover.cells().iter().filter(|part| lattice.is_leaf(part.cell)).map(cell).collect();
+        let mut cells: Vec<Cell> =
+            cover.cells().iter().filter(|part| lattice.is_leaf(part.cell)).map(cell).collect();
+        cells.extend(conforming(problem, state));
+        cells.sort_by_key(|cell| (cell.row, cell.column));
         CellsInPart { faces, cells }
     }
 
@@ -147,6 +151,28 @@ impl CellsInPart {
         };
         state.volume() + self.cells.iter().map(beside).sum::<f64>()
     }
+}
+
+/// The cells that follow lines: they count by their area, and their faces are in `conforming`.
+fn conforming(problem: &FlowProblem, state: &State) -> Vec<Cell> {
+    let lattice = &problem.bed.lattice;
+    let Some(made) = lattice.conforming() else { return Vec::new() };
+    let mut perimeters = vec![0.0; made.cells().len()];
+    for face in made.faces() {
+        for side in face.sides {
+            if let Side::Cell(cell) = side {
+                perimeters[cell] += face.length() / lattice.spacing;
+            }
+        }
+    }
+    let cell = |(number, of_cell): (usize, &crate::lattice::Cell)| {
+        let (column, row) = lattice.column_row(made.place(number));
+        let area = of_cell.area / lattice.cell_area();
+        let haste = larger(perimeters[number] / (4.0 * area), 1.0);
+        Cell { row: row + 1, column: column + 1, area, haste }
+    };
+    let cells = made.cells().iter().enumerate().map(cell);
+    cells.filter(|cell| state.has_terrain(cell.row, cell.column)).collect()
 }
 
 #[cfg(test)]

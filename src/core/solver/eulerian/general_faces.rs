@@ -36,7 +36,8 @@ use super::update::Stage;
 use super::walls::{Differences, SpecialCell, Walls, correct};
 use super::{EulerianMethods, Scale};
 use crate::solver::FlowProblem;
-use face::{Face, Passing, Place, Seen, WAY};
+use face::{Face, WAY};
+pub(super) use face::{Passing, Place, Seen};
 use hanging::hanging_faces;
 
 /// A cell with general faces: those on each of its sides, in the order of [`NEIGHBOURS`].

@@ -22,6 +22,7 @@
 mod apertures;
 mod breach;
 mod cells_in_part;
+mod conforming;
 mod discharges;
 mod faces;
 mod general_faces;
@@ -60,6 +61,7 @@ use crate::math::Vec2;
 use crate::methods::{Core, Method, Reconstruction, Stabilisation, Turbulence};
 use breach::Breaking;
 use cells_in_part::CellsInPart;
+use conforming::ConformingFaces;
 use general_faces::GeneralFaces;
 use inputs::Inputs;
 use moving_bed::MovingBed;
@@ -82,6 +84,7 @@ pub struct EulerianSolver {
     walls: Walls,
     passes: Passes,
     general: GeneralFaces,
+    conforming: ConformingFaces,
     in_part: CellsInPart,
     open: OpenBoundaries,
     reaches: Reaches,
@@ -180,12 +183,14 @@ impl EulerianSolver {
         let walls = Walls::new(&problem, &state, methods);
         let passes = Passes::new(&problem, &state, &walls);
         let general = GeneralFaces::new(&problem, &mut state);
+        let conforming = ConformingFaces::new(&problem, &mut state, &walls);
         let in_part = CellsInPart::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part), methods.constants.edge_about);
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);
-        let sections = Sections::new(&problem, &state, &general);
-        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches), general.linked());
+        let sections = Sections::new(&problem, &state, (&general, &conforming));
+        let linked = [general.linked(), conforming.linked()].concat();
+        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches), linked);
         let mut solver = EulerianSolver {
             scale,
             methods,
@@ -194,6 +199,7 @@ impl EulerianSolver {
             walls,
             passes,
             general,
+            conforming,
             in_part,
             open,
             reaches,
@@ -222,9 +228,9 @@ impl EulerianSolver {
     /// Gives the water a velocity (m/s) at the start, by place (local coordinates).
     pub fn set_velocity(&mut self, velocity: impl Fn(Vec2) -> Vec2) {
         for (row, water) in self.state.water.iter_mut().enumerate() {
-            let level = self.lattice.level_of_row(row.saturating_sub(1));
             for column in (0..water.depth.len()).filter(|&column| water.depth[column] > self.scale.dry_depth) {
-                let discharge = velocity(state::position_on(level, (row, column))) * water.depth[column];
+                let place = self.lattice.centre(self.lattice.index(column - 1, row - 1));
+                let discharge = velocity(place) * water.depth[column];
                 (water.discharge_x[column], water.discharge_y[column]) = (discharge.x, discharge.y);
             }
         }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::faces::{EAST, NORTH};
+use super::conforming::ConformingFaces;
 use super::general_faces::GeneralFaces;
 use super::spans::{ActiveSet, Run};
 use super::state::{FluxRow, State, sides};
@@ -18,7 +19,7 @@ use crate::math::{larger, smaller};
 pub(crate) fn limit(
     state: &mut State,
     (active, levels): (&ActiveSet, &Range<usize>),
-    general: &mut GeneralFaces,
+    (general, conforming): (&mut GeneralFaces, &mut ConformingFaces),
     stage: Stage,
     (time_step, of_coarser): (f64, f64),
 ) {
@@ -46,10 +47,14 @@ pub(crate) fn limit(
             })
         })
         .collect();
-    for (row, i, share) in short.into_iter().filter(|&(row, i, _)| !general.is_beside((row, i))) {
+    let is_special = |place| general.is_beside(place) || conforming.is_beside(place);
+    for (row, i, share) in short.into_iter().filter(|&(row, i, _)| !is_special((row, i))) {
         sides((row, i)).into_iter().for_each(|side| state.reduce(side, share));
     }
     general.limit_outflow(state, (active, levels), stage, (time_step, of_coarser));
+    if levels.start == 0 {
+        conforming.limit_outflow(state, stage, time_step);
+    }
 }
 
 /// Water leaving a cell (m²/s) through its faces, given what passes those to the east, west, north and south; inflow not counted.

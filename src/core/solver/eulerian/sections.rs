@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::conforming::ConformingFaces;
 use super::faces::{EAST, NORTH};
 use super::general_faces::GeneralFaces;
 use super::state::State;
@@ -26,13 +27,19 @@ pub(crate) struct Sections {
     cuts: Vec<Vec<Cut>>,
     /// The general faces that each cuts, by number, and the same sign.
     general: Vec<Vec<(usize, f64)>>,
+    /// The faces of cells that follow lines, in the same way.
+    conforming: Vec<Vec<(usize, f64)>>,
     flows: Vec<SectionFlow>,
     /// Volume of the step under way (m³).
     passed: Vec<f64>,
 }
 
 impl Sections {
-    pub fn new(problem: &FlowProblem, state: &State, general: &GeneralFaces) -> Self {
+    pub fn new(
+        problem: &FlowProblem,
+        state: &State,
+        (general, conforming): (&GeneralFaces, &ConformingFaces),
+    ) -> Self {
         let lattice = state.lattice();
         let of_line = |line: &Vec<[Vec2; 2]>| lattice.levels().flat_map(|level| cuts(line, state, level)).collect();
         let cuts: Vec<Vec<Cut>> = problem.forcing.sections.iter().map(of_line).collect();
@@ -48,20 +55,40 @@ impl Sections {
                 .collect()
         };
         let general = problem.forcing.sections.iter().map(of_general).collect();
+        let of_conforming = |line: &Vec<[Vec2; 2]>| {
+            let sign = |places: Option<[(usize, usize); 2]>| {
+                places.map_or(0.0, |places| {
+                    let [from, to] = places.map(|(row, column)| state.position(row, column));
+                    signed(line, from, to)
+                })
+            };
+            let signs = conforming.places().map(sign).enumerate();
+            signs.filter(|(_, sign)| *sign != 0.0).collect()
+        };
+        let conforming = problem.forcing.sections.iter().map(of_conforming).collect();
         let count = cuts.len();
-        Sections { cuts, general, flows: vec![SectionFlow::default(); count], passed: vec![0.0; count] }
+        Sections { cuts, general, conforming, flows: vec![SectionFlow::default(); count], passed: vec![0.0; count] }
     }
 
     /// Adds half of a step of `time_step` (s) at the fluxes of now: each of its two stages carries so much.
-    pub fn add(&mut self, state: &State, general: &GeneralFaces, levels: &Range<usize>, time_step: f64) {
+    pub fn add(
+        &mut self,
+        state: &State,
+        (general, conforming): (&GeneralFaces, &ConformingFaces),
+        levels: &Range<usize>,
+        time_step: f64,
+    ) {
         let rows = state.rows_of(levels);
-        for ((cuts, faces), passed) in self.cuts.iter().zip(&self.general).zip(&mut self.passed) {
+        let special = self.general.iter().zip(&self.conforming);
+        for ((cuts, (faces, own)), passed) in self.cuts.iter().zip(special).zip(&mut self.passed) {
             let through =
                 |&(face, sign): &(usize, f64)| general.discharge(face, levels).map_or(0.0, |rate| sign * rate);
             let of_general: f64 = faces.iter().map(through).sum();
             let cuts = cuts.iter().filter(|cut| rows.contains(&cut.row));
             let rate: f64 = cuts.map(|c| c.width * c.sign * state.flux[c.row][c.direction].mass[c.column]).sum();
-            *passed += 0.5 * time_step * (rate + of_general);
+            let through_own = |&(face, sign): &(usize, f64)| sign * conforming.discharge(face);
+            let of_own: f64 = if levels.start == 0 { own.iter().map(through_own).sum() } else { 0.0 };
+            *passed += 0.5 * time_step * (rate + of_general + of_own);
         }
     }
 

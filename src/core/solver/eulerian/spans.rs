@@ -122,13 +122,17 @@ impl ActiveSet {
     /// Takes the cells into the work, with a rim about them, that are linked to water or to a cell beside water.
     fn follow_links(&mut self) {
         let mut reached = BTreeSet::new();
+        // A wet cell has its rim.
+        let is_wet = |place: (usize, usize)| holds(&self.wet[place.0], place.1);
+        let both = |link: &[(usize, usize); 2]| [(link[0], link[1]), (link[1], link[0])];
+        let linked = self.linked.iter().flat_map(both).filter(|&(from, to)| is_wet(from) && !is_wet(to));
+        let beside_wet: BTreeSet<(usize, usize)> = linked.map(|(_, to)| to).collect();
         for &[a, b] in &self.linked {
             let is_near = |(row, column): (usize, usize)| {
                 let near = |run: &Run| run.start <= column + 1 && column < run.end + 1;
                 self.wet[row - 1..row + 2].iter().any(|runs| runs.iter().any(near))
+                    || beside_wet.contains(&(row, column))
             };
-            // A wet cell has its rim.
-            let is_wet = |place: (usize, usize)| holds(&self.wet[place.0], place.1);
             for (from, to) in [(a, b), (b, a)] {
                 if !is_wet(to) && is_near(from) {
                     reached.insert(to);

@@ -49,6 +49,12 @@ impl State {
             ground[row + 1].friction[column + 1] = gravity * bed.manning[index] * bed.manning[index];
             water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
         }
+        for place in lattice.conforming().into_iter().flat_map(|made| (0..made.cells().len()).map(|k| made.place(k))) {
+            let (column, row) = lattice.column_row(place);
+            if ground[row + 1].has_terrain(column + 1) {
+                ground[row + 1].per_area[column + 1] = lattice.cell_area() / lattice.area_of(place);
+            }
+        }
         for part in bed.cover.cells().iter().filter(|part| lattice.is_leaf(part.cell)) {
             let (column, row) = bed.lattice.column_row(part.cell);
             ground[row + 1].per_area[column + 1] = 1.0 / part.area;
@@ -76,12 +82,19 @@ impl State {
     /// The padded rows of some levels, with those around them.
     pub fn rows_of(&self, levels: &std::ops::Range<usize>) -> std::ops::Range<usize> {
         let (first, last) = (self.lattice.level(levels.start), self.lattice.level(levels.end - 1));
-        first.first_row..last.first_row + last.rows + 2
+        let end = last.first_row + last.rows;
+        // Cells that follow lines belong to the finest level.
+        let end = self.lattice.conforming().map_or(end, |conforming| conforming.rows().end.max(end));
+        first.first_row..end + 2
     }
 
     /// Padded rows and columns of the level to which a padded row belongs; none of the rows around and between levels.
     pub fn bounds(&self, row: usize) -> Option<[std::ops::Range<usize>; 2]> {
         let level = self.level(row);
+        if let Some(conforming) = self.lattice.conforming().filter(|made| made.rows().contains(&row.wrapping_sub(1))) {
+            let rows = conforming.rows();
+            return Some([rows.start + 1..rows.end + 1, 1..level.columns + 1]);
+        }
         let first = level.first_row + 1;
         let is_cells = row > 0 && level.holds_row(row - 1);
         is_cells.then(|| [first..first + level.rows, 1..level.columns + 1])
@@ -97,8 +110,13 @@ impl State {
         self.ground.get(row).is_some_and(|ground| column < ground.bed.len() && ground.has_terrain(column))
     }
 
-    /// Whether another level stands for a padded cell of a level.
+    /// Whether other cells stand for a padded cell of a level. Cells that follow lines have no neighbours in the rows: all about them is elsewhere.
     pub fn is_elsewhere(&self, row: usize, column: usize) -> bool {
+        if let Some(conforming) = self.lattice.conforming()
+            && (conforming.rows().start..conforming.rows().end + 2).contains(&row)
+        {
+            return !self.has_terrain(row, column);
+        }
         let of_level = self.bounds(row).is_some_and(|[_, columns]| columns.contains(&column));
         of_level && !self.lattice.is_leaf(self.lattice.index(column - 1, row - 1))
     }
@@ -161,6 +179,10 @@ impl State {
 
     /// Local coordinates of the centre of a padded cell (m).
     pub fn position(&self, row: usize, column: usize) -> Vec2 {
+        if let Some(conforming) = self.lattice.conforming().filter(|made| made.rows().contains(&row.wrapping_sub(1))) {
+            let number = conforming.number_at(self.lattice.index(column.checked_sub(1).unwrap_or(usize::MAX).min(self.lattice.columns - 1), row - 1));
+            return number.map_or(Vec2::ZERO, |number| conforming.cells()[number].centre);
+        }
         position_on(self.level(row), (row, column))
     }
 
@@ -177,7 +199,9 @@ impl State {
             let rows = &row_sums[level.first_row + 1..][..level.rows];
             rows.iter().sum::<f64>() * level.spacing * level.spacing
         };
-        self.lattice.levels().map(of_level).sum()
+        let conforming = self.lattice.conforming().map_or(0..0, |made| made.rows());
+        let of_conforming = row_sums[conforming.start + 1..conforming.end + 1].iter().sum::<f64>();
+        self.lattice.levels().map(of_level).sum::<f64>() + of_conforming * self.lattice.cell_area()
     }
 
     /// The number of the level to which a padded row belongs.

@@ -253,6 +253,7 @@ impl EulerianSolver {
             self.passes.correct_gradients(state, active, scale);
             self.general.correct_gradients(state, active, (&self.walls, &self.passes), scale);
             if is_finest {
+                self.conforming.evaluate_gradients(state, scale.dry_depth);
                 self.reaches.evaluate_gradients(state, scale);
             }
         }
@@ -264,13 +265,17 @@ impl EulerianSolver {
         self.passes.apply(state, active, scale, self.methods);
         self.walls.apply(state, active, scale);
         self.general.apply(state, levels, scale, self.methods, time_step);
+        if is_finest {
+            self.conforming.apply(state, scale, self.methods);
+        }
         self.in_part.apply(state, active, scale);
         self.open.apply(state, &rows, scale, self.methods, (from, to));
         if is_finest {
             self.reaches.pass(state, scale, self.methods, stage, (from, to));
         }
         self.phases.end("faces");
-        outflow::limit(state, (active, levels), &mut self.general, stage, (time_step, of_coarser));
+        let special = (&mut self.general, &mut self.conforming);
+        outflow::limit(state, (active, levels), special, stage, (time_step, of_coarser));
         update::apply(state, active, scale, stage, time_step);
         self.general.book(levels, time_step);
         self.book(stage, levels, time_step);
@@ -291,7 +296,7 @@ impl EulerianSolver {
         let over_edges = self.walls.leaving(state, &self.active);
         self.left_over_edges += carried * over_edges;
         self.outflow += carried * (over_edges + over_boundaries.outflow + of_channels.outflow);
-        self.sections.add(state, &self.general, levels, time_step);
+        self.sections.add(state, (&self.general, &self.conforming), levels, time_step);
         let in_channels = if levels.start == 0 { self.reaches.particles().0 } else { 0 };
         self.evaluations += (self.active.cells_at_hand() + in_channels) as u64;
     }

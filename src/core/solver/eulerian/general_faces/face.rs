@@ -8,7 +8,7 @@ use super::super::{EulerianMethods, Scale};
 use crate::physics::limiter::van_leer;
 
 /// A padded place (row, column).
-pub(super) type Place = (usize, usize);
+pub(in super::super) type Place = (usize, usize);
 
 /// Of the way between a coarse and a fine particle that part which lies in the coarse cell.
 const COARSE_REACH: f64 = 2.0 / 3.0;
@@ -65,7 +65,7 @@ impl Passing {
 
 /// What is seen of a particle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
+pub(in super::super) struct Seen {
     pub depth: f64,
     pub bed: f64,
     pub u: f64,
@@ -73,6 +73,11 @@ pub(super) struct Seen {
 }
 
 impl Seen {
+    /// Level of the surface, depth and velocity.
+    pub fn values(&self) -> [f64; 4] {
+        [self.bed + self.depth, self.depth, self.u, self.v]
+    }
+
     pub fn at((primitive, ground): (&[PrimitiveRow], &[GroundRow]), (row, column): Place) -> Self {
         let water = &primitive[row];
         Seen {

@@ -1,0 +1,378 @@
+//! Faces of cells that follow lines ([`crate::lattice::Conforming`]): of any length and any way they face.
+//!
+//! A face is one pair of (M19) to (M31) as well. The way s between the particles is the sum of their distances from the face along its normal n;
+//! each is looked at on the straight line through the middle of the face along n, a step t_i aside of its centre:
+//!
+//! ```text
+//! (M95)  ∇X_i = B_i⁻¹ Σ_j (l_ij/r_ij) (X_j − X_i) r_ij     B_i = Σ_j (l_ij/r_ij) r_ij r_ijᵀ     r_ij = x_j − x_i
+//! (M96)  X_i' = clamp(X_i + ∇X_i·t_i, min_j X_j, max_j X_j)    X = η, d, v      d_i' ≤ 2 d_i      z_i' = η_i' − d_i'
+//! (M97)  A_i dU_i/dt = − Σ_j l_ij Φ_ij,    Φ_i ← Φ_i + ½ g (d_i + d_i') (η_i' − η_i) n
+//! ```
+//!
+//! with j over all its faces; beyond a wall stands its mirror image. Where a bank rises out of the water, η_j − η_i counts as that of the way
+//! along the face, ∇η_i·(r_ij − n n·r_ij): a bank is a wall to the surface. (M95) is exact for planes and the central difference on a lattice. (M97)
+//! makes the brackets of all faces count from the particle's own level, as (M89) does. At rest all differences of levels are 0; the
+//! faces of a cell close, so that a uniform stream along a wall stays as it is, whatever way the wall runs.
+//!
+//! All that leaves a cell goes into the rows of the lattice at one place, the eastern side of the cell, which has no neighbour there. Squares beside
+//! such cells get what passes a side as the sum of its faces. So the update, sources and the balance need not know of them.
+
+mod geometry;
+
+use rayon::prelude::*;
+
+use super::faces::{EAST, Half, Numbers, Sill, over_sill, single};
+use super::general_faces::{Passing, Place, Seen};
+use super::rows::sides;
+use super::state::{Slot, State};
+use super::update::Stage;
+use super::walls::mirrored;
+use super::{EulerianMethods, Scale};
+use crate::math::Vec2;
+
+/// Cells or faces that a thread takes at least.
+const AT_ONCE: usize = 512;
+
+/// The determinant of what banks leave of a gradient, below which it is not solved for: banks all around.
+const LEAST_KEPT: f64 = 0.2;
+
+/// One side of a face.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    /// Its cell, by number.
+    cell: usize,
+    /// The step (m) from the centre of the cell to the line through the middle of the face along its normal.
+    aside: Vec2,
+    /// The side of the square that the face is part of, in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS); none of a cell that follows lines.
+    of_square: Option<usize>,
+}
+
+/// A face; nothing passes where it has one side, or a wall stands on the way.
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    sides: [Option<Side>; 2],
+    /// The unit normal from the first side to the second.
+    normal: Vec2,
+    /// Its length (m).
+    length: f64,
+    /// The way between the particles along the normal (m), and the share of it on the first side.
+    way: f64,
+    reach: f64,
+    is_wall: bool,
+    /// Level (m) of the lowest ground along the face, as the solver counts; minus infinity where that is not known.
+    sill: f64,
+}
+
+/// What a cell sees beyond one of its faces.
+#[derive(Clone, Copy, Debug)]
+enum Beyond {
+    /// Another particle: its place, the sill on the way (m), and the part of the way there along the face (m).
+    Particle(Place, f64, Vec2),
+    /// Its mirror image over a wall with this normal.
+    Mirror(Vec2),
+}
+
+/// A cell with such faces: one that follows lines, or a square beside one.
+#[derive(Clone, Debug)]
+struct Cell {
+    place: Place,
+    /// What it sees, each with its vector in (M95).
+    ways: Vec<(Beyond, Vec2)>,
+    /// Its faces and which side of them it is.
+    faces: Vec<(usize, usize)>,
+    is_square: bool,
+}
+
+/// The gradients of surface, depth and velocity of a cell, and the least and greatest of them about it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Around {
+    slopes: [Vec2; 4],
+    least: [f64; 4],
+    greatest: [f64; 4],
+}
+
+/// All faces of cells that follow lines.
+pub(crate) struct ConformingFaces {
+    faces: Vec<Face>,
+    passing: Vec<Passing>,
+    /// By row and column.
+    cells: Vec<Cell>,
+    around: Vec<Around>,
+    /// The places in the rows that take what passes.
+    slots: Vec<Slot>,
+}
+
+impl ConformingFaces {
+    /// Whether a padded cell has such faces.
+    pub fn is_beside(&self, place: Place) -> bool {
+        self.number(place).is_some()
+    }
+
+    fn number(&self, place: Place) -> Option<usize> {
+        self.cells.binary_search_by_key(&place, |cell| cell.place).ok()
+    }
+
+    /// The places on the two sides of each face through which water passes.
+    pub fn linked(&self) -> Vec<[Place; 2]> {
+        let of_face = |face: &Face| {
+            let [first, second] = face.sides;
+            let place = |side: Option<Side>| side.map(|side| self.cells[side.cell].place);
+            place(first).zip(place(second)).filter(|_| !face.is_wall).map(|(a, b)| [a, b])
+        };
+        self.faces.iter().filter_map(of_face).collect()
+    }
+
+    /// The places on the two sides of each face; none where it has only one.
+    pub fn places(&self) -> impl Iterator<Item = Option<[Place; 2]>> + '_ {
+        self.faces.iter().map(|face| {
+            let [a, b] = face.sides.map(|side| side.map(|side| self.cells[side.cell].place));
+            a.zip(b).map(|(a, b)| [a, b])
+        })
+    }
+
+    /// What passes a face now (m³/s).
+    pub fn discharge(&self, face: usize) -> f64 {
+        self.faces[face].length * self.passing[face].mass
+    }
+
+    /// Gradients of the cells, after those of all others.
+    pub fn evaluate_gradients(&mut self, state: &mut State, dry_depth: f64) {
+        let known = (&state.primitive[..], &state.ground[..]);
+        let ConformingFaces { cells, around, .. } = self;
+        let found = around.par_iter_mut().with_min_len(AT_ONCE).zip(cells.par_iter());
+        found.for_each(|(around, cell)| *around = cell.around(known, dry_depth));
+        for (cell, around) in cells.iter().zip(around).filter(|(cell, _)| cell.is_square) {
+            let ((row, i), [surface, depth, u, v]) = (cell.place, around.slopes);
+            let out = &mut state.gradient[row];
+            (out.surface_x[i], out.depth_x[i], out.u_x[i], out.v_x[i]) = (surface.x, depth.x, u.x, v.x);
+            (out.surface_y[i], out.depth_y[i], out.u_y[i], out.v_y[i]) = (surface.y, depth.y, u.y, v.y);
+        }
+    }
+
+    /// Fluxes of the faces.
+    pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods) {
+        let ConformingFaces { faces, passing, cells, around, .. } = self;
+        let (cells, around, known) = (&cells[..], &around[..], &*state);
+        let found = passing.par_iter_mut().with_min_len(AT_ONCE).zip(faces.par_iter());
+        found.for_each(|(passing, face)| *passing = face.pass(known, (cells, around), scale, methods));
+        self.put(state);
+    }
+
+    /// Puts what passes the faces into the rows.
+    fn put(&self, state: &mut State) {
+        for slot in &self.slots {
+            state.flux[slot.row][slot.direction].clear(slot.column);
+        }
+        for (face, passing) in self.faces.iter().zip(&self.passing) {
+            let share = face.length / state.lattice().spacing;
+            let tangent = face.normal.perpendicular() * passing.tangential;
+            for (which, side) in face.sides.iter().enumerate() {
+                let Some(side) = side else { continue };
+                // What the cell loses of volume and momentum.
+                let (sign, normal) = if which == 0 { (1.0, passing.lost) } else { (-1.0, passing.gained) };
+                let momentum = (face.normal * normal + tangent) * (sign * share);
+                self.put_side(state, side, sign * share * passing.mass, momentum);
+            }
+        }
+    }
+
+    /// Adds what a side loses (m³/s and m⁴/s² per spacing).
+    fn put_side(&self, state: &mut State, side: &Side, volume: f64, momentum: Vec2) {
+        let which = side.of_square.unwrap_or(0);
+        let (slot, sign) = sides(self.cells[side.cell].place)[which];
+        let (normal, tangential) =
+            if slot.direction == EAST { (momentum.x, momentum.y) } else { (momentum.y, momentum.x) };
+        let out = &mut state.flux[slot.row][slot.direction];
+        out.mass[slot.column] += sign * volume;
+        out.tangential[slot.column] += sign * tangential;
+        let of_side = if sign > 0.0 { &mut out.normal_left } else { &mut out.normal_right };
+        of_side[slot.column] += sign * normal;
+    }
+
+    /// Scales the outflow of cells that would give more water than they have in this stage of a step (s).
+    pub fn limit_outflow(&mut self, state: &mut State, stage: Stage, time_step: f64) {
+        let mut is_changed = false;
+        for number in 0..self.cells.len() {
+            let (row, column) = self.cells[number].place;
+            let depth = match stage {
+                Stage::First => state.water[row].depth[column],
+                Stage::Second => state.primitive[row].depth[column],
+            };
+            if depth > 0.0 {
+                is_changed |= self.limit_cell(number, state, depth, time_step);
+            }
+        }
+        if is_changed {
+            self.put(state);
+        }
+    }
+
+    fn limit_cell(&mut self, number: usize, state: &mut State, depth: f64, time_step: f64) -> bool {
+        let ConformingFaces { cells, faces, passing, .. } = self;
+        let cell = &cells[number];
+        let (row, column) = cell.place;
+        let out = |&(face, which): &(usize, usize)| if which == 0 { passing[face].mass } else { -passing[face].mass };
+        let over = |face: &(usize, usize)| faces[face.0].length * out(face).max(0.0);
+        let spacing = state.spacing[row];
+        let mut leaving: f64 = cell.faces.iter().map(over).sum();
+        let is_side = |which: usize| {
+            let own = |&(face, side): &(usize, usize)| faces[face].sides[side].and_then(|side| side.of_square);
+            cell.faces.iter().any(|face| own(face) == Some(which))
+        };
+        let others = || (0..4).filter(|&which| cell.is_square && !is_side(which)).map(|which| sides(cell.place)[which]);
+        leaving += others()
+            .map(|(slot, sign)| spacing * (sign * state.flux[slot.row][slot.direction].mass[slot.column]).max(0.0))
+            .sum::<f64>();
+        let wanted = time_step / (spacing * spacing) * state.ground[row].per_area[column] * leaving;
+        if wanted <= depth {
+            return false;
+        }
+        let share = depth / wanted;
+        for side in others() {
+            state.reduce(side, share);
+        }
+        let giving: Vec<usize> = cell.faces.iter().filter(|face| out(face) > 0.0).map(|face| face.0).collect();
+        giving.into_iter().for_each(|face| passing[face].reduce(share));
+        true
+    }
+}
+
+impl Cell {
+    /// Its gradients (M95), and the least and greatest about it.
+    fn around(
+        &self,
+        known: (&[super::state::PrimitiveRow], &[super::state::GroundRow]),
+        dry_depth: f64,
+    ) -> Around {
+        let here = Seen::at(known, self.place);
+        if here.depth <= dry_depth {
+            return Around::default();
+        }
+        let own = here.values();
+        let mut found = Around { slopes: [Vec2::ZERO; 4], least: own, greatest: own };
+        // What (M95) leaves of the surface's gradient where banks rise out of the water: the rows of a matrix.
+        let mut kept = [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];
+        for &(beyond, vector) in &self.ways {
+            let differences = match beyond {
+                Beyond::Mirror(normal) => {
+                    let turned = normal * (-2.0 * Vec2::new(here.u, here.v).dot(normal));
+                    [0.0, 0.0, turned.x, turned.y]
+                }
+                Beyond::Particle(place, sill, along) => {
+                    let there = Seen::at(known, place);
+                    if there.depth <= dry_depth && there.bed + there.depth > here.bed + here.depth {
+                        kept = [kept[0] - along * vector.x, kept[1] - along * vector.y];
+                    }
+                    if there.depth > dry_depth {
+                        for (q, value) in there.values().into_iter().enumerate() {
+                            found.least[q] = found.least[q].min(value);
+                            found.greatest[q] = found.greatest[q].max(value);
+                        }
+                    }
+                    here.differences(&there, sill, dry_depth)
+                }
+            };
+            for (slope, difference) in found.slopes.iter_mut().zip(differences) {
+                *slope = *slope + vector * difference;
+            }
+        }
+        let determinant = kept[0].cross(kept[1]);
+        if determinant > LEAST_KEPT {
+            let Vec2 { x, y } = found.slopes[0];
+            let solved = Vec2::new(kept[1].y * x - kept[0].y * y, kept[0].x * y - kept[1].x * x);
+            found.slopes[0] = solved * (1.0 / determinant);
+        }
+        found
+    }
+}
+
+impl Around {
+    /// The particle of a cell a step (m) aside (M96).
+    fn aside(&self, here: Seen, step: Vec2, dry_depth: f64) -> Seen {
+        if here.depth <= dry_depth {
+            return here;
+        }
+        let own = here.values();
+        let [level, depth, u, v] = [0, 1, 2, 3]
+            .map(|q: usize| (own[q] + self.slopes[q].dot(step)).clamp(self.least[q], self.greatest[q]));
+        let depth = depth.min(2.0 * here.depth);
+        let bed = level - depth;
+        // So that bed and depth make up the level to the last digit.
+        Seen { depth: level - bed, bed, u, v }
+    }
+}
+
+impl Face {
+    /// What passes it.
+    fn pass(
+        &self,
+        state: &State,
+        (cells, around): (&[Cell], &[Around]),
+        scale: &Scale,
+        methods: EulerianMethods,
+    ) -> Passing {
+        let known = (&state.primitive[..], &state.ground[..]);
+        let own = self.sides.map(|side| side.map(|side| (side, Seen::at(known, cells[side.cell].place))));
+        if own.iter().flatten().all(|(_, seen)| seen.depth <= scale.dry_depth) {
+            return Passing::default();
+        }
+        let g = scale.gravity;
+        let aside = own.map(|own| {
+            own.map(|(side, seen)| {
+                let aside = around[side.cell].aside(seen, side.aside, scale.dry_depth);
+                let rise = (aside.bed + aside.depth) - (seen.bed + seen.depth);
+                (aside, 0.5 * g * (seen.depth + aside.depth) * rise)
+            })
+        });
+        let [first, second] = aside;
+        if self.is_wall {
+            let towards = |seen: &Seen, sign: f64| sign * Vec2::new(seen.u, seen.v).dot(self.normal);
+            let thrust = |side: Option<(Seen, f64)>, sign: f64| {
+                side.map_or(0.0, |(seen, own)| {
+                    if seen.depth > scale.dry_depth { mirrored(seen.depth, towards(&seen, sign), g) + own } else { 0.0 }
+                })
+            };
+            return Passing { lost: thrust(first, 1.0), gained: thrust(second, -1.0), ..Passing::default() };
+        }
+        let (Some((i, own_i)), Some((j, own_j))) = (first, second) else { return Passing::default() };
+        let half = |seen: Seen, which: usize| {
+            let side = self.sides[which].map_or(0, |side| side.cell);
+            let step = state.ground[cells[side].place.0].step[cells[side].place.1];
+            let reach = if which == 0 { self.reach } else { 1.0 - self.reach };
+            self.half(seen, &around[side].slopes, step, reach)
+        };
+        let (i, j) = (half(i, 0), half(j, 1));
+        let numbers = Numbers::new(&scale.on(self.way), methods);
+        let (mass, tangential, lost, gained) = if self.sill > i.z && self.sill > j.z {
+            over_sill(i, j, Sill { level: self.sill, lowest: self.sill }, numbers, methods)
+        } else {
+            single(i, j, numbers, methods)
+        };
+        Passing { mass, tangential, lost: lost + own_i, gained: gained + own_j }
+    }
+
+    /// A particle of the pair, seen along the normal.
+    fn half(&self, seen: Seen, slopes: &[Vec2; 4], step: f64, reach: f64) -> Half {
+        let (n, t) = (self.normal, self.normal.perpendicular());
+        let velocity = Vec2::new(seen.u, seen.v);
+        let [surface, depth, u, v] = *slopes;
+        // The increment over the way along one direction of the velocity along another.
+        let rise = |of: Vec2, along: Vec2| self.way * (of.x * u.dot(along) + of.y * v.dot(along));
+        Half {
+            d: seen.depth,
+            z: seen.bed,
+            step,
+            u: velocity.dot(n),
+            v_t: velocity.dot(t),
+            rise_eta: self.way * surface.dot(n),
+            rise_d: self.way * depth.dot(n),
+            rise_u: rise(n, n),
+            rise_t: rise(t, n),
+            stretch_t: rise(t, t),
+            reach,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

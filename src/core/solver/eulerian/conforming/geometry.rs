@@ -1,0 +1,211 @@
+//! The faces of cells that follow lines, found from their polygons.
+
+use super::{Beyond, Cell, ConformingFaces, Face, Side};
+use crate::boundary::Pieces;
+use crate::lattice::{Conforming, NEIGHBOURS, Side as Of};
+use crate::math::Vec2;
+use crate::solver::FlowProblem;
+use crate::solver::eulerian::general_faces::{Passing, Place};
+use crate::solver::eulerian::rows::sides;
+use crate::solver::eulerian::state::{Slot, State, datum};
+use crate::solver::eulerian::walls::Walls;
+
+/// The least distance of a particle from a face that counts (spacings): a cell with corners that point inward may have its centre beyond one
+/// of its faces.
+const LEAST_DISTANCE: f64 = 0.1;
+
+impl ConformingFaces {
+    /// The faces of a problem; the steps of the bed over them are counted in `state`.
+    pub fn new(problem: &FlowProblem, state: &mut State, walls: &Walls) -> Self {
+        let mut found = ConformingFaces {
+            faces: Vec::new(),
+            passing: Vec::new(),
+            cells: Vec::new(),
+            around: Vec::new(),
+            slots: Vec::new(),
+        };
+        let lattice = state.lattice().clone();
+        let Some(made) = lattice.conforming() else { return found };
+        found.cells = cells(made, state);
+        let pieces: Pieces = problem.walls.iter().copied().collect();
+        let datum = datum(&problem.bed, &problem.initial_depth);
+        for (number, face) in made.faces().iter().enumerate() {
+            let sill = problem.bed.passes.along_face(number) - datum;
+            found.faces.extend(found.face(state, face, (sill, &pieces)));
+        }
+        for (number, face) in found.faces.iter().enumerate() {
+            for (which, side) in face.sides.iter().enumerate() {
+                if let Some(side) = side {
+                    found.cells[side.cell].faces.push((number, which));
+                }
+            }
+        }
+        found.count_steps(state);
+        found.find_ways(state, walls);
+        found.find_slots();
+        found.passing = vec![Passing::default(); found.faces.len()];
+        found.around = vec![super::Around::default(); found.cells.len()];
+        found
+    }
+
+    /// A face of the solver; none between places without terrain.
+    fn face(&self, state: &State, face: &crate::lattice::Face, (sill, walls): (f64, &Pieces)) -> Option<Face> {
+        let (middle, normal) = (face.middle(), face.normal());
+        let spacing = state.lattice().spacing;
+        let distance = |cell: usize, sign: f64| {
+            let Cell { place: (row, column), .. } = self.cells[cell];
+            sign * (middle - state.position(row, column)).dot(normal)
+        };
+        let side = |of: Of, sign: f64| {
+            let place = match of {
+                Of::Cell(cell) => place_of(state, state.lattice().conforming()?.place(cell)),
+                Of::Lattice(square) => place_of(state, square),
+                Of::Wall | Of::Nothing => return None,
+            };
+            let cell = self.number(place)?;
+            let away = middle - state.position(place.0, place.1);
+            let of_square = matches!(of, Of::Lattice(_)).then(|| {
+                let out = normal * sign;
+                let facing = |k: &usize| {
+                    let (dc, dr) = NEIGHBOURS[*k];
+                    out.dot(Vec2::new(dc as f64, dr as f64))
+                };
+                (0..4).max_by(|a, b| facing(a).total_cmp(&facing(b))).unwrap_or(0)
+            });
+            Some(Side { cell, aside: away - normal * away.dot(normal), of_square })
+        };
+        let sides = [side(face.sides[0], 1.0), side(face.sides[1], -1.0)];
+        let at = |side: Option<Side>| {
+            side.map(|side| {
+                let (row, column) = self.cells[side.cell].place;
+                state.position(row, column)
+            })
+        };
+        let is_cut = |from: Option<Vec2>| from.is_some_and(|from| walls.cross([from, middle]));
+        let is_wall = sides.iter().any(Option::is_none) || sides.iter().any(|&side| is_cut(at(side)));
+        let least = LEAST_DISTANCE * spacing;
+        let [first, second] = [0, 1].map(|which: usize| {
+            let sign = if which == 0 { 1.0 } else { -1.0 };
+            sides[which].map_or(0.0, |side| distance(side.cell, sign).max(least))
+        });
+        let way = first + second;
+        let face = Face { sides, normal, length: face.length(), way, reach: first / way, is_wall, sill };
+        sides.iter().any(Option::is_some).then_some(face)
+    }
+
+    /// Counts the steps of the bed over the faces.
+    fn count_steps(&self, state: &mut State) {
+        for face in self.faces.iter().filter(|face| !face.is_wall) {
+            let [Some(a), Some(b)] = face.sides.map(|side| side.map(|side| self.cells[side.cell].place)) else {
+                continue;
+            };
+            let step = (state.ground[a.0].bed[a.1] - state.ground[b.0].bed[b.1]).abs();
+            for (row, column) in [a, b] {
+                let own = &mut state.ground[row].step[column];
+                *own = own.max(step);
+            }
+        }
+    }
+
+    /// What each cell sees beyond its faces, with the vectors of (M95).
+    fn find_ways(&mut self, state: &State, walls: &Walls) {
+        for number in 0..self.cells.len() {
+            let cell = &self.cells[number];
+            let here = state.position(cell.place.0, cell.place.1);
+            // What is beyond, the way there and the length of the face.
+            let mut ways: Vec<(Beyond, Vec2, f64)> = Vec::new();
+            for &(face, which) in &cell.faces {
+                let Face { sides, normal, length, is_wall, sill, .. } = self.faces[face];
+                let beyond = sides[1 - which].filter(|_| !is_wall).map(|side| self.cells[side.cell].place);
+                let to_wall = if which == 0 { self.faces[face].way * self.faces[face].reach } else {
+                    self.faces[face].way * (1.0 - self.faces[face].reach)
+                };
+                let out = normal * if which == 0 { 1.0 } else { -1.0 };
+                ways.push(match beyond {
+                    Some(place) => {
+                        let way = state.position(place.0, place.1) - here;
+                        (Beyond::Particle(place, sill, way - normal * way.dot(normal)), way, length)
+                    }
+                    None => (Beyond::Mirror(normal), out * (2.0 * to_wall), length),
+                });
+            }
+            let spacing = state.spacing[cell.place.0];
+            for (k, offset) in NEIGHBOURS.into_iter().enumerate().filter(|_| cell.is_square) {
+                let of_side =
+                    |&(face, which): &(usize, usize)| self.faces[face].sides[which].and_then(|side| side.of_square);
+                if cell.faces.iter().any(|face| of_side(face) == Some(k)) {
+                    continue;
+                }
+                let out = Vec2::new(offset.0 as f64, offset.1 as f64);
+                let place = (
+                    cell.place.0.wrapping_add_signed(offset.1),
+                    cell.place.1.wrapping_add_signed(offset.0),
+                );
+                let is_seen = state.has_terrain(place.0, place.1) && !walls.is_blocked(cell.place, offset);
+                let beyond = if is_seen {
+                    Beyond::Particle(place, f64::NEG_INFINITY, Vec2::ZERO)
+                } else {
+                    Beyond::Mirror(out)
+                };
+                ways.push((beyond, out * spacing, spacing));
+            }
+            let vectors = vectors(&ways);
+            self.cells[number].ways = ways.iter().map(|(beyond, ..)| *beyond).zip(vectors).collect();
+        }
+    }
+
+    /// The places in the rows that take what passes.
+    fn find_slots(&mut self) {
+        let slot = |side: &Side| sides(self.cells[side.cell].place)[side.of_square.unwrap_or(0)].0;
+        let key = |slot: &Slot| (slot.row, slot.direction, slot.column);
+        let mut slots: Vec<Slot> = self.faces.iter().flat_map(|face| face.sides.iter().flatten()).map(slot).collect();
+        slots.sort_unstable_by_key(key);
+        slots.dedup();
+        self.slots = slots;
+    }
+}
+
+/// The padded place of a cell of the stack.
+fn place_of(state: &State, cell: usize) -> Place {
+    let (column, row) = state.lattice().column_row(cell);
+    (row + 1, column + 1)
+}
+
+/// The cells that follow lines and the squares beside them, as far as they have terrain, by row and column.
+fn cells(made: &Conforming, state: &State) -> Vec<Cell> {
+    let of_side = |side: &Of| match *side {
+        Of::Cell(cell) => Some((place_of(state, made.place(cell)), false)),
+        Of::Lattice(square) => Some((place_of(state, square), true)),
+        Of::Wall | Of::Nothing => None,
+    };
+    let mut places: Vec<(Place, bool)> =
+        made.faces().iter().flat_map(|face| face.sides.iter()).filter_map(of_side).collect();
+    places.sort_unstable();
+    places.dedup();
+    let with_terrain = places.into_iter().filter(|&((row, column), _)| state.has_terrain(row, column));
+    with_terrain
+        .map(|(place, is_square)| Cell { place, ways: Vec::new(), faces: Vec::new(), is_square })
+        .collect()
+}
+
+/// The vectors of (M95): what a difference to what is beyond each face adds to the gradient.
+fn vectors(ways: &[(Beyond, Vec2, f64)]) -> Vec<Vec2> {
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (_, way, length) in ways {
+        let weight = length / way.norm();
+        xx += weight * way.x * way.x;
+        xy += weight * way.x * way.y;
+        yy += weight * way.y * way.y;
+    }
+    let determinant = xx * yy - xy * xy;
+    let vector = |(_, way, length): &(Beyond, Vec2, f64)| {
+        let weight = length / (way.norm() * determinant);
+        Vec2::new(yy * way.x - xy * way.y, xx * way.y - xy * way.x) * weight
+    };
+    // All ways along one line: no gradient.
+    if determinant > 1e-9 * (xx + yy) * (xx + yy) {
+        ways.iter().map(vector).collect()
+    } else {
+        vec![Vec2::ZERO; ways.len()]
+    }
+}

@@ -1,0 +1,223 @@
+//! Cells that follow the scenario's lines: which squares they replace, their ground and their water at the start.
+//!
+//! The ground of a cell is a plane through the terrain points about its centre that no line parts from it, taken at the centre: a bank beside a
+//! channel does not reach into it, though their squares overlap.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use super::findings::Findings;
+use super::places::{self, Drawn};
+use crate::bed::{BedParticles, Surface};
+use crate::boundary::Pieces;
+use crate::error::{Problem, ProblemKind};
+use crate::geodata::Crs;
+use crate::lattice::{Conforming, Lattice, NEIGHBOURS};
+use crate::math::Vec2;
+use crate::partition::{Line, LineKind, Partition};
+use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
+use crate::seeding::StillWater;
+use crate::solver::{ChannelEnd, Forcing};
+
+/// Squares that stay as they are around what needs the lattice: boundaries, dams, cells in part.
+const KEPT_AROUND: isize = 1;
+/// Terrain points that a plane takes at least, where there are so many.
+const POINTS: usize = 6;
+/// How far (spacings) they are looked for at most.
+const FARTHEST: f64 = 4.0;
+
+/// The cells that follow lines, and what is on each of them.
+#[derive(Clone, Debug)]
+pub struct Following {
+    /// The cells and their faces.
+    pub conforming: Conforming,
+    /// Bed (m) of each cell.
+    pub elevation: Vec<f64>,
+    /// Depth (m) of each cell at the start.
+    pub depth: Vec<f64>,
+    /// The body of water that fills each cell.
+    pub body: Vec<Option<u32>>,
+    /// Level (m) of the lowest ground along each face.
+    pub sills: Vec<f64>,
+}
+
+/// The lines of the files that cells follow.
+pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Vec<Drawn> {
+    let lines = scenario.ground.followed.iter();
+    lines.filter_map(|source| places::pieces(source, crs, scenario, findings)).collect()
+}
+
+/// Refuses what does not go with cells that follow lines.
+fn check(scenario: &Scenario, findings: &mut Findings) -> Option<()> {
+    let first = scenario.ground.followed.first()?;
+    let refused = |message: &str, cause: &str, remedy: &str| {
+        Problem::error(ProblemKind::Scenario, "method-combination", "", message).with_cause(cause).with_remedy(remedy)
+    };
+    if scenario.numerics.motion == Motion::Lagrangian {
+        let cause = "lines are followed by the sides of cells, and Lagrangian particles have none";
+        let remedy = "leave `numerics.motion` and `numerics.formulation` out, or take the line out";
+        findings.add(first, refused("Lagrangian particles follow no lines", cause, remedy));
+        return None;
+    }
+    if let Some(earlier) = &scenario.start.earlier {
+        let message = "a run whose cells follow lines cannot go on from an earlier one";
+        let remedy = "take the breaklines with `mode: follow` out";
+        findings.add(&earlier.fields, refused(message, "the frames of a run are read on one lattice", remedy));
+        return None;
+    }
+    Some(())
+}
+
+/// The cells that follow the scenario's lines; none without such lines.
+pub(super) fn find(
+    scenario: &Scenario,
+    drawn: &[Drawn],
+    (bed, surface): (&BedParticles, &impl Surface),
+    (forcing, walls, still): (&Forcing, &[[Vec2; 2]], &StillWater),
+    findings: &mut Findings,
+) -> Option<Following> {
+    check(scenario, findings)?;
+    let lattice = &bed.lattice;
+    let mut lines = Vec::new();
+    for (source, drawn) in scenario.ground.followed.iter().zip(drawn) {
+        let effect = "no cell has a side on it";
+        let pieces = places::on_lattice(source, drawn, bed, effect, findings);
+        lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
+    }
+    lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
+    let kept = kept(bed, forcing);
+    let is_cell = |cell: usize| bed.has_terrain(cell) && !kept[cell];
+    let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
+    let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
+    let parting: Pieces = lines.iter().flat_map(|line| line.points.windows(2).map(|ends| [ends[0], ends[1]])).collect();
+    let ground = Ground { bed, surface, parting: &parting };
+    let elevation: Vec<f64> =
+        conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
+    let water = |number: usize| ground.water(&conforming, number, still);
+    let levels: Vec<Option<(f64, u32)>> = (0..elevation.len()).into_par_iter().map(water).collect();
+    let depth = levels.iter().zip(&elevation).map(|(level, z)| level.map_or(0.0, |(level, _)| (level - z).max(0.0)));
+    Some(Following {
+        depth: depth.collect(),
+        body: levels.iter().map(|level| level.map(|(_, body)| body)).collect(),
+        sills: conforming.faces().par_iter().map(|face| ground.lowest([face.from, face.to])).collect(),
+        elevation,
+        conforming,
+    })
+}
+
+/// Lines through pieces that follow each other.
+fn joined(pieces: &[[Vec2; 2]]) -> impl Iterator<Item = Vec<Vec2>> + '_ {
+    pieces.chunk_by(|a, b| a[1] == b[0]).map(|pieces| {
+        let ends = pieces.iter().map(|piece| piece[1]);
+        std::iter::once(pieces[0][0]).chain(ends).collect()
+    })
+}
+
+/// The squares that stay as they are: those at edges, and what is on the lattice in another way.
+fn kept(bed: &BedParticles, forcing: &Forcing) -> Vec<bool> {
+    let lattice = &bed.lattice;
+    let is_at_edge = |&cell: &usize| {
+        NEIGHBOURS.iter().any(|&step| lattice.neighbour(cell, step).is_none_or(|other| !bed.has_terrain(other)))
+    };
+    let mut cells: BTreeSet<usize> =
+        (0..lattice.len()).filter(|&cell| bed.has_terrain(cell)).filter(is_at_edge).collect();
+    cells.extend(bed.cover.cells().iter().map(|part| part.cell));
+    if let Some(breach) = &forcing.breach {
+        cells.extend(breach.cells.iter().map(|dam| dam.cell));
+        cells.extend(breach.rim.iter().map(|rim| rim.at.cell));
+    }
+    cells.extend(forcing.moving_bed.iter().flat_map(|motion| motion.cells.iter().map(|(cell, _)| *cell)));
+    for end in forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]) {
+        if let ChannelEnd::Joined(faces) = end {
+            cells.extend(faces.iter().map(|face| face.cell));
+        }
+    }
+    let mut kept = vec![false; lattice.len()];
+    for cell in cells {
+        around(lattice, cell, KEPT_AROUND).for_each(|near| kept[near] = true);
+    }
+    kept
+}
+
+/// The squares at most so many columns and rows from one.
+fn around(lattice: &Lattice, cell: usize, reach: isize) -> impl Iterator<Item = usize> {
+    let steps = (-reach..=reach).flat_map(move |up| (-reach..=reach).map(move |across| (across, up)));
+    steps.filter_map(move |step| lattice.neighbour(cell, step))
+}
+
+/// The ground, with what parts it.
+struct Ground<'a, Terrain> {
+    bed: &'a BedParticles,
+    surface: &'a Terrain,
+    parting: &'a Pieces,
+}
+
+impl<Terrain: Surface> Ground<'_, Terrain> {
+    /// The bed (m) of a cell, by its centre (local) and its area (m²).
+    fn at(&self, centre: Vec2, area: f64) -> f64 {
+        let lattice = &self.bed.lattice;
+        let mut radius = (area / std::f64::consts::PI).sqrt();
+        let mut seen: Vec<(Vec2, f64)> = Vec::new();
+        while seen.len() < POINTS && radius <= FARTHEST * lattice.spacing {
+            let mut points = Vec::new();
+            self.surface.samples(lattice.to_map(centre), radius, &mut points);
+            let local = points.into_iter().map(|(place, z)| (lattice.to_local(place), z));
+            seen = local.filter(|(place, _)| !self.parting.cross([centre, *place])).collect();
+            radius *= 1.25;
+        }
+        let of_square = || lattice.cell_at(centre).map_or(f64::NAN, |cell| self.bed.elevation[cell]);
+        let at_centre = || self.surface.elevation(lattice.to_map(centre));
+        plane_at(centre, &seen).or_else(at_centre).unwrap_or_else(of_square)
+    }
+
+    /// Level (m) and number of the body of still water at a cell: that of the square about its centre, or of one that it shares.
+    fn water(&self, conforming: &Conforming, number: usize, still: &StillWater) -> Option<(f64, u32)> {
+        let lattice = &self.bed.lattice;
+        let cell = &conforming.cells()[number];
+        let own = lattice.cell_at(cell.centre);
+        let corners = cell.parts.iter().flatten().map(|&corner| cell.centre + (corner - cell.centre) * 0.99);
+        let shared = corners.filter_map(|corner| lattice.cell_at(corner));
+        let mut squares = own.into_iter().chain(shared).filter(|&square| still.depth[square] > 0.0);
+        let is_seen = |square: &usize| !self.parting.cross([cell.centre, lattice.centre(*square)]);
+        let square = squares.find(|square| Some(*square) == own || is_seen(square))?;
+        Some((self.bed.elevation[square] + still.depth[square], still.body[square]?))
+    }
+
+    /// The lowest ground (m) along a face.
+    fn lowest(&self, [from, to]: [Vec2; 2]) -> f64 {
+        let lattice = &self.bed.lattice;
+        let count = (8.0 * (to - from).norm() / lattice.spacing).ceil().max(1.0) as usize;
+        let place = |k: usize| from + (to - from) * ((k as f64 + 0.5) / count as f64);
+        let heights = (0..count).filter_map(|k| self.surface.elevation(lattice.to_map(place(k))));
+        let lowest = heights.fold(f64::INFINITY, f64::min);
+        if lowest.is_finite() { lowest } else { f64::NEG_INFINITY }
+    }
+}
+
+/// The height of a plane through points (m) at a place, or their mean where they do not span one; none of no points.
+fn plane_at(place: Vec2, points: &[(Vec2, f64)]) -> Option<f64> {
+    let count = points.len() as f64;
+    let (_, first) = *points.first()?;
+    let centre = points.iter().fold(Vec2::ZERO, |sum, (at, _)| sum + *at) * (1.0 / count);
+    let mean = points.iter().map(|(_, z)| z - first).sum::<f64>() / count;
+    let (mut xx, mut xy, mut yy, mut xz, mut yz) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (at, z) in points {
+        let (way, rise) = (*at - centre, z - first - mean);
+        xx += way.x * way.x;
+        xy += way.x * way.y;
+        yy += way.y * way.y;
+        xz += way.x * rise;
+        yz += way.y * rise;
+    }
+    let determinant = xx * yy - xy * xy;
+    let to_place = place - centre;
+    let rise = if determinant > 1e-3 * (xx + yy) * (xx + yy) {
+        let slope = Vec2::new(xz * yy - yz * xy, yz * xx - xz * xy) * (1.0 / determinant);
+        slope.dot(to_place)
+    } else {
+        0.0
+    };
+    Some(first + mean + rise)
+}
