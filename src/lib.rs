@@ -23,5 +23,5 @@ pub mod vector;
 pub mod version;
 
 pub use floodsim_core::{
-    bed, boundary, constants, gridding, lattice, math, neighbours, particles, physics, seeding, solver,
+    bed, boundary, constants, gridding, lattice, math, neighbours, particles, partition, physics, seeding, solver,
 };

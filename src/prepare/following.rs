@@ -13,7 +13,7 @@ use crate::bed::{BedParticles, Surface};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
-use crate::lattice::{Conforming, Lattice, NEIGHBOURS};
+use crate::lattice::{Conforming, Face, Lattice, NEIGHBOURS};
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
@@ -39,7 +39,7 @@ pub struct Following {
     pub depth: Vec<f64>,
     /// The body of water that fills each cell.
     pub body: Vec<Option<u32>>,
-    /// Level (m) of the lowest ground along each face.
+    /// Level (m) of the lowest ground along each face on a line; minus infinity of others.
     pub sills: Vec<f64>,
 }
 
@@ -101,7 +101,7 @@ pub(super) fn find(
     Some(Following {
         depth: depth.collect(),
         body: levels.iter().map(|level| level.map(|(_, body)| body)).collect(),
-        sills: conforming.faces().par_iter().map(|face| ground.lowest([face.from, face.to])).collect(),
+        sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
         elevation,
         conforming,
     })
@@ -185,8 +185,11 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         Some((self.bed.elevation[square] + still.depth[square], still.body[square]?))
     }
 
-    /// The lowest ground (m) along a face.
-    fn lowest(&self, [from, to]: [Vec2; 2]) -> f64 {
+    /// The lowest ground (m) along a face on a line: that of a dike's crest. Elsewhere a bank beside the face would count as a ridge in it.
+    fn crest(&self, &Face { from, to, line, .. }: &Face) -> f64 {
+        if line.is_none() {
+            return f64::NEG_INFINITY;
+        }
         let lattice = &self.bed.lattice;
         let count = (8.0 * (to - from).norm() / lattice.spacing).ceil().max(1.0) as usize;
         let place = |k: usize| from + (to - from) * ((k as f64 + 0.5) / count as f64);
