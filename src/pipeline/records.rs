@@ -121,7 +121,8 @@ fn levels(bed: &BedParticles) -> Vec<LevelRecord> {
     let record = |level: Level| {
         let is_finest = level.first_row == 0;
         let conforming = lattice.conforming().filter(|_| is_finest);
-        let of_lines = conforming.map_or(0, |made| (0..made.cells().len()).map(|k| made.place(k)).filter(is_its).count());
+        let of_lines =
+            conforming.map_or(0, |made| (0..made.cells().len()).map(|k| made.place(k)).filter(is_its).count());
         LevelRecord { spacing_m: level.spacing, cells: count(level) + of_lines }
     };
     let has_levels = lattice.level_count() > 1;

@@ -19,7 +19,7 @@ use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
-use crate::solver::{ChannelEnd, Forcing};
+use crate::solver::{ChannelEnd, Forcing, OpenEdges};
 
 /// Squares that stay as they are around what needs the lattice: boundaries, dams, cells in part.
 const KEPT_AROUND: isize = 1;
@@ -49,25 +49,19 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     lines.filter_map(|source| places::pieces(source, crs, scenario, findings)).collect()
 }
 
-/// Refuses what does not go with cells that follow lines.
-fn check(scenario: &Scenario, findings: &mut Findings) -> Option<()> {
-    let first = scenario.ground.followed.first()?;
-    let refused = |message: &str, cause: &str, remedy: &str| {
-        Problem::error(ProblemKind::Scenario, "method-combination", "", message).with_cause(cause).with_remedy(remedy)
-    };
-    if scenario.numerics.motion == Motion::Lagrangian {
-        let cause = "lines are followed by the sides of cells, and Lagrangian particles have none";
-        let remedy = "leave `numerics.motion` and `numerics.formulation` out, or take the line out";
-        findings.add(first, refused("Lagrangian particles follow no lines", cause, remedy));
-        return None;
+/// Whether cells of a run follow lines; refuses lines of the scenario that none can follow.
+fn is_followed(scenario: &Scenario, walls: &[[Vec2; 2]], findings: &mut Findings) -> bool {
+    if scenario.numerics.motion != Motion::Lagrangian {
+        return !(scenario.ground.followed.is_empty() && walls.is_empty());
     }
-    if let Some(earlier) = &scenario.start.earlier {
-        let message = "a run whose cells follow lines cannot go on from an earlier one";
-        let remedy = "take the breaklines with `mode: follow` out";
-        findings.add(&earlier.fields, refused(message, "the frames of a run are read on one lattice", remedy));
-        return None;
+    if let Some(first) = scenario.ground.followed.first() {
+        let message = "Lagrangian particles follow no lines";
+        let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message)
+            .with_cause("lines are followed by the sides of cells, and Lagrangian particles have none")
+            .with_remedy("leave `numerics.motion` and `numerics.formulation` out, or take the line out");
+        findings.add(first, problem);
     }
-    Some(())
+    false
 }
 
 /// The cells that follow the scenario's lines; none without such lines.
@@ -75,10 +69,12 @@ pub(super) fn find(
     scenario: &Scenario,
     drawn: &[Drawn],
     (bed, surface): (&BedParticles, &impl Surface),
-    (forcing, walls, still): (&Forcing, &[[Vec2; 2]], &StillWater),
+    (forcing, open_edges, walls, still): (&Forcing, &OpenEdges, &[[Vec2; 2]], &StillWater),
     findings: &mut Findings,
 ) -> Option<Following> {
-    check(scenario, findings)?;
+    if !is_followed(scenario, walls, findings) {
+        return None;
+    }
     let lattice = &bed.lattice;
     let mut lines = Vec::new();
     for (source, drawn) in scenario.ground.followed.iter().zip(drawn) {
@@ -87,20 +83,19 @@ pub(super) fn find(
         lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
     }
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
-    let kept = kept(bed, forcing);
+    let kept = kept(bed, forcing, open_edges);
     let is_cell = |cell: usize| bed.has_terrain(cell) && !kept[cell];
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
     let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
     let parting: Pieces = lines.iter().flat_map(|line| line.points.windows(2).map(|ends| [ends[0], ends[1]])).collect();
     let ground = Ground { bed, surface, parting: &parting };
-    let elevation: Vec<f64> =
-        conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
+    let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
     let water = |number: usize| ground.water(&conforming, number, still);
-    let levels: Vec<Option<(f64, u32)>> = (0..elevation.len()).into_par_iter().map(water).collect();
+    let levels: Vec<Option<(f64, Option<u32>)>> = (0..elevation.len()).into_par_iter().map(water).collect();
     let depth = levels.iter().zip(&elevation).map(|(level, z)| level.map_or(0.0, |(level, _)| (level - z).max(0.0)));
     Some(Following {
         depth: depth.collect(),
-        body: levels.iter().map(|level| level.map(|(_, body)| body)).collect(),
+        body: levels.iter().map(|level| level.and_then(|(_, body)| body)).collect(),
         sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
         elevation,
         conforming,
@@ -115,14 +110,18 @@ fn joined(pieces: &[[Vec2; 2]]) -> impl Iterator<Item = Vec<Vec2>> + '_ {
     })
 }
 
-/// The squares that stay as they are: those at edges, and what is on the lattice in another way.
-fn kept(bed: &BedParticles, forcing: &Forcing) -> Vec<bool> {
+/// The squares that stay as they are: those at open edges, and what is on the lattice in another way.
+fn kept(bed: &BedParticles, forcing: &Forcing, open_edges: &OpenEdges) -> Vec<bool> {
     let lattice = &bed.lattice;
-    let is_at_edge = |&cell: &usize| {
-        NEIGHBOURS.iter().any(|&step| lattice.neighbour(cell, step).is_none_or(|other| !bed.has_terrain(other)))
+    let is_open = |cell: usize, step: (isize, isize)| {
+        let normal = Vec2::new(step.0 as f64, step.1 as f64);
+        let middle = lattice.centre(cell) + normal * (0.5 * lattice.spacing);
+        let is_edge = lattice.neighbour(cell, step).is_none_or(|other| !bed.has_terrain(other));
+        is_edge && (open_edges.is_open(middle, normal) || forcing.boundary_at(middle, normal).is_some())
     };
+    let is_at_open_edge = |&cell: &usize| NEIGHBOURS.iter().any(|&step| is_open(cell, step));
     let mut cells: BTreeSet<usize> =
-        (0..lattice.len()).filter(|&cell| bed.has_terrain(cell)).filter(is_at_edge).collect();
+        (0..lattice.len()).filter(|&cell| bed.has_terrain(cell)).filter(is_at_open_edge).collect();
     cells.extend(bed.cover.cells().iter().map(|part| part.cell));
     if let Some(breach) = &forcing.breach {
         cells.extend(breach.cells.iter().map(|dam| dam.cell));
@@ -173,7 +172,7 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
     }
 
     /// Level (m) and number of the body of still water at a cell: that of the square about its centre, or of one that it shares.
-    fn water(&self, conforming: &Conforming, number: usize, still: &StillWater) -> Option<(f64, u32)> {
+    fn water(&self, conforming: &Conforming, number: usize, still: &StillWater) -> Option<(f64, Option<u32>)> {
         let lattice = &self.bed.lattice;
         let cell = &conforming.cells()[number];
         let own = lattice.cell_at(cell.centre);
@@ -182,7 +181,7 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         let mut squares = own.into_iter().chain(shared).filter(|&square| still.depth[square] > 0.0);
         let is_seen = |square: &usize| !self.parting.cross([cell.centre, lattice.centre(*square)]);
         let square = squares.find(|square| Some(*square) == own || is_seen(square))?;
-        Some((self.bed.elevation[square] + still.depth[square], still.body[square]?))
+        Some((self.bed.elevation[square] + still.depth[square], still.body[square]))
     }
 
     /// The lowest ground (m) along a face on a line: that of a dike's crest. Elsewhere a bank beside the face would count as a ridge in it.

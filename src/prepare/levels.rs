@@ -91,9 +91,10 @@ pub(super) fn with_coarser(
         let own = Lattice::new(lattice.origin, lattice.columns.div_ceil(times), lattice.rows.div_ceil(times), spacing);
         let mut scenario = Scenario { levels: None, ..scenario.clone() };
         scenario.resolution.value = spacing;
-        scenario.ground.followed.clear();
+
         let mut of_level = Findings::default();
-        let files = Files::open(&scenario, crs, &mut of_level);
+        // Lines are followed on the finest level.
+        let files = Files::open(&scenario, crs, &mut of_level).of_squares();
         let setup = place_on(&scenario, terrain, files, own, &mut of_level);
         // What is wrong with the input was told on the finest level, and what is doubtful on a coarse one has finer cells where it counts.
         let errors = of_level.errors_beyond(findings);

@@ -35,10 +35,16 @@ pub(super) struct Files<'a> {
     start: start::Opened,
     ground: ground::Opened,
     reaches: Vec<Option<channels::Opened>>,
-    followed: Vec<places::Drawn>,
+    /// The lines that cells follow; none on coarser levels, which have squares alone.
+    followed: Option<Vec<places::Drawn>>,
 }
 
 impl<'a> Files<'a> {
+    /// The same for a level of squares alone.
+    pub fn of_squares(self) -> Files<'a> {
+        Files { followed: None, ..self }
+    }
+
     /// Opens all files but those of the terrain.
     pub fn open(scenario: &'a Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Files<'a> {
         let mut pieces = |source| places::pieces(source, crs, scenario, findings);
@@ -68,7 +74,7 @@ impl<'a> Files<'a> {
             moving: moving_bed::open(scenario, crs, findings),
             start: start::open(scenario, crs, findings),
             reaches: channels::open(scenario, crs, findings),
-            followed: following::open(scenario, crs, findings),
+            followed: Some(following::open(scenario, crs, findings)),
         }
     }
 }
@@ -112,8 +118,10 @@ pub(super) fn place_on(
     check_gauges(scenario, terrain, &ground, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
     let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
-    let around = (&forcing, &walls[..], &at_start.still_water);
-    let following = following::find(scenario, &files.followed, (ground.bed(), &ground.surface()), around, findings);
+    let around = (&forcing, &edges.open, &walls[..], &at_start.still_water);
+    let on_ground = (ground.bed(), &ground.surface());
+    let following =
+        files.followed.as_ref().and_then(|drawn| following::find(scenario, drawn, on_ground, around, findings));
     let count = ground_source.of_pixels.len();
     let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
     let scene = Scene {

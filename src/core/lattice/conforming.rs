@@ -102,9 +102,8 @@ impl Conforming {
         overlaps.sort_unstable();
         let mut conforming =
             Conforming { cells, faces, replaced: Vec::new(), overlaps, spacing, columns, first_row: 0 };
-        let centre = |square: usize| {
-            Vec2::new((square % columns) as f64 + 0.5, (square / columns) as f64 + 0.5) * spacing
-        };
+        let centre =
+            |square: usize| Vec2::new((square % columns) as f64 + 0.5, (square / columns) as f64 + 0.5) * spacing;
         conforming.replaced =
             replaced.iter().map(|&square| (square, conforming.cell_at(square, centre(square)))).collect();
         conforming

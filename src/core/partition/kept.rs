@@ -30,8 +30,7 @@ fn joined(face: Face, lattice: &Lattice, is_kept: &impl Fn(usize) -> bool) -> Ve
     let mut ends = vec![face.from];
     ends.extend(corners(face.from, face.to, spacing));
     ends.push(face.to);
-    let pieces: Vec<Face> =
-        ends.windows(2).map(|ends| Face { from: ends[0], to: ends[1], ..face }).collect();
+    let pieces: Vec<Face> = ends.windows(2).map(|ends| Face { from: ends[0], to: ends[1], ..face }).collect();
     let with_square = |piece: &Face| {
         let square = beyond(piece);
         Face { sides: [piece.sides[0], square.map_or(Side::Nothing, Side::Lattice)], ..*piece }

@@ -60,8 +60,8 @@ mod window;
 #[cfg(test)]
 mod tests;
 
-use crate::lattice::{Conforming, Lattice};
 pub use crate::lattice::{Cell, Face, Side};
+use crate::lattice::{Conforming, Lattice};
 use crate::math::Vec2;
 
 /// Places nearer to each other than this (spacings) are one.

@@ -150,10 +150,7 @@ fn check_buildings(node: &Node, reader: &mut Reader) -> Option<()> {
 }
 
 /// The breaklines of their entries, and of the walls that have a crest; and the files of lines that cells follow.
-pub(super) fn breaklines(
-    entries: Vec<BreaklineEntry>,
-    walls: &[Wall],
-) -> (Vec<Breakline>, Vec<Sourced<VectorSource>>) {
+pub(super) fn breaklines(entries: Vec<BreaklineEntry>, walls: &[Wall]) -> (Vec<Breakline>, Vec<Sourced<VectorSource>>) {
     let level = |constant: Option<Quantity<Level>>, field: Option<Text>| match (constant, field) {
         (Some(level), _) => LineLevel::Constant(level.sourced),
         (None, Some(field)) => LineLevel::Field(field.0.value),

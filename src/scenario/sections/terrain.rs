@@ -247,17 +247,22 @@ pub(super) fn written(scenario: &Scenario) -> Section {
         Yaml::Entry(
             Section::default()
                 .with("lines", vector(&line.lines))
-                .with("mode", match line.mode {
-                    BreaklineMode::Raise => "raise",
-                    BreaklineMode::Carve => "carve",
-                })
+                .with(
+                    "mode",
+                    match line.mode {
+                        BreaklineMode::Raise => "raise",
+                        BreaklineMode::Carve => "carve",
+                    },
+                )
                 .and(level(["z", "z_field"], &line.level))
                 .with_some("width", line.width.map(|width| quantity(width, "m"))),
         )
     });
-    let followed = scenario.ground.followed.iter().map(|lines| {
-        Yaml::Entry(Section::default().with("lines", vector(lines)).with("mode", "follow"))
-    });
+    let followed = scenario
+        .ground
+        .followed
+        .iter()
+        .map(|lines| Yaml::Entry(Section::default().with("lines", vector(lines)).with("mode", "follow")));
     Section::default()
         .with_list("layers", layers.collect())
         .with("reproject", scenario.reproject)

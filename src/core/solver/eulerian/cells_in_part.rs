@@ -70,8 +70,7 @@ impl CellsInPart {
             let haste = larger(part.sides.iter().sum::<f64>() / (4.0 * part.area), 1.0);
             Cell { row: row + 1, column: column + 1, area: part.area, haste }
         };
-        let mut cells: Vec<Cell> =
-            cover.cells().iter().filter(|part| lattice.is_leaf(part.cell)).map(cell).collect();
+        let mut cells: Vec<Cell> = cover.cells().iter().filter(|part| lattice.is_leaf(part.cell)).map(cell).collect();
         cells.extend(conforming(problem, state));
         cells.sort_by_key(|cell| (cell.row, cell.column));
         CellsInPart { faces, cells }

@@ -239,11 +239,7 @@ impl ConformingFaces {
 
 impl Cell {
     /// Its gradients (M95), and the least and greatest about it.
-    fn around(
-        &self,
-        known: (&[super::state::PrimitiveRow], &[super::state::GroundRow]),
-        dry_depth: f64,
-    ) -> Around {
+    fn around(&self, known: (&[super::state::PrimitiveRow], &[super::state::GroundRow]), dry_depth: f64) -> Around {
         let here = Seen::at(known, self.place);
         if here.depth <= dry_depth {
             return Around::default();
@@ -293,8 +289,8 @@ impl Around {
             return here;
         }
         let own = here.values();
-        let [level, depth, u, v] = [0, 1, 2, 3]
-            .map(|q: usize| (own[q] + self.slopes[q].dot(step)).clamp(self.least[q], self.greatest[q]));
+        let [level, depth, u, v] =
+            [0, 1, 2, 3].map(|q: usize| (own[q] + self.slopes[q].dot(step)).clamp(self.least[q], self.greatest[q]));
         let depth = depth.min(2.0 * here.depth);
         let bed = level - depth;
         // So that bed and depth make up the level to the last digit.

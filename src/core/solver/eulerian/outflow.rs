@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::faces::{EAST, NORTH};
 use super::conforming::ConformingFaces;
+use super::faces::{EAST, NORTH};
 use super::general_faces::GeneralFaces;
 use super::spans::{ActiveSet, Run};
 use super::state::{FluxRow, State, sides};

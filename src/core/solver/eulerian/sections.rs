@@ -35,11 +35,7 @@ pub(crate) struct Sections {
 }
 
 impl Sections {
-    pub fn new(
-        problem: &FlowProblem,
-        state: &State,
-        (general, conforming): (&GeneralFaces, &ConformingFaces),
-    ) -> Self {
+    pub fn new(problem: &FlowProblem, state: &State, (general, conforming): (&GeneralFaces, &ConformingFaces)) -> Self {
         let lattice = state.lattice();
         let of_line = |line: &Vec<[Vec2; 2]>| lattice.levels().flat_map(|level| cuts(line, state, level)).collect();
         let cuts: Vec<Vec<Cut>> = problem.forcing.sections.iter().map(of_line).collect();

@@ -180,7 +180,9 @@ impl State {
     /// Local coordinates of the centre of a padded cell (m).
     pub fn position(&self, row: usize, column: usize) -> Vec2 {
         if let Some(conforming) = self.lattice.conforming().filter(|made| made.rows().contains(&row.wrapping_sub(1))) {
-            let number = conforming.number_at(self.lattice.index(column.checked_sub(1).unwrap_or(usize::MAX).min(self.lattice.columns - 1), row - 1));
+            let number = conforming.number_at(
+                self.lattice.index(column.checked_sub(1).unwrap_or(usize::MAX).min(self.lattice.columns - 1), row - 1),
+            );
             return number.map_or(Vec2::ZERO, |number| conforming.cells()[number].centre);
         }
         position_on(self.level(row), (row, column))

@@ -117,7 +117,9 @@ impl ConformingFaces {
             for &(face, which) in &cell.faces {
                 let Face { sides, normal, length, is_wall, sill, .. } = self.faces[face];
                 let beyond = sides[1 - which].filter(|_| !is_wall).map(|side| self.cells[side.cell].place);
-                let to_wall = if which == 0 { self.faces[face].way * self.faces[face].reach } else {
+                let to_wall = if which == 0 {
+                    self.faces[face].way * self.faces[face].reach
+                } else {
                     self.faces[face].way * (1.0 - self.faces[face].reach)
                 };
                 let out = normal * if which == 0 { 1.0 } else { -1.0 };
@@ -137,16 +139,10 @@ impl ConformingFaces {
                     continue;
                 }
                 let out = Vec2::new(offset.0 as f64, offset.1 as f64);
-                let place = (
-                    cell.place.0.wrapping_add_signed(offset.1),
-                    cell.place.1.wrapping_add_signed(offset.0),
-                );
+                let place = (cell.place.0.wrapping_add_signed(offset.1), cell.place.1.wrapping_add_signed(offset.0));
                 let is_seen = state.has_terrain(place.0, place.1) && !walls.is_blocked(cell.place, offset);
-                let beyond = if is_seen {
-                    Beyond::Particle(place, f64::NEG_INFINITY, Vec2::ZERO)
-                } else {
-                    Beyond::Mirror(out)
-                };
+                let beyond =
+                    if is_seen { Beyond::Particle(place, f64::NEG_INFINITY, Vec2::ZERO) } else { Beyond::Mirror(out) };
                 ways.push((beyond, out * spacing, spacing));
             }
             let vectors = vectors(&ways);
@@ -183,9 +179,7 @@ fn cells(made: &Conforming, state: &State) -> Vec<Cell> {
     places.sort_unstable();
     places.dedup();
     let with_terrain = places.into_iter().filter(|&((row, column), _)| state.has_terrain(row, column));
-    with_terrain
-        .map(|(place, is_square)| Cell { place, ways: Vec::new(), faces: Vec::new(), is_square })
-        .collect()
+    with_terrain.map(|(place, is_square)| Cell { place, ways: Vec::new(), faces: Vec::new(), is_square }).collect()
 }
 
 /// The vectors of (M95): what a difference to what is beyond each face adds to the gradient.

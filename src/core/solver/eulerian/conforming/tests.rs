@@ -28,12 +28,7 @@ fn still(lattice: Lattice, bed: impl Fn(Vec2) -> f64, level: impl Fn(Vec2) -> f6
     let elevation = own(&bed, f64::NAN);
     let initial_depth = own(&|place| (level(place) - bed(place)).max(0.0), 0.0);
     let whole = still_water((lattice.columns, lattice.rows), lattice.spacing, &bed, &level);
-    let bed = crate::bed::BedParticles {
-        manning: vec![0.0; lattice.len()],
-        elevation,
-        lattice,
-        ..whole.bed
-    };
+    let bed = crate::bed::BedParticles { manning: vec![0.0; lattice.len()], elevation, lattice, ..whole.bed };
     FlowProblem { bed, initial_depth, ..whole }
 }
 
@@ -137,8 +132,7 @@ fn uniform_stream(kind: LineKind, degrees: f64, slope: f64, steps: usize) -> [f6
     let (depth, manning) = (0.8_f64, 0.03);
     let on_plane = |place: Vec2| 1.0 - slope * (place - middle).dot(way);
     let bed = |place: Vec2| on_plane(place) + if across(place) > 9.7 { 5.0 } else { 0.0 };
-    let mut problem =
-        still(following((count, count), spacing, &lines), bed, |place| on_plane(place) + depth);
+    let mut problem = still(following((count, count), spacing, &lines), bed, |place| on_plane(place) + depth);
     let speed = if slope > 0.0 { depth.powf(2.0 / 3.0) * slope.sqrt() / manning } else { 2.0 };
     if slope > 0.0 {
         problem.bed.manning.fill(manning);
@@ -175,7 +169,10 @@ fn a_uniform_stream_along_lines_stays_as_it_is() {
             for slope in [0.0, 0.002] {
                 let [depth, speed] = uniform_stream(kind, degrees, slope, 4);
                 println!("{kind:?} {degrees} {slope}: {depth:e} m, {speed:e} m/s");
-                assert!(depth < 1e-11 && speed < 1e-11, "{kind:?} at {degrees}, slope {slope}: {depth:e} m, {speed:e} m/s");
+                assert!(
+                    depth < 1e-11 && speed < 1e-11,
+                    "{kind:?} at {degrees}, slope {slope}: {depth:e} m, {speed:e} m/s"
+                );
             }
         }
     }
