@@ -251,7 +251,7 @@ impl EulerianSolver {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
             self.passes.correct_gradients(state, active, scale);
-            self.general.correct_gradients(state, active, (&self.walls, &self.passes), scale);
+            self.general.correct_gradients(state, active, &self.passes, scale);
             if is_finest {
                 self.reaches.evaluate_gradients(state, scale);
             }
@@ -263,7 +263,7 @@ impl EulerianSolver {
         }
         self.passes.apply(state, active, scale, self.methods);
         self.walls.apply(state, active, scale);
-        self.general.apply(state, levels, scale, self.methods, time_step);
+        self.general.apply(state, (active, levels), (scale, self.methods), time_step);
         self.in_part.apply(state, active, scale);
         self.open.apply(state, &rows, scale, self.methods, (from, to));
         if is_finest {
