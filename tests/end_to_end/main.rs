@@ -13,6 +13,7 @@ mod dam_breaks;
 mod doubtful_inputs;
 mod hot_start;
 mod levels;
+mod lines;
 mod maps_on_terrain;
 mod mistaken_files;
 mod moving_bed;

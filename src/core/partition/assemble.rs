@@ -7,7 +7,7 @@ use super::lines::Network;
 use super::mesh::{Mesh, Part};
 use super::seeds::Seeds;
 use super::window::{Window, square_of};
-use super::{BLOCKED, Cell, Face, Line, Partition, Side, TOLERANCE, cut, voronoi};
+use super::{BLOCKED, Cell, Face, Line, LineKind, Partition, Side, TOLERANCE, cut, voronoi};
 use crate::lattice::{Lattice, depth_within};
 use crate::math::Vec2;
 
@@ -38,7 +38,8 @@ pub fn assemble(lattice: &Lattice, is_cell: &impl Fn(usize) -> bool, lines: &[Li
         }
     };
     let places: Vec<Place> = mesh.parts.iter().map(start).collect();
-    let (cells, places, blocked) = cells(&mesh, &seeds, places);
+    let is_wall = |line: u32| network.kinds[line as usize] != LineKind::Follow;
+    let (cells, places, blocked) = cells(&mesh, &seeds, places, is_wall);
     let side_of = |part: Option<u32>, beside: Vec2| match part.map(|part| places[part as usize]) {
         Some(Place::Cell(cell)) => Side::Cell(cell),
         Some(Place::Wall) => Side::Wall,
@@ -98,14 +99,19 @@ fn polygons(
 }
 
 /// The cells in units of the spacing, to which of them each part belongs, and how many parts were left out.
-fn cells(mesh: &Mesh, seeds: &Seeds, mut places: Vec<Place>) -> (Vec<Cell>, Vec<Place>, usize) {
+fn cells(
+    mesh: &Mesh,
+    seeds: &Seeds,
+    mut places: Vec<Place>,
+    is_wall: impl Fn(u32) -> bool,
+) -> (Vec<Cell>, Vec<Place>, usize) {
     let corners =
         |part: &Part| -> Vec<Vec2> { part.corners.iter().map(|corner| mesh.places[*corner as usize]).collect() };
     let is_there: Vec<bool> = places.iter().map(|place| *place == Place::Cell(0)).collect();
     let holds_seed = |part: &Part| depth_within(&corners(part), seeds.places[part.seed]) >= -TOLERANCE;
     let holds_seed: Vec<bool> =
         mesh.parts.iter().zip(&is_there).map(|(part, is_there)| *is_there && holds_seed(part)).collect();
-    let groups = Groups::new(mesh, &is_there, &holds_seed);
+    let groups = Groups::new(mesh, &is_there, &holds_seed, is_wall);
 
     let mut members: Vec<(u32, u32)> =
         (0..mesh.parts.len() as u32).filter(|part| is_there[*part as usize]).map(|p| (groups.of(p), p)).collect();

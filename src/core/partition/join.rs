@@ -8,6 +8,9 @@ const LEAST_WITHOUT_SEED: f64 = 0.5;
 /// Cells smaller than this (spacings squared) are joined to a neighbour.
 pub const LEAST_AREA: f64 = 0.3;
 
+/// The same between lines that water passes: there cells are as narrow as the lines are drawn, up to where they would rule the step.
+const LEAST_BETWEEN_LINES: f64 = 0.1;
+
 /// Lengths and areas nearer than this are equal: else rounding would choose, differently in a mirror.
 const TIE: f64 = 1e-9;
 
@@ -16,6 +19,8 @@ pub struct Groups {
     parent: Vec<u32>,
     area: Vec<f64>,
     has_seed: Vec<bool>,
+    /// Areas below which a cell with its seed, and a part without it, is joined to a neighbour.
+    least: [f64; 2],
 }
 
 impl Groups {
@@ -23,19 +28,22 @@ impl Groups {
     ///
     /// - `is_there`: whether a part exists
     /// - `holds_seed`: whether a part holds its seed
-    pub fn new(mesh: &Mesh, is_there: &[bool], holds_seed: &[bool]) -> Self {
+    /// - `is_wall`: whether no water passes a line
+    pub fn new(mesh: &Mesh, is_there: &[bool], holds_seed: &[bool], is_wall: impl Fn(u32) -> bool) -> Self {
         let mut groups = Groups {
             parent: (0..mesh.parts.len() as u32).collect(),
             area: mesh.parts.iter().map(|part| part.area).collect(),
             has_seed: holds_seed.to_vec(),
+            least: [LEAST_AREA, LEAST_WITHOUT_SEED],
         };
-        // Edges that water passes and that lie on no line.
-        let mut open: Vec<(u32, u32, f64)> = Vec::new();
-        for edge in mesh.edges.iter().filter(|edge| edge.line.is_none()) {
+        // Edges that water passes: those that lie on no line, and on lines.
+        let (mut open, mut on_lines) = (Vec::new(), Vec::new());
+        for edge in mesh.edges.iter().filter(|edge| !edge.line.is_some_and(&is_wall)) {
             let Some(right) = edge.right.filter(|right| is_there[*right as usize]) else { continue };
             if is_there[edge.left as usize] {
                 let [a, b] = edge.ends.map(|end| mesh.places[end as usize]);
-                open.push((edge.left, right, (b - a).norm()));
+                let edges = if edge.line.is_none() { &mut open } else { &mut on_lines };
+                edges.push((edge.left, right, (b - a).norm()));
             }
         }
         for (left, right, _) in &open {
@@ -44,6 +52,8 @@ impl Groups {
             }
         }
         while groups.join_small(&mut open) {}
+        groups.least = [LEAST_BETWEEN_LINES; 2];
+        while groups.join_small(&mut on_lines) {}
         groups
     }
 
@@ -68,7 +78,7 @@ impl Groups {
     }
 
     fn is_small(&self, group: u32) -> bool {
-        let least = if self.has_seed[group as usize] { LEAST_AREA } else { LEAST_WITHOUT_SEED };
+        let least = self.least[usize::from(!self.has_seed[group as usize])];
         self.area[group as usize] < least
     }
 

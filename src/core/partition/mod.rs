@@ -26,6 +26,7 @@
 //! 8. **Joins.** Parts of a polygon that no line separates are one cell. A part without its seed below 0.5, and any cell below 0.3, becomes
 //!    part of a neighbour: the one with the longest common face that lies on no line. The smallest ones come first. So cells may have
 //!    corners that point inward, and holes.
+//!    What is left below 0.1 between lines that water passes is joined over them.
 //! 9. **Blocked.** A part below 0.001 without such a neighbour is left out, and its faces are walls ([`Partition::blocked`]). A larger one
 //!    stays a cell, however small: the water between two walls that meet, or inside a small ring.
 //!

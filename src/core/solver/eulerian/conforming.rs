@@ -45,6 +45,8 @@ struct Side {
     aside: Vec2,
     /// The side of the square that the face is part of, in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS); none of a cell that follows lines.
     of_square: Option<usize>,
+    /// Where in the rows goes what passes it, with the sign of what leaves the cell.
+    slot: (Slot, f64),
 }
 
 /// A face; nothing passes where it has one side, or a wall stands on the way.
@@ -59,6 +61,8 @@ struct Face {
     way: f64,
     reach: f64,
     is_wall: bool,
+    /// The steps of the bed (m) beside its particles.
+    steps: [f64; 2],
     /// Level (m) of the lowest ground along the face, as the solver counts; minus infinity where that is not known.
     sill: f64,
 }
@@ -66,8 +70,8 @@ struct Face {
 /// What a cell sees beyond one of its faces.
 #[derive(Clone, Copy, Debug)]
 enum Beyond {
-    /// Another particle: its place, the sill on the way (m), and the part of the way there along the face (m).
-    Particle(Place, f64, Vec2),
+    /// Another particle: its number among those looked at, the sill on the way (m), and the part of the way there along the face (m).
+    Particle(usize, f64, Vec2),
     /// Its mirror image over a wall with this normal.
     Mirror(Vec2),
 }
@@ -80,6 +84,8 @@ struct Cell {
     ways: Vec<(Beyond, Vec2)>,
     /// Its faces and which side of them it is.
     faces: Vec<(usize, usize)>,
+    /// The sides of a square, in the order of [`NEIGHBOURS`](crate::lattice::NEIGHBOURS), that have none of these faces.
+    others: Vec<usize>,
     is_square: bool,
 }
 
@@ -98,6 +104,9 @@ pub(crate) struct ConformingFaces {
     /// By row and column.
     cells: Vec<Cell>,
     around: Vec<Around>,
+    /// The places that are looked at: those of the cells, and behind them those of squares beside squares; and what is there.
+    places: Vec<Place>,
+    seen: Vec<Seen>,
     /// The places in the rows that take what passes.
     slots: Vec<Slot>,
 }
@@ -112,14 +121,24 @@ impl ConformingFaces {
         self.cells.binary_search_by_key(&place, |cell| cell.place).ok()
     }
 
-    /// The places on the two sides of each face through which water passes.
+    /// The places that water reaches from each other in one step: those on the two sides of a face, and of two faces of one cell.
     pub fn linked(&self) -> Vec<[Place; 2]> {
-        let of_face = |face: &Face| {
-            let [first, second] = face.sides;
-            let place = |side: Option<Side>| side.map(|side| self.cells[side.cell].place);
-            place(first).zip(place(second)).filter(|_| !face.is_wall).map(|(a, b)| [a, b])
-        };
-        self.faces.iter().filter_map(of_face).collect()
+        let mut linked = Vec::new();
+        for cell in &self.cells {
+            let beyond = |&(face, which): &(usize, usize)| {
+                let face = &self.faces[face];
+                face.sides[1 - which].filter(|_| !face.is_wall).map(|side| self.cells[side.cell].place)
+            };
+            let beside: Vec<Place> = cell.faces.iter().filter_map(beyond).collect();
+            for (k, &place) in beside.iter().enumerate() {
+                linked
+                    .extend(beside[..k].iter().chain([&cell.place]).map(|&other| [other.min(place), other.max(place)]));
+            }
+        }
+        linked.retain(|[a, b]| a != b);
+        linked.sort_unstable();
+        linked.dedup();
+        linked
     }
 
     /// The places on the two sides of each face; none where it has only one.
@@ -135,12 +154,19 @@ impl ConformingFaces {
         self.faces[face].length * self.passing[face].mass
     }
 
+    /// Looks at the water on both sides of the faces, before a stage of a step.
+    pub fn look(&mut self, state: &State) {
+        let known = (&state.primitive[..], &state.ground[..]);
+        let seen = self.seen.par_iter_mut().with_min_len(AT_ONCE).zip(self.places.par_iter());
+        seen.for_each(|(seen, &place)| *seen = Seen::at(known, place));
+    }
+
     /// Gradients of the cells, after those of all others.
     pub fn evaluate_gradients(&mut self, state: &mut State, dry_depth: f64) {
-        let known = (&state.primitive[..], &state.ground[..]);
-        let ConformingFaces { cells, around, .. } = self;
-        let found = around.par_iter_mut().with_min_len(AT_ONCE).zip(cells.par_iter());
-        found.for_each(|(around, cell)| *around = cell.around(known, dry_depth));
+        let ConformingFaces { cells, around, seen, .. } = self;
+        let seen = &seen[..];
+        let found = around.par_iter_mut().with_min_len(AT_ONCE).zip(cells.par_iter()).enumerate();
+        found.for_each(|(number, (around, cell))| *around = cell.around(number, seen, dry_depth));
         for (cell, around) in cells.iter().zip(around).filter(|(cell, _)| cell.is_square) {
             let ((row, i), [surface, depth, u, v]) = (cell.place, around.slopes);
             let out = &mut state.gradient[row];
@@ -151,10 +177,10 @@ impl ConformingFaces {
 
     /// Fluxes of the faces.
     pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods) {
-        let ConformingFaces { faces, passing, cells, around, .. } = self;
-        let (cells, around, known) = (&cells[..], &around[..], &*state);
+        let ConformingFaces { faces, passing, around, seen, .. } = self;
+        let known = (&seen[..], &around[..]);
         let found = passing.par_iter_mut().with_min_len(AT_ONCE).zip(faces.par_iter());
-        found.for_each(|(passing, face)| *passing = face.pass(known, (cells, around), scale, methods));
+        found.for_each(|(passing, face)| *passing = face.pass(known, scale, methods));
         self.put(state);
     }
 
@@ -163,7 +189,8 @@ impl ConformingFaces {
         for slot in &self.slots {
             state.flux[slot.row][slot.direction].clear(slot.column);
         }
-        for (face, passing) in self.faces.iter().zip(&self.passing) {
+        let is_passed = |passing: &Passing| passing.lost != 0.0 || passing.gained != 0.0 || passing.mass != 0.0;
+        for (face, passing) in self.faces.iter().zip(&self.passing).filter(|(_, passing)| is_passed(passing)) {
             let share = face.length / state.lattice().spacing;
             let tangent = face.normal.perpendicular() * passing.tangential;
             for (which, side) in face.sides.iter().enumerate() {
@@ -171,15 +198,66 @@ impl ConformingFaces {
                 // What the cell loses of volume and momentum.
                 let (sign, normal) = if which == 0 { (1.0, passing.lost) } else { (-1.0, passing.gained) };
                 let momentum = (face.normal * normal + tangent) * (sign * share);
-                self.put_side(state, side, sign * share * passing.mass, momentum);
+                side.put(state, sign * share * passing.mass, momentum);
             }
         }
     }
 
-    /// Adds what a side loses (m³/s and m⁴/s² per spacing).
-    fn put_side(&self, state: &mut State, side: &Side, volume: f64, momentum: Vec2) {
-        let which = side.of_square.unwrap_or(0);
-        let (slot, sign) = sides(self.cells[side.cell].place)[which];
+    /// Scales the outflow of cells that would give more water than they have in this stage of a step (s).
+    pub fn limit_outflow(&mut self, state: &mut State, stage: Stage, time_step: f64) {
+        let (this, known) = (&*self, &*state);
+        let cells = this.cells.par_iter().with_min_len(AT_ONCE).enumerate();
+        let short: Vec<(usize, f64)> =
+            cells.filter_map(|(number, cell)| Some((number, this.share(known, cell, stage, time_step)?))).collect();
+        if short.is_empty() {
+            return;
+        }
+        for (number, share) in short {
+            let ConformingFaces { cells, passing, .. } = self;
+            let cell = &cells[number];
+            for &which in &cell.others {
+                state.reduce(sides(cell.place)[which], share);
+            }
+            for &(face, which) in &cell.faces {
+                let passing = &mut passing[face];
+                if (which == 0) == (passing.mass > 0.0) {
+                    passing.reduce(share);
+                }
+            }
+        }
+        self.put(state);
+    }
+
+    /// The share of its outflow that a cell can give; none where it can give all.
+    fn share(&self, state: &State, cell: &Cell, stage: Stage, time_step: f64) -> Option<f64> {
+        let (row, column) = cell.place;
+        let depth = match stage {
+            Stage::First => state.water[row].depth[column],
+            Stage::Second => state.primitive[row].depth[column],
+        };
+        // Dry cells give nothing.
+        if depth <= 0.0 {
+            return None;
+        }
+        let over = |&(face, which): &(usize, usize)| {
+            let out = if which == 0 { self.passing[face].mass } else { -self.passing[face].mass };
+            self.faces[face].length * out.max(0.0)
+        };
+        let spacing = state.spacing[row];
+        let over_others = cell.others.iter().map(|&which| {
+            let (slot, sign) = sides(cell.place)[which];
+            spacing * (sign * state.flux[slot.row][slot.direction].mass[slot.column]).max(0.0)
+        });
+        let leaving = cell.faces.iter().map(over).sum::<f64>() + over_others.sum::<f64>();
+        let wanted = time_step / (spacing * spacing) * state.ground[row].per_area[column] * leaving;
+        (wanted > depth).then(|| depth / wanted)
+    }
+}
+
+impl Side {
+    /// Adds what leaves the cell over it (m³/s and m⁴/s² per spacing) to the rows.
+    fn put(&self, state: &mut State, volume: f64, momentum: Vec2) {
+        let (slot, sign) = self.slot;
         let (normal, tangential) =
             if slot.direction == EAST { (momentum.x, momentum.y) } else { (momentum.y, momentum.x) };
         let out = &mut state.flux[slot.row][slot.direction];
@@ -188,59 +266,12 @@ impl ConformingFaces {
         let of_side = if sign > 0.0 { &mut out.normal_left } else { &mut out.normal_right };
         of_side[slot.column] += sign * normal;
     }
-
-    /// Scales the outflow of cells that would give more water than they have in this stage of a step (s).
-    pub fn limit_outflow(&mut self, state: &mut State, stage: Stage, time_step: f64) {
-        let mut is_changed = false;
-        for number in 0..self.cells.len() {
-            let (row, column) = self.cells[number].place;
-            let depth = match stage {
-                Stage::First => state.water[row].depth[column],
-                Stage::Second => state.primitive[row].depth[column],
-            };
-            if depth > 0.0 {
-                is_changed |= self.limit_cell(number, state, depth, time_step);
-            }
-        }
-        if is_changed {
-            self.put(state);
-        }
-    }
-
-    fn limit_cell(&mut self, number: usize, state: &mut State, depth: f64, time_step: f64) -> bool {
-        let ConformingFaces { cells, faces, passing, .. } = self;
-        let cell = &cells[number];
-        let (row, column) = cell.place;
-        let out = |&(face, which): &(usize, usize)| if which == 0 { passing[face].mass } else { -passing[face].mass };
-        let over = |face: &(usize, usize)| faces[face.0].length * out(face).max(0.0);
-        let spacing = state.spacing[row];
-        let mut leaving: f64 = cell.faces.iter().map(over).sum();
-        let is_side = |which: usize| {
-            let own = |&(face, side): &(usize, usize)| faces[face].sides[side].and_then(|side| side.of_square);
-            cell.faces.iter().any(|face| own(face) == Some(which))
-        };
-        let others = || (0..4).filter(|&which| cell.is_square && !is_side(which)).map(|which| sides(cell.place)[which]);
-        leaving += others()
-            .map(|(slot, sign)| spacing * (sign * state.flux[slot.row][slot.direction].mass[slot.column]).max(0.0))
-            .sum::<f64>();
-        let wanted = time_step / (spacing * spacing) * state.ground[row].per_area[column] * leaving;
-        if wanted <= depth {
-            return false;
-        }
-        let share = depth / wanted;
-        for side in others() {
-            state.reduce(side, share);
-        }
-        let giving: Vec<usize> = cell.faces.iter().filter(|face| out(face) > 0.0).map(|face| face.0).collect();
-        giving.into_iter().for_each(|face| passing[face].reduce(share));
-        true
-    }
 }
 
 impl Cell {
     /// Its gradients (M95), and the least and greatest about it.
-    fn around(&self, known: (&[super::state::PrimitiveRow], &[super::state::GroundRow]), dry_depth: f64) -> Around {
-        let here = Seen::at(known, self.place);
+    fn around(&self, number: usize, seen: &[Seen], dry_depth: f64) -> Around {
+        let here = seen[number];
         if here.depth <= dry_depth {
             return Around::default();
         }
@@ -254,8 +285,8 @@ impl Cell {
                     let turned = normal * (-2.0 * Vec2::new(here.u, here.v).dot(normal));
                     [0.0, 0.0, turned.x, turned.y]
                 }
-                Beyond::Particle(place, sill, along) => {
-                    let there = Seen::at(known, place);
+                Beyond::Particle(number, sill, along) => {
+                    let there = seen[number];
                     if there.depth <= dry_depth && there.bed + there.depth > here.bed + here.depth {
                         kept = [kept[0] - along * vector.x, kept[1] - along * vector.y];
                     }
@@ -300,15 +331,8 @@ impl Around {
 
 impl Face {
     /// What passes it.
-    fn pass(
-        &self,
-        state: &State,
-        (cells, around): (&[Cell], &[Around]),
-        scale: &Scale,
-        methods: EulerianMethods,
-    ) -> Passing {
-        let known = (&state.primitive[..], &state.ground[..]);
-        let own = self.sides.map(|side| side.map(|side| (side, Seen::at(known, cells[side.cell].place))));
+    fn pass(&self, (seen, around): (&[Seen], &[Around]), scale: &Scale, methods: EulerianMethods) -> Passing {
+        let own = self.sides.map(|side| side.map(|side| (side, seen[side.cell])));
         if own.iter().flatten().all(|(_, seen)| seen.depth <= scale.dry_depth) {
             return Passing::default();
         }
@@ -332,10 +356,9 @@ impl Face {
         }
         let (Some((i, own_i)), Some((j, own_j))) = (first, second) else { return Passing::default() };
         let half = |seen: Seen, which: usize| {
-            let side = self.sides[which].map_or(0, |side| side.cell);
-            let step = state.ground[cells[side].place.0].step[cells[side].place.1];
+            let cell = self.sides[which].map_or(0, |side| side.cell);
             let reach = if which == 0 { self.reach } else { 1.0 - self.reach };
-            self.half(seen, &around[side].slopes, step, reach)
+            self.half(seen, &around[cell].slopes, self.steps[which], reach)
         };
         let (i, j) = (half(i, 0), half(j, 1));
         let numbers = Numbers::new(&scale.on(self.way), methods);

@@ -20,32 +20,32 @@
 //! else needs to know of levels. Levels that step by themselves: `BergerOliger1984`, without their corrections
 //! afterwards, because there is no second flux to correct.
 
+mod coarse_water;
 mod face;
 mod hanging;
+mod in_rows;
 mod outflow;
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::faces::{EAST, turned_by};
+use super::faces::turned_by;
 use super::passes::Passes;
 use super::spans::ActiveSet;
-use super::state::{GroundRow, PrimitiveRow, State};
+use super::state::State;
 use super::update::Stage;
 use super::walls::{Differences, SpecialCell, Walls, correct};
 use super::{EulerianMethods, Scale};
 use crate::solver::FlowProblem;
+use coarse_water::CoarseWater;
 use face::{Face, WAY};
 pub(super) use face::{Passing, Place, Seen};
 use hanging::hanging_faces;
+use in_rows::{ByRow, Cell, SideOfCell, cells_beside, sides_of_cells};
 
-/// A cell with general faces: those on each of its sides, in the order of [`NEIGHBOURS`].
-#[derive(Clone, Debug)]
-struct Cell {
-    place: Place,
-    faces: [Vec<usize>; 4],
-}
+/// Faces that a thread takes at least: fewer are done sooner than another thread wakes.
+const AT_ONCE: usize = 512;
 
 /// What is known of a face besides its place.
 #[derive(Clone, Copy, Debug, Default)]
@@ -62,39 +62,24 @@ struct Now {
     fine_at_start: Seen,
 }
 
-/// A coarse particle whose water is followed while finer levels step.
-#[derive(Clone, Copy, Debug)]
-struct Followed {
-    place: Place,
-    /// Depth (m) and discharges (m²/s) at the start of its step.
-    before: [f64; 3],
-    /// What they changed in a second of its last step and of the one before, and how long (s) the last one was.
-    rate: [f64; 3],
-    rate_before: [f64; 3],
-    step: f64,
-}
-
 /// All general faces of a problem, what passes them, and the cells beside them by row and column.
 pub(crate) struct GeneralFaces {
     faces: Vec<Face>,
     now: Vec<Now>,
-    /// The faces between each level and the next coarser one, and those of them beside water.
-    of_level: Vec<Range<usize>>,
-    live: Vec<Vec<usize>>,
+    /// Whether a face is beside water or has passed some in the coarse level's step.
     is_live: Vec<bool>,
-    /// The coarse particles of all faces and those along the faces from them, by place, and of each face which of them it needs.
-    followed: Vec<Followed>,
-    /// Those of each level.
-    followed_of: Vec<Range<usize>>,
-    needed: Vec<(usize, Option<[usize; 2]>)>,
-    cells: Vec<Cell>,
-    /// The cells of each padded row.
-    of_row: Vec<Range<usize>>,
+    /// The faces between each level and the next coarser one.
+    of_level: Vec<Range<usize>>,
+    coarse_water: CoarseWater,
+    /// Of each face the numbers of its coarse particle and of those along the face from it.
+    coarse: Vec<(usize, Option<[usize; 2]>)>,
+    cells: ByRow<Cell>,
+    sides: ByRow<SideOfCell>,
 }
 
 impl GeneralFaces {
     /// The faces of a problem; the steps of the bed over them are counted in `state`.
-    pub fn new(problem: &FlowProblem, state: &mut State) -> Self {
+    pub fn new(problem: &FlowProblem, walls: &Walls, state: &mut State) -> Self {
         let faces = hanging_faces(problem, state);
         for face in faces.iter().filter(|face| !face.is_wall) {
             let [a, b] = face.places;
@@ -104,9 +89,6 @@ impl GeneralFaces {
                 *own = own.max(step);
             }
         }
-        let cells = cells_beside(&faces, state);
-        let first = |row: usize| cells.partition_point(|cell| cell.place.0 < row);
-        let of_row = (0..state.rows + 2).map(|row| first(row)..first(row + 1)).collect();
         let from = |level: usize| faces.partition_point(|face| face.level < level);
         let of_level = (0..state.lattice().level_count()).map(|level| from(level)..from(level + 1)).collect();
         let coarse = |face: &Face| face.places[face.coarse];
@@ -115,22 +97,16 @@ impl GeneralFaces {
         places.sort_unstable();
         places.dedup();
         let number = |place: Place| places.partition_point(|known| *known < place);
-        let followed_of = |level: usize| {
-            let rows = state.rows_of(&(level..level + 1));
-            places.partition_point(|place| place.0 < rows.start)..places.partition_point(|place| place.0 < rows.end)
-        };
-        let needed = faces.iter().map(|face| (number(coarse(face)), face.along.map(|along| along.map(number))));
+        let numbers = faces.iter().map(|face| (number(coarse(face)), face.along.map(|along| along.map(number))));
         GeneralFaces {
-            needed: needed.collect(),
-            followed_of: (0..state.lattice().level_count()).map(followed_of).collect(),
-            live: vec![Vec::new(); state.lattice().level_count()],
+            coarse: numbers.collect(),
+            coarse_water: CoarseWater::new(&places, state),
             is_live: vec![false; faces.len()],
-            followed: places.iter().map(|&place| Followed::new(place)).collect(),
             now: vec![Now::default(); faces.len()],
+            cells: cells_beside(&faces, state, walls),
+            sides: sides_of_cells(&faces, state),
             of_level,
             faces,
-            cells,
-            of_row,
         }
     }
 
@@ -152,114 +128,103 @@ impl GeneralFaces {
 
     /// Whether a padded cell has general faces.
     pub fn is_beside(&self, place: Place) -> bool {
-        let cells = &self.cells[self.of_row[place.0].clone()];
-        cells.binary_search_by_key(&place, |cell| cell.place).is_ok()
+        self.cells.of_row(place.0).binary_search_by_key(&place, |cell| cell.place).is_ok()
     }
 
     /// Begins a step of some levels, with the steps of the finer ones within it. Only faces beside water count in it.
     pub fn begin(&mut self, state: &mut State, levels: &Range<usize>, dry_depth: f64) {
-        let below = levels.start.checked_sub(1).map_or(0..0, |level| self.of_level[level].clone());
-        self.now[below.clone()].iter_mut().for_each(|now| now.booked = Passing::default());
+        let known = (&state.primitive[..], &state.ground[..]);
+        let below = self.below(levels);
+        let (faces, is_live) = (&self.faces[below.clone()], &self.is_live[below.clone()]);
+        for (face, now) in live(faces, &mut self.now[below], is_live) {
+            now.booked = Passing::default();
+            now.fine_at_start = Seen::at(known, face.places[1 - face.coarse]);
+        }
         for level in levels.start.saturating_sub(1)..levels.end {
             self.find_live(state, level, dry_depth);
         }
-        let known = (&state.primitive[..], &state.ground[..]);
-        for (face, now) in self.faces[below.clone()].iter().zip(&mut self.now[below]) {
-            now.fine_at_start = Seen::at(known, face.places[1 - face.coarse]);
-        }
-        let followed = self.followed_of[levels.start].start..self.followed_of[levels.end - 1].end;
-        for followed in &mut self.followed[followed] {
-            followed.before = conserved(state, followed.place);
-        }
+        self.coarse_water.begin(state, levels);
+    }
+
+    /// Takes what the water of these levels changed in their step (s).
+    pub fn end(&mut self, state: &State, levels: &Range<usize>, time_step: f64) {
+        self.coarse_water.end(state, levels, time_step);
     }
 
     /// Finds the faces beside water between a level and the next coarser one; through the others nothing flows. What is booked is kept, though
     /// the fine side may have run dry since.
     fn find_live(&mut self, state: &mut State, level: usize, dry_depth: f64) {
-        let GeneralFaces { faces, now, live, is_live, of_level, .. } = self;
-        live[level].clear();
-        for k in of_level[level].clone() {
+        let GeneralFaces { faces, now, is_live, of_level, coarse, coarse_water, .. } = self;
+        let all = of_level[level].clone();
+        let has_turned = |&k: &usize| {
+            let is_water = |&(row, column): &Place| state.primitive[row].depth[column] > dry_depth;
+            let is_live_now = faces[k].places.iter().any(is_water) || (is_live[k] && now[k].booked.mass.abs() > 0.0);
+            is_live_now != is_live[k]
+        };
+        let turned: Vec<usize> = all.into_par_iter().with_min_len(AT_ONCE).filter(has_turned).collect();
+        for k in turned {
             let face = &faces[k];
-            let is_beside_water =
-                face.places.iter().any(|&(row, column)| state.primitive[row].depth[column] > dry_depth);
-            let is_booked = now[k].booked.mass.abs() > 0.0;
-            if is_beside_water || is_booked {
-                live[level].push(k);
-            } else if is_live[k] {
-                now[k] = Now { fine_at_start: now[k].fine_at_start, ..Now::default() };
+            is_live[k] = !is_live[k];
+            let (at, along) = coarse[k];
+            along.into_iter().flatten().chain([at]).for_each(|number| coarse_water.count(number, is_live[k]));
+            now[k] = Now::default();
+            if is_live[k] {
+                // Water comes in steps of the finer levels too: before it the fine side had the film that it has now.
+                let known = (&state.primitive[..], &state.ground[..]);
+                now[k].fine_at_start = Seen::at(known, face.places[1 - face.coarse]);
+            } else {
                 face.slots.iter().for_each(|slot| state.flux[slot.row][slot.direction].clear(slot.column));
             }
-            is_live[k] = is_beside_water || is_booked;
         }
+    }
+
+    /// The faces from the level below these to them.
+    fn below(&self, levels: &Range<usize>) -> Range<usize> {
+        levels.start.checked_sub(1).map_or(0..0, |level| self.of_level[level].clone())
+    }
+
+    /// The faces of which a side belongs to one of these levels.
+    fn all_of(&self, levels: &Range<usize>) -> Range<usize> {
+        self.of_level[levels.start.saturating_sub(1)].start..self.of_level[levels.end - 1].end
     }
 
     /// The coarse cells that get water which passed a face from the level below these.
     pub fn getting(&self, levels: &Range<usize>) -> impl Iterator<Item = Place> + '_ {
-        let below = levels.start.checked_sub(1).map_or(&[][..], |level| &self.live[level]);
-        let booked = below.iter().filter(|&&k| self.now[k].booked.mass.abs() > 0.0);
-        booked.map(|&k| self.faces[k].places[self.faces[k].coarse])
-    }
-
-    /// The numbers of the faces beside water of which a side belongs to one of these levels: first those whose fine sides have stepped by
-    /// themselves.
-    fn live_of(&self, levels: &Range<usize>) -> impl Iterator<Item = usize> + '_ {
-        self.live[levels.start.saturating_sub(1)..levels.end].iter().flatten().copied()
-    }
-
-    /// Takes what the water of these levels changed in their step (s).
-    pub fn end(&mut self, state: &State, levels: &Range<usize>, time_step: f64) {
-        let followed = self.followed_of[levels.start].start..self.followed_of[levels.end - 1].end;
-        for followed in &mut self.followed[followed] {
-            let (after, before) = (conserved(state, followed.place), followed.before);
-            followed.rate_before = followed.rate;
-            followed.rate = [0, 1, 2].map(|q: usize| (after[q] - before[q]) / time_step);
-            followed.step = time_step;
-        }
+        let booked = self.below(levels).filter(|&k| self.is_live[k] && self.now[k].booked.mass.abs() > 0.0);
+        booked.map(|k| self.faces[k].places[self.faces[k].coarse])
     }
 
     /// Looks at the particles on both sides of the faces of some levels, before a stage of a step of theirs. Coarse particles that step later are
     /// looked at `ahead` (s) of their own time, fine ones that have stepped before as they were at the start of the step, in its first stage.
     pub fn look(&mut self, state: &State, levels: &Range<usize>, (stage, ahead): (Stage, f64), dry_depth: f64) {
+        self.coarse_water.look(state, levels, ahead, dry_depth);
+        let all = self.all_of(levels);
         let known = (&state.primitive[..], &state.ground[..]);
-        let GeneralFaces { faces, now, followed, needed, live, .. } = self;
-        for &k in live[levels.start.saturating_sub(1)..levels.end].iter().flatten() {
-            let face = &faces[k];
-            let at = |number: usize| {
-                let followed = &followed[number];
-                if face.level + 1 < levels.end {
-                    Seen::at(known, followed.place)
-                } else {
-                    followed.ahead(known, ahead, dry_depth)
-                }
-            };
-            let (coarse, along) = needed[k];
+        let coarse_water = &self.coarse_water;
+        let faces = self.faces[all.clone()].par_iter().zip(self.now[all.clone()].par_iter_mut());
+        let faces = faces.zip(&self.coarse[all.clone()]).zip(&self.is_live[all]);
+        let faces = faces.with_min_len(AT_ONCE).filter(|(_, is_live)| **is_live);
+        faces.for_each(|(((face, now), &(at, along)), _)| {
             let is_past = face.level < levels.start && stage == Stage::First;
-            let fine = Seen::at(known, face.places[1 - face.coarse]);
-            let here = at(coarse);
-            now[k].own[face.coarse] = here;
-            now[k].own[1 - face.coarse] = if is_past { now[k].fine_at_start } else { fine };
-            now[k].coarse = here.aside(along.map(|along| along.map(at)), dry_depth);
-        }
+            let fine = if is_past { now.fine_at_start } else { Seen::at(known, face.places[1 - face.coarse]) };
+            let here = coarse_water.seen(at);
+            now.own[face.coarse] = here;
+            now.own[1 - face.coarse] = fine;
+            now.coarse = here.aside(along.map(|along| along.map(|number| coarse_water.seen(number))), dry_depth);
+        });
     }
 
     /// Gradients of the cells beside general faces, after those beside walls and sills.
-    pub fn correct_gradients(
-        &self,
-        state: &mut State,
-        active: &ActiveSet,
-        (walls, passes): (&Walls, &Passes),
-        scale: &Scale,
-    ) {
+    pub fn correct_gradients(&self, state: &mut State, active: &ActiveSet, passes: &Passes, scale: &Scale) {
         let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
         active.rows_of(&mut state.gradient).for_each(|(row, gradient)| {
             let scale = &scale.on(spacing[row]);
-            for cell in &self.cells[self.of_row[row].clone()] {
+            for cell in self.cells.of_row(row) {
                 let column = cell.place.1;
                 if primitive[row].depth[column] <= scale.dry_depth {
                     continue;
                 }
-                let special =
-                    SpecialCell { column, beside: walls.beside(row, column), sills: passes.sills(row, column) };
+                let special = SpecialCell { column, beside: cell.beside, sills: passes.sills(row, column) };
                 let here = Seen::at((primitive, ground), cell.place);
                 let beyond = |side: usize| self.beyond(here, cell, side, scale.dry_depth);
                 correct((primitive, ground), row, &special, scale, &beyond, gradient);
@@ -297,100 +262,65 @@ impl GeneralFaces {
     pub fn apply(
         &mut self,
         state: &mut State,
-        levels: &Range<usize>,
-        scale: &Scale,
-        methods: EulerianMethods,
+        (active, levels): (&ActiveSet, &Range<usize>),
+        (scale, methods): (&Scale, EulerianMethods),
         time_step: f64,
     ) {
-        let GeneralFaces { faces, now, live, .. } = self;
-        if levels.start > 0 {
-            for &k in &live[levels.start - 1] {
-                now[k].passing = Passing::default();
-                let booked = now[k].booked;
-                now[k].passing.add(1.0 / time_step, &booked);
+        let all = self.all_of(levels);
+        let faces = self.faces[all.clone()].par_iter().zip(self.now[all.clone()].par_iter_mut());
+        let is_live = self.is_live[all].par_iter();
+        faces.zip(is_live).with_min_len(AT_ONCE).filter(|(_, is_live)| **is_live).for_each(|((face, now), _)| {
+            if face.level < levels.start {
+                now.passing = Passing::default();
+                now.passing.add(1.0 / time_step, &now.booked);
+            } else {
+                now.passing = face.pass(state, now.own, now.coarse, scale, methods);
             }
-        }
-        for live in &live[levels.clone()] {
-            let of_face = |&k: &usize| faces[k].pass(state, now[k].own, now[k].coarse, scale, methods);
-            let found: Vec<Passing> = live.par_iter().with_min_len(1024).map(of_face).collect();
-            live.iter().zip(found).for_each(|(&k, passing)| now[k].passing = passing);
-        }
-        self.put(state, levels);
+        });
+        self.put(state, active);
     }
 
-    /// Puts what passes the faces into the rows of these levels.
-    fn put(&self, state: &mut State, levels: &Range<usize>) {
-        let is_theirs = |face: &Face, side: usize| levels.contains(&(face.level + usize::from(side == face.coarse)));
-        for face in self.live_of(levels).map(|k| &self.faces[k]) {
-            for side in [0, 1].into_iter().filter(|&side| is_theirs(face, side)) {
-                let slot = face.slots[side];
-                state.flux[slot.row][slot.direction].clear(slot.column);
+    /// Puts what passes the faces into the rows at hand.
+    fn put(&self, state: &mut State, active: &ActiveSet) {
+        active.rows_of(&mut state.flux).for_each(|(row, flux)| {
+            for SideOfCell { slot, side, faces } in self.sides.of_row(row) {
+                if !faces.iter().any(|&k| self.is_live[k]) {
+                    continue;
+                }
+                let (out, column) = (&mut flux[slot.direction], slot.column);
+                out.clear(column);
+                for &k in faces.iter().filter(|&&k| self.is_live[k]) {
+                    let (share, passing) = (self.faces[k].share(*side), &self.now[k].passing);
+                    out.mass[column] += share * passing.mass;
+                    out.tangential[column] += share * passing.tangential;
+                    let (normal, momentum) = match side {
+                        0 => (&mut out.normal_left, passing.lost),
+                        _ => (&mut out.normal_right, passing.gained),
+                    };
+                    normal[column] += share * momentum;
+                }
             }
-        }
-        for (face, passing) in self.live_of(levels).map(|k| (&self.faces[k], &self.now[k].passing)) {
-            for side in [0, 1].into_iter().filter(|&side| is_theirs(face, side)) {
-                let (slot, share) = (face.slots[side], face.share(side));
-                let out = &mut state.flux[slot.row][slot.direction];
-                out.mass[slot.column] += share * passing.mass;
-                out.tangential[slot.column] += share * passing.tangential;
-                let normal = if side == 0 { &mut out.normal_left } else { &mut out.normal_right };
-                normal[slot.column] += share * if side == 0 { passing.lost } else { passing.gained };
-            }
-        }
+        });
     }
 
     /// Books what passed to coarser levels that step later, in a stage of a step (s) of these.
     pub fn book(&mut self, levels: &Range<usize>, time_step: f64) {
-        for &k in &self.live[levels.end - 1] {
-            let passing = self.now[k].passing;
-            self.now[k].booked.add(0.5 * time_step, &passing);
+        let last = self.of_level[levels.end - 1].clone();
+        for (_, now) in live(&self.faces[last.clone()], &mut self.now[last.clone()], &self.is_live[last]) {
+            let passing = now.passing;
+            now.booked.add(0.5 * time_step, &passing);
         }
     }
 }
 
-impl Followed {
-    fn new(place: Place) -> Self {
-        Followed { place, before: [0.0; 3], rate: [0.0; 3], rate_before: [0.0; 3], step: 0.0 }
-    }
-
-    /// As it will be so many seconds after the start of its step, if it goes on as in its last two (M91).
-    fn ahead(&self, known: (&[PrimitiveRow], &[GroundRow]), seconds: f64, dry_depth: f64) -> Seen {
-        let now = Seen::at(known, self.place);
-        let bend = if self.step > 0.0 { 0.5 * seconds * (seconds / self.step + 1.0) } else { 0.0 };
-        let [depth, x, y] = [0, 1, 2].map(|q: usize| {
-            let (last, before) = (self.rate[q], self.rate_before[q]);
-            // A rate that changes its sign, or by more than itself, has come to a front or an end.
-            let is_smooth = last * before > 0.0 && (last - before).abs() <= last.abs();
-            let change = if is_smooth { last - before } else { 0.0 };
-            self.before[q] + seconds * last + bend * change
-        });
-        if self.before[0] <= dry_depth || depth <= dry_depth {
-            return now;
-        }
-        Seen { depth, u: x / depth, v: y / depth, ..now }
-    }
-}
-
-/// Depth (m) and discharges (m²/s) of a cell.
-fn conserved(state: &State, (row, column): Place) -> [f64; 3] {
-    let water = &state.water[row];
-    [water.depth[column], water.discharge_x[column], water.discharge_y[column]]
-}
-
-/// The cells with general faces, by row and column.
-fn cells_beside(faces: &[Face], state: &State) -> Vec<Cell> {
-    let mut beside: Vec<(Place, usize, usize)> = Vec::new();
-    for (number, face) in faces.iter().enumerate() {
-        let sides = if face.direction == EAST { [0, 1] } else { [2, 3] };
-        beside.extend(face.places.into_iter().zip(sides).map(|(place, side)| (place, side, number)));
-    }
-    beside.retain(|(place, ..)| state.has_terrain(place.0, place.1));
-    beside.sort_unstable();
-    let cell = |beside: &[(Place, usize, usize)]| {
-        let on = |side: usize| beside.iter().filter(|(_, of, _)| *of == side).map(|(.., face)| *face).collect();
-        Cell { place: beside[0].0, faces: [0, 1, 2, 3].map(on) }
-    };
-    beside.chunk_by(|a, b| a.0 == b.0).map(cell).collect()
+/// Some faces beside water, and what is known of them.
+fn live<'a>(
+    faces: &'a [Face],
+    now: &'a mut [Now],
+    is_live: &'a [bool],
+) -> impl Iterator<Item = (&'a Face, &'a mut Now)> + 'a {
+    let all = faces.iter().zip(now).zip(is_live);
+    all.filter(|(_, is_live)| **is_live).map(|(face, _)| face)
 }
 
 #[cfg(test)]

@@ -3,13 +3,14 @@
 //! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off.
 //! Columns and rows are padded ones (the lattice's plus one).
 
-use std::collections::BTreeSet;
+mod links;
 
 use rayon::prelude::*;
 
 use super::state::State;
 use crate::lattice::Span;
 use crate::math::{MOST_LANES, simd};
+use links::Links;
 
 /// Width of the rim around wet cells.
 const RIM: usize = 2;
@@ -35,12 +36,17 @@ pub(crate) struct ActiveSet {
     bounds: Vec<Option<[Run; 2]>>,
     /// The runs of each padded row that no other level stands for.
     own: Vec<Vec<Run>>,
-    linked: Vec<[(usize, usize); 2]>,
+    links: Links,
     at_hand: Run,
     cells_at_hand: usize,
     /// All runs that were active since the step of all levels began, where there are levels.
     recorded_runs: Vec<Vec<Run>>,
     wet: Vec<Vec<Run>>,
+    /// Those of the step before, and the rows where they differ.
+    wet_before: Vec<Vec<Run>>,
+    changed: Vec<bool>,
+    /// The rows whose work is to be found again.
+    is_stale: Vec<bool>,
     /// Runs that are active as if they were wet: water may come to them from elsewhere than their neighbours.
     fed: Vec<Vec<Run>>,
     pub work: Vec<Vec<Run>>,
@@ -48,7 +54,6 @@ pub(crate) struct ActiveSet {
     before: Vec<Vec<Run>>,
     /// Work of the step before together with that of now, as spans of the lattice: what a recorder has to look at.
     recorded: Vec<Span>,
-    wet_cells: usize,
     /// Numbers that the processor takes at once.
     lanes: usize,
 }
@@ -60,16 +65,18 @@ impl ActiveSet {
         let mut active = ActiveSet {
             bounds: (0..state.rows + 2).map(|row| state.bounds(row)).collect(),
             own: (0..state.rows + 2).map(|row| state.own_runs(row)).collect(),
-            linked,
+            links: Links::new(&linked, state.rows + 2),
             at_hand: 0..state.rows + 2,
             cells_at_hand: 0,
             recorded_runs: Vec::new(),
             wet: vec![Vec::new(); state.rows + 2],
+            wet_before: vec![Vec::new(); state.rows + 2],
+            changed: vec![true; state.rows + 2],
+            is_stale: vec![true; state.rows + 2],
             fed,
             work: vec![Vec::new(); state.rows + 2],
             before: vec![Vec::new(); state.rows + 2],
             recorded: Vec::new(),
-            wet_cells: 0,
             lanes: if simd() == "avx512" { MOST_LANES } else { 4 },
         };
         // The first search looks at every cell, later ones only at those active.
@@ -77,6 +84,7 @@ impl ActiveSet {
             find_wet(&state.water[row].depth, 1..state.columns(row) + 1, dry_depth, &mut active.wet[row]);
         }
         active.spread();
+        active.settle();
         active.begin_record();
         active.end_record();
         active.take_in_hand(0..state.rows + 2);
@@ -111,7 +119,7 @@ impl ActiveSet {
 
     /// Cells whose water moves.
     pub fn wet_cells(&self) -> usize {
-        self.wet_cells
+        self.wet.iter().flatten().map(|run| run.len()).sum()
     }
 
     /// The spans that a recorder has to look at after a step.
@@ -119,45 +127,20 @@ impl ActiveSet {
         &self.recorded
     }
 
-    /// Takes the cells into the work, with a rim about them, that are linked to water or to a cell beside water.
-    fn follow_links(&mut self) {
-        let mut reached = BTreeSet::new();
-        // A wet cell has its rim.
-        let is_wet = |place: (usize, usize)| holds(&self.wet[place.0], place.1);
-        let both = |link: &[(usize, usize); 2]| [(link[0], link[1]), (link[1], link[0])];
-        let linked = self.linked.iter().flat_map(both).filter(|&(from, to)| is_wet(from) && !is_wet(to));
-        let beside_wet: BTreeSet<(usize, usize)> = linked.map(|(_, to)| to).collect();
-        for &[a, b] in &self.linked {
-            let is_near = |(row, column): (usize, usize)| {
-                let near = |run: &Run| run.start <= column + 1 && column < run.end + 1;
-                self.wet[row - 1..row + 2].iter().any(|runs| runs.iter().any(near))
-                    || beside_wet.contains(&(row, column))
-            };
-            for (from, to) in [(a, b), (b, a)] {
-                if !is_wet(to) && is_near(from) {
-                    reached.insert(to);
-                }
-            }
-        }
-        self.reach(reached.into_iter());
-    }
-
     /// Takes cells into the work, with a rim about them.
     pub fn reach(&mut self, places: impl Iterator<Item = (usize, usize)>) {
-        let ActiveSet { work, bounds, own, .. } = self;
-        let mut changed = BTreeSet::new();
-        for (row, column) in places {
+        let ActiveSet { wet, work, bounds, own, is_stale, .. } = self;
+        // A wet cell has its rim.
+        for (row, column) in places.filter(|&(row, column)| !holds(&wet[row], column)) {
             let Some([rows, columns]) = &bounds[row] else { continue };
             let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
-            changed.extend(around.clone());
+            is_stale[around.clone()].fill(true);
             let run = widened(&(column..column + 1), columns);
             let rows = work[around.clone()].iter_mut().zip(&own[around]);
             rows.for_each(|(work, own)| work.extend(within(own, run.clone())));
         }
-        for row in changed {
-            let work = &mut work[row];
-            work.sort_unstable_by_key(|run| (run.start, run.end));
-            join(work);
+        for (work, _) in work.iter_mut().zip(is_stale).filter(|(_, is_stale)| **is_stale) {
+            tidy(work);
         }
     }
 
@@ -174,35 +157,40 @@ impl ActiveSet {
 
     /// Follows the water of the rows at hand after a step; cells that leave the work are reset to dry ones.
     pub fn follow(&mut self, state: &mut State, dry_depth: f64) {
-        let water = &state.water;
-        let (work, rows) = (&self.work, self.rows_at_once().max(ROWS_OF_A_SEARCH));
-        let first = self.at_hand.start;
-        let at_hand = self.wet[self.at_hand.clone()].par_iter_mut().enumerate().with_min_len(rows);
-        at_hand.map(|(k, wet)| (first + k, wet)).for_each(|(row, wet)| {
+        self.find_wet(state, dry_depth);
+        self.spread();
+        let rows = self.before.iter().zip(&self.work).zip(&self.is_stale).enumerate();
+        for (row, ((before, work), _)) in rows.filter(|(_, (_, is_stale))| **is_stale) {
+            left(before, work).flatten().for_each(|column| state.rest(row, column));
+        }
+        if self.has_levels() {
+            let rows = self.recorded_runs.iter_mut().zip(&self.work).zip(&self.is_stale);
+            rows.filter(|(_, is_stale)| **is_stale).for_each(|((runs, work), _)| runs.extend_from_slice(work));
+        }
+        self.settle();
+        self.take_in_hand(self.at_hand.clone());
+    }
+
+    /// Finds the wet cells of the rows at hand, among those in the work, and the rows where they changed.
+    fn find_wet(&mut self, state: &State, dry_depth: f64) {
+        let (first, rows) = (self.at_hand.start, self.rows_at_once().max(ROWS_OF_A_SEARCH));
+        let (water, work) = (&state.water, &self.work);
+        let wet = self.wet[self.at_hand.clone()].par_iter_mut();
+        let before = self.wet_before[self.at_hand.clone()].par_iter_mut();
+        let changed = self.changed[self.at_hand.clone()].par_iter_mut();
+        wet.zip(before).zip(changed).enumerate().with_min_len(rows).for_each(|(k, ((wet, before), changed))| {
+            let row = first + k;
+            std::mem::swap(wet, before);
             wet.clear();
             for run in &work[row] {
                 find_wet(&water[row].depth, run.clone(), dry_depth, wet);
             }
+            *changed = wet != before;
         });
-        std::mem::swap(&mut self.work, &mut self.before);
-        self.spread();
-        for (row, runs) in self.before.iter().enumerate() {
-            if *runs != self.work[row] {
-                for run in runs {
-                    for column in run.clone().filter(|column| !holds(&self.work[row], *column)) {
-                        state.rest(row, column);
-                    }
-                }
-            }
-        }
-        if self.has_levels() {
-            self.recorded_runs.iter_mut().zip(&self.work).for_each(|(runs, work)| runs.extend_from_slice(work));
-        }
-        self.take_in_hand(self.at_hand.clone());
     }
 
     fn has_levels(&self) -> bool {
-        !self.linked.is_empty()
+        !self.links.is_empty()
     }
 
     /// Begins a step of all levels: what is active now is to be looked at after it.
@@ -217,30 +205,39 @@ impl ActiveSet {
     /// Ends it: so is what was active meanwhile.
     pub fn end_record(&mut self) {
         if self.has_levels() {
-            for runs in &mut self.recorded_runs {
-                runs.sort_unstable_by_key(|run| (run.start, run.end));
-                join(runs);
-            }
+            self.recorded_runs.iter_mut().for_each(tidy);
             record(&self.recorded_runs, &mut self.recorded);
         }
     }
 
-    /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces link to it.
+    /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces link to
+    /// it. It is found again where any of that changed.
     fn spread(&mut self) {
+        self.links.follow(&self.wet, &self.changed, &mut self.is_stale);
         let at_once = self.rows_at_once().max(ROWS_OF_A_SEARCH);
-        let (wet, fed, bounds, own) = (&self.wet, &self.fed, &self.bounds, &self.own);
-        self.work.par_iter_mut().enumerate().with_min_len(at_once).for_each(|(row, work)| {
-            work.clear();
+        let ActiveSet { wet, fed, bounds, own, links, changed, work, before, is_stale, .. } = self;
+        let (wet, changed) = (&*wet, &*changed);
+        let rows = work.par_iter_mut().zip(before).zip(is_stale).enumerate().with_min_len(at_once);
+        rows.for_each(|(row, ((work, before), is_stale))| {
             let Some([rows, columns]) = &bounds[row] else { return };
             let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
-            for near in wet[around.clone()].iter().chain(&fed[around]) {
-                work.extend(near.iter().flat_map(|run| within(&own[row], widened(run, columns))));
+            *is_stale |= changed[around.clone()].contains(&true);
+            if !*is_stale {
+                return;
             }
-            work.sort_unstable_by_key(|run| (run.start, run.end));
-            join(work);
+            std::mem::swap(work, before);
+            work.clear();
+            let mut take = |run: &Run| work.extend(within(&own[row], widened(run, columns)));
+            wet[around.clone()].iter().chain(&fed[around.clone()]).flatten().for_each(&mut take);
+            around.flat_map(|row| links.reached(row)).for_each(|column| take(&(column..column + 1)));
+            tidy(work);
         });
-        self.follow_links();
-        self.wet_cells = self.wet.iter().flatten().map(|run| run.len()).sum();
+    }
+
+    /// No row is left to be looked at.
+    fn settle(&mut self) {
+        self.changed.fill(false);
+        self.is_stale.fill(false);
     }
 }
 
@@ -294,6 +291,26 @@ fn find_wet(depth: &[f64], within: Run, dry_depth: f64, wet: &mut Vec<Run>) {
     }
 }
 
+/// Sorts runs and joins those that nearly touch.
+fn tidy(runs: &mut Vec<Run>) {
+    runs.sort_unstable_by_key(|run| (run.start, run.end));
+    join(runs);
+}
+
+/// The parts of some sorted runs that lie in none of others.
+fn left<'a>(before: &'a [Run], now: &'a [Run]) -> impl Iterator<Item = Run> + 'a {
+    before.iter().flat_map(move |run| {
+        let first = now.partition_point(|now| now.end <= run.start);
+        let ends = now[first..].iter().take_while(|now| now.start < run.end).cloned();
+        let mut from = run.start;
+        ends.chain(std::iter::once(run.end..run.end)).map(move |now| {
+            let gap = from..now.start;
+            from = now.end;
+            gap
+        })
+    })
+}
+
 /// Joins sorted runs that overlap or lie at most [`BRIDGE`] cells apart, in place.
 fn join(runs: &mut Vec<Run>) {
     let mut kept = 0;
@@ -319,15 +336,17 @@ mod tests {
             let mut active = ActiveSet {
                 bounds: Vec::new(),
                 own: Vec::new(),
-                linked: Vec::new(),
+                links: Links::new(&[], 0),
                 at_hand: 0..0,
                 cells_at_hand: 0,
                 recorded_runs: Vec::new(),
                 wet: Vec::new(),
+                wet_before: Vec::new(),
+                changed: Vec::new(),
+                is_stale: Vec::new(),
                 fed: Vec::new(),
                 before: Vec::new(),
                 recorded: Vec::new(),
-                wet_cells: 0,
                 lanes,
                 work,
             };

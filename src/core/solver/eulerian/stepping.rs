@@ -246,12 +246,15 @@ impl EulerianSolver {
         let (state, active, scale) = (&mut self.state, &self.active, &self.scale);
         let (time_step, rows, is_finest) = (to - from, active.at_hand(), levels.start == 0);
         let is_mixed = self.methods.turbulence != Turbulence::None;
+        if is_finest {
+            self.conforming.look(state);
+        }
         self.general.look(state, levels, (stage, ahead), scale.dry_depth);
         if is_mixed || self.methods.reconstruction != Reconstruction::None {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
             self.passes.correct_gradients(state, active, scale);
-            self.general.correct_gradients(state, active, (&self.walls, &self.passes), scale);
+            self.general.correct_gradients(state, active, &self.passes, scale);
             if is_finest {
                 self.conforming.evaluate_gradients(state, scale.dry_depth);
                 self.reaches.evaluate_gradients(state, scale);
@@ -264,7 +267,7 @@ impl EulerianSolver {
         }
         self.passes.apply(state, active, scale, self.methods);
         self.walls.apply(state, active, scale);
-        self.general.apply(state, levels, scale, self.methods, time_step);
+        self.general.apply(state, (active, levels), (scale, self.methods), time_step);
         if is_finest {
             self.conforming.apply(state, scale, self.methods);
         }

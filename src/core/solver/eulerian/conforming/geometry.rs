@@ -5,7 +5,7 @@ use crate::boundary::Pieces;
 use crate::lattice::{Conforming, NEIGHBOURS, Side as Of};
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
-use crate::solver::eulerian::general_faces::{Passing, Place};
+use crate::solver::eulerian::general_faces::{Passing, Place, Seen};
 use crate::solver::eulerian::rows::sides;
 use crate::solver::eulerian::state::{Slot, State, datum};
 use crate::solver::eulerian::walls::Walls;
@@ -22,6 +22,8 @@ impl ConformingFaces {
             passing: Vec::new(),
             cells: Vec::new(),
             around: Vec::new(),
+            places: Vec::new(),
+            seen: Vec::new(),
             slots: Vec::new(),
         };
         let lattice = state.lattice().clone();
@@ -40,11 +42,13 @@ impl ConformingFaces {
                 }
             }
         }
+        found.find_others();
         found.count_steps(state);
         found.find_ways(state, walls);
         found.find_slots();
         found.passing = vec![Passing::default(); found.faces.len()];
         found.around = vec![super::Around::default(); found.cells.len()];
+        found.seen = vec![Seen::default(); found.places.len()];
         found
     }
 
@@ -72,7 +76,8 @@ impl ConformingFaces {
                 };
                 (0..4).max_by(|a, b| facing(a).total_cmp(&facing(b))).unwrap_or(0)
             });
-            Some(Side { cell, aside: away - normal * away.dot(normal), of_square })
+            let slot = sides(place)[of_square.unwrap_or(0)];
+            Some(Side { cell, aside: away - normal * away.dot(normal), of_square, slot })
         };
         let sides = [side(face.sides[0], 1.0), side(face.sides[1], -1.0)];
         let at = |side: Option<Side>| {
@@ -89,12 +94,23 @@ impl ConformingFaces {
             sides[which].map_or(0.0, |side| distance(side.cell, sign).max(least))
         });
         let way = first + second;
-        let face = Face { sides, normal, length: face.length(), way, reach: first / way, is_wall, sill };
+        let face =
+            Face { sides, normal, length: face.length(), way, reach: first / way, is_wall, steps: [0.0; 2], sill };
         sides.iter().any(Option::is_some).then_some(face)
     }
 
+    /// Finds the sides of squares that have none of the faces.
+    fn find_others(&mut self) {
+        let ConformingFaces { faces, cells, .. } = self;
+        for cell in cells.iter_mut().filter(|cell| cell.is_square) {
+            let of_side = |&(face, which): &(usize, usize)| faces[face].sides[which].and_then(|side| side.of_square);
+            let is_other = |side: &usize| !cell.faces.iter().any(|face| of_side(face) == Some(*side));
+            cell.others = (0..4).filter(is_other).collect();
+        }
+    }
+
     /// Counts the steps of the bed over the faces.
-    fn count_steps(&self, state: &mut State) {
+    fn count_steps(&mut self, state: &mut State) {
         for face in self.faces.iter().filter(|face| !face.is_wall) {
             let [Some(a), Some(b)] = face.sides.map(|side| side.map(|side| self.cells[side.cell].place)) else {
                 continue;
@@ -105,10 +121,18 @@ impl ConformingFaces {
                 *own = own.max(step);
             }
         }
+        let ConformingFaces { faces, cells, .. } = self;
+        for face in faces {
+            let step = |side: Option<Side>| {
+                side.map_or(0.0, |side| state.ground[cells[side.cell].place.0].step[cells[side.cell].place.1])
+            };
+            face.steps = face.sides.map(step);
+        }
     }
 
     /// What each cell sees beyond its faces, with the vectors of (M95).
     fn find_ways(&mut self, state: &State, walls: &Walls) {
+        let mut places: Vec<Place> = self.cells.iter().map(|cell| cell.place).collect();
         for number in 0..self.cells.len() {
             let cell = &self.cells[number];
             let here = state.position(cell.place.0, cell.place.1);
@@ -116,7 +140,7 @@ impl ConformingFaces {
             let mut ways: Vec<(Beyond, Vec2, f64)> = Vec::new();
             for &(face, which) in &cell.faces {
                 let Face { sides, normal, length, is_wall, sill, .. } = self.faces[face];
-                let beyond = sides[1 - which].filter(|_| !is_wall).map(|side| self.cells[side.cell].place);
+                let beyond = sides[1 - which].filter(|_| !is_wall).map(|side| side.cell);
                 let to_wall = if which == 0 {
                     self.faces[face].way * self.faces[face].reach
                 } else {
@@ -124,35 +148,37 @@ impl ConformingFaces {
                 };
                 let out = normal * if which == 0 { 1.0 } else { -1.0 };
                 ways.push(match beyond {
-                    Some(place) => {
-                        let way = state.position(place.0, place.1) - here;
-                        (Beyond::Particle(place, sill, way - normal * way.dot(normal)), way, length)
+                    Some(number) => {
+                        let (row, column) = self.cells[number].place;
+                        let way = state.position(row, column) - here;
+                        (Beyond::Particle(number, sill, way - normal * way.dot(normal)), way, length)
                     }
                     None => (Beyond::Mirror(normal), out * (2.0 * to_wall), length),
                 });
             }
             let spacing = state.spacing[cell.place.0];
-            for (k, offset) in NEIGHBOURS.into_iter().enumerate().filter(|_| cell.is_square) {
-                let of_side =
-                    |&(face, which): &(usize, usize)| self.faces[face].sides[which].and_then(|side| side.of_square);
-                if cell.faces.iter().any(|face| of_side(face) == Some(k)) {
-                    continue;
-                }
+            for &k in &cell.others {
+                let offset = NEIGHBOURS[k];
                 let out = Vec2::new(offset.0 as f64, offset.1 as f64);
                 let place = (cell.place.0.wrapping_add_signed(offset.1), cell.place.1.wrapping_add_signed(offset.0));
                 let is_seen = state.has_terrain(place.0, place.1) && !walls.is_blocked(cell.place, offset);
-                let beyond =
-                    if is_seen { Beyond::Particle(place, f64::NEG_INFINITY, Vec2::ZERO) } else { Beyond::Mirror(out) };
+                let beyond = if is_seen {
+                    Beyond::Particle(places.len(), f64::NEG_INFINITY, Vec2::ZERO)
+                } else {
+                    Beyond::Mirror(out)
+                };
+                places.extend(is_seen.then_some(place));
                 ways.push((beyond, out * spacing, spacing));
             }
             let vectors = vectors(&ways);
             self.cells[number].ways = ways.iter().map(|(beyond, ..)| *beyond).zip(vectors).collect();
         }
+        self.places = places;
     }
 
     /// The places in the rows that take what passes.
     fn find_slots(&mut self) {
-        let slot = |side: &Side| sides(self.cells[side.cell].place)[side.of_square.unwrap_or(0)].0;
+        let slot = |side: &Side| side.slot.0;
         let key = |slot: &Slot| (slot.row, slot.direction, slot.column);
         let mut slots: Vec<Slot> = self.faces.iter().flat_map(|face| face.sides.iter().flatten()).map(slot).collect();
         slots.sort_unstable_by_key(key);
@@ -179,7 +205,9 @@ fn cells(made: &Conforming, state: &State) -> Vec<Cell> {
     places.sort_unstable();
     places.dedup();
     let with_terrain = places.into_iter().filter(|&((row, column), _)| state.has_terrain(row, column));
-    with_terrain.map(|(place, is_square)| Cell { place, ways: Vec::new(), faces: Vec::new(), is_square }).collect()
+    with_terrain
+        .map(|(place, is_square)| Cell { place, ways: Vec::new(), faces: Vec::new(), others: Vec::new(), is_square })
+        .collect()
 }
 
 /// The vectors of (M95): what a difference to what is beyond each face adds to the gradient.

@@ -2,10 +2,14 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::super::spans::ActiveSet;
 use super::super::state::{State, sides};
 use super::super::update::Stage;
-use super::GeneralFaces;
+use super::face::Face;
+use super::in_rows::Cell;
+use super::{AT_ONCE, GeneralFaces, Now};
 
 impl GeneralFaces {
     /// Scales the outflow of cells beside general faces that would give more water than they have in this stage of a step (s). Of coarse
@@ -17,51 +21,50 @@ impl GeneralFaces {
         stage: Stage,
         (time_step, whole): (f64, f64),
     ) {
-        let mut is_changed = false;
-        if levels.end < self.of_level.len() {
-            for number in 0..self.live[levels.end - 1].len() {
-                is_changed |= self.spare_coarse(self.live[levels.end - 1][number], state, whole);
-            }
-        }
-        let cells = active.at_hand();
-        let cells = self.of_row[cells.start].start..self.of_row[cells.end - 1].end;
-        for number in cells {
-            let (row, column) = self.cells[number].place;
-            // Dry cells give nothing.
-            if state.primitive[row].depth[column] > 0.0 {
-                is_changed |= self.limit_cell(number, state, levels, stage, time_step);
-            }
+        let mut is_changed = levels.end < self.of_level.len() && self.spare_coarse(levels.end - 1, state, whole);
+        // What a cell gives is its own: the limit of one changes nothing for another. Dry cells give nothing.
+        let is_short = |cell: &&Cell| {
+            let (row, column) = cell.place;
+            state.primitive[row].depth[column] > 0.0 && self.share(cell, state, levels, stage, time_step) < 1.0
+        };
+        let cells = self.cells.of_rows(active.at_hand());
+        let short: Vec<Cell> = cells.par_iter().with_min_len(AT_ONCE).filter(is_short).cloned().collect();
+        for cell in &short {
+            let share = self.share(cell, state, levels, stage, time_step);
+            self.limit_cell(cell, share, state, levels);
+            is_changed = true;
         }
         if is_changed {
-            self.put(state, levels);
+            self.put(state, active);
         }
     }
 
-    /// Scales what a face takes from a coarse cell that steps later to its part of what the cell has, over a step (s) of the cell.
-    fn spare_coarse(&mut self, k: usize, state: &State, whole: f64) -> bool {
-        let face = &self.faces[k];
-        let (row, column) = face.places[face.coarse];
-        let outwards = if face.coarse == 0 { self.now[k].passing.mass } else { -self.now[k].passing.mass };
-        let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
-        let held = state.water[row].depth[column].max(0.0) * area / face.of_coarse as f64;
-        let wanted = outwards * face.length * whole;
-        let is_short = outwards > 0.0 && wanted > held;
-        if is_short {
-            self.now[k].passing.reduce(held / wanted);
-        }
-        is_short
+    /// Scales what the faces between a level and the next coarser one, whose cells step later, take from these to their parts of what the
+    /// cells have, over a step (s) of the cells. Whether any takes more.
+    fn spare_coarse(&mut self, level: usize, state: &State, whole: f64) -> bool {
+        let all = self.of_level[level].clone();
+        let spare = |((face, now), is_live): ((&Face, &mut Now), &bool)| {
+            let outwards = if face.coarse == 0 { now.passing.mass } else { -now.passing.mass };
+            if !is_live || outwards <= 0.0 {
+                return false;
+            }
+            let (row, column) = face.places[face.coarse];
+            let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
+            let held = state.water[row].depth[column].max(0.0) * area / face.of_coarse as f64;
+            let wanted = outwards * face.length * whole;
+            let is_short = wanted > held;
+            if is_short {
+                now.passing.reduce(held / wanted);
+            }
+            is_short
+        };
+        let faces = self.faces[all.clone()].par_iter().zip(self.now[all.clone()].par_iter_mut());
+        let faces = faces.zip(self.is_live[all].par_iter()).with_min_len(AT_ONCE);
+        faces.map(spare).reduce(|| false, |a, b| a || b)
     }
 
-    /// Scales what a cell gives, where that is more than it has; what it gave to a finer level before stays.
-    fn limit_cell(
-        &mut self,
-        number: usize,
-        state: &mut State,
-        levels: &Range<usize>,
-        stage: Stage,
-        time_step: f64,
-    ) -> bool {
-        let cell = &self.cells[number];
+    /// The share of what a cell gives that it has in a stage of a step (s), 1 where it has it all; what it gave to a finer level before stays.
+    fn share(&self, cell: &Cell, state: &State, levels: &Range<usize>, stage: Stage, time_step: f64) -> f64 {
         let (row, column) = cell.place;
         let depth = match stage {
             Stage::First => state.water[row].depth[column],
@@ -84,10 +87,12 @@ impl GeneralFaces {
         let per_rate = time_step / state.spacing[row] * state.ground[row].per_area[column];
         let (free, fixed) = (per_rate * sum(0), per_rate * sum(1));
         let held = (depth - fixed).max(0.0);
-        if free <= held {
-            return false;
-        }
-        let share = held / free;
+        if free <= held { 1.0 } else { held / free }
+    }
+
+    /// Scales what a cell gives.
+    fn limit_cell(&mut self, cell: &Cell, share: f64, state: &mut State, levels: &Range<usize>) {
+        let sides = sides(cell.place);
         for (side, faces) in cell.faces.iter().enumerate() {
             if faces.is_empty() {
                 state.reduce(sides[side], share);
@@ -99,6 +104,5 @@ impl GeneralFaces {
                 }
             }
         }
-        true
     }
 }

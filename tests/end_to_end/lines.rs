@@ -1,0 +1,149 @@
+//! Cells that follow lines: banks drawn as breaklines, walls.
+
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use crate::{Netcdf, floodsim};
+
+const SIDE: usize = 100;
+const CELL: f64 = 10.0;
+/// Half the width of the channel (m), and how deep it is cut.
+const HALF: f64 = 25.0;
+const CUT: f64 = 6.0;
+const SLOPE: f64 = 0.002;
+
+const SCENARIO: &str = "\
+floodsim: 1
+crs: local
+terrain: {layers: [{raster: dem.asc}], breaklines: [{lines: banks.geojson, mode: follow}]}
+roughness: {manning: 0.03}
+sources: [{line: inflow.geojson, discharge: 150 m3/s}]
+boundaries: [{side: all, type: open}]
+resolution: 10 m
+time: {end: 25 min}
+outputs: {every: 25 min, sections: section.geojson, gauges: gauges.csv}
+";
+
+/// A rectangular channel of five cells in a plane that falls along it, at 30 degrees to the lattice. Its water has a normal depth of 1.521 m.
+struct Scene {
+    folder: TempDir,
+}
+
+/// The place so far (m) along the channel and to the left of its middle.
+fn place(along: f64, left: f64) -> (f64, f64) {
+    let (sin, cos) = 30_f64.to_radians().sin_cos();
+    (150.0 + along * cos - left * sin, 200.0 + along * sin + left * cos)
+}
+
+impl Scene {
+    fn new() -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap() };
+        let (sin, cos) = 30_f64.to_radians().sin_cos();
+        let elevation = |column: usize, row: usize| {
+            let (x, y) = ((column as f64 + 0.5) * CELL - 150.0, ((SIDE - row) as f64 - 0.5) * CELL - 200.0);
+            let (along, left) = (x * cos + y * sin, y * cos - x * sin);
+            20.0 - SLOPE * along - if left.abs() < HALF && along > -40.0 { CUT } else { 0.0 }
+        };
+        let rows: Vec<String> = (0..SIDE)
+            .map(|row| (0..SIDE).map(|column| format!("{:.4}", elevation(column, row))).collect::<Vec<_>>().join(" "))
+            .collect();
+        let header = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {CELL}\n");
+        scene.write("dem.asc", &(header + &rows.join("\n") + "\n"));
+        scene.write_line("banks.geojson", &[(1200.0, HALF), (-40.0, HALF), (-40.0, -HALF), (1200.0, -HALF)]);
+        scene.write_line("inflow.geojson", &[(0.0, -15.0), (0.0, 15.0)]);
+        scene.write_line("section.geojson", &[(450.0, -60.0), (450.0, 60.0)]);
+        let gauge = |id: &str, along: f64, left: f64| {
+            let (x, y) = place(along, left);
+            format!("{id},{x},{y}\n")
+        };
+        let gauges = gauge("middle", 400.0, 0.0) + &gauge("left", 400.0, 21.0) + &gauge("right", 500.0, -21.0);
+        scene.write("gauges.csv", &format!("id,x,y\n{gauges}"));
+        scene.write("s.yaml", SCENARIO);
+        scene
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &str) {
+        std::fs::write(self.path(name), content).unwrap();
+    }
+
+    /// A line through places along and to the left of the channel.
+    fn write_line(&self, name: &str, places: &[(f64, f64)]) {
+        let places = places.iter().map(|&(along, left)| place(along, left));
+        let places: Vec<String> = places.map(|(x, y)| format!("[{x},{y}]")).collect();
+        let geometry = format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, places.join(","));
+        self.write(name, &format!(r#"{{"type":"Feature","properties":{{"id":"s"}},"geometry":{geometry}}}"#));
+    }
+
+    #[track_caller]
+    fn run(&self, out: &str, options: &[&str]) -> serde_json::Value {
+        let answer = floodsim(self.folder.path(), &[&["run", "s.yaml", "--out", out, "--quiet"][..], options].concat());
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let record = std::fs::read_to_string(self.path(out).join("run.json")).unwrap();
+        serde_json::from_str(&record).unwrap()
+    }
+
+    /// Mean depth (m) of the last frame in the middle of the channel.
+    fn depth(&self, out: &str) -> f64 {
+        let fields = Netcdf::read(&self.path(out).join("fields.nc"));
+        let depth = fields.values("depth");
+        let frame = &depth[depth.len() - SIDE * SIDE..];
+        let at = |along: f64, left: f64| {
+            let (x, y) = place(along, left);
+            frame[(SIDE - 1 - (y / CELL) as usize) * SIDE + (x / CELL) as usize]
+        };
+        let places = || (0..20).flat_map(|k| [-10.0, 0.0, 10.0].map(|left| (300.0 + 10.0 * f64::from(k), left)));
+        places().map(|(along, left)| at(along, left)).sum::<f64>() / places().count() as f64
+    }
+}
+
+#[test]
+fn a_channel_askew_to_the_lattice_has_its_normal_depth_between_banks_that_cells_follow() {
+    let scene = Scene::new();
+    let record = scene.run("follow", &[]);
+    let error = record["volume_m3"]["error_relative"].as_f64().unwrap();
+    assert!(error.abs() < 1e-12, "{error}");
+    let followed = scene.depth("follow");
+    assert!((followed / 1.521 - 1.0).abs() < 0.01, "{followed} m");
+    // Without the lines the banks are stairs.
+    scene.run("stairs", &["--set", "terrain.breaklines=[]"]);
+    assert!(scene.depth("stairs") > 1.2 * followed, "{} m", scene.depth("stairs"));
+    let table = |name: &str| std::fs::read_to_string(scene.path("follow/tables").join(name)).unwrap();
+    let column = |line: &str, number: usize| line.split(',').nth(number).unwrap().parse::<f64>().unwrap();
+    assert_eq!(table("gauges.csv").lines().count(), 4);
+    for gauge in table("gauges.csv").lines().skip(1) {
+        let depth = column(gauge, 5);
+        assert!((depth / 1.521 - 1.0).abs() < 0.02, "{gauge}");
+    }
+    let peak = column(table("sections.csv").lines().nth(1).unwrap(), 3).abs();
+    assert!((peak / 150.0 - 1.0).abs() < 0.01, "{peak} m3/s");
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_cells_that_follow_lines() {
+    let scene = Scene::new();
+    let short = ["--set", "time.end=3 min", "--set", "outputs.every=3 min"];
+    scene.run("one", &[&short[..], &["--threads", "1"]].concat());
+    scene.run("two", &[&short[..], &["--threads", "2"]].concat());
+    let [one, two] = ["one", "two"].map(|out| Netcdf::read(&scene.path(out).join("maps.nc")));
+    assert_eq!(one.values("max_depth"), two.values("max_depth"));
+    assert_eq!(one.values("max_speed"), two.values("max_speed"));
+}
+
+#[test]
+fn lines_that_are_followed_have_no_level_and_need_particles_that_rest() {
+    let scene = Scene::new();
+    let refused = |changes: &[&str]| {
+        let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], changes].concat());
+        assert_eq!(answer.code, 2, "{}", answer.stderr);
+        answer.stderr
+    };
+    let level = refused(&["--set", "terrain.breaklines=[{lines: banks.geojson, mode: follow, z: 3 m}]"]);
+    assert!(level.contains("conflict") && level.contains("mode: follow"), "{level}");
+    let moving = refused(&["--set", "numerics.motion=lagrangian"]);
+    assert!(moving.contains("Lagrangian particles follow no lines"), "{moving}");
+}
