@@ -77,8 +77,8 @@ pub(super) struct ArrivalRule {
 /// What keeps a gauge from the water of a cell beside it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parting<'a> {
-    /// Walls as straight pieces in local coordinates (m).
-    pub walls: &'a [[Vec2; 2]],
+    /// Walls, and lines that cells follow, as straight pieces in local coordinates (m).
+    pub walls: [&'a [[Vec2; 2]]; 2],
     /// Cells that stand out of their terrain; ascending.
     pub raised: &'a [usize],
     /// Cells of gauges beside which the terrain has an upright bank; ascending.
@@ -89,7 +89,7 @@ impl Parting<'_> {
     /// Whether the way between two cells (local coordinates, m) leads over a wall, or onto what is raised or down from it.
     fn parts(self, cells: [usize; 2], way: [Vec2; 2]) -> bool {
         let [here, there] = cells.map(|cell| self.raised.binary_search(&cell).is_ok());
-        here != there || self.walls.iter().any(|&wall| segments_cross(way, wall))
+        here != there || self.walls.into_iter().flatten().any(|&wall| segments_cross(way, wall))
     }
 }
 

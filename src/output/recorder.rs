@@ -39,6 +39,8 @@ pub struct RecorderPlan {
     pub gauges: Vec<Gauge>,
     /// Walls as straight pieces in local coordinates (m): a gauge does not read beyond them.
     pub walls: Vec<[Vec2; 2]>,
+    /// Lines that cells follow (local coordinates, m): a gauge reads on its own side of them.
+    pub followed: Vec<[Vec2; 2]>,
     /// Cells that stand out of their terrain, such as those of a levee; ascending. A gauge reads them alone or the ground alone.
     pub raised: Vec<usize>,
     /// Cells of gauges about which the terrain has an upright bank; ascending. A gauge reads the cells on it or those at its foot.
@@ -121,7 +123,7 @@ impl Recorder {
                 &plan.gauges,
                 (&lattice, plan.constants.gauge_smoothing),
                 &bed_elevation,
-                Parting { walls: &plan.walls, raised: &plan.raised, at_banks: &plan.at_banks },
+                Parting { walls: [&plan.walls, &plan.followed], raised: &plan.raised, at_banks: &plan.at_banks },
                 ArrivalRule { threshold: thresholds[0], rise_on_wet },
                 gauge_schedule,
             ),

@@ -42,6 +42,7 @@ pub(super) fn recorder_plan(
         end_time: scenario.end_time,
         gauges: scene.gauges.clone(),
         walls: scene.walls.clone(),
+        followed: scene.followed.clone(),
         raised: scene.raised.clone(),
         at_banks: scene.at_banks.clone(),
         constants: scenario.numerics.constants.output,

@@ -39,6 +39,8 @@ pub struct Following {
     pub depth: Vec<f64>,
     /// The body of water that fills each cell.
     pub body: Vec<Option<u32>>,
+    /// Pieces of the scenario's lines (local coordinates, m), without walls.
+    pub lines: Vec<[Vec2; 2]>,
     /// Level (m) of the lowest ground along each face on a line; minus infinity of others.
     pub sills: Vec<f64>,
 }
@@ -76,10 +78,11 @@ pub(super) fn find(
         return None;
     }
     let lattice = &bed.lattice;
-    let mut lines = Vec::new();
+    let (mut lines, mut followed) = (Vec::new(), Vec::new());
     for (source, drawn) in scenario.ground.followed.iter().zip(drawn) {
         let effect = "no cell has a side on it";
         let pieces = places::on_lattice(source, drawn, bed, effect, findings);
+        followed.extend_from_slice(&pieces);
         lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
     }
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
@@ -97,6 +100,7 @@ pub(super) fn find(
         depth: depth.collect(),
         body: levels.iter().map(|level| level.and_then(|(_, body)| body)).collect(),
         sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
+        lines: followed,
         elevation,
         conforming,
     })

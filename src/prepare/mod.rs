@@ -127,6 +127,8 @@ pub struct Scene {
     pub ridges: Vec<Ridge>,
     /// Cells that a dam, a levee, a wall with a crest or a building raises; ascending.
     pub raised: Vec<usize>,
+    /// Pieces of the lines that cells follow (local coordinates, m).
+    pub followed: Vec<[Vec2; 2]>,
     /// Cells of gauges about which the terrain has an upright bank, ascending.
     pub at_banks: Vec<usize>,
     /// Walls as straight pieces in local coordinates (m).

@@ -139,8 +139,8 @@ fn lines_that_are_followed_have_no_level_and_need_particles_that_rest() {
     let scene = Scene::new();
     let refused = |changes: &[&str]| {
         let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], changes].concat());
-        assert!([2, 3].contains(&answer.code), "{}", answer.stderr);
-        answer.stderr
+        assert!([2, 3].contains(&answer.code), "{}", answer.stdout);
+        answer.stdout
     };
     let level = refused(&["--set", "terrain.breaklines=[{lines: banks.geojson, mode: follow, z: 3 m}]"]);
     assert!(level.contains("conflict") && level.contains("mode: follow"), "{level}");

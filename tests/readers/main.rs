@@ -75,6 +75,7 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         gauges: vec![gauge("G1", 20.5, 20.5), gauge("dry", 50.5, 38.5)],
         walls: Vec::new(),
         raised: Vec::new(),
+        followed: Vec::new(),
         at_banks: Vec::new(),
         constants: OutputConstants::DEFAULT,
         gauges_every: 60.0,

@@ -111,7 +111,7 @@ impl Conforming {
 
     /// The same with its rows from a row of the stack on.
     #[must_use]
-    pub(super) fn from_row(self, first_row: usize) -> Self {
+    pub(super) fn beginning_at(self, first_row: usize) -> Self {
         Conforming { first_row, ..self }
     }
 
@@ -206,7 +206,7 @@ mod tests {
     fn places_in_the_stack_are_found_again_and_never_neighbours() {
         let cell = Cell { centre: Vec2::ZERO, area: 1.0, parts: Vec::new() };
         for columns in [2, 3, 8, 9] {
-            let made = Conforming::new((columns, 4, 1.0), (vec![cell.clone(); 23], Vec::new()), &[]).from_row(6);
+            let made = Conforming::new((columns, 4, 1.0), (vec![cell.clone(); 23], Vec::new()), &[]).beginning_at(6);
             let places: Vec<usize> = (0..23).map(|number| made.place(number)).collect();
             for (number, &place) in places.iter().enumerate() {
                 assert_eq!(made.number_at(place), Some(number));

@@ -87,7 +87,7 @@ impl Nest {
     #[must_use]
     pub fn with(mut self, conforming: Conforming) -> Self {
         let first_row = self.levels[0].rows + BETWEEN;
-        let conforming = conforming.from_row(first_row);
+        let conforming = conforming.beginning_at(first_row);
         let more = conforming.rows().end + BETWEEN - first_row;
         self.levels[1..].iter_mut().for_each(|level| level.first_row += more);
         self.conforming = Some(conforming);

@@ -33,6 +33,7 @@ fn plan(every: f64) -> RecorderPlan {
         gauges: vec![gauge("wet", 1015.0, 2015.0), gauge("dry", 1005.0, 2005.0), gauge("outside", 1045.0, 2025.0)],
         walls: vec![],
         raised: vec![],
+        followed: vec![],
         at_banks: vec![],
         constants: OutputConstants::DEFAULT,
         more_area: vec![],

@@ -300,7 +300,7 @@ impl Cell {
                 }
             };
             for (slope, difference) in found.slopes.iter_mut().zip(differences) {
-                *slope = *slope + vector * difference;
+                *slope += vector * difference;
             }
         }
         let determinant = kept[0].cross(kept[1]);
