@@ -156,6 +156,9 @@ pub struct PlanArguments {
     /// Print the plan as JSON
     #[arg(long)]
     pub json: bool,
+    /// Write the cells as a layer for QGIS: polygons by level and reason, with what each level costs; FILE is a new GeoPackage
+    #[arg(long, value_name = "FILE")]
+    pub layer: Option<PathBuf>,
     /// Number of threads of the run [default: all]
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,

@@ -18,7 +18,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use crate::error::{Error, ExitCode, Problem};
-use crate::pipeline::{Plan, RunOptions};
+use crate::pipeline::{Plan, PlanOptions, RunOptions};
 use crate::scenario::{self, Scenario};
 use args::{Arguments, Command, RunArguments};
 
@@ -26,8 +26,8 @@ use args::{Arguments, Command, RunArguments};
 pub struct Stages {
     /// Opens every input of a scenario and lists every problem.
     pub prepare: fn(&Scenario) -> Vec<Problem>,
-    /// Finds out what a run will need, on so many threads or on all.
-    pub plan: fn(&Scenario, Option<usize>) -> Result<Plan, Error>,
+    /// Finds out what a run will need.
+    pub plan: fn(&Scenario, &PlanOptions) -> Result<Plan, Error>,
     /// Does a whole run; the text is its summary for stdout.
     pub run: fn(&Scenario, &RunOptions) -> Result<String, Error>,
 }

@@ -8,7 +8,9 @@ use super::Stages;
 use super::args::PlanArguments;
 use super::check::{findings, listing};
 use crate::error::{Error, ExitCode, Problem, sort_problems};
-use crate::pipeline::{Advice, Plan};
+use crate::math::readable;
+use crate::output::{ChoiceRecord, LevelRecord};
+use crate::pipeline::{Advice, Plan, PlanOptions};
 use crate::scenario;
 
 /// Plans a run and prints what it will need; problems come as `check` gives them, with the exit code of a run that stops at them.
@@ -17,7 +19,8 @@ pub fn plan(arguments: &PlanArguments, stages: &Stages) -> ExitCode {
     let (warnings, result) = match scenario::load(&arguments.scenario, &arguments.overrides) {
         Ok(loaded) => {
             let threads = arguments.threads.map(std::num::NonZero::get);
-            (loaded.warnings, (stages.plan)(&loaded.scenario, threads))
+            let options = PlanOptions { threads, layer: arguments.layer.clone() };
+            (loaded.warnings, (stages.plan)(&loaded.scenario, &options))
         }
         Err(error) => (Vec::new(), Err(error)),
     };
@@ -43,7 +46,7 @@ pub fn plan(arguments: &PlanArguments, stages: &Stages) -> ExitCode {
 fn as_json(file: &str, plan: &Plan) -> Value {
     let range = |range: &Range<f64>| json!([range.start, range.end]);
     let measured = &plan.measured;
-    json!({
+    let mut json = json!({
         "scenario": file,
         "particles": {"bed": plan.bed_particles, "channels": plan.channel_particles, "initial": plan.particles_at_start, "peak": range(&plan.particles_at_most)},
         "area_m2": range(&plan.area),
@@ -63,7 +66,48 @@ fn as_json(file: &str, plan: &Plan) -> Value {
         },
         "threads": plan.threads,
         "problems": findings(&plan.warnings),
-    })
+    });
+    if let Some(choice) = &plan.choice {
+        json["choice"] = json!(choice);
+    }
+    if !plan.levels.is_empty() {
+        json["levels"] = json!(plan.levels);
+    }
+    json
+}
+
+/// Why the program chose the lengths, a reason a line; nothing where the scenario has them.
+fn choice(choice: Option<&ChoiceRecord>) -> String {
+    let because = choice.map(|choice| choice.because.as_slice()).unwrap_or_default();
+    let line = |(number, reason): (usize, &String)| {
+        let head = if number == 0 { "auto         " } else { "             " };
+        format!("{head}{reason}\n")
+    };
+    because.iter().enumerate().map(line).collect()
+}
+
+/// The levels, one a line, with their share of the cost and why they stand where they do; nothing of one spacing everywhere.
+fn levels(levels: &[LevelRecord]) -> String {
+    let all: f64 = levels.iter().map(|level| level.expected_evaluations).sum();
+    let line = |(number, level): (usize, &LevelRecord)| {
+        let mut reasons: Vec<(&&str, &f64)> = level.area_m2.iter().collect();
+        reasons.sort_by(|one, other| other.1.total_cmp(one.1));
+        let reasons: Vec<String> =
+            reasons.iter().map(|(because, size)| format!("{because} {}", area(**size))).collect();
+        format!(
+            "{}{} m: {} particles, {:.0} with water at most, {:.0} steps, {:.2e} evaluations ({:.0} %), {:.0} MiB; {}\n",
+            if number == 0 { "levels       " } else { "             " },
+            readable(level.spacing_m),
+            level.cells,
+            level.expected_wet_cells,
+            level.expected_steps,
+            level.expected_evaluations,
+            100.0 * level.expected_evaluations / all.max(1.0),
+            level.memory_mib,
+            reasons.join(", "),
+        )
+    };
+    levels.iter().enumerate().map(line).collect()
 }
 
 fn as_text(file: &str, plan: &Plan) -> String {
@@ -89,6 +133,7 @@ fn as_text(file: &str, plan: &Plan) -> String {
          run time     {} on {} threads ({basis})\n\
          disk         {} MB\n\
          resolution   {} m in the flooded area\n\
+         {}{}\
          motion       would take {}, {agrees}: {why}\n\
          measured     {} steps, {:.3} s simulated, in {:.2} s: {rate:.2} million particle evaluations a second; inputs {:.2} s\n",
         plan.bed_particles,
@@ -101,6 +146,8 @@ fn as_text(file: &str, plan: &Plan) -> String {
         plan.threads,
         range(&plan.disk_mb, |size| format!("{size:.1}")),
         range(&plan.resolution, |length| format!("{length:.3}")),
+        choice(plan.choice.as_ref()),
+        levels(&plan.levels),
         advised.name(),
         measured.steps,
         measured.simulated,

@@ -286,6 +286,8 @@ impl OutputGrid {
             time_of_max_depth: self.times_of_max_depth(maxima),
             hazard_class: self.pick(bed_elevation, |index| f64::from(seen(index).hazard_class), f64::max),
             resolution: Vec::new(),
+            max_depth_error: Vec::new(),
+            arrival_time_error: Vec::new(),
             ground_source: SourceGrid::default(),
             thresholds: (0..maxima.thresholds().len()).map(of_threshold).collect(),
         }

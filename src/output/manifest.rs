@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::cell_records::{ChoiceRecord, ErrorRecord, LevelRecord};
 use super::channels::AboveBanks;
 use super::folder::RunFolder;
 use crate::error::{Error, Problem};
@@ -157,15 +158,6 @@ pub struct CellsInPartRecord {
     pub greatest: f64,
 }
 
-/// A level of a nested lattice.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LevelRecord {
-    /// Edge of its cells (m).
-    pub spacing_m: f64,
-    /// Its cells with terrain.
-    pub cells: usize,
-}
-
 /// What a bed that moved has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MovingBedRecord {
@@ -246,9 +238,15 @@ pub struct RunManifest {
     pub particles: ParticleCounts,
     /// Riverbed particles.
     pub bed_particles: usize,
+    /// How their spacing was chosen, where the scenario left it to the program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<ChoiceRecord>,
     /// Its levels, the finest first, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<LevelRecord>,
+    /// The estimated error of the maps, where it is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_estimate: Option<ErrorRecord>,
     /// Cells of them that count in part, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_in_part: Option<CellsInPartRecord>,

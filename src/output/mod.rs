@@ -10,6 +10,7 @@
 
 use crate::math::Vec2;
 
+mod cell_records;
 mod channel_gauges;
 mod channel_profile;
 mod channels;
@@ -28,6 +29,7 @@ mod ridges;
 mod sections;
 mod write;
 
+pub use cell_records::{ChoiceRecord, ErrorRecord, LevelRecord};
 pub use channel_gauges::{ChannelGaugeResult, ChannelGaugeSample};
 pub use channel_profile::{ChannelFrame, ChannelGauge, ChannelProfile, ChannelWater};
 pub use channels::{ChannelPlan, ChannelRecorder, ChannelRecording};
@@ -38,17 +40,16 @@ pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use ground_source::{GroundSource, SetBy, SourceClass, SourceGrid};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
-    BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, LevelRecord, MovingBedRecord,
-    ParticleCounts, PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord,
-    WorstDischarge,
+    BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts,
+    PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;
 pub use sections::{Section, SectionRecorder, SectionRecording, SectionResult, SectionSample};
 pub use write::{
-    ChannelsWriter, FieldsWriter, FileHead, Findings, MapVariable, Provenance, map_variables, write_channels,
-    write_cogs, write_gauges, write_geopackage, write_maps, write_mass_balance, write_passages, write_section_file,
-    write_section_tables, write_sections,
+    ChannelsWriter, FieldsWriter, FileHead, Findings, LevelArea, MapVariable, Provenance, map_variables,
+    write_channels, write_cogs, write_gauges, write_geopackage, write_level_layer, write_maps, write_mass_balance,
+    write_passages, write_section_file, write_section_tables, write_sections,
 };
 
 /// Depth (m) below which a film counts as dry ground in the maps: it has no velocity and no hazard class.

@@ -348,6 +348,8 @@ impl OnTerrain {
             time_of_max_depth: with(FILL),
             hazard_class: with(0.0),
             resolution: Vec::new(),
+            max_depth_error: Vec::new(),
+            arrival_time_error: Vec::new(),
             ground_source: SourceGrid::default(),
             thresholds: thresholds.iter().map(of_threshold).collect(),
         }

@@ -18,27 +18,31 @@ use crate::prepare::{BLOCK, Following, Setup, Wanted, scatter};
 use crate::scenario::Scenario;
 use crate::solver::{FlowProblem, nested};
 
+use super::by_level::Settled;
 use super::cores;
+use super::scout::Scout;
 use super::stages::flow_problem;
 use super::steps::step_towards;
 
 /// τ of (M94).
-const UNSEEN: f64 = 0.1;
+pub(super) const UNSEEN: f64 = 0.1;
 /// Depth (m) in the run on the coarsest level from which a cell counts as reached.
 const REACHED: f64 = 0.05;
 
-/// The setup on all of its levels; one on a single lattice stays as it is.
-pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> Setup {
+/// The setup on all of its levels and with the cells that follow lines, and what settled the levels; one on a single lattice of squares stays
+/// as it is.
+pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> (Setup, Settled) {
     let following = setup.following.take();
-    let size = (setup.scene.lattice.columns, setup.scene.lattice.rows);
     let Some(mut wanted) = setup.wanted.take() else {
-        let Some(following) = following else { return setup };
-        let nest = Nest::of_one_level(size, setup.scene.lattice.spacing).with(following.conforming.clone());
-        return join(scenario, setup, Vec::new(), (nest, Some(following)));
+        let Some(following) = following else { return (setup, Settled::default()) };
+        let Lattice { columns, rows, spacing, .. } = setup.scene.lattice;
+        let nest = Nest::of_one_level((columns, rows), spacing).with(following.conforming.clone());
+        return (join(scenario, setup, Vec::new(), (nest, Some(following))), Settled::default());
     };
     let coarser = std::mem::take(&mut setup.coarser);
+    let mut scout = None;
     if let Some(coarsest) = coarser.last() {
-        let depths = greatest_depths(scenario, coarsest);
+        let depths = greatest_depths(scenario, coarsest, scout.insert(Scout::new(scenario, &coarsest.bed)));
         refine_by_depth(&setup, (&coarsest.scene.lattice, &depths), &coarser, &mut wanted);
     }
     let lattice = &setup.scene.lattice;
@@ -48,11 +52,11 @@ pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> Setup {
         Some(following) => nest.with(following.conforming.clone()),
         None => nest,
     };
-    join(scenario, setup, coarser, (nest, following))
+    (join(scenario, setup, coarser, (nest, following)), Settled { wanted: Some(wanted), scout })
 }
 
 /// The greatest depths (m) of the cells of a setup on one lattice in a run of its own.
-fn greatest_depths(scenario: &Scenario, setup: &Setup) -> Vec<f64> {
+pub(super) fn greatest_depths(scenario: &Scenario, setup: &Setup, scout: &mut Scout) -> Vec<f64> {
     let problem = flow_problem(scenario, setup, setup.bed.clone());
     let mut greatest = problem.initial_depth.clone();
     let mut solver = cores::build(scenario, problem, Vec::new(), &setup.initial_velocity);
@@ -72,6 +76,7 @@ fn greatest_depths(scenario: &Scenario, setup: &Setup) -> Vec<f64> {
             break;
         }
         follow(solver.water());
+        scout.follow(&step, solver.as_mut());
     }
     greatest
 }

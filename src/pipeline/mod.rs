@@ -2,16 +2,21 @@
 //!
 //! The only place that knows both the scenario and the stages; each stage gets a small plain struct.
 
+mod budget;
+mod by_level;
 mod channels;
 pub(crate) mod clock;
 pub(crate) mod cores;
 mod discharges;
 mod levels;
+mod looks;
 mod outputs;
 mod plan;
 mod progress;
 mod recorders;
 mod records;
+mod scout;
+mod second_run;
 mod seeding;
 mod stages;
 mod steps;
@@ -30,11 +35,13 @@ use crate::scenario::Scenario;
 use crate::seeding::SeededVolume;
 use crate::solver::{FlowSolver, Ledger};
 use crate::version;
+use budget::Chosen;
 use clock::Clock;
-pub use plan::{Advice, Measured, Plan, plan};
+pub use plan::{Advice, Measured, Plan, PlanOptions, plan};
 use progress::Progress;
 use recorders::Recorders;
 use records::{first_manifest, passages, still_water_records};
+use second_run::SecondRun;
 use seeding::seeding_warnings;
 pub(crate) use stages::flow_problem;
 use stages::recorder_plan;
@@ -60,7 +67,7 @@ const COMPUTE: &str = "compute";
 
 /// What is wrong with a scenario, its inputs, and the place of its output folder, errors first.
 pub fn check(scenario: &Scenario) -> Vec<Problem> {
-    let prepared = prepare(scenario);
+    let prepared = prepare(&budget::provisional(scenario));
     let mut problems = in_folder(&prepared.inputs, &scenario.outputs.folder.value);
     problems.extend(prepared.problems);
     sort_problems(&mut problems);
@@ -94,14 +101,24 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, E
 fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
     let mut clock = Clock::start();
     let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.value.clone());
+    let Chosen { scenario, record: choice, warnings: of_choice } = budget::choose(scenario)?;
+    let scenario = &scenario;
     let mut prepared = prepare(scenario);
     prepared.problems.extend(RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)));
     prepared.problems.extend(in_folder(&prepared.inputs, &out));
     sort_problems(&mut prepared.problems);
     let Runnable { setup, mut warnings, inputs } = prepared.into_runnable()?;
-    let setup = levels::settle(scenario, setup);
+    let (setup, settled) = levels::settle(scenario, setup);
+    let of_levels = settled.records(scenario, &setup.bed);
     clock.lap("inputs, bed and seeding");
-    warnings.extend(seeding_warnings(scenario, &setup));
+    warnings.extend(of_choice.into_iter().chain(seeding_warnings(scenario, &setup)));
+    let second = match scenario.outputs.wants_errors().then(|| second_run::run(scenario)) {
+        Some(Err(problem)) => {
+            warnings.push(problem);
+            None
+        }
+        second => second.and_then(Result::ok),
+    };
     for problem in &warnings {
         eprintln!("{problem}");
     }
@@ -116,12 +133,13 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let moving = summary::MovingAtStart::of(&seeds);
     let solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
-    let mut manifest = first_manifest(scenario, options, (&inputs, &warnings), &setup);
+    let mut manifest = first_manifest(scenario, options, (&inputs, &warnings), (&setup, of_levels));
     let Setup { bed, still_water, pixels, scene, .. } = setup;
     let seeded = still_water.into_volumes();
+    manifest.resolution = choice;
     manifest.still_water = still_water_records(&scene.waters, &seeded);
     let plan = recorder_plan(scenario, &scene, bed, pixels);
-    let run = Run { manifest, scenario, folder, scene, warnings, seeded, moving, clock };
+    let run = Run { manifest, scenario, folder, scene, warnings, seeded, moving, clock, second };
     run.execute(solver, plan, !options.quiet)
 }
 
@@ -148,6 +166,7 @@ struct Run<'a> {
     moving: Option<summary::MovingAtStart>,
     manifest: RunManifest,
     clock: Clock,
+    second: Option<SecondRun>,
 }
 
 /// Why the loop of steps ended before its time.
@@ -201,6 +220,9 @@ impl Run<'_> {
         if self.scenario.outputs.needs_maxima() {
             recording.maps.ground_source = grid.ground_source(&self.scene.ground_source);
             recording.maps.resolution = levels::resolution(&self.scene.lattice, &grid, &recording.maps);
+            if let Some(second) = self.second.take() {
+                self.manifest.error_estimate = Some(second.compare(&grid, &mut recording.maps));
+            }
         }
         self.clock.part("grids of the maps");
         let sections = sections.finish(&recording.section_arrivals);

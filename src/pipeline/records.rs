@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::RunOptions;
 use crate::bed::BedParticles;
 use crate::gate::Gate;
-use crate::lattice::Level;
 use crate::math::{Vec2, simd};
 use crate::output::{
     BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, LevelRecord, MovingBedRecord,
@@ -113,22 +112,6 @@ pub(super) fn gate_of_discharges(record: &DischargeRecord) -> Gate {
     Gate { binding: false, note: worst, ..Gate::binding(name, record.in_doubt_relative, IN_DOUBT_TOLERANCE) }
 }
 
-/// The levels of a bed for the record; nothing of one lattice alone.
-fn levels(bed: &BedParticles) -> Vec<LevelRecord> {
-    let lattice = &bed.lattice;
-    let is_its = |&cell: &usize| bed.has_terrain(cell) && lattice.is_leaf(cell);
-    let count = |level: Level| lattice.places_of(level).filter(is_its).count();
-    let record = |level: Level| {
-        let is_finest = level.first_row == 0;
-        let conforming = lattice.conforming().filter(|_| is_finest);
-        let of_lines =
-            conforming.map_or(0, |made| (0..made.cells().len()).map(|k| made.place(k)).filter(is_its).count());
-        LevelRecord { spacing_m: level.spacing, cells: count(level) + of_lines }
-    };
-    let has_levels = lattice.level_count() > 1;
-    lattice.nest().filter(|_| has_levels).map_or(Vec::new(), |_| lattice.levels().map(record).collect())
-}
-
 /// The cells in part of a bed; nothing where all are whole.
 fn cells_in_part(bed: &BedParticles) -> Option<CellsInPartRecord> {
     let cells = bed.cover.cells();
@@ -158,7 +141,7 @@ pub(super) fn first_manifest(
     scenario: &Scenario,
     options: &RunOptions,
     (inputs, warnings): (&[crate::prepare::InputFile], &[crate::error::Problem]),
-    setup: &Setup,
+    (setup, levels): (&Setup, Vec<LevelRecord>),
 ) -> RunManifest {
     let input = |file: &crate::prepare::InputFile| InputFile {
         path: file.path.display().to_string(),
@@ -181,7 +164,7 @@ pub(super) fn first_manifest(
         warnings: warnings.iter().map(WarningRecord::from).collect(),
         methods: scenario.numerics.acting().into_iter().map(|(family, name)| (family.to_owned(), name)).collect(),
         bed_particles: setup.bed.elevation.iter().filter(|z| !z.is_nan()).count(),
-        levels: levels(&setup.bed),
+        levels,
         cells_in_part: cells_in_part(&setup.bed),
         not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),
         status: "running".to_owned(),

@@ -58,6 +58,7 @@ impl fmt::Display for RunSummary {
         write_breach(f, &self.manifest)?;
         write_bed_and_banks(f, &self.manifest)?;
         write_balance(f, &self.manifest)?;
+        write_error(f, &self.manifest)?;
         write_gauges(f, &self.gauges)?;
         write_sections(f, &self.sections)?;
         write_channel_gauges(f, &self.channel_gauges)?;
@@ -89,9 +90,7 @@ impl RunSummary {
                 moving.count, moving.volume_m3
             )?;
         }
-        for level in &self.manifest.levels {
-            writeln!(f, "level of {} m: {} cells", readable(level.spacing_m), level.cells)?;
-        }
+        write_resolution(f, &self.manifest)?;
         if let Some(part) = &self.manifest.cells_in_part {
             let (least, greatest) = (part.least, part.greatest);
             writeln!(
@@ -102,6 +101,22 @@ impl RunSummary {
         }
         Ok(())
     }
+}
+
+/// How the spacing was chosen, and the cells of each level with the reasons for them; nothing of one spacing that the scenario has.
+fn write_resolution(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
+    for (number, reason) in run.resolution.iter().flat_map(|choice| &choice.because).enumerate() {
+        writeln!(f, "{}{reason}", if number == 0 { "resolution: " } else { "  " })?;
+    }
+    for level in run.levels.iter().filter(|level| level.cells > 0) {
+        let mut reasons: Vec<(&&str, &f64)> = level.area_m2.iter().collect();
+        reasons.sort_by(|one, other| other.1.total_cmp(one.1));
+        let all: f64 = level.area_m2.values().sum();
+        let share = |(because, area): &(&&str, &f64)| format!("{because} {:.0} %", 100.0 * *area / all);
+        let reasons: Vec<String> = reasons.iter().map(share).collect();
+        writeln!(f, "level of {} m: {} cells ({})", readable(level.spacing_m), level.cells, reasons.join(", "))?;
+    }
+    Ok(())
 }
 
 /// Times, steps and memory of the run.
@@ -174,6 +189,20 @@ fn write_balance(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
         writeln!(f, "{gate}")?;
     }
     Ok(())
+}
+
+/// The estimated error of the maps; nothing where none is asked for.
+fn write_error(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
+    let Some(error) = &run.error_estimate else { return Ok(()) };
+    writeln!(
+        f,
+        "estimated error, by a run on cells of {} m: maximum depth {} m in the mean, {} m in 95 % of the flooded cells; arrival {} s and {} s",
+        readable(error.spacing_m),
+        number(error.mean_depth_m, 3),
+        number(error.depth_95_m, 3),
+        number(error.mean_arrival_s, 1),
+        number(error.arrival_95_s, 1)
+    )
 }
 
 /// A value with so many digits, or a dash where there is none.

@@ -25,6 +25,61 @@ pub const BLOCK: usize = 16;
 /// Cells of the finest level that are kept fine around what asks for it.
 const AROUND: f64 = 4.0;
 
+/// Why a place has cells as fine as it has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Because {
+    /// The dam that breaks.
+    Breach,
+    /// Walls.
+    Walls,
+    /// Lines that cells follow.
+    Lines,
+    /// Buildings, and ground that dams and levees raise.
+    Raised,
+    /// Gauges.
+    Gauges,
+    /// Cross-sections.
+    Sections,
+    /// Sources.
+    Sources,
+    /// The moving bed.
+    MovingBed,
+    /// Channels of one dimension that join there.
+    Channels,
+    /// Boundaries with a discharge or a rating curve.
+    Boundaries,
+    /// An entry of `refine`.
+    Refine,
+    /// Terrain that coarser cells do not see under the depth of water there (M94).
+    Terrain,
+    /// Finer cells beside it: levels change by one at a time.
+    Transition,
+    /// Nothing asks for finer cells.
+    Nothing,
+}
+
+impl Because {
+    /// The reason in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Because::Breach => "breach",
+            Because::Walls => "walls",
+            Because::Lines => "lines that cells follow",
+            Because::Raised => "buildings and raised ground",
+            Because::Gauges => "gauges",
+            Because::Sections => "cross-sections",
+            Because::Sources => "sources",
+            Because::MovingBed => "moving bed",
+            Because::Channels => "channels",
+            Because::Boundaries => "boundaries",
+            Because::Refine => "refine",
+            Because::Terrain => "terrain under the water",
+            Because::Transition => "beside finer cells",
+            Because::Nothing => "nothing finer needed",
+        }
+    }
+}
+
 /// The level that each block of the finest lattice asks for, the coarsest that does.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted {
@@ -32,17 +87,20 @@ pub struct Wanted {
     pub columns: usize,
     /// The levels, row by row from the south.
     pub levels: Vec<u8>,
+    /// Why each block asks for its level.
+    pub because: Vec<Because>,
 }
 
 impl Wanted {
     /// Every block asks for a level.
     fn all(lattice: &Lattice, level: usize) -> Self {
         let (columns, rows) = (lattice.columns.div_ceil(BLOCK), lattice.rows.div_ceil(BLOCK));
-        Wanted { columns, levels: vec![u8::try_from(level).unwrap_or(u8::MAX); columns * rows] }
+        let levels = vec![u8::try_from(level).unwrap_or(u8::MAX); columns * rows];
+        Wanted { columns, because: vec![Because::Nothing; levels.len()], levels }
     }
 
     /// Asks for a level, or a finer one, at all blocks within a distance (m) of a place.
-    fn ask(&mut self, lattice: &Lattice, place: Vec2, within: f64, level: usize) {
+    fn ask(&mut self, lattice: &Lattice, (place, within): (Vec2, f64), (level, because): (usize, Because)) {
         let side = BLOCK as f64 * lattice.spacing;
         let rows = self.levels.len() / self.columns;
         let range = |at: f64, count: usize| {
@@ -51,15 +109,23 @@ impl Wanted {
         };
         for row in range(place.y, rows) {
             for column in range(place.x, self.columns) {
-                self.set(column, row, level);
+                self.set_because((column, row), level, because);
             }
         }
     }
 
-    /// Asks for a level, or a finer one, at a block.
+    /// Asks for a level, or a finer one, at a block, for the sake of its terrain.
     pub fn set(&mut self, column: usize, row: usize, level: usize) {
-        let own = &mut self.levels[row * self.columns + column];
-        *own = (*own).min(u8::try_from(level).unwrap_or(u8::MAX));
+        self.set_because((column, row), level, Because::Terrain);
+    }
+
+    /// The same for another reason; of two reasons for the same level the earlier one stays.
+    fn set_because(&mut self, (column, row): (usize, usize), level: usize, because: Because) {
+        let (block, level) = (row * self.columns + column, u8::try_from(level).unwrap_or(u8::MAX));
+        if level < self.levels[block] {
+            self.levels[block] = level;
+            self.because[block] = because;
+        }
     }
 }
 
@@ -119,9 +185,10 @@ fn wanted(
     let count = levels.count(scenario.resolution.value);
     let mut wanted = Wanted::all(lattice, count - 1);
     let around = AROUND * lattice.spacing;
-    let followed = setup.following.iter().flat_map(|following| following.conforming.cells()).map(|cell| cell.centre);
-    for place in fine_places(scene, &setup.bed).into_iter().chain(followed) {
-        wanted.ask(lattice, place, around, 0);
+    let followed = setup.following.iter().flat_map(|following| following.conforming.cells());
+    let followed = followed.map(|cell| (Because::Lines, cell.centre));
+    for (because, place) in fine_places(scene, &setup.bed).into_iter().chain(followed) {
+        wanted.ask(lattice, (place, around), (0, because));
     }
     for refine in &levels.refine {
         let level = levels.level_of(lattice.spacing, refine.value.to);
@@ -130,33 +197,40 @@ fn wanted(
     wanted
 }
 
-/// Places (local coordinates) that are to be on the finest level.
-fn fine_places(scene: &Scene, bed: &BedParticles) -> Vec<Vec2> {
+/// Places (local coordinates) that are to be on the finest level, and why.
+fn fine_places(scene: &Scene, bed: &BedParticles) -> Vec<(Because, Vec2)> {
     let lattice = &scene.lattice;
     let forcing = &scene.forcing;
-    let mut cells: Vec<usize> = bed.sealed.clone();
-    cells.extend(&scene.raised);
-    cells.extend(scene.crossed.iter().flatten());
+    let mut cells: Vec<(Because, usize)> = Vec::new();
+    let mut add =
+        |because: Because, more: &mut dyn Iterator<Item = usize>| cells.extend(more.map(|cell| (because, cell)));
     if let Some(breach) = &forcing.breach {
-        cells.extend(breach.cells.iter().map(|dam| dam.cell));
-        cells.extend(breach.rim.iter().map(|rim| rim.at.cell));
+        add(Because::Breach, &mut breach.cells.iter().map(|dam| dam.cell));
+        add(Because::Breach, &mut breach.rim.iter().map(|rim| rim.at.cell));
     }
-    cells.extend(forcing.moving_bed.iter().flat_map(|motion| motion.cells.iter().map(|(cell, _)| *cell)));
-    cells.extend(forcing.line_sources.iter().flat_map(|source| source.cells.iter().map(|(cell, _)| *cell)));
+    add(Because::Raised, &mut bed.sealed.iter().chain(&scene.raised).copied());
+    add(Because::Sections, &mut scene.crossed.iter().flatten().copied());
+    let motions = forcing.moving_bed.iter();
+    add(Because::MovingBed, &mut motions.flat_map(|motion| motion.cells.iter().map(|(cell, _)| *cell)));
+    let lines = forcing.line_sources.iter();
+    add(Because::Sources, &mut lines.flat_map(|source| source.cells.iter().map(|(cell, _)| *cell)));
     let ends = forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]);
-    cells.extend(ends.flat_map(|end| match end {
+    let mut joined = ends.flat_map(|end| match end {
         ChannelEnd::Joined(faces) => faces.iter().map(|face| face.cell).collect::<Vec<_>>(),
         ChannelEnd::Wall | ChannelEnd::Open(_) => Vec::new(),
-    }));
-    let mut places: Vec<Vec2> = cells.into_iter().map(|cell| lattice.centre(cell)).collect();
-    places.extend(scene.gauges.iter().map(|gauge| lattice.to_local(gauge.position)));
-    places.extend(forcing.sources.iter().map(|source| source.place));
+    });
+    add(Because::Channels, &mut joined);
+    let mut places: Vec<(Because, Vec2)> =
+        cells.into_iter().map(|(because, cell)| (because, lattice.centre(cell))).collect();
+    places.extend(scene.gauges.iter().map(|gauge| (Because::Gauges, lattice.to_local(gauge.position))));
+    places.extend(forcing.sources.iter().map(|source| (Because::Sources, source.place)));
     // What is shared among the faces of a boundary is shared on one level.
     let is_shared =
         |boundary: &&Boundary| matches!(boundary.condition, Condition::Discharge { .. } | Condition::Rating(_));
     let shared = forcing.boundaries.iter().filter(is_shared).flat_map(|boundary| boundary.pieces.iter());
-    for piece in scene.walls.iter().copied().chain(shared) {
-        places.extend(along(piece, lattice.spacing));
+    let walls = scene.walls.iter().map(|piece| (Because::Walls, *piece));
+    for (because, piece) in walls.chain(shared.map(|piece| (Because::Boundaries, piece))) {
+        places.extend(along(piece, lattice.spacing).map(|place| (because, place)));
     }
     places
 }
@@ -181,7 +255,7 @@ fn refined(
             let Some(drawn) = places::pieces(&source, crs, scenario, findings) else { return };
             for piece in &drawn.pieces {
                 for place in along(piece.map(|place| lattice.to_local(place)), lattice.spacing) {
-                    wanted.ask(lattice, place, *within, level);
+                    wanted.ask(lattice, (place, *within), (level, Because::Refine));
                 }
             }
         }
@@ -193,7 +267,7 @@ fn refined(
             // A polygon may lie between all centres.
             let corners = area.coords_iter().map(|corner| lattice.to_local(Vec2::new(corner.x, corner.y)));
             for place in inside.chain(corners) {
-                wanted.ask(lattice, place, 0.0, level);
+                wanted.ask(lattice, (place, 0.0), (level, Because::Refine));
             }
         }
     }

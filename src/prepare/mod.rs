@@ -6,6 +6,7 @@
 mod findings;
 mod following;
 mod forcing;
+mod grain;
 mod grid;
 mod ground;
 mod inputs;
@@ -35,9 +36,10 @@ use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use following::Following;
+pub use grain::{Grain, grain};
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 pub use inputs::{InputFile, in_folder};
-pub use levels::{BLOCK, Wanted, scatter};
+pub use levels::{BLOCK, Because, Wanted, scatter};
 
 /// Water that stands still at the start.
 #[derive(Clone, Debug, PartialEq)]

@@ -48,6 +48,11 @@ pub(super) const GROUP: Group = Group {
             "Set `FLOODSIM_DATA` to the folder of the data.",
         ),
         warning(
+            "no-error-estimate",
+            "The error of the maps is not estimated: the scenario cannot be run on cells twice as wide, or that run breaks down.",
+            "Take a finer `resolution`, or leave `outputs.error_estimate` out.",
+        ),
+        warning(
             "no-finer-raster",
             "No raster of the terrain is finer than the resolution. Maps on the terrain add no detail.",
             "Leave `outputs.cell` out, or choose a coarser `resolution`.",

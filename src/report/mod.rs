@@ -133,10 +133,19 @@ fn figures(run: &RunFolder) -> Result<Vec<Figure>, Error> {
         let classes = Classes::speed(greatest(&values));
         figures.push(common.figure("max_speed", "Maximum speed at any time", map_panel(&values, &classes)));
     }
+    figures.extend(error_figure(&common)?);
     figures.extend(four_times(&common, &depth_classes, arrival_panel, origin)?);
     figures.extend(lines("gauges", "Water depth at the gauges", "depth (m)", &run.series));
     figures.extend(lines("sections", "Discharge at the cross-sections", "discharge (m³/s)", &run.discharges));
     Ok(figures)
+}
+
+/// The estimated error of the maximum depth; none where it was not asked for.
+fn error_figure(common: &Common<'_>) -> Result<Option<Figure>, Error> {
+    let Some(values) = common.run.map("max_depth_error")? else { return Ok(None) };
+    let classes = Classes { title: "Estimated error (m)".to_owned(), ..Classes::depth(greatest(&values)) };
+    let caption = "Estimated error of the maximum depth, by a second run on cells twice as wide";
+    Ok(Some(common.figure("max_depth_error", caption, map_panel(&values, &classes))))
 }
 
 /// The depth at four times after the origin, and the arrival where it is known; none without frames.

@@ -27,6 +27,7 @@ pub(super) fn page(run: &RunFolder, figures: &[Figure]) -> String {
     );
     status(&mut html, run);
     table(&mut html, "The run", &summary_rows(run));
+    table(&mut html, "The cells of the run", &cell_rows(&run.summary));
     table(&mut html, "The breach", &breach_rows(&run.summary["breach"]));
     table(&mut html, "The bed that moves", &moving_bed_rows(&run.summary["moving_bed"]));
     table(&mut html, "Volume balance", &volume_rows(&run.summary["volume_m3"]));
@@ -106,6 +107,22 @@ fn summary_rows(run: &RunFolder) -> Vec<(String, String)> {
     let missing = (!missing.is_empty()).then(|| format!("{}, left out of `outputs.write`", missing.join(", ")));
     add("Not written", missing);
     add("Peak memory", number(&summary["peak_rss_mb"]).map(|mb| format!("{mb:.0} MB")));
+    rows
+}
+
+/// How the spacing was chosen, and the levels with the reasons for them; nothing of one spacing that the scenario has.
+fn cell_rows(summary: &Value) -> Vec<(String, String)> {
+    let because = summary["resolution"]["because"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let reason = |reason: &Value| ("Chosen".to_owned(), reason.as_str().unwrap_or_default().to_owned());
+    let mut rows: Vec<(String, String)> = because.iter().map(reason).collect();
+    for level in summary["levels"].as_array().map(Vec::as_slice).unwrap_or_default() {
+        let Some((edge, cells)) = level["spacing_m"].as_f64().zip(level["cells"].as_u64()) else { continue };
+        let areas = level["area_m2"].as_object();
+        let area =
+            |(because, area): (&String, &Value)| format!("{because} {:.3} km²", area.as_f64().unwrap_or(0.0) / 1e6);
+        let areas: Vec<String> = areas.into_iter().flatten().map(area).collect();
+        rows.push((format!("{edge} m"), format!("{cells} cells; {}", areas.join(", "))));
+    }
     rows
 }
 

@@ -57,7 +57,8 @@ fn the_schema_is_json_that_knows_the_format() {
     assert_eq!(schema["additionalProperties"], false);
     assert_eq!(schema.pointer("/properties/resolution/allOf/0/$ref").unwrap(), "#/definitions/Resolution");
     let forms = schema.pointer("/definitions/Resolution/anyOf").unwrap().as_array().unwrap();
-    let forms: Vec<&str> = forms.iter().map(|form| form["$ref"].as_str().unwrap()).collect();
+    assert_eq!(forms[0]["const"], "auto");
+    let forms: Vec<&str> = forms[1..].iter().map(|form| form["$ref"].as_str().unwrap()).collect();
     assert_eq!(forms, ["#/definitions/Length", "#/definitions/LevelsSection"]);
     assert!(schema["required"].as_array().unwrap().contains(&"resolution".into()));
     let one_of = serde_json::json!([{"required": ["terrain"]}, {"required": ["channels"]}]);

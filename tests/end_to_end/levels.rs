@@ -22,12 +22,12 @@ outputs: {every: 60 s, gauges: gauges.csv}
 ";
 
 /// A valley that falls to the east, 200 m wide, with a gorge of 30 m in its middle third; a lake in its west whose dam is gone.
-struct Scene {
-    folder: TempDir,
+pub(crate) struct Scene {
+    pub(crate) folder: TempDir,
 }
 
 impl Scene {
-    fn new() -> Scene {
+    pub(crate) fn new() -> Scene {
         let scene = Scene { folder: TempDir::new().unwrap() };
         let row = |row: usize| {
             let values = (0..COLUMNS).map(|column| format!("{:.3}", Self::elevation(column, row)));
@@ -51,22 +51,22 @@ impl Scene {
         110.0 - 0.01 * x + 20.0 * (flank / 40.0).min(1.0) + 0.02 * flank
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn write(&self, name: &str, content: &str) {
+    pub(crate) fn write(&self, name: &str, content: &str) {
         std::fs::write(self.path(name), content).unwrap();
     }
 
-    fn write_polygon(&self, name: &str, polygon: &str) {
+    pub(crate) fn write_polygon(&self, name: &str, polygon: &str) {
         let geometry = format!(r#"{{"type":"Polygon","coordinates":{polygon}}}"#);
         self.write(name, &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#));
     }
 
     /// Runs the scene into a folder, with changes; returns its record.
     #[track_caller]
-    fn run(&self, out: &str, changes: &[&str]) -> serde_json::Value {
+    pub(crate) fn run(&self, out: &str, changes: &[&str]) -> serde_json::Value {
         let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
         let answer =
             floodsim(self.folder.path(), &[&["run", "s.yaml", "--out", out, "--quiet"][..], &changes].concat());
@@ -75,12 +75,12 @@ impl Scene {
         serde_json::from_str(&record).unwrap()
     }
 
-    fn maps(&self, out: &str) -> Netcdf {
+    pub(crate) fn maps(&self, out: &str) -> Netcdf {
         Netcdf::read(&self.path(out).join("maps.nc"))
     }
 }
 
-fn cells(record: &serde_json::Value) -> Vec<(f64, u64)> {
+pub(crate) fn cells(record: &serde_json::Value) -> Vec<(f64, u64)> {
     let levels = record["levels"].as_array().unwrap();
     levels.iter().map(|level| (level["spacing_m"].as_f64().unwrap(), level["cells"].as_u64().unwrap())).collect()
 }

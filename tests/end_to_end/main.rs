@@ -1,6 +1,7 @@
 //! The program as its users meet it: files in, messages, exit codes and files out.
 #![allow(clippy::unwrap_used, reason = "a test that cannot set up its files has failed")]
 
+mod auto_resolution;
 mod bad_inputs;
 mod bad_scenarios;
 mod boundaries;
@@ -11,8 +12,10 @@ mod channels_alone;
 mod commands;
 mod dam_breaks;
 mod doubtful_inputs;
+mod error_estimate;
 mod hot_start;
 mod levels;
+mod levels_planned;
 mod lines;
 mod maps_on_terrain;
 mod mistaken_files;

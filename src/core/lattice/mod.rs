@@ -88,6 +88,13 @@ impl Lattice {
         level.first_row * self.columns..(level.first_row + level.rows) * self.columns
     }
 
+    /// The cells that stand for their places on a level, with those that follow lines on the finest.
+    pub fn leaves_of(&self, level: Level) -> impl Iterator<Item = usize> + '_ {
+        let conforming = self.conforming().filter(|_| level.first_row == 0);
+        let of_lines = conforming.into_iter().flat_map(|made| (0..made.cells().len()).map(|number| made.place(number)));
+        self.places_of(level).filter(|&place| self.is_leaf(place)).chain(of_lines)
+    }
+
     /// The index of a cell of a level, given by its index on a lattice of that level alone.
     pub fn in_stack(&self, level: Level, cell: usize) -> usize {
         self.index(cell % level.columns, level.first_row + cell / level.columns)

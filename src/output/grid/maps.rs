@@ -34,6 +34,10 @@ pub struct GridMaps {
     pub hazard_class: Vec<f32>,
     /// Edge of the cells of the run (m); empty where it is the same everywhere, [`FILL`](super::FILL) outside the terrain.
     pub resolution: Vec<f32>,
+    /// Estimated error of the greatest depth (m); empty where none is asked for, [`FILL`](super::FILL) outside the terrain.
+    pub max_depth_error: Vec<f32>,
+    /// Estimated error of the first arrival (s); empty where none is asked for, [`FILL`](super::FILL) where it is not known.
+    pub arrival_time_error: Vec<f32>,
     /// Who set the ground last.
     pub ground_source: SourceGrid,
     /// One entry for each threshold.

@@ -22,24 +22,24 @@ use super::qgis::{LayerStyle, vector_style};
 use crate::error::{Error, Problem, Severity};
 
 /// The stand-in for the dates that the format asks for.
-const FIXED_DATE: &str = "2000-01-01T00:00:00.000Z";
+pub(super) const FIXED_DATE: &str = "2000-01-01T00:00:00.000Z";
 
 /// The system without a place on Earth, by the name under which the format has a number for it (-1).
 const PLAIN_METRES: &str = r#"ENGCRS["Undefined Cartesian SRS",EDATUM[""],CS[Cartesian,2],AXIS["x",east,ORDER[1]],AXIS["y",north,ORDER[2]],LENGTHUNIT["metre",1]]"#;
 
 /// A value of a column.
-enum Value {
+pub(super) enum Value {
     Text(String),
     Number(Option<f64>),
     Date(&'static str),
 }
 
 /// A layer before it is written: columns with their types, and one entry for each feature.
-struct Layer<'a> {
-    name: &'a str,
-    geometry: OGRwkbGeometryType::Type,
-    columns: Vec<(String, OGRFieldType::Type)>,
-    features: Vec<(Option<Geometry>, Vec<Value>)>,
+pub(super) struct Layer<'a> {
+    pub(super) name: &'a str,
+    pub(super) geometry: OGRwkbGeometryType::Type,
+    pub(super) columns: Vec<(String, OGRFieldType::Type)>,
+    pub(super) features: Vec<(Option<Geometry>, Vec<Value>)>,
 }
 
 /// What the layers beside the maps show.
@@ -71,7 +71,7 @@ pub fn write_geopackage(
     findings: &Findings<'_>,
 ) -> Result<(), Error> {
     folder.write_with("results.gpkg", |path| {
-        let crs = WritableCrs::new(crs, path)?;
+        let spatial_ref = spatial_ref_of(crs, path)?;
         let write = || -> GdalResult<()> {
             let mut layers = vec![
                 extent_layer(grid, &recording.maps)?,
@@ -88,10 +88,6 @@ pub fn write_geopackage(
                 layers.push(ridge_layer(findings.ridges)?);
             }
             layers.push(style_layer(findings.isochrones, has_sections, has_ridges));
-            let spatial_ref = match crs {
-                Some(crs) => crs.spatial_ref,
-                None => SpatialRef::from_wkt(PLAIN_METRES)?,
-            };
             write_layers(path, &spatial_ref, layers)
         };
         set_thread_local_config_option("OGR_CURRENT_DATE", FIXED_DATE).map_err(|cause| output_error(path, cause))?;
@@ -101,7 +97,15 @@ pub fn write_geopackage(
     })
 }
 
-fn write_layers(path: &Path, spatial_ref: &SpatialRef, layers: Vec<Layer<'_>>) -> GdalResult<()> {
+/// The reference system of the layers of a file.
+pub(super) fn spatial_ref_of(crs: &OutputCrs, path: &Path) -> Result<SpatialRef, Error> {
+    match WritableCrs::new(crs, path)? {
+        Some(crs) => Ok(crs.spatial_ref),
+        None => SpatialRef::from_wkt(PLAIN_METRES).map_err(|cause| output_error(path, cause)),
+    }
+}
+
+pub(super) fn write_layers(path: &Path, spatial_ref: &SpatialRef, layers: Vec<Layer<'_>>) -> GdalResult<()> {
     let driver = DriverManager::get_driver_by_name("GPKG")?;
     let mut dataset = driver.create_vector_only(path)?;
     for layer in layers {
@@ -142,16 +146,16 @@ fn write_layer(dataset: &mut Dataset, spatial_ref: &SpatialRef, layer: Layer<'_>
     transaction.commit()
 }
 
-fn number_columns(names: &[&str]) -> Vec<(String, OGRFieldType::Type)> {
+pub(super) fn number_columns(names: &[&str]) -> Vec<(String, OGRFieldType::Type)> {
     names.iter().map(|name| (name.to_string(), OGRFieldType::OFTReal)).collect()
 }
 
-fn text_columns(names: &[&str]) -> Vec<(String, OGRFieldType::Type)> {
+pub(super) fn text_columns(names: &[&str]) -> Vec<(String, OGRFieldType::Type)> {
     names.iter().map(|name| (name.to_string(), OGRFieldType::OFTString)).collect()
 }
 
 /// The cells for which `inside` holds, as one multipolygon and its area (m²); none when there are no such cells.
-fn multipolygon(grid: &OutputGrid, inside: &[bool]) -> GdalResult<Option<(Geometry, f64)>> {
+pub(super) fn multipolygon(grid: &OutputGrid, inside: &[bool]) -> GdalResult<Option<(Geometry, f64)>> {
     let regions = regions(grid.columns, inside);
     if regions.is_empty() {
         return Ok(None);
@@ -322,7 +326,7 @@ fn findings_layer<'a>(findings: &[Problem]) -> GdalResult<Layer<'a>> {
     Ok(Layer { name: "findings", geometry: OGRwkbGeometryType::wkbPoint, columns, features })
 }
 
-/// The table in which QGIS looks for default styles.
+/// The styles of the layers beside the maps.
 fn style_layer<'a>(isochrones: &[f64], has_sections: bool, has_ridges: bool) -> Layer<'a> {
     let mut styles = vec![
         ("inundation_extent", LayerStyle::Area("49,130,189,60", "8,81,156,255")),
@@ -336,6 +340,11 @@ fn style_layer<'a>(isochrones: &[f64], has_sections: bool, has_ridges: bool) -> 
     if has_ridges {
         styles.push(("ridges", LayerStyle::Line("122,1,119,255", "sill_m")));
     }
+    style_table(styles)
+}
+
+/// The table in which QGIS looks for default styles.
+pub(super) fn style_table<'a>(styles: Vec<(&str, LayerStyle<'_>)>) -> Layer<'a> {
     let names =
         ["f_table_catalog", "f_table_schema", "f_table_name", "f_geometry_column", "styleName", "styleQML", "styleSLD"];
     let mut columns = text_columns(&names);

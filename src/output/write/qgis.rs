@@ -137,6 +137,8 @@ pub(super) enum LayerStyle<'a> {
     Line(&'a str, &'a str),
     /// Areas coloured by the values of a column, early to late.
     Categories(&'a str, &'a [f64]),
+    /// Areas coloured by the edge of their cells (m), the finest first.
+    Levels(&'a str, &'a [f64]),
 }
 
 /// The style of a vector layer.
@@ -145,7 +147,12 @@ pub(super) fn vector_style(style: &LayerStyle<'_>) -> String {
         LayerStyle::Area(fill, rim) => (single_symbol(&fill_symbol("0", fill, rim)), String::new()),
         LayerStyle::Point(colour, column) => (single_symbol(&marker_symbol(colour)), labelling(column)),
         LayerStyle::Line(colour, column) => (single_symbol(&line_symbol(colour)), labelling(column)),
-        LayerStyle::Categories(column, values) => (categories(column, values), String::new()),
+        LayerStyle::Categories(column, values) => {
+            (categories(column, values, |time| format!("within {} min", time / 60.0)), String::new())
+        }
+        LayerStyle::Levels(column, values) => {
+            (categories(column, values, |edge| format!("cells of {edge} m")), String::new())
+        }
     };
     format!(
         "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n\
@@ -200,7 +207,7 @@ fn labelling(column: &str) -> String {
     )
 }
 
-fn categories(column: &str, values: &[f64]) -> String {
+fn categories(column: &str, values: &[f64], label: fn(f64) -> String) -> String {
     let mut entries = String::new();
     let mut symbols = String::new();
     for (index, value) in values.iter().enumerate() {
@@ -208,7 +215,7 @@ fn categories(column: &str, values: &[f64]) -> String {
         let hexadecimal = TIMES[place.min(TIMES.len() - 1)];
         let part = |from: usize| u8::from_str_radix(&hexadecimal[from..from + 2], 16).unwrap_or(0);
         let fill = format!("{},{},{},150", part(1), part(3), part(5));
-        let label = format!("within {} min", value / 60.0);
+        let label = label(*value);
         entries +=
             &format!("      <category value=\"{value}\" symbol=\"{index}\" label=\"{label}\" render=\"true\"/>\n");
         symbols += &fill_symbol(&index.to_string(), &fill, "35,35,35,120");

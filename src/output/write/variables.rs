@@ -116,6 +116,7 @@ pub fn map_variables(maps: &GridMaps, rise_on_wet: f64) -> Vec<MapVariable<'_>> 
     let edge = "edge of the cells of the run";
     let resolution = || map("resolution", edge, None, ("m", MapKind::Depth), "", &maps.resolution);
     variables.extend((!maps.resolution.is_empty()).then(resolution));
+    variables.extend(errors(maps));
     variables.extend(ground_source(maps));
     variables
 }
@@ -187,6 +188,12 @@ fn map<'a>(
         "bed_elevation" => "above the vertical datum of the terrain",
         "time_of_max_depth" => "seconds since the start; no value where always dry",
         "resolution" => "of the level that stands for the place",
+        "max_depth_error" => {
+            "greatest difference from a run on cells twice as wide, up to one such cell away (first order)"
+        }
+        "arrival_time_error" => {
+            "greatest difference from a run on cells twice as wide, up to one such cell away (first order); no value where the water does not arrive in both"
+        }
         "hazard_class" => "combined hazard curves H1 to H6 of AIDR Guideline 7-3 (2017); 0 where always dry",
         _ => "maximum over all compute steps; 0 where always dry",
     };
@@ -213,6 +220,18 @@ fn hazard_classes() -> Vec<MapClass> {
         colour: Some(class.colour),
     });
     std::iter::once(dry).chain(others).collect()
+}
+
+/// The maps of estimated errors, where they are asked for.
+fn errors(maps: &GridMaps) -> impl Iterator<Item = MapVariable<'_>> {
+    let of = |name: &str, long_name: &str, unit, values| map(name, long_name, None, unit, "", values);
+    let depth = "estimated error of the maximum depth";
+    let arrival = "estimated error of the time of arrival";
+    let all = [
+        of("max_depth_error", depth, ("m", MapKind::Depth), &maps.max_depth_error[..]),
+        of("arrival_time_error", arrival, ("s", MapKind::Time), &maps.arrival_time_error[..]),
+    ];
+    all.into_iter().filter(|map| !map.values.is_empty())
 }
 
 /// The map of who set the ground, where it is asked for.

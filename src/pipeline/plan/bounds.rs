@@ -64,6 +64,8 @@ pub fn draw(
         run_time,
         disk_mb: disk(scenario, scene, cells, wet as f64..cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
+        choice: None,
+        levels: Vec::new(),
         motion: scenario.numerics.motion,
         advice: advice(scene, reach, spread, spacing),
         measured,

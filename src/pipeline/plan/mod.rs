@@ -19,13 +19,16 @@ mod disk;
 mod measure;
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::budget::{self, Chosen};
 use super::clock::memory_mib;
 use super::seeding::seeding_warnings;
 use super::stages::{flow_problem, recorder_of, recorder_plan};
 use super::{cores, levels, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
+use crate::output::{ChoiceRecord, LevelRecord, OutputGrid, write_level_layer};
 use crate::prepare::{Runnable, Setup, prepare};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
@@ -68,6 +71,10 @@ pub struct Plan {
     pub disk_mb: Range<f64>,
     /// Distance of the particles (m) in the flooded area: where it is as deep as at the start, and where it is thinnest.
     pub resolution: Range<f64>,
+    /// How their distance was chosen, where the scenario left it to the program.
+    pub choice: Option<ChoiceRecord>,
+    /// Its levels, the finest first; nothing of one spacing everywhere.
+    pub levels: Vec<LevelRecord>,
     /// The motion of the scenario.
     pub motion: Motion,
     /// The motion that fits this scene better, and why.
@@ -80,23 +87,58 @@ pub struct Plan {
     pub warnings: Vec<Problem>,
 }
 
-/// Plans a run on the given number of threads, or on all.
-///
-/// # Errors
-/// `Error::Problems` where a run would be refused, a stated limit included; `Error::Numerical` where the first steps break down.
-pub fn plan(scenario: &Scenario, threads: Option<usize>) -> Result<Plan, Error> {
-    thread_pool(threads)?.install(|| plan_on_threads(scenario))
+/// What the planner asks of a plan beyond the scenario.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlanOptions {
+    /// Number of threads; all of the machine when absent.
+    pub threads: Option<usize>,
+    /// GeoPackage for the layer of levels; none is written when absent.
+    pub layer: Option<PathBuf>,
 }
 
-fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
+/// Plans a run.
+///
+/// # Errors
+/// `Error::Problems` where a run would be refused, a stated limit included; `Error::Numerical` where the first steps break down;
+/// `Error::Usage` and `Error::Output` where the layer cannot be written.
+pub fn plan(scenario: &Scenario, options: &PlanOptions) -> Result<Plan, Error> {
+    if let Some(layer) = &options.layer {
+        check_layer(layer)?;
+    }
+    thread_pool(options.threads)?.install(|| plan_on_threads(scenario, options.layer.as_deref()))
+}
+
+/// Refuses a file for the layer that is no GeoPackage, or exists: it might be an input.
+fn check_layer(layer: &Path) -> Result<(), Error> {
+    let name = layer.display();
+    if !layer.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("gpkg")) {
+        return Err(Error::Usage(format!(
+            "--layer {name}: the layer is a GeoPackage; give a name that ends with .gpkg"
+        )));
+    }
+    if layer.exists() {
+        return Err(Error::Usage(format!("--layer {name}: the file exists; give another name, or remove it")));
+    }
+    Ok(())
+}
+
+fn plan_on_threads(scenario: &Scenario, layer: Option<&Path>) -> Result<Plan, Error> {
     let start = Instant::now();
+    let Chosen { scenario, record: choice, warnings: of_choice } = budget::choose(scenario)?;
+    let scenario = &scenario;
     let Runnable { setup, mut warnings, .. } = prepare(scenario).into_runnable()?;
     let reach = {
         let (still, levels) = with_flowing_water(&setup, scenario.numerics.gravity);
         reach(&setup.bed, &still, &levels, &setup.scene.walls, scenario.numerics.dry_depth)
     };
-    let setup = levels::settle(scenario, setup);
-    warnings.extend(seeding_warnings(scenario, &setup));
+    let (setup, settled) = levels::settle(scenario, setup);
+    let of_levels = settled.records(scenario, &setup.bed);
+    if let Some(layer) = layer {
+        let (bed, spacing) = (&setup.bed, setup.scene.lattice.spacing);
+        let grid = OutputGrid::new(&bed.lattice, spacing, &bed.elevation);
+        write_level_layer(layer, &grid, &setup.scene.crs, &settled.areas(bed), &of_levels)?;
+    }
+    warnings.extend(of_choice.into_iter().chain(seeding_warnings(scenario, &setup)));
     let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let mut solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
@@ -106,7 +148,12 @@ fn plan_on_threads(scenario: &Scenario) -> Result<Plan, Error> {
     let measured = Measured { preparation, ..measure(scenario, solver.as_mut(), &mut recorder)? };
     let cells = Cells { of_frames: recorder.grid().len(), of_maps: recorder.grid_of_maps().len() };
     let memory_now = memory_mib();
-    let plan = Plan { warnings, ..draw(scenario, &scene, (&still, &reach), measured, (cells, memory_now)) };
+    let plan = Plan {
+        warnings,
+        choice,
+        levels: of_levels,
+        ..draw(scenario, &scene, (&still, &reach), measured, (cells, memory_now))
+    };
     let limit = scenario.limits.memory / MIB;
     if plan.memory_mib.start > limit {
         return Err(Error::Problems(with_memory_problem(plan, scenario, limit)));

@@ -60,6 +60,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         channels: Vec::new(),
         resolution: sourced("resolution", resolution),
         levels: None,
+        auto: None,
         end_time: 10.0,
         reference_time: None,
         outputs: Outputs {
@@ -74,6 +75,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             thresholds: vec![0.01],
             rise_on_wet: 0.05,
             isochrones: Vec::new(),
+            error_estimate: false,
         },
         numerics: Numerics {
             formulation: Formulation::default(),

@@ -101,6 +101,8 @@ pub struct Scenario {
     pub resolution: Sourced<f64>,
     /// Levels of cells above it; none where all cells are of one spacing.
     pub levels: Option<Levels>,
+    /// By what the program chooses both; it is done before a run, and `resolution` is not a number until then.
+    pub auto: Option<Auto>,
     /// End time (s).
     pub end_time: f64,
     /// Date and time of t = 0, if given.

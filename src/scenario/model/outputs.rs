@@ -74,6 +74,8 @@ pub struct Outputs {
     pub rise_on_wet: f64,
     /// Times of the isochrones (s).
     pub isochrones: Vec<f64>,
+    /// Whether a second run on wider cells estimates the error of the maps.
+    pub error_estimate: bool,
 }
 
 impl Outputs {
@@ -85,6 +87,11 @@ impl Outputs {
     /// The parts that are left out.
     pub fn left_out(&self) -> impl Iterator<Item = OutputPart> + '_ {
         OutputPart::ALL.into_iter().filter(|&part| !self.writes(part))
+    }
+
+    /// Whether a second run estimates the error of maps that are written.
+    pub fn wants_errors(&self) -> bool {
+        self.error_estimate && (self.writes(OutputPart::Maps) || self.writes(OutputPart::Cog))
     }
 
     /// Whether anything is to be written for which each cell keeps its maxima.

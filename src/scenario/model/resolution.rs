@@ -1,6 +1,17 @@
 //! Levels of square cells nested 2:1, and the places that are to be fine.
 
-use super::{Sourced, VectorSource};
+use super::{Scenario, Sourced, VectorSource};
+
+/// What lengths that the program chooses keep to; where nothing is said, an error of 5 % of the depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Auto {
+    /// CPU time of the steps (s).
+    pub cpu: Option<f64>,
+    /// Memory of the run (bytes).
+    pub memory: Option<f64>,
+    /// Mean error of the maximum depth (m).
+    pub error: Option<f64>,
+}
 
 /// Levels of cells: those of a level have twice the edge of those of the next finer one. The finest spacing is
 /// `Scenario::resolution`.
@@ -37,6 +48,25 @@ pub enum RefineShape {
 
 /// Relative difference up to which two lengths are the same: files and messages have lengths of six digits.
 pub const SAME_LENGTH: f64 = 1e-5;
+
+impl Scenario {
+    /// The scenario with lengths (m) that were chosen: the finest one, and the coarsest where there are levels.
+    #[must_use]
+    pub fn with_lengths(&self, finest: f64, coarsest: f64) -> Scenario {
+        let mut scenario = self.clone();
+        let Sourced { key, place, .. } = self.resolution.clone();
+        scenario.auto = None;
+        scenario.resolution.value = finest;
+        let coarsest = Sourced { value: coarsest, key, place };
+        let has_levels = coarsest.value > finest * (1.0 + SAME_LENGTH);
+        scenario.levels = has_levels.then(|| Levels { coarsest, refine: Vec::new() });
+        // A map without a cell of its own has that of the run.
+        if scenario.outputs.cell.is_nan() {
+            scenario.outputs.cell = finest;
+        }
+        scenario
+    }
+}
 
 impl Levels {
     /// Most levels of a scenario: the coarsest cells are as wide as 64 of the finest.

@@ -7,7 +7,7 @@ use crate::scenario::read::{FromNode, Reader};
 use crate::scenario::tree::{Node, Value};
 
 /// Keys that ask for terrain, and what of it a channel has instead or why it has nothing.
-const OF_TERRAIN: [(&str, &str); 18] = [
+const OF_TERRAIN: [(&str, &str); 19] = [
     ("structures", "walls and buildings stand on terrain"),
     ("initial", "the water of a channel at the start is its own key `water`"),
     ("boundaries", "what is known beyond the ends of a channel are its own keys `upstream` and `downstream`"),
@@ -23,6 +23,7 @@ const OF_TERRAIN: [(&str, &str); 18] = [
     ("outputs.gauges", "the gauges of a channel are its own key `gauges`"),
     ("outputs.sections", "the discharge along a channel is in its profiles, and at its gauges"),
     ("outputs.isochrones", "channels are on no map"),
+    ("outputs.error_estimate", "channels are on no map"),
     ("numerics.bed", "the bed of a channel is that of its sections"),
     ("numerics.turbulence", "a channel has one velocity over its width"),
     ("crs", "there is no terrain to take it from"),

@@ -42,6 +42,9 @@ section! {
         gauges_every: Option<Quantity<Duration>>,
         /// What counts as arrival; the depths 0.01, 0.10 and 0.30 m, and a rise of 0.10 m on water, when absent.
         arrival: Option<ArrivalSection>,
+        /// Whether a second run on cells twice as wide estimates the error of the maps, at about an eighth of the cost; `false` when
+        /// absent. Codes: no-error-estimate, not-written.
+        error_estimate: Option<bool>,
         /// Times of the isochrones, the earliest first; 5, 10, 15, 30, 45, 60, 90, 120 min, then every hour when absent. Codes:
         /// not-written.
         isochrones: Option<Vec<Quantity<Duration>>>,
@@ -122,6 +125,16 @@ pub(super) fn tell_of_outputs(node: &Node, reader: &mut Reader) {
         let message = "isochrones stand in results.gpkg, which `outputs.write` leaves out";
         reader.warning(isochrones, "not-written", message, "add `gpkg` to `outputs.write`, or leave `isochrones` out");
     }
+    let has_maps = is_written("maps") || is_written("cog");
+    if let Some(estimate) = outputs.get("error_estimate").filter(|_| !has_maps) {
+        let message = "estimated errors stand in the maps, which `outputs.write` leaves out";
+        reader.warning(
+            estimate,
+            "not-written",
+            message,
+            "add `maps` to `outputs.write`, or leave `error_estimate` out",
+        );
+    }
     if let Some(cell) = outputs.get("cell")
         && quantity(Some(cell), &LENGTH).zip(quantity(resolution::finest(node), &LENGTH)).is_some_and(|(c, r)| c < r)
     {
@@ -174,13 +187,12 @@ pub(super) fn resolved(
         gauges: None,
         gauges_every: None,
         arrival: None,
+        error_estimate: None,
         isochrones: None,
     });
     let every = section.every.map_or_else(|| sensible_interval(end_time / FRAMES), |every| every.value());
-    let (thresholds, rise_on_wet) = match section.arrival {
-        None => (None, None),
-        Some(arrival) => (arrival.thresholds, arrival.rise_on_wet),
-    };
+    let (thresholds, rise_on_wet) =
+        section.arrival.map_or((None, None), |arrival| (arrival.thresholds, arrival.rise_on_wet));
     let isochrones = match section.isochrones {
         Some(times) => times.iter().map(|time| time.value()).collect(),
         None => default_isochrones(end_time),
@@ -215,6 +227,7 @@ pub(super) fn resolved(
         },
         rise_on_wet: rise_on_wet.map_or(RISE_ON_WET, |rise| rise.value()),
         isochrones,
+        error_estimate: section.error_estimate.unwrap_or(false),
     }
 }
 
@@ -235,5 +248,6 @@ pub(super) fn written(scenario: &Scenario) -> Section {
         .with_some("gauges", outputs.gauges.as_ref().map(vector))
         .with_some("sections", outputs.sections.as_ref().map(vector))
         .with("arrival", arrival)
+        .with_some("error_estimate", outputs.error_estimate.then_some(true))
         .with_some("isochrones", has_maps.then(|| list(&outputs.isochrones, "s")))
 }

@@ -1,4 +1,4 @@
-//! `resolution`: one spacing for all cells, or levels of cells nested 2:1 with the places that are to be fine.
+//! `resolution`: one spacing for all cells, levels of cells nested 2:1 with the places that are to be fine, or `auto`.
 
 use std::borrow::Cow;
 
@@ -7,20 +7,25 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use crate::error::{Problem, ProblemKind};
 use crate::math::readable;
 use crate::scenario::defaults::{COARSEST_TO_FINEST, REACH_OF_LINES};
-use crate::scenario::fields::{Distance, Length, Quantity, VectorFile};
-use crate::scenario::model::{Levels, Refine, RefineShape, SAME_LENGTH, Scenario, Sourced};
+use crate::scenario::fields::{Distance, Duration, Length, Memory, Quantity, VectorFile};
+use crate::scenario::model::{Auto, Levels, Refine, RefineShape, SAME_LENGTH, Scenario, Sourced};
 use crate::scenario::read::{FromNode, Reader, section};
 use crate::scenario::tree::{Entry, Node, Value};
 use crate::scenario::units::LENGTH;
 use crate::scenario::yaml::{Section, Yaml, quantity, vector_source};
 
-/// The resolution: a length alone, or a section with levels.
+/// The word that leaves the lengths to the program.
+const AUTO: &str = "auto";
+
+/// The resolution: a length alone, a section with levels, or lengths that the program chooses.
 #[derive(Clone, Debug)]
 pub enum Resolution {
+    /// `resolution: auto`
+    Auto(Sourced<Auto>),
     /// `resolution: 20 m`
     Length(Quantity<Length>),
     /// `resolution: {finest: 5 m}`
-    Levels(LevelsSection),
+    Levels(Box<LevelsSection>),
 }
 
 impl FromNode for Resolution {
@@ -36,7 +41,14 @@ impl FromNode for Resolution {
             Value::Empty | Value::List(_) => false,
         };
         if is_section {
-            return LevelsSection::from_node(node, reader).map(Resolution::Levels);
+            let section = LevelsSection::from_node(node, reader)?;
+            return Some(match &section.auto {
+                Some(auto) => Resolution::Auto(reader.sourced(node, auto.resolved())),
+                None => Resolution::Levels(Box::new(section)),
+            });
+        }
+        if node.value == Value::Text(AUTO.to_owned()) {
+            return Some(Resolution::Auto(reader.sourced(node, Auto::default())));
         }
         Quantity::from_node(node, reader).map(Resolution::Length)
     }
@@ -50,21 +62,49 @@ impl JsonSchema for Resolution {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let length = generator.subschema_for::<Quantity<Length>>();
         let levels = generator.subschema_for::<LevelsSection>();
-        json_schema!({"anyOf": [length, levels]})
+        json_schema!({"anyOf": [{"const": AUTO}, length, levels]})
     }
 }
 
 section! {
     /// Levels of square cells nested 2:1: each level has cells of twice the edge of the next finer one. Breaches, buildings,
-    /// gauges and the like get the finest level by themselves; `refine` adds places.
+    /// gauges and the like get the finest level by themselves; `refine` adds places. With `auto` alone the program chooses the lengths.
     LevelsSection, example "{finest: 5 m, coarsest: 40 m}", check check_levels {
-        /// Edge of the finest cells. Codes: bad-resolution, resolution-too-coarse, finer-than-terrain.
-        finest: Quantity<Length>,
+        /// What lengths that the program chooses keep to; `finest` is required when absent. Codes: conflict.
+        auto: Option<AutoSection>,
+        /// Edge of the finest cells; required unless there is `auto` when absent. Codes: bad-resolution, resolution-too-coarse,
+        /// finer-than-terrain.
+        finest: Option<Quantity<Length>>,
         /// Edge of the coarsest cells: the finest times 1, 2, 4, 8, 16, 32 or 64; eight times the finest when absent. Codes:
         /// levels-not-nested.
         coarsest: Option<Quantity<Length>>,
         /// Places that are to be fine besides those that the scene needs fine; none when absent.
         refine: Option<Vec<RefineEntry>>,
+    }
+}
+
+section! {
+    /// What lengths that the program chooses keep to. The coarsest cells that bring the wanted error are taken, or those that the limits
+    /// allow where that is more. With limits alone the finest cells within them are taken.
+    AutoSection, example "{cpu: 10 min}" {
+        /// CPU time that the steps of the run may take on this machine, as expected before it; no limit when absent. Codes:
+        /// auto-beyond-limit.
+        cpu: Option<Quantity<Duration>>,
+        /// Memory that the run may take, as expected before it; that of `limits.memory` when absent. Codes: auto-beyond-limit.
+        memory: Option<Quantity<Memory>>,
+        /// Wanted mean error of the maximum depth; 5 % of the mean maximum depth, where nothing else is said, when absent. Codes:
+        /// auto-misses-error.
+        error: Option<Quantity<Length>>,
+    }
+}
+
+impl AutoSection {
+    fn resolved(&self) -> Auto {
+        Auto {
+            cpu: self.cpu.as_ref().map(Quantity::value),
+            memory: self.memory.as_ref().map(Quantity::value),
+            error: self.error.as_ref().map(Quantity::value),
+        }
     }
 }
 
@@ -102,8 +142,38 @@ fn length(node: &Node) -> Option<f64> {
     LENGTH.parse(text).ok().filter(|length| *length > 0.0)
 }
 
+/// Refuses lengths beside `auto`, which chooses them, and an empty `auto`.
+fn check_auto_alone(node: &Node, auto: &Node, reader: &mut Reader) -> Option<()> {
+    if auto.value == Value::Empty {
+        reader.error(
+            auto,
+            "missing-key",
+            "`auto` says nothing",
+            "write `resolution: auto`, or for example `auto: {cpu: 10 min}`",
+        );
+        return None;
+    }
+    let Some(besides) = ["finest", "coarsest", "refine"].into_iter().find_map(|key| node.get(key)) else {
+        return Some(());
+    };
+    reader.error(
+        besides,
+        "conflict",
+        "`auto` chooses the lengths, and others stand beside it",
+        "take them out, or take `auto` out",
+    );
+    None
+}
+
 /// Refuses a coarsest spacing that is no level above the finest one, and places finer or coarser than all levels.
 fn check_levels(node: &Node, reader: &mut Reader) -> Option<()> {
+    if let Some(auto) = node.get(AUTO) {
+        return check_auto_alone(node, auto, reader);
+    }
+    if !node.has("finest") {
+        Quantity::<Length>::when_absent(node, "finest", reader);
+        return None;
+    }
     let finest = node.get("finest").and_then(length)?;
     let written = node.get("coarsest").filter(|coarsest| coarsest.value != Value::Empty);
     let coarsest = written.map_or(Some(COARSEST_TO_FINEST * finest), length);
@@ -176,11 +246,14 @@ pub(in crate::scenario) fn open_length(root: &mut Node) {
 
 /// Refuses levels in a scenario that has none of what they need; whether it has it all.
 fn refuse_levels(root: &Node, [code, message, cause, otherwise]: [&'static str; 4], reader: &mut Reader) -> bool {
-    let Some(resolution) = root.get("resolution").filter(|node| matches!(node.value, Value::Section(_))) else {
-        return true;
+    let has_levels = |node: &&Node| match &node.value {
+        Value::Section(_) => true,
+        Value::Text(text) => text == AUTO,
+        Value::Empty | Value::List(_) => false,
     };
+    let Some(resolution) = root.get("resolution").filter(has_levels) else { return true };
     let length = match finest(root).map(|finest| &finest.value) {
-        Some(Value::Text(length)) => length.as_str(),
+        Some(Value::Text(length)) if length != AUTO => length.as_str(),
         _ => "20 m",
     };
     let problem = Problem::error(ProblemKind::Scenario, code, resolution.key.clone(), message)
@@ -212,19 +285,23 @@ pub(super) fn check_channels_alone(root: &Node, reader: &mut Reader) -> bool {
     refuse_levels(root, problem, reader)
 }
 
-/// The finest spacing, and the levels above it where there are such.
-pub(super) fn resolved(written: Resolution) -> (Sourced<f64>, Option<Levels>) {
+/// The finest spacing, the levels above it where there are such, and what the program is to choose by; it is not a number then.
+pub(super) fn resolved(written: Resolution) -> (Sourced<f64>, Option<Levels>, Option<Auto>) {
     let section = match written {
-        Resolution::Length(length) => return (length.sourced, None),
-        Resolution::Levels(section) => section,
+        Resolution::Auto(Sourced { value, key, place }) => {
+            return (Sourced { value: f64::NAN, key, place }, None, Some(value));
+        }
+        Resolution::Length(length) => return (length.sourced, None, None),
+        Resolution::Levels(section) => *section,
     };
-    let finest = section.finest.sourced;
+    let nothing = || Sourced { value: f64::NAN, key: "resolution.finest".into(), place: None };
+    let finest = section.finest.map_or_else(nothing, |finest| finest.sourced);
     let usual = Sourced { value: COARSEST_TO_FINEST * finest.value, key: "resolution.coarsest".into(), place: None };
     let mut coarsest = section.coarsest.map_or(usual, |coarsest| coarsest.sourced);
     coarsest.value = Levels::nested(finest.value, coarsest.value).unwrap_or(coarsest.value);
     let entries = section.refine.unwrap_or_default();
     let refine = entries.into_iter().filter_map(|entry| refined(entry, finest.value)).collect();
-    (finest, Some(Levels { coarsest, refine }))
+    (finest, Some(Levels { coarsest, refine }), None)
 }
 
 fn refined(entry: RefineEntry, finest: f64) -> Option<Sourced<Refine>> {

@@ -63,8 +63,8 @@ section! {
         /// Reaches that are computed in one dimension, for Eulerian particles; none when absent. Codes: method-combination,
         /// channels-of-earlier-run, no-maps.
         channels: Option<Vec<ChannelEntry>>,
-        /// Spacing: the distance of two neighbouring particles and the edge of a cell; or levels of cells, fine where it matters.
-        /// Codes: bad-resolution, resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells, levels-for-eulerian.
+        /// Spacing: the distance of two neighbouring particles and the edge of a cell; levels of cells, fine where it matters; or
+        /// `auto`, by which the program chooses. Codes: bad-resolution, resolution-too-coarse, finer-than-terrain, ridge-in-cell, steps-in-cells, levels-for-eulerian.
         resolution: Resolution,
         /// Simulated time.
         time: Time,
@@ -191,7 +191,7 @@ section! {
 pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenario {
     let name = scenario_name(file);
     let end_time = written.time.end.value();
-    let (resolution, levels) = resolution::resolved(written.resolution);
+    let (resolution, levels, auto) = resolution::resolved(written.resolution);
     let has_terrain = written.terrain.is_some();
     let (layers, reproject, mut ground) = written.terrain.map(terrain::resolved).unwrap_or_default();
     let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));
@@ -234,6 +234,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
         outputs: outputs::resolved(written.outputs, &name, file, resolution.value, end_time),
         resolution,
         levels,
+        auto,
         end_time,
         reference_time: written.time.reference.map(|reference| reference.0),
         numerics: numerics::resolved(written.numerics.as_ref()),

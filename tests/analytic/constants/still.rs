@@ -158,6 +158,7 @@ fn gauges(constants: &Constants) -> f64 {
         gauges: (0..64).map(gauge).collect(),
         walls: vec![],
         raised: vec![],
+        followed: Vec::new(),
         at_banks: vec![],
         constants: constants.output,
         gauges_every: 1.0,

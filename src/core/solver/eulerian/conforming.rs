@@ -4,13 +4,13 @@
 //! each is looked at on the straight line through the middle of the face along n, a step t_i aside of its centre:
 //!
 //! ```text
-//! (M95)  ∇X_i = B_i⁻¹ Σ_j (l_ij/r_ij) (X_j − X_i) r_ij     B_i = Σ_j (l_ij/r_ij) r_ij r_ijᵀ     r_ij = x_j − x_i
-//! (M96)  X_i' = clamp(X_i + ∇X_i·t_i, min_j X_j, max_j X_j)    X = η, d, v      d_i' ≤ 2 d_i      z_i' = η_i' − d_i'
-//! (M97)  A_i dU_i/dt = − Σ_j l_ij Φ_ij,    Φ_i ← Φ_i + ½ g (d_i + d_i') (η_i' − η_i) n
+//! (M97)  ∇X_i = B_i⁻¹ Σ_j (l_ij/r_ij) (X_j − X_i) r_ij     B_i = Σ_j (l_ij/r_ij) r_ij r_ijᵀ     r_ij = x_j − x_i
+//! (M98)  X_i' = clamp(X_i + ∇X_i·t_i, min_j X_j, max_j X_j)    X = η, d, v      d_i' ≤ 2 d_i      z_i' = η_i' − d_i'
+//! (M99)  A_i dU_i/dt = − Σ_j l_ij Φ_ij,    Φ_i ← Φ_i + ½ g (d_i + d_i') (η_i' − η_i) n
 //! ```
 //!
 //! with j over all its faces; beyond a wall stands its mirror image. Where a bank rises out of the water, η_j − η_i counts as that of the way
-//! along the face, ∇η_i·(r_ij − n n·r_ij): a bank is a wall to the surface. (M95) is exact for planes and the central difference on a lattice. (M97)
+//! along the face, ∇η_i·(r_ij − n n·r_ij): a bank is a wall to the surface. (M97) is exact for planes and the central difference on a lattice. (M99)
 //! makes the brackets of all faces count from the particle's own level, as (M89) does. At rest all differences of levels are 0; the
 //! faces of a cell close, so that a uniform stream along a wall stays as it is, whatever way the wall runs.
 //!
@@ -80,7 +80,7 @@ enum Beyond {
 #[derive(Clone, Debug)]
 struct Cell {
     place: Place,
-    /// What it sees, each with its vector in (M95).
+    /// What it sees, each with its vector in (M97).
     ways: Vec<(Beyond, Vec2)>,
     /// Its faces and which side of them it is.
     faces: Vec<(usize, usize)>,
@@ -269,7 +269,7 @@ impl Side {
 }
 
 impl Cell {
-    /// Its gradients (M95), and the least and greatest about it.
+    /// Its gradients (M97), and the least and greatest about it.
     fn around(&self, number: usize, seen: &[Seen], dry_depth: f64) -> Around {
         let here = seen[number];
         if here.depth <= dry_depth {
@@ -277,7 +277,7 @@ impl Cell {
         }
         let own = here.values();
         let mut found = Around { slopes: [Vec2::ZERO; 4], least: own, greatest: own };
-        // What (M95) leaves of the surface's gradient where banks rise out of the water: the rows of a matrix.
+        // What (M97) leaves of the surface's gradient where banks rise out of the water: the rows of a matrix.
         let mut kept = [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];
         for &(beyond, vector) in &self.ways {
             let differences = match beyond {
@@ -314,7 +314,7 @@ impl Cell {
 }
 
 impl Around {
-    /// The particle of a cell a step (m) aside (M96).
+    /// The particle of a cell a step (m) aside (M98).
     fn aside(&self, here: Seen, step: Vec2, dry_depth: f64) -> Seen {
         if here.depth <= dry_depth {
             return here;

@@ -219,12 +219,44 @@ fn cells_of_maps_are_compared_with_the_finest() {
 }
 
 #[test]
-fn the_schema_has_both_forms() {
+fn the_schema_has_all_forms() {
     let schema = schemars::schema_for!(ScenarioFile).to_value();
     let forms = schema.pointer("/$defs/Resolution/anyOf").and_then(|forms| forms.as_array()).unwrap();
+    assert_eq!(forms[0]["const"], "auto");
     let names: Vec<_> =
-        forms.iter().map(|form| form["$ref"].as_str().unwrap().trim_start_matches("#/$defs/")).collect();
+        forms[1..].iter().map(|form| form["$ref"].as_str().unwrap().trim_start_matches("#/$defs/")).collect();
     assert_eq!(names, ["Length", "LevelsSection"]);
-    assert_eq!(schema.pointer("/$defs/LevelsSection/required"), Some(&serde_json::json!(["finest"])));
     assert_eq!(schema.pointer("/$defs/LevelsSection/additionalProperties"), Some(&false.into()));
+}
+
+#[test]
+fn auto_is_a_word_or_a_section_of_limits_and_takes_lengths_later() {
+    let bare = scenario("auto", &[]);
+    assert_eq!((bare.auto, bare.resolution.value.is_nan(), bare.levels.is_none()), (Some(Auto::default()), true, true));
+    let limits = scenario("{auto: {cpu: 10 min, memory: 2 GB, error: 10 cm}}", &[]);
+    assert_eq!(limits.auto, Some(Auto { cpu: Some(600.0), memory: Some(2e9), error: Some(0.1) }));
+    let alone = bare.with_lengths(10.0, 10.0);
+    assert_eq!((spacings(&alone), alone.outputs.cell, alone.auto), ((10.0, None), 10.0, None));
+    assert!(alone.to_yaml().contains("\nresolution: 10 m\n"), "{}", alone.to_yaml());
+    let nested = bare.with_lengths(10.0, 40.0);
+    assert_eq!(spacings(&nested), (10.0, Some(40.0)));
+    assert_eq!(spacings(&resolve(&nested.to_yaml(), Path::new("s.yaml"), &[]).unwrap().scenario), (10.0, Some(40.0)));
+    // `--set` puts a length in its place.
+    assert_eq!(spacings(&scenario("auto", &["resolution=5 m"])), (5.0, None));
+}
+
+#[test]
+fn auto_stands_alone() {
+    for (text, code, key) in [
+        ("{auto: {cpu: 1 h}, finest: 5 m}", "conflict", "resolution.finest"),
+        ("{auto: {cpu: 1 h}, refine: [{lines: a.shp}]}", "conflict", "resolution.refine"),
+        ("{auto: }", "missing-key", "resolution.auto"),
+        ("{auto: {cpu: 5 m}}", "unit", "resolution.auto.cpu"),
+        ("{auto: {error: 0 m}}", "range", "resolution.auto.error"),
+        ("{auto: {time: 1 h}}", "unknown-key", "resolution.auto.time"),
+    ] {
+        let found = problems(text, &[]);
+        let codes: Vec<(&str, &str)> = found.iter().map(|problem| (problem.code, problem.key.as_str())).collect();
+        assert_eq!(codes, [(code, key)], "{text}");
+    }
 }

@@ -130,7 +130,7 @@ impl ConformingFaces {
         }
     }
 
-    /// What each cell sees beyond its faces, with the vectors of (M95).
+    /// What each cell sees beyond its faces, with the vectors of (M97).
     fn find_ways(&mut self, state: &State, walls: &Walls) {
         let mut places: Vec<Place> = self.cells.iter().map(|cell| cell.place).collect();
         for number in 0..self.cells.len() {
@@ -210,7 +210,7 @@ fn cells(made: &Conforming, state: &State) -> Vec<Cell> {
         .collect()
 }
 
-/// The vectors of (M95): what a difference to what is beyond each face adds to the gradient.
+/// The vectors of (M97): what a difference to what is beyond each face adds to the gradient.
 fn vectors(ways: &[(Beyond, Vec2, f64)]) -> Vec<Vec2> {
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for (_, way, length) in ways {
