@@ -66,17 +66,24 @@ fn is_followed(scenario: &Scenario, walls: &[[Vec2; 2]], findings: &mut Findings
     false
 }
 
-/// The cells that follow the scenario's lines; none without such lines.
+/// Pieces of the lines that cells follow.
+pub(super) fn lines(following: Option<&Following>) -> Vec<[Vec2; 2]> {
+    following.map_or(Vec::new(), |following| following.lines.clone())
+}
+
+/// The cells that follow the scenario's lines; none without such lines, and on coarser levels, which have no `drawn` ones.
 pub(super) fn find(
     scenario: &Scenario,
-    drawn: &[Drawn],
-    (bed, surface): (&BedParticles, &impl Surface),
+    drawn: Option<&[Drawn]>,
+    ground: &super::ground::Ground<'_>,
     (forcing, open_edges, walls, still): (&Forcing, &OpenEdges, &[[Vec2; 2]], &StillWater),
     findings: &mut Findings,
 ) -> Option<Following> {
+    let drawn = drawn?;
     if !is_followed(scenario, walls, findings) {
         return None;
     }
+    let (bed, surface) = (ground.bed(), &ground.surface());
     let lattice = &bed.lattice;
     let (mut lines, mut followed) = (Vec::new(), Vec::new());
     for (source, drawn) in scenario.ground.followed.iter().zip(drawn) {

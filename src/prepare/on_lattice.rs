@@ -112,24 +112,22 @@ pub(super) fn place_on(
     let sections =
         sections_with_breach(scenario, &mut files, breach.as_ref(), (&ground, &at_start), &mut forcing, findings);
     forcing.breach = breach;
-    forcing.moving_bed =
-        moving_bed::on_lattice(std::mem::take(&mut files.moving), scenario, (ground.bed(), &forcing), findings);
+    let moving = std::mem::take(&mut files.moving);
+    forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (ground.bed(), &forcing), findings);
     check_lagrangian(scenario, &files, (edges.walls_of_each, &edges.open), (&forcing, &ground, &at_start), findings);
     check_gauges(scenario, terrain, &ground, &files.gauges, findings);
     let ridges = ground.ridges(scenario, findings);
     let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
-    let around = (&forcing, &edges.open, &walls[..], &at_start.still_water);
-    let on_ground = (ground.bed(), &ground.surface());
-    let following =
-        files.followed.as_ref().and_then(|drawn| following::find(scenario, drawn, on_ground, around, findings));
-    let count = ground_source.of_pixels.len();
-    let needs = needs(scenario, (ground.bed(), &at_start.still_water), (&forcing.channels, count), findings);
+    let stands = (&forcing, &edges.open, &walls[..], &at_start.still_water);
+    let following = following::find(scenario, files.followed.as_deref(), &ground, stands, findings);
+    let counted = (&forcing.channels, ground_source.of_pixels.len());
     let scene = Scene {
+        needs: needs(scenario, (ground.bed(), &at_start.still_water), counted, findings),
         crs: files.crs,
         ground_source,
         ridges,
         raised: at_start.raised,
-        followed: following.as_ref().map_or(Vec::new(), |following| following.lines.clone()),
+        followed: following::lines(following.as_ref()),
         earlier_time: at_start.earlier_time,
         at_banks: places::cells_at_banks(&files.gauges, &ground.surface(), ground.bed()),
         walls,
@@ -140,7 +138,6 @@ pub(super) fn place_on(
         sections,
         channels,
         gauges: files.gauges,
-        needs,
         lattice,
     };
     Some(Setup {

@@ -173,13 +173,9 @@ impl EulerianSolver {
         };
         let mut state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
         let mut breaking = Breaking::new(&problem);
-        if let Some(breaking) = &mut breaking {
-            breaking.follow(&mut state, 0.0, scale.dry_depth);
-        }
+        breaking.iter_mut().for_each(|breaking| breaking.follow(&mut state, 0.0, scale.dry_depth));
         let mut moving_bed = MovingBed::new(&problem);
-        if let Some(moving) = &mut moving_bed {
-            moving.follow(&mut state, 0.0, scale.dry_depth);
-        }
+        moving_bed.iter_mut().for_each(|moving| moving.follow(&mut state, 0.0, scale.dry_depth));
         let walls = Walls::new(&problem, &state, methods);
         let passes = Passes::new(&problem, &state, &walls);
         let general = GeneralFaces::new(&problem, &walls, &mut state);
@@ -189,8 +185,8 @@ impl EulerianSolver {
         let reaches = Reaches::new(&problem, &mut state, &walls);
         let inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state, (&general, &conforming));
-        let linked = [general.linked(), conforming.linked()].concat();
-        let active = ActiveSet::new(&state, scale.dry_depth, fed(&state, &open, &inputs, &reaches), linked);
+        let (fed, linked) = (fed(&state, &open, &inputs, &reaches), [general.linked(), conforming.linked()].concat());
+        let active = ActiveSet::new(&state, scale.dry_depth, fed, linked);
         let mut solver = EulerianSolver {
             scale,
             methods,
