@@ -84,9 +84,6 @@ enum Beyond {
     Shut,
 }
 
-/// How many squares away a cell that follows lines may hold the centre of a square.
-const ABOUT: usize = 2;
-
 impl OnTerrain {
     pub(super) fn new(lattice: Lattice, pixels: TerrainPixels, passes: PassSills, walls: &[[Vec2; 2]]) -> Self {
         let TerrainPixels { west, north, cell, columns, rows, .. } = pixels;
@@ -176,6 +173,10 @@ impl OnTerrain {
     /// The levels in the middles of the faces of a wet cell.
     fn levels_at_faces(&self, own: &WetCell, wet: &[WetCell], numbers: &[u32], bed: &[f64]) -> [f64; 4] {
         let (level, depth) = (own.level, own.seen.max_depth);
+        // A cell that follows lines may end at a wall or bank on any side.
+        if self.lattice.conforming_at(own.cell).is_some() {
+            return [level; 4];
+        }
         let level_of = |other: usize| (numbers[other] != NONE).then(|| wet[numbers[other] as usize].level);
         let beyond = NEIGHBOURS.map(|step| {
             let beside = beside(&self.lattice, own.cell, step);
@@ -274,11 +275,11 @@ impl OnTerrain {
     fn joined_to_lowest(&self, cell: usize, level: f64) -> BTreeSet<usize> {
         let (mut column, mut row) = self.lattice.column_row(cell);
         let Level { mut first_row, spacing, .. } = self.lattice.level_of_row(row);
-        // Squares of which a cell that follows lines may hold the centre.
+        // A cell that follows lines may hold the centres of squares about its own.
         let mut about = 0;
         if self.lattice.conforming_at(cell).is_some() {
             let centre = self.lattice.centre(cell) * (1.0 / self.lattice.spacing);
-            (column, row, first_row, about) = (centre.x as usize, centre.y as usize, 0, ABOUT);
+            (column, row, first_row, about) = (centre.x as usize, centre.y as usize, 0, 2);
         }
         let finer = (spacing / self.lattice.spacing).round() as usize;
         let is_in = |finest: usize, place: usize| (finest / finer).abs_diff(place) <= about;

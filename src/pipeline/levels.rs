@@ -164,7 +164,7 @@ fn take_ground_for_maps(scenario: &Scenario, finest: &mut Setup) {
 
 /// The edge (m) of the cell of the run at each place of a grid; nothing of one lattice alone.
 pub(super) fn resolution(lattice: &Lattice, grid: &OutputGrid, maps: &GridMaps) -> Vec<f32> {
-    if lattice.nest().is_none() {
+    if lattice.level_count() == 1 {
         return Vec::new();
     }
     let (x, y) = (grid.x(), grid.y());
