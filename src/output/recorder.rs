@@ -297,8 +297,7 @@ impl Recorder {
     fn volume_in_part(&self, share: f64, water: &WaterOnLattice<'_>) -> f64 {
         let more = |&(cell, area): &(usize, f64)| {
             let (column, row) = self.lattice.column_row(cell);
-            let is_held = |span: &Span| (span.from as usize..span.to as usize).contains(&column);
-            let is_followed = water.spans_of_row(row).iter().any(is_held);
+            let is_followed = holds(water.spans_of_row(row), column);
             let now = water.at(cell);
             area * if is_followed { self.maxima.previous(cell).towards(now, share).depth } else { now.depth }
         };
@@ -329,13 +328,18 @@ impl Recorder {
     fn leaf_between(&self, share: f64, water: &WaterOnLattice<'_>, cell: usize) -> WaterInCell {
         let (column, row) = self.lattice.column_row(cell);
         let now = water.at(cell);
-        let is_held = |span: &Span| (span.from as usize..span.to as usize).contains(&column);
-        if water.spans_of_row(row).iter().any(is_held) {
+        if holds(water.spans_of_row(row), column) {
             self.maxima.previous(cell).towards(now, share)
         } else {
             WaterInCell { depth: now.depth, ..WaterInCell::default() }
         }
     }
+}
+
+/// Whether a column lies in one of some spans in ascending order.
+fn holds(spans: &[Span], column: usize) -> bool {
+    let next = spans.partition_point(|span| span.to as usize <= column);
+    spans.get(next).is_some_and(|span| span.from as usize <= column)
 }
 
 #[cfg(test)]

@@ -8,8 +8,9 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::findings::Findings;
+use super::ground::Changes;
 use super::places::{self, Drawn};
-use crate::bed::{BedParticles, Surface};
+use crate::bed::{BedParticles, SHUT, Surface};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
@@ -25,6 +26,10 @@ use crate::solver::{ChannelEnd, Forcing, OpenEdges};
 const KEPT_AROUND: isize = 1;
 /// Terrain points that a plane takes at least, where there are so many.
 const POINTS: usize = 6;
+/// By how much the circle about the centre grows until it holds them.
+const WIDER: f64 = 1.25;
+/// Farther away (spacings) they are left for what the terrain has at the centre.
+const NEAR: f64 = 2.5;
 /// How far (spacings) they are looked for at most.
 const FARTHEST: f64 = 4.0;
 
@@ -80,11 +85,12 @@ pub(super) fn find(
     findings: &mut Findings,
 ) -> Option<Following> {
     let drawn = drawn?;
-    if !is_followed(scenario, walls, findings) {
-        return None;
-    }
     let (bed, surface) = (ground.bed(), &ground.surface());
     let lattice = &bed.lattice;
+    // Cells beside a line need two columns of places.
+    if !is_followed(scenario, walls, findings) || lattice.columns < 2 {
+        return None;
+    }
     let (mut lines, mut followed) = (Vec::new(), Vec::new());
     for (source, drawn) in scenario.ground.followed.iter().zip(drawn) {
         let effect = "no cell has a side on it";
@@ -93,7 +99,7 @@ pub(super) fn find(
         lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
     }
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
-    let kept = kept(bed, forcing, open_edges);
+    let kept = kept(bed, (ground.changes(), walls), forcing, open_edges);
     let is_cell = |cell: usize| bed.has_terrain(cell) && !kept[cell];
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
     let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
@@ -101,11 +107,11 @@ pub(super) fn find(
     let ground = Ground { bed, surface, parting: &parting };
     let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
     let water = |number: usize| ground.water(&conforming, number, still);
-    let levels: Vec<Option<(f64, Option<u32>)>> = (0..elevation.len()).into_par_iter().map(water).collect();
-    let depth = levels.iter().zip(&elevation).map(|(level, z)| level.map_or(0.0, |(level, _)| (level - z).max(0.0)));
+    let waters: Vec<Option<AtStart>> = (0..elevation.len()).into_par_iter().map(water).collect();
+    let depth = waters.iter().zip(&elevation).map(|(water, &z)| water.map_or(0.0, |water| water.depth_over(z)));
     Some(Following {
         depth: depth.collect(),
-        body: levels.iter().map(|level| level.and_then(|(_, body)| body)).collect(),
+        body: waters.iter().map(|water| water.and_then(AtStart::body)).collect(),
         sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
         lines: followed,
         elevation,
@@ -121,8 +127,14 @@ fn joined(pieces: &[[Vec2; 2]]) -> impl Iterator<Item = Vec<Vec2>> + '_ {
     })
 }
 
-/// The squares that stay as they are: those at open edges, and what is on the lattice in another way.
-fn kept(bed: &BedParticles, forcing: &Forcing, open_edges: &OpenEdges) -> Vec<bool> {
+/// The squares that stay as they are: those at open edges, and what is on the lattice in another way. Levees and other ridges that a wall meets
+/// hold on squares alone.
+fn kept(
+    bed: &BedParticles,
+    (changes, walls): (&Changes, &[[Vec2; 2]]),
+    forcing: &Forcing,
+    open_edges: &OpenEdges,
+) -> Vec<bool> {
     let lattice = &bed.lattice;
     let is_open = |cell: usize, step: (isize, isize)| {
         let normal = Vec2::new(step.0 as f64, step.1 as f64);
@@ -134,6 +146,11 @@ fn kept(bed: &BedParticles, forcing: &Forcing, open_edges: &OpenEdges) -> Vec<bo
     let mut cells: BTreeSet<usize> =
         (0..lattice.len()).filter(|&cell| bed.has_terrain(cell)).filter(is_at_open_edge).collect();
     cells.extend(bed.cover.cells().iter().map(|part| part.cell));
+    if !walls.is_empty() {
+        cells.extend(changes.raised().filter(|&cell| bed.has_terrain(cell)));
+        let ridges = bed.passes.iter().filter(|sill| sill.level < SHUT);
+        cells.extend(ridges.flat_map(|sill| [sill.cell, sill.other(lattice)]));
+    }
     if let Some(breach) = &forcing.breach {
         cells.extend(breach.cells.iter().map(|dam| dam.cell));
         cells.extend(breach.rim.iter().map(|rim| rim.at.cell));
@@ -157,6 +174,33 @@ fn around(lattice: &Lattice, cell: usize, reach: isize) -> impl Iterator<Item = 
     steps.filter_map(move |step| lattice.neighbour(cell, step))
 }
 
+/// The water of a square at the start.
+#[derive(Clone, Copy, Debug)]
+enum AtStart {
+    /// Still water of a body: its level (m) and number.
+    Level(f64, Option<u32>),
+    /// A depth (m): a river, a film, water of an earlier run.
+    Depth(f64),
+}
+
+impl AtStart {
+    /// Its depth (m) over a bed (m).
+    fn depth_over(self, bed: f64) -> f64 {
+        match self {
+            AtStart::Level(level, _) => (level - bed).max(0.0),
+            AtStart::Depth(depth) => depth,
+        }
+    }
+
+    /// The number of its body.
+    fn body(self) -> Option<u32> {
+        match self {
+            AtStart::Level(_, body) => body,
+            AtStart::Depth(_) => None,
+        }
+    }
+}
+
 /// The ground, with what parts it.
 struct Ground<'a, Terrain> {
     bed: &'a BedParticles,
@@ -175,24 +219,32 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
             self.surface.samples(lattice.to_map(centre), radius, &mut points);
             let local = points.into_iter().map(|(place, z)| (lattice.to_local(place), z));
             seen = local.filter(|(place, _)| !self.parting.cross([centre, *place])).collect();
-            radius *= 1.25;
+            radius *= WIDER;
         }
+        // Points so far away that the terrain is coarser than the cells say less than what lies between them.
+        let is_near = seen.len() >= POINTS && radius <= WIDER * NEAR * lattice.spacing;
+        let plane = plane_at(centre, &seen).filter(|_| is_near);
         let of_square = || lattice.cell_at(centre).map_or(f64::NAN, |cell| self.bed.elevation[cell]);
         let at_centre = || self.surface.elevation(lattice.to_map(centre));
-        plane_at(centre, &seen).or_else(at_centre).unwrap_or_else(of_square)
+        plane.or_else(at_centre).or_else(|| plane_at(centre, &seen)).unwrap_or_else(of_square)
     }
 
-    /// Level (m) and number of the body of still water at a cell: that of the square about its centre, or of one that it shares.
-    fn water(&self, conforming: &Conforming, number: usize, still: &StillWater) -> Option<(f64, Option<u32>)> {
+    /// The water at a cell: that of the square about its centre, or of the first one that it shares and whose centre it sees.
+    fn water(&self, conforming: &Conforming, number: usize, still: &StillWater) -> Option<AtStart> {
         let lattice = &self.bed.lattice;
         let cell = &conforming.cells()[number];
         let own = lattice.cell_at(cell.centre);
         let corners = cell.parts.iter().flatten().map(|&corner| cell.centre + (corner - cell.centre) * 0.99);
         let shared = corners.filter_map(|corner| lattice.cell_at(corner));
-        let mut squares = own.into_iter().chain(shared).filter(|&square| still.depth[square] > 0.0);
+        let mut squares = own.into_iter().chain(shared).filter(|&square| self.bed.has_terrain(square));
         let is_seen = |square: &usize| !self.parting.cross([cell.centre, lattice.centre(*square)]);
-        let square = squares.find(|square| Some(*square) == own || is_seen(square))?;
-        Some((self.bed.elevation[square] + still.depth[square], still.body[square]))
+        let square = squares.find(is_seen).or(own).filter(|&square| still.depth[square] > 0.0)?;
+        let (depth, body) = (still.depth[square], still.body[square]);
+        Some(if body.is_some() {
+            AtStart::Level(self.bed.elevation[square] + depth, body)
+        } else {
+            AtStart::Depth(depth)
+        })
     }
 
     /// The lowest ground (m) along a face on a line: that of a dike's crest. Elsewhere a bank beside the face would count as a ridge in it.

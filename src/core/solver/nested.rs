@@ -157,6 +157,13 @@ impl Stack {
                     }
                     first += frames.from.len() as u32;
                 }
+                if let Some(made) = self.lattice.conforming() {
+                    let finest = &self.levels[0].bed.lattice;
+                    for (number, cell) in made.cells().iter().enumerate() {
+                        let square = finest.cell_of(cell.centre);
+                        place[made.place(number)] = square.map_or(0, |square| levels[0].place[square]);
+                    }
+                }
                 let joined =
                     |of: &dyn Fn(&RainFrames) -> &[f64]| levels.iter().flat_map(|frames| of(frames).to_vec()).collect();
                 Rain::Frames(Arc::new(RainFrames {

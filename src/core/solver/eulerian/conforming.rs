@@ -129,7 +129,9 @@ impl ConformingFaces {
                 let face = &self.faces[face];
                 face.sides[1 - which].filter(|_| !face.is_wall).map(|side| self.cells[side.cell].place)
             };
-            let beside: Vec<Place> = cell.faces.iter().filter_map(beyond).collect();
+            let mut beside: Vec<Place> = cell.faces.iter().filter_map(beyond).collect();
+            beside.sort_unstable();
+            beside.dedup();
             for (k, &place) in beside.iter().enumerate() {
                 linked
                     .extend(beside[..k].iter().chain([&cell.place]).map(|&other| [other.min(place), other.max(place)]));
@@ -290,7 +292,8 @@ impl Cell {
                     if there.depth <= dry_depth && there.bed + there.depth > here.bed + here.depth {
                         kept = [kept[0] - along * vector.x, kept[1] - along * vector.y];
                     }
-                    if there.depth > dry_depth {
+                    let is_shut = here.bed + here.depth <= sill && there.bed + there.depth <= sill;
+                    if there.depth > dry_depth && !is_shut {
                         for (q, value) in there.values().into_iter().enumerate() {
                             found.least[q] = found.least[q].min(value);
                             found.greatest[q] = found.greatest[q].max(value);

@@ -179,7 +179,7 @@ impl EulerianSolver {
         let walls = Walls::new(&problem, &state, methods);
         let passes = Passes::new(&problem, &state, &walls);
         let general = GeneralFaces::new(&problem, &walls, &mut state);
-        let conforming = ConformingFaces::new(&problem, &mut state, &walls);
+        let conforming = ConformingFaces::new(&problem, &mut state, (&walls, &passes));
         let in_part = CellsInPart::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part), methods.constants.edge_about);
         let reaches = Reaches::new(&problem, &mut state, &walls);

@@ -6,6 +6,7 @@ use crate::lattice::{Conforming, NEIGHBOURS, Side as Of};
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
 use crate::solver::eulerian::general_faces::{Passing, Place, Seen};
+use crate::solver::eulerian::passes::Passes;
 use crate::solver::eulerian::rows::sides;
 use crate::solver::eulerian::state::{Slot, State, datum};
 use crate::solver::eulerian::walls::Walls;
@@ -16,7 +17,7 @@ const LEAST_DISTANCE: f64 = 0.1;
 
 impl ConformingFaces {
     /// The faces of a problem; the steps of the bed over them are counted in `state`.
-    pub fn new(problem: &FlowProblem, state: &mut State, walls: &Walls) -> Self {
+    pub fn new(problem: &FlowProblem, state: &mut State, (walls, passes): (&Walls, &Passes)) -> Self {
         let mut found = ConformingFaces {
             faces: Vec::new(),
             passing: Vec::new(),
@@ -44,7 +45,7 @@ impl ConformingFaces {
         }
         found.find_others();
         found.count_steps(state);
-        found.find_ways(state, walls);
+        found.find_ways(state, walls, passes);
         found.find_slots();
         found.passing = vec![Passing::default(); found.faces.len()];
         found.around = vec![super::Around::default(); found.cells.len()];
@@ -131,7 +132,7 @@ impl ConformingFaces {
     }
 
     /// What each cell sees beyond its faces, with the vectors of (M97).
-    fn find_ways(&mut self, state: &State, walls: &Walls) {
+    fn find_ways(&mut self, state: &State, walls: &Walls, passes: &Passes) {
         let mut places: Vec<Place> = self.cells.iter().map(|cell| cell.place).collect();
         for number in 0..self.cells.len() {
             let cell = &self.cells[number];
@@ -157,16 +158,14 @@ impl ConformingFaces {
                 });
             }
             let spacing = state.spacing[cell.place.0];
+            let sills = passes.sills(cell.place.0, cell.place.1);
             for &k in &cell.others {
                 let offset = NEIGHBOURS[k];
                 let out = Vec2::new(offset.0 as f64, offset.1 as f64);
                 let place = (cell.place.0.wrapping_add_signed(offset.1), cell.place.1.wrapping_add_signed(offset.0));
                 let is_seen = state.has_terrain(place.0, place.1) && !walls.is_blocked(cell.place, offset);
-                let beyond = if is_seen {
-                    Beyond::Particle(places.len(), f64::NEG_INFINITY, Vec2::ZERO)
-                } else {
-                    Beyond::Mirror(out)
-                };
+                let beyond =
+                    if is_seen { Beyond::Particle(places.len(), sills[k], Vec2::ZERO) } else { Beyond::Mirror(out) };
                 places.extend(is_seen.then_some(place));
                 ways.push((beyond, out * spacing, spacing));
             }
