@@ -17,6 +17,7 @@ use crate::lattice::{Lattice, Nest};
 use crate::output::{LevelArea, LevelRecord};
 use crate::prepare::{BLOCK, BYTES_PER_CELL, Because, Wanted};
 use crate::scenario::Scenario;
+use crate::solver::halvings;
 
 /// Evaluations of a cell in a step: one for each of its two stages.
 const STAGES: f64 = 2.0;
@@ -182,15 +183,9 @@ fn cost_of(
 /// The steps (s) of the levels, the finest first, by those that their water allows (M90).
 fn steps(allowed: &[f64]) -> Vec<f64> {
     let shortest = allowed.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut steps = Vec::with_capacity(allowed.len());
-    let mut doublings = 0.0_f64;
-    for level in 0..allowed.len() {
-        let of_coarser = allowed[level..].iter().copied().fold(f64::INFINITY, f64::min);
-        let own = (of_coarser / shortest).log2().floor();
-        doublings = if level == 0 { 0.0 } else { own.min(doublings + 1.0) };
-        steps.push(shortest * doublings.exp2());
-    }
-    steps
+    let mut doublings = vec![0; allowed.len()];
+    halvings(allowed, &mut doublings);
+    doublings.into_iter().map(|k| shortest * f64::from(k).exp2()).collect()
 }
 
 #[cfg(test)]

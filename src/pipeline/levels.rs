@@ -209,6 +209,7 @@ fn join(
             velocity[place] = own.copied().unwrap_or_default();
         }
         bed.passes = bed.passes.with_faces(following.sills);
+        finest.scene.followed = following.lines;
     }
     for (number, volume) in finest.still_water.volumes.iter_mut().enumerate() {
         let is_its = |&cell: &usize| body[cell] == u32::try_from(number).ok() && lattice.is_leaf(cell);

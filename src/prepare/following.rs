@@ -1,7 +1,7 @@
 //! Cells that follow the scenario's lines: which squares they replace, their ground and their water at the start.
 //!
-//! The ground of a cell is a plane through the terrain points about its centre that no line parts from it, taken at the centre: a bank beside a
-//! channel does not reach into it, though their squares overlap.
+//! The ground of a cell is that of a plane at its centre, through the terrain points about it that no line parts from it. A bank beside a channel
+//! does not reach into it, though their squares overlap.
 
 use std::collections::BTreeSet;
 
@@ -10,17 +10,18 @@ use rayon::prelude::*;
 use super::findings::Findings;
 use super::ground::Changes;
 use super::places::{self, Drawn};
-use crate::bed::{BedParticles, SHUT, Surface};
+use crate::bed::{BedParticles, SHUT, Surface, plane_at_middle};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
-use crate::lattice::{Conforming, Face, Lattice, NEIGHBOURS};
+use crate::lattice::{Cell, Conforming, Face, Lattice, NEIGHBOURS};
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
 use crate::solver::{ChannelEnd, Forcing, OpenEdges};
+use crate::terrain::Piece;
 
 /// Squares that stay as they are around what needs the lattice: boundaries, dams, cells in part.
 const KEPT_AROUND: isize = 1;
@@ -32,6 +33,9 @@ const WIDER: f64 = 1.25;
 const NEAR: f64 = 2.5;
 /// How far (spacings) they are looked for at most.
 const FARTHEST: f64 = 4.0;
+
+/// Share of a way by which it is made longer to see whether its end lies on a line.
+const ON_LINE: f64 = 1e-6;
 
 /// The cells that follow lines, and what is on each of them.
 #[derive(Clone, Debug)]
@@ -71,11 +75,6 @@ fn is_followed(scenario: &Scenario, walls: &[[Vec2; 2]], findings: &mut Findings
     false
 }
 
-/// Pieces of the lines that cells follow.
-pub(super) fn lines(following: Option<&Following>) -> Vec<[Vec2; 2]> {
-    following.map_or(Vec::new(), |following| following.lines.clone())
-}
-
 /// The cells that follow the scenario's lines; none without such lines, and on coarser levels, which have no `drawn` ones.
 pub(super) fn find(
     scenario: &Scenario,
@@ -106,12 +105,11 @@ pub(super) fn find(
     let parting: Pieces = lines.iter().flat_map(|line| line.points.windows(2).map(|ends| [ends[0], ends[1]])).collect();
     let ground = Ground { bed, surface, parting: &parting };
     let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
-    let water = |number: usize| ground.water(&conforming, number, still);
-    let waters: Vec<Option<AtStart>> = (0..elevation.len()).into_par_iter().map(water).collect();
-    let depth = waters.iter().zip(&elevation).map(|(water, &z)| water.map_or(0.0, |water| water.depth_over(z)));
+    let water = |(cell, &z): (&Cell, &f64)| ground.water(cell, z, still).unwrap_or_default();
+    let (depth, body) = conforming.cells().par_iter().zip(&elevation).map(water).unzip();
     Some(Following {
-        depth: depth.collect(),
-        body: waters.iter().map(|water| water.and_then(AtStart::body)).collect(),
+        depth,
+        body,
         sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
         lines: followed,
         elevation,
@@ -152,15 +150,11 @@ fn kept(
         cells.extend(ridges.flat_map(|sill| [sill.cell, sill.other(lattice)]));
     }
     if let Some(breach) = &forcing.breach {
-        cells.extend(breach.cells.iter().map(|dam| dam.cell));
-        cells.extend(breach.rim.iter().map(|rim| rim.at.cell));
+        cells.extend(breach.cells_and_rim());
     }
     cells.extend(forcing.moving_bed.iter().flat_map(|motion| motion.cells.iter().map(|(cell, _)| *cell)));
-    for end in forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]) {
-        if let ChannelEnd::Joined(faces) = end {
-            cells.extend(faces.iter().map(|face| face.cell));
-        }
-    }
+    let ends = forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]);
+    cells.extend(ends.flat_map(ChannelEnd::joined_cells));
     let mut kept = vec![false; lattice.len()];
     for cell in cells {
         around(lattice, cell, KEPT_AROUND).for_each(|near| kept[near] = true);
@@ -172,33 +166,6 @@ fn kept(
 fn around(lattice: &Lattice, cell: usize, reach: isize) -> impl Iterator<Item = usize> {
     let steps = (-reach..=reach).flat_map(move |up| (-reach..=reach).map(move |across| (across, up)));
     steps.filter_map(move |step| lattice.neighbour(cell, step))
-}
-
-/// The water of a square at the start.
-#[derive(Clone, Copy, Debug)]
-enum AtStart {
-    /// Still water of a body: its level (m) and number.
-    Level(f64, Option<u32>),
-    /// A depth (m): a river, a film, water of an earlier run.
-    Depth(f64),
-}
-
-impl AtStart {
-    /// Its depth (m) over a bed (m).
-    fn depth_over(self, bed: f64) -> f64 {
-        match self {
-            AtStart::Level(level, _) => (level - bed).max(0.0),
-            AtStart::Depth(depth) => depth,
-        }
-    }
-
-    /// The number of its body.
-    fn body(self) -> Option<u32> {
-        match self {
-            AtStart::Level(_, body) => body,
-            AtStart::Depth(_) => None,
-        }
-    }
 }
 
 /// The ground, with what parts it.
@@ -213,38 +180,39 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
     fn at(&self, centre: Vec2, area: f64) -> f64 {
         let lattice = &self.bed.lattice;
         let mut radius = (area / std::f64::consts::PI).sqrt();
-        let mut seen: Vec<(Vec2, f64)> = Vec::new();
+        let mut seen: Vec<Piece> = Vec::new();
         while seen.len() < POINTS && radius <= FARTHEST * lattice.spacing {
             let mut points = Vec::new();
             self.surface.samples(lattice.to_map(centre), radius, &mut points);
-            let local = points.into_iter().map(|(place, z)| (lattice.to_local(place), z));
-            seen = local.filter(|(place, _)| !self.parting.cross([centre, *place])).collect();
+            let piece = |(place, elevation)| Piece { offset: lattice.to_local(place) - centre, elevation, share: 1.0 };
+            let is_seen = |piece: &Piece| !self.parting.cross([centre, centre + piece.offset]);
+            seen = points.into_iter().map(piece).filter(is_seen).collect();
             radius *= WIDER;
         }
         // Points so far away that the terrain is coarser than the cells say less than what lies between them.
         let is_near = seen.len() >= POINTS && radius <= WIDER * NEAR * lattice.spacing;
-        let plane = plane_at(centre, &seen).filter(|_| is_near);
+        let plane = || (!seen.is_empty()).then(|| plane_at_middle(&seen));
         let of_square = || lattice.cell_at(centre).map_or(f64::NAN, |cell| self.bed.elevation[cell]);
         let at_centre = || self.surface.elevation(lattice.to_map(centre));
-        plane.or_else(at_centre).or_else(|| plane_at(centre, &seen)).unwrap_or_else(of_square)
+        let found = if is_near { plane() } else { at_centre().or_else(plane) };
+        found.unwrap_or_else(of_square)
     }
 
-    /// The water at a cell: that of the square about its centre, or of the first one that it shares and whose centre it sees.
-    fn water(&self, conforming: &Conforming, number: usize, still: &StillWater) -> Option<AtStart> {
+    /// Depth (m) and body of the water at a cell, over its bed `z` (m): the level of a body, or the depth of other water, in the square about its
+    /// centre, or in the first one that it shares and whose centre it sees.
+    fn water(&self, cell: &Cell, z: f64, still: &StillWater) -> Option<(f64, Option<u32>)> {
         let lattice = &self.bed.lattice;
-        let cell = &conforming.cells()[number];
         let own = lattice.cell_at(cell.centre);
         let corners = cell.parts.iter().flatten().map(|&corner| cell.centre + (corner - cell.centre) * 0.99);
         let shared = corners.filter_map(|corner| lattice.cell_at(corner));
         let mut squares = own.into_iter().chain(shared).filter(|&square| self.bed.has_terrain(square));
-        let is_seen = |square: &usize| !self.parting.cross([cell.centre, lattice.centre(*square)]);
+        // The centre of a square that lies on a line is on neither side of it.
+        let beyond = |place: Vec2| cell.centre + (place - cell.centre) * (1.0 + ON_LINE);
+        let is_seen = |square: &usize| !self.parting.cross([cell.centre, beyond(lattice.centre(*square))]);
         let square = squares.find(is_seen).or(own).filter(|&square| still.depth[square] > 0.0)?;
         let (depth, body) = (still.depth[square], still.body[square]);
-        Some(if body.is_some() {
-            AtStart::Level(self.bed.elevation[square] + depth, body)
-        } else {
-            AtStart::Depth(depth)
-        })
+        let over_bed = |_| (self.bed.elevation[square] + depth - z).max(0.0);
+        Some((body.map_or(depth, over_bed), body))
     }
 
     /// The lowest ground (m) along a face on a line: that of a dike's crest. Elsewhere a bank beside the face would count as a ridge in it.
@@ -259,30 +227,4 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         let lowest = heights.fold(f64::INFINITY, f64::min);
         if lowest.is_finite() { lowest } else { f64::NEG_INFINITY }
     }
-}
-
-/// The height of a plane through points (m) at a place, or their mean where they do not span one; none of no points.
-fn plane_at(place: Vec2, points: &[(Vec2, f64)]) -> Option<f64> {
-    let count = points.len() as f64;
-    let (_, first) = *points.first()?;
-    let centre = points.iter().fold(Vec2::ZERO, |sum, (at, _)| sum + *at) * (1.0 / count);
-    let mean = points.iter().map(|(_, z)| z - first).sum::<f64>() / count;
-    let (mut xx, mut xy, mut yy, mut xz, mut yz) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (at, z) in points {
-        let (way, rise) = (*at - centre, z - first - mean);
-        xx += way.x * way.x;
-        xy += way.x * way.y;
-        yy += way.y * way.y;
-        xz += way.x * rise;
-        yz += way.y * rise;
-    }
-    let determinant = xx * yy - xy * xy;
-    let to_place = place - centre;
-    let rise = if determinant > 1e-3 * (xx + yy) * (xx + yy) {
-        let slope = Vec2::new(xz * yy - yz * xy, yz * xx - xz * xy) * (1.0 / determinant);
-        slope.dot(to_place)
-    } else {
-        0.0
-    };
-    Some(first + mean + rise)
 }

@@ -205,8 +205,7 @@ fn fine_places(scene: &Scene, bed: &BedParticles) -> Vec<(Because, Vec2)> {
     let mut add =
         |because: Because, more: &mut dyn Iterator<Item = usize>| cells.extend(more.map(|cell| (because, cell)));
     if let Some(breach) = &forcing.breach {
-        add(Because::Breach, &mut breach.cells.iter().map(|dam| dam.cell));
-        add(Because::Breach, &mut breach.rim.iter().map(|rim| rim.at.cell));
+        add(Because::Breach, &mut breach.cells_and_rim());
     }
     add(Because::Raised, &mut bed.sealed.iter().chain(&scene.raised).copied());
     add(Because::Sections, &mut scene.crossed.iter().flatten().copied());
@@ -215,11 +214,7 @@ fn fine_places(scene: &Scene, bed: &BedParticles) -> Vec<(Because, Vec2)> {
     let lines = forcing.line_sources.iter();
     add(Because::Sources, &mut lines.flat_map(|source| source.cells.iter().map(|(cell, _)| *cell)));
     let ends = forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]);
-    let mut joined = ends.flat_map(|end| match end {
-        ChannelEnd::Joined(faces) => faces.iter().map(|face| face.cell).collect::<Vec<_>>(),
-        ChannelEnd::Wall | ChannelEnd::Open(_) => Vec::new(),
-    });
-    add(Because::Channels, &mut joined);
+    add(Because::Channels, &mut ends.flat_map(ChannelEnd::joined_cells));
     let mut places: Vec<(Because, Vec2)> =
         cells.into_iter().map(|(because, cell)| (because, lattice.centre(cell))).collect();
     places.extend(scene.gauges.iter().map(|gauge| (Because::Gauges, lattice.to_local(gauge.position))));

@@ -127,7 +127,7 @@ pub(super) fn place_on(
         ground_source,
         ridges,
         raised: at_start.raised,
-        followed: following::lines(following.as_ref()),
+        followed: Vec::new(),
         earlier_time: at_start.earlier_time,
         at_banks: places::cells_at_banks(&files.gauges, &ground.surface(), ground.bed()),
         walls,

@@ -110,6 +110,12 @@ impl Plane {
     }
 }
 
+/// The height (m) of the plane through some pieces where their offsets are 0.
+pub fn plane_at_middle(pieces: &[Piece]) -> f64 {
+    let Plane { height, offset, slope } = Plane::fitted(pieces);
+    height - slope.dot(offset)
+}
+
 /// Sum of a number of each piece, whatever their order: taken in whole numbers, of which the largest term has 60 bits.
 fn sum(pieces: &[Piece], term: impl Fn(&Piece) -> f64) -> f64 {
     let largest = pieces.iter().map(|piece| term(piece).abs()).fold(0.0, f64::max);

@@ -17,6 +17,7 @@ mod upright;
 
 pub use cover::{CellInPart, Cover, FaceInPart};
 pub use gap::ground_in_gaps;
+pub use mean::plane_at_middle;
 pub use noise::noise_in_cells;
 pub use place::{derive_curvatures, place_bed, place_bed_with};
 pub use ridge::Ridges;

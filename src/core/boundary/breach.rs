@@ -115,6 +115,11 @@ pub struct Breach {
 }
 
 impl Breach {
+    /// The cells of the dam and of its rim.
+    pub fn cells_and_rim(&self) -> impl Iterator<Item = usize> + '_ {
+        self.cells.iter().map(|dam| dam.cell).chain(self.rim.iter().map(|rim| rim.at.cell))
+    }
+
     /// The share of the growth at the start of a run: above 0 where the dam opens at once then, and never stands as it was.
     pub fn share_at_start(&self) -> f64 {
         match self.trigger {

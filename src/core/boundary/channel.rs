@@ -40,6 +40,14 @@ pub enum ChannelEnd {
     Joined(Vec<EdgeFace>),
 }
 
+impl ChannelEnd {
+    /// The cells of the area of two dimensions that it joins.
+    pub fn joined_cells(&self) -> impl Iterator<Item = usize> + '_ {
+        let faces = if let ChannelEnd::Joined(faces) = self { faces.as_slice() } else { &[] };
+        faces.iter().map(|face| face.cell)
+    }
+}
+
 /// A channel, from its far end to the end that may join the area of two dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {

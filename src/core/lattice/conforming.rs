@@ -140,6 +140,11 @@ impl Conforming {
         (self.first_row + row) * self.columns + 2 * (number % self.in_a_row()) + row % 2
     }
 
+    /// The places in the stack of all cells, by number.
+    pub fn places(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.cells.len()).map(|number| self.place(number))
+    }
+
     /// The cell that stands at a place of the stack.
     pub fn number_at(&self, place: usize) -> Option<usize> {
         let (column, row) = (place % self.columns, (place / self.columns).checked_sub(self.first_row)?);

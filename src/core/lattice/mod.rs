@@ -91,7 +91,7 @@ impl Lattice {
     /// The cells that stand for their places on a level, with those that follow lines on the finest.
     pub fn leaves_of(&self, level: Level) -> impl Iterator<Item = usize> + '_ {
         let conforming = self.conforming().filter(|_| level.first_row == 0);
-        let of_lines = conforming.into_iter().flat_map(|made| (0..made.cells().len()).map(|number| made.place(number)));
+        let of_lines = conforming.into_iter().flat_map(Conforming::places);
         self.places_of(level).filter(|&place| self.is_leaf(place)).chain(of_lines)
     }
 

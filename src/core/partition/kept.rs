@@ -8,7 +8,7 @@ use crate::math::Vec2;
 const SHORTEST: f64 = 1e-9;
 
 impl Partition {
-    /// The same with squares of the lattice where [`Partition::new`] was told of no cell: what lies beyond a face there is the square.
+    /// The same with squares of the lattice where [`Partition::new`] had no cell: what lies beyond a face there is the square.
     #[must_use]
     pub fn beside(mut self, lattice: &Lattice, is_kept: impl Fn(usize) -> bool) -> Self {
         let faces = std::mem::take(&mut self.faces);

@@ -17,7 +17,7 @@ pub use crate::boundary::{
     GrowthLaw, LineSource, OpenEdges, Opening, Patch, PointSource, Rain, RainFrames, Rating, Resistance, RimCell,
     Series, Slide, Strip, Trigger, edge_faces,
 };
-pub use eulerian::{EulerianMethods, EulerianSolver};
+pub use eulerian::{EulerianMethods, EulerianSolver, halvings};
 pub use nested::nested;
 
 use crate::bed::BedParticles;

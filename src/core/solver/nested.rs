@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::FlowProblem;
 use crate::bed::{BedParticles, Cover, PassSills, Ridges};
 use crate::boundary::{BedMotion, Forcing, LineSource, Rain, RainFrames};
-use crate::lattice::{Lattice, Level, Nest};
+use crate::lattice::{Conforming, Lattice, Level, Nest};
 
 /// Puts the problems of all levels, the finest first, together.
 ///
@@ -52,6 +52,18 @@ impl Stack {
         Some(cell).filter(|&cell| self.lattice.is_leaf(cell)).or_else(instead)
     }
 
+    /// Of each cell that follows lines its place and the square about its centre, whose numbers it has.
+    fn squares_of_lines(&self) -> impl Iterator<Item = (usize, Option<usize>)> + '_ {
+        let finest = &self.levels[0].bed.lattice;
+        let of_cells = |made: &'_ Conforming| {
+            made.places()
+                .zip(made.cells())
+                .map(|(place, cell)| (place, finest.cell_of(cell.centre)))
+                .collect::<Vec<_>>()
+        };
+        self.lattice.conforming().map(of_cells).unwrap_or_default().into_iter()
+    }
+
     /// The numbers of all cells, each from the level that stands for it; `none` where there is no cell.
     fn of_cells<T: Copy>(&self, none: T, values: impl Fn(&FlowProblem) -> &[T]) -> Vec<T> {
         let mut all = vec![none; self.lattice.len()];
@@ -62,13 +74,8 @@ impl Stack {
                 }
             }
         }
-        // What a cell that follows lines has is that of the square about its centre.
-        if let Some(conforming) = self.lattice.conforming() {
-            let finest = &self.levels[0];
-            for (number, cell) in conforming.cells().iter().enumerate() {
-                let own = finest.bed.lattice.cell_of(cell.centre).and_then(|square| values(finest).get(square));
-                all[conforming.place(number)] = own.copied().unwrap_or(none);
-            }
+        for (place, square) in self.squares_of_lines() {
+            all[place] = square.and_then(|square| values(&self.levels[0]).get(square)).copied().unwrap_or(none);
         }
         all
     }
@@ -157,12 +164,8 @@ impl Stack {
                     }
                     first += frames.from.len() as u32;
                 }
-                if let Some(made) = self.lattice.conforming() {
-                    let finest = &self.levels[0].bed.lattice;
-                    for (number, cell) in made.cells().iter().enumerate() {
-                        let square = finest.cell_of(cell.centre);
-                        place[made.place(number)] = square.map_or(0, |square| levels[0].place[square]);
-                    }
+                for (of_line, square) in self.squares_of_lines() {
+                    place[of_line] = square.map_or(0, |square| levels[0].place[square]);
                 }
                 let joined =
                     |of: &dyn Fn(&RainFrames) -> &[f64]| levels.iter().flat_map(|frames| of(frames).to_vec()).collect();

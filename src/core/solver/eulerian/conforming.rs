@@ -1,7 +1,7 @@
 //! Faces of cells that follow lines ([`crate::lattice::Conforming`]): of any length and any way they face.
 //!
-//! A face is one pair of (M19) to (M31) as well. The way s between the particles is the sum of their distances from the face along its normal n;
-//! each is looked at on the straight line through the middle of the face along n, a step t_i aside of its centre:
+//! A face is one pair of (M19) to (M31) as well. The way s between the particles is the sum of their distances from the face along its normal n.
+//! Each is looked at on the straight line through the middle of the face along n, a step t_i aside of its centre:
 //!
 //! ```text
 //! (M97)  ∇X_i = B_i⁻¹ Σ_j (l_ij/r_ij) (X_j − X_i) r_ij     B_i = Σ_j (l_ij/r_ij) r_ij r_ijᵀ     r_ij = x_j − x_i
@@ -22,16 +22,13 @@ mod geometry;
 use rayon::prelude::*;
 
 use super::faces::{EAST, Half, Numbers, Sill, over_sill, single};
-use super::general_faces::{Passing, Place, Seen};
+use super::general_faces::{AT_ONCE, Passing, Place, Seen};
 use super::rows::sides;
 use super::state::{Slot, State};
 use super::update::Stage;
 use super::walls::mirrored;
 use super::{EulerianMethods, Scale};
 use crate::math::Vec2;
-
-/// Cells or faces that a thread takes at least.
-const AT_ONCE: usize = 512;
 
 /// The determinant of what banks leave of a gradient, below which it is not solved for: banks all around.
 const LEAST_KEPT: f64 = 0.2;
@@ -53,9 +50,8 @@ struct Side {
 #[derive(Clone, Copy, Debug)]
 struct Face {
     sides: [Option<Side>; 2],
-    /// The unit normal from the first side to the second.
+    /// The unit normal from the first side to the second, and the length (m).
     normal: Vec2,
-    /// Its length (m).
     length: f64,
     /// The way between the particles along the normal (m), and the share of it on the first side.
     way: f64,
@@ -360,8 +356,7 @@ impl Face {
         let (Some((i, own_i)), Some((j, own_j))) = (first, second) else { return Passing::default() };
         let half = |seen: Seen, which: usize| {
             let cell = self.sides[which].map_or(0, |side| side.cell);
-            let reach = if which == 0 { self.reach } else { 1.0 - self.reach };
-            self.half(seen, &around[cell].slopes, self.steps[which], reach)
+            self.half(seen, &around[cell].slopes, which)
         };
         let (i, j) = (half(i, 0), half(j, 1));
         let numbers = Numbers::new(&scale.on(self.way), methods);
@@ -373,8 +368,13 @@ impl Face {
         Passing { mass, tangential, lost: lost + own_i, gained: gained + own_j }
     }
 
-    /// A particle of the pair, seen along the normal.
-    fn half(&self, seen: Seen, slopes: &[Vec2; 4], step: f64, reach: f64) -> Half {
+    /// The share of the way on a side.
+    fn reach_on(&self, which: usize) -> f64 {
+        if which == 0 { self.reach } else { 1.0 - self.reach }
+    }
+
+    /// The particle of a side, seen along the normal.
+    fn half(&self, seen: Seen, slopes: &[Vec2; 4], which: usize) -> Half {
         let (n, t) = (self.normal, self.normal.perpendicular());
         let velocity = Vec2::new(seen.u, seen.v);
         let [surface, depth, u, v] = *slopes;
@@ -383,7 +383,7 @@ impl Face {
         Half {
             d: seen.depth,
             z: seen.bed,
-            step,
+            step: self.steps[which],
             u: velocity.dot(n),
             v_t: velocity.dot(t),
             rise_eta: self.way * surface.dot(n),
@@ -391,7 +391,7 @@ impl Face {
             rise_u: rise(n, n),
             rise_t: rise(t, n),
             stretch_t: rise(t, t),
-            reach,
+            reach: self.reach_on(which),
         }
     }
 }

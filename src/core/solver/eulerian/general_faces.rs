@@ -45,7 +45,7 @@ use hanging::hanging_faces;
 use in_rows::{ByRow, Cell, SideOfCell, cells_beside, sides_of_cells};
 
 /// Faces that a thread takes at least: fewer are done sooner than another thread wakes.
-const AT_ONCE: usize = 512;
+pub(super) const AT_ONCE: usize = 512;
 
 /// What is known of a face besides its place.
 #[derive(Clone, Copy, Debug, Default)]

@@ -72,6 +72,7 @@ use sections::Sections;
 use spans::{ActiveSet, Run};
 use state::State;
 use stepping::Stepping;
+pub use stepping::halvings;
 use update::Stage;
 use walls::Walls;
 

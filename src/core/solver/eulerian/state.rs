@@ -13,7 +13,7 @@ pub(crate) use super::rows::{
     FaceRow, Fastest, FluxRow, GradientRow, GroundRow, PrimitiveRow, Slot, WaterRow, sides, step_of_bed,
 };
 use crate::bed::BedParticles;
-use crate::lattice::{Lattice, Level, WaterInRow, WaterRows};
+use crate::lattice::{Conforming, Lattice, Level, WaterInRow, WaterRows};
 use crate::math::{MOST_LANES, Vec2};
 
 /// All arrays; every row has two entries more than its level has columns, and some without terrain more for loops on lanes; every group has
@@ -49,7 +49,7 @@ impl State {
             ground[row + 1].friction[column + 1] = gravity * bed.manning[index] * bed.manning[index];
             water[row + 1].depth[column + 1] = initial_depth[index].max(0.0);
         }
-        for place in lattice.conforming().into_iter().flat_map(|made| (0..made.cells().len()).map(|k| made.place(k))) {
+        for place in lattice.conforming().into_iter().flat_map(Conforming::places) {
             let (column, row) = lattice.column_row(place);
             if ground[row + 1].has_terrain(column + 1) {
                 ground[row + 1].per_area[column + 1] = lattice.cell_area() / lattice.area_of(place);
@@ -91,13 +91,18 @@ impl State {
     /// Padded rows and columns of the level to which a padded row belongs; none of the rows around and between levels.
     pub fn bounds(&self, row: usize) -> Option<[std::ops::Range<usize>; 2]> {
         let level = self.level(row);
-        if let Some(conforming) = self.lattice.conforming().filter(|made| made.rows().contains(&row.wrapping_sub(1))) {
+        if let Some(conforming) = self.conforming_in(row) {
             let rows = conforming.rows();
             return Some([rows.start + 1..rows.end + 1, 1..level.columns + 1]);
         }
         let first = level.first_row + 1;
         let is_cells = row > 0 && level.holds_row(row - 1);
         is_cells.then(|| [first..first + level.rows, 1..level.columns + 1])
+    }
+
+    /// The cells that follow lines, where a padded row is one of theirs.
+    fn conforming_in(&self, row: usize) -> Option<&Conforming> {
+        self.lattice.conforming().filter(|made| made.rows().contains(&row.wrapping_sub(1)))
     }
 
     /// The level to which a padded row belongs; its rows count without padding.
@@ -179,11 +184,8 @@ impl State {
 
     /// Local coordinates of the centre of a padded cell (m).
     pub fn position(&self, row: usize, column: usize) -> Vec2 {
-        if let Some(conforming) = self.lattice.conforming().filter(|made| made.rows().contains(&row.wrapping_sub(1))) {
-            let number = conforming.number_at(
-                self.lattice.index(column.checked_sub(1).unwrap_or(usize::MAX).min(self.lattice.columns - 1), row - 1),
-            );
-            return number.map_or(Vec2::ZERO, |number| conforming.cells()[number].centre);
+        if self.conforming_in(row).is_some() {
+            return self.lattice.centre(self.lattice.index(column - 1, row - 1));
         }
         position_on(self.level(row), (row, column))
     }

@@ -44,6 +44,23 @@ struct Scratch {
     over_boundaries: Vec<(f64, (usize, usize))>,
 }
 
+/// k of each level, the finest first, from the steps that their water allows (M90).
+pub fn halvings(allowed: &[f64], k_of_levels: &mut [u32]) {
+    let shortest = allowed.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut of_coarser = f64::INFINITY;
+    for (k, &step) in k_of_levels.iter_mut().zip(allowed).rev() {
+        of_coarser = of_coarser.min(step);
+        // A step that no water limits is as long as the next finer one lets it.
+        *k = (of_coarser / shortest).log2().min(f64::from(MOST_HALVINGS)) as u32;
+    }
+    for level in 1..k_of_levels.len() {
+        k_of_levels[level] = k_of_levels[level].min(k_of_levels[level - 1] + 1);
+    }
+    // The finest level takes the shortest step.
+    let lowest = k_of_levels.first().copied().unwrap_or(0);
+    k_of_levels.iter_mut().for_each(|k| *k -= lowest);
+}
+
 impl Stepping {
     pub fn new(levels: usize) -> Self {
         let scratch = Scratch {
@@ -56,19 +73,7 @@ impl Stepping {
 
     /// The steps (s) that levels allow, the finest first; returns that of the coarsest.
     fn choose(&mut self, allowed: &[f64]) -> f64 {
-        let shortest = allowed.iter().copied().fold(f64::INFINITY, f64::min);
-        let mut of_coarser = f64::INFINITY;
-        for (k, &step) in self.halvings.iter_mut().zip(allowed).rev() {
-            of_coarser = of_coarser.min(step);
-            // A step that no water limits is as long as the next finer one lets it.
-            *k = (of_coarser / shortest).log2().min(f64::from(MOST_HALVINGS)) as u32;
-        }
-        for level in 1..self.halvings.len() {
-            self.halvings[level] = self.halvings[level].min(self.halvings[level - 1] + 1);
-        }
-        // The finest level takes the shortest step.
-        let lowest = self.halvings[0];
-        self.halvings.iter_mut().for_each(|k| *k -= lowest);
+        halvings(allowed, &mut self.halvings);
         let longest = self.halvings.last().copied().unwrap_or(0);
         let doubled = |k: u32| (1_u64 << k) as f64;
         let limit = |(k, step): (&u32, &f64)| step / doubled(*k);

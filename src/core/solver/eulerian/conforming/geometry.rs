@@ -8,6 +8,7 @@ use crate::solver::FlowProblem;
 use crate::solver::eulerian::general_faces::{Passing, Place, Seen};
 use crate::solver::eulerian::passes::Passes;
 use crate::solver::eulerian::rows::sides;
+use crate::solver::eulerian::stairs::beside;
 use crate::solver::eulerian::state::{Slot, State, datum};
 use crate::solver::eulerian::walls::Walls;
 
@@ -56,11 +57,6 @@ impl ConformingFaces {
     /// A face of the solver; none between places without terrain.
     fn face(&self, state: &State, face: &crate::lattice::Face, (sill, walls): (f64, &Pieces)) -> Option<Face> {
         let (middle, normal) = (face.middle(), face.normal());
-        let spacing = state.lattice().spacing;
-        let distance = |cell: usize, sign: f64| {
-            let Cell { place: (row, column), .. } = self.cells[cell];
-            sign * (middle - state.position(row, column)).dot(normal)
-        };
         let side = |of: Of, sign: f64| {
             let place = match of {
                 Of::Cell(cell) => place_of(state, state.lattice().conforming()?.place(cell)),
@@ -81,19 +77,15 @@ impl ConformingFaces {
             Some(Side { cell, aside: away - normal * away.dot(normal), of_square, slot })
         };
         let sides = [side(face.sides[0], 1.0), side(face.sides[1], -1.0)];
-        let at = |side: Option<Side>| {
-            side.map(|side| {
-                let (row, column) = self.cells[side.cell].place;
-                state.position(row, column)
-            })
+        let at = |side: Side| {
+            let (row, column) = self.cells[side.cell].place;
+            state.position(row, column)
         };
-        let is_cut = |from: Option<Vec2>| from.is_some_and(|from| walls.cross([from, middle]));
-        let is_wall = sides.iter().any(Option::is_none) || sides.iter().any(|&side| is_cut(at(side)));
-        let least = LEAST_DISTANCE * spacing;
-        let [first, second] = [0, 1].map(|which: usize| {
-            let sign = if which == 0 { 1.0 } else { -1.0 };
-            sides[which].map_or(0.0, |side| distance(side.cell, sign).max(least))
-        });
+        let is_wall = sides.iter().any(|side| side.is_none_or(|side| walls.cross([at(side), middle])));
+        let distance = |side: Option<Side>, normal: Vec2| {
+            side.map_or(0.0, |side| (middle - at(side)).dot(normal).max(LEAST_DISTANCE * state.lattice().spacing))
+        };
+        let (first, second) = (distance(sides[0], normal), distance(sides[1], normal * -1.0));
         let way = first + second;
         let face =
             Face { sides, normal, length: face.length(), way, reach: first / way, is_wall, steps: [0.0; 2], sill };
@@ -140,13 +132,9 @@ impl ConformingFaces {
             // What is beyond, the way there and the length of the face.
             let mut ways: Vec<(Beyond, Vec2, f64)> = Vec::new();
             for &(face, which) in &cell.faces {
-                let Face { sides, normal, length, is_wall, sill, .. } = self.faces[face];
+                let Face { sides, normal, length, is_wall, sill, way, .. } = self.faces[face];
                 let beyond = sides[1 - which].filter(|_| !is_wall).map(|side| side.cell);
-                let to_wall = if which == 0 {
-                    self.faces[face].way * self.faces[face].reach
-                } else {
-                    self.faces[face].way * (1.0 - self.faces[face].reach)
-                };
+                let to_wall = way * self.faces[face].reach_on(which);
                 let out = normal * if which == 0 { 1.0 } else { -1.0 };
                 ways.push(match beyond {
                     Some(number) => {
@@ -162,7 +150,7 @@ impl ConformingFaces {
             for &k in &cell.others {
                 let offset = NEIGHBOURS[k];
                 let out = Vec2::new(offset.0 as f64, offset.1 as f64);
-                let place = (cell.place.0.wrapping_add_signed(offset.1), cell.place.1.wrapping_add_signed(offset.0));
+                let place = beside(cell.place, offset);
                 let is_seen = state.has_terrain(place.0, place.1) && !walls.is_blocked(cell.place, offset);
                 let beyond =
                     if is_seen { Beyond::Particle(places.len(), sills[k], Vec2::ZERO) } else { Beyond::Mirror(out) };
