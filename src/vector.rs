@@ -58,6 +58,17 @@ pub struct Feature {
 }
 
 impl Feature {
+    /// The corners of the rectangle about it; none without a place.
+    pub fn rectangle(&self) -> Option<[Vec2; 2]> {
+        let of_polygons = self.polygons.iter().flat_map(CoordsIter::coords_iter);
+        let coordinates = of_polygons.chain(self.lines.iter().flat_map(CoordsIter::coords_iter));
+        let places = coordinates.map(|c| Vec2::new(c.x, c.y)).chain(self.points.iter().map(|(place, _)| *place));
+        places.map(|place| [place; 2]).reduce(|[low, high], [place, _]| {
+            let least = Vec2::new(low.x.min(place.x), low.y.min(place.y));
+            [least, Vec2::new(high.x.max(place.x), high.y.max(place.y))]
+        })
+    }
+
     /// The names of its attributes that hold something, for messages; of a text that begins like a number but is none, the text, too.
     pub fn attribute_names(&self) -> String {
         let is_number_like = |text: &str| text.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c));

@@ -74,3 +74,20 @@ pub struct ChoiceRecord {
     /// Why, in words.
     pub because: Vec<String>,
 }
+
+/// The part of a large terrain that was prepared.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct PartRecord {
+    /// Its sides (map coordinates, m).
+    pub west: f64,
+    /// See `west`.
+    pub south: f64,
+    /// See `west`.
+    pub east: f64,
+    /// See `west`.
+    pub north: f64,
+    /// Width and height (m).
+    pub size_m: [f64; 2],
+    /// Width and height of all of the terrain (m).
+    pub terrain_m: [f64; 2],
+}

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::cell_records::{ChoiceRecord, ErrorRecord, LevelRecord};
+use super::cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 use super::channels::AboveBanks;
 use super::folder::RunFolder;
 use crate::error::{Error, Problem};
@@ -238,6 +238,9 @@ pub struct RunManifest {
     pub particles: ParticleCounts,
     /// Riverbed particles.
     pub bed_particles: usize,
+    /// The part of the terrain that was prepared, where that is not all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terrain_part: Option<PartRecord>,
     /// How their spacing was chosen, where the scenario left it to the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ChoiceRecord>,

@@ -29,7 +29,7 @@ mod ridges;
 mod sections;
 mod write;
 
-pub use cell_records::{ChoiceRecord, ErrorRecord, LevelRecord};
+pub use cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 pub use channel_gauges::{ChannelGaugeResult, ChannelGaugeSample};
 pub use channel_profile::{ChannelFrame, ChannelGauge, ChannelProfile, ChannelWater};
 pub use channels::{ChannelPlan, ChannelRecorder, ChannelRecording};

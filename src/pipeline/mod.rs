@@ -11,6 +11,7 @@ mod discharges;
 mod levels;
 mod looks;
 mod outputs;
+mod part;
 mod plan;
 mod progress;
 mod recorders;
@@ -23,6 +24,7 @@ mod steps;
 mod summary;
 mod verdict;
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use crate::calendar::utc_now;
@@ -31,13 +33,14 @@ use crate::output::{
     ChannelGaugeResult, FieldsWriter, Provenance, RecorderPlan, Recording, RunFolder, RunManifest, SectionResult,
 };
 use crate::prepare::{Runnable, Scene, Setup, in_folder, prepare};
-use crate::scenario::Scenario;
+use crate::scenario::{Part, Scenario};
 use crate::seeding::SeededVolume;
 use crate::solver::{FlowSolver, Ledger};
 use crate::version;
 use budget::Chosen;
 use clock::Clock;
 pub use plan::{Advice, Measured, Plan, PlanOptions, plan};
+use part::Sides;
 use progress::Progress;
 use recorders::Recorders;
 use records::{first_manifest, passages, still_water_records};
@@ -67,7 +70,11 @@ const COMPUTE: &str = "compute";
 
 /// What is wrong with a scenario, its inputs, and the place of its output folder, errors first.
 pub fn check(scenario: &Scenario) -> Vec<Problem> {
-    let prepared = prepare(&budget::provisional(scenario));
+    let scenario = match part::choose(scenario) {
+        Ok(scenario) => scenario,
+        Err(problems) => return problems,
+    };
+    let prepared = prepare(&budget::provisional(&scenario));
     let mut problems = in_folder(&prepared.inputs, &scenario.outputs.folder.value);
     problems.extend(prepared.problems);
     sort_problems(&mut problems);
@@ -100,9 +107,35 @@ pub(crate) fn thread_pool(threads: Option<usize>) -> Result<rayon::ThreadPool, E
 
 fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummary, Error> {
     let mut clock = Clock::start();
+    let mut chosen = budget::choose(&part::choose(scenario).map_err(Error::Problems)?)?;
+    clock.lap("part of the terrain and resolution");
+    let mut options = options.clone();
+    loop {
+        match run_once(&chosen, &options, clock)? {
+            Outcome::Done(summary) => return Ok(*summary),
+            Outcome::Beyond { wider, clock: so_far } => {
+                clock = so_far;
+                chosen.scenario.reading.part = Some(wider);
+                // What is in the folder is of this run.
+                options.overwrite = true;
+            }
+        }
+    }
+}
+
+/// What became of a run on a part of the terrain, or on all of it.
+enum Outcome {
+    Done(Box<RunSummary>),
+    /// Water came near the edge of the part.
+    Beyond {
+        wider: Part,
+        clock: Clock,
+    },
+}
+
+fn run_once(chosen: &Chosen, options: &RunOptions, mut clock: Clock) -> Result<Outcome, Error> {
+    let Chosen { scenario, record: choice, warnings: of_choice } = chosen;
     let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.value.clone());
-    let Chosen { scenario, record: choice, warnings: of_choice } = budget::choose(scenario)?;
-    let scenario = &scenario;
     let mut prepared = prepare(scenario);
     prepared.problems.extend(RunFolder::inspect(&out, options.overwrite).map(|p| as_written(p, scenario, options)));
     prepared.problems.extend(in_folder(&prepared.inputs, &out));
@@ -111,7 +144,7 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let (setup, settled) = levels::settle(scenario, setup);
     let of_levels = settled.records(scenario, &setup.bed);
     clock.lap("inputs, bed and seeding");
-    warnings.extend(of_choice.into_iter().chain(seeding_warnings(scenario, &setup)));
+    warnings.extend(of_choice.iter().cloned().chain(seeding_warnings(scenario, &setup)));
     let second = match scenario.outputs.wants_errors().then(|| second_run::run(scenario)) {
         Some(Err(problem)) => {
             warnings.push(problem);
@@ -134,12 +167,14 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let moving = summary::MovingAtStart::of(&seeds);
     let solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
     let mut manifest = first_manifest(scenario, options, (&inputs, &warnings), (&setup, of_levels));
+    let sides = Sides::of(scenario, &setup.bed);
     let Setup { bed, still_water, pixels, scene, .. } = setup;
     let seeded = still_water.into_volumes();
-    manifest.resolution = choice;
+    manifest.resolution = choice.clone();
+    manifest.terrain_part = part::record(scenario);
     manifest.still_water = still_water_records(&scene.waters, &seeded);
     let plan = recorder_plan(scenario, &scene, bed, pixels);
-    let run = Run { manifest, scenario, folder, scene, warnings, seeded, moving, clock, second };
+    let run = Run { manifest, scenario, folder, scene, warnings, seeded, moving, clock, second, sides };
     run.execute(solver, plan, !options.quiet)
 }
 
@@ -167,6 +202,7 @@ struct Run<'a> {
     manifest: RunManifest,
     clock: Clock,
     second: Option<SecondRun>,
+    sides: Option<Sides>,
 }
 
 /// Why the loop of steps ended before its time.
@@ -186,27 +222,35 @@ struct Computed {
 
 impl Run<'_> {
     /// Computes, writes everything, and judges the result; `run.json` says so where files cannot be written.
-    fn execute(mut self, solver: Box<dyn FlowSolver>, plan: RecorderPlan, show: bool) -> Result<RunSummary, Error> {
+    fn execute(mut self, solver: Box<dyn FlowSolver>, plan: RecorderPlan, show: bool) -> Result<Outcome, Error> {
         match self.compute_and_write(solver, plan, show) {
-            Ok(computed) => self.finish(computed),
+            Ok(ControlFlow::Break(wider)) => {
+                eprintln!("{}", part::told(wider, self.manifest.simulated_s));
+                self.clock.join_phases("on a smaller part of the terrain");
+                Ok(Outcome::Beyond { wider, clock: self.clock })
+            }
+            Ok(ControlFlow::Continue(computed)) => self.finish(computed).map(|summary| Outcome::Done(Box::new(summary))),
             Err(error) => Err(self.manifest.failed(&self.folder, error)),
         }
     }
 
-    /// Computes, and writes all results but `run.json`.
+    /// Computes, and writes all results but `run.json`; breaks off with a larger part of the terrain where the water asks for it.
     fn compute_and_write(
         &mut self,
         mut solver: Box<dyn FlowSolver>,
         plan: RecorderPlan,
         show: bool,
-    ) -> Result<Computed, Error> {
+    ) -> Result<ControlFlow<Part, Computed>, Error> {
         self.folder.write("scenario.resolved.yaml", self.scenario.to_yaml().as_bytes())?;
         self.manifest.write(&self.folder)?;
         let provenance = self.provenance();
         let mut progress = Progress::new(self.scenario.end_time, &self.scene.lattice, show);
         let of_channels = self.scene.channels.clone();
         let mut recorders = Recorders::open(self, &of_channels, &provenance, plan, solver.as_ref())?;
-        let early = self.compute(solver.as_mut(), &mut recorders, &mut progress)?;
+        let early = match self.compute(solver.as_mut(), &mut recorders, &mut progress)? {
+            ControlFlow::Continue(early) => early,
+            ControlFlow::Break(wider) => return Ok(ControlFlow::Break(wider)),
+        };
         let ledger = solver.ledger();
         self.manifest.boundaries = passages(solver.as_ref(), self.scenario, &self.scene);
         // The outputs take memory of their own.
@@ -237,7 +281,8 @@ impl Run<'_> {
         self.write_tables(&recording, &sections)?;
         self.clock.part("tables");
         self.clock.lap("outputs");
-        Ok(Computed { ledger, recording, sections: sections.results, channel_gauges: in_channels.gauge_results, early })
+        let channel_gauges = in_channels.gauge_results;
+        Ok(ControlFlow::Continue(Computed { ledger, recording, sections: sections.results, channel_gauges, early }))
     }
 
     fn provenance(&self) -> Provenance {

@@ -1,5 +1,6 @@
 //! The loop of steps, and the signals that end it.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -10,16 +11,18 @@ use super::recorders::Recorders;
 use super::records::{balance, breach_record, moving_bed_record};
 use super::{Early, Run};
 use crate::error::Error;
+use crate::scenario::Part;
 use crate::solver::{FlowSolver, StepChoice, StepLimit};
 
 impl Run<'_> {
-    /// Computes to the end of the run, or to what ends it early.
+    /// Computes to the end of the run, or to what ends it early; breaks off with a larger part of the terrain once water comes near the edge of
+    /// the one that was prepared.
     pub(super) fn compute(
         &mut self,
         solver: &mut dyn FlowSolver,
         recorders: &mut Recorders<'_>,
         progress: &mut Progress,
-    ) -> Result<Option<Early>, Error> {
+    ) -> Result<ControlFlow<Part, Option<Early>>, Error> {
         let signal = watch_signals()?;
         let end = self.scenario.end_time;
         let clock = &mut self.clock;
@@ -27,6 +30,7 @@ impl Run<'_> {
         recorders.start(solver, clock)?;
         let mut steps = StepStatistics::default();
         let mut early = None;
+        let sides = self.sides.take();
         while solver.time() < end {
             clock.part("rest");
             let choice = step_towards(end, solver);
@@ -43,6 +47,11 @@ impl Run<'_> {
                 recorders.record(solver, is_frame_due, clock)?;
             }
             recorders.after_step(solver, clock)?;
+            if let Some(wider) = sides.as_ref().and_then(|sides| sides.beyond(solver)) {
+                progress.end();
+                self.manifest.simulated_s = solver.time();
+                return Ok(ControlFlow::Break(wider));
+            }
             progress.show((solver.time(), solver.particles()), &choice, || balance(solver).error_relative);
             if received != 0 {
                 early = Some(Early::Signal(received as i32));
@@ -56,7 +65,7 @@ impl Run<'_> {
         }
         steps.note(&mut self.manifest);
         self.note_computed(solver, recorders);
-        Ok(early)
+        Ok(ControlFlow::Continue(early))
     }
 
     /// Writes into the manifest what the core did.

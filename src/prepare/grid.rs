@@ -9,7 +9,7 @@ use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, in_bytes, readable};
 use crate::prepare::GapReport;
-use crate::scenario::{Limits, Side};
+use crate::scenario::{Limits, Part, Side};
 use crate::solver::OpenEdges;
 use crate::terrain::{Layer, Rectangle, Terrain};
 
@@ -22,20 +22,30 @@ const LEAST_CELLS: f64 = 3.0;
 /// Share of a cell by which sums of map coordinates may miss a whole number of cells.
 const ROUND_OFF: f64 = 1e-6;
 
+/// A part of the terrain as a rectangle.
+pub(super) fn rectangle(part: Option<Part>) -> Option<Rectangle> {
+    part.map(|Part { low, high, .. }| Rectangle { low, high })
+}
+
 /// The lattice that covers the data of a terrain, refused before anything is allocated when it is too large or too coarse.
 ///
 /// Its cells count from the south-western corner of the first raster, so that they coincide with raster cells when one
-/// spacing is a whole multiple of the other; without a raster they count from zero.
+/// spacing is a whole multiple of the other; without a raster they count from zero. Those of a part of the terrain count from its corner.
 ///
 /// # Errors
 /// The problem, without key and place.
-pub(super) fn lattice(terrain: &Terrain, spacing: f64, limits: &Limits) -> Result<Lattice, Problem> {
+pub(super) fn lattice(
+    terrain: &Terrain,
+    part: Option<Part>,
+    spacing: f64,
+    limits: &Limits,
+) -> Result<Lattice, Problem> {
     let anchor = terrain.layers().iter().find_map(|layer| match layer {
         Layer::Raster(raster) => Some(Vec2::new(raster.west, raster.south())),
         Layer::Survey(_) => None,
     });
-    let anchor = anchor.unwrap_or(Vec2::ZERO);
-    let Rectangle { low: min, high: max } = terrain.extent();
+    let anchor = part.map(|part| part.low).or(anchor).unwrap_or(Vec2::ZERO);
+    let Rectangle { low: min, high: max } = rectangle(part).unwrap_or_else(|| terrain.extent());
     let first = |low: f64, anchor: f64| ((low - anchor) / spacing + ROUND_OFF).floor();
     let last = |high: f64, anchor: f64| ((high - anchor) / spacing - ROUND_OFF).ceil();
     let (west, south) = (first(min.x, anchor.x), first(min.y, anchor.y));
@@ -262,24 +272,24 @@ mod tests {
     #[test]
     fn cells_coincide_with_raster_cells_when_spacings_divide() {
         let terrain = terrain(20.0, 30, 20);
-        let equal = lattice(&terrain, 20.0, &LIMITS).unwrap();
+        let equal = lattice(&terrain, None, 20.0, &LIMITS).unwrap();
         assert_eq!(equal, Lattice::new(Vec2::new(1005.0, 1603.0), 30, 20, 20.0));
-        let half = lattice(&terrain, 10.0, &LIMITS).unwrap();
+        let half = lattice(&terrain, None, 10.0, &LIMITS).unwrap();
         assert_eq!((half.origin, half.columns, half.rows), (equal.origin, 60, 40));
-        let double = lattice(&terrain, 40.0, &LIMITS).unwrap();
+        let double = lattice(&terrain, None, 40.0, &LIMITS).unwrap();
         assert_eq!((double.origin, double.columns, double.rows), (equal.origin, 15, 10));
-        let odd = lattice(&terrain, 7.0, &LIMITS).unwrap();
+        let odd = lattice(&terrain, None, 7.0, &LIMITS).unwrap();
         assert_eq!((odd.origin, odd.columns, odd.rows), (equal.origin, 86, 58));
     }
 
     #[test]
     fn too_many_and_too_few_cells_are_refused_before_allocation() {
         let terrain = terrain(20.0, 3000, 2000);
-        let problem = lattice(&terrain, 1e-3, &LIMITS).unwrap_err();
+        let problem = lattice(&terrain, None, 1e-3, &LIMITS).unwrap_err();
         assert_eq!((problem.kind, problem.code), (ProblemKind::Limit, "memory-limit"));
         // 60 km by 40 km in 400 bytes a cell fit into 1 GB at 30.98 m.
         assert!(problem.remedy.unwrap().contains("31 m or more"), "the remedy names a resolution that fits");
-        assert_eq!(lattice(&terrain, 20_000.0, &LIMITS).unwrap_err().code, "resolution-too-coarse");
+        assert_eq!(lattice(&terrain, None, 20_000.0, &LIMITS).unwrap_err().code, "resolution-too-coarse");
         assert_eq!(check_particles([900_000, 200_000, 0], 20.0, &LIMITS).unwrap().kind, ProblemKind::Limit);
         assert_eq!(check_particles([900_000, 100_000, 0], 20.0, &LIMITS), None);
         let with_channels = check_particles([900_000, 100_000, 1], 20.0, &LIMITS).unwrap();

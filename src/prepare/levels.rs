@@ -16,7 +16,10 @@ use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable};
-use crate::scenario::{Levels, Refine, RefineShape, Scenario, Sourced, VectorSource};
+use crate::scenario::{
+    Boundary as WrittenBoundary, BoundaryCondition, Levels, OpenBoundary, Refine, RefineShape, Scenario, Sourced,
+    VectorSource,
+};
 use crate::solver::{Boundary, Condition};
 use crate::terrain::Terrain;
 
@@ -230,6 +233,25 @@ fn fine_places(scene: &Scene, bed: &BedParticles) -> Vec<(Because, Vec2)> {
     places
 }
 
+/// Places (local coordinates) that a run must hold: where water is brought in or taken out, and where it is looked at.
+///
+/// Sides of the terrain through which water may only leave are not among them: it may never come there.
+pub fn places_of_water(scenario: &Scenario, setup: &Setup) -> Vec<Vec2> {
+    let scene = &setup.scene;
+    let stands = [Because::Walls, Because::Raised, Because::Lines];
+    let fine = fine_places(scene, &setup.bed).into_iter().filter(|(because, _)| !stands.contains(because));
+    let is_way_out = |written: &Sourced<WrittenBoundary>| {
+        let condition = &written.value.condition;
+        matches!(written.value.place, OpenBoundary::Side(_))
+            && matches!(condition, BoundaryCondition::Free | BoundaryCondition::NormalDepth(_))
+    };
+    let boundaries = scene.forcing.boundaries.iter().zip(&scenario.boundaries);
+    let boundaries = boundaries.filter(|(_, written)| !is_way_out(written)).flat_map(|(open, _)| open.pieces.iter());
+    let wet = (0..setup.bed.lattice.len()).filter(|&cell| setup.still_water.depth[cell] > 0.0);
+    let wet = wet.map(|cell| setup.bed.lattice.centre(cell));
+    fine.map(|(_, place)| place).chain(boundaries.flatten()).chain(wet).collect()
+}
+
 /// Places along a piece, no farther apart than a distance (m).
 fn along([from, to]: [Vec2; 2], distance: f64) -> impl Iterator<Item = Vec2> {
     let count = ((to - from).norm() / distance).ceil().max(1.0) as usize;
@@ -256,7 +278,7 @@ fn refined(
         }
         RefineShape::Polygons(source) => {
             let source = of_entry(refine, source);
-            let Some(features) = places::features(&source, crs, scenario.reproject, findings) else { return };
+            let Some(features) = places::features_near(&source, crs, scenario, findings) else { return };
             let area = polygons::union(features.into_iter().flat_map(|feature| feature.polygons).collect());
             let inside = polygons::cells_inside(&area, lattice).into_iter().map(|cell| lattice.centre(cell));
             // A polygon may lie between all centres.

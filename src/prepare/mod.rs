@@ -30,7 +30,7 @@ use crate::error::{Error, Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::output::{ChannelProfile, Gauge, GroundSource, OutputCrs, Ridge, Section, TerrainPixels};
-use crate::scenario::Scenario;
+use crate::scenario::{Part, Scenario};
 use crate::seeding::StillWater;
 use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
@@ -39,7 +39,8 @@ pub use following::Following;
 pub use grain::{Grain, grain};
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 pub use inputs::{InputFile, in_folder};
-pub use levels::{BLOCK, Because, Wanted, scatter};
+pub use ground::layers::outline;
+pub use levels::{BLOCK, Because, Wanted, places_of_water, scatter};
 
 /// Water that stands still at the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -253,7 +254,21 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
         }),
         None => None,
     };
-    Prepared { problems: findings.into_problems(), inputs: inputs::all(scenario), terrain, setup }
+    let mut problems = findings.into_problems();
+    if let Some(part) = scenario.reading.part {
+        problems.retain(|problem| !is_beyond(problem, part));
+    }
+    Prepared { problems, inputs: inputs::all(scenario), terrain, setup }
+}
+
+/// Whether a warning is of a place on the terrain that is not read: nothing was missed there.
+fn is_beyond(problem: &Problem, part: Part) -> bool {
+    let Part { whole_low, whole_high, .. } = part;
+    let is_elsewhere = |place: Vec2| {
+        let is_on_terrain = Part { low: whole_low, high: whole_high, ..part }.meets([place; 2]);
+        is_on_terrain && !part.meets([place; 2])
+    };
+    problem.severity == Severity::Warning && problem.at.is_some_and(is_elsewhere)
 }
 
 #[cfg(test)]

@@ -86,7 +86,7 @@ pub(super) fn place(
     files: Files<'_>,
     findings: &mut Findings,
 ) -> Option<Setup> {
-    let lattice = grid::lattice(terrain, scenario.resolution.value, &scenario.limits);
+    let lattice = grid::lattice(terrain, scenario.reading.part, scenario.resolution.value, &scenario.limits);
     let lattice = findings.take(&scenario.resolution, lattice)?;
     place_on(scenario, terrain, files, lattice, findings)
 }

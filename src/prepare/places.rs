@@ -39,6 +39,24 @@ pub(super) fn features(
     Some(features)
 }
 
+/// The features of a vector file that reach into the part of the terrain that is read, all of them without a part; none where no feature does.
+/// For what acts on the ground and the flow where it stands alone.
+pub(super) fn features_near(
+    source: &Sourced<VectorSource>,
+    crs: Option<&Crs>,
+    scenario: &Scenario,
+    findings: &mut Findings,
+) -> Option<Vec<Feature>> {
+    let mut found = features(source, crs, scenario.reproject, findings)?;
+    let Some(part) = scenario.reading.part else { return Some(found) };
+    let is_near = |feature: &Feature| match feature.rectangle() {
+        Some(rectangle) => part.meets(rectangle),
+        None => true,
+    };
+    found.retain(is_near);
+    Some(found).filter(|found| !found.is_empty())
+}
+
 /// So many features are named one by one.
 const NAMED_FEATURES: usize = 5;
 
@@ -111,7 +129,7 @@ pub(super) fn pieces(
     scenario: &Scenario,
     findings: &mut Findings,
 ) -> Option<Drawn> {
-    let features = features(source, crs, scenario.reproject, findings)?;
+    let features = features_near(source, crs, scenario, findings)?;
     let is_drawn = |feature: &Feature| feature.lines.iter().any(has_length) || !feature.polygons.is_empty();
     findings.add_all(source, left_out(source, &features, "line", is_drawn));
     let as_vec = |c: geo::Coord<f64>| Vec2::new(c.x, c.y);
@@ -132,7 +150,10 @@ pub(super) fn pieces(
         );
         return None;
     }
-    Some(Drawn { pieces, of_outlines })
+    let Some(part) = scenario.reading.part else { return Some(Drawn { pieces, of_outlines }) };
+    let within = |(piece, is_outline)| Some((part.cut(piece)?, is_outline));
+    let (pieces, of_outlines) = pieces.into_iter().zip(of_outlines).filter_map(within).unzip();
+    Some(Drawn { pieces, of_outlines }).filter(|drawn| !drawn.pieces.is_empty())
 }
 
 /// Brings lines to local coordinates; refuses those that lie beside the terrain altogether, and warns of those that lie beside it in

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::Findings;
 use crate::error::Problem;
 use crate::geodata::Crs;
-use crate::scenario::{Scenario, Sourced};
+use crate::prepare::grid::rectangle;
+use crate::scenario::{Reading, Scenario, Sourced};
 use crate::terrain::{Placing, Raster, RasterFile, RasterRequest};
 
 /// What must hold of a file before its values are read.
@@ -59,13 +60,15 @@ pub(super) fn read_in_place(
     findings: &mut Findings,
 ) -> Option<(Raster, Option<Placing>)> {
     let opened = findings.take(file, RasterFile::open(&file.value))?;
-    let read = opened.read_in_place(&request(&file.value, scenario), crs?);
+    let Reading { part, pixel } = scenario.reading;
+    let request = RasterRequest { part: rectangle(part), pixel, ..request(&file.value, scenario) };
+    let read = opened.read_in_place(&request, crs?);
     let (raster, placing, warnings) = findings.take(file, read)?;
     findings.add_all(file, warnings);
     Some((raster, placing))
 }
 
-/// Asks for a raster in its own unit.
+/// Asks for all of a raster in its own unit.
 pub(super) fn request<'a>(path: &'a Path, scenario: &Scenario) -> RasterRequest<'a> {
     RasterRequest {
         path,
@@ -74,5 +77,7 @@ pub(super) fn request<'a>(path: &'a Path, scenario: &Scenario) -> RasterRequest<
         reproject: scenario.reproject,
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
+        part: None,
+        pixel: None,
     }
 }

@@ -70,7 +70,8 @@ impl Rectangle {
     };
 
     /// The rectangle around both.
-    fn around(self, other: Rectangle) -> Rectangle {
+    #[must_use]
+    pub fn around(self, other: Rectangle) -> Rectangle {
         Rectangle {
             low: Vec2::new(self.low.x.min(other.low.x), self.low.y.min(other.low.y)),
             high: Vec2::new(self.high.x.max(other.high.x), self.high.y.max(other.high.y)),

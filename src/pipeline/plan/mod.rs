@@ -26,7 +26,7 @@ use super::budget::{self, Chosen};
 use super::clock::memory_mib;
 use super::seeding::seeding_warnings;
 use super::stages::{flow_problem, recorder_of, recorder_plan};
-use super::{cores, levels, thread_pool};
+use super::{cores, levels, part, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::{ChoiceRecord, LevelRecord, OutputGrid, write_level_layer};
 use crate::prepare::{Runnable, Setup, prepare};
@@ -124,7 +124,8 @@ fn check_layer(layer: &Path) -> Result<(), Error> {
 
 fn plan_on_threads(scenario: &Scenario, layer: Option<&Path>) -> Result<Plan, Error> {
     let start = Instant::now();
-    let Chosen { scenario, record: choice, warnings: of_choice } = budget::choose(scenario)?;
+    let Chosen { scenario, record: choice, warnings: of_choice } =
+        budget::choose(&part::choose(scenario).map_err(Error::Problems)?)?;
     let scenario = &scenario;
     let Runnable { setup, mut warnings, .. } = prepare(scenario).into_runnable()?;
     let reach = {

@@ -79,7 +79,7 @@ fn is_wall(breakline: &Breakline) -> bool {
 fn lines(breakline: &Breakline, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Vec<Line> {
     let source = &breakline.lines;
     let name = source.value.path.display();
-    let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
+    let Some(features) = places::features_near(source, crs, scenario, findings) else { return Vec::new() };
     let has_line = |feature: &Feature| feature.lines.iter().any(places::has_length) || !feature.polygons.is_empty();
     findings.add_all(source, places::left_out(source, &features, "line", has_line));
     if let LineLevel::Field(field) = &breakline.level {

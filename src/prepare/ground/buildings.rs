@@ -55,7 +55,7 @@ pub fn shape(footprints: &Footprints, scenario: &Scenario, ground: &mut Ground<'
 /// The footprints of a file, each with its height or roughness.
 fn footprints(buildings: &Buildings, crs: Option<&Crs>, scenario: &Scenario, findings: &mut Findings) -> Footprints {
     let source = &buildings.polygons;
-    let Some(features) = places::features(source, crs, scenario.reproject, findings) else { return Vec::new() };
+    let Some(features) = places::features_near(source, crs, scenario, findings) else { return Vec::new() };
     findings.add_all(source, places::left_out(source, &features, "polygon", |feature| !feature.polygons.is_empty()));
     if let BuildingMode::Raise { height: None, field } = &buildings.mode {
         let names = field.as_deref().map_or(HEIGHT_NAMES.to_vec(), |field| vec![field]);

@@ -10,6 +10,7 @@ use crate::geodata::{
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::prepare::findings::Findings;
+use crate::prepare::grid::rectangle;
 use crate::prepare::polygons::cells_inside;
 use crate::prepare::water;
 use crate::scenario::{CrsChoice, LayerMode, Scenario, Sourced, TerrainLayer, VectorSource};
@@ -78,6 +79,28 @@ pub fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>, Optio
         }
     }
     (crs, terrain)
+}
+
+/// The rectangle about the rasters of a terrain, and the edge of their finest pixels (m), without reading them; none where they cannot be
+/// opened, and without a raster.
+pub fn outline(scenario: &Scenario) -> Option<(Rectangle, f64)> {
+    let mut findings = Findings::default();
+    let mut opened = Vec::new();
+    for source in &scenario.layers {
+        if let TerrainLayer::Raster { path, .. } = &source.value {
+            opened.push(Opened::Raster(source, RasterFile::open(path).ok()?));
+        }
+    }
+    let run = run_crs(scenario, &opened, &mut findings)?;
+    let mut outlines = opened.iter().map(|opened| match opened {
+        Opened::Raster(_, file) => Some((file.rectangle(&run)?, file.cell_in_metres())),
+        Opened::Survey(..) => None,
+    });
+    let first = outlines.next()??;
+    outlines.try_fold(first, |(about, finest), outline| {
+        let (rectangle, pixel) = outline?;
+        Some((about.around(rectangle), finest.min(pixel)))
+    })
 }
 
 /// Warns of layers without an offset that state another vertical datum than the first that states one.
@@ -259,6 +282,8 @@ fn read_raster(
         reproject: scenario.reproject,
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
+        part: rectangle(scenario.reading.part),
+        pixel: scenario.reading.pixel,
     };
     let (mut raster, warnings) = findings.take(source, file.read(&request, run))?;
     findings.add_all(source, warnings);
@@ -266,7 +291,7 @@ fn read_raster(
         cut(&mut raster, clip, run, scenario, findings)?;
     }
     let cell = raster.cell_x.min(raster.cell_y);
-    if scenario.resolution.value < 0.5 * cell {
+    if scenario.reading.pixel.is_none() && scenario.resolution.value < 0.5 * cell {
         let message = format!(
             "the resolution of {} m is finer than the cells of {} ({cell} m)",
             scenario.resolution.value,
@@ -302,7 +327,8 @@ fn cut(
         let index = (raster.rows - 1 - from_south) * raster.columns + column;
         kept[index] = raster.values[index];
     }
-    if kept.iter().all(|value| value.is_nan()) {
+    // What is kept may lie beside the part that is read.
+    if scenario.reading.part.is_none() && kept.iter().all(|value| value.is_nan()) {
         findings.add(clip, clip_outside(clip, Rectangle { low: origin, high: Vec2::new(raster.east(), raster.north) }));
         return None;
     }

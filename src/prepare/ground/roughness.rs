@@ -100,7 +100,7 @@ fn areas(
     findings: &mut Findings,
 ) -> Vec<ValuedArea> {
     let name = file.value.path.display();
-    let Some(features) = places::features(file, crs, scenario.reproject, findings) else { return Vec::new() };
+    let Some(features) = places::features_near(file, crs, scenario, findings) else { return Vec::new() };
     let mut found = Vec::new();
     findings.add_all(file, places::left_out(file, &features, "polygon", |feature| !feature.polygons.is_empty()));
     for feature in features.into_iter().filter(|feature| !feature.polygons.is_empty()) {

@@ -61,6 +61,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
         resolution: sourced("resolution", resolution),
         levels: None,
         auto: None,
+        reading: crate::scenario::Reading::default(),
         end_time: 10.0,
         reference_time: None,
         outputs: Outputs {

@@ -9,6 +9,7 @@ mod ground;
 mod moving_bed;
 mod numerics;
 mod outputs;
+mod reading;
 mod resolution;
 mod water;
 
@@ -26,6 +27,7 @@ pub use ground::*;
 pub use moving_bed::*;
 pub use numerics::*;
 pub use outputs::*;
+pub use reading::*;
 pub use resolution::*;
 pub use water::*;
 
@@ -103,6 +105,8 @@ pub struct Scenario {
     pub levels: Option<Levels>,
     /// By what the program chooses both; it is done before a run, and `resolution` is not a number until then.
     pub auto: Option<Auto>,
+    /// What of the terrain is read.
+    pub reading: Reading,
     /// End time (s).
     pub end_time: f64,
     /// Date and time of t = 0, if given.

@@ -23,7 +23,7 @@ use crate::error::{Problem, ProblemKind};
 use crate::scenario::defaults::{MAX_PARTICLES, MEMORY_SHARE, machine_memory};
 use crate::scenario::fields::{Count, DateTime, EndTime, FormatVersion, Memory, Quantity, Text};
 use crate::scenario::methods::{Formulation, Motion};
-use crate::scenario::model::{CrsChoice, Limits, Scenario, Sourced};
+use crate::scenario::model::{CrsChoice, Limits, Reading, Scenario, Sourced};
 use crate::scenario::read::{FromNode, NonEmpty, Reader, section};
 use crate::scenario::tree::{Node, Value};
 use crate::scenario::yaml::{Section, Yaml, filled, quantity, quoted};
@@ -235,6 +235,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
         resolution,
         levels,
         auto,
+        reading: Reading::default(),
         end_time,
         reference_time: written.time.reference.map(|reference| reference.0),
         numerics: numerics::resolved(written.numerics.as_ref()),

@@ -58,7 +58,8 @@ impl RasterFile {
                 doubtful.get_or_insert(index);
             }
         }
-        if least > greatest {
+        // A part may lie beside the data.
+        if least > greatest && request.part.is_none() {
             let problem = input_error("all-nodata", format!("{name} holds no data at all: every cell is nodata"));
             // The attribute that took them out is the place to look at.
             return Err(match self.warnings.iter().find(|warning| warning.code == BEYOND_BOUNDS) {

@@ -1,5 +1,6 @@
 //! Raster files to [`Raster`]: any data type, nodata, scale, offset, orientation and CRS that GDAL knows.
 
+mod extract;
 mod heights;
 mod placing;
 mod values;
@@ -7,11 +8,11 @@ mod warp;
 
 use std::path::Path;
 
-use gdal::raster::GdalDataType;
+use gdal::raster::{GdalDataType, ResampleAlg};
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, GeoTransform, Metadata};
 
-use super::Raster;
+use super::{Raster, Rectangle};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, raster_variables, split_variable};
 use crate::geodata::cf_valid::{Bounds, bounds_of};
@@ -20,6 +21,7 @@ use crate::geodata::{
     transform,
 };
 use crate::math::Vec2;
+use extract::Extract;
 pub use heights::PLAUSIBLE_ELEVATION;
 pub use placing::Placing;
 use values::alpha_band;
@@ -46,6 +48,10 @@ pub struct RasterRequest<'a> {
     pub resolution: f64,
     /// Memory limit (bytes).
     pub memory: f64,
+    /// The part of the map that is read; none for all of it.
+    pub part: Option<Rectangle>,
+    /// Edge of the pixels (m) that do; none for those of the file.
+    pub pixel: Option<f64>,
 }
 
 /// A raster file, opened but not yet read.
@@ -230,13 +236,14 @@ impl RasterFile {
     /// The problem, without key and place.
     pub fn read(mut self, request: &RasterRequest, run_crs: &Crs) -> Result<(Raster, Vec<Problem>), Problem> {
         let warp = self.needs_warp(request, run_crs)?;
-        let (columns, rows) = self.dataset.raster_size();
+        let extract = self.extract(request, run_crs);
+        let (columns, rows) = extract.shape;
         check_memory(request, columns as f64 * rows as f64 * if warp { 2.0 } else { 1.0 })?;
-        let values = self.values(1, request)?;
+        let values = self.values(1, (extract, ResampleAlg::Average), request)?;
         let raster = if warp {
-            self.warped(&values, request, run_crs)?
+            self.warped(values, extract, request, run_crs)?
         } else {
-            north_up(&values, columns, rows, &self.geo_transform)
+            north_up(values, columns, rows, &extract.geo_transform(self.geo_transform))
         };
         self.check_values(&raster, request)?;
         Ok((raster, self.warnings))
@@ -252,8 +259,9 @@ impl RasterFile {
         request: &RasterRequest,
         run_crs: &Crs,
     ) -> Result<(Raster, Option<Placing>, Vec<Problem>), Problem> {
-        let placing = self.placing(request, run_crs)?;
-        let raster = self.band(1, placing.as_ref(), request)?;
+        let extract = self.extract(request, run_crs);
+        let placing = self.placing(extract, request, run_crs)?;
+        let raster = self.band(1, (extract, placing.as_ref()), request)?;
         self.check_values(&raster, request)?;
         if placing.is_some() {
             // A place in the file's own system is none on the map of the run.
@@ -274,9 +282,10 @@ impl RasterFile {
         mut take: impl FnMut(Raster, Option<&Placing>) -> Result<(), Problem>,
     ) -> Result<Vec<Problem>, Problem> {
         self.warnings.retain(|warning| warning.code != "several-bands");
-        let placing = self.placing(request, run_crs)?;
+        let extract = self.extract(request, run_crs);
+        let placing = self.placing(extract, request, run_crs)?;
         for band in bands {
-            take(self.band(band, placing.as_ref(), request)?, placing.as_ref())?;
+            take(self.band(band, (extract, placing.as_ref()), request)?, placing.as_ref())?;
         }
         Ok(self.warnings)
     }
@@ -287,7 +296,12 @@ impl RasterFile {
     }
 
     /// The way to the cells, where it is not that of a north-up raster in the system of the run.
-    fn placing(&mut self, request: &RasterRequest, run_crs: &Crs) -> Result<Option<Placing>, Problem> {
+    fn placing(
+        &mut self,
+        extract: Extract,
+        request: &RasterRequest,
+        run_crs: &Crs,
+    ) -> Result<Option<Placing>, Problem> {
         if !self.needs_warp(request, run_crs)? {
             return Ok(None);
         }
@@ -295,16 +309,22 @@ impl RasterFile {
             (Crs::Projected(run), Some(own)) => Some((run.clone(), own.clone())),
             _ => None,
         };
-        Ok(Some(Placing { systems, geo_transform: self.geo_transform }))
+        Ok(Some(Placing { systems, geo_transform: extract.geo_transform(self.geo_transform) }))
     }
 
     /// A band as it stands.
-    fn band(&mut self, band: usize, placing: Option<&Placing>, request: &RasterRequest) -> Result<Raster, Problem> {
-        let (columns, rows) = self.dataset.raster_size();
+    fn band(
+        &mut self,
+        band: usize,
+        (extract, placing): (Extract, Option<&Placing>),
+        request: &RasterRequest,
+    ) -> Result<Raster, Problem> {
+        let (columns, rows) = extract.shape;
         check_memory(request, columns as f64 * rows as f64)?;
-        let values = self.values(band, request)?;
-        let own = placing.map_or(self.geo_transform, |_| [0.0, 1.0, 0.0, 0.0, 0.0, -1.0]);
-        Ok(north_up(&values, columns, rows, &own))
+        let values = self.values(band, (extract, ResampleAlg::NearestNeighbour), request)?;
+        let own = extract.geo_transform(self.geo_transform);
+        let own = placing.map_or(own, |_| [0.0, 1.0, 0.0, 0.0, 0.0, -1.0]);
+        Ok(north_up(values, columns, rows, &own))
     }
 
     /// Whether the raster must be warped; refuses it when it would have to and may not.

@@ -2,8 +2,9 @@
 
 use gdal::Dataset;
 use gdal::errors::{GdalError, Result as GdalResult};
+use gdal::raster::ResampleAlg;
 
-use super::{BEYOND_BOUNDS, RasterFile, RasterRequest, because};
+use super::{BEYOND_BOUNDS, Extract, RasterFile, RasterRequest, because};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{capture, is_alpha};
 use crate::math::Vec2;
@@ -12,7 +13,7 @@ use crate::terrain::ascii_grid::{Broken, broken_values};
 /// A band as it stands in its file.
 struct Band {
     values: Vec<f64>,
-    /// Whether a mask or an alpha band takes a cell out.
+    /// Whether a mask or an alpha band takes a cell out; empty where there is none.
     is_clear: Vec<bool>,
     no_data: Option<f64>,
     scale: f64,
@@ -20,26 +21,22 @@ struct Band {
 }
 
 impl Band {
-    fn read(dataset: &Dataset, number: usize) -> GdalResult<Band> {
-        let (columns, rows) = dataset.raster_size();
+    fn read(dataset: &Dataset, number: usize, (extract, several): (Extract, ResampleAlg)) -> GdalResult<Band> {
         let band = dataset.rasterband(number)?;
-        let buffer = band.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None)?;
-        let mask = if band.mask_flags()?.is_nodata() || band.mask_flags()?.is_all_valid() {
-            None
-        } else {
-            Some(band.open_mask_band()?.read_as::<u8>((0, 0), (columns, rows), (columns, rows), None)?)
-        };
+        let values = extract.read::<f64>(&band, several)?;
+        let is_masked = !(band.mask_flags()?.is_nodata() || band.mask_flags()?.is_all_valid());
+        let nearest = ResampleAlg::NearestNeighbour;
+        let mask = is_masked.then(|| extract.read::<u8>(&band.open_mask_band()?, nearest)).transpose()?;
         // GDAL makes a mask of an alpha band of small integers alone.
-        let alpha = alpha_band(dataset)
-            .map(|alpha| dataset.rasterband(alpha)?.read_as::<f64>((0, 0), (columns, rows), (columns, rows), None))
-            .transpose()?;
+        let alpha = alpha_band(dataset).map(|alpha| extract.read::<f64>(&dataset.rasterband(alpha)?, nearest));
+        let alpha = alpha.transpose()?;
         let is_clear = |cell: usize| {
-            mask.as_ref().is_some_and(|mask| mask.data()[cell] == 0)
-                || alpha.as_ref().is_some_and(|alpha| alpha.data()[cell] <= 0.0)
+            mask.as_ref().is_some_and(|mask| mask[cell] == 0) || alpha.as_ref().is_some_and(|alpha| alpha[cell] <= 0.0)
         };
+        let masked = if mask.is_some() || alpha.is_some() { values.len() } else { 0 };
         Ok(Band {
-            values: buffer.data().to_vec(),
-            is_clear: (0..columns * rows).map(is_clear).collect(),
+            is_clear: (0..masked).map(is_clear).collect(),
+            values,
             no_data: band.no_data_value(),
             scale: band.scale().unwrap_or(1.0),
             offset: band.offset().unwrap_or(0.0),
@@ -49,10 +46,17 @@ impl Band {
 
 impl RasterFile {
     /// Every value of a band in metres, NaN where there is no data.
-    pub(super) fn values(&mut self, number: usize, request: &RasterRequest) -> Result<Vec<f64>, Problem> {
+    ///
+    /// - `several`: how several cells become one
+    pub(super) fn values(
+        &mut self,
+        number: usize,
+        (extract, several): (Extract, ResampleAlg),
+        request: &RasterRequest,
+    ) -> Result<Vec<f64>, Problem> {
         let name = request.path.display();
         let dataset: &Dataset = &self.dataset;
-        let (result, messages) = capture(|| Band::read(dataset, number));
+        let (result, messages) = capture(|| Band::read(dataset, number, (extract, several)));
         let Band { mut values, is_clear, no_data, scale, offset } = result.map_err(|error: GdalError| {
             because(input_error("unreadable-raster", format!("{name} opens, but its values cannot be read")), messages)
                 .with_remedy(format!("the file is damaged or cut short ({error}); copy or export it again"))
@@ -61,8 +65,9 @@ impl RasterFile {
         let mut beyond = 0;
         let is_no_data = no_data_test(no_data, self.dataset.rasterband(number).ok().map(|b| b.band_type().name()));
         let mut broken: Option<Broken> = None;
+        let (columns, _) = self.dataset.raster_size();
         for (i, value) in values.iter_mut().enumerate() {
-            if is_no_data(*value) || is_clear[i] {
+            if is_no_data(*value) || is_clear.get(i).is_some_and(|is_clear| *is_clear) {
                 *value = f64::NAN;
             } else if *value < least || *value > most {
                 *value = f64::NAN;
@@ -70,7 +75,9 @@ impl RasterFile {
             } else if value.is_finite() {
                 *value = (*value * scale + offset) * request.unit + request.offset;
             } else {
-                broken.get_or_insert_with(|| Broken { count: 0, index: i, word: value.to_string() }).count += 1;
+                let (column, row) = extract.in_file(i);
+                let index = row * columns + column;
+                broken.get_or_insert_with(|| Broken { count: 0, index, word: value.to_string() }).count += 1;
             }
         }
         self.tell_of_bounds(beyond, request);

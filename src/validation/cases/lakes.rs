@@ -174,8 +174,16 @@ fn on_valley(spacing: f64) -> SetupResult {
 
 /// A lake over a terrain up to the median of its elevations, with every pocket below that level.
 fn on_terrain(file: &Path, spacing: f64) -> SetupResult {
-    let request =
-        RasterRequest { path: file, unit: 1.0, offset: 0.0, reproject: false, resolution: spacing, memory: 1e9 };
+    let request = RasterRequest {
+        path: file,
+        unit: 1.0,
+        offset: 0.0,
+        reproject: false,
+        resolution: spacing,
+        memory: 1e9,
+        part: None,
+        pixel: None,
+    };
     let read = RasterFile::open_as(file, file).and_then(|opened| opened.read(&request, &Crs::Local));
     let (raster, _) = read.map_err(|problem| problem.message)?;
     let terrain =
