@@ -109,9 +109,9 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let mut clock = Clock::start();
     let mut chosen = budget::choose(&part::choose(scenario).map_err(Error::Problems)?)?;
     clock.lap("part of the terrain and resolution");
-    let mut options = options.clone();
+    let (mut options, mut told) = (options.clone(), Vec::new());
     loop {
-        match run_once(&chosen, &options, clock)? {
+        match run_once(&chosen, (&options, &mut told), clock)? {
             Outcome::Done(summary) => return Ok(*summary),
             Outcome::Beyond { wider, clock: so_far } => {
                 clock = so_far;
@@ -133,7 +133,12 @@ enum Outcome {
     },
 }
 
-fn run_once(chosen: &Chosen, options: &RunOptions, mut clock: Clock) -> Result<Outcome, Error> {
+/// Runs a scenario on the part of its terrain, or on all of it; tells the warnings that were not told before.
+fn run_once(
+    chosen: &Chosen,
+    (options, told): (&RunOptions, &mut Vec<Problem>),
+    mut clock: Clock,
+) -> Result<Outcome, Error> {
     let Chosen { scenario, record: choice, warnings: of_choice } = chosen;
     let out = options.out.clone().unwrap_or_else(|| scenario.outputs.folder.value.clone());
     let mut prepared = prepare(scenario);
@@ -153,7 +158,10 @@ fn run_once(chosen: &Chosen, options: &RunOptions, mut clock: Clock) -> Result<O
         second => second.and_then(Result::ok),
     };
     for problem in &warnings {
-        eprintln!("{problem}");
+        if !told.contains(problem) {
+            eprintln!("{problem}");
+            told.push(problem.clone());
+        }
     }
 
     let folder = RunFolder::create(&out, options.overwrite).map_err(|error| match error {

@@ -10,7 +10,7 @@ use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable};
 use crate::output::PartRecord;
-use crate::prepare::{BLOCK, BYTES_PER_CELL, outline, places_of_water, prepare};
+use crate::prepare::{BLOCK, BYTES_PER_CELL, outline, places_of_water, prepare, rectangle_of_fields};
 use crate::scenario::methods::Motion;
 use crate::scenario::{Part, Reading, Scenario};
 use crate::solver::FlowSolver;
@@ -42,6 +42,14 @@ const WIDER: f64 = 0.5;
 /// What is wrong where the scene can be prepared neither whole nor on coarse cells.
 pub(super) fn choose(scenario: &Scenario) -> Result<Scenario, Vec<Problem>> {
     let Some(Extent { low, high, spacing }) = extent(scenario) else { return Ok(scenario.clone()) };
+    if let Some(earlier) = &scenario.start.earlier {
+        // The part of that run, as long as its water stays within it.
+        let mut scenario = scenario.clone();
+        let part = rectangle_of_fields(&earlier.fields.value);
+        let [whole_low, whole_high] = [low, high];
+        scenario.reading.part = part.map(|[low, high]| Part { low, high, whole_low, whole_high });
+        return Ok(scenario);
+    }
     let size = high - low;
     let cells = size.x * size.y / (spacing * spacing);
     let doublings = (0.5 * (cells / COARSE).log2()).ceil() as i32;
@@ -67,10 +75,9 @@ struct Extent {
     spacing: f64,
 }
 
-/// The extent of a terrain of which a part may do; none of a small one, and where water may be anywhere.
+/// The extent of a terrain of which a part may do; none of a small one, and where rain falls anywhere.
 fn extent(scenario: &Scenario) -> Option<Extent> {
-    let is_anywhere = scenario.rain.is_some() || scenario.start.earlier.is_some();
-    if is_anywhere || scenario.numerics.motion == Motion::Lagrangian || scenario.reading.part.is_some() {
+    if scenario.rain.is_some() || scenario.numerics.motion == Motion::Lagrangian || scenario.reading.part.is_some() {
         return None;
     }
     let (about, pixel) = outline(scenario)?;

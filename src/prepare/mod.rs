@@ -40,6 +40,7 @@ pub use grain::{Grain, grain};
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 pub use inputs::{InputFile, in_folder};
 pub use ground::layers::outline;
+pub use water::earlier_fields::rectangle as rectangle_of_fields;
 pub use levels::{BLOCK, Because, Wanted, places_of_water, scatter};
 
 /// Water that stands still at the start.

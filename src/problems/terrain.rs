@@ -87,6 +87,11 @@ pub(super) const GROUP: Group = Group {
             "Correct the level, its unit or its datum, or the place of the line.",
         ),
         warning(
+            "larger-part",
+            "The terrain is large, and a part of it was prepared. The water came near the edge of that part, and the run began again on a larger one.",
+            "Do nothing: the results are those of the larger part.",
+        ),
+        warning(
             "layers-apart",
             "Where two terrain layers overlap, their heights differ. A step is left along the seam.",
             "Give the layer its `offset` or `unit`.",

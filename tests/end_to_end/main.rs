@@ -21,6 +21,7 @@ mod maps_on_terrain;
 mod mistaken_files;
 mod moving_bed;
 mod package;
+mod part_of_terrain;
 mod plan;
 mod rain;
 mod smallest_inputs;

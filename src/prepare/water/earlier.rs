@@ -11,12 +11,11 @@ use serde::Deserialize;
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::gate::Gate;
-use crate::lattice::Lattice;
 use crate::output::{OutputCrs, SetBy};
 use crate::prepare::findings::Findings;
 use crate::prepare::ground::gaps::around;
 use crate::prepare::ground::{Changes, Ground};
-use crate::prepare::water::earlier_fields::{State, on_lattice, open_fields, read, record, same_crs, same_lattice};
+use crate::prepare::water::earlier_fields::{Laid, State, on_lattice, open_fields, read, record, same_crs, same_lattice};
 use crate::prepare::water::earlier_structures::other_structures;
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
@@ -123,10 +122,11 @@ pub fn take_over(
     let bed = ground.bed();
     let path = &earlier.fields.value;
     let file = findings.take(&earlier.fields, open_fields(path))?;
-    let fits = same_lattice(&file, path, &bed.lattice).and_then(|()| same_crs(&file, path, crs));
-    findings.take(&earlier.fields, fits)?;
+    let laid = same_lattice(&file, path, &bed.lattice, scenario.reading.part.is_some());
+    let laid = laid.and_then(|laid| same_crs(&file, path, crs).map(|()| laid));
+    let laid = findings.take(&earlier.fields, laid)?;
     let state = record(&file, path, earlier)
-        .and_then(|record| read(&file, path, record, bed).map_err(|problem| (false, problem)));
+        .and_then(|record| read(&file, path, record, (bed, laid)).map_err(|problem| (false, problem)));
     let state = match (state, &earlier.time) {
         (Ok(state), _) => state,
         (Err((true, problem)), Some(time)) => {
@@ -139,7 +139,7 @@ pub fn take_over(
         }
     };
     findings.add_all(&earlier.fields, other_structures(scenario, path));
-    let maps = bed_of_maps(path, &bed.lattice);
+    let maps = bed_of_maps(path, bed, laid);
     findings.add_all(
         &earlier.fields,
         maps.as_ref().and_then(|(file, of_maps)| other_dry_ground(&state, file, of_maps, bed)),
@@ -301,10 +301,12 @@ fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedPa
     )
 }
 
-/// The maps beside the `fields.nc` of an earlier run, and their bed (m), NaN without terrain; none where there are no such maps.
-fn bed_of_maps(fields: &Path, lattice: &Lattice) -> Option<(PathBuf, Vec<f64>)> {
+/// The maps beside the `fields.nc` of an earlier run, and their bed (m), NaN without terrain, that of this run beside them; none where there are
+/// no such maps.
+fn bed_of_maps(fields: &Path, bed: &BedParticles, laid: Laid) -> Option<(PathBuf, Vec<f64>)> {
     let maps = fields.with_file_name("maps.nc");
-    let elevation = on_lattice(&netcdf::open(&maps).ok()?, "bed_elevation", (.., ..), &maps, lattice).ok()?;
+    let (file, own) = (netcdf::open(&maps).ok()?, |cell: usize| bed.elevation[cell]);
+    let elevation = on_lattice(&file, "bed_elevation", (.., ..), &maps, (&bed.lattice, laid), own).ok()?;
     Some((maps, elevation))
 }
 

@@ -67,17 +67,48 @@ fn axis(file: &netcdf::File, name: &str, path: &Path) -> Result<Vec<f64>, Proble
     variable.get_values::<f64, _>(..).map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))
 }
 
-pub fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice) -> Result<(), Problem> {
+/// Where the cells of a file lie on the lattice: all of it, or a rectangle of it where a run on a part of the terrain goes on on a larger one.
+#[derive(Clone, Copy, Debug)]
+pub struct Laid {
+    first: (usize, usize),
+    columns: usize,
+    rows: usize,
+}
+
+impl Laid {
+    /// Of a cell of the lattice its place among the values of the file, whose rows count from the north; none beside them.
+    fn index(&self, (column, row): (usize, usize)) -> Option<usize> {
+        let (column, row) = (column.checked_sub(self.first.0)?, row.checked_sub(self.first.1)?);
+        (column < self.columns && row < self.rows).then(|| (self.rows - 1 - row) * self.columns + column)
+    }
+}
+
+/// The rectangle (map coordinates, m) about the cells of a file of fields; none where it has no cells.
+pub fn rectangle(path: &Path) -> Option<[Vec2; 2]> {
+    let file = open_fields(path).ok()?;
+    let (x, y) = (axis(&file, "x", path).ok()?, axis(&file, "y", path).ok()?);
+    let half = 0.5 * (x.get(1)? - x[0]);
+    let corner = |x: f64, y: f64, side: f64| Vec2::new(x + side * half, y + side * half);
+    Some([corner(x[0], *y.last()?, -1.0), corner(*x.last()?, y[0], 1.0)])
+}
+
+/// Lays the cells of a file on the lattice.
+///
+/// - `is_part`: whether the lattice is a part of the terrain, so that it may reach further than the file
+pub fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice, is_part: bool) -> Result<Laid, Problem> {
     let (x, y) = (axis(file, "x", path)?, axis(file, "y", path)?);
     let s = lattice.spacing;
     let first = lattice.to_map(lattice.centre(0));
     let is_same = |found: f64, expected: f64| (found - expected).abs() <= SAME_PLACE * s;
-    let fits = x.len() == lattice.columns
-        && y.len() == lattice.rows
-        && x.iter().enumerate().all(|(i, &x)| is_same(x, first.x + i as f64 * s))
-        && y.iter().rev().enumerate().all(|(i, &y)| is_same(y, first.y + i as f64 * s));
+    let offset = |from: f64, to: Option<&f64>| to.map_or(0, |to| ((to - from) / s).round().max(0.0) as usize);
+    let from = (offset(first.x, x.first()), offset(first.y, y.last()));
+    let is_all = x.len() == lattice.columns && y.len() == lattice.rows;
+    let is_within = from.0 + x.len() <= lattice.columns && from.1 + y.len() <= lattice.rows;
+    let fits = (is_all || is_part && is_within)
+        && x.iter().enumerate().all(|(i, &x)| is_same(x, first.x + (from.0 + i) as f64 * s))
+        && y.iter().rev().enumerate().all(|(i, &y)| is_same(y, first.y + (from.1 + i) as f64 * s));
     if fits {
-        return Ok(());
+        return Ok(Laid { first: from, columns: x.len(), rows: y.len() });
     }
     let cell = |values: &[f64]| if let [a, b, ..] = values { (b - a).abs() } else { f64::NAN };
     let corner = |x: Option<&f64>, y: Option<&f64>| {
@@ -151,29 +182,30 @@ pub fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<
     Err((true, problem))
 }
 
-/// A part of a variable on the cells of the lattice, NaN where it has no value; the rows of the file count from the north.
+/// A part of a variable on the cells of the lattice, NaN where it has no value, and `beside` on cells beside the file.
 pub fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>>(
     file: &netcdf::File,
     name: &str,
     part: E,
     path: &Path,
-    lattice: &Lattice,
+    (lattice, laid): (&Lattice, Laid),
+    beside: impl Fn(usize) -> f64,
 ) -> Result<Vec<f64>, Problem> {
     let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
     let part = part.try_into().map_err(Into::into);
     let values = part
         .and_then(|part: netcdf::Extents| variable.get_values::<f64, _>(part))
         .map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))?;
-    if values.len() != lattice.len() {
+    if values.len() != laid.columns * laid.rows {
         return Err(not_fields(path, format!("variable `{name}` does not fill the grid")));
     }
     let fill = f64::from(crate::output::FILL);
-    let from_north = |cell: usize| {
-        let (column, row) = lattice.column_row(cell);
-        let value = values[(lattice.rows - 1 - row) * lattice.columns + column];
+    let value = |cell: usize| {
+        let Some(index) = laid.index(lattice.column_row(cell)) else { return beside(cell) };
+        let value = values[index];
         if value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN { f64::NAN } else { value }
     };
-    Ok((0..lattice.len()).map(from_north).collect())
+    Ok((0..lattice.len()).map(value).collect())
 }
 
 /// The state of one frame, which must have a value in each cell with terrain.
@@ -181,12 +213,13 @@ pub fn read(
     file: &netcdf::File,
     path: &Path,
     (record, time): (usize, f64),
-    bed: &BedParticles,
+    (bed, laid): (&BedParticles, Laid),
 ) -> Result<State, Problem> {
     let lattice = &bed.lattice;
-    let frame = |name: &str| on_lattice(file, name, (record, .., ..), path, lattice);
-    let (depth, level) = (frame("depth")?, frame("water_level")?);
-    let (u, v) = (frame("velocity_x")?, frame("velocity_y")?);
+    // Beside the part of the earlier run it is dry.
+    let frame = |name: &str, dry: f64| on_lattice(file, name, (record, .., ..), path, (lattice, laid), |_| dry);
+    let (depth, level) = (frame("depth", 0.0)?, frame("water_level", f64::NAN)?);
+    let (u, v) = (frame("velocity_x", 0.0)?, frame("velocity_y", 0.0)?);
     let unsound = |cell: &usize| {
         depth[*cell] > DEEPEST
             || depth[*cell] < 0.0

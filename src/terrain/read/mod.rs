@@ -66,6 +66,17 @@ pub struct RasterFile {
     pub warnings: Vec<Problem>,
 }
 
+/// Keeps GDAL's cache of blocks small, where the planner does not say otherwise: every block is read once, and by default the cache takes a
+/// twentieth of the machine's memory.
+fn keep_cache_small() {
+    /// Megabytes.
+    const SIZE: &str = "64";
+    const OPTION: &str = "GDAL_CACHEMAX";
+    if gdal::config::get_config_option(OPTION, "").is_ok_and(|size| size.is_empty()) {
+        let _ = gdal::config::set_config_option(OPTION, SIZE);
+    }
+}
+
 /// A dataset that is closed while nobody else is in the NetCDF library.
 #[derive(Debug)]
 struct Closing(Option<Dataset>);
@@ -160,6 +171,7 @@ impl RasterFile {
     /// # Errors
     /// The problem, without key and place.
     pub fn open_as(path: &Path, gdal_name: &Path) -> Result<RasterFile, Problem> {
+        keep_cache_small();
         let name = path.display();
         let options = DatasetOptions {
             open_flags: GdalOpenFlags::GDAL_OF_RASTER | GdalOpenFlags::GDAL_OF_VERBOSE_ERROR,
