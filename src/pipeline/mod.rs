@@ -39,8 +39,8 @@ use crate::solver::{FlowSolver, Ledger};
 use crate::version;
 use budget::Chosen;
 use clock::Clock;
-pub use plan::{Advice, Measured, Plan, PlanOptions, plan};
 use part::Sides;
+pub use plan::{Advice, Measured, Plan, PlanOptions, plan};
 use progress::Progress;
 use recorders::Recorders;
 use records::{first_manifest, passages, still_water_records};
@@ -237,7 +237,9 @@ impl Run<'_> {
                 self.clock.join_phases("on a smaller part of the terrain");
                 Ok(Outcome::Beyond { wider, clock: self.clock })
             }
-            Ok(ControlFlow::Continue(computed)) => self.finish(computed).map(|summary| Outcome::Done(Box::new(summary))),
+            Ok(ControlFlow::Continue(computed)) => {
+                self.finish(computed).map(|summary| Outcome::Done(Box::new(summary)))
+            }
             Err(error) => Err(self.manifest.failed(&self.folder, error)),
         }
     }

@@ -35,3 +35,15 @@ pub fn grain(scenario: &Scenario) -> Option<Grain> {
     let is_fit = pixel.is_finite() && pixel > 0.0;
     is_fit.then_some(Grain { pixel, shorter_side: size.x.min(size.y), area: size.x * size.y })
 }
+
+/// The rectangle about the rasters of a terrain, and the edge of their finest pixels (m), without reading them; none where they cannot be
+/// opened, and without a raster.
+pub fn outline(scenario: &Scenario) -> Option<(Rectangle, f64)> {
+    let (run, files) = layers::open_rasters(scenario)?;
+    let mut outlines = files.iter().map(|file| Some((file.rectangle(&run)?, file.cell_in_metres())));
+    let first = outlines.next()??;
+    outlines.try_fold(first, |(about, finest), outline| {
+        let (rectangle, pixel) = outline?;
+        Some((about.around(rectangle), finest.min(pixel)))
+    })
+}

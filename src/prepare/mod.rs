@@ -36,12 +36,11 @@ use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Terrain;
 use findings::Findings;
 pub use following::Following;
-pub use grain::{Grain, grain};
+pub use grain::{Grain, grain, outline};
 pub use grid::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE};
 pub use inputs::{InputFile, in_folder};
-pub use ground::layers::outline;
-pub use water::earlier_fields::rectangle as rectangle_of_fields;
 pub use levels::{BLOCK, Because, Wanted, places_of_water, scatter};
+pub use water::earlier_fields::rectangle as rectangle_of_fields;
 
 /// Water that stands still at the start.
 #[derive(Clone, Debug, PartialEq)]

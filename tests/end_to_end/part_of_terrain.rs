@@ -87,7 +87,8 @@ fn a_run_on_a_part_grows_with_its_water_and_is_that_on_the_same_part_of_the_rast
     // The same part as a raster of its own, which is small enough to be prepared whole.
     let count = |from: f64, to: f64| ((to - from) / PIXEL).round() as usize;
     write_raster(&folder.path().join("dem.tif"), (west, north), (count(west, east), count(south, north)));
-    std::fs::write(folder.path().join("s.yaml"), SCENARIO.replace("structures: {walls: [{lines: far.geojson}]}\n", "")).unwrap();
+    std::fs::write(folder.path().join("s.yaml"), SCENARIO.replace("structures: {walls: [{lines: far.geojson}]}\n", ""))
+        .unwrap();
     let (whole, answer) = run(&folder, "whole");
     assert!(whole.get("terrain_part").is_none() && !answer.stderr.contains("larger-part"), "{}", answer.stderr);
     let [part, whole] = ["part", "whole"].map(|out| Netcdf::read(&folder.path().join(out).join("maps.nc")));
@@ -113,4 +114,29 @@ fn faults_of_a_large_terrain_are_told_of_the_whole_of_it() {
     let answer = floodsim(folder.path(), &["check", "s.yaml"]);
     assert_eq!(answer.code, 0, "{}", answer.stderr);
     assert!(answer.stdout.contains("gauge `beside` lies outside the terrain"), "{}", answer.stdout);
+}
+
+#[test]
+fn a_run_that_goes_on_has_the_part_of_the_earlier_one_and_a_larger_one_where_its_water_asks_for_it() {
+    let folder = scene();
+    let text = SCENARIO.replace(", write: [maps, tables]", "");
+    let first = text.replace("end: 100 s", "end: 30 s").replace("every: 50 s", "every: 30 s");
+    std::fs::write(folder.path().join("s.yaml"), first).unwrap();
+    let (before, _) = run(&folder, "before");
+    let on = |end: &str| {
+        let start = "{fields: before/fields.nc}";
+        text.replace("{reservoir: lake.geojson, level: 26 m}", start).replace("end: 100 s", &format!("end: {end}"))
+    };
+    std::fs::write(folder.path().join("s.yaml"), on("5 s")).unwrap();
+    let (same, answer) = run(&folder, "same");
+    assert_eq!(same["terrain_part"]["size_m"], before["terrain_part"]["size_m"]);
+    assert!(!answer.stderr.contains("larger-part"), "{}", answer.stderr);
+    std::fs::write(folder.path().join("s.yaml"), on("60 s")).unwrap();
+    let (larger, answer) = run(&folder, "larger");
+    assert!(answer.stderr.contains("larger-part"), "{}", answer.stderr);
+    let size = |record: &Value| record["terrain_part"]["size_m"][0].as_f64().unwrap();
+    assert!(size(&larger) > size(&before), "{} {}", size(&larger), size(&before));
+    let volume = |record: &Value, key: &str| record["volume_m3"][key].as_f64().unwrap();
+    let share = volume(&larger, "final") / volume(&before, "final") - 1.0;
+    assert!(share.abs() < 1e-6, "{share}");
 }

@@ -81,26 +81,20 @@ pub fn open(scenario: &Scenario, findings: &mut Findings) -> (Option<Crs>, Optio
     (crs, terrain)
 }
 
-/// The rectangle about the rasters of a terrain, and the edge of their finest pixels (m), without reading them; none where they cannot be
-/// opened, and without a raster.
-pub fn outline(scenario: &Scenario) -> Option<(Rectangle, f64)> {
-    let mut findings = Findings::default();
+/// The rasters of a terrain, open and not read, with the CRS of the run; none where one of them cannot be opened.
+pub fn open_rasters(scenario: &Scenario) -> Option<(Crs, Vec<RasterFile>)> {
     let mut opened = Vec::new();
     for source in &scenario.layers {
         if let TerrainLayer::Raster { path, .. } = &source.value {
             opened.push(Opened::Raster(source, RasterFile::open(path).ok()?));
         }
     }
-    let run = run_crs(scenario, &opened, &mut findings)?;
-    let mut outlines = opened.iter().map(|opened| match opened {
-        Opened::Raster(_, file) => Some((file.rectangle(&run)?, file.cell_in_metres())),
+    let run = run_crs(scenario, &opened, &mut Findings::default())?;
+    let files = opened.into_iter().filter_map(|opened| match opened {
+        Opened::Raster(_, file) => Some(file),
         Opened::Survey(..) => None,
     });
-    let first = outlines.next()??;
-    outlines.try_fold(first, |(about, finest), outline| {
-        let (rectangle, pixel) = outline?;
-        Some((about.around(rectangle), finest.min(pixel)))
-    })
+    Some((run, files.collect()))
 }
 
 /// Warns of layers without an offset that state another vertical datum than the first that states one.

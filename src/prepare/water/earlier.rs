@@ -15,7 +15,9 @@ use crate::output::{OutputCrs, SetBy};
 use crate::prepare::findings::Findings;
 use crate::prepare::ground::gaps::around;
 use crate::prepare::ground::{Changes, Ground};
-use crate::prepare::water::earlier_fields::{Laid, State, on_lattice, open_fields, read, record, same_crs, same_lattice};
+use crate::prepare::water::earlier_fields::{
+    Laid, State, on_lattice, open_fields, read, record, same_crs, same_lattice,
+};
 use crate::prepare::water::earlier_structures::other_structures;
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;

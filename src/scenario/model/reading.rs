@@ -60,7 +60,8 @@ mod tests {
     #[test]
     fn pieces_are_cut_at_the_sides_of_a_part() {
         let at = Vec2::new;
-        let part = Part { low: at(0.0, 0.0), high: at(10.0, 5.0), whole_low: at(-90.0, -90.0), whole_high: at(90.0, 90.0) };
+        let part =
+            Part { low: at(0.0, 0.0), high: at(10.0, 5.0), whole_low: at(-90.0, -90.0), whole_high: at(90.0, 90.0) };
         let whole = [at(1.0, 1.0), at(9.0, 4.0)];
         assert_eq!(part.cut(whole), Some(whole));
         assert_eq!(part.cut([at(-10.0, 2.0), at(20.0, 2.0)]), Some([at(0.0, 2.0), at(10.0, 2.0)]));

@@ -1,8 +1,8 @@
 //! What of a raster is read: some of its cells, as they stand or several as one.
 
 use gdal::GeoTransform;
-use gdal::raster::{Buffer, GdalType, RasterBand, ResampleAlg};
 use gdal::errors::Result as GdalResult;
+use gdal::raster::{Buffer, GdalType, RasterBand, ResampleAlg};
 
 use super::{RasterFile, RasterRequest};
 use crate::geodata::{Crs, transform};
@@ -54,17 +54,17 @@ impl RasterFile {
     pub(super) fn extract(&self, request: &RasterRequest, run_crs: &Crs) -> Extract {
         let whole = self.dataset.raster_size();
         let cells = request.pixel.map_or(1.0, |pixel| (pixel / self.cell_in_metres()).floor().max(1.0));
-        let [columns, rows] = request
-            .part
-            .and_then(|part| self.cells_of(part, run_crs))
-            .map_or([(0, whole.0), (0, whole.1)], |[across, down]| {
+        let [columns, rows] = request.part.and_then(|part| self.cells_of(part, run_crs)).map_or(
+            [(0, whole.0), (0, whole.1)],
+            |[across, down]| {
                 let within = |(low, high): (f64, f64), count: usize| {
                     let first = (low - MARGIN * cells).floor().clamp(0.0, (count - 1) as f64) as usize;
                     let last = (high + MARGIN * cells).ceil().clamp((first + 1) as f64, count as f64) as usize;
                     (first, last - first)
                 };
                 [within(across, whole.0), within(down, whole.1)]
-            });
+            },
+        );
         let size = (columns.1, rows.1);
         let shape = |count: usize| (count as f64 / cells).ceil().max(1.0) as usize;
         Extract { first: (columns.0, rows.0), size, shape: (shape(size.0), shape(size.1)) }

@@ -1,5 +1,6 @@
 //! Raster files to [`Raster`]: any data type, nodata, scale, offset, orientation and CRS that GDAL knows.
 
+mod dataset;
 mod extract;
 mod heights;
 mod placing;
@@ -17,10 +18,11 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, raster_variables, split_variable};
 use crate::geodata::cf_valid::{Bounds, bounds_of};
 use crate::geodata::{
-    Crs, CrsProblem, alone, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
+    Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
     transform,
 };
 use crate::math::Vec2;
+use dataset::{Closing, keep_cache_small};
 use extract::Extract;
 pub use heights::PLAUSIBLE_ELEVATION;
 pub use placing::Placing;
@@ -64,39 +66,6 @@ pub struct RasterFile {
     bounds: Option<Bounds>,
     /// Warnings met so far, without key and place.
     pub warnings: Vec<Problem>,
-}
-
-/// Keeps GDAL's cache of blocks small, where the planner does not say otherwise: every block is read once, and by default the cache takes a
-/// twentieth of the machine's memory.
-fn keep_cache_small() {
-    /// Megabytes.
-    const SIZE: &str = "64";
-    const OPTION: &str = "GDAL_CACHEMAX";
-    if gdal::config::get_config_option(OPTION, "").is_ok_and(|size| size.is_empty()) {
-        let _ = gdal::config::set_config_option(OPTION, SIZE);
-    }
-}
-
-/// A dataset that is closed while nobody else is in the NetCDF library.
-#[derive(Debug)]
-struct Closing(Option<Dataset>);
-
-impl std::ops::Deref for Closing {
-    type Target = Dataset;
-
-    fn deref(&self) -> &Dataset {
-        match &self.0 {
-            Some(dataset) => dataset,
-            None => unreachable!("it is taken out when it is dropped"),
-        }
-    }
-}
-
-impl Drop for Closing {
-    fn drop(&mut self) {
-        let _alone = alone();
-        drop(self.0.take());
-    }
 }
 
 fn is_netcdf(dataset: &Dataset) -> bool {
