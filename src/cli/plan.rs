@@ -70,6 +70,9 @@ fn as_json(file: &str, plan: &Plan) -> Value {
     if let Some(choice) = &plan.choice {
         json["choice"] = json!(choice);
     }
+    if let Some(part) = &plan.part {
+        json["terrain_part"] = json!(part);
+    }
     if !plan.levels.is_empty() {
         json["levels"] = json!(plan.levels);
     }
@@ -133,7 +136,7 @@ fn as_text(file: &str, plan: &Plan) -> String {
          run time     {} on {} threads ({basis})\n\
          disk         {} MB\n\
          resolution   {} m in the flooded area\n\
-         {}{}\
+         {}{}{}\
          motion       would take {}, {agrees}: {why}\n\
          measured     {} steps, {:.3} s simulated, in {:.2} s: {rate:.2} million particle evaluations a second; inputs {:.2} s\n",
         plan.bed_particles,
@@ -146,6 +149,7 @@ fn as_text(file: &str, plan: &Plan) -> String {
         plan.threads,
         range(&plan.disk_mb, |size| format!("{size:.1}")),
         range(&plan.resolution, |length| format!("{length:.3}")),
+        plan.part.as_ref().map(|part| format!("terrain      {part}\n")).unwrap_or_default(),
         choice(plan.choice.as_ref()),
         levels(&plan.levels),
         advised.name(),

@@ -1,6 +1,7 @@
 //! What `run.json` says of the cells of a run: how they were chosen, their levels, and the error that they make.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use serde::Serialize;
 
@@ -90,4 +91,16 @@ pub struct PartRecord {
     pub size_m: [f64; 2],
     /// Width and height of all of the terrain (m).
     pub terrain_m: [f64; 2],
+}
+
+impl fmt::Display for PartRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = |[across, up]: [f64; 2]| format!("{:.2} km by {:.2} km", across / 1000.0, up / 1000.0);
+        write!(
+            f,
+            "{} of {}, where water comes in a run on coarse cells, and some beyond",
+            size(self.size_m),
+            size(self.terrain_m)
+        )
+    }
 }

@@ -90,7 +90,9 @@ impl RunSummary {
                 moving.count, moving.volume_m3
             )?;
         }
-        write_part(f, &self.manifest)?;
+        if let Some(part) = &self.manifest.terrain_part {
+            writeln!(f, "terrain: {part}")?;
+        }
         write_resolution(f, &self.manifest)?;
         if let Some(part) = &self.manifest.cells_in_part {
             let (least, greatest) = (part.least, part.greatest);
@@ -102,18 +104,6 @@ impl RunSummary {
         }
         Ok(())
     }
-}
-
-/// The part of a large terrain that was prepared.
-fn write_part(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Result {
-    let Some(part) = &run.terrain_part else { return Ok(()) };
-    let size = |[across, up]: [f64; 2]| format!("{:.2} km by {:.2} km", across / 1000.0, up / 1000.0);
-    writeln!(
-        f,
-        "terrain: {} of {} were prepared, where water comes in a run on coarse cells, and some beyond",
-        size(part.size_m),
-        size(part.terrain_m)
-    )
 }
 
 /// How the spacing was chosen, and the cells of each level with the reasons for them; nothing of one spacing that the scenario has.

@@ -28,7 +28,7 @@ use super::seeding::seeding_warnings;
 use super::stages::{flow_problem, recorder_of, recorder_plan};
 use super::{cores, levels, part, thread_pool};
 use crate::error::{Error, Problem, ProblemKind};
-use crate::output::{ChoiceRecord, LevelRecord, OutputGrid, write_level_layer};
+use crate::output::{ChoiceRecord, LevelRecord, OutputGrid, PartRecord, write_level_layer};
 use crate::prepare::{Runnable, Setup, prepare};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
@@ -73,6 +73,8 @@ pub struct Plan {
     pub resolution: Range<f64>,
     /// How their distance was chosen, where the scenario left it to the program.
     pub choice: Option<ChoiceRecord>,
+    /// The part of the terrain that is prepared, where that is not all of it.
+    pub part: Option<PartRecord>,
     /// Its levels, the finest first; nothing of one spacing everywhere.
     pub levels: Vec<LevelRecord>,
     /// The motion of the scenario.
@@ -152,6 +154,7 @@ fn plan_on_threads(scenario: &Scenario, layer: Option<&Path>) -> Result<Plan, Er
     let plan = Plan {
         warnings,
         choice,
+        part: part::record(scenario),
         levels: of_levels,
         ..draw(scenario, &scene, (&still, &reach), measured, (cells, memory_now))
     };
