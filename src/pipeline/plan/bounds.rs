@@ -65,6 +65,7 @@ pub fn draw(
         disk_mb: disk(scenario, scene, cells, wet as f64..cells_at_end),
         resolution: spacing..if moves { spacing * spread } else { spacing },
         choice: None,
+        part: None,
         levels: Vec::new(),
         motion: scenario.numerics.motion,
         advice: advice(scene, reach, spread, spacing),
