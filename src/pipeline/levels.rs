@@ -210,6 +210,7 @@ fn join(
         }
         bed.passes = bed.passes.with_faces(following.sills);
         finest.scene.followed = following.lines;
+        finest.scene.banks = following.banks;
     }
     for (number, volume) in finest.still_water.volumes.iter_mut().enumerate() {
         let is_its = |&cell: &usize| body[cell] == u32::try_from(number).ok() && lattice.is_leaf(cell);

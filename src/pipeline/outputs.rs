@@ -33,6 +33,7 @@ impl Run<'_> {
             let findings = Findings {
                 gauges: &self.scene.gauges,
                 ridges: &self.scene.ridges,
+                banks: &self.scene.banks,
                 sections: &self.scene.sections,
                 section_results: &sections.results,
                 isochrones: &outputs.isochrones,

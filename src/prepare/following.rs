@@ -7,12 +7,13 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
+use super::banks;
 use super::findings::Findings;
 use super::ground::Changes;
 use super::places::{self, Drawn};
 use crate::bed::{BedParticles, SHUT, Surface, plane_at_middle};
 use crate::boundary::Pieces;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, input_warning};
 use crate::geodata::Crs;
 use crate::lattice::{Cell, Conforming, Face, Lattice, NEIGHBOURS};
 use crate::math::Vec2;
@@ -50,6 +51,8 @@ pub struct Following {
     pub body: Vec<Option<u32>>,
     /// Pieces of the scenario's lines (local coordinates, m), without walls.
     pub lines: Vec<[Vec2; 2]>,
+    /// The banks that the terrain shows (map coordinates, m).
+    pub banks: Vec<Vec<Vec2>>,
     /// Level (m) of the lowest ground along each face on a line; minus infinity of others.
     pub sills: Vec<f64>,
 }
@@ -62,17 +65,27 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
 
 /// Whether cells of a run follow lines; refuses lines of the scenario that none can follow.
 fn is_followed(scenario: &Scenario, walls: &[[Vec2; 2]], findings: &mut Findings) -> bool {
+    let ground = &scenario.ground;
     if scenario.numerics.motion != Motion::Lagrangian {
-        return !(scenario.ground.followed.is_empty() && walls.is_empty());
+        return ground.follows_banks || !(ground.followed.is_empty() && walls.is_empty());
     }
-    if let Some(first) = scenario.ground.followed.first() {
+    let banks = ground.follows_banks.then_some(("terrain.follow_banks", None));
+    let lines = ground.followed.first().map(|lines| (lines.key.as_str(), lines.place.clone()));
+    if let Some((key, place)) = lines.or(banks) {
         let message = "Lagrangian particles follow no lines";
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message)
             .with_cause("lines are followed by the sides of cells, and Lagrangian particles have none")
             .with_remedy("leave `numerics.motion` and `numerics.formulation` out, or take the line out");
-        findings.add(first, problem);
+        findings.add_at(key, place, problem);
     }
     false
+}
+
+/// The warning of a terrain that shows no bank.
+fn no_banks() -> Problem {
+    input_warning("no-banks", "the terrain shows no steep bank, so that no cell follows one".to_owned())
+        .with_cause("no raster is as fine as the cells, or its ground rises evenly")
+        .with_remedy("draw the banks as lines (`terrain.breaklines` with `mode: follow`), or take `follow_banks` out")
 }
 
 /// The cells that follow the scenario's lines; none without such lines, and on coarser levels, which have no `drawn` ones.
@@ -97,6 +110,14 @@ pub(super) fn find(
         followed.extend_from_slice(&pieces);
         lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
     }
+    let banks =
+        if scenario.ground.follows_banks { banks::find(ground.terrain(), lattice, &bed.constants) } else { Vec::new() };
+    if scenario.ground.follows_banks && banks.is_empty() {
+        findings.add_at("terrain.follow_banks", None, no_banks());
+    }
+    followed.extend(banks.iter().flat_map(|bank| bank.windows(2).map(|ends| [ends[0], ends[1]])));
+    let as_line = |points: &Vec<Vec2>| Line { points: points.clone(), is_closed: false, kind: LineKind::Follow };
+    lines.extend(banks.iter().map(as_line));
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
     let kept = kept(bed, (ground.changes(), walls), forcing, open_edges);
     let is_cell = |cell: usize| bed.has_terrain(cell) && !kept[cell];
@@ -112,6 +133,7 @@ pub(super) fn find(
         body,
         sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
         lines: followed,
+        banks: banks.into_iter().map(|bank| bank.into_iter().map(|place| lattice.to_map(place)).collect()).collect(),
         elevation,
         conforming,
     })

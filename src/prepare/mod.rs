@@ -3,6 +3,7 @@
 //! What a run needs is handed on in [`Prepared`]: the riverbed and the still water on it, walls and open edges for the
 //! solver, gauges and the reference system for the outputs.
 
+mod banks;
 mod findings;
 mod following;
 mod forcing;
@@ -132,6 +133,8 @@ pub struct Scene {
     pub raised: Vec<usize>,
     /// Pieces of the lines that cells follow (local coordinates, m).
     pub followed: Vec<[Vec2; 2]>,
+    /// The steep banks of the terrain that cells follow (map coordinates, m).
+    pub banks: Vec<Vec<Vec2>>,
     /// Cells of gauges about which the terrain has an upright bank, ascending.
     pub at_banks: Vec<usize>,
     /// Walls as straight pieces in local coordinates (m).

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use gdal::vector::LayerAccess;
 use tempfile::TempDir;
 
 use crate::{Netcdf, floodsim};
@@ -123,6 +124,35 @@ fn a_channel_askew_to_the_lattice_has_its_normal_depth_between_banks_that_cells_
     }
     let peak = column(table("sections.csv").lines().nth(1).unwrap(), 3).abs();
     assert!((peak / 150.0 - 1.0).abs() < 0.01, "{peak} m3/s");
+}
+
+#[test]
+fn banks_that_the_terrain_shows_are_followed_without_a_line_of_the_user() {
+    let scene = Scene::new();
+    scene.run("found", &["--set", "terrain.breaklines=[]", "--set", "terrain.follow_banks=true"]);
+    let found = scene.depth("found");
+    println!("depth {found:.4} m between banks that the program finds, exact 1.521 m");
+    assert!((found / 1.521 - 1.0).abs() < 0.02, "{found} m");
+    // They are shown: two long ones, joined at the head of the channel or not.
+    let file = gdal::Dataset::open(scene.path("found/results.gpkg")).unwrap();
+    let mut layer = file.layer_by_name("banks").unwrap();
+    let length: f64 = layer.features().map(|bank| bank.geometry().unwrap().length()).sum();
+    assert!((1500.0..2100.0).contains(&length), "{length} m");
+    let resolved = std::fs::read_to_string(scene.path("found/scenario.resolved.yaml")).unwrap();
+    assert!(resolved.contains("follow_banks: true"), "{resolved}");
+}
+
+#[test]
+fn terrain_without_a_bank_is_told() {
+    let scene = Scene::new();
+    let header = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {CELL}\n");
+    scene.write("dem.asc", &(header + &vec![vec!["14"; SIDE].join(" "); SIDE].join("\n") + "\n"));
+    let settings = ["--set", "terrain.breaklines=[]", "--set", "terrain.follow_banks=true"];
+    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &settings].concat());
+    assert!(answer.stdout.contains("no-banks"), "{}", answer.stdout);
+    let moving = ["--set", "numerics.motion=lagrangian"];
+    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &settings, &moving].concat());
+    assert!(answer.code == 3 && answer.stdout.contains("Lagrangian particles follow no lines"), "{}", answer.stdout);
 }
 
 #[test]

@@ -140,6 +140,7 @@ fn write_run(path: &Path, crs: &OutputCrs, origin: Vec2, cell: f64, date: &str) 
     let sections = sections.finish(&recording.section_arrivals);
     let findings = Findings {
         gauges: &plan.gauges,
+        banks: &[],
         ridges: &[],
         sections: std::slice::from_ref(&section),
         section_results: &sections.results,

@@ -24,7 +24,7 @@ pub use ridge::Ridges;
 pub use sample::BedPoint;
 pub use sill::{PassSill, PassSills, Pixels, SHUT};
 pub use store::BedParticles;
-pub use upright::{NINE_CELLS, Step, highest_step, is_divided_about};
+pub use upright::{NINE_CELLS, Step, highest_step, is_divided_about, least_step};
 
 use crate::math::Vec2;
 use crate::terrain::Piece;

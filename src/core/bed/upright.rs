@@ -32,7 +32,7 @@ fn step_between(a: &Piece, b: &Piece, width: f64, constants: &BedConstants) -> O
 }
 
 /// The least height (m) of a step that counts in a cell of a width (m).
-pub(super) fn least_step(width: f64, constants: &BedConstants) -> f64 {
+pub fn least_step(width: f64, constants: &BedConstants) -> f64 {
     constants.least_step.min(constants.step_share * width)
 }
 

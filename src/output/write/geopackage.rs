@@ -20,6 +20,7 @@ use super::super::{Gauge, OutputCrs};
 use super::crs::WritableCrs;
 use super::qgis::{LayerStyle, vector_style};
 use crate::error::{Error, Problem, Severity};
+use crate::math::Vec2;
 
 /// The stand-in for the dates that the format asks for.
 pub(super) const FIXED_DATE: &str = "2000-01-01T00:00:00.000Z";
@@ -53,6 +54,8 @@ pub struct Findings<'a> {
     pub section_results: &'a [SectionResult],
     /// Ridges of the terrain that cells do not see.
     pub ridges: &'a [Ridge],
+    /// Steep banks of the terrain that cells follow (map coordinates, m).
+    pub banks: &'a [Vec<Vec2>],
     /// Times (s).
     pub isochrones: &'a [f64],
     /// The problems, of which those with a place become points.
@@ -87,7 +90,11 @@ pub fn write_geopackage(
             if has_ridges {
                 layers.push(ridge_layer(findings.ridges)?);
             }
-            layers.push(style_layer(findings.isochrones, has_sections, has_ridges));
+            let has_banks = !findings.banks.is_empty();
+            if has_banks {
+                layers.push(bank_layer(findings.banks)?);
+            }
+            layers.push(style_layer(findings.isochrones, [has_sections, has_ridges, has_banks]));
             write_layers(path, &spatial_ref, layers)
         };
         set_thread_local_config_option("OGR_CURRENT_DATE", FIXED_DATE).map_err(|cause| output_error(path, cause))?;
@@ -296,6 +303,21 @@ fn ridge_layer<'a>(ridges: &[Ridge]) -> GdalResult<Layer<'a>> {
     Ok(Layer { name: "ridges", geometry: OGRwkbGeometryType::wkbLineString, columns, features })
 }
 
+/// The steep banks of the terrain that cells follow.
+fn bank_layer<'a>(banks: &[Vec<Vec2>]) -> GdalResult<Layer<'a>> {
+    let feature = |bank: &Vec<Vec2>| {
+        let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
+        for place in bank {
+            line.add_point_2d((place.x, place.y));
+        }
+        let length = bank.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
+        Ok((Some(line), vec![Value::Number(Some(length))]))
+    };
+    let features = banks.iter().map(feature).collect::<GdalResult<_>>()?;
+    let columns = number_columns(&["length_m"]);
+    Ok(Layer { name: "banks", geometry: OGRwkbGeometryType::wkbLineString, columns, features })
+}
+
 /// A column name that is not taken; SQLite does not tell upper from lower case.
 fn unused_name(name: &str, columns: &[(String, OGRFieldType::Type)]) -> String {
     let is_taken = |candidate: &str| {
@@ -327,7 +349,7 @@ fn findings_layer<'a>(findings: &[Problem]) -> GdalResult<Layer<'a>> {
 }
 
 /// The styles of the layers beside the maps.
-fn style_layer<'a>(isochrones: &[f64], has_sections: bool, has_ridges: bool) -> Layer<'a> {
+fn style_layer<'a>(isochrones: &[f64], [has_sections, has_ridges, has_banks]: [bool; 3]) -> Layer<'a> {
     let mut styles = vec![
         ("inundation_extent", LayerStyle::Area("49,130,189,60", "8,81,156,255")),
         ("isochrones", LayerStyle::Categories("arrival_s", isochrones)),
@@ -339,6 +361,9 @@ fn style_layer<'a>(isochrones: &[f64], has_sections: bool, has_ridges: bool) -> 
     }
     if has_ridges {
         styles.push(("ridges", LayerStyle::Line("122,1,119,255", "sill_m")));
+    }
+    if has_banks {
+        styles.push(("banks", LayerStyle::Line("140,86,75,255", "length_m")));
     }
     style_table(styles)
 }

@@ -107,6 +107,11 @@ impl<'a> Ground<'a> {
         Ground { terrain, bed, seeding: scenario.numerics.constants.seeding, changes: Changes::default(), set_by }
     }
 
+    /// The layers alone.
+    pub fn terrain(&self) -> &Terrain {
+        self.terrain
+    }
+
     /// The bed.
     pub fn bed(&self) -> &BedParticles {
         &self.bed

@@ -79,6 +79,8 @@ pub struct Ground {
     pub breaklines: Vec<Breakline>,
     /// Files of lines that the sides of cells follow.
     pub followed: Vec<Sourced<VectorSource>>,
+    /// Whether the sides of cells follow the steep banks that the terrain shows.
+    pub follows_banks: bool,
     /// Buildings.
     pub buildings: Option<Buildings>,
 }

@@ -60,6 +60,9 @@ section! {
         reproject: Option<bool>,
         /// Lines along which the bed is raised (levees) or carved (channels), in the order of the list; none when absent.
         breaklines: Option<Vec<BreaklineEntry>>,
+        /// Whether the sides of cells follow steep banks that a raster as fine as the cells shows; `results.gpkg` has them in the layer
+        /// `banks`; false when absent. Codes: method-combination, no-banks.
+        follow_banks: Option<bool>,
         /// Cells without terrain that terrain encloses: `wall`, `error` (refused), or filled from their rim; wall, with a
         /// warning, when absent. Codes: terrain-gaps, seam-without-data.
         gaps: Option<GapsChoice>,
@@ -122,7 +125,9 @@ pub(super) fn resolved(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool, G
             let layers = section.layers.0.into_iter().filter_map(layer).collect();
             let gaps = section.gaps.map(|gaps| gaps.0);
             let (breaklines, followed) = ground::breaklines(section.breaklines.unwrap_or_default(), &[]);
-            (layers, section.reproject.unwrap_or(false), Ground { gaps, breaklines, followed, buildings: None })
+            let follows_banks = section.follow_banks.unwrap_or(false);
+            let ground = Ground { gaps, breaklines, followed, follows_banks, buildings: None };
+            (layers, section.reproject.unwrap_or(false), ground)
         }
     }
 }
@@ -268,4 +273,5 @@ pub(super) fn written(scenario: &Scenario) -> Section {
         .with("reproject", scenario.reproject)
         .with_some("gaps", gaps)
         .with_list("breaklines", breaklines.chain(followed).collect())
+        .with_some("follow_banks", scenario.ground.follows_banks.then_some(true))
 }
