@@ -21,6 +21,7 @@ mod seeding;
 mod stages;
 mod steps;
 mod summary;
+mod unseen_flow;
 mod verdict;
 
 use std::path::PathBuf;
