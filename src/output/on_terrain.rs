@@ -35,8 +35,8 @@ use faces::{beside, crossed_faces, face, on_one_level};
 
 /// No wet cell.
 const NONE: u32 = u32::MAX;
-/// A depth that misses a threshold by less than this (m) reaches it: the round-off of levels.
-const ROUND_OFF: f64 = 1e-6;
+/// A depth that misses a threshold by less than this (m) reaches it: the round-off of elevations in single precision, up to 8000 m.
+const ROUND_OFF: f64 = 5e-4;
 
 /// The water of the run by the cells of the lattice.
 pub(super) struct WaterOfCells<'a> {

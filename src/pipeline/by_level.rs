@@ -197,7 +197,9 @@ mod tests {
         assert_eq!(steps(&[1.0, 2.5, 3.0, 9.0]), [1.0, 2.0, 2.0, 4.0]);
         // No level takes a longer step than a coarser one.
         assert_eq!(steps(&[4.0, 1.0]), [1.0, 1.0]);
-        assert_eq!(steps(&[1.0, f64::INFINITY]), [1.0, 2.0]);
+        // One without water steps with the next finer one.
+        assert_eq!(steps(&[1.0, f64::INFINITY]), [1.0, 1.0]);
+        assert_eq!(steps(&[1.0, 2.5, f64::INFINITY]), [1.0, 2.0, 2.0]);
         assert_eq!(steps(&[f64::INFINITY, 2.0]), [2.0, 2.0]);
     }
 }

@@ -1,11 +1,12 @@
 //! Which level stands where in a run, and the setup on all of them together.
 //!
-//! A run on the coarsest level tells where water comes and how deep it gets. A level does for a block where the terrain that its cells do not see is small
-//! against that depth,
+//! A run on the coarsest level tells where water comes, how deep it gets and how fast. A level does for a block where the terrain that its cells do not
+//! see is small against that depth, and what they do not see of the velocity head against the mean depth of the flood,
 //!
 //! ```text
 //! (M94)  σ ≤ τ d,  R ≤ τ d    σ of (M93), root mean square over the block, R the highest rise of a pass sill above the beds on
 //!                             both sides in it, d the greatest depth about it in that run
+//!        ε ≤ τ D              ε of (M100), D the mean of the greatest depths over all cells that the water reaches
 //! ```
 //!
 //! and no block that the water does not come near gets a finer one for its sake.
@@ -14,7 +15,7 @@ use crate::bed::{BedParticles, SHUT};
 use crate::lattice::{Lattice, Nest, WaterOnLattice};
 use crate::math::Vec2;
 use crate::output::{FILL, GridMaps, OutputGrid, TerrainPixels};
-use crate::prepare::{BLOCK, Following, Setup, Wanted, scatter};
+use crate::prepare::{BLOCK, Because, Following, Setup, Wanted, scatter};
 use crate::scenario::Scenario;
 use crate::solver::{FlowProblem, nested};
 
@@ -23,11 +24,12 @@ use super::cores;
 use super::scout::Scout;
 use super::stages::flow_problem;
 use super::steps::step_towards;
+use super::unseen_flow::{Greatest, Shape, unseen_head};
 
 /// τ of (M94).
 pub(super) const UNSEEN: f64 = 0.1;
 /// Depth (m) in the run on the coarsest level from which a cell counts as reached.
-const REACHED: f64 = 0.05;
+pub(super) const REACHED: f64 = 0.05;
 
 /// The setup on all of its levels and with the cells that follow lines, and what settled the levels; one on a single lattice of squares stays
 /// as it is.
@@ -42,8 +44,8 @@ pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> (Setup, Settled) 
     let coarser = std::mem::take(&mut setup.coarser);
     let mut scout = None;
     if let Some(coarsest) = coarser.last() {
-        let depths = greatest_depths(scenario, coarsest, scout.insert(Scout::new(scenario, &coarsest.bed)));
-        refine_by_depth(&setup, (&coarsest.scene.lattice, &depths), &coarser, &mut wanted);
+        let greatest = greatest(scenario, coarsest, scout.insert(Scout::new(scenario, &coarsest.bed)));
+        refine_by_water(&setup, (&greatest, scenario.numerics.gravity), &coarser, &mut wanted);
     }
     let lattice = &setup.scene.lattice;
     let at = |column: usize, row: usize| usize::from(wanted.levels[row * wanted.columns + column]);
@@ -55,17 +57,21 @@ pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> (Setup, Settled) 
     (join(scenario, setup, coarser, (nest, following)), Settled { wanted: Some(wanted), scout })
 }
 
-/// The greatest depths (m) of the cells of a setup on one lattice in a run of its own.
-pub(super) fn greatest_depths(scenario: &Scenario, setup: &Setup, scout: &mut Scout) -> Vec<f64> {
+/// The greatest depths and discharges of the cells of a setup on one lattice in a run of its own.
+pub(super) fn greatest(scenario: &Scenario, setup: &Setup, scout: &mut Scout) -> Greatest {
     let problem = flow_problem(scenario, setup, setup.bed.clone());
-    let mut greatest = problem.initial_depth.clone();
+    let depth = problem.initial_depth.clone();
+    let mut greatest = Greatest { discharge: vec![0.0; depth.len()], depth };
     let mut solver = cores::build(scenario, problem, Vec::new(), &setup.initial_velocity);
     let mut follow = |water: WaterOnLattice<'_>| {
         for span in water.spans {
             let row = water.rows.row(span.row as usize);
             let first = span.row as usize * water.lattice.columns;
             for column in span.from as usize..span.to as usize {
-                greatest[first + column] = greatest[first + column].max(row.depth[column]);
+                let (cell, water) = (first + column, row.at(column));
+                greatest.depth[cell] = greatest.depth[cell].max(water.depth);
+                let discharge = water.discharge_x.hypot(water.discharge_y);
+                greatest.discharge[cell] = greatest.discharge[cell].max(discharge);
             }
         }
     };
@@ -81,19 +87,26 @@ pub(super) fn greatest_depths(scenario: &Scenario, setup: &Setup, scout: &mut Sc
     greatest
 }
 
-/// Asks for finer levels where the water is thin against what coarse cells do not see (M94).
-fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarser: &[Setup], wanted: &mut Wanted) {
+/// Asks for finer levels where what coarse cells do not see of terrain and flow counts (M94).
+fn refine_by_water(setup: &Setup, (greatest, gravity): (&Greatest, f64), coarser: &[Setup], wanted: &mut Wanted) {
     let (lattice, coarsest) = (&setup.scene.lattice, coarser.len());
+    let coarse = &coarser[coarsest - 1].bed;
+    let shape = Shape::new(&setup.bed, (coarsest, coarse), &greatest.depth);
+    let mean_depth = greatest.mean_depth();
     let scatters: Vec<(usize, Vec<f64>)> = (1..=coarsest).map(|level| scatter(&setup.bed, level)).collect();
     let rises: Vec<Vec<f64>> = coarser.iter().map(|setup| rises(&setup.bed)).collect();
     let rows = wanted.levels.len() / wanted.columns;
     for row in 0..rows {
         for column in 0..wanted.columns {
-            let depth = depth_about((column, row), lattice, (coarse, depths));
+            let about = |of: &[f64]| greatest_about((column, row), lattice, (&coarse.lattice, of));
+            let depth = about(&greatest.depth);
             if depth < REACHED {
                 continue;
             }
-            let does = |level: usize| {
+            let finest = |block: usize, count: usize| block * BLOCK..((block + 1) * BLOCK).min(count);
+            let change = shape.change_of_depth(finest(column, lattice.columns), finest(row, lattice.rows));
+            let head = unseen_head((about(&greatest.discharge), depth), change, gravity);
+            let holds_terrain = |level: usize| {
                 let (columns, scatter) = &scatters[level - 1];
                 let cells = |block: usize, count: usize| {
                     (block * BLOCK) >> level..(((block + 1) * BLOCK - 1) >> level).min((count - 1) >> level) + 1
@@ -107,8 +120,11 @@ fn refine_by_depth(setup: &Setup, (coarse, depths): (&Lattice, &[f64]), coarser:
                 let (sum, count) = of_block.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
                 (sum / f64::max(count, 1.0)).sqrt() <= UNSEEN * depth
             };
-            let level = (1..=coarsest).rev().find(|&level| does(level)).unwrap_or(0);
-            wanted.set(column, row, level);
+            let holds_flow = |level: usize| head * coarser[level - 1].bed.lattice.spacing <= UNSEEN * mean_depth;
+            let coarsest_of =
+                |does: &dyn Fn(usize) -> bool| (1..=coarsest).rev().find(|&level| does(level)).unwrap_or(0);
+            wanted.set((column, row), coarsest_of(&holds_terrain), Because::Terrain);
+            wanted.set((column, row), coarsest_of(&holds_flow), Because::FastWater);
         }
     }
 }
@@ -128,8 +144,8 @@ fn rises(bed: &BedParticles) -> Vec<f64> {
     rises
 }
 
-/// The greatest depth (m) in and about a block.
-fn depth_about((column, row): (usize, usize), lattice: &Lattice, (coarse, depths): (&Lattice, &[f64])) -> f64 {
+/// The greatest of some values of coarse cells in and about a block.
+fn greatest_about((column, row): (usize, usize), lattice: &Lattice, (coarse, values): (&Lattice, &[f64])) -> f64 {
     let side = BLOCK as f64 * lattice.spacing;
     let cells = |block: usize, count: usize| {
         let first = (block as f64 * side / coarse.spacing).floor() - 1.0;
@@ -137,7 +153,7 @@ fn depth_about((column, row): (usize, usize), lattice: &Lattice, (coarse, depths
         first.max(0.0) as usize..(last.max(0.0) as usize).min(count)
     };
     let about = cells(row, coarse.rows).flat_map(|r| cells(column, coarse.columns).map(move |c| coarse.index(c, r)));
-    about.map(|cell| depths[cell]).fold(0.0, f64::max)
+    about.map(|cell| values[cell]).fold(0.0, f64::max)
 }
 
 /// Keeps the ground of the finest level for the maps, which lie on it: there the level of the water meets the ground that coarse cells do not see.

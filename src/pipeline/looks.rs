@@ -1,6 +1,6 @@
 //! Two runs on coarse lattices that show, before a run, what its cells must be: where water is, and what coarse cells lose.
 
-use super::levels::{UNSEEN, greatest_depths};
+use super::levels::{UNSEEN, greatest};
 use super::scout::Scout;
 use crate::prepare::{Grain, Runnable, Setup, prepare, scatter};
 use crate::scenario::Scenario;
@@ -41,7 +41,7 @@ impl Look {
         let Runnable { setup, .. } = prepare(&scenario).into_runnable().ok()?;
         let mut scout = Scout::new(&scenario, &setup.bed);
         let before = processor_seconds();
-        let depths = greatest_depths(&scenario, &setup, &mut scout);
+        let depths = greatest(&scenario, &setup, &mut scout).depth;
         Some(Look { setup, scout, cpu: processor_seconds() - before, depths })
     }
 }

@@ -22,6 +22,7 @@ mod seeding;
 mod stages;
 mod steps;
 mod summary;
+mod unseen_flow;
 mod verdict;
 
 use std::ops::ControlFlow;

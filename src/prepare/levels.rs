@@ -55,6 +55,8 @@ pub enum Because {
     Refine,
     /// Terrain that coarser cells do not see under the depth of water there (M94).
     Terrain,
+    /// Velocity head that coarser cells do not see (M100).
+    FastWater,
     /// Finer cells beside it: levels change by one at a time.
     Transition,
     /// Nothing asks for finer cells.
@@ -77,6 +79,7 @@ impl Because {
             Because::Boundaries => "boundaries",
             Because::Refine => "refine",
             Because::Terrain => "terrain under the water",
+            Because::FastWater => "fast water",
             Because::Transition => "beside finer cells",
             Because::Nothing => "nothing finer needed",
         }
@@ -112,18 +115,13 @@ impl Wanted {
         };
         for row in range(place.y, rows) {
             for column in range(place.x, self.columns) {
-                self.set_because((column, row), level, because);
+                self.set((column, row), level, because);
             }
         }
     }
 
-    /// Asks for a level, or a finer one, at a block, for the sake of its terrain.
-    pub fn set(&mut self, column: usize, row: usize, level: usize) {
-        self.set_because((column, row), level, Because::Terrain);
-    }
-
-    /// The same for another reason; of two reasons for the same level the earlier one stays.
-    fn set_because(&mut self, (column, row): (usize, usize), level: usize, because: Because) {
+    /// Asks for a level, or a finer one, at a block; of two reasons for the same level the earlier one stays.
+    pub fn set(&mut self, (column, row): (usize, usize), level: usize, because: Because) {
         let (block, level) = (row * self.columns + column, u8::try_from(level).unwrap_or(u8::MAX));
         if level < self.levels[block] {
             self.levels[block] = level;
@@ -191,6 +189,8 @@ fn wanted(
     let followed = setup.following.iter().flat_map(|following| following.conforming.cells());
     let followed = followed.map(|cell| (Because::Lines, cell.centre));
     for (because, place) in fine_places(scene, &setup.bed).into_iter().chain(followed) {
+        // A gauge reads the water of its own cell.
+        let around = if because == Because::Gauges { 0.0 } else { around };
         wanted.ask(lattice, (place, around), (0, because));
     }
     for refine in &levels.refine {

@@ -123,6 +123,55 @@ fn levels_bring_the_maps_of_the_finest_lattice_for_less() {
 }
 
 #[test]
+fn fast_water_between_smooth_banks_is_on_fine_cells() {
+    let scene = Scene::new();
+    // A valley whose ground a plane explains in each coarse cell. Nothing but the flow asks for fine ones.
+    let bed = |column: usize, row: usize| {
+        let (x, y) = (5.0 * column as f64 + 2.5, 5.0 * (ROWS - row) as f64 - 2.5);
+        110.0 - 0.01 * x + 0.25 * (y - 240.0).hypot(10.0)
+    };
+    let row = |row: usize| (0..COLUMNS).map(|column| format!("{:.3}", bed(column, row))).collect::<Vec<_>>().join(" ");
+    let header = format!("ncols {COLUMNS}\nnrows {ROWS}\nxllcorner 0\nyllcorner 0\ncellsize 5\n");
+    scene.write("dem.asc", &(header + &(0..ROWS).map(row).collect::<Vec<_>>().join("\n") + "\n"));
+    scene.write_polygon("lake.geojson", "[[[0,0],[500,0],[500,480],[0,480],[0,0]]]");
+    scene.write(
+        "s.yaml",
+        &SCENARIO.replace("118 m", "135 m").replace("outputs: {every: 60 s, gauges: gauges.csv}\n", ""),
+    );
+    let changes = ["time.end=60 s"];
+    let fine = scene.run("fine", &["resolution=5 m", changes[0]]);
+    let nested = scene.run("nested", &changes);
+    assert!(cells(&nested)[0].1 > 1000, "{:?}", cells(&nested));
+    let evaluations = |record: &serde_json::Value| record["particle_evaluations"].as_f64().unwrap();
+    let (one, other) = (scene.maps("fine"), scene.maps("nested"));
+    let both = one.values("max_depth").iter().zip(other.values("max_depth")).filter(|(a, b)| a.min(**b) > 0.3);
+    let (sum, count) = both.fold((0.0, 0.0), |(sum, count), (a, b)| (sum + (a - b).abs(), count + 1.0));
+    let off = sum / count;
+    println!("depth off by {off} m, evaluations {} of {}", evaluations(&nested), evaluations(&fine));
+    // On cells of 40 m, which see this ground as well as finer ones, it is 0.62 m.
+    assert!(off < 0.25 && evaluations(&nested) < 0.7 * evaluations(&fine), "{off} m");
+}
+
+#[test]
+fn levels_that_are_fine_everywhere_bring_the_maps_of_one_lattice() {
+    let scene = Scene::new();
+    scene.write_polygon("all.geojson", "[[[0,0],[1280,0],[1280,480],[0,480],[0,0]]]");
+    let thresholds = "outputs.arrival={thresholds: [0.01 m, 0.1 m, 0.3 m], rise_on_wet: 0.1 m}";
+    let one = scene.run("one", &["resolution=5 m", thresholds]);
+    let levels = "resolution={finest: 5 m, coarsest: 40 m, refine: [{polygons: all.geojson, to: 5 m}]}";
+    let nested = scene.run("nested", &[levels, thresholds]);
+    assert_eq!(cells(&nested)[1..].iter().map(|level| level.1).sum::<u64>(), 0);
+    assert_eq!(one["steps"], nested["steps"]);
+    let (one, nested) = (scene.maps("one"), scene.maps("nested"));
+    let names = ["max_water_level", "max_speed", "time_of_max_depth", "arrival_time", "arrival_time_0p10m"];
+    for name in [&names[..], &["arrival_time_0p30m", "flood_duration_0p30m"]].concat() {
+        let apart = one.values(name).iter().zip(nested.values(name)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // Levels are the ground in single precision and the depth above it.
+        assert!(apart < 1e-4, "{name}: {apart}");
+    }
+}
+
+#[test]
 fn levels_give_the_same_bytes_for_any_number_of_threads_and_a_later_run_goes_on() {
     let scene = Scene::new();
     scene.run("more", &["time.end=60 s"]);

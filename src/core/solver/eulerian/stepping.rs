@@ -44,17 +44,23 @@ struct Scratch {
     over_boundaries: Vec<(f64, (usize, usize))>,
 }
 
-/// k of each level, the finest first, from the steps that their water allows (M90).
+/// k of each level, the finest first, from the steps that their water allows (M90); infinite ones without water.
 pub fn halvings(allowed: &[f64], k_of_levels: &mut [u32]) {
     let shortest = allowed.iter().copied().fold(f64::INFINITY, f64::min);
     let mut of_coarser = f64::INFINITY;
     for (k, &step) in k_of_levels.iter_mut().zip(allowed).rev() {
         of_coarser = of_coarser.min(step);
-        // A step that no water limits is as long as the next finer one lets it.
-        *k = (of_coarser / shortest).log2().min(f64::from(MOST_HALVINGS)) as u32;
+        // A level that no water limits steps with the next finer one: all is then as without it.
+        *k = if of_coarser.is_finite() {
+            (of_coarser / shortest).log2().min(f64::from(MOST_HALVINGS)) as u32
+        } else {
+            0
+        };
     }
+    let wet = allowed.iter().rposition(|step| step.is_finite()).map_or(0, |last| last + 1);
     for level in 1..k_of_levels.len() {
-        k_of_levels[level] = k_of_levels[level].min(k_of_levels[level - 1] + 1);
+        let finer = k_of_levels[level - 1];
+        k_of_levels[level] = if level < wet { k_of_levels[level].min(finer + 1) } else { finer };
     }
     // The finest level takes the shortest step.
     let lowest = k_of_levels.first().copied().unwrap_or(0);

@@ -237,6 +237,21 @@ fn levels_that_step_by_themselves_bring_what_one_step_for_all_does() {
 }
 
 #[test]
+fn levels_without_water_change_no_bit() {
+    let bed = |cell: usize, _: Vec2| 0.6 * noise(cell);
+    let level = |_: usize, place: Vec2| if (place - Vec2::new(48.0, 48.0)).norm() < 12.0 { 4.0 } else { 1.0 };
+    let (lattice, all_fine) = nest(96, 96, |_, _| 0);
+    let one = Nest::of_one_level((96, 96), 1.0);
+    let run = |nest: Nest| {
+        let mut solver = EulerianSolver::new(scene((lattice.clone(), nest), &bed, &level));
+        run_steps(&mut solver, 60);
+        let depths: Vec<u64> = solver.water().depths()[..96 * 96].iter().map(|depth| depth.to_bits()).collect();
+        (solver.time().to_bits(), depths)
+    };
+    assert!(run(all_fine) == run(one));
+}
+
+#[test]
 fn a_river_runs_through_levels_between_its_boundaries() {
     // 4 m²/s on a slope of 1e-3, n = 0.03: uniform flow all through, whatever the levels.
     let (slope, n, q) = (1e-3_f64, 0.03, 4.0);
