@@ -1,30 +1,30 @@
-//! Cells that follow the scenario's lines: which squares they replace, their ground and their water at the start.
+//! Cells that follow the scenario's lines and the outlines of its blocked buildings: which squares they replace, their ground and their water at
+//! the start.
 //!
 //! The ground of a cell is that of a plane at its centre, through the terrain points about it that no line parts from it. A bank beside a channel
 //! does not reach into it, though their squares overlap.
 
-use std::collections::BTreeSet;
+mod kept;
+mod small;
 
 use rayon::prelude::*;
 
 use super::findings::Findings;
-use super::ground::Changes;
+use super::ground;
 use super::places::{self, Drawn};
-use crate::bed::{BedParticles, SHUT, Surface, plane_at_middle};
+use crate::bed::{BedParticles, Surface, plane_at_middle};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
-use crate::lattice::{Cell, Conforming, Face, Lattice, NEIGHBOURS};
+use crate::lattice::{Cell, Conforming, Face, Side};
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
-use crate::solver::{ChannelEnd, Forcing, OpenEdges};
+use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Piece;
 
-/// Squares that stay as they are around what needs the lattice: boundaries, dams, cells in part.
-const KEPT_AROUND: isize = 1;
 /// Terrain points that a plane takes at least, where there are so many.
 const POINTS: usize = 6;
 /// By how much the circle about the centre grows until it holds them.
@@ -60,34 +60,32 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     lines.filter_map(|source| places::pieces(source, crs, scenario, findings)).collect()
 }
 
-/// Whether cells of a run follow lines; refuses lines of the scenario that none can follow.
-fn is_followed(scenario: &Scenario, walls: &[[Vec2; 2]], findings: &mut Findings) -> bool {
-    if scenario.numerics.motion != Motion::Lagrangian {
-        return !(scenario.ground.followed.is_empty() && walls.is_empty());
-    }
-    if let Some(first) = scenario.ground.followed.first() {
+/// Refuses lines of the scenario that no cells can follow.
+fn check(scenario: &Scenario, findings: &mut Findings) {
+    if let (Motion::Lagrangian, Some(first)) = (scenario.numerics.motion, scenario.ground.followed.first()) {
         let message = "Lagrangian particles follow no lines";
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message)
             .with_cause("lines are followed by the sides of cells, and Lagrangian particles have none")
             .with_remedy("leave `numerics.motion` and `numerics.formulation` out, or take the line out");
         findings.add(first, problem);
     }
-    false
 }
 
-/// The cells that follow the scenario's lines; none without such lines, and on coarser levels, which have no `drawn` ones.
+/// The cells that follow the scenario's lines and the outlines of blocked buildings; none without such lines, and on coarser levels, which have no
+/// `drawn` ones.
 pub(super) fn find(
     scenario: &Scenario,
-    drawn: Option<&[Drawn]>,
-    ground: &super::ground::Ground<'_>,
+    drawn: Option<(&[Drawn], &ground::Opened)>,
+    ground: &ground::Ground<'_>,
     (forcing, open_edges, walls, still): (&Forcing, &OpenEdges, &[[Vec2; 2]], &StillWater),
     findings: &mut Findings,
 ) -> Option<Following> {
-    let drawn = drawn?;
-    let (bed, surface) = (ground.bed(), &ground.surface());
+    let (drawn, built) = drawn?;
+    let (bed, surface) = (ground.bed(), &ground.surface_beside_buildings());
     let lattice = &bed.lattice;
+    check(scenario, findings);
     // Cells beside a line need two columns of places.
-    if !is_followed(scenario, walls, findings) || lattice.columns < 2 {
+    if scenario.numerics.motion == Motion::Lagrangian || lattice.columns < 2 {
         return None;
     }
     let (mut lines, mut followed) = (Vec::new(), Vec::new());
@@ -98,15 +96,23 @@ pub(super) fn find(
         lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
     }
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
-    let kept = kept(bed, (ground.changes(), walls), forcing, open_edges);
-    let is_cell = |cell: usize| bed.has_terrain(cell) && !kept[cell];
+    let outlines = ground::outlines(built, scenario, lattice);
+    let are_walls = !(walls.is_empty() && outlines.is_empty());
+    let kept = kept::kept(bed, (ground.changes(), are_walls), forcing, open_edges);
+    small::report(scenario, &outlines, (bed, &kept), findings);
+    lines.extend(outlines.into_iter().flatten());
+    if lines.is_empty() {
+        return None;
+    }
+    let is_cell = |cell: usize| (bed.has_terrain(cell) || kept::is_built(bed, cell)) && !kept[cell];
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
     let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
     let parting: Pieces = lines.iter().flat_map(|line| line.points.windows(2).map(|ends| [ends[0], ends[1]])).collect();
     let ground = Ground { bed, surface, parting: &parting };
     let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
-    let water = |(cell, &z): (&Cell, &f64)| ground.water(cell, z, still).unwrap_or_default();
-    let (depth, body) = conforming.cells().par_iter().zip(&elevation).map(water).unzip();
+    let squares = ground.squares(&conforming);
+    let water = |(&square, &z): (&Option<usize>, &f64)| ground.water(square, z, still).unwrap_or_default();
+    let (depth, body) = squares.par_iter().zip(&elevation).map(water).unzip();
     Some(Following {
         depth,
         body,
@@ -123,49 +129,6 @@ fn joined(pieces: &[[Vec2; 2]]) -> impl Iterator<Item = Vec<Vec2>> + '_ {
         let ends = pieces.iter().map(|piece| piece[1]);
         std::iter::once(pieces[0][0]).chain(ends).collect()
     })
-}
-
-/// The squares that stay as they are: those at open edges, and what is on the lattice in another way. Levees and other ridges that a wall meets
-/// hold on squares alone.
-fn kept(
-    bed: &BedParticles,
-    (changes, walls): (&Changes, &[[Vec2; 2]]),
-    forcing: &Forcing,
-    open_edges: &OpenEdges,
-) -> Vec<bool> {
-    let lattice = &bed.lattice;
-    let is_open = |cell: usize, step: (isize, isize)| {
-        let normal = Vec2::new(step.0 as f64, step.1 as f64);
-        let middle = lattice.centre(cell) + normal * (0.5 * lattice.spacing);
-        let is_edge = lattice.neighbour(cell, step).is_none_or(|other| !bed.has_terrain(other));
-        is_edge && (open_edges.is_open(middle, normal) || forcing.boundary_at(middle, normal).is_some())
-    };
-    let is_at_open_edge = |&cell: &usize| NEIGHBOURS.iter().any(|&step| is_open(cell, step));
-    let mut cells: BTreeSet<usize> =
-        (0..lattice.len()).filter(|&cell| bed.has_terrain(cell)).filter(is_at_open_edge).collect();
-    cells.extend(bed.cover.cells().iter().map(|part| part.cell));
-    if !walls.is_empty() {
-        cells.extend(changes.raised().filter(|&cell| bed.has_terrain(cell)));
-        let ridges = bed.passes.iter().filter(|sill| sill.level < SHUT);
-        cells.extend(ridges.flat_map(|sill| [sill.cell, sill.other(lattice)]));
-    }
-    if let Some(breach) = &forcing.breach {
-        cells.extend(breach.cells_and_rim());
-    }
-    cells.extend(forcing.moving_bed.iter().flat_map(|motion| motion.cells.iter().map(|(cell, _)| *cell)));
-    let ends = forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]);
-    cells.extend(ends.flat_map(ChannelEnd::joined_cells));
-    let mut kept = vec![false; lattice.len()];
-    for cell in cells {
-        around(lattice, cell, KEPT_AROUND).for_each(|near| kept[near] = true);
-    }
-    kept
-}
-
-/// The squares at most so many columns and rows from one.
-fn around(lattice: &Lattice, cell: usize, reach: isize) -> impl Iterator<Item = usize> {
-    let steps = (-reach..=reach).flat_map(move |up| (-reach..=reach).map(move |across| (across, up)));
-    steps.filter_map(move |step| lattice.neighbour(cell, step))
 }
 
 /// The ground, with what parts it.
@@ -198,9 +161,33 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         found.unwrap_or_else(of_square)
     }
 
-    /// Depth (m) and body of the water at a cell, over its bed `z` (m): the level of a body, or the depth of other water, in the square about its
-    /// centre, or in the first one that it shares and whose centre it sees.
-    fn water(&self, cell: &Cell, z: f64, still: &StillWater) -> Option<(f64, Option<u32>)> {
+    /// Of each cell the square whose water it has: that about its centre, or the first one that it shares and whose centre it sees; where there is
+    /// none, that of a cell beside it.
+    fn squares(&self, conforming: &Conforming) -> Vec<Option<usize>> {
+        let mut squares: Vec<Option<usize>> =
+            conforming.cells().par_iter().map(|cell| self.square_seen(cell)).collect();
+        loop {
+            let mut found: Vec<(usize, usize)> = Vec::new();
+            for Face { sides, .. } in conforming.faces() {
+                let of = |side: Side| match side {
+                    Side::Cell(cell) => squares[cell],
+                    Side::Lattice(square) => Some(square),
+                    Side::Wall | Side::Nothing => None,
+                };
+                for (own, other) in [(sides[0], sides[1]), (sides[1], sides[0])] {
+                    if let (Side::Cell(cell), None, Some(square)) = (own, of(own), of(other)) {
+                        found.push((cell, square));
+                    }
+                }
+            }
+            if found.is_empty() {
+                return squares;
+            }
+            found.iter().rev().for_each(|&(cell, square)| squares[cell] = Some(square));
+        }
+    }
+
+    fn square_seen(&self, cell: &Cell) -> Option<usize> {
         let lattice = &self.bed.lattice;
         let own = lattice.cell_at(cell.centre);
         let corners = cell.parts.iter().flatten().map(|&corner| cell.centre + (corner - cell.centre) * 0.99);
@@ -208,8 +195,12 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         let mut squares = own.into_iter().chain(shared).filter(|&square| self.bed.has_terrain(square));
         // The centre of a square that lies on a line is on neither side of it.
         let beyond = |place: Vec2| cell.centre + (place - cell.centre) * (1.0 + ON_LINE);
-        let is_seen = |square: &usize| !self.parting.cross([cell.centre, beyond(lattice.centre(*square))]);
-        let square = squares.find(is_seen).or(own).filter(|&square| still.depth[square] > 0.0)?;
+        squares.find(|&square| !self.parting.cross([cell.centre, beyond(lattice.centre(square))]))
+    }
+
+    /// Depth (m) and body of the water at a cell, over its bed `z` (m), by a square: the level of a body, or the depth of other water.
+    fn water(&self, square: Option<usize>, z: f64, still: &StillWater) -> Option<(f64, Option<u32>)> {
+        let square = square.filter(|&square| still.depth[square] > 0.0)?;
         let (depth, body) = (still.depth[square], still.body[square]);
         let over_bed = |_| (self.bed.elevation[square] + depth - z).max(0.0);
         Some((body.map_or(depth, over_bed), body))

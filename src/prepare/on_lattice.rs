@@ -119,7 +119,8 @@ pub(super) fn place_on(
     let ridges = ground.ridges(scenario, findings);
     let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
     let stands = (&forcing, &edges.open, &walls[..], &at_start.still_water);
-    let following = following::find(scenario, files.followed.as_deref(), &ground, stands, findings);
+    let drawn = files.followed.as_deref().map(|lines| (lines, &files.ground));
+    let following = following::find(scenario, drawn, &ground, stands, findings);
     let counted = (&forcing.channels[..], ground_source.of_pixels.len());
     let scene = Scene {
         needs: needs(scenario, (ground.bed(), &at_start.still_water), counted, findings),

@@ -105,7 +105,7 @@ impl Changes {
 
     /// The terrain with these changes.
     pub fn on<'a>(&'a self, terrain: &'a Terrain, lattice: &'a Lattice) -> Shaped<'a> {
-        Shaped { terrain, lattice, changes: self }
+        Shaped { terrain, lattice, changes: self, is_blocked: true }
     }
 }
 
@@ -114,9 +114,16 @@ pub struct Shaped<'a> {
     terrain: &'a Terrain,
     lattice: &'a Lattice,
     changes: &'a Changes,
+    /// Whether blocked cells have no terrain.
+    is_blocked: bool,
 }
 
 impl Shaped<'_> {
+    /// The same with the terrain that blocked buildings stand on.
+    pub fn beside_buildings(self) -> Self {
+        Shaped { is_blocked: false, ..self }
+    }
+
     /// What changed the terrain at a place (map coordinates), in order.
     fn changes_at(&self, place: Vec2) -> &[(Made, SetBy)] {
         if self.changes.0.is_empty() {
@@ -128,7 +135,8 @@ impl Shaped<'_> {
 
     /// What the changes make of an elevation (m) at a place (map coordinates).
     pub fn changed(&self, place: Vec2, elevation: Option<f64>) -> Option<f64> {
-        self.changes_at(place).iter().fold(elevation, |elevation, (made, _)| made.of(elevation))
+        let changes = self.changes_at(place).iter().filter(|(made, _)| self.is_blocked || *made != Made::Block);
+        changes.fold(elevation, |elevation, (made, _)| made.of(elevation))
     }
 
     /// The same with who set it last, if `source` gave it before the changes.
