@@ -208,6 +208,9 @@ fn join(
             let own = square.and_then(|square| finest.initial_velocity.get(square));
             velocity[place] = own.copied().unwrap_or_default();
         }
+        for (volume, beyond) in finest.still_water.volumes.iter_mut().zip(following.beyond_squares) {
+            volume.integral_m3 += beyond;
+        }
         bed.passes = bed.passes.with_faces(following.sills);
         finest.scene.followed = following.lines;
     }

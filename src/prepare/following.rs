@@ -16,7 +16,7 @@ use crate::bed::{BedParticles, Surface, plane_at_middle};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
-use crate::lattice::{Cell, Conforming, Face, Side};
+use crate::lattice::{Cell, Conforming, Face, Lattice, Side};
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
@@ -52,6 +52,16 @@ pub struct Following {
     pub lines: Vec<[Vec2; 2]>,
     /// Level (m) of the lowest ground along each face on a line; minus infinity of others.
     pub sills: Vec<f64>,
+    /// Volume (m³) that each body of still water has in these cells beyond that in the squares that they replace, at its mean depth there.
+    pub beyond_squares: Vec<f64>,
+}
+
+impl Following {
+    /// Whether a cell holds a place (local coordinates, m), or a building; none where squares decide.
+    pub fn holds(&self, lattice: &Lattice, place: Vec2) -> Option<bool> {
+        let square = lattice.cell_of(place)?;
+        self.conforming.instead_of(square).map(|_| self.conforming.cell_at(square, place).is_some())
+    }
 }
 
 /// The lines of the files that cells follow.
@@ -112,8 +122,9 @@ pub(super) fn find(
     let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
     let squares = ground.squares(&conforming);
     let water = |(&square, &z): (&Option<usize>, &f64)| ground.water(square, z, still).unwrap_or_default();
-    let (depth, body) = squares.par_iter().zip(&elevation).map(water).unzip();
+    let (depth, body): (Vec<f64>, Vec<Option<u32>>) = squares.par_iter().zip(&elevation).map(water).unzip();
     Some(Following {
+        beyond_squares: beyond_squares(&conforming, &body, bed, still),
         depth,
         body,
         sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
@@ -121,6 +132,24 @@ pub(super) fn find(
         elevation,
         conforming,
     })
+}
+
+/// Of each body of still water its mean depth (m) in the squares that cells replace, times what these have of area beyond those: without buildings
+/// nothing.
+fn beyond_squares(conforming: &Conforming, body: &[Option<u32>], bed: &BedParticles, still: &StillWater) -> Vec<f64> {
+    let replaced = |square: &usize| conforming.instead_of(*square).is_some();
+    let squares: Vec<usize> = (0..bed.lattice.len()).filter(replaced).collect();
+    let of_body = |number: usize| {
+        let is_its = |body: Option<u32>| body.is_some_and(|body| body as usize == number);
+        let area: f64 =
+            conforming.cells().iter().zip(body).filter(|(_, b)| is_its(**b)).map(|(cell, _)| cell.area).sum();
+        let own = || squares.iter().filter(|&&square| is_its(still.body[square]));
+        let (of_squares, volume) = own().fold((0.0, 0.0), |(area, volume), &square| {
+            (area + bed.area(square), volume + bed.area(square) * still.depth[square])
+        });
+        if of_squares > 0.0 { volume / of_squares * (area - of_squares) } else { 0.0 }
+    };
+    (0..still.volumes.len()).map(of_body).collect()
 }
 
 /// Lines through pieces that follow each other.

@@ -22,20 +22,20 @@ pub fn report(
         let square = |place: f64, count: usize| ((place / lattice.spacing).max(0.0) as usize).min(count);
         let rows = square(low.y, lattice.rows)..(square(high.y, lattice.rows) + 1).min(lattice.rows);
         let columns = square(low.x, lattice.columns)..(square(high.x, lattice.columns) + 1).min(lattice.columns);
-        let mut near = rows.flat_map(|row| columns.clone().map(move |column| lattice.index(column, row)));
-        let about: Vec<usize> = near.by_ref().filter(|&square| kept[square] && is_touched(ring, square, bed)).collect();
-        !about.is_empty() && about.iter().all(|&square| bed.has_terrain(square))
+        let near = rows.flat_map(|row| columns.clone().map(move |column| lattice.index(column, row)));
+        let about: Vec<usize> = near.filter(|&square| is_touched(ring, square, bed)).collect();
+        !about.is_empty() && about.iter().all(|&square| kept[square] && bed.has_terrain(square))
     };
     let lost: Vec<&Vec<Line>> = outlines.iter().filter(is_lost).collect();
     if let Some(place) = lost.first().and_then(|outline| outline.first()?.points.first()) {
         let message = format!(
-            "{} of {} buildings of {} are smaller than the squares about them and are left out there",
+            "{} of {} buildings of {} lie where cells stay squares, hold the centre of none and are left out",
             lost.len(),
             outlines.len(),
             buildings.polygons.value.path.display()
         );
         let problem = input_warning("building-too-small", message)
-            .with_cause("at open edges, dams, levees, channel mouths and moving beds cells stay squares, and a building takes those whose centres it holds")
+            .with_cause("cells follow no outline at open edges, dams, levees, channel mouths and moving beds")
             .with_remedy("choose a finer `resolution`, or merge the buildings of a block, if they matter")
             .with_at(lattice.to_map(*place));
         findings.add(&buildings.polygons, problem);

@@ -52,9 +52,10 @@ fn united(mut polygons: Vec<Polygon<f64>>) -> Vec<Polygon<f64>> {
 /// The rings of a polygon: that outside to the left, those of courtyards to the right. A courtyard that no cell could show is built over.
 fn rings(polygon: &Polygon<f64>, lattice: &Lattice) -> Vec<Line> {
     let polygon = polygon.orient(Direction::Default);
-    let courtyards = polygon.interiors().iter().filter(|ring| {
-        Polygon::new((*ring).clone(), Vec::new()).unsigned_area() > LEAST_SHARE * lattice.cell_area()
-    });
+    let courtyards = polygon
+        .interiors()
+        .iter()
+        .filter(|ring| Polygon::new((*ring).clone(), Vec::new()).unsigned_area() > LEAST_SHARE * lattice.cell_area());
     let line = |ring: &geo::LineString<f64>| {
         let points = ring.0.iter().map(|at| Vec2::new(at.x, at.y)).collect();
         Line { points, is_closed: true, kind: LineKind::Outline }
