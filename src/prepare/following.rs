@@ -107,13 +107,13 @@ pub(super) fn find(
     }
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
     let outlines = ground::outlines(built, scenario, lattice);
+    if lines.is_empty() && outlines.is_empty() {
+        return None;
+    }
     let are_walls = !(walls.is_empty() && outlines.is_empty());
     let kept = kept::kept(bed, (ground.changes(), are_walls), forcing, open_edges);
     small::report(scenario, &outlines, (bed, &kept), findings);
     lines.extend(outlines.into_iter().flatten());
-    if lines.is_empty() {
-        return None;
-    }
     let is_cell = |cell: usize| (bed.has_terrain(cell) || kept::is_built(bed, cell)) && !kept[cell];
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
     let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
