@@ -6,7 +6,7 @@
 //! ```text
 //! (M94)  σ ≤ τ d,  R ≤ τ d    σ of (M93), root mean square over the block, R the highest rise of a pass sill above the beds on
 //!                             both sides in it, d the greatest depth about it in that run
-//!        ε ≤ τ D              ε of (M100), D the mean of the greatest depths over all cells that the water reaches
+//!        ε ≤ τ D              ε of (M101), D the mean of the greatest depths over all cells that the water reaches
 //! ```
 //!
 //! and no block that the water does not come near gets a finer one for its sake.
@@ -24,12 +24,10 @@ use super::cores;
 use super::scout::Scout;
 use super::stages::flow_problem;
 use super::steps::step_towards;
-use super::unseen_flow::{Greatest, Shape, unseen_head};
+use super::unseen_flow::{Greatest, REACHED, Shape, unseen_head};
 
 /// τ of (M94).
 pub(super) const UNSEEN: f64 = 0.1;
-/// Depth (m) in the run on the coarsest level from which a cell counts as reached.
-pub(super) const REACHED: f64 = 0.05;
 
 /// The setup on all of its levels and with the cells that follow lines, and what settled the levels; one on a single lattice of squares stays
 /// as it is.
@@ -223,6 +221,9 @@ fn join(
             let square = finest.bed.lattice.cell_of(cell.centre);
             let own = square.and_then(|square| finest.initial_velocity.get(square));
             velocity[place] = own.copied().unwrap_or_default();
+        }
+        for (volume, beyond) in finest.still_water.volumes.iter_mut().zip(following.beyond_squares) {
+            volume.integral_m3 += beyond;
         }
         bed.passes = bed.passes.with_faces(following.sills);
         finest.scene.followed = following.lines;

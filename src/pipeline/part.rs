@@ -3,7 +3,7 @@
 //! The coarse run sees all of the terrain by the means of its pixels. What it shows is no promise: where the water of the run itself comes near
 //! a side at which the terrain goes on, the run begins again on a larger part.
 
-use super::levels::greatest_depths;
+use super::levels::greatest;
 use super::scout::Scout;
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind};
@@ -109,7 +109,7 @@ fn look(scenario: &Scenario, spacing: f64) -> Result<Places, Vec<Problem>> {
     }
     let Some(setup) = prepared.setup else { return Err(prepared.problems) };
     let mut scout = Scout::new(&coarse, &setup.bed);
-    let depths = greatest_depths(&coarse, &setup, &mut scout);
+    let depths = greatest(&coarse, &setup, &mut scout).depth;
     let lattice = &setup.scene.lattice;
     let wet = (0..depths.len()).filter(|&cell| depths[cell] > REACHED).map(|cell| lattice.centre(cell));
     let places = wet.chain(places_of_water(&coarse, &setup)).map(|place| lattice.to_map(place));

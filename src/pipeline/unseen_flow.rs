@@ -4,7 +4,7 @@
 //! half a cell:
 //!
 //! ```text
-//! (M100)  ε = ½ Fr² Δ ⟨|∇d|²⟩^½,   Fr² = q²/(g d³),   ∇d = ∇η − ∇z_b
+//! (M101)  ε = ½ Fr² Δ ⟨|∇d|²⟩^½,   Fr² = q²/(g d³),   ∇d = ∇η − ∇z_b
 //! ```
 //!
 //! with d and q the greatest depth and the greatest discharge per metre of width about a block, the mean over its cells of the finest level
@@ -15,7 +15,8 @@ use crate::bed::BedParticles;
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
-use super::levels::REACHED;
+/// Depth (m) in the run on the coarsest level from which a cell counts as reached.
+pub(super) const REACHED: f64 = 0.05;
 
 /// The greatest depths and discharges of the cells of a run.
 #[derive(Clone, Debug)]
@@ -90,7 +91,7 @@ fn with_slope(lattice: &Lattice, value: &dyn Fn(usize) -> Option<f64>, cell: usi
     Some((here, Vec2::new(slope(west, east), slope(south, north))))
 }
 
-/// ε of (M100) for each metre of a cell, from a discharge per metre of width (m²/s), a depth (m, above 0) and |∇d|.
+/// ε of (M101) for each metre of a cell, from a discharge per metre of width (m²/s), a depth (m, above 0) and |∇d|.
 pub(super) fn unseen_head((discharge, depth): (f64, f64), change_of_depth: f64, gravity: f64) -> f64 {
     0.5 * discharge * discharge / (gravity * depth * depth * depth) * change_of_depth
 }

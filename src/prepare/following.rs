@@ -1,31 +1,31 @@
-//! Cells that follow the scenario's lines: which squares they replace, their ground and their water at the start.
+//! Cells that follow the scenario's lines and the outlines of its blocked buildings: which squares they replace, their ground and their water at
+//! the start.
 //!
 //! The ground of a cell is that of a plane at its centre, through the terrain points about it that no line parts from it. A bank beside a channel
 //! does not reach into it, though their squares overlap.
 
-use std::collections::BTreeSet;
+mod kept;
+mod small;
 
 use rayon::prelude::*;
 
 use super::banks;
 use super::findings::Findings;
-use super::ground::Changes;
+use super::ground;
 use super::places::{self, Drawn};
-use crate::bed::{BedParticles, SHUT, Surface, plane_at_middle};
+use crate::bed::{BedParticles, Surface, plane_at_middle};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind, input_warning};
 use crate::geodata::Crs;
-use crate::lattice::{Cell, Conforming, Face, Lattice, NEIGHBOURS};
+use crate::lattice::{Cell, Conforming, Face, Lattice, Side};
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
-use crate::solver::{ChannelEnd, Forcing, OpenEdges};
+use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Piece;
 
-/// Squares that stay as they are around what needs the lattice: boundaries, dams, cells in part.
-const KEPT_AROUND: isize = 1;
 /// Terrain points that a plane takes at least, where there are so many.
 const POINTS: usize = 6;
 /// By how much the circle about the centre grows until it holds them.
@@ -55,6 +55,16 @@ pub struct Following {
     pub banks: Vec<Vec<Vec2>>,
     /// Level (m) of the lowest ground along each face on a line; minus infinity of others.
     pub sills: Vec<f64>,
+    /// Volume (m³) that each body of still water has in these cells beyond that in the squares that they replace, at its mean depth there.
+    pub beyond_squares: Vec<f64>,
+}
+
+impl Following {
+    /// Whether a cell holds a place (local coordinates, m), or a building; none where squares decide.
+    pub fn holds(&self, lattice: &Lattice, place: Vec2) -> Option<bool> {
+        let square = lattice.cell_of(place)?;
+        self.conforming.instead_of(square).map(|_| self.conforming.cell_at(square, place).is_some())
+    }
 }
 
 /// The lines of the files that cells follow.
@@ -63,44 +73,52 @@ pub(super) fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findin
     lines.filter_map(|source| places::pieces(source, crs, scenario, findings)).collect()
 }
 
-/// Whether cells of a run follow lines; refuses lines of the scenario that none can follow.
-fn is_followed(scenario: &Scenario, walls: &[[Vec2; 2]], findings: &mut Findings) -> bool {
+/// Refuses lines of the scenario that no cells can follow.
+fn check(scenario: &Scenario, findings: &mut Findings) {
     let ground = &scenario.ground;
-    if scenario.numerics.motion != Motion::Lagrangian {
-        return ground.follows_banks || !(ground.followed.is_empty() && walls.is_empty());
-    }
     let banks = ground.follows_banks.then_some(("terrain.follow_banks", None));
     let lines = ground.followed.first().map(|lines| (lines.key.as_str(), lines.place.clone()));
-    if let Some((key, place)) = lines.or(banks) {
+    if let (Motion::Lagrangian, Some((key, place))) = (scenario.numerics.motion, lines.or(banks)) {
         let message = "Lagrangian particles follow no lines";
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message)
             .with_cause("lines are followed by the sides of cells, and Lagrangian particles have none")
             .with_remedy("leave `numerics.motion` and `numerics.formulation` out, or take the line out");
         findings.add_at(key, place, problem);
     }
-    false
 }
 
-/// The warning of a terrain that shows no bank.
-fn no_banks() -> Problem {
-    input_warning("no-banks", "the terrain shows no steep bank, so that no cell follows one".to_owned())
-        .with_cause("no raster is as fine as the cells, or its ground rises evenly")
-        .with_remedy("draw the banks as lines (`terrain.breaklines` with `mode: follow`), or take `follow_banks` out")
+/// The steep banks that the terrain shows (local coordinates, m), where cells are to follow them; warns where it shows none.
+fn banks(scenario: &Scenario, ground: &ground::Ground<'_>, findings: &mut Findings) -> Vec<Vec<Vec2>> {
+    if !scenario.ground.follows_banks {
+        return Vec::new();
+    }
+    let bed = ground.bed();
+    let banks = banks::find(ground.terrain(), &bed.lattice, &bed.constants);
+    if banks.is_empty() {
+        let message = "the terrain shows no steep bank, so that no cell follows one".to_owned();
+        let problem = input_warning("no-banks", message)
+            .with_cause("no raster is as fine as the cells, or its ground rises evenly");
+        let remedy = "draw the banks as lines (`terrain.breaklines` with `mode: follow`), or take `follow_banks` out";
+        findings.add_at("terrain.follow_banks", None, problem.with_remedy(remedy));
+    }
+    banks
 }
 
-/// The cells that follow the scenario's lines; none without such lines, and on coarser levels, which have no `drawn` ones.
+/// The cells that follow the scenario's lines and the outlines of blocked buildings; none without such lines, and on coarser levels, which have no
+/// `drawn` ones.
 pub(super) fn find(
     scenario: &Scenario,
-    drawn: Option<&[Drawn]>,
-    ground: &super::ground::Ground<'_>,
+    drawn: Option<(&[Drawn], &ground::Opened)>,
+    ground: &ground::Ground<'_>,
     (forcing, open_edges, walls, still): (&Forcing, &OpenEdges, &[[Vec2; 2]], &StillWater),
     findings: &mut Findings,
 ) -> Option<Following> {
-    let drawn = drawn?;
-    let (bed, surface) = (ground.bed(), &ground.surface());
+    let (drawn, built) = drawn?;
+    let (bed, surface) = (ground.bed(), &ground.surface_beside_buildings());
     let lattice = &bed.lattice;
+    check(scenario, findings);
     // Cells beside a line need two columns of places.
-    if !is_followed(scenario, walls, findings) || lattice.columns < 2 {
+    if scenario.numerics.motion == Motion::Lagrangian || lattice.columns < 2 {
         return None;
     }
     let (mut lines, mut followed) = (Vec::new(), Vec::new());
@@ -110,25 +128,30 @@ pub(super) fn find(
         followed.extend_from_slice(&pieces);
         lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
     }
-    let banks =
-        if scenario.ground.follows_banks { banks::find(ground.terrain(), lattice, &bed.constants) } else { Vec::new() };
-    if scenario.ground.follows_banks && banks.is_empty() {
-        findings.add_at("terrain.follow_banks", None, no_banks());
-    }
+    let banks = banks(scenario, ground, findings);
     followed.extend(banks.iter().flat_map(|bank| bank.windows(2).map(|ends| [ends[0], ends[1]])));
     let as_line = |points: &Vec<Vec2>| Line { points: points.clone(), is_closed: false, kind: LineKind::Follow };
     lines.extend(banks.iter().map(as_line));
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
-    let kept = kept(bed, (ground.changes(), walls), forcing, open_edges);
-    let is_cell = |cell: usize| bed.has_terrain(cell) && !kept[cell];
+    let outlines = ground::outlines(built, scenario, lattice);
+    if lines.is_empty() && outlines.is_empty() {
+        return None;
+    }
+    let are_walls = !(walls.is_empty() && outlines.is_empty());
+    let kept = kept::kept(bed, (ground.changes(), are_walls), forcing, open_edges);
+    small::report(scenario, &outlines, (bed, &kept), findings);
+    lines.extend(outlines.into_iter().flatten());
+    let is_cell = |cell: usize| (bed.has_terrain(cell) || kept::is_built(bed, cell)) && !kept[cell];
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
     let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
     let parting: Pieces = lines.iter().flat_map(|line| line.points.windows(2).map(|ends| [ends[0], ends[1]])).collect();
     let ground = Ground { bed, surface, parting: &parting };
     let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
-    let water = |(cell, &z): (&Cell, &f64)| ground.water(cell, z, still).unwrap_or_default();
-    let (depth, body) = conforming.cells().par_iter().zip(&elevation).map(water).unzip();
+    let squares = ground.squares(&conforming);
+    let water = |(&square, &z): (&Option<usize>, &f64)| ground.water(square, z, still).unwrap_or_default();
+    let (depth, body): (Vec<f64>, Vec<Option<u32>>) = squares.par_iter().zip(&elevation).map(water).unzip();
     Some(Following {
+        beyond_squares: beyond_squares(&conforming, &body, bed, still),
         depth,
         body,
         sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
@@ -139,55 +162,30 @@ pub(super) fn find(
     })
 }
 
+/// Of each body of still water its mean depth (m) in the squares that cells replace, times what these have of area beyond those: without buildings
+/// nothing.
+fn beyond_squares(conforming: &Conforming, body: &[Option<u32>], bed: &BedParticles, still: &StillWater) -> Vec<f64> {
+    let replaced = |square: &usize| conforming.instead_of(*square).is_some();
+    let squares: Vec<usize> = (0..bed.lattice.len()).filter(replaced).collect();
+    let of_body = |number: usize| {
+        let is_its = |body: Option<u32>| body.is_some_and(|body| body as usize == number);
+        let area: f64 =
+            conforming.cells().iter().zip(body).filter(|(_, b)| is_its(**b)).map(|(cell, _)| cell.area).sum();
+        let own = || squares.iter().filter(|&&square| is_its(still.body[square]));
+        let (of_squares, volume) = own().fold((0.0, 0.0), |(area, volume), &square| {
+            (area + bed.area(square), volume + bed.area(square) * still.depth[square])
+        });
+        if of_squares > 0.0 { volume / of_squares * (area - of_squares) } else { 0.0 }
+    };
+    (0..still.volumes.len()).map(of_body).collect()
+}
+
 /// Lines through pieces that follow each other.
 fn joined(pieces: &[[Vec2; 2]]) -> impl Iterator<Item = Vec<Vec2>> + '_ {
     pieces.chunk_by(|a, b| a[1] == b[0]).map(|pieces| {
         let ends = pieces.iter().map(|piece| piece[1]);
         std::iter::once(pieces[0][0]).chain(ends).collect()
     })
-}
-
-/// The squares that stay as they are: those at open edges, and what is on the lattice in another way. Levees and other ridges that a wall meets
-/// hold on squares alone.
-fn kept(
-    bed: &BedParticles,
-    (changes, walls): (&Changes, &[[Vec2; 2]]),
-    forcing: &Forcing,
-    open_edges: &OpenEdges,
-) -> Vec<bool> {
-    let lattice = &bed.lattice;
-    let is_open = |cell: usize, step: (isize, isize)| {
-        let normal = Vec2::new(step.0 as f64, step.1 as f64);
-        let middle = lattice.centre(cell) + normal * (0.5 * lattice.spacing);
-        let is_edge = lattice.neighbour(cell, step).is_none_or(|other| !bed.has_terrain(other));
-        is_edge && (open_edges.is_open(middle, normal) || forcing.boundary_at(middle, normal).is_some())
-    };
-    let is_at_open_edge = |&cell: &usize| NEIGHBOURS.iter().any(|&step| is_open(cell, step));
-    let mut cells: BTreeSet<usize> =
-        (0..lattice.len()).filter(|&cell| bed.has_terrain(cell)).filter(is_at_open_edge).collect();
-    cells.extend(bed.cover.cells().iter().map(|part| part.cell));
-    if !walls.is_empty() {
-        cells.extend(changes.raised().filter(|&cell| bed.has_terrain(cell)));
-        let ridges = bed.passes.iter().filter(|sill| sill.level < SHUT);
-        cells.extend(ridges.flat_map(|sill| [sill.cell, sill.other(lattice)]));
-    }
-    if let Some(breach) = &forcing.breach {
-        cells.extend(breach.cells_and_rim());
-    }
-    cells.extend(forcing.moving_bed.iter().flat_map(|motion| motion.cells.iter().map(|(cell, _)| *cell)));
-    let ends = forcing.channels.iter().flat_map(|channel| [&channel.far, &channel.near]);
-    cells.extend(ends.flat_map(ChannelEnd::joined_cells));
-    let mut kept = vec![false; lattice.len()];
-    for cell in cells {
-        around(lattice, cell, KEPT_AROUND).for_each(|near| kept[near] = true);
-    }
-    kept
-}
-
-/// The squares at most so many columns and rows from one.
-fn around(lattice: &Lattice, cell: usize, reach: isize) -> impl Iterator<Item = usize> {
-    let steps = (-reach..=reach).flat_map(move |up| (-reach..=reach).map(move |across| (across, up)));
-    steps.filter_map(move |step| lattice.neighbour(cell, step))
 }
 
 /// The ground, with what parts it.
@@ -220,9 +218,33 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         found.unwrap_or_else(of_square)
     }
 
-    /// Depth (m) and body of the water at a cell, over its bed `z` (m): the level of a body, or the depth of other water, in the square about its
-    /// centre, or in the first one that it shares and whose centre it sees.
-    fn water(&self, cell: &Cell, z: f64, still: &StillWater) -> Option<(f64, Option<u32>)> {
+    /// Of each cell the square whose water it has: that about its centre, or the first one that it shares and whose centre it sees; where there is
+    /// none, that of a cell beside it.
+    fn squares(&self, conforming: &Conforming) -> Vec<Option<usize>> {
+        let mut squares: Vec<Option<usize>> =
+            conforming.cells().par_iter().map(|cell| self.square_seen(cell)).collect();
+        loop {
+            let mut found: Vec<(usize, usize)> = Vec::new();
+            for Face { sides, .. } in conforming.faces() {
+                let of = |side: Side| match side {
+                    Side::Cell(cell) => squares[cell],
+                    Side::Lattice(square) => Some(square),
+                    Side::Wall | Side::Nothing => None,
+                };
+                for (own, other) in [(sides[0], sides[1]), (sides[1], sides[0])] {
+                    if let (Side::Cell(cell), None, Some(square)) = (own, of(own), of(other)) {
+                        found.push((cell, square));
+                    }
+                }
+            }
+            if found.is_empty() {
+                return squares;
+            }
+            found.iter().rev().for_each(|&(cell, square)| squares[cell] = Some(square));
+        }
+    }
+
+    fn square_seen(&self, cell: &Cell) -> Option<usize> {
         let lattice = &self.bed.lattice;
         let own = lattice.cell_at(cell.centre);
         let corners = cell.parts.iter().flatten().map(|&corner| cell.centre + (corner - cell.centre) * 0.99);
@@ -230,8 +252,12 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         let mut squares = own.into_iter().chain(shared).filter(|&square| self.bed.has_terrain(square));
         // The centre of a square that lies on a line is on neither side of it.
         let beyond = |place: Vec2| cell.centre + (place - cell.centre) * (1.0 + ON_LINE);
-        let is_seen = |square: &usize| !self.parting.cross([cell.centre, beyond(lattice.centre(*square))]);
-        let square = squares.find(is_seen).or(own).filter(|&square| still.depth[square] > 0.0)?;
+        squares.find(|&square| !self.parting.cross([cell.centre, beyond(lattice.centre(square))]))
+    }
+
+    /// Depth (m) and body of the water at a cell, over its bed `z` (m), by a square: the level of a body, or the depth of other water.
+    fn water(&self, square: Option<usize>, z: f64, still: &StillWater) -> Option<(f64, Option<u32>)> {
+        let square = square.filter(|&square| still.depth[square] > 0.0)?;
         let (depth, body) = (still.depth[square], still.body[square]);
         let over_bed = |_| (self.bed.elevation[square] + depth - z).max(0.0);
         Some((body.map_or(depth, over_bed), body))

@@ -55,7 +55,7 @@ pub enum Because {
     Refine,
     /// Terrain that coarser cells do not see under the depth of water there (M94).
     Terrain,
-    /// Velocity head that coarser cells do not see (M100).
+    /// Velocity head that coarser cells do not see (M101).
     FastWater,
     /// Finer cells beside it: levels change by one at a time.
     Transition,

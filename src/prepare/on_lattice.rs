@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::findings::Findings;
+use super::following::{self, Following};
 use super::forcing::{self, breach, channels, moving_bed, plausible};
 use super::ground::{self, Ground, burn, wall_gaps};
 use super::water::{self, SourcedBody, earlier, start};
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, Scene, Setup};
-use super::{following, grid, lagrangian, places};
+use super::{grid, lagrangian, places};
 use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -16,11 +17,14 @@ use crate::output::{ChannelProfile, Gauge, GroundSource, OutputCrs, Section, Ter
 use crate::scenario::methods::Motion;
 use crate::scenario::{OpenBoundary, Scenario};
 use crate::seeding::StillWater;
-use crate::solver::{Breach, Channel, Forcing, OpenEdges};
+use crate::solver::{BedMotion, Breach, Channel, Forcing, OpenEdges};
 use crate::terrain::Terrain;
 
 /// Of several files what they draw, as far as they could be read.
 type Lines = Vec<Option<places::Drawn>>;
+
+/// Whether a cell that follows lines holds a place (map coordinates), or a building; none where squares decide.
+type Holds<'a> = &'a (dyn Fn(Vec2) -> Option<bool> + Sync);
 
 /// Files that are open, before what they hold is put on the lattice.
 pub(super) struct Files<'a> {
@@ -43,6 +47,11 @@ impl<'a> Files<'a> {
     /// The same for a level of squares alone.
     pub fn of_squares(self) -> Files<'a> {
         Files { followed: None, ..self }
+    }
+
+    /// The lines that cells follow, and what is built into the ground; none on coarser levels.
+    fn drawn(&self) -> Option<(&[places::Drawn], &ground::Opened)> {
+        Some((self.followed.as_deref()?, &self.ground))
     }
 
     /// Opens all files but those of the terrain.
@@ -112,14 +121,13 @@ pub(super) fn place_on(
     let sections =
         sections_with_breach(scenario, &mut files, breach.as_ref(), (&ground, &at_start), &mut forcing, findings);
     forcing.breach = breach;
-    let moving = std::mem::take(&mut files.moving);
-    forcing.moving_bed = moving_bed::on_lattice(moving, scenario, (ground.bed(), &forcing), findings);
+    forcing.moving_bed = moving_beds(scenario, &mut files, (ground.bed(), &forcing), findings);
     check_lagrangian(scenario, &files, (edges.walls_of_each, &edges.open), (&forcing, &ground, &at_start), findings);
-    check_gauges(scenario, terrain, &ground, &files.gauges, findings);
-    let ridges = ground.ridges(scenario, findings);
-    let (pixels, ground_source) = maps_of_ground(scenario, terrain, &ground, &at_start, findings);
     let stands = (&forcing, &edges.open, &walls[..], &at_start.still_water);
-    let following = following::find(scenario, files.followed.as_deref(), &ground, stands, findings);
+    let following = following::find(scenario, files.drawn(), &ground, stands, findings);
+    let made = (terrain, &ground, following.as_ref());
+    let (pixels, ground_source) = maps_of_ground(scenario, made, &at_start, &files.gauges, findings);
+    let ridges = ground.ridges(scenario, findings);
     let counted = (&forcing.channels[..], ground_source.of_pixels.len());
     let scene = Scene {
         needs: needs(scenario, (ground.bed(), &at_start.still_water), counted, findings),
@@ -196,6 +204,16 @@ fn water_brought(
     (forcing, channels)
 }
 
+/// The parts of the bed that move.
+fn moving_beds(
+    scenario: &Scenario,
+    files: &mut Files<'_>,
+    made: (&BedParticles, &Forcing),
+    findings: &mut Findings,
+) -> Vec<BedMotion> {
+    moving_bed::on_lattice(std::mem::take(&mut files.moving), scenario, made, findings)
+}
+
 /// The water at the start.
 struct AtStart {
     still_water: StillWater,
@@ -261,27 +279,31 @@ fn sections_with_breach(
 fn check_gauges(
     scenario: &Scenario,
     terrain: &Terrain,
-    ground: &Ground<'_>,
+    (ground, holds): (&Ground<'_>, Holds<'_>),
     gauges: &[Gauge],
     findings: &mut Findings,
 ) {
     if let Some(source) = &scenario.outputs.gauges {
-        let on = (&ground.surface(), ground.bed());
+        let on = (&ground.surface(), ground.bed(), holds);
         places::check_gauges(source, gauges, terrain.extent(), on, findings);
     }
 }
 
-/// The pixels of the terrain for the maps, where they are asked for, and who set the ground of cells and pixels.
+/// The pixels of the terrain for the maps, where they are asked for, and who set the ground of cells and pixels; checks where gauges lie on it.
 fn maps_of_ground(
     scenario: &Scenario,
-    terrain: &Terrain,
-    ground: &Ground<'_>,
+    (terrain, ground, following): (&Terrain, &Ground<'_>, Option<&Following>),
     at_start: &AtStart,
+    gauges: &[Gauge],
     findings: &mut Findings,
 ) -> (Option<TerrainPixels>, GroundSource) {
+    let lattice = &ground.bed().lattice;
+    let holds = |place: Vec2| following?.holds(lattice, lattice.to_local(place));
+    check_gauges(scenario, terrain, (ground, &holds), gauges, findings);
     // An earlier run fitted the bed to its shores, too: only one in which ground moved counts for the terrain itself.
     let own = if earlier::has_moved_bed(scenario) { &at_start.without_earlier } else { &ground.bed().elevation };
-    let pixels = ground::pixels(scenario, (&ground.surface(), terrain), (own, ground.bed()), findings);
+    let surfaces = [ground.surface(), ground.surface_beside_buildings()];
+    let pixels = ground::pixels(scenario, (&surfaces, terrain, &holds), (own, ground.bed()), findings);
     let (pixels, set_by_of_pixels) = pixels.map_or((None, Vec::new()), |(pixels, set_by)| (Some(pixels), set_by));
     (pixels, ground::sources(scenario, ground, set_by_of_pixels))
 }

@@ -333,7 +333,7 @@ pub(super) fn check_gauges(
     source: &Sourced<VectorSource>,
     gauges: &[Gauge],
     extent: Rectangle,
-    (surface, bed): (&impl Surface, &BedParticles),
+    (surface, bed, holds): (&impl Surface, &BedParticles, &(dyn Fn(Vec2) -> Option<bool> + Sync)),
     findings: &mut Findings,
 ) {
     let Rectangle { low: min, high: max } = extent;
@@ -354,11 +354,11 @@ pub(super) fn check_gauges(
     }
     let lattice = &bed.lattice;
     let has_cell = |place: Vec2| lattice.cell_of(lattice.to_local(place)).is_some_and(|cell| bed.has_terrain(cell));
-    for gauge in gauges {
+    for gauge in gauges.iter().filter(|gauge| holds(gauge.position) != Some(true)) {
         let (code, what, remedy) = if is_outside(gauge.position) {
             let remedy = "correct its coordinates, take it out, or give a terrain that holds it";
             ("gauge-outside-terrain", "lies outside the terrain", remedy)
-        } else if surface.elevation(gauge.position).is_none() {
+        } else if holds(gauge.position) == Some(false) || surface.elevation(gauge.position).is_none() {
             let remedy = "move it to ground that water can reach, or take it out";
             ("gauge-on-nodata", "lies where the terrain has no data, or in a building,", remedy)
         } else if !has_cell(gauge.position) {

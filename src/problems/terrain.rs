@@ -22,7 +22,7 @@ pub(super) const GROUP: Group = Group {
         ),
         warning(
             "building-too-small",
-            "Buildings contain no cell centre and are left out. Water passes where they stand.",
+            "Buildings contain no cell centre where cells stay squares, and are left out. Water passes where they stand.",
             "Choose a finer `resolution`, or merge the buildings of a block.",
         ),
         error(

@@ -20,6 +20,7 @@ mod lines;
 mod maps_on_terrain;
 mod mistaken_files;
 mod moving_bed;
+mod outlines;
 mod package;
 mod part_of_terrain;
 mod plan;

@@ -1,4 +1,4 @@
-//! Which places lie inside an outline: its winding number is not 0. Places inside any outline are inside.
+//! Which places lie inside outlines: where all of them together wind around it. A ring that runs the other way inside of one is a courtyard.
 
 use super::LineKind;
 use super::lines::{Network, bounds};
@@ -27,58 +27,45 @@ impl<'a> Outlines<'a> {
         Outlines { network, rows, boxes }
     }
 
-    /// Whether a place lies inside an outline.
+    /// Whether a place lies inside outlines.
     pub fn hold(&self, place: Vec2) -> bool {
-        let line = |number: u32| self.network.segments[number as usize].line;
         let row = &self.rows[self.network.window.row_of(place.y)];
-        // The segments of a ring follow each other.
-        row.chunk_by(|a, b| line(*a) == line(*b)).any(|ring| {
-            let (low, high) = self.boxes[line(ring[0])];
-            let is_near = place.x >= low.x && place.x <= high.x && place.y >= low.y && place.y <= high.y;
-            let turns =
-                |number: &u32| self.crossing(*number, place.y).filter(|(x, ..)| *x > place.x).map(|(.., turn)| turn);
-            is_near && ring.iter().filter_map(turns).sum::<i32>() != 0
-        })
+        let is_east = |number: &&u32| self.boxes[self.network.segments[**number as usize].line].1.x > place.x;
+        let turns = |number: &u32| self.crossing(*number, place.y).filter(|(x, _)| *x > place.x).map(|(_, turn)| turn);
+        row.iter().filter(is_east).filter_map(turns).sum::<i32>() != 0
     }
 
-    /// Calls for each stretch of a line due east at a height that lies inside an outline: from and to.
+    /// Calls for each stretch of a line due east at a height that lies inside outlines: from and to.
     pub fn stretches(&self, y: f64, mut call: impl FnMut(f64, f64)) {
         let mut crossings = self.crossings(y);
         crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut windings: Vec<(usize, i32)> = Vec::new();
-        let mut since = None;
-        for (x, ring, turn) in crossings {
-            match windings.iter().position(|(known, _)| *known == ring) {
-                Some(at) if windings[at].1 + turn == 0 => {
-                    windings.swap_remove(at);
-                }
-                Some(at) => windings[at].1 += turn,
-                None => windings.push((ring, turn)),
-            }
-            match (windings.is_empty(), since) {
-                (false, None) => since = Some(x),
-                (true, Some(from)) => {
+        let (mut winding, mut since) = (0, None);
+        for (x, turn) in crossings {
+            winding += turn;
+            match since {
+                None => since = Some(x),
+                Some(from) if winding == 0 => {
                     call(from, x);
                     since = None;
                 }
-                _ => {}
+                Some(_) => {}
             }
         }
     }
 
     /// Where rings cross a height.
-    fn crossings(&self, y: f64) -> Vec<(f64, usize, i32)> {
+    fn crossings(&self, y: f64) -> Vec<(f64, i32)> {
         self.rows[self.network.window.row_of(y)].iter().filter_map(|number| self.crossing(*number, y)).collect()
     }
 
-    /// Where a segment crosses a height: place, ring, and 1 where it does so northward, -1 southward.
-    fn crossing(&self, number: u32, y: f64) -> Option<(f64, usize, i32)> {
+    /// Where a segment crosses a height, and 1 where it does so northward, -1 southward.
+    fn crossing(&self, number: u32, y: f64) -> Option<(f64, i32)> {
         let segment = &self.network.segments[number as usize];
         let [a, b] = segment.ends;
         if (a.y > y) == (b.y > y) {
             return None;
         }
         let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
-        Some((x, segment.line, if b.y > y { 1 } else { -1 }))
+        Some((x, if b.y > y { 1 } else { -1 }))
     }
 }

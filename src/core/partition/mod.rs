@@ -64,6 +64,7 @@ mod tests;
 pub use crate::lattice::{Cell, Face, Side};
 use crate::lattice::{Conforming, Lattice};
 use crate::math::Vec2;
+pub use lines::bounds;
 
 /// Places nearer to each other than this (spacings) are one.
 const TOLERANCE: f64 = 1e-9;
@@ -76,7 +77,8 @@ const BLOCKED: f64 = 1e-3;
 pub enum LineKind {
     /// Water never crosses it; it has no thickness.
     Wall,
-    /// A ring around what is not there: a building, a blocked area. Its faces are walls.
+    /// A ring around what is not there: a building, a blocked area. Its faces are walls. Outlines that overlap run the same way; one that runs
+    /// the other way inside of another is a courtyard.
     Outline,
     /// Water passes; faces lie on it all the same: a bank, a dike, a breakline.
     Follow,

@@ -1,4 +1,5 @@
-//! Buildings: their footprints, and what they make of the ground. A building takes the cells whose centres lie in it.
+//! Buildings: their footprints, and what they make of the ground. A building takes the cells whose centres lie in it;
+//! of one that is blocked the cells about it follow the outline ([`super::outlines`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,6 +16,7 @@ use crate::output::SetBy;
 use crate::prepare::findings::Findings;
 use crate::prepare::polygons::{ValuedArea, cells_inside};
 use crate::prepare::{places, water};
+use crate::scenario::methods::Motion;
 use crate::scenario::{BuildingMode, Buildings, Scenario, Sourced, VectorSource};
 use crate::vector::Feature;
 
@@ -48,7 +50,8 @@ pub fn blocked<'a>(footprints: &'a Footprints, scenario: &Scenario) -> impl Iter
 /// Takes over what the buildings change.
 pub fn shape(footprints: &Footprints, scenario: &Scenario, ground: &mut Ground<'_>, findings: &mut Findings) {
     if let Some(buildings) = &scenario.ground.buildings {
-        ground.take(changes(buildings, footprints, ground.bed(), findings));
+        let are_followed = buildings.mode == BuildingMode::Block && scenario.numerics.motion == Motion::Eulerian;
+        ground.take(changes((buildings, are_followed), footprints, ground.bed(), findings));
     }
 }
 
@@ -171,7 +174,14 @@ fn sound(source: &Sourced<VectorSource>, feature: &Feature, findings: &mut Findi
 }
 
 /// What buildings change.
-fn changes(buildings: &Buildings, footprints: &Footprints, bed: &BedParticles, findings: &mut Findings) -> Vec<Change> {
+///
+/// - `are_followed`: whether cells follow their outlines, so that none is too small or too narrow for its squares
+fn changes(
+    (buildings, are_followed): (&Buildings, bool),
+    footprints: &Footprints,
+    bed: &BedParticles,
+    findings: &mut Findings,
+) -> Vec<Change> {
     let lattice = &bed.lattice;
     // A cell that two share gets the higher value.
     let mut cells: BTreeMap<usize, f64> = BTreeMap::new();
@@ -192,6 +202,10 @@ fn changes(buildings: &Buildings, footprints: &Footprints, bed: &BedParticles, f
         } else {
             small.push(area);
         }
+    }
+    if are_followed {
+        small.clear();
+        broken.clear();
     }
     report_left_out(buildings, [&outside, &small, &broken], footprints.len(), findings);
     let on_terrain = cells.into_iter().filter(|(cell, _)| bed.elevation[*cell].is_finite());

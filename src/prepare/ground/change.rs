@@ -105,7 +105,7 @@ impl Changes {
 
     /// The terrain with these changes.
     pub fn on<'a>(&'a self, terrain: &'a Terrain, lattice: &'a Lattice) -> Shaped<'a> {
-        Shaped { terrain, lattice, changes: self }
+        Shaped { terrain, lattice, changes: self, is_blocked: true }
     }
 }
 
@@ -114,21 +114,26 @@ pub struct Shaped<'a> {
     terrain: &'a Terrain,
     lattice: &'a Lattice,
     changes: &'a Changes,
+    /// Whether blocked cells have no terrain.
+    is_blocked: bool,
 }
 
 impl Shaped<'_> {
+    /// The same with the terrain that blocked buildings stand on.
+    pub fn beside_buildings(self) -> Self {
+        Shaped { is_blocked: false, ..self }
+    }
+
     /// What changed the terrain at a place (map coordinates), in order.
-    fn changes_at(&self, place: Vec2) -> &[(Made, SetBy)] {
-        if self.changes.0.is_empty() {
-            return &[];
-        }
-        let cell = self.lattice.cell_at(self.lattice.to_local(place));
-        cell.and_then(|cell| self.changes.0.get(&cell)).map_or(&[], Vec::as_slice)
+    fn changes_at(&self, place: Vec2) -> impl Iterator<Item = &(Made, SetBy)> {
+        let cell = if self.changes.0.is_empty() { None } else { self.lattice.cell_at(self.lattice.to_local(place)) };
+        let all = cell.and_then(|cell| self.changes.0.get(&cell)).map_or(&[][..], Vec::as_slice);
+        all.iter().filter(|(made, _)| self.is_blocked || *made != Made::Block)
     }
 
     /// What the changes make of an elevation (m) at a place (map coordinates).
     pub fn changed(&self, place: Vec2, elevation: Option<f64>) -> Option<f64> {
-        self.changes_at(place).iter().fold(elevation, |elevation, (made, _)| made.of(elevation))
+        self.changes_at(place).fold(elevation, |elevation, (made, _)| made.of(elevation))
     }
 
     /// The same with who set it last, if `source` gave it before the changes.
@@ -138,7 +143,7 @@ impl Shaped<'_> {
         elevation: Option<f64>,
         source: Option<SetBy>,
     ) -> (Option<f64>, Option<SetBy>) {
-        self.changes_at(place).iter().fold((elevation, source), |(before, source), (made, by)| {
+        self.changes_at(place).fold((elevation, source), |(before, source), (made, by)| {
             let after = made.of(before);
             (after, if is_noteworthy(before, after) { Some(*by) } else { source })
         })

@@ -19,10 +19,12 @@ pub const BYTES_PER_PIXEL: f64 = 150.0;
 ///
 /// Returns them with the code of [`SetBy`] of each.
 ///
+/// - `surfaces`: the terrain where squares decide, and beside buildings whose outlines cells follow
+/// - `holds`: whether such a cell holds a place (map), or a building; none where squares decide
 /// - `bed`: that of the terrain, and that at the start of the run, which an earlier run may have changed
 pub fn pixels(
     scenario: &Scenario,
-    (surface, terrain): (&Shaped<'_>, &Terrain),
+    ([surface, beside], terrain, holds): (&[Shaped<'_>; 2], &Terrain, &(dyn Fn(Vec2) -> Option<bool> + Sync)),
     (own, at_start): (&[f64], &BedParticles),
     findings: &mut Findings,
 ) -> Option<(TerrainPixels, Vec<u8>)> {
@@ -46,7 +48,12 @@ pub fn pixels(
             let (pixel_column, pixel_row) = grid.at(place);
             let found = terrain.layer_of_pixel(&grid, pixel_column, pixel_row);
             let z = found.map(|(_, z)| z).filter(|z| !z.is_nan());
-            let (own_z, set_by) = surface.changed_by(place, z, found.map(|(layer, _)| SetBy::Layer(layer)));
+            let layer = found.map(|(layer, _)| SetBy::Layer(layer));
+            let (own_z, set_by) = match holds(place) {
+                Some(true) => beside.changed_by(place, z, layer),
+                Some(false) => (None, Some(SetBy::BlockedBuilding)),
+                None => surface.changed_by(place, z, layer),
+            };
             let risen =
                 lattice.cell_at(lattice.to_local(place)).map_or(0.0, |cell| at_start.elevation[cell] - own[cell]);
             // A cell without terrain has no bed that an earlier run could have changed.

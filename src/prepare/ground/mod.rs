@@ -26,6 +26,7 @@ pub mod crests;
 mod fine_maps;
 pub mod gaps;
 pub mod layers;
+mod outlines;
 mod ridges;
 mod roughness;
 mod source;
@@ -38,6 +39,7 @@ use crate::constants::SeedingConstants;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
 use crate::output::SetBy;
+use crate::partition::Line;
 use crate::scenario::Scenario;
 use crate::terrain::Terrain;
 use change::is_noteworthy;
@@ -63,6 +65,11 @@ pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> 
         breaklines: breaklines::open(scenario, crs, findings),
         buildings: buildings::open(scenario, crs, findings),
     }
+}
+
+/// The outlines of blocked buildings as lines of a lattice, each building with its courtyards.
+pub fn outlines(opened: &Opened, scenario: &Scenario, lattice: &Lattice) -> Vec<Vec<Line>> {
+    outlines::outlines(buildings::blocked(&opened.buildings, scenario), lattice)
 }
 
 /// The ground with all that is built into it but for the dam: steps 1 to 6.
@@ -120,6 +127,11 @@ impl<'a> Ground<'a> {
     /// The terrain with what changed it.
     pub fn surface(&self) -> Shaped<'_> {
         self.changes.on(self.terrain, &self.bed.lattice)
+    }
+
+    /// The same with the terrain on which blocked buildings stand: the squares that they take reach beyond them.
+    pub fn surface_beside_buildings(&self) -> Shaped<'_> {
+        self.surface().beside_buildings()
     }
 
     /// The constants by which still water shapes its shore.

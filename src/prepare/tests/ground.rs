@@ -384,7 +384,7 @@ fn what_is_only_in_part_unfit_is_a_warning() {
         {"type":"Feature","properties":{},"geometry":{"type":"Polygon","coordinates":[[[1120,2060],[1130,2060],[1130,2070],[1120,2060]]]}},
         {"type":"Feature","properties":{},"geometry":{"type":"Polygon","coordinates":[[[1121,2081],[1122,2081],[1122,2082],[1121,2081]]]}}]}"#,
     );
-    buildings(&mut scene, BuildingMode::Block);
+    buildings(&mut scene, BuildingMode::Raise { height: Some(3.0), field: None });
     let prepared = prepare(&scene.scenario);
     assert!(!prepared.has_errors(), "{:#?}", prepared.problems);
     let found: Vec<(&str, &str)> = prepared.problems.iter().map(|p| (p.code, p.key.as_str())).collect();

@@ -114,8 +114,8 @@ fn check_wall(node: &Node, reader: &mut Reader) -> Option<()> {
 section! {
     /// Buildings by their footprints: blocked, raised, or rougher ground.
     BuildingsSection, example "{polygons: buildings.geojson, mode: block}", check check_buildings {
-        /// File of footprints; a cell belongs to a building when its centre lies in it. Codes: building-too-small,
-        /// building-too-narrow, outside-terrain, empty-polygon, self-crossing, lagrangian-askew-wall.
+        /// File of footprints; cells follow the outlines of blocked buildings, and a cell belongs to another one when its centre lies in
+        /// it. Codes: building-too-small, building-too-narrow, outside-terrain, empty-polygon, self-crossing, lagrangian-askew-wall.
         polygons: VectorFile,
         /// `block` (no water gets in, there is no terrain), `raise` (the bed is higher) or `roughness` (another n inside); block
         /// when absent.

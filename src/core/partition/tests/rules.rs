@@ -188,6 +188,26 @@ fn houses_wall_to_wall_leave_no_gap() {
 }
 
 #[test]
+fn an_outline_that_runs_the_other_way_is_a_courtyard() {
+    let lattice = lattice(24, 24, 1.0);
+    let mut lines = vec![house((12.0, 12.0), (14.0, 13.0), 20.0), house((11.0, 12.5), (6.0, 4.0), 20.0)];
+    lines[1].points.reverse();
+    lines.push(house((11.0, 12.0), (1.0, 0.4), 35.0));
+    let made = made(&lattice, &lines);
+    let left = made.replaced.len() as f64 - (14.0 * 13.0 - 24.0 + 0.4) - whole_area(&made);
+    assert!(left.abs() < 1e-10, "{left:e}");
+    let at = cell_at(&made, &lattice);
+    let found = [(8.7, 12.5), (11.0, 12.0), (12.0, 9.0)].map(|(x, y)| at(Vec2::new(x, y)).is_some());
+    assert_eq!(found, [true, false, false]);
+    for sides in made.faces.iter().map(|face| face.sides) {
+        if let [Side::Cell(a), Side::Cell(b)] = sides {
+            let is_within = |cell: usize| (made.cells[cell].centre - Vec2::new(11.0, 12.5)).norm() < 4.0;
+            assert_eq!(is_within(a), is_within(b), "water leaves the courtyard");
+        }
+    }
+}
+
+#[test]
 #[ignore = "measures time"]
 fn time_of_large_partitions() {
     let wall = |k: i32| 100.0 + 120.0 * f64::from(k);

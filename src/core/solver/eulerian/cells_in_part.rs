@@ -12,6 +12,7 @@
 use rayon::prelude::*;
 
 use super::Scale;
+use super::conforming::shape::Shape;
 use super::faces::{EAST, NORTH, turned_by};
 use super::spans::ActiveSet;
 use super::state::{Fastest, State};
@@ -156,19 +157,19 @@ impl CellsInPart {
 fn conforming(problem: &FlowProblem, state: &State) -> Vec<Cell> {
     let lattice = &problem.bed.lattice;
     let Some(made) = lattice.conforming() else { return Vec::new() };
-    let mut perimeters = vec![0.0; made.cells().len()];
+    let mut shapes = vec![Shape::default(); made.cells().len()];
     for face in made.faces() {
-        for side in face.sides {
+        for (side, normal) in face.sides.into_iter().zip([face.normal(), face.normal() * -1.0]) {
             if let Side::Cell(cell) = side {
-                perimeters[cell] += face.length() / lattice.spacing;
+                let is_wall = matches!(face.sides[1], Side::Wall | Side::Nothing);
+                shapes[cell].add(normal, face.length(), is_wall);
             }
         }
     }
     let cell = |(number, of_cell): (usize, &crate::lattice::Cell)| {
         let (column, row) = lattice.column_row(made.place(number));
-        let area = of_cell.area / lattice.cell_area();
-        let haste = larger(perimeters[number] / (4.0 * area), 1.0);
-        Cell { row: row + 1, column: column + 1, area, haste }
+        let haste = shapes[number].haste(of_cell.area, lattice.spacing);
+        Cell { row: row + 1, column: column + 1, area: of_cell.area / lattice.cell_area(), haste }
     };
     let cells = made.cells().iter().enumerate().map(cell);
     cells.filter(|cell| state.has_terrain(cell.row, cell.column)).collect()

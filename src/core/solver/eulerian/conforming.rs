@@ -11,13 +11,14 @@
 //!
 //! with j over all its faces; beyond a wall stands its mirror image. Where a bank rises out of the water, η_j − η_i counts as that of the way
 //! along the face, ∇η_i·(r_ij − n n·r_ij): a bank is a wall to the surface. (M97) is exact for planes and the central difference on a lattice. (M99)
-//! makes the brackets of all faces count from the particle's own level, as (M89) does. At rest all differences of levels are 0; the
+//! makes the brackets of all faces count from the particle's own level, as (M89) does. Walls have the thrust of (M100), in [`shape`]. At rest all differences of levels are 0; the
 //! faces of a cell close, so that a uniform stream along a wall stays as it is, whatever way the wall runs.
 //!
 //! All that leaves a cell goes into the rows of the lattice at one place, the eastern side of the cell, which has no neighbour there. Squares beside
 //! such cells get what passes a side as the sum of its faces. So the update, sources and the balance need not know of them.
 
 mod geometry;
+pub(super) mod shape;
 
 use rayon::prelude::*;
 
@@ -26,9 +27,9 @@ use super::general_faces::{AT_ONCE, Passing, Place, Seen};
 use super::rows::sides;
 use super::state::{Slot, State};
 use super::update::Stage;
-use super::walls::mirrored;
 use super::{EulerianMethods, Scale};
 use crate::math::Vec2;
+use shape::WallAhead;
 
 /// The determinant of what banks leave of a gradient, below which it is not solved for: banks all around.
 const LEAST_KEPT: f64 = 0.2;
@@ -57,6 +58,8 @@ struct Face {
     way: f64,
     reach: f64,
     is_wall: bool,
+    /// How much of each cell it closes where it is a wall: w of (M100).
+    closes: [f64; 2],
     /// The steps of the bed (m) beside its particles.
     steps: [f64; 2],
     /// Level (m) of the lowest ground along the face, as the solver counts; minus infinity where that is not known.
@@ -76,7 +79,7 @@ enum Beyond {
 #[derive(Clone, Debug)]
 struct Cell {
     place: Place,
-    /// What it sees, each with its vector in (M97).
+    /// What it sees, with the vectors of (M97).
     ways: Vec<(Beyond, Vec2)>,
     /// Its faces and which side of them it is.
     faces: Vec<(usize, usize)>,
@@ -115,28 +118,6 @@ impl ConformingFaces {
 
     fn number(&self, place: Place) -> Option<usize> {
         self.cells.binary_search_by_key(&place, |cell| cell.place).ok()
-    }
-
-    /// The places that water reaches from each other in one step: those on the two sides of a face, and of two faces of one cell.
-    pub fn linked(&self) -> Vec<[Place; 2]> {
-        let mut linked = Vec::new();
-        for cell in &self.cells {
-            let beyond = |&(face, which): &(usize, usize)| {
-                let face = &self.faces[face];
-                face.sides[1 - which].filter(|_| !face.is_wall).map(|side| self.cells[side.cell].place)
-            };
-            let mut beside: Vec<Place> = cell.faces.iter().filter_map(beyond).collect();
-            beside.sort_unstable();
-            beside.dedup();
-            for (k, &place) in beside.iter().enumerate() {
-                linked
-                    .extend(beside[..k].iter().chain([&cell.place]).map(|&other| [other.min(place), other.max(place)]));
-            }
-        }
-        linked.retain(|[a, b]| a != b);
-        linked.sort_unstable();
-        linked.dedup();
-        linked
     }
 
     /// The places on the two sides of each face; none where it has only one.
@@ -345,13 +326,14 @@ impl Face {
         });
         let [first, second] = aside;
         if self.is_wall {
-            let towards = |seen: &Seen, sign: f64| sign * Vec2::new(seen.u, seen.v).dot(self.normal);
-            let thrust = |side: Option<(Seen, f64)>, sign: f64| {
-                side.map_or(0.0, |(seen, own)| {
-                    if seen.depth > scale.dry_depth { mirrored(seen.depth, towards(&seen, sign), g) + own } else { 0.0 }
-                })
+            let thrust = |side: Option<(Seen, f64)>, which: usize, normal: Vec2| {
+                let Some((seen, own)) = side.filter(|(seen, _)| seen.depth > scale.dry_depth) else { return 0.0 };
+                let [.., u, v] = self.sides[which].map_or([Vec2::ZERO; 4], |side| around[side.cell].slopes);
+                let wall = WallAhead { normal, away: self.way * self.reach_on(which), closes: self.closes[which] };
+                wall.thrust(seen, [u, v], g) + own
             };
-            return Passing { lost: thrust(first, 1.0), gained: thrust(second, -1.0), ..Passing::default() };
+            let (lost, gained) = (thrust(first, 0, self.normal), thrust(second, 1, self.normal * -1.0));
+            return Passing { lost, gained, ..Passing::default() };
         }
         let (Some((i, own_i)), Some((j, own_j))) = (first, second) else { return Passing::default() };
         let half = |seen: Seen, which: usize| {

@@ -1,5 +1,6 @@
 //! The faces of cells that follow lines, found from their polygons.
 
+use super::shape::Shape;
 use super::{Beyond, Cell, ConformingFaces, Face, Side};
 use crate::boundary::Pieces;
 use crate::lattice::{Conforming, NEIGHBOURS, Side as Of};
@@ -45,6 +46,7 @@ impl ConformingFaces {
             }
         }
         found.find_others();
+        found.find_closing();
         found.count_steps(state);
         found.find_ways(state, walls, passes);
         found.find_slots();
@@ -52,6 +54,28 @@ impl ConformingFaces {
         found.around = vec![super::Around::default(); found.cells.len()];
         found.seen = vec![Seen::default(); found.places.len()];
         found
+    }
+
+    /// The places that water reaches from each other in one step: those on the two sides of a face, and of two faces of one cell.
+    pub fn linked(&self) -> Vec<[Place; 2]> {
+        let mut linked = Vec::new();
+        for cell in &self.cells {
+            let beyond = |&(face, which): &(usize, usize)| {
+                let face = &self.faces[face];
+                face.sides[1 - which].filter(|_| !face.is_wall).map(|side| self.cells[side.cell].place)
+            };
+            let mut beside: Vec<Place> = cell.faces.iter().filter_map(beyond).collect();
+            beside.sort_unstable();
+            beside.dedup();
+            for (k, &place) in beside.iter().enumerate() {
+                linked
+                    .extend(beside[..k].iter().chain([&cell.place]).map(|&other| [other.min(place), other.max(place)]));
+            }
+        }
+        linked.retain(|[a, b]| a != b);
+        linked.sort_unstable();
+        linked.dedup();
+        linked
     }
 
     /// A face of the solver; none between places without terrain.
@@ -87,8 +111,17 @@ impl ConformingFaces {
         };
         let (first, second) = (distance(sides[0], normal), distance(sides[1], normal * -1.0));
         let way = first + second;
-        let face =
-            Face { sides, normal, length: face.length(), way, reach: first / way, is_wall, steps: [0.0; 2], sill };
+        let face = Face {
+            sides,
+            normal,
+            length: face.length(),
+            way,
+            reach: first / way,
+            is_wall,
+            closes: [1.0; 2],
+            steps: [0.0; 2],
+            sill,
+        };
         sides.iter().any(Option::is_some).then_some(face)
     }
 
@@ -99,6 +132,21 @@ impl ConformingFaces {
             let of_side = |&(face, which): &(usize, usize)| faces[face].sides[which].and_then(|side| side.of_square);
             let is_other = |side: &usize| !cell.faces.iter().any(|face| of_side(face) == Some(*side));
             cell.others = (0..4).filter(is_other).collect();
+        }
+    }
+
+    /// Finds how much of their cells walls close.
+    fn find_closing(&mut self) {
+        let ConformingFaces { faces, cells, .. } = self;
+        for cell in cells.iter().filter(|cell| !cell.is_square) {
+            let out = |face: &Face, which: usize| face.normal * if which == 0 { 1.0 } else { -1.0 };
+            let mut shape = Shape::default();
+            for &(face, which) in &cell.faces {
+                shape.add(out(&faces[face], which), faces[face].length, faces[face].is_wall);
+            }
+            for &(face, which) in &cell.faces {
+                faces[face].closes[which] = shape.closes(out(&faces[face], which));
+            }
         }
     }
 
