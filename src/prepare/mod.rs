@@ -13,6 +13,7 @@ mod ground;
 mod inputs;
 mod lagrangian;
 mod levels;
+mod needs;
 mod on_lattice;
 mod outside;
 mod places;

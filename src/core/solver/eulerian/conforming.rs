@@ -29,7 +29,7 @@ use super::state::{Slot, State};
 use super::update::Stage;
 use super::{EulerianMethods, Scale};
 use crate::math::Vec2;
-use shape::WallAhead;
+use shape::thrust;
 
 /// The determinant of what banks leave of a gradient, below which it is not solved for: banks all around.
 const LEAST_KEPT: f64 = 0.2;
@@ -327,10 +327,8 @@ impl Face {
         let [first, second] = aside;
         if self.is_wall {
             let thrust = |side: Option<(Seen, f64)>, which: usize, normal: Vec2| {
-                let Some((seen, own)) = side.filter(|(seen, _)| seen.depth > scale.dry_depth) else { return 0.0 };
-                let [.., u, v] = self.sides[which].map_or([Vec2::ZERO; 4], |side| around[side.cell].slopes);
-                let wall = WallAhead { normal, away: self.way * self.reach_on(which), closes: self.closes[which] };
-                wall.thrust(seen, [u, v], g) + own
+                let wet = side.filter(|(seen, _)| seen.depth > scale.dry_depth);
+                wet.map_or(0.0, |(seen, own)| thrust(seen, normal, self.closes[which], g) + own)
             };
             let (lost, gained) = (thrust(first, 0, self.normal), thrust(second, 1, self.normal * -1.0));
             return Passing { lost, gained, ..Passing::default() };

@@ -4,14 +4,13 @@
 //! between which the cell lies, throws back none; as a mirror it would hold up the whole cell, with d c u for d u²/2:
 //!
 //! ```text
-//! (M100)  T = w T_mirror(u_w) + (1 − w) ½ d |v| (v·n)     w = clamp(2 φ − 1, 0, 1),   φ = (Σ_walls l_k n_k·n) / (½ Σ_faces l_k |n_k·n|)
+//! (M100)  T = w T_mirror + (1 − w) ½ d |v| (v·n)     w = clamp(2 φ − 1, 0, 1),   φ = (Σ_walls l_k n_k·n) / (½ Σ_faces l_k |n_k·n|)
 //!         Δt ≤ CFL Δ/(μ (|v| + c))                        μ = max(1, p/(4 A)),        p = max(Σ_open l_k, 4/3 λ(Σ_faces a_k l_k n_k n_kᵀ))
 //! ```
 //!
 //! with the normal n of the wall away from the cell, lengths and areas in spacings, λ the greater eigenvalue and a_k = 1 for open faces,
-//! ¼ (1 + 3 w_k) for walls. u_w is the velocity towards the wall at the wall: that of the particle as it changes on the way there by (M97), between
-//! its own and 0. A ring of walls within a cell has the drag of a square post, C_D = 2. The step is that of the perimeter where no walls are; walls
-//! count by what they take from the momentum.
+//! ¼ (1 + 3 w_k) for walls. A ring of walls within a cell has the drag of a square post, C_D = 2. The step is that of the perimeter where no walls
+//! are; walls count by what they take from the momentum.
 
 use crate::math::Vec2;
 use crate::solver::eulerian::general_faces::Seen;
@@ -23,28 +22,15 @@ const MARGIN: f64 = 4.0 / 3.0;
 /// What a wall that throws nothing back counts of one that does.
 const OF_DRAG: f64 = 0.25;
 
-/// A wall as a cell sees it.
-pub(super) struct WallAhead {
-    /// The unit normal away from the cell.
-    pub normal: Vec2,
-    /// The distance (m) of the particle from it.
-    pub away: f64,
-    /// w.
-    pub closes: f64,
-}
-
-impl WallAhead {
-    /// The normal momentum that a particle loses to it, beyond the pressure of still water (M100).
-    ///
-    /// - `slopes`: the gradients of both velocities (1/s)
-    pub fn thrust(&self, here: Seen, [u, v]: [Vec2; 2], g: f64) -> f64 {
-        let (n, velocity) = (self.normal, Vec2::new(here.u, here.v));
-        let towards = velocity.dot(n);
-        let there = towards + self.away * (n.x * u.dot(n) + n.y * v.dot(n));
-        let at_wall = there.clamp(towards.min(0.0), towards.max(0.0));
-        let drag = 0.5 * here.depth * velocity.norm() * towards;
-        self.closes * mirrored(here.depth, at_wall, g) + (1.0 - self.closes) * drag
-    }
+/// The normal momentum that a particle loses to a wall, beyond the pressure of still water (M100).
+///
+/// - `normal`: away from the cell
+/// - `closes`: w
+pub(super) fn thrust(here: Seen, normal: Vec2, closes: f64, g: f64) -> f64 {
+    let velocity = Vec2::new(here.u, here.v);
+    let towards = velocity.dot(normal);
+    let drag = 0.5 * here.depth * velocity.norm() * towards;
+    closes * mirrored(here.depth, towards, g) + (1.0 - closes) * drag
 }
 
 /// The faces of a cell: each normal away from it times the length, and whether it is a wall.

@@ -1,0 +1,37 @@
+//! Particles and memory of a run, before anything large is allocated for it.
+
+use super::findings::Findings;
+use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, grid, ground};
+use crate::bed::BedParticles;
+use crate::scenario::Scenario;
+use crate::scenario::methods::Motion;
+use crate::seeding::StillWater;
+use crate::solver::Channel;
+
+/// Particles and memory of a run; refuses more of them than their limits.
+pub(super) fn needs(
+    scenario: &Scenario,
+    (bed, still_water): (&BedParticles, &StillWater),
+    (channels, pixels): (&[Channel], usize),
+    findings: &mut Findings,
+) -> Needs {
+    let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
+    let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
+    let fluid = if scenario.numerics.motion == Motion::Lagrangian { wet_cells } else { 0 };
+    let channel_particles = channels.iter().map(|channel| channel.sections.len()).sum();
+    let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
+    let channel_strips = channels.iter().map(strips).sum();
+    // A strip takes no more than a cell.
+    // The rows of all levels are as long as those of the finest one.
+    let stack = if scenario.levels.is_some() { 2 } else { 1 };
+    let memory = (stack * bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
+        + fluid as f64 * BYTES_PER_FLUID_PARTICLE
+        + pixels as f64 * ground::BYTES_PER_PIXEL;
+    let counts = [bed_particles, fluid, channel_strips];
+    let (spacing, limits) = (bed.lattice.spacing, &scenario.limits);
+    let beyond = grid::check_particles(counts, spacing, limits).or_else(|| grid::check_memory(memory, spacing, limits));
+    if let Some(problem) = beyond {
+        findings.add(&scenario.resolution, problem);
+    }
+    Needs { bed_particles, channel_particles, channel_strips, wet_cells, memory }
+}
