@@ -27,6 +27,8 @@ mod verdict;
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use crate::calendar::utc_now;
 use crate::error::{Error, NumericalFailure, Problem, sort_problems};
@@ -49,6 +51,7 @@ use second_run::SecondRun;
 use seeding::seeding_warnings;
 pub(crate) use stages::flow_problem;
 use stages::recorder_plan;
+use steps::watch_signals;
 pub use summary::RunSummary;
 
 /// What the planner asks of a run beyond the scenario.
@@ -110,12 +113,13 @@ fn run_on_threads(scenario: &Scenario, options: &RunOptions) -> Result<RunSummar
     let mut clock = Clock::start();
     let mut chosen = budget::choose(&part::choose(scenario).map_err(Error::Problems)?)?;
     clock.lap("part of the terrain and resolution");
-    let (mut options, mut told) = (options.clone(), Vec::new());
+    let (mut options, mut reported, signal) = (options.clone(), Vec::new(), watch_signals()?);
     loop {
-        match run_once(&chosen, (&options, &mut told), clock)? {
+        match run_once(&chosen, (&options, &mut reported, &signal), clock)? {
             Outcome::Done(summary) => return Ok(*summary),
-            Outcome::Beyond { wider, clock: so_far } => {
+            Outcome::Beyond { wider, clock: so_far, why } => {
                 clock = so_far;
+                chosen.warnings.push(*why);
                 chosen.scenario.reading.part = Some(wider);
                 // What is in the folder is of this run.
                 options.overwrite = true;
@@ -131,13 +135,15 @@ enum Outcome {
     Beyond {
         wider: Part,
         clock: Clock,
+        /// The warning of it.
+        why: Box<Problem>,
     },
 }
 
-/// Runs a scenario on the part of its terrain, or on all of it; tells the warnings that were not told before.
+/// Runs a scenario on the part of its terrain, or on all of it; reports the warnings that were not reported before.
 fn run_once(
     chosen: &Chosen,
-    (options, told): (&RunOptions, &mut Vec<Problem>),
+    (options, reported, signal): (&RunOptions, &mut Vec<Problem>, &Arc<AtomicUsize>),
     mut clock: Clock,
 ) -> Result<Outcome, Error> {
     let Chosen { scenario, record: choice, warnings: of_choice } = chosen;
@@ -151,17 +157,11 @@ fn run_once(
     let of_levels = settled.records(scenario, &setup.bed);
     clock.lap("inputs, bed and seeding");
     warnings.extend(of_choice.iter().cloned().chain(seeding_warnings(scenario, &setup)));
-    let second = match scenario.outputs.wants_errors().then(|| second_run::run(scenario)) {
-        Some(Err(problem)) => {
-            warnings.push(problem);
-            None
-        }
-        second => second.and_then(Result::ok),
-    };
+    let second = error_estimate(scenario, &mut warnings);
     for problem in &warnings {
-        if !told.contains(problem) {
+        if !reported.contains(problem) {
             eprintln!("{problem}");
-            told.push(problem.clone());
+            reported.push(problem.clone());
         }
     }
 
@@ -183,8 +183,31 @@ fn run_once(
     manifest.terrain_part = part::record(scenario);
     manifest.still_water = still_water_records(&scene.waters, &seeded);
     let plan = recorder_plan(scenario, &scene, bed, pixels);
-    let run = Run { manifest, scenario, folder, scene, warnings, seeded, moving, clock, second, sides };
+    let run = Run {
+        manifest,
+        scenario,
+        folder,
+        scene,
+        warnings,
+        seeded,
+        moving,
+        clock,
+        second,
+        sides,
+        signal: Arc::clone(signal),
+    };
     run.execute(solver, plan, !options.quiet)
+}
+
+/// The second run that estimates errors, where it is wanted; warns where there is none.
+fn error_estimate(scenario: &Scenario, warnings: &mut Vec<Problem>) -> Option<SecondRun> {
+    match scenario.outputs.wants_errors().then(|| second_run::run(scenario))? {
+        Ok(second) => Some(second),
+        Err(problem) => {
+            warnings.push(problem);
+            None
+        }
+    }
 }
 
 /// A problem with the output folder, at the place where the planner wrote the folder.
@@ -212,6 +235,7 @@ struct Run<'a> {
     clock: Clock,
     second: Option<SecondRun>,
     sides: Option<Sides>,
+    signal: Arc<AtomicUsize>,
 }
 
 /// Why the loop of steps ended before its time.
@@ -234,9 +258,11 @@ impl Run<'_> {
     fn execute(mut self, solver: Box<dyn FlowSolver>, plan: RecorderPlan, show: bool) -> Result<Outcome, Error> {
         match self.compute_and_write(solver, plan, show) {
             Ok(ControlFlow::Break(wider)) => {
-                eprintln!("{}", part::told(wider, self.manifest.simulated_s));
+                let why = part::larger(wider, self.manifest.simulated_s);
+                // Where the larger part is refused, this run has failed.
+                let _ = self.manifest.failed(&self.folder, Error::Problems(vec![why.clone()]));
                 self.clock.join_phases("on a smaller part of the terrain");
-                Ok(Outcome::Beyond { wider, clock: self.clock })
+                Ok(Outcome::Beyond { wider, clock: self.clock, why: Box::new(why) })
             }
             Ok(ControlFlow::Continue(computed)) => {
                 self.finish(computed).map(|summary| Outcome::Done(Box::new(summary)))

@@ -6,11 +6,11 @@
 use super::levels::greatest;
 use super::scout::Scout;
 use crate::bed::BedParticles;
-use crate::error::{Problem, ProblemKind};
+use crate::error::{Problem, ProblemKind, Severity};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable};
 use crate::output::PartRecord;
-use crate::prepare::{BLOCK, BYTES_PER_CELL, outline, places_of_water, prepare, rectangle_of_fields};
+use crate::prepare::{BLOCK, outline, places_of_water, prepare, rectangle_of_fields};
 use crate::scenario::methods::Motion;
 use crate::scenario::{Part, Reading, Scenario};
 use crate::solver::FlowSolver;
@@ -21,8 +21,6 @@ const WHOLE: f64 = 4e6;
 const COARSE: f64 = 1e6;
 /// Pixels across a cell of the coarse run.
 const PIXELS: f64 = 2.0;
-/// Halvings of its cells where the scene cannot be put on them.
-const HALVINGS: i32 = 1;
 /// Depth (m) from which a coarse cell counts as reached.
 const REACHED: f64 = 1e-3;
 /// A part reaches beyond the water by this share of its own length.
@@ -39,32 +37,16 @@ const WIDER: f64 = 0.5;
 /// The scenario with the part of its terrain that a run prepares; as it stands where that is all of it.
 ///
 /// # Errors
-/// What is wrong where the scene can be prepared neither whole nor on coarse cells.
+/// What is wrong where the scene can be prepared neither whole nor on coarse cells, and what lies beside all of the terrain.
 pub(super) fn choose(scenario: &Scenario) -> Result<Scenario, Vec<Problem>> {
     let Some(Extent { low, high, spacing }) = extent(scenario) else { return Ok(scenario.clone()) };
-    if let Some(earlier) = &scenario.start.earlier {
-        // The part of that run, as long as its water stays within it.
-        let mut scenario = scenario.clone();
-        let part = rectangle_of_fields(&earlier.fields.value);
-        let [whole_low, whole_high] = [low, high];
-        scenario.reading.part = part.map(|[low, high]| Part { low, high, whole_low, whole_high });
-        return Ok(scenario);
-    }
     let size = high - low;
     let cells = size.x * size.y / (spacing * spacing);
     let doublings = (0.5 * (cells / COARSE).log2()).ceil() as i32;
-    let mut problems = Vec::new();
-    for halved in 0..=HALVINGS {
-        let coarse = spacing * f64::from(doublings - halved).exp2();
-        match look(scenario, coarse) {
-            Ok(places) => return Ok(with_part(scenario, &places, spacing)),
-            Err(found) => problems = found,
-        }
-        let so_far = format!("on cells of {} m, on which all of the terrain is looked at first: ", readable(coarse));
-        problems.iter_mut().for_each(|problem| problem.message.insert_str(0, &so_far));
+    match look(scenario, spacing * f64::from(doublings).exp2())? {
+        Some(places) => Ok(with_part(scenario, &places, spacing)),
+        None => Ok(scenario.clone()),
     }
-    // The scene may need finer cells than that.
-    if cells * BYTES_PER_CELL <= scenario.limits.memory { Ok(scenario.clone()) } else { Err(problems) }
 }
 
 /// A terrain that is too large to be prepared whole.
@@ -95,27 +77,41 @@ struct Places {
     about: [Vec2; 2],
     /// Those of all terrain.
     whole: [Vec2; 2],
+    /// Whether there was a run that showed the water.
+    is_sound: bool,
 }
 
-/// Looks at all of the terrain on cells of a spacing (m).
-fn look(scenario: &Scenario, spacing: f64) -> Result<Places, Vec<Problem>> {
+/// Looks at all of the terrain on cells of a spacing (m); none where there is no lattice of them.
+///
+/// What is wrong with the scene on such cells may be right on finer ones, and is checked on them: there is no run then, and the part is that of
+/// what the scenario names. What lies beside all of the terrain is refused here, since a part does not show it.
+fn look(scenario: &Scenario, spacing: f64) -> Result<Option<Places>, Vec<Problem>> {
     let mut coarse = scenario.with_lengths(spacing, spacing);
     coarse.reading = Reading { part: None, pixel: Some(spacing / PIXELS) };
     coarse.outputs.cell = spacing;
     coarse.outputs.maps_on_terrain = None;
+    coarse.start.earlier = None;
     let prepared = prepare(&coarse);
-    if prepared.has_errors() {
-        return Err(prepared.problems);
-    }
-    let Some(setup) = prepared.setup else { return Err(prepared.problems) };
-    let mut scout = Scout::new(&coarse, &setup.bed);
-    let depths = greatest(&coarse, &setup, &mut scout).depth;
+    let is_sound = !prepared.has_errors() && scenario.start.earlier.is_none();
+    let Some(setup) = prepared.setup else { return Ok(None) };
     let lattice = &setup.scene.lattice;
-    let wet = (0..depths.len()).filter(|&cell| depths[cell] > REACHED).map(|cell| lattice.centre(cell));
-    let places = wet.chain(places_of_water(&coarse, &setup)).map(|place| lattice.to_map(place));
     let whole = [lattice.origin, lattice.origin + lattice.size()];
+    let is_beside = |place: Vec2| {
+        !Part { low: whole[0], high: whole[1], whole_low: whole[0], whole_high: whole[1] }.meets([place; 2])
+    };
+    let beside = |problem: &Problem| problem.severity == Severity::Error && problem.at.is_some_and(is_beside);
+    let beside: Vec<Problem> = prepared.problems.into_iter().filter(beside).collect();
+    if !beside.is_empty() {
+        return Err(beside);
+    }
+    let depths =
+        if is_sound { greatest(&coarse, &setup, &mut Scout::new(&coarse, &setup.bed)).depth } else { Vec::new() };
+    let wet = (0..depths.len()).filter(|&cell| depths[cell] > REACHED).map(|cell| lattice.centre(cell));
+    let named = places_of_water(&coarse, &setup).into_iter().chain(wet).map(|place| lattice.to_map(place));
+    let earlier = scenario.start.earlier.as_ref().and_then(|earlier| rectangle_of_fields(&earlier.fields.value));
+    let places = named.chain(earlier.into_iter().flatten()).filter(|place| !is_beside(*place));
     let about = places.map(|place| [place; 2]).reduce(around).unwrap_or(whole);
-    Ok(Places { spacing, about, whole })
+    Ok(Some(Places { spacing, about, whole, is_sound }))
 }
 
 /// The corners of the rectangle about two.
@@ -128,12 +124,13 @@ fn around([low, high]: [Vec2; 2], [other_low, other_high]: [Vec2; 2]) -> [Vec2; 
 fn with_part(scenario: &Scenario, places: &Places, finest: f64) -> Scenario {
     let [low, high] = places.about;
     let coarsest = scenario.levels.as_ref().map_or(finest, |levels| levels.coarsest.value);
-    let beyond = |length: f64| BEYOND * length + BEYOND_CELLS * places.spacing + 2.0 * NEAR * coarsest;
+    let share = if places.is_sound { BEYOND } else { WIDER };
+    let beyond = |length: f64| share * length + BEYOND_CELLS * places.spacing + 2.0 * NEAR * coarsest;
     let margin = Vec2::new(beyond(high.x - low.x), beyond(high.y - low.y));
     let [whole_low, whole_high] = places.whole;
     let part = Part { low: low - margin, high: high + margin, whole_low, whole_high };
     let mut scenario = scenario.clone();
-    scenario.reading.part = Some(on_cells(part, finest.max(BLOCK as f64 * finest).max(coarsest)));
+    scenario.reading.part = Some(on_cells(part, (BLOCK as f64 * finest).max(coarsest)));
     scenario
 }
 
@@ -171,7 +168,11 @@ impl Sides {
                 let to_side = [place.x, place.y, size.x - place.x, size.y - place.y][side];
                 cut[side] && to_side < NEAR * coarsest
             };
-            near_sides(lattice, NEAR * coarsest).filter(|&cell| is_near(lattice.centre(cell))).collect()
+            let near = near_sides(lattice, NEAR * coarsest).filter(|&cell| is_near(lattice.centre(cell)));
+            let mut cells: Vec<usize> = near.collect();
+            cells.sort_unstable();
+            cells.dedup();
+            cells
         });
         let block = (BLOCK as f64 * lattice.spacing).max(coarsest);
         Some(Sides { part, cells, dry_depth: scenario.numerics.dry_depth, block })
@@ -225,8 +226,8 @@ pub(super) fn record(scenario: &Scenario) -> Option<PartRecord> {
     })
 }
 
-/// What a run says when it begins again on a larger part.
-pub(super) fn told(part: Part, time: f64) -> Problem {
+/// What a run reports when it begins again on a larger part.
+pub(super) fn larger(part: Part, time: f64) -> Problem {
     let size = part.high - part.low;
     let message = format!(
         "after {} s the water came near the edge of the part of the terrain that was prepared; the run begins again on {:.1} km by {:.1} km",
@@ -235,7 +236,7 @@ pub(super) fn told(part: Part, time: f64) -> Problem {
         size.y / 1000.0
     );
     Problem::warning(ProblemKind::Scenario, "larger-part", "terrain", message)
-        .with_cause("the run on coarse cells that goes first showed less water there")
+        .with_cause("neither the run on coarse cells that goes first nor an earlier run had water there")
         .with_remedy("nothing: its results are those of the larger part")
 }
 

@@ -23,7 +23,7 @@ impl Run<'_> {
         recorders: &mut Recorders<'_>,
         progress: &mut Progress,
     ) -> Result<ControlFlow<Part, Option<Early>>, Error> {
-        let signal = watch_signals()?;
+        let signal = Arc::clone(&self.signal);
         let end = self.scenario.end_time;
         let clock = &mut self.clock;
         self.manifest.particles.initial = solver.particles();
@@ -47,7 +47,9 @@ impl Run<'_> {
                 recorders.record(solver, is_frame_due, clock)?;
             }
             recorders.after_step(solver, clock)?;
-            if let Some(wider) = sides.as_ref().and_then(|sides| sides.beyond(solver)) {
+            if received == 0
+                && let Some(wider) = sides.as_ref().and_then(|sides| sides.beyond(solver))
+            {
                 progress.end();
                 self.manifest.simulated_s = solver.time();
                 return Ok(ControlFlow::Break(wider));
@@ -91,7 +93,7 @@ pub(super) fn step_towards(end: f64, solver: &mut dyn FlowSolver) -> StepChoice 
 }
 
 /// A cell that holds the number of SIGHUP, SIGINT or SIGTERM once it came, 0 before.
-fn watch_signals() -> Result<Arc<AtomicUsize>, Error> {
+pub(super) fn watch_signals() -> Result<Arc<AtomicUsize>, Error> {
     let received = Arc::new(AtomicUsize::new(0));
     let hang_up = Some(SIGHUP).filter(|_| is_stopped_by_hang_up());
     for signal in [SIGINT, SIGTERM].into_iter().chain(hang_up) {

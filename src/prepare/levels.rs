@@ -249,7 +249,9 @@ pub fn places_of_water(scenario: &Scenario, setup: &Setup) -> Vec<Vec2> {
     let boundaries = boundaries.filter(|(_, written)| !is_way_out(written)).flat_map(|(open, _)| open.pieces.iter());
     let wet = (0..setup.bed.lattice.len()).filter(|&cell| setup.still_water.depth[cell] > 0.0);
     let wet = wet.map(|cell| setup.bed.lattice.centre(cell));
-    fine.map(|(_, place)| place).chain(boundaries.flatten()).chain(wet).collect()
+    let bodies = scene.waters.iter().flat_map(|water| water.polygon.coords_iter());
+    let corners = bodies.map(|corner| setup.bed.lattice.to_local(Vec2::new(corner.x, corner.y)));
+    fine.map(|(_, place)| place).chain(boundaries.flatten()).chain(wet).chain(corners).collect()
 }
 
 /// Places along a piece, no farther apart than a distance (m).

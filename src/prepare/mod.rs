@@ -261,9 +261,15 @@ pub fn prepare(scenario: &Scenario) -> Prepared {
     let mut problems = findings.into_problems();
     if let Some(part) = scenario.reading.part {
         problems.retain(|problem| !is_beyond(problem, part));
+        problems.iter_mut().filter(|problem| IN_PART.contains(&problem.code)).for_each(|problem| {
+            problem.severity = Severity::Warning;
+        });
     }
     Prepared { problems, inputs: inputs::all(scenario), terrain, setup }
 }
+
+/// Errors of a file as a whole that its features in a part of the terrain do not show: the others may be where they should.
+const IN_PART: [&str; 3] = ["outside-terrain", "crest-below-terrain", "invert-above-terrain"];
 
 /// Whether a warning is of a place on the terrain that is not read: nothing was missed there.
 fn is_beyond(problem: &Problem, part: Part) -> bool {

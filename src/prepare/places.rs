@@ -191,6 +191,8 @@ pub(super) fn open_edges(
     let mut open = OpenEdges { reach: REACH * lattice.spacing, ..OpenEdges::default() };
     for (boundary, pieces) in scenario.open.iter().zip(lines) {
         match (boundary, pieces) {
+            // Where the terrain goes on beyond the part that is read, its side is elsewhere.
+            (OpenBoundary::Side(side), _) if scenario.reading.part.is_some_and(|part| part.is_cut(*side)) => {}
             (OpenBoundary::Side(side), _) => {
                 open_side(&mut open, *side, lattice, bed);
             }

@@ -317,8 +317,8 @@ fn too_fine_a_resolution_is_refused_before_anything_is_allocated() {
         5,
         &[
             "error[memory-limit] resolution (s.yaml:8:13)",
-            "20000000 by 15000000 cells",
-            "need about 120000000.0 GB of memory; the limit is",
+            "cells of 0.00001 m need about",
+            "GB of memory; the limit is",
             "remedy  take a resolution of",
         ],
     );
@@ -332,7 +332,8 @@ fn too_fine_a_resolution_is_refused_before_anything_is_allocated() {
 
 #[test]
 fn a_raster_larger_than_the_memory_is_refused_before_it_is_read() {
-    let scene = Scene::with("dem.asc", "dem.vrt");
+    // Rain falls on all of it.
+    let scene = Scene::with("raster: dem.asc}]}", "raster: dem.vrt}]}\nrain: {rate: 10 mm/h}");
     let geo_transform = "<GeoTransform>1000, 5, 0, 2150, 0, -5</GeoTransform>";
     scene.write(
         "dem.vrt",

@@ -63,6 +63,11 @@ fn scene() -> TempDir {
     folder
 }
 
+/// A side of the part of a run (m).
+fn side(record: &Value, name: &str) -> f64 {
+    record["terrain_part"][name].as_f64().unwrap()
+}
+
 #[track_caller]
 fn run(folder: &TempDir, out: &str) -> (Value, Answer) {
     let answer = floodsim(folder.path(), &["run", "s.yaml", "--out", out, "--quiet"]);
@@ -77,8 +82,7 @@ fn a_run_on_a_part_grows_with_its_water_and_is_that_on_the_same_part_of_the_rast
     let (record, answer) = run(&folder, "part");
     // The slot lets water through that the coarse cells held back.
     assert!(answer.stderr.contains("larger-part"), "{}", answer.stderr);
-    let side = |name: &str| record["terrain_part"][name].as_f64().unwrap();
-    let (west, south, east, north) = (side("west"), side("south"), side("east"), side("north"));
+    let [west, south, east, north] = ["west", "south", "east", "north"].map(|name| side(&record, name));
     println!("part {west} {south} {east} {north}");
     assert!(west > 300.0 && east < 2000.0 && south > 1500.0 && north < 2500.0, "{}", record["terrain_part"]);
     assert!((record["terrain_part"]["terrain_m"][0].as_f64().unwrap() - 4800.0).abs() < 1e-9);
@@ -117,7 +121,7 @@ fn faults_of_a_large_terrain_are_told_of_the_whole_of_it() {
 }
 
 #[test]
-fn a_run_that_goes_on_has_the_part_of_the_earlier_one_and_a_larger_one_where_its_water_asks_for_it() {
+fn a_run_that_goes_on_has_the_part_of_the_earlier_one_and_what_the_scenario_names_beside_it() {
     let folder = scene();
     let text = SCENARIO.replace(", write: [maps, tables]", "");
     let first = text.replace("end: 100 s", "end: 30 s").replace("every: 50 s", "every: 30 s");
@@ -128,14 +132,21 @@ fn a_run_that_goes_on_has_the_part_of_the_earlier_one_and_a_larger_one_where_its
         text.replace("{reservoir: lake.geojson, level: 26 m}", start).replace("end: 100 s", &format!("end: {end}"))
     };
     std::fs::write(folder.path().join("s.yaml"), on("5 s")).unwrap();
-    let (same, answer) = run(&folder, "same");
-    assert_eq!(same["terrain_part"]["size_m"], before["terrain_part"]["size_m"]);
-    assert!(!answer.stderr.contains("larger-part"), "{}", answer.stderr);
+    // An inflow at the edge of the terrain, far from the earlier part, is part of the scene.
+    let line = r#"{"type":"LineString","coordinates":[[0,1992],[0,2010]]}"#;
+    let feature = format!(r#"{{"type":"Feature","properties":{{}},"geometry":{line}}}"#);
+    std::fs::write(folder.path().join("inflow.geojson"), feature).unwrap();
+    let inflow = "boundaries: [{line: inflow.geojson, discharge: 20 m3/s}]\n";
+    std::fs::write(folder.path().join("s.yaml"), on("5 s") + inflow).unwrap();
+    let (with_inflow, _) = run(&folder, "inflow");
+    let entered = with_inflow["volume_m3"]["in"].as_f64().unwrap();
+    assert!((entered - 100.0).abs() < 1.0 && side(&with_inflow, "west") < 1.0, "{entered} m3");
     std::fs::write(folder.path().join("s.yaml"), on("60 s")).unwrap();
-    let (larger, answer) = run(&folder, "larger");
-    assert!(answer.stderr.contains("larger-part"), "{}", answer.stderr);
-    let size = |record: &Value| record["terrain_part"]["size_m"][0].as_f64().unwrap();
-    assert!(size(&larger) > size(&before), "{} {}", size(&larger), size(&before));
+    let (larger, _) = run(&folder, "larger");
+    for (name, sign) in [("west", -1.0), ("south", -1.0), ("east", 1.0), ("north", 1.0)] {
+        let grown = sign * (side(&larger, name) - side(&before, name));
+        assert!(grown >= 0.0 && (grown / PIXEL).fract().abs() < 1e-9, "{name}: {grown}");
+    }
     let volume = |record: &Value, key: &str| record["volume_m3"][key].as_f64().unwrap();
     let share = volume(&larger, "final") / volume(&before, "final") - 1.0;
     assert!(share.abs() < 1e-6, "{share}");

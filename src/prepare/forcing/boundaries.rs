@@ -36,6 +36,14 @@ pub fn on_lattice(
     // Of each boundary that has a line and a condition: its place in the scenario, and what it would open alone.
     let mut placed: Vec<(&Sourced<Written>, Vec<usize>)> = Vec::new();
     for (index, (source, (lines, condition))) in scenario.boundaries.iter().zip(opened).enumerate() {
+        // Where the terrain goes on beyond the part that is read, its side is elsewhere: the boundary keeps its number, and opens nothing.
+        if let (OpenBoundary::Side(side), Some(part)) = (&source.value.place, scenario.reading.part)
+            && part.is_cut(*side)
+        {
+            let nothing = |condition: &Condition| Boundary { pieces: Pieces::default(), condition: condition.clone() };
+            forcing.boundaries.extend(condition.as_ref().map(nothing));
+            continue;
+        }
         let Some(mut pieces) = pieces_of(source, lines.as_ref(), &edges, ground, findings) else { continue };
         if pieces.is_empty() && !edges.is_empty() {
             continue;

@@ -1,5 +1,6 @@
 //! What of the terrain a run reads: all of it, or the part that the water comes to.
 
+use super::Side;
 use crate::math::Vec2;
 
 /// What of the terrain is read; the program sets it before anything is prepared (`pipeline/part.rs`).
@@ -25,6 +26,17 @@ pub struct Part {
 }
 
 impl Part {
+    /// Whether the terrain goes on beyond a side of it.
+    pub fn is_cut(&self, side: Side) -> bool {
+        match side {
+            Side::North => self.high.y < self.whole_high.y,
+            Side::East => self.high.x < self.whole_high.x,
+            Side::South => self.low.y > self.whole_low.y,
+            Side::West => self.low.x > self.whole_low.x,
+            Side::All => false,
+        }
+    }
+
     /// Whether a rectangle (map coordinates, m) has a place in common with it.
     pub fn meets(&self, [low, high]: [Vec2; 2]) -> bool {
         low.x <= self.high.x && low.y <= self.high.y && high.x >= self.low.x && high.y >= self.low.y
