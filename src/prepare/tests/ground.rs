@@ -246,9 +246,11 @@ fn a_building_whose_cells_do_not_hang_together_is_told() {
     for (width, is_told) in [(1.5, true), (6.0, false)] {
         let mut scene = Scene::sound();
         scene.polygon("buildings.geojson", &oblique(width));
-        buildings(&mut scene, BuildingMode::Block);
+        buildings(&mut scene, BuildingMode::Raise { height: Some(3.0), field: None });
         let codes: Vec<&str> = prepare(&scene.scenario).problems.iter().map(|problem| problem.code).collect();
         assert_eq!(codes.contains(&"building-too-narrow"), is_told, "{width} m: {codes:?}");
+        scene.scenario.ground.buildings.as_mut().unwrap().mode = BuildingMode::Block;
+        assert_eq!(prepare(&scene.scenario).problems, [], "cells follow a blocked one however narrow");
         scene.scenario.ground.buildings.as_mut().unwrap().mode = BuildingMode::Roughness(Some(0.2));
         assert_eq!(prepare(&scene.scenario).problems, [], "roughness needs no closed row");
     }
