@@ -217,11 +217,11 @@ impl OutputGrid {
                 }
                 continue;
             }
+            let beds: Vec<Cow<'_, [f64]>> = down.iter().map(|overlap| self.bed_of_row(bed, overlap.index)).collect();
             for (column, across) in self.column_overlaps.iter().enumerate().filter(|(column, _)| has_terrain[*column]) {
                 // The part of the cell without terrain counts as dry.
                 let mut mean = Mean::default();
-                for (overlap, cells) in down.iter().zip(&rows) {
-                    let bed = self.bed_of_row(bed, overlap.index);
+                for ((overlap, cells), bed) in down.iter().zip(&rows).zip(&beds) {
                     for across in across {
                         mean.add(overlap.share * across.share, cells[across.index], bed[across.index]);
                     }
