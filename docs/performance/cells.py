@@ -119,11 +119,11 @@ def figure(table):
         width, height = wide - 70, high - 70
         own = [row for row in table if row["case"] == case]
         best = float(own[0]["cpu_s"])
-        shown = [row for row in own if float(row["depth_error_m"]) > 0.0]
+        shown = [row for row in own[1:] if float(row["depth_error_m"]) > 0.0]
         x_log = [math.log10(float(row["cpu_s"])) for row in own]
         y_log = [math.log10(float(row["depth_error_m"]) / float(row["mean_depth_m"])) for row in shown]
         x_low, x_high = min(x_log) - 0.15, max(x_log) + 0.15
-        y_low, y_high = min(y_log) - 0.15, max(y_log) + 0.15
+        y_low, y_high = min(y_log) - 0.25, max(y_log) + 0.25
         place = lambda x, y: (left + width * (x - x_low) / (x_high - x_low), top + height * (y_high - y) / (y_high - y_low))
         out.append(f'<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#888"/><text x="{left}" y="{top - 6}" font-weight="bold">{case}</text>')
         x, _ = place(math.log10(best), y_low)
@@ -138,8 +138,10 @@ def figure(table):
                 out.append(f'<text x="{left - 4}" y="{y + 4:.1f}" text-anchor="end">{100 * tick:g} %</text>')
         for row, y_value in zip(shown, y_log):
             x, y = place(math.log10(float(row["cpu_s"])), y_value)
-            name = row["finest"] if row["finest"] == row["coarsest"] else f"{row['finest']} to {row['coarsest']}"
-            out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{COLOURS[row["cells"]]}"/><text x="{x + 7:.1f}" y="{y + 3:.1f}" font-size="9">{name}</text>')
+            name = row["finest"] if row["finest"] == row["coarsest"] else f"{row['finest'].split()[0]}–{row['coarsest']}"
+            # Labels of nested cells stand below their points, so that they do not lie on others.
+            y_text = y + {"uniform": -7, "nested": 14, "auto": 3}[row["cells"]]
+            out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{COLOURS[row["cells"]]}"/><text x="{x + (7 if row["cells"] == "auto" else -8):.1f}" y="{y_text:.1f}" font-size="9">{name}</text>')
     out.append(f'<text x="50" y="{rows * high + 42}">across: CPU seconds; up: mean difference of the maximum depth from the reference, over its mean</text></svg>')
     FIGURE.write_text("\n".join(out) + "\n", encoding="utf-8")
 
