@@ -13,9 +13,10 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 # A path as the caller means it.
 absolute() { case $1 in /*) echo "$1" ;; *) echo "$PWD/$1" ;; esac; }
 
-# What goes along beside the program, its manual page and its completions: all pages, without the figures and tables of the studies;
-# the scenarios whose data the project makes itself.
+# What goes along beside the program, its manual page and its completions: all pages, without the figures and tables of the studies
+# but for those that the guide shows; the scenarios whose data the project makes itself.
 files="README.md CHANGELOG.md CONTRIBUTING.md LICENSE-MIT LICENSE-APACHE docs/tutorial data
+    docs/figures/cells.svg docs/performance/cells.csv
     scenarios/demo scenarios/tutorial scenarios/breach scenarios/river_flood scenarios/lake_at_rest scenarios/ritter
     scenarios/malpasset/README.md"
 
