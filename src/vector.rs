@@ -17,7 +17,7 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, transform, vertical_unit,
 };
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 
 /// No coordinate in metres or degrees is larger.
 const FARTHEST: f64 = 1e9;
@@ -58,15 +58,12 @@ pub struct Feature {
 }
 
 impl Feature {
-    /// The corners of the rectangle about it; none without a place.
-    pub fn rectangle(&self) -> Option<[Vec2; 2]> {
+    /// The rectangle about it; none without a place.
+    pub fn rectangle(&self) -> Option<Rectangle> {
         let of_polygons = self.polygons.iter().flat_map(CoordsIter::coords_iter);
         let coordinates = of_polygons.chain(self.lines.iter().flat_map(CoordsIter::coords_iter));
-        let places = coordinates.map(|c| Vec2::new(c.x, c.y)).chain(self.points.iter().map(|(place, _)| *place));
-        places.map(|place| [place; 2]).reduce(|[low, high], [place, _]| {
-            let least = Vec2::new(low.x.min(place.x), low.y.min(place.y));
-            [least, Vec2::new(high.x.max(place.x), high.y.max(place.y))]
-        })
+        let places = coordinates.map(|c| Vec2::new(c.x, c.y));
+        Rectangle::about(places.chain(self.points.iter().map(|(place, _)| *place)))
     }
 
     /// The names of its attributes that hold something, for messages; of a text that begins like a number but is none, the text, too.

@@ -1,4 +1,4 @@
-//! Vectors and symmetric matrices of the plane, numbers as people read them, and how many the processor takes at once.
+//! Vectors, rectangles and symmetric matrices of the plane, numbers as people read them, and how many the processor takes at once.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -50,6 +50,71 @@ impl Vec2 {
     #[inline]
     pub fn perpendicular(self) -> Vec2 {
         Vec2::new(-self.y, self.x)
+    }
+}
+
+/// A rectangle with its sides to the four winds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Its south-western corner (m).
+    pub low: Vec2,
+    /// Its north-eastern corner (m).
+    pub high: Vec2,
+}
+
+impl Rectangle {
+    /// The one that no place lies in.
+    pub const NOWHERE: Rectangle = Rectangle {
+        low: Vec2 { x: f64::INFINITY, y: f64::INFINITY },
+        high: Vec2 { x: f64::NEG_INFINITY, y: f64::NEG_INFINITY },
+    };
+
+    /// The rectangle around places; none of no place.
+    pub fn about(places: impl IntoIterator<Item = Vec2>) -> Option<Rectangle> {
+        places.into_iter().map(|place| Rectangle { low: place, high: place }).reduce(Rectangle::around)
+    }
+
+    /// The rectangle around both.
+    #[must_use]
+    pub fn around(self, other: Rectangle) -> Rectangle {
+        Rectangle {
+            low: Vec2::new(self.low.x.min(other.low.x), self.low.y.min(other.low.y)),
+            high: Vec2::new(self.high.x.max(other.high.x), self.high.y.max(other.high.y)),
+        }
+    }
+
+    /// Width and height (m).
+    pub fn size(self) -> Vec2 {
+        self.high - self.low
+    }
+
+    /// Whether both have a place in common.
+    pub fn meets(self, Rectangle { low, high }: Rectangle) -> bool {
+        low.x <= self.high.x && low.y <= self.high.y && high.x >= self.low.x && high.y >= self.low.y
+    }
+
+    /// Whether a place lies in it, or on a side.
+    pub fn holds(self, place: Vec2) -> bool {
+        self.meets(Rectangle { low: place, high: place })
+    }
+
+    /// The shares of a straight way at which it comes into the rectangle and leaves it; none of one that passes beside it.
+    pub fn share_of(self, [start, end]: [Vec2; 2]) -> Option<(f64, f64)> {
+        let Rectangle { low, high } = self;
+        let along = end - start;
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (place, step, low, high) in [(start.x, along.x, low.x, high.x), (start.y, along.y, low.y, high.y)] {
+            // Along a side it is in between or not, all of it.
+            if step.abs() < f64::MIN_POSITIVE {
+                if place < low || place > high {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((low - place) / step, (high - place) / step);
+            (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+        }
+        (from <= to).then_some((from, to))
     }
 }
 

@@ -98,7 +98,7 @@ impl fmt::Display for PartRecord {
         let size = |[across, up]: [f64; 2]| format!("{:.2} km by {:.2} km", across / 1000.0, up / 1000.0);
         write!(
             f,
-            "{} of {}, where water comes in a run on coarse cells, and some beyond",
+            "{} of {} are prepared: the water of a run on coarse cells, what the scenario names, and a margin",
             size(self.size_m),
             size(self.terrain_m)
         )

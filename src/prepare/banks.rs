@@ -2,7 +2,7 @@
 //!
 //! Between two neighbouring pixels stands a bank where the ground rises by what counts as a step in a cell, and by much more than it does before and
 //! behind. A raster shows a bank askew as stairs. The line is the one that parts the centres of the higher pixels from those of the lower ones
-//! with the widest margin, piece by piece.
+//! with the widest margin, in as many straight pieces as that takes. So no pixel of the bank counts as ground of the channel.
 
 use std::collections::BTreeMap;
 
@@ -14,16 +14,14 @@ use crate::terrain::{PixelGrid, Terrain};
 
 /// A bank rises by so many times what the ground does before and behind it.
 const STEEPER: f64 = 3.0;
-/// Pixels by which the stairs of one straight bank lie off its line.
-const STAIRS: f64 = 0.75;
 /// A bank is so many cells long at least: a shorter one is a rock or a kerb.
 const LEAST_LENGTH: f64 = 4.0;
-/// Directions that are tried to either side for the widest margin.
-const TURNS: i32 = 20;
+/// Thirds by which the search for the widest margin is narrowed: to a millionth of a pixel.
+const THIRDS: usize = 40;
 /// Lines that differ by less than this (sine of the angle) have no corner.
-const CORNER: f64 = 0.1;
+const CORNER: f64 = 0.01;
 /// A corner lies so many pixels from the stairs at most.
-const NEAR: f64 = 3.0;
+const NEAR: f64 = 1.0;
 /// Pixels as wide as cells count, too.
 const AS_WIDE: f64 = 1.01;
 
@@ -174,60 +172,81 @@ struct Straight {
 }
 
 impl Straight {
-    fn nearest(&self, place: Vec2) -> Vec2 {
-        self.place + self.direction * self.direction.dot(place - self.place)
+    /// Where the line passes between the two pixels of a step.
+    fn between(&self, step: &Step) -> Vec2 {
+        let [higher, lower] = [step.higher, step.lower].map(|centre| self.direction.cross(centre - self.place));
+        step.lower + (step.higher - step.lower) * (lower / (lower - higher))
+    }
+
+    /// Where two lines meet; none where they have no corner.
+    fn meeting(&self, other: &Straight) -> Option<Vec2> {
+        let sine = self.direction.cross(other.direction);
+        let share = (other.place - self.place).cross(other.direction) / sine;
+        (sine.abs() >= CORNER).then(|| self.place + self.direction * share)
     }
 }
 
-/// A chain as a line of straight pieces; `pixel` is the longer side of a pixel (m).
+/// A chain as a line of straight pieces that passes between the two pixels of each step; `pixel` is the longer side of a pixel (m).
 fn straightened(chain: &[Step], pixel: f64) -> Vec<Vec2> {
-    let mut parts = Vec::new();
-    part(chain, 0, pixel, &mut parts);
-    let lines: Vec<(Straight, usize)> =
-        parts.iter().map(|&(from, to)| (parting(&chain[from..to], pixel), to)).collect();
-    let Some((first, _)) = lines.first() else { return Vec::new() };
-    let mut points = vec![first.nearest(chain[0].middle())];
-    for pair in lines.windows(2) {
+    let lines = lines(chain, pixel);
+    let joined = lines.windows(2).flat_map(|pair| {
         let [(one, end), (other, _)] = [pair[0], pair[1]];
-        let stairs = (chain[end - 1].middle() + chain[end].middle()) * 0.5;
-        points.push(corner(&one, &other, stairs, pixel));
-    }
-    if let (Some((last, _)), Some(step)) = (lines.last(), chain.last()) {
-        points.push(last.nearest(step.middle()));
-        // A ring closes.
-        if lines.len() > 1 && step.ends[1] == chain[0].ends[0] {
-            let stairs = (step.middle() + chain[0].middle()) * 0.5;
-            let closing = corner(last, first, stairs, pixel);
-            let end = points.len() - 1;
-            (points[0], points[end]) = (closing, closing);
-        }
+        joint((&one, &chain[end - 1]), (&other, &chain[end]), pixel)
+    });
+    let mut points: Vec<Vec2> = joined.collect();
+    let (Some((first, _)), Some((last, _))) = (lines.first(), lines.last()) else { return points };
+    let (begin, end) = (&chain[0], &chain[chain.len() - 1]);
+    if lines.len() > 1 && end.ends[1] == begin.ends[0] {
+        points.extend(joint((last, end), (first, begin), pixel));
+        points.insert(0, points[points.len() - 1]);
+    } else {
+        points.insert(0, first.between(begin));
+        points.push(last.between(end));
     }
     points
 }
 
-/// Divides steps where they leave the line from the first to the last one; `first` is the number of the first of them.
-fn part(steps: &[Step], first: usize, pixel: f64, parts: &mut Vec<(usize, usize)>) {
-    let [from, .., to] = steps else {
-        parts.push((first, first + steps.len()));
-        return;
-    };
-    let way = to.middle() - from.middle();
-    let off = |step: &Step| {
-        let offset = step.middle() - from.middle();
-        if way.norm() > 0.0 { (way.x * offset.y - way.y * offset.x).abs() / way.norm() } else { offset.norm() }
-    };
-    let farthest = (1..steps.len()).max_by(|&a, &b| off(&steps[a]).total_cmp(&off(&steps[b])));
-    match farthest.filter(|&at| off(&steps[at]) > 2.0 * STAIRS * pixel) {
-        Some(at) => {
-            part(&steps[..at], first, pixel, parts);
-            part(&steps[at..], first + at, pixel, parts);
-        }
-        None => parts.push((first, first + steps.len())),
+/// The corner of two lines whose steps follow each other: where they meet, if that is near the stairs; else from one to the other between them.
+fn joint((one, behind): (&Straight, &Step), (other, ahead): (&Straight, &Step), pixel: f64) -> Vec<Vec2> {
+    let stairs = (behind.middle() + ahead.middle()) * 0.5;
+    match one.meeting(other).filter(|meeting| (*meeting - stairs).norm() <= NEAR * pixel) {
+        Some(meeting) => vec![meeting],
+        None => vec![one.between(behind), other.between(ahead)],
     }
 }
 
-/// The line that parts the higher pixels of some steps from the lower ones with the widest margin.
-fn parting(steps: &[Step], pixel: f64) -> Straight {
+/// The longest parts of a chain, one after the other, whose higher pixels a straight line parts from the lower ones: their lines, each with the
+/// number of the step behind its last one.
+fn lines(chain: &[Step], pixel: f64) -> Vec<(Straight, usize)> {
+    let mut lines = Vec::new();
+    let mut first = 0;
+    while first < chain.len() {
+        let is_straight = |count: usize| parting(&chain[first..first + count], pixel).0 > 0.0;
+        let rest = chain.len() - first;
+        // A part of what is straight is straight: so many steps are, and so many are not.
+        let (mut straight, mut bent) = (1, 2);
+        while bent <= rest && is_straight(bent) {
+            (straight, bent) = (bent, 2 * bent);
+        }
+        bent = bent.min(rest + 1);
+        while bent - straight > 1 {
+            let middle = (straight + bent) / 2;
+            if is_straight(middle) {
+                straight = middle;
+            } else {
+                bent = middle;
+            }
+        }
+        lines.push((parting(&chain[first..first + straight], pixel).1, first + straight));
+        first += straight;
+    }
+    lines
+}
+
+/// The line that parts the higher pixels of some steps from the lower ones with the widest margin (m), which is negative where none parts them.
+///
+/// For small turns the margin is that of a least over one set of straight functions less a greatest over another: it has one maximum.
+fn parting(steps: &[Step], pixel: f64) -> (f64, Straight) {
     let count = steps.len() as f64;
     let mean = steps.iter().fold(Vec2::ZERO, |sum, step| sum + step.middle()) * (1.0 / count);
     let way = steps[steps.len() - 1].middle() - steps[0].middle();
@@ -236,41 +255,28 @@ fn parting(steps: &[Step], pixel: f64) -> Straight {
     } else {
         // Of one step alone: square to the way from the lower to the higher pixel, which lies on the left.
         let up = steps[0].higher - steps[0].lower;
-        Vec2::new(up.y, -up.x) * (1.0 / up.norm())
+        up.perpendicular() * (-1.0 / up.norm())
     };
-    let reach = (pixel / way.norm().max(pixel)).min(0.5);
-    let margin = |turn: i32| {
-        let tilt = reach * f64::from(turn) / f64::from(TURNS);
-        let direction = along + Vec2::new(-along.y, along.x) * tilt;
+    let margin = |turn: f64| {
+        let direction = along + along.perpendicular() * turn;
         let direction = direction * (1.0 / direction.norm());
-        let left = Vec2::new(-direction.y, direction.x);
+        let left = direction.perpendicular();
         let height = |place: Vec2| left.dot(place - mean);
         let higher = steps.iter().map(|step| height(step.higher)).fold(f64::INFINITY, f64::min);
         let lower = steps.iter().map(|step| height(step.lower)).fold(f64::NEG_INFINITY, f64::max);
         (higher - lower, Straight { place: mean + left * (0.5 * (higher + lower)), direction })
     };
-    // Of equal margins the one that turns least.
-    let turns = (0..=TURNS).flat_map(|turn| [turn, -turn]).map(margin);
-    let mut widest = margin(0);
-    for tried in turns {
-        if tried.0 > widest.0 {
-            widest = tried;
+    let reach = (pixel / way.norm().max(pixel)).min(0.5);
+    let (mut low, mut high) = (-reach, reach);
+    for _ in 0..THIRDS {
+        let third = (high - low) / 3.0;
+        if margin(low + third).0 < margin(high - third).0 {
+            low += third;
+        } else {
+            high -= third;
         }
     }
-    widest.1
-}
-
-/// Where two straight lines meet near the stairs; between them where they have no corner there.
-fn corner(one: &Straight, other: &Straight, stairs: Vec2, pixel: f64) -> Vec2 {
-    let sine = one.direction.x * other.direction.y - one.direction.y * other.direction.x;
-    let between = (one.nearest(stairs) + other.nearest(stairs)) * 0.5;
-    if sine.abs() < CORNER {
-        return between;
-    }
-    let offset = other.place - one.place;
-    let share = (offset.x * other.direction.y - offset.y * other.direction.x) / sine;
-    let meeting = one.place + one.direction * share;
-    if (meeting - stairs).norm() <= NEAR * pixel { meeting } else { between }
+    margin(0.5 * (low + high))
 }
 
 #[cfg(test)]
@@ -321,6 +327,32 @@ mod tests {
             let corner = Vec2::new(corner.0, corner.1);
             let nearest = lines[0].iter().map(|point| (*point - corner).norm()).fold(f64::INFINITY, f64::min);
             assert!(nearest < 8.0, "{corner:?}: {nearest}, {lines:?}");
+        }
+    }
+
+    #[test]
+    fn a_winding_bank_has_every_pixel_on_its_own_side() {
+        for pixel in [10.0, 4.0, 2.0] {
+            let middle = |x: f64| 200.0 + 60.0 * (x / 60.0).sin();
+            let is_low = |place: Vec2| (place.y - middle(place.x)).abs() < 25.0;
+            let lines = banks(&terrain(pixel, is_low));
+            let (mut wrong, mut near) = (0, 0);
+            let count = (400.0 / pixel) as usize;
+            for cell in 0..count * count {
+                let at = |k: usize| (k as f64 + 0.5) * pixel;
+                let place = Vec2::new(at(cell % count), at(cell / count));
+                if !(20.0..380.0).contains(&place.x) || ((place.y - middle(place.x)).abs() - 25.0).abs() > 2.0 * pixel {
+                    continue;
+                }
+                // From the middle of the channel a way to a pixel of the bank crosses one of the lines, and to its own pixels none;
+                // a little askew, for lines turn between pixels of one column.
+                let from = Vec2::new(place.x + 0.01, middle(place.x));
+                let crossed = lines.iter().flat_map(|line| line.windows(2));
+                let crossed = crossed.filter(|ends| crate::math::segments_cross([from, place], [ends[0], ends[1]]));
+                near += 1;
+                wrong += usize::from((crossed.count() % 2 == 1) == is_low(place));
+            }
+            assert!(wrong == 0 && near > 200, "pixels of {pixel} m: {wrong} of {near} on the wrong side");
         }
     }
 

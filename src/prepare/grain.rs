@@ -2,8 +2,9 @@
 
 use super::findings::Findings;
 use super::ground::layers;
+use crate::math::Rectangle;
 use crate::scenario::Scenario;
-use crate::terrain::{Layer, Rectangle};
+use crate::terrain::Layer;
 
 /// The resolution (m) for which terrain is read before there is one: only rasters of degrees depend on it, and a little.
 const PROVISIONAL: f64 = 1.0;

@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use crate::boundary::{EdgeFace, Pieces};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
-use crate::math::{Vec2, in_bytes, readable};
+use crate::math::{Rectangle, Vec2, in_bytes, readable};
 use crate::prepare::GapReport;
 use crate::scenario::{Limits, Part, Side};
 use crate::solver::OpenEdges;
-use crate::terrain::{Layer, Rectangle, Terrain};
+use crate::terrain::{Layer, Terrain};
 
 /// Memory (bytes) that a cell takes in the whole run, at most: riverbed 32, water and its rates about 200, maps and frames about 150.
 pub const BYTES_PER_CELL: f64 = 400.0;
@@ -21,11 +21,6 @@ pub const BYTES_PER_FLUID_PARTICLE: f64 = 300.0;
 const LEAST_CELLS: f64 = 3.0;
 /// Share of a cell by which sums of map coordinates may miss a whole number of cells.
 const ROUND_OFF: f64 = 1e-6;
-
-/// A part of the terrain as a rectangle.
-pub(super) fn rectangle(part: Option<Part>) -> Option<Rectangle> {
-    part.map(|Part { low, high, .. }| Rectangle { low, high })
-}
 
 /// The lattice that covers the data of a terrain, refused before anything is allocated when it is too large or too coarse.
 ///
@@ -44,8 +39,8 @@ pub(super) fn lattice(
         Layer::Raster(raster) => Some(Vec2::new(raster.west, raster.south())),
         Layer::Survey(_) => None,
     });
-    let anchor = part.map(|part| part.low).or(anchor).unwrap_or(Vec2::ZERO);
-    let Rectangle { low: min, high: max } = rectangle(part).unwrap_or_else(|| terrain.extent());
+    let anchor = part.map(|part| part.own.low).or(anchor).unwrap_or(Vec2::ZERO);
+    let Rectangle { low: min, high: max } = part.map_or_else(|| terrain.extent(), |part| part.own);
     let first = |low: f64, anchor: f64| ((low - anchor) / spacing + ROUND_OFF).floor();
     let last = |high: f64, anchor: f64| ((high - anchor) / spacing - ROUND_OFF).ceil();
     let (west, south) = (first(min.x, anchor.x), first(min.y, anchor.y));

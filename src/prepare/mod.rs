@@ -273,11 +273,7 @@ const IN_PART: [&str; 3] = ["outside-terrain", "crest-below-terrain", "invert-ab
 
 /// Whether a warning is of a place on the terrain that is not read: nothing was missed there.
 fn is_beyond(problem: &Problem, part: Part) -> bool {
-    let Part { whole_low, whole_high, .. } = part;
-    let is_elsewhere = |place: Vec2| {
-        let is_on_terrain = Part { low: whole_low, high: whole_high, ..part }.meets([place; 2]);
-        is_on_terrain && !part.meets([place; 2])
-    };
+    let is_elsewhere = |place: Vec2| part.whole.holds(place) && !part.own.holds(place);
     problem.severity == Severity::Warning && problem.at.is_some_and(is_elsewhere)
 }
 

@@ -4,7 +4,7 @@ use crate::bed::{BedParticles, NINE_CELLS, Surface, is_divided_about};
 use crate::boundary::{Pieces, edge_faces};
 use crate::error::{Problem, ProblemKind, input_error, input_warning};
 use crate::geodata::{Crs, Table, read_text, readable_file};
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 use crate::output::Gauge;
 use crate::prepare::findings::Findings;
 use crate::prepare::grid::{REACH, faces_opened, open_side};
@@ -14,7 +14,6 @@ use crate::prepare::tables::series::names_a_length;
 use crate::scenario::units::LENGTH;
 use crate::scenario::{OpenBoundary, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::solver::OpenEdges;
-use crate::terrain::Rectangle;
 use crate::vector::{self, Feature};
 
 /// What comes of the part of a boundary that lies on no terrain.
@@ -50,7 +49,7 @@ pub(super) fn features_near(
     let mut found = features(source, crs, scenario.reproject, findings)?;
     let Some(part) = scenario.reading.part else { return Some(found) };
     let is_near = |feature: &Feature| match feature.rectangle() {
-        Some(rectangle) => part.meets(rectangle),
+        Some(rectangle) => part.own.meets(rectangle),
         None => true,
     };
     found.retain(is_near);

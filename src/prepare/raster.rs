@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::Findings;
 use crate::error::Problem;
 use crate::geodata::Crs;
-use crate::prepare::grid::rectangle;
 use crate::scenario::{Reading, Scenario, Sourced};
 use crate::terrain::{Placing, Raster, RasterFile, RasterRequest};
 
@@ -61,7 +60,7 @@ pub(super) fn read_in_place(
 ) -> Option<(Raster, Option<Placing>)> {
     let opened = findings.take(file, RasterFile::open(&file.value))?;
     let Reading { part, pixel } = scenario.reading;
-    let request = RasterRequest { part: rectangle(part), pixel, ..request(&file.value, scenario) };
+    let request = RasterRequest { part: part.map(|part| part.own), pixel, ..request(&file.value, scenario) };
     let read = opened.read_in_place(&request, crs?);
     let (raster, placing, warnings) = findings.take(file, read)?;
     findings.add_all(file, warnings);

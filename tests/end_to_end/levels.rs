@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use crate::{Netcdf, floodsim};
+use crate::{Netcdf, floodsim, run_scene};
 
 /// Pixels of 5 m.
 const COLUMNS: usize = 256;
@@ -68,11 +68,7 @@ impl Scene {
     #[track_caller]
     pub(crate) fn run(&self, out: &str, changes: &[&str]) -> serde_json::Value {
         let changes: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
-        let answer =
-            floodsim(self.folder.path(), &[&["run", "s.yaml", "--out", out, "--quiet"][..], &changes].concat());
-        assert_eq!(answer.code, 0, "{}", answer.stderr);
-        let record = std::fs::read_to_string(self.path(out).join("run.json")).unwrap();
-        serde_json::from_str(&record).unwrap()
+        run_scene(self.folder.path(), out, &changes).0
     }
 
     pub(crate) fn maps(&self, out: &str) -> Netcdf {

@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use gdal::vector::LayerAccess;
 use tempfile::TempDir;
 
-use crate::{Netcdf, floodsim};
+use crate::{Netcdf, floodsim, run_scene};
 
 const SIDE: usize = 100;
 const CELL: f64 = 10.0;
-/// Half the width of the channel (m), and how deep it is cut.
-const HALF: f64 = 25.0;
+/// How deep the channel is cut (m).
 const CUT: f64 = 6.0;
 const SLOPE: f64 = 0.002;
 
@@ -26,42 +25,54 @@ time: {end: 25 min}
 outputs: {every: 25 min, sections: section.geojson, gauges: gauges.csv}
 ";
 
-/// A rectangular channel of five cells in a plane that falls along it, at 30 degrees to the lattice. Its water has a normal depth of 1.521 m.
+/// A rectangular channel in a plane that falls along it, at an angle to the lattice. With 3 m²/s its water has a normal depth of 1.521 m.
 struct Scene {
     folder: TempDir,
-}
-
-/// The place so far (m) along the channel and to the left of its middle.
-fn place(along: f64, left: f64) -> (f64, f64) {
-    let (sin, cos) = 30_f64.to_radians().sin_cos();
-    (150.0 + along * cos - left * sin, 200.0 + along * sin + left * cos)
+    /// Angle to the lattice (degrees).
+    degrees: f64,
+    width: f64,
 }
 
 impl Scene {
+    /// Five cells wide, at 30 degrees.
     fn new() -> Scene {
-        let scene = Scene { folder: TempDir::new().unwrap() };
-        let (sin, cos) = 30_f64.to_radians().sin_cos();
+        Scene::askew(30.0, 50.0, 0.0)
+    }
+
+    /// At an angle (degrees), so wide (m), in ground that is rough by so much (m) to either side.
+    fn askew(degrees: f64, width: f64, rough: f64) -> Scene {
+        let scene = Scene { folder: TempDir::new().unwrap(), degrees, width };
+        let half = 0.5 * width;
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let noise = |column: usize, row: usize| rough * (12.9898 * column as f64 + 78.233 * row as f64).sin();
         let elevation = |column: usize, row: usize| {
             let (x, y) = ((column as f64 + 0.5) * CELL - 150.0, ((SIDE - row) as f64 - 0.5) * CELL - 200.0);
             let (along, left) = (x * cos + y * sin, y * cos - x * sin);
-            20.0 - SLOPE * along - if left.abs() < HALF && along > -40.0 { CUT } else { 0.0 }
+            let cut = if left.abs() < half && along > -40.0 { CUT } else { 0.0 };
+            20.0 - SLOPE * along - cut + noise(column, row)
         };
         let rows: Vec<String> = (0..SIDE)
             .map(|row| (0..SIDE).map(|column| format!("{:.4}", elevation(column, row))).collect::<Vec<_>>().join(" "))
             .collect();
         let header = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {CELL}\n");
         scene.write("dem.asc", &(header + &rows.join("\n") + "\n"));
-        scene.write_line("banks.geojson", &[(1200.0, HALF), (-40.0, HALF), (-40.0, -HALF), (1200.0, -HALF)]);
-        scene.write_line("inflow.geojson", &[(0.0, -15.0), (0.0, 15.0)]);
+        scene.write_line("banks.geojson", &[(1200.0, half), (-40.0, half), (-40.0, -half), (1200.0, -half)]);
+        scene.write_line("inflow.geojson", &[(0.0, 10.0 - half), (0.0, half - 10.0)]);
         scene.write_line("section.geojson", &[(450.0, -60.0), (450.0, 60.0)]);
         let gauge = |id: &str, along: f64, left: f64| {
-            let (x, y) = place(along, left);
+            let (x, y) = scene.place(along, left);
             format!("{id},{x},{y}\n")
         };
         let gauges = gauge("middle", 400.0, 0.0) + &gauge("left", 400.0, 21.0) + &gauge("right", 500.0, -21.0);
         scene.write("gauges.csv", &format!("id,x,y\n{gauges}"));
-        scene.write("s.yaml", SCENARIO);
+        scene.write("s.yaml", &SCENARIO.replace("150 m3/s", &format!("{} m3/s", 3.0 * width)));
         scene
+    }
+
+    /// The place so far (m) along the channel and to the left of its middle.
+    fn place(&self, along: f64, left: f64) -> (f64, f64) {
+        let (sin, cos) = self.degrees.to_radians().sin_cos();
+        (150.0 + along * cos - left * sin, 200.0 + along * sin + left * cos)
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -74,7 +85,7 @@ impl Scene {
 
     /// A line through places along and to the left of the channel.
     fn write_line(&self, name: &str, places: &[(f64, f64)]) {
-        let places = places.iter().map(|&(along, left)| place(along, left));
+        let places = places.iter().map(|&(along, left)| self.place(along, left));
         let places: Vec<String> = places.map(|(x, y)| format!("[{x},{y}]")).collect();
         let geometry = format!(r#"{{"type":"LineString","coordinates":[{}]}}"#, places.join(","));
         self.write(name, &format!(r#"{{"type":"Feature","properties":{{"id":"s"}},"geometry":{geometry}}}"#));
@@ -82,10 +93,7 @@ impl Scene {
 
     #[track_caller]
     fn run(&self, out: &str, options: &[&str]) -> serde_json::Value {
-        let answer = floodsim(self.folder.path(), &[&["run", "s.yaml", "--out", out, "--quiet"][..], options].concat());
-        assert_eq!(answer.code, 0, "{}", answer.stderr);
-        let record = std::fs::read_to_string(self.path(out).join("run.json")).unwrap();
-        serde_json::from_str(&record).unwrap()
+        run_scene(self.folder.path(), out, options).0
     }
 
     /// Mean depth (m) of the last frame in the middle of the channel.
@@ -94,10 +102,11 @@ impl Scene {
         let depth = fields.values("depth");
         let frame = &depth[depth.len() - SIDE * SIDE..];
         let at = |along: f64, left: f64| {
-            let (x, y) = place(along, left);
+            let (x, y) = self.place(along, left);
             frame[(SIDE - 1 - (y / CELL) as usize) * SIDE + (x / CELL) as usize]
         };
-        let places = || (0..20).flat_map(|k| [-10.0, 0.0, 10.0].map(|left| (300.0 + 10.0 * f64::from(k), left)));
+        let across = [-0.2, 0.0, 0.2].map(|share| share * self.width);
+        let places = || (0..20).flat_map(|k| across.map(|left| (300.0 + 10.0 * f64::from(k), left)));
         places().map(|(along, left)| at(along, left)).sum::<f64>() / places().count() as f64
     }
 }
@@ -126,10 +135,12 @@ fn a_channel_askew_to_the_lattice_has_its_normal_depth_between_banks_that_cells_
     assert!((peak / 150.0 - 1.0).abs() < 0.01, "{peak} m3/s");
 }
 
+const FOUND: [&str; 4] = ["--set", "terrain.breaklines=[]", "--set", "terrain.follow_banks=true"];
+
 #[test]
 fn banks_that_the_terrain_shows_are_followed_without_a_line_of_the_user() {
     let scene = Scene::new();
-    scene.run("found", &["--set", "terrain.breaklines=[]", "--set", "terrain.follow_banks=true"]);
+    scene.run("found", &FOUND);
     let found = scene.depth("found");
     println!("depth {found:.4} m between banks that the program finds, exact 1.521 m");
     assert!((found / 1.521 - 1.0).abs() < 0.02, "{found} m");
@@ -143,15 +154,25 @@ fn banks_that_the_terrain_shows_are_followed_without_a_line_of_the_user() {
 }
 
 #[test]
+fn banks_are_found_at_any_angle_in_narrow_channels_and_in_rough_ground() {
+    for (degrees, width, rough) in [(10.0, 50.0, 0.0), (20.0, 50.0, 0.1), (25.0, 30.0, 0.0), (40.0, 50.0, 0.05)] {
+        let scene = Scene::askew(degrees, width, rough);
+        scene.run("found", &FOUND);
+        let found = scene.depth("found");
+        println!("depth {found:.4} m at {degrees} degrees, {width} m wide, rough by {rough} m; exact 1.521 m");
+        assert!((found / 1.521 - 1.0).abs() < 0.03, "{found} m at {degrees} degrees");
+    }
+}
+
+#[test]
 fn terrain_without_a_bank_is_told() {
     let scene = Scene::new();
     let header = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {CELL}\n");
     scene.write("dem.asc", &(header + &vec![vec!["14"; SIDE].join(" "); SIDE].join("\n") + "\n"));
-    let settings = ["--set", "terrain.breaklines=[]", "--set", "terrain.follow_banks=true"];
-    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &settings].concat());
+    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &FOUND].concat());
     assert!(answer.stdout.contains("no-banks"), "{}", answer.stdout);
     let moving = ["--set", "numerics.motion=lagrangian"];
-    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &settings, &moving].concat());
+    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &FOUND, &moving].concat());
     assert!(answer.code == 3 && answer.stdout.contains("Lagrangian particles follow no lines"), "{}", answer.stdout);
 }
 

@@ -56,6 +56,15 @@ fn floodsim(folder: &Path, arguments: &[&str]) -> Answer {
     }
 }
 
+/// Runs `s.yaml` in a folder into `out`; returns `run.json` and what the program said.
+#[track_caller]
+fn run_scene(folder: &Path, out: &str, options: &[&str]) -> (serde_json::Value, Answer) {
+    let answer = floodsim(folder, &[&["run", "s.yaml", "--out", out, "--quiet"][..], options].concat());
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let record = std::fs::read_to_string(folder.join(out).join("run.json")).unwrap();
+    (serde_json::from_str(&record).unwrap(), answer)
+}
+
 /// Asserts that the check of `s.yaml` ends with this exit code and says all these texts, and that each error has a remedy.
 #[track_caller]
 fn assert_check(folder: &Path, code: i32, expected: &[&str]) {

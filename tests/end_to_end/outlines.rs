@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use crate::{Netcdf, floodsim};
+use crate::{Netcdf, floodsim, run_scene};
 
 /// A ring of places (m).
 type Ring = Vec<(f64, f64)>;
@@ -99,10 +99,7 @@ impl Scene {
 
     #[track_caller]
     fn run(&self, out: &str, options: &[&str]) -> serde_json::Value {
-        let answer = floodsim(self.folder.path(), &[&["run", "s.yaml", "--out", out, "--quiet"][..], options].concat());
-        assert_eq!(answer.code, 0, "{}", answer.stderr);
-        let record = std::fs::read_to_string(self.path(out).join("run.json")).unwrap();
-        serde_json::from_str(&record).unwrap()
+        run_scene(self.folder.path(), out, options).0
     }
 
     /// A quantity of the last frame by row from the south and column.

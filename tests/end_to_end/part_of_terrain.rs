@@ -7,7 +7,7 @@ use gdal::raster::Buffer;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::{Answer, Netcdf, floodsim};
+use crate::{Netcdf, floodsim, run_scene};
 
 /// Pixels of 2 m, so many that the terrain is not prepared whole.
 const COLUMNS: usize = 2400;
@@ -68,18 +68,10 @@ fn side(record: &Value, name: &str) -> f64 {
     record["terrain_part"][name].as_f64().unwrap()
 }
 
-#[track_caller]
-fn run(folder: &TempDir, out: &str) -> (Value, Answer) {
-    let answer = floodsim(folder.path(), &["run", "s.yaml", "--out", out, "--quiet"]);
-    assert_eq!(answer.code, 0, "{}", answer.stderr);
-    let record = std::fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
-    (serde_json::from_str(&record).unwrap(), answer)
-}
-
 #[test]
 fn a_run_on_a_part_grows_with_its_water_and_is_that_on_the_same_part_of_the_raster() {
     let folder = scene();
-    let (record, answer) = run(&folder, "part");
+    let (record, answer) = run_scene(folder.path(), "part", &[]);
     // The slot lets water through that the coarse cells held back.
     assert!(answer.stderr.contains("larger-part"), "{}", answer.stderr);
     let [west, south, east, north] = ["west", "south", "east", "north"].map(|name| side(&record, name));
@@ -93,7 +85,7 @@ fn a_run_on_a_part_grows_with_its_water_and_is_that_on_the_same_part_of_the_rast
     write_raster(&folder.path().join("dem.tif"), (west, north), (count(west, east), count(south, north)));
     std::fs::write(folder.path().join("s.yaml"), SCENARIO.replace("structures: {walls: [{lines: far.geojson}]}\n", ""))
         .unwrap();
-    let (whole, answer) = run(&folder, "whole");
+    let (whole, answer) = run_scene(folder.path(), "whole", &[]);
     assert!(whole.get("terrain_part").is_none() && !answer.stderr.contains("larger-part"), "{}", answer.stderr);
     let [part, whole] = ["part", "whole"].map(|out| Netcdf::read(&folder.path().join(out).join("maps.nc")));
     for name in ["x", "y", "max_depth", "max_speed", "arrival_time"] {
@@ -126,7 +118,7 @@ fn a_run_that_goes_on_has_the_part_of_the_earlier_one_and_what_the_scenario_name
     let text = SCENARIO.replace(", write: [maps, tables]", "");
     let first = text.replace("end: 100 s", "end: 30 s").replace("every: 50 s", "every: 30 s");
     std::fs::write(folder.path().join("s.yaml"), first).unwrap();
-    let (before, _) = run(&folder, "before");
+    let (before, _) = run_scene(folder.path(), "before", &[]);
     let on = |end: &str| {
         let start = "{fields: before/fields.nc}";
         text.replace("{reservoir: lake.geojson, level: 26 m}", start).replace("end: 100 s", &format!("end: {end}"))
@@ -138,11 +130,11 @@ fn a_run_that_goes_on_has_the_part_of_the_earlier_one_and_what_the_scenario_name
     std::fs::write(folder.path().join("inflow.geojson"), feature).unwrap();
     let inflow = "boundaries: [{line: inflow.geojson, discharge: 20 m3/s}]\n";
     std::fs::write(folder.path().join("s.yaml"), on("5 s") + inflow).unwrap();
-    let (with_inflow, _) = run(&folder, "inflow");
+    let (with_inflow, _) = run_scene(folder.path(), "inflow", &[]);
     let entered = with_inflow["volume_m3"]["in"].as_f64().unwrap();
     assert!((entered - 100.0).abs() < 1.0 && side(&with_inflow, "west") < 1.0, "{entered} m3");
     std::fs::write(folder.path().join("s.yaml"), on("60 s")).unwrap();
-    let (larger, _) = run(&folder, "larger");
+    let (larger, _) = run_scene(folder.path(), "larger", &[]);
     for (name, sign) in [("west", -1.0), ("south", -1.0), ("east", 1.0), ("north", 1.0)] {
         let grown = sign * (side(&larger, name) - side(&before, name));
         assert!(grown >= 0.0 && (grown / PIXEL).fract().abs() < 1e-9, "{name}: {grown}");

@@ -20,8 +20,8 @@ use rayon::prelude::*;
 
 use super::{BedParticles, Surface};
 use crate::lattice::{Lattice, Level, NEIGHBOURS};
-use crate::math::Vec2;
-use crate::terrain::{Rectangle, Terrain};
+use crate::math::{Rectangle, Vec2};
+use crate::terrain::Terrain;
 
 /// Edges that lie so near to a line of the lattice or to the middles of its cells (in cells) lie on it: the round-off of map coordinates.
 const ON_A_LINE: f64 = 1e-6;

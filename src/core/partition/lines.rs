@@ -3,7 +3,7 @@
 use super::segment::Segment;
 use super::window::{Square, Window, square_of};
 use super::{Line, LineKind, TOLERANCE};
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 
 /// How much (spacings) a square is widened where segments are sorted into squares.
 const SLACK: f64 = 1e-6;
@@ -183,7 +183,8 @@ pub fn bounds(places: &[Vec2]) -> (Vec2, Vec2) {
 
 /// Calls for the index of each square that a segment touches, and of some beside it.
 fn squares_along(segment: &Segment, window: &Window, mut call: impl FnMut(usize)) {
-    let Some((from, to)) = share_within(segment, window.corners()) else { return };
+    let [low, high] = window.corners();
+    let Some((from, to)) = (Rectangle { low, high }).share_of(segment.ends) else { return };
     let (start, along) = (segment.ends[0], segment.along());
     let pieces = ((to - from) * along.norm() / STRIDE).ceil().max(1.0);
     let slack = Vec2::new(SLACK, SLACK);
@@ -192,21 +193,4 @@ fn squares_along(segment: &Segment, window: &Window, mut call: impl FnMut(usize)
         let (low, high) = bounds(&[at(piece), at(piece + 1)]);
         window.squares(low - slack, high + slack).filter_map(|square| window.index(square)).for_each(&mut call);
     }
-}
-
-/// The share of a segment that lies in a box, as the shares of the way where it begins and ends.
-fn share_within(segment: &Segment, [low, high]: [Vec2; 2]) -> Option<(f64, f64)> {
-    let (start, along) = (segment.ends[0], segment.along());
-    let (mut from, mut to) = (0.0_f64, 1.0_f64);
-    for (place, step, low, high) in [(start.x, along.x, low.x, high.x), (start.y, along.y, low.y, high.y)] {
-        if step.abs() < f64::MIN_POSITIVE {
-            if place < low || place > high {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = ((low - place) / step, (high - place) / step);
-        (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
-    }
-    (from <= to).then_some((from, to))
 }

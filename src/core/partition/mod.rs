@@ -64,7 +64,6 @@ mod tests;
 pub use crate::lattice::{Cell, Face, Side};
 use crate::lattice::{Conforming, Lattice};
 use crate::math::Vec2;
-pub use lines::bounds;
 
 /// Places nearer to each other than this (spacings) are one.
 const TOLERANCE: f64 = 1e-9;

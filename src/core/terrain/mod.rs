@@ -10,7 +10,7 @@ pub use pixels::{PixelBlock, PixelGrid};
 pub use raster::Raster;
 pub use survey::{PointInterpolation, Survey, SurveyPoint};
 
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 
 /// Cells of a raster larger than a spacing by less than this fraction are of that spacing.
 const SPACING_ROUNDING: f64 = 1e-6;
@@ -49,32 +49,6 @@ impl Layer {
         match self {
             Layer::Raster(raster) => raster.data_extent(),
             Layer::Survey(survey) => Some(survey.extent()),
-        }
-    }
-}
-
-/// A rectangle on the map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rectangle {
-    /// Its south-western corner (map coordinates, m).
-    pub low: Vec2,
-    /// Its north-eastern corner.
-    pub high: Vec2,
-}
-
-impl Rectangle {
-    /// The one that no place lies in.
-    const NOWHERE: Rectangle = Rectangle {
-        low: Vec2 { x: f64::INFINITY, y: f64::INFINITY },
-        high: Vec2 { x: f64::NEG_INFINITY, y: f64::NEG_INFINITY },
-    };
-
-    /// The rectangle around both.
-    #[must_use]
-    pub fn around(self, other: Rectangle) -> Rectangle {
-        Rectangle {
-            low: Vec2::new(self.low.x.min(other.low.x), self.low.y.min(other.low.y)),
-            high: Vec2::new(self.high.x.max(other.high.x), self.high.y.max(other.high.y)),
         }
     }
 }

@@ -6,8 +6,8 @@
 //! The rectangle is no smaller than a cell of the raster: where a lattice is finer than the terrain, the mean over it is the bilinear
 //! elevation at its middle.
 
-use super::{Layer, Overlay, Raster, Rectangle, SPACING_ROUNDING, Survey, Terrain};
-use crate::math::Vec2;
+use super::{Layer, Overlay, Raster, SPACING_ROUNDING, Survey, Terrain};
+use crate::math::{Rectangle, Vec2};
 
 /// Sides of rectangles that miss a side of raster cells by less than this share of a cell lie on it: the round-off of map coordinates.
 const ON_A_SIDE: f64 = 1e-6;

@@ -1,7 +1,6 @@
 //! A georeferenced raster in memory, row 0 in the north, NaN where there is no data.
 
-use super::Rectangle;
-use crate::math::{Vec2, minmod};
+use crate::math::{Rectangle, Vec2, minmod};
 
 /// A north-up raster.
 #[derive(Clone, Debug, PartialEq)]

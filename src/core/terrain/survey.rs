@@ -17,8 +17,7 @@ use geo::{BoundingRect, Contains, MultiPolygon};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use spade::{DelaunayTriangulation, FloatTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
 
-use super::Rectangle;
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 
 /// Interpolation between survey points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -269,19 +269,22 @@ fn gauge_layer<'a>(gauges: &[Gauge], recording: &Recording) -> GdalResult<Layer<
     Ok(Layer { name: "gauges", geometry: OGRwkbGeometryType::wkbPoint, columns, features })
 }
 
+/// A line through places.
+fn line(places: &[Vec2]) -> GdalResult<Geometry> {
+    let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
+    places.iter().for_each(|place| line.add_point_2d((place.x, place.y)));
+    Ok(line)
+}
+
 /// The cross-sections with all results.
 fn section_layer<'a>(sections: &[Section], results: &[SectionResult]) -> GdalResult<Layer<'a>> {
     let mut columns = text_columns(&["id"]);
     columns.extend(number_columns(&["arrival_s", "peak_discharge_m3_s", "time_of_peak_s", "volume_m3"]));
     let feature = |(section, result): (&Section, &SectionResult)| {
-        let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
-        for place in &section.line {
-            line.add_point_2d((place.x, place.y));
-        }
         let mut values = vec![Value::Text(section.id.clone())];
         let numbers = [result.arrival, Some(result.peak_discharge), result.time_of_peak, Some(result.volume)];
         values.extend(numbers.map(Value::Number));
-        Ok((Some(line), values))
+        Ok((Some(line(&section.line)?), values))
     };
     let features = sections.iter().zip(results).map(feature).collect::<GdalResult<_>>()?;
     Ok(Layer { name: "sections", geometry: OGRwkbGeometryType::wkbLineString, columns, features })
@@ -291,13 +294,9 @@ fn section_layer<'a>(sections: &[Section], results: &[SectionResult]) -> GdalRes
 fn ridge_layer<'a>(ridges: &[Ridge]) -> GdalResult<Layer<'a>> {
     let columns = number_columns(&["sill_m", "rise_m", "bed_left_m", "bed_right_m", "open_share", "crest_m"]);
     let feature = |ridge: &Ridge| {
-        let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
-        for place in ridge.line {
-            line.add_point_2d((place.x, place.y));
-        }
         let [left, right] = ridge.beds.map(Some);
         let numbers = [ridge.sill, ridge.rise(), left, right, Some(ridge.open), ridge.crest];
-        Ok((Some(line), numbers.map(Value::Number).into()))
+        Ok((Some(line(&ridge.line)?), numbers.map(Value::Number).into()))
     };
     let features = ridges.iter().map(feature).collect::<GdalResult<_>>()?;
     Ok(Layer { name: "ridges", geometry: OGRwkbGeometryType::wkbLineString, columns, features })
@@ -306,12 +305,8 @@ fn ridge_layer<'a>(ridges: &[Ridge]) -> GdalResult<Layer<'a>> {
 /// The steep banks of the terrain that cells follow.
 fn bank_layer<'a>(banks: &[Vec<Vec2>]) -> GdalResult<Layer<'a>> {
     let feature = |bank: &Vec<Vec2>| {
-        let mut line = Geometry::empty(OGRwkbGeometryType::wkbLineString)?;
-        for place in bank {
-            line.add_point_2d((place.x, place.y));
-        }
         let length = bank.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
-        Ok((Some(line), vec![Value::Number(Some(length))]))
+        Ok((Some(line(bank)?), vec![Value::Number(Some(length))]))
     };
     let features = banks.iter().map(feature).collect::<GdalResult<_>>()?;
     let columns = number_columns(&["length_m"]);

@@ -2,8 +2,8 @@
 
 use crate::bed::BedParticles;
 use crate::error::input_warning;
-use crate::math::Vec2;
-use crate::partition::{Line, bounds};
+use crate::math::{Rectangle, Vec2};
+use crate::partition::Line;
 use crate::prepare::findings::Findings;
 use crate::scenario::Scenario;
 
@@ -18,7 +18,7 @@ pub fn report(
     let lattice = &bed.lattice;
     let is_lost = |outline: &&Vec<Line>| {
         let Some(ring) = outline.first() else { return false };
-        let (low, high) = bounds(&ring.points);
+        let Some(Rectangle { low, high }) = Rectangle::about(ring.points.iter().copied()) else { return false };
         let square = |place: f64, count: usize| ((place / lattice.spacing).max(0.0) as usize).min(count);
         let rows = square(low.y, lattice.rows)..(square(high.y, lattice.rows) + 1).min(lattice.rows);
         let columns = square(low.x, lattice.columns)..(square(high.x, lattice.columns) + 1).min(lattice.columns);

@@ -8,14 +8,13 @@ use crate::geodata::{
     transform, vertical_datum,
 };
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 use crate::prepare::findings::Findings;
-use crate::prepare::grid::rectangle;
 use crate::prepare::polygons::cells_inside;
 use crate::prepare::water;
 use crate::scenario::{CrsChoice, LayerMode, Scenario, Sourced, TerrainLayer, VectorSource};
 use crate::terrain::{
-    Layer, Overlay, Raster, RasterFile, RasterRequest, Rectangle, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
+    Layer, Overlay, Raster, RasterFile, RasterRequest, Survey, SurveyFile, SurveyPoint, Terrain, read_survey,
 };
 
 /// A terrain file that is open, with its place in the scenario.
@@ -276,7 +275,7 @@ fn read_raster(
         reproject: scenario.reproject,
         resolution: scenario.resolution.value,
         memory: scenario.limits.memory,
-        part: rectangle(scenario.reading.part),
+        part: scenario.reading.part.map(|part| part.own),
         pixel: scenario.reading.pixel,
     };
     let (mut raster, warnings) = findings.take(source, file.read(&request, run))?;

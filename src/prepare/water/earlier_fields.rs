@@ -6,7 +6,7 @@ use crate::bed::BedParticles;
 use crate::error::{Problem, input_error};
 use crate::geodata::{readable_file, same_horizontal, spatial_ref};
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 use crate::output::OutputCrs;
 use crate::scenario::EarlierRun;
 
@@ -84,12 +84,12 @@ impl Laid {
 }
 
 /// The rectangle (map coordinates, m) about the cells of a file of fields; none where it has no cells.
-pub fn rectangle(path: &Path) -> Option<[Vec2; 2]> {
+pub fn rectangle(path: &Path) -> Option<Rectangle> {
     let file = open_fields(path).ok()?;
     let (x, y) = (axis(&file, "x", path).ok()?, axis(&file, "y", path).ok()?);
     let half = 0.5 * (x.get(1)? - x[0]);
-    let corner = |x: f64, y: f64, side: f64| Vec2::new(x + side * half, y + side * half);
-    Some([corner(x[0], *y.last()?, -1.0), corner(*x.last()?, y[0], 1.0)])
+    let half = Vec2::new(half, half);
+    Some(Rectangle { low: Vec2::new(x[0], *y.last()?) - half, high: Vec2::new(*x.last()?, y[0]) + half })
 }
 
 /// Lays the cells of a file on the lattice.

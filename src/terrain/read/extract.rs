@@ -1,13 +1,15 @@
 //! What of a raster is read: some of its cells, as they stand or several as one.
 
+use std::path::Path;
+
 use gdal::GeoTransform;
 use gdal::errors::Result as GdalResult;
 use gdal::raster::{Buffer, GdalType, RasterBand, ResampleAlg};
+use gdal::spatial_ref::SpatialRef;
 
-use super::{RasterFile, RasterRequest};
+use super::{Placing, RasterFile, RasterRequest};
 use crate::geodata::{Crs, transform};
-use crate::math::Vec2;
-use crate::terrain::Rectangle;
+use crate::math::{Rectangle, Vec2};
 
 /// Cells that are read beyond a part of the map: slopes and interpolation look as far.
 const MARGIN: f64 = 4.0;
@@ -50,6 +52,14 @@ impl Extract {
 }
 
 impl RasterFile {
+    /// The systems of the run and of the file, where both have one.
+    pub(super) fn systems(&self, run_crs: &Crs) -> Option<(SpatialRef, SpatialRef)> {
+        match (run_crs, &self.crs) {
+            (Crs::Projected(run), Some(own)) => Some((run.clone(), own.clone())),
+            _ => None,
+        }
+    }
+
     /// What of the file a request asks for. Of a part beside it one cell is read.
     pub(super) fn extract(&self, request: &RasterRequest, run_crs: &Crs) -> Extract {
         let whole = self.dataset.raster_size();
@@ -71,50 +81,35 @@ impl RasterFile {
     }
 
     /// Columns and rows, from and to, of a part of the map; none where its place in the file is not known.
-    fn cells_of(&self, Rectangle { low, high }: Rectangle, run_crs: &Crs) -> Option<[(f64, f64); 2]> {
-        let along = |k: usize| k as f64 / PLACES as f64;
-        let mut places: Vec<Vec2> = (0..=PLACES)
-            .flat_map(|k| {
-                let (x, y) = (low.x + along(k) * (high.x - low.x), low.y + along(k) * (high.y - low.y));
-                [Vec2::new(x, low.y), Vec2::new(x, high.y), Vec2::new(low.x, y), Vec2::new(high.x, y)]
-            })
-            .collect();
-        if let (Crs::Projected(run), Some(own)) = (run_crs, &self.crs) {
-            transform(&mut places, run, own).ok()?;
-        }
-        let [x, a, b, y, d, e] = self.geo_transform;
-        let determinant = a * e - b * d;
-        let of = |place: &Vec2| {
-            let (east, north) = (place.x - x, place.y - y);
-            ((e * east - b * north) / determinant, (a * north - d * east) / determinant)
-        };
-        let around = |values: &dyn Fn(&Vec2) -> f64| {
-            let each = || places.iter().map(values);
-            (each().fold(f64::INFINITY, f64::min), each().fold(f64::NEG_INFINITY, f64::max))
-        };
-        Some([around(&|place| of(place).0), around(&|place| of(place).1)])
+    fn cells_of(&self, part: Rectangle, run_crs: &Crs) -> Option<[(f64, f64); 2]> {
+        let mut places = along_sides(part);
+        let placing = Placing { systems: self.systems(run_crs), geo_transform: self.geo_transform };
+        placing.apply(&mut places, Path::new("")).ok()?;
+        // Rows count downwards.
+        let Rectangle { low, high } = Rectangle::about(places)?;
+        Some([(low.x, high.x), (-high.y, -low.y)])
     }
 
     /// The rectangle about the file in the coordinates of the run; none where its place there is not known.
     pub fn rectangle(&self, run_crs: &Crs) -> Option<Rectangle> {
         let (columns, rows) = self.dataset.raster_size();
         let [x, a, b, y, d, e] = self.geo_transform;
-        let at = |c: f64, r: f64| Vec2::new(x + a * c + b * r, y + d * c + e * r);
-        let (columns, rows) = (columns as f64, rows as f64);
-        let mut places: Vec<Vec2> = (0..=PLACES)
-            .flat_map(|k| {
-                let share = k as f64 / PLACES as f64;
-                [at(share * columns, 0.0), at(share * columns, rows), at(0.0, share * rows), at(columns, share * rows)]
-            })
-            .collect();
-        if let (Crs::Projected(run), Some(own)) = (run_crs, &self.crs) {
-            transform(&mut places, own, run).ok()?;
+        let cells = Rectangle { low: Vec2::ZERO, high: Vec2::new(columns as f64, rows as f64) };
+        let on_map = |Vec2 { x: c, y: r }: Vec2| Vec2::new(x + a * c + b * r, y + d * c + e * r);
+        let mut places: Vec<Vec2> = along_sides(cells).into_iter().map(on_map).collect();
+        if let Some((run, own)) = self.systems(run_crs) {
+            transform(&mut places, &own, &run).ok()?;
         }
-        let all = places.iter().copied();
-        let low = all.clone().reduce(|p, q| Vec2::new(p.x.min(q.x), p.y.min(q.y)))?;
-        let high = all.reduce(|p, q| Vec2::new(p.x.max(q.x), p.y.max(q.y)))?;
-        Some(Rectangle { low, high })
+        Rectangle::about(places)
     }
+}
+
+/// Places along the sides of a rectangle.
+fn along_sides(Rectangle { low, high }: Rectangle) -> Vec<Vec2> {
+    let place = |k: usize| low + (high - low) * (k as f64 / PLACES as f64);
+    let of_sides =
+        |at: Vec2| [Vec2::new(at.x, low.y), Vec2::new(at.x, high.y), Vec2::new(low.x, at.y), Vec2::new(high.x, at.y)];
+    (0..=PLACES).map(place).flat_map(of_sides).collect()
 }
 
 #[cfg(test)]

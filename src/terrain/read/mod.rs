@@ -13,7 +13,7 @@ use gdal::raster::{GdalDataType, ResampleAlg};
 use gdal::spatial_ref::{AxisMappingStrategy, SpatialRef};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, GeoTransform, Metadata};
 
-use super::{Raster, Rectangle};
+use super::Raster;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::cf_axes::{self, gdal_name, raster_variables, split_variable};
 use crate::geodata::cf_valid::{Bounds, bounds_of};
@@ -21,7 +21,7 @@ use crate::geodata::{
     Crs, CrsProblem, capture, describe, is_metric, readable_file, same_horizontal, spatial_ref, suggested_utm,
     transform,
 };
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 use dataset::{Closing, keep_cache_small};
 use extract::Extract;
 pub use heights::PLAUSIBLE_ELEVATION;
@@ -286,11 +286,7 @@ impl RasterFile {
         if !self.needs_warp(request, run_crs)? {
             return Ok(None);
         }
-        let systems = match (run_crs, &self.crs) {
-            (Crs::Projected(run), Some(own)) => Some((run.clone(), own.clone())),
-            _ => None,
-        };
-        Ok(Some(Placing { systems, geo_transform: extract.geo_transform(self.geo_transform) }))
+        Ok(Some(Placing { systems: self.systems(run_crs), geo_transform: extract.geo_transform(self.geo_transform) }))
     }
 
     /// A band as it stands.

@@ -5,8 +5,8 @@ use gdal::{DriverManager, GeoTransform};
 use super::{Extract, RasterFile, RasterRequest, because};
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::geodata::{Crs, capture, warp_to_memory};
-use crate::math::in_bytes;
-use crate::terrain::{Raster, Rectangle};
+use crate::math::{Rectangle, in_bytes};
+use crate::terrain::Raster;
 
 impl RasterFile {
     /// Warps read values to a north-up grid in the CRS of the run, with square cells that fit the resolution.

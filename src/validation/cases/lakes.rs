@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
 use crate::scenario::methods::{BedMethod, Motion};
 use crate::solver::FlowProblem;
-use crate::terrain::{Layer, RasterFile, RasterRequest, Rectangle, Terrain};
+use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
 use crate::validation::case::{AcceptanceLimit, Case, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
