@@ -22,8 +22,8 @@ pub(super) mod shape;
 
 use rayon::prelude::*;
 
-use super::faces::{EAST, Half, Numbers, Sill, over_sill, single};
-use super::general_faces::{AT_ONCE, Passing, Place, Seen};
+use super::faces::{EAST, Half};
+use super::general_faces::{AT_ONCE, Meeting, Passing, Place, Seen, pass};
 use super::rows::sides;
 use super::state::{Slot, State};
 use super::update::Stage;
@@ -158,8 +158,11 @@ impl ConformingFaces {
     pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods) {
         let ConformingFaces { faces, passing, around, seen, .. } = self;
         let known = (&seen[..], &around[..]);
-        let found = passing.par_iter_mut().with_min_len(AT_ONCE).zip(faces.par_iter());
-        found.for_each(|(passing, face)| *passing = face.pass(known, scale, methods));
+        let all = passing.par_chunks_mut(AT_ONCE).zip(faces.par_chunks(AT_ONCE));
+        all.for_each(|(passing, faces)| {
+            let meetings = faces.iter().map(|face| face.meeting(known, scale));
+            pass(meetings.zip(passing), scale, methods);
+        });
         self.put(state);
     }
 
@@ -310,11 +313,11 @@ impl Around {
 }
 
 impl Face {
-    /// What passes it.
-    fn pass(&self, (seen, around): (&[Seen], &[Around]), scale: &Scale, methods: EulerianMethods) -> Passing {
+    /// How the particles on its two sides meet.
+    fn meeting(&self, (seen, around): (&[Seen], &[Around]), scale: &Scale) -> Meeting {
         let own = self.sides.map(|side| side.map(|side| (side, seen[side.cell])));
         if own.iter().flatten().all(|(_, seen)| seen.depth <= scale.dry_depth) {
-            return Passing::default();
+            return Meeting::Apart(Passing::default());
         }
         let g = scale.gravity;
         let aside = own.map(|own| {
@@ -331,21 +334,16 @@ impl Face {
                 wet.map_or(0.0, |(seen, own)| thrust(seen, normal, self.closes[which], g) + own)
             };
             let (lost, gained) = (thrust(first, 0, self.normal), thrust(second, 1, self.normal * -1.0));
-            return Passing { lost, gained, ..Passing::default() };
+            return Meeting::Apart(Passing { lost, gained, ..Passing::default() });
         }
-        let (Some((i, own_i)), Some((j, own_j))) = (first, second) else { return Passing::default() };
+        let (Some((i, own_i)), Some((j, own_j))) = (first, second) else {
+            return Meeting::Apart(Passing::default());
+        };
         let half = |seen: Seen, which: usize| {
             let cell = self.sides[which].map_or(0, |side| side.cell);
             self.half(seen, &around[cell].slopes, which)
         };
-        let (i, j) = (half(i, 0), half(j, 1));
-        let numbers = Numbers::new(&scale.on(self.way), methods);
-        let (mass, tangential, lost, gained) = if self.sill > i.z && self.sill > j.z {
-            over_sill(i, j, Sill { level: self.sill, lowest: self.sill }, numbers, methods)
-        } else {
-            single(i, j, numbers, methods)
-        };
-        Passing { mass, tangential, lost: lost + own_i, gained: gained + own_j }
+        Meeting::Pair { halves: [half(i, 0), half(j, 1)], way: self.way, sill: self.sill, own: [own_i, own_j] }
     }
 
     /// The share of the way on a side.

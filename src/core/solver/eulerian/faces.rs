@@ -25,6 +25,8 @@
 //! mirrored value of the reconstruction positive. (M22) and (M24) are for water thinner than the steps of the bed (decision 0046;
 //! `ChenNoelle2017` have the weight (M24) in full); (M32) keeps jumps straight (`SandersMoranoDruguet1998`, decision 0047).
 
+mod together;
+
 use rayon::prelude::*;
 
 use super::gradient::{difference_over_sill, surface_difference};
@@ -37,6 +39,7 @@ use crate::physics::flux::lax_friedrichs;
 use crate::physics::limiter::{monotonised, superbee, van_leer};
 
 pub(crate) use super::rows::{EAST, NORTH};
+pub(super) use together::{TOGETHER, Together};
 
 /// A side that has less than this share of the depth of the other is dry: what rounding leaves of a slope that ends at no depth is
 /// a few 1e-16 of the levels.
@@ -190,7 +193,7 @@ fn evaluate_by<F: Flux, const IS_SHARP: bool>(
     let (primitive, gradient, ground, spacing) = (&state.primitive, &state.gradient, &state.ground, &state.spacing);
     active.rows_of(&mut state.flux).for_each(|(row, flux)| {
         let numbers = numbers(spacing[row]);
-        for run in active.whole_pieces(row) {
+        for run in active.pieces_of_squares(row) {
             let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
             let (here, north) = (side(row), side(row + 1));
             let (from, to) = (run.start, run.end);
@@ -209,7 +212,7 @@ pub(super) struct Side<'a> {
 }
 
 /// Spacing (m), gravity (m/s²), dry depth (m), the share of the slopes that counts, which is 1, or 0 without reconstruction, and the constants of
-/// a pair: κ where water is pressed together, (M32), and the fade and the reciprocal of the height (1/m) of (M24).
+/// a pair: κ where water is pressed together, (M32), and of (M24) the fade, the height (spacings) and its reciprocal (1/m).
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
     dx: f64,
@@ -219,6 +222,7 @@ pub(super) struct Numbers {
     pressed_kappa: f64,
     shear_mixing: f64,
     fall_fade: f64,
+    fall_height: f64,
     per_fall: f64,
 }
 
@@ -234,8 +238,14 @@ impl Numbers {
             pressed_kappa: constants.pressed_kappa,
             shear_mixing: constants.shear_mixing,
             fall_fade: constants.fall_fade,
+            fall_height: constants.fall_height,
             per_fall: 1.0 / (constants.fall_height * scale.spacing),
         }
+    }
+
+    /// The same for a pair at another distance (m).
+    pub(super) fn over(self, way: f64) -> Self {
+        Numbers { dx: way, per_fall: 1.0 / (self.fall_height * way), ..self }
     }
 }
 
@@ -372,6 +382,52 @@ impl Sill {
     const NONE: Sill = Sill { level: f64::NEG_INFINITY, lowest: f64::NEG_INFINITY };
 }
 
+/// A difference towards a face, which is no more than that to the other particle where the face is farther than half way.
+#[inline(always)]
+fn within(value: f64, jump: f64, reach: f64) -> f64 {
+    if reach > HALF_WAY { clamp(value, -jump.abs(), jump.abs()) } else { value }
+}
+
+/// The limited difference from a particle to the face, given what its gradient predicts over the pair, the difference to the other particle and the
+/// [`share_of_mean`].
+#[inline(always)]
+fn limited<const IS_SHARP: bool>(rise: f64, jump: f64, share: f64, kappa: f64, reach: f64) -> f64 {
+    let other = 2.0 * rise - jump;
+    let careful = van_leer(other, jump);
+    let sharper = if IS_SHARP { superbee(other, jump) } else { monotonised(other, jump, kappa) };
+    within(reach * (careful + share * (sharper - careful)), jump, reach)
+}
+
+/// The same of a velocity.
+#[inline(always)]
+fn of_velocity<const IS_SHARP: bool>(rise: f64, jump: f64, share: f64, kappa: f64, reach: f64) -> f64 {
+    if IS_SHARP {
+        within(reach * superbee(2.0 * rise - jump, jump), jump, reach)
+    } else {
+        limited::<IS_SHARP>(rise, jump, share, kappa, reach)
+    }
+}
+
+/// What the depth gains from a particle to the face, given its own depth, that across the face and the increment towards it.
+#[inline(always)]
+fn depth_gained<const IS_SHARP: bool>(
+    (d, across): (f64, f64),
+    rise: f64,
+    share: f64,
+    reach: f64,
+    (is_drawn_out, slopes): (bool, f64),
+) -> f64 {
+    let jump = across - d;
+    let behind = larger(d - (2.0 * rise - jump), 0.0);
+    let root = d.sqrt();
+    let jump_root = across.sqrt() - root;
+    let rise_root = 0.5 * (root - behind.sqrt() + jump_root);
+    let (rise, jump) = if is_drawn_out { (rise_root, jump_root) } else { (rise, jump) };
+    let gain = slopes * limited::<IS_SHARP>(rise, jump, share, CENTRAL, reach);
+    // Without a slope nothing is gained, to the last digit.
+    if is_drawn_out { gain * (2.0 * root + gain) } else { gain }
+}
+
 /// Fluxes through the face of one pair: F_d, F_d v_t, and normal momentum lost by the left, gained by the right particle.
 #[inline(always)]
 fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
@@ -387,46 +443,18 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
         surface_difference((i.d, i.z), (j.d, j.z), dry_depth)
     };
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
-    // Towards a face that is farther than half way no value goes beyond that of the other particle.
-    let within = |value: f64, jump: f64, reach: f64| {
-        if reach > HALF_WAY { clamp(value, -jump.abs(), jump.abs()) } else { value }
-    };
-    let limited = |rise: f64, jump: f64, share: f64, kappa: f64, reach: f64| {
-        let other = 2.0 * rise - jump;
-        let careful = van_leer(other, jump);
-        let sharper = if IS_SHARP { superbee(other, jump) } else { monotonised(other, jump, kappa) };
-        within(reach * (careful + share * (sharper - careful)), jump, reach)
-    };
-    let of_velocity = |rise: f64, jump: f64, share: f64, kappa: f64, reach: f64| {
-        if IS_SHARP {
-            within(reach * superbee(2.0 * rise - jump, jump), jump, reach)
-        } else {
-            limited(rise, jump, share, kappa, reach)
-        }
-    };
     // Superbee slopes of the velocity count in full, others as far as the bed lets them be sharp.
     let along = |share: f64| if IS_SHARP { 1.0 } else { share };
-    let a_1 = slopes * limited(i.rise_eta, jump_eta, share_i, CENTRAL, i.reach);
-    let a_2 = slopes * limited(j.rise_eta, jump_eta, share_j, CENTRAL, j.reach);
+    let a_1 = slopes * limited::<IS_SHARP>(i.rise_eta, jump_eta, share_i, CENTRAL, i.reach);
+    let a_2 = slopes * limited::<IS_SHARP>(j.rise_eta, jump_eta, share_j, CENTRAL, j.reach);
     let is_drawn_out = !IS_SHARP && (j.u > i.u || smaller(i.d, j.d) <= dry_depth);
-    // What the depth gains from a particle to the face, given the depth across the face and the increment towards it.
-    let gain = |d: f64, across: f64, rise: f64, share: f64, reach: f64| {
-        let jump = across - d;
-        let behind = larger(d - (2.0 * rise - jump), 0.0);
-        let root = d.sqrt();
-        let jump_root = across.sqrt() - root;
-        let rise_root = 0.5 * (root - behind.sqrt() + jump_root);
-        let (rise, jump) = if is_drawn_out { (rise_root, jump_root) } else { (rise, jump) };
-        let gain = slopes * limited(rise, jump, share, CENTRAL, reach);
-        // Without a slope nothing is gained, to the last digit.
-        if is_drawn_out { gain * (2.0 * root + gain) } else { gain }
-    };
-    let d_i = clamp(i.d + gain(i.d, j.d, i.rise_d, share_i, i.reach), 0.0, 2.0 * i.d);
-    let d_j = clamp(j.d + gain(j.d, i.d, -j.rise_d, share_j, j.reach), 0.0, 2.0 * j.d);
+    let gain = (is_drawn_out, slopes);
+    let d_i = clamp(i.d + depth_gained::<IS_SHARP>((i.d, j.d), i.rise_d, share_i, i.reach, gain), 0.0, 2.0 * i.d);
+    let d_j = clamp(j.d + depth_gained::<IS_SHARP>((j.d, i.d), -j.rise_d, share_j, j.reach, gain), 0.0, 2.0 * j.d);
     let jump_u = j.u - i.u;
     let kappa = if jump_u < 0.0 { pressed_kappa } else { CENTRAL };
-    let u_l = i.u + slopes * of_velocity(i.rise_u, jump_u, share_i, kappa, i.reach);
-    let u_r = j.u - slopes * of_velocity(j.rise_u, jump_u, share_j, kappa, j.reach);
+    let u_l = i.u + slopes * of_velocity::<IS_SHARP>(i.rise_u, jump_u, share_i, kappa, i.reach);
+    let u_r = j.u - slopes * of_velocity::<IS_SHARP>(j.rise_u, jump_u, share_j, kappa, j.reach);
     // From levels, which are equal to the last digit in a lake at rest.
     let (eta_l, eta_r) = (i.z + i.d + a_1, j.z + j.d - a_2);
     let ridge = larger(i.z, j.z);
@@ -475,8 +503,8 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let (d_r, u_r, thrust_j) = if is_to_right { (d_r, u_r, 0.0) } else { (crest_d, -crest_u, thrust) };
     let (f_d, f_n) = F::through(d_l, u_l, d_r, u_r, g);
     let jump_t = j.v_t - i.v_t;
-    let t_i = i.v_t + slopes * along(share_i) * of_velocity(i.rise_t, jump_t, share_i, CENTRAL, i.reach);
-    let t_j = j.v_t - slopes * along(share_j) * of_velocity(j.rise_t, jump_t, share_j, CENTRAL, j.reach);
+    let t_i = i.v_t + slopes * along(share_i) * of_velocity::<IS_SHARP>(i.rise_t, jump_t, share_i, CENTRAL, i.reach);
+    let t_j = j.v_t - slopes * along(share_j) * of_velocity::<IS_SHARP>(j.rise_t, jump_t, share_j, CENTRAL, j.reach);
     let v_t = if f_d > 0.0 { t_i } else { t_j };
     // What is pressed together along the face, as in a jump across it, mixes over it (M32).
     let pressed = larger(larger(-i.stretch_t, -j.stretch_t), 0.0);

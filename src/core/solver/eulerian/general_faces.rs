@@ -24,6 +24,7 @@ mod coarse_water;
 mod face;
 mod hanging;
 mod in_rows;
+mod meeting;
 mod outflow;
 
 use std::ops::Range;
@@ -43,6 +44,7 @@ use face::{Face, WAY};
 pub(super) use face::{Passing, Place, Seen};
 use hanging::hanging_faces;
 use in_rows::{ByRow, Cell, SideOfCell, cells_beside, sides_of_cells};
+pub(super) use meeting::{Meeting, pass};
 
 /// Faces that a thread takes at least: fewer are done sooner than another thread wakes.
 pub(super) const AT_ONCE: usize = 512;
@@ -267,15 +269,20 @@ impl GeneralFaces {
         time_step: f64,
     ) {
         let all = self.all_of(levels);
-        let faces = self.faces[all.clone()].par_iter().zip(self.now[all.clone()].par_iter_mut());
-        let is_live = self.is_live[all].par_iter();
-        faces.zip(is_live).with_min_len(AT_ONCE).filter(|(_, is_live)| **is_live).for_each(|((face, now), _)| {
-            if face.level < levels.start {
-                now.passing = Passing::default();
-                now.passing.add(1.0 / time_step, &now.booked);
-            } else {
-                now.passing = face.pass(state, now.own, now.coarse, scale, methods);
-            }
+        let faces = self.faces[all.clone()].par_chunks(AT_ONCE).zip(self.now[all.clone()].par_chunks_mut(AT_ONCE));
+        let known = &*state;
+        faces.zip(self.is_live[all].par_chunks(AT_ONCE)).for_each(|((faces, now), is_live)| {
+            let found = live(faces, now, is_live).map(|(face, now)| {
+                let meeting = if face.level < levels.start {
+                    let mut passing = Passing::default();
+                    passing.add(1.0 / time_step, &now.booked);
+                    Meeting::Apart(passing)
+                } else {
+                    face.meeting(known, now.own, now.coarse, scale)
+                };
+                (meeting, &mut now.passing)
+            });
+            pass(found, scale, methods);
         });
         self.put(state, active);
     }

@@ -34,7 +34,7 @@ impl<'a, Row> Rows<'a, Row> {
 pub(crate) fn evaluate(state: &mut State, active: &ActiveSet, scale: &Scale) {
     let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
     active.rows_of(&mut state.gradient).for_each(|(row, gradient)| {
-        for run in active.whole_pieces(row) {
+        for run in active.pieces_of_squares(row) {
             let (water, ground) = (Rows::around(primitive, row), Rows::around(ground, row));
             row_gradient(water, ground, (run.start, run.end), spacing[row], scale.dry_depth, gradient);
         }

@@ -1,6 +1,7 @@
 //! Which cells are active: wet ones and a rim of two cells around them.
 //!
-//! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off.
+//! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off. Cells that follow lines have no
+//! neighbours in the rows: their rim is what [`links`] join them to.
 //! Columns and rows are padded ones (the lattice's plus one).
 
 mod links;
@@ -34,6 +35,8 @@ pub(crate) type Run = std::ops::Range<usize>;
 pub(crate) struct ActiveSet {
     /// Of each padded row the rows and columns of its level; none of rows around and between levels.
     bounds: Vec<Option<[Run; 2]>>,
+    /// The padded rows of cells that follow lines.
+    apart: Run,
     /// The runs of each padded row that no other level stands for.
     own: Vec<Vec<Run>>,
     links: Links,
@@ -64,6 +67,7 @@ impl ActiveSet {
     pub fn new(state: &State, dry_depth: f64, fed: Vec<Vec<Run>>, linked: Vec<[(usize, usize); 2]>) -> Self {
         let mut active = ActiveSet {
             bounds: (0..state.rows + 2).map(|row| state.bounds(row)).collect(),
+            apart: state.rows_apart(),
             own: (0..state.rows + 2).map(|row| state.own_runs(row)).collect(),
             links: Links::new(&linked, state.rows + 2),
             at_hand: 0..state.rows + 2,
@@ -95,6 +99,11 @@ impl ActiveSet {
     /// are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins.
     pub fn whole_pieces(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
         self.work[row].iter().map(|run| run.start..run.start + run.len().next_multiple_of(self.lanes))
+    }
+
+    /// The same of a row whose cells are each other's neighbours; none of cells that follow lines.
+    pub fn pieces_of_squares(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
+        (!self.apart.contains(&row)).then(|| self.whole_pieces(row)).into_iter().flatten()
     }
 
     /// Rows that a thread takes at least in a loop over the active cells: all of them where the cells are few.
@@ -129,13 +138,14 @@ impl ActiveSet {
 
     /// Takes cells into the work, with a rim about them.
     pub fn reach(&mut self, places: impl Iterator<Item = (usize, usize)>) {
-        let ActiveSet { wet, work, bounds, own, is_stale, .. } = self;
+        let ActiveSet { wet, work, bounds, own, is_stale, apart, .. } = self;
         // A wet cell has its rim.
         for (row, column) in places.filter(|&(row, column)| !holds(&wet[row], column)) {
             let Some([rows, columns]) = &bounds[row] else { continue };
-            let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
+            let rim = if apart.contains(&row) { 0 } else { RIM };
+            let around = row.saturating_sub(rim).max(rows.start)..(row + rim + 1).min(rows.end);
             is_stale[around.clone()].fill(true);
-            let run = widened(&(column..column + 1), columns);
+            let run = widened(&(column..column + 1), rim, columns);
             let rows = work[around.clone()].iter_mut().zip(&own[around]);
             rows.for_each(|(work, own)| work.extend(within(own, run.clone())));
         }
@@ -213,21 +223,22 @@ impl ActiveSet {
     /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces link to
     /// it. It is found again where any of that changed.
     fn spread(&mut self) {
-        self.links.follow(&self.wet, &self.changed, &mut self.is_stale);
+        self.links.follow(&self.wet, &self.changed, &self.apart, &mut self.is_stale);
         let at_once = self.rows_at_once().max(ROWS_OF_A_SEARCH);
-        let ActiveSet { wet, fed, bounds, own, links, changed, work, before, is_stale, .. } = self;
+        let ActiveSet { wet, fed, bounds, apart, own, links, changed, work, before, is_stale, .. } = self;
         let (wet, changed) = (&*wet, &*changed);
         let rows = work.par_iter_mut().zip(before).zip(is_stale).enumerate().with_min_len(at_once);
         rows.for_each(|(row, ((work, before), is_stale))| {
             let Some([rows, columns]) = &bounds[row] else { return };
-            let around = row.saturating_sub(RIM).max(rows.start)..(row + RIM + 1).min(rows.end);
+            let rim = if apart.contains(&row) { 0 } else { RIM };
+            let around = row.saturating_sub(rim).max(rows.start)..(row + rim + 1).min(rows.end);
             *is_stale |= changed[around.clone()].contains(&true);
             if !*is_stale {
                 return;
             }
             std::mem::swap(work, before);
             work.clear();
-            let mut take = |run: &Run| work.extend(within(&own[row], widened(run, columns)));
+            let mut take = |run: &Run| work.extend(within(&own[row], widened(run, rim, columns)));
             wet[around.clone()].iter().chain(&fed[around.clone()]).flatten().for_each(&mut take);
             around.flat_map(|row| links.reached(row)).for_each(|column| take(&(column..column + 1)));
             tidy(work);
@@ -254,9 +265,9 @@ fn record(rows: &[Vec<Run>], spans: &mut Vec<Span>) {
     }
 }
 
-/// A run with the rim at its ends, within its row.
-fn widened(run: &Run, columns: &Run) -> Run {
-    run.start.saturating_sub(RIM).max(columns.start)..(run.end + RIM).min(columns.end)
+/// A run with a rim at its ends, within its row.
+fn widened(run: &Run, rim: usize, columns: &Run) -> Run {
+    run.start.saturating_sub(rim).max(columns.start)..(run.end + rim).min(columns.end)
 }
 
 /// The parts of a run that lie in some sorted runs.
@@ -266,8 +277,9 @@ fn within(runs: &[Run], run: Run) -> impl Iterator<Item = Run> {
     runs[first..last].iter().map(move |own| own.start.max(run.start)..own.end.min(run.end))
 }
 
+/// Whether a column lies in one of some sorted runs.
 fn holds(runs: &[Run], column: usize) -> bool {
-    runs.iter().any(|run| run.contains(&column))
+    runs.get(runs.partition_point(|run| run.end <= column)).is_some_and(|run| run.start <= column)
 }
 
 /// Deeper than the dry depth, or no number: that must stay active until the watch sees it.
@@ -335,6 +347,7 @@ mod tests {
             let work = vec![vec![], vec![1..2, 9..15, 22..30, 37..38]];
             let mut active = ActiveSet {
                 bounds: Vec::new(),
+                apart: 0..0,
                 own: Vec::new(),
                 links: Links::new(&[], 0),
                 at_hand: 0..0,

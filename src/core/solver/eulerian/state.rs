@@ -100,6 +100,11 @@ impl State {
         is_cells.then(|| [first..first + level.rows, 1..level.columns + 1])
     }
 
+    /// The padded rows of cells that follow lines.
+    pub fn rows_apart(&self) -> std::ops::Range<usize> {
+        self.lattice.conforming().map_or(0..0, |made| made.rows().start + 1..made.rows().end + 1)
+    }
+
     /// The cells that follow lines, where a padded row is one of theirs.
     fn conforming_in(&self, row: usize) -> Option<&Conforming> {
         self.lattice.conforming().filter(|made| made.rows().contains(&row.wrapping_sub(1)))

@@ -1,10 +1,11 @@
 //! One general face: its two sides, what each sees of the other, and what passes.
 
-use super::super::faces::{Half, Numbers, Sill, over_sill, single, turned_by};
+use super::super::Scale;
+use super::super::faces::{Half, turned_by};
 use super::super::gradient::difference_over_sill;
 use super::super::state::{GroundRow, PrimitiveRow, Slot, State};
 use super::super::walls::{Differences, mirrored};
-use super::super::{EulerianMethods, Scale};
+use super::meeting::Meeting;
 use crate::physics::limiter::van_leer;
 
 /// A padded place (row, column).
@@ -52,6 +53,11 @@ impl Passing {
     pub fn reduce(&mut self, share: f64) {
         self.mass *= share;
         self.tangential *= share;
+    }
+
+    /// Takes the flux of a pair: F_d, F_d v_t, and normal momentum lost and gained beside what is there already.
+    pub fn take(&mut self, (mass, tangential, lost, gained): (f64, f64, f64, f64)) {
+        *self = Passing { mass, tangential, lost: lost + self.lost, gained: gained + self.gained };
     }
 
     /// Adds so many times another.
@@ -119,24 +125,17 @@ impl Face {
         if side == self.coarse { 0.5 } else { 1.0 }
     }
 
-    /// What passes between the particles on its two sides as they are seen now; `coarse` is the coarse one of them where it meets the fine one.
-    pub fn pass(
-        &self,
-        state: &State,
-        own: [Seen; 2],
-        coarse: Seen,
-        scale: &Scale,
-        methods: EulerianMethods,
-    ) -> Passing {
+    /// How the particles on its two sides meet as they are seen now; `coarse` is the coarse one of them where it meets the fine one.
+    pub fn meeting(&self, state: &State, own: [Seen; 2], coarse: Seen, scale: &Scale) -> Meeting {
         if own.iter().all(|seen| seen.depth <= scale.dry_depth) {
-            return Passing::default();
+            return Meeting::Apart(Passing::default());
         }
         let g = scale.gravity;
         if self.is_wall {
             let towards = |seen: &Seen| turned_by(self.direction, seen.u, seen.v).0;
             let (lost, gained) =
                 (mirrored(own[0].depth, towards(&own[0]), g), mirrored(own[1].depth, -towards(&own[1]), g));
-            return Passing { lost, gained, ..Passing::default() };
+            return Meeting::Apart(Passing { lost, gained, ..Passing::default() });
         }
         let way = WAY * 2.0 * self.length;
         let mut halves = self.places.map(|place| Half::of_cell(state, place, self.direction, way));
@@ -145,18 +144,11 @@ impl Face {
         for (side, half) in halves.iter_mut().enumerate() {
             half.reach = if side == self.coarse { COARSE_REACH } else { 1.0 - COARSE_REACH };
         }
-        let numbers = Numbers::new(&scale.on(way), methods);
-        let [i, j] = halves;
-        let (mass, tangential, lost, gained) = if self.sill > i.z && self.sill > j.z {
-            over_sill(i, j, Sill { level: self.sill, lowest: self.sill }, numbers, methods)
-        } else {
-            single(i, j, numbers, methods)
-        };
         // (M89)
         let before = own[self.coarse];
         let aside =
             0.5 * g * (before.depth + coarse.depth) * ((coarse.bed + coarse.depth) - (before.bed + before.depth));
-        let aside = [0, 1].map(|side| if side == self.coarse { aside } else { 0.0 });
-        Passing { mass, tangential, lost: lost + aside[0], gained: gained + aside[1] }
+        let own = [0, 1].map(|side| if side == self.coarse { aside } else { 0.0 });
+        Meeting::Pair { halves, way, sill: self.sill, own }
     }
 }

@@ -51,8 +51,9 @@ impl Links {
         self.links.is_empty()
     }
 
-    /// Looks at the links again where the wet runs of rows changed, and marks the rows whose work that changes.
-    pub fn follow(&mut self, wet: &[Vec<Run>], changed: &[bool], is_stale: &mut [bool]) {
+    /// Looks at the links again where the wet runs of rows changed, and marks the rows whose work that changes. `apart` are the rows of cells
+    /// that follow lines.
+    pub fn follow(&mut self, wet: &[Vec<Run>], changed: &[bool], apart: &Run, is_stale: &mut [bool]) {
         let Links { links, touching, .. } = self;
         for (row, numbers) in touching.iter().enumerate().filter(|(_, numbers)| !numbers.is_empty()) {
             if !changed[row - 1..row + 2].contains(&true) {
@@ -60,7 +61,10 @@ impl Links {
             }
             for &number in numbers {
                 let link = &mut links[number];
-                let reaches = !holds(&wet[link.to.0], link.to.1) && is_near(wet, link.from);
+                let is_near = |place: Place| {
+                    if apart.contains(&place.0) { holds(&wet[place.0], place.1) } else { is_near(wet, place) }
+                };
+                let reaches = !holds(&wet[link.to.0], link.to.1) && is_near(link.from);
                 if reaches != link.reaches {
                     link.reaches = reaches;
                     let end = (link.to.0 + RIM + 1).min(is_stale.len());
