@@ -158,6 +158,15 @@ pub struct CellsInPartRecord {
     pub greatest: f64,
 }
 
+/// Steep banks of the terrain that the sides of cells follow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BanksRecord {
+    /// How many there are.
+    pub lines: usize,
+    /// Their length (m).
+    pub length_m: f64,
+}
+
 /// What a bed that moved has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MovingBedRecord {
@@ -253,6 +262,9 @@ pub struct RunManifest {
     /// Cells of them that count in part, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_in_part: Option<CellsInPartRecord>,
+    /// Banks that cells follow, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub banks: Option<BanksRecord>,
     /// Steps taken.
     pub steps: u64,
     /// Evaluations of the rates of one particle.

@@ -40,8 +40,9 @@ pub use grid::{FILL, GridMaps, OutputGrid, ThresholdGrids};
 pub use ground_source::{GroundSource, SetBy, SourceClass, SourceGrid};
 pub use hazard::{HAZARD_CLASSES, HazardClass, hazard_class};
 pub use manifest::{
-    BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord, ParticleCounts,
-    PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord, WorstDischarge,
+    BanksRecord, BreachRecord, CellsInPartRecord, DischargeRecord, HotStart, InputFile, MovingBedRecord,
+    ParticleCounts, PassageRecord, RunManifest, StepLengths, StillWaterRecord, VolumeBooks, WarningRecord,
+    WorstDischarge,
 };
 pub use recorder::{Recorder, RecorderPlan, Recording};
 pub use ridges::Ridge;

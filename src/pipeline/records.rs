@@ -7,8 +7,8 @@ use crate::bed::BedParticles;
 use crate::gate::Gate;
 use crate::math::{Vec2, simd};
 use crate::output::{
-    BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, LevelRecord, MovingBedRecord,
-    PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
+    BanksRecord, BreachRecord, CellsInPartRecord, ChannelWater, DischargeRecord, HotStart, InputFile, LevelRecord,
+    MovingBedRecord, PassageRecord, RunManifest, StillWaterRecord, Volumes, WarningRecord,
 };
 use crate::prepare::{Scene, Setup, StillBody, sha256};
 use crate::scenario::Scenario;
@@ -124,6 +124,13 @@ fn cells_in_part(bed: &BedParticles) -> Option<CellsInPartRecord> {
     (!cells.is_empty()).then(record)
 }
 
+/// The banks (map coordinates) that cells follow; nothing where they follow none.
+fn banks(lines: &[Vec<Vec2>]) -> Option<BanksRecord> {
+    let length = |line: &Vec<Vec2>| line.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum::<f64>();
+    let record = || BanksRecord { lines: lines.len(), length_m: lines.iter().map(length).sum() };
+    (!lines.is_empty()).then(record)
+}
+
 /// When the bed began to move and the volumes that it moved; nothing where it does not.
 pub(super) fn moving_bed_record(motions: &[BedMotion], solver: &dyn FlowSolver) -> Option<MovingBedRecord> {
     let began_s = motions.iter().map(|motion| motion.begin).fold(f64::INFINITY, f64::min);
@@ -166,6 +173,7 @@ pub(super) fn first_manifest(
         bed_particles: setup.bed.elevation.iter().filter(|z| !z.is_nan()).count(),
         levels,
         cells_in_part: cells_in_part(&setup.bed),
+        banks: banks(&setup.scene.banks),
         not_written: scenario.outputs.left_out().map(|part| part.name().to_owned()).collect(),
         status: "running".to_owned(),
         phase_s: BTreeMap::new(),

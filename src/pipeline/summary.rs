@@ -102,6 +102,10 @@ impl RunSummary {
                 part.cells
             )?;
         }
+        if let Some(banks) = &self.manifest.banks {
+            let length = 1e-3 * banks.length_m;
+            writeln!(f, "banks: cells follow {} steep banks of the terrain, {length:.2} km together", banks.lines)?;
+        }
         Ok(())
     }
 }

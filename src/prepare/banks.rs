@@ -5,6 +5,9 @@
 //! with the widest margin, in as many straight pieces as that takes. So no pixel of the bank counts as ground of the channel.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
+
+use rayon::prelude::*;
 
 use crate::bed::least_step;
 use crate::constants::BedConstants;
@@ -14,14 +17,16 @@ use crate::terrain::{PixelGrid, Terrain};
 
 /// A bank rises by so many times what the ground does before and behind it.
 const STEEPER: f64 = 3.0;
-/// A bank is so many cells long at least: a shorter one is a rock or a kerb.
-const LEAST_LENGTH: f64 = 4.0;
+/// A bank is so many cells long at least: along a shorter one, as of a rock or a kerb, runs no channel.
+const LEAST_LENGTH: f64 = 10.0;
 /// Thirds by which the search for the widest margin is narrowed: to a millionth of a pixel.
 const THIRDS: usize = 40;
 /// Lines that differ by less than this (sine of the angle) have no corner.
 const CORNER: f64 = 0.01;
 /// A corner lies so many pixels from the stairs at most.
 const NEAR: f64 = 1.0;
+/// So far (spacings) from the sides of squares a line lies on them.
+const ON_SIDE: f64 = 1e-3;
 /// Pixels as wide as cells count, too.
 const AS_WIDE: f64 = 1.01;
 
@@ -42,81 +47,92 @@ impl Step {
 }
 
 /// The banks of a terrain as lines in local coordinates (m); none where no raster is as fine as the cells.
-pub(super) fn find(terrain: &Terrain, lattice: &Lattice, constants: &BedConstants) -> Vec<Vec<Vec2>> {
+///
+/// - `counts`: whether a step does, given the elevation (m) of its higher side and the way (local) from the centre of that side to the other
+pub(super) fn find(
+    terrain: &Terrain,
+    lattice: &Lattice,
+    constants: &BedConstants,
+    counts: impl Fn(f64, [Vec2; 2]) -> bool + Sync,
+) -> Vec<Vec<Vec2>> {
     let low = lattice.to_map(Vec2::ZERO);
     let high = lattice.to_map(lattice.size());
     let Some(grid) = terrain.pixel_grid(low, high, AS_WIDE * lattice.spacing) else { return Vec::new() };
-    let pixels = Pixels::read(terrain, &grid, (low, high), lattice);
-    let steps = pixels.steps(least_step(lattice.spacing, constants));
+    let block = grid.block(low, high);
+    let first = lattice.to_local(grid.centre(block.columns.start, block.rows.start));
+    let pixels = Pixels { terrain, grid: &grid, begin: (block.columns.start, block.rows.start), first };
+    let least = least_step(lattice.spacing, constants);
+    let rows: Vec<i64> = block.rows.collect();
+    let of_row = |&row: &i64| pixels.steps(row, block.columns.clone(), least, &counts);
+    let steps: Vec<Step> = rows.par_iter().flat_map_iter(of_row).collect();
     let pixel = grid.cell().x.max(grid.cell().y);
     let is_long = |line: &Vec<Vec2>| {
         let length: f64 = line.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
         length >= LEAST_LENGTH * lattice.spacing
     };
-    chains(&steps).iter().map(|chain| straightened(chain, pixel)).filter(is_long).collect()
+    let is_needed = |line: &Vec<Vec2>| is_long(line) && !lies_on_sides(line, lattice);
+    chains(&steps).iter().map(|chain| straightened(chain, pixel)).filter(is_needed).collect()
+}
+
+/// Whether a line lies on the sides of squares as they are.
+fn lies_on_sides(line: &[Vec2], lattice: &Lattice) -> bool {
+    let is_side = |a: f64, b: f64| {
+        let (a, b) = (a / lattice.spacing, b / lattice.spacing);
+        (a - b).abs() < ON_SIDE && (a - a.round()).abs() < ON_SIDE
+    };
+    line.windows(2).all(|ends| is_side(ends[0].x, ends[1].x) || is_side(ends[0].y, ends[1].y))
 }
 
 /// The pixels about a lattice.
-struct Pixels {
-    first: (i64, i64),
-    columns: usize,
-    rows: usize,
-    /// Elevations (m), row 0 in the north.
-    values: Vec<f64>,
-    /// Centre of the first pixel (local, m), and width and height of each.
-    centre: Vec2,
-    cell: Vec2,
+struct Pixels<'a> {
+    terrain: &'a Terrain,
+    grid: &'a PixelGrid,
+    /// Column and row of the first pixel, and its centre (local, m).
+    begin: (i64, i64),
+    first: Vec2,
 }
 
-impl Pixels {
-    fn read(terrain: &Terrain, grid: &PixelGrid, (low, high): (Vec2, Vec2), lattice: &Lattice) -> Pixels {
-        let block = grid.block(low, high);
-        let (columns, rows) = (block.columns.clone().count(), block.rows.clone().count());
-        let row = |row: i64| block.columns.clone().map(move |column| terrain.pixel(grid, column, row));
-        let values = block.rows.clone().flat_map(row).collect();
-        let first = (block.columns.start, block.rows.start);
-        let centre = lattice.to_local(grid.centre(first.0, first.1));
-        Pixels { first, columns, rows, values, centre, cell: grid.cell() }
-    }
-
-    /// Elevation (m) of a pixel; none without one.
-    fn at(&self, column: i64, row: i64) -> Option<f64> {
-        let (column, row) = (usize::try_from(column).ok()?, usize::try_from(row).ok()?);
-        let value = (column < self.columns && row < self.rows).then(|| self.values[row * self.columns + column])?;
-        Some(value).filter(|value| !value.is_nan())
+impl Pixels<'_> {
+    /// Elevation (m) of a pixel; not a number without one.
+    fn at(&self, column: i64, row: i64) -> f64 {
+        self.terrain.pixel(self.grid, column, row)
     }
 
     fn centre_of(&self, (column, row): (i64, i64)) -> Vec2 {
-        self.centre + Vec2::new(column as f64 * self.cell.x, -(row as f64) * self.cell.y)
+        let (cell, begin) = (self.grid.cell(), self.begin);
+        self.first + Vec2::new((column - begin.0) as f64 * cell.x, -((row - begin.1) as f64) * cell.y)
     }
 
     /// The rise (m) from a pixel to the next in a direction (columns, rows), where a bank stands between them.
-    fn rise(&self, (column, row): (i64, i64), (across, down): (i64, i64), least: f64) -> Option<f64> {
+    fn rise(&self, (column, row): (i64, i64), own: f64, (across, down): (i64, i64), least: f64) -> Option<f64> {
         let at = |steps: i64| self.at(column + steps * across, row + steps * down);
-        let (own, next) = (at(0)?, at(1)?);
+        let next = at(1);
         let rise = next - own;
-        let before = at(-1).map_or(0.0, |before| (own - before).abs());
-        let behind = at(2).map_or(0.0, |behind| (behind - next).abs());
-        (rise.abs() >= least && rise.abs() >= STEEPER * before.max(behind)).then_some(rise)
+        if rise.is_nan() || rise.abs() < least {
+            return None;
+        }
+        let change = |change: f64| if change.is_nan() { 0.0 } else { change.abs() };
+        (rise.abs() >= STEEPER * change(own - at(-1)).max(change(at(2) - next))).then_some(rise)
     }
 
-    /// All steps, row by row.
-    fn steps(&self, least: f64) -> Vec<Step> {
+    /// The steps between the pixels of a row and those to the east and south of them.
+    fn steps(&self, row: i64, columns: Range<i64>, least: f64, counts: &impl Fn(f64, [Vec2; 2]) -> bool) -> Vec<Step> {
         let mut steps = Vec::new();
-        for row in 0..self.rows as i64 {
-            for column in 0..self.columns as i64 {
-                let corner = |across: i64, down: i64| (self.first.0 + column + across, self.first.1 + row + down);
-                let own = (column, row);
-                // Corners of the common side from right to left of who looks towards the next pixel.
-                let sides = [((1, 0), [corner(1, 1), corner(1, 0)]), ((0, 1), [corner(0, 1), corner(1, 1)])];
-                for (direction, [right, left]) in sides {
-                    let Some(rise) = self.rise(own, direction, least) else { continue };
-                    let [own, next] = [own, (column + direction.0, row + direction.1)].map(|at| self.centre_of(at));
-                    steps.push(if rise > 0.0 {
-                        Step { ends: [left, right], higher: next, lower: own }
-                    } else {
-                        Step { ends: [right, left], higher: own, lower: next }
-                    });
+        for column in columns {
+            let (place, own) = ((column, row), self.at(column, row));
+            let corner = |across: i64, down: i64| (column + across, row + down);
+            // Corners of the common side from right to left of who looks towards the next pixel.
+            let sides = [((1, 0), [corner(1, 1), corner(1, 0)]), ((0, 1), [corner(0, 1), corner(1, 1)])];
+            for (direction, [right, left]) in sides {
+                let Some(rise) = self.rise(place, own, direction, least) else { continue };
+                let [here, next] = [place, (column + direction.0, row + direction.1)].map(|at| self.centre_of(at));
+                let step = if rise > 0.0 {
+                    Step { ends: [left, right], higher: next, lower: here }
+                } else {
+                    Step { ends: [right, left], higher: here, lower: next }
+                };
+                if counts(own + rise.max(0.0), [step.higher, step.lower]) {
+                    steps.push(step);
                 }
             }
         }
@@ -215,32 +231,51 @@ fn joint((one, behind): (&Straight, &Step), (other, ahead): (&Straight, &Step), 
     }
 }
 
-/// The longest parts of a chain, one after the other, whose higher pixels a straight line parts from the lower ones: their lines, each with the
-/// number of the step behind its last one.
+/// The parts of a chain, one after the other, whose higher pixels a straight line parts from the lower ones: their lines, each with the number of
+/// the step behind its last one. Each is first as long as it can be; then the ends move back, the last one first, to where the narrower of two margins is widest.
 fn lines(chain: &[Step], pixel: f64) -> Vec<(Straight, usize)> {
-    let mut lines = Vec::new();
-    let mut first = 0;
-    while first < chain.len() {
-        let is_straight = |count: usize| parting(&chain[first..first + count], pixel).0 > 0.0;
-        let rest = chain.len() - first;
-        // A part of what is straight is straight: so many steps are, and so many are not.
-        let (mut straight, mut bent) = (1, 2);
-        while bent <= rest && is_straight(bent) {
-            (straight, bent) = (bent, 2 * bent);
-        }
-        bent = bent.min(rest + 1);
-        while bent - straight > 1 {
-            let middle = (straight + bent) / 2;
-            if is_straight(middle) {
-                straight = middle;
-            } else {
-                bent = middle;
-            }
-        }
-        lines.push((parting(&chain[first..first + straight], pixel).1, first + straight));
-        first += straight;
+    let mut ends = Vec::new();
+    while let first = ends.last().copied().unwrap_or(0)
+        && first < chain.len()
+    {
+        ends.push(first + straight_steps(&chain[first..], pixel));
     }
-    lines
+    let begins = |ends: &[usize], number: usize| if number > 0 { ends[number - 1] } else { 0 };
+    for number in (1..ends.len()).rev() {
+        let (first, behind) = (begins(&ends, number - 1), ends[number]);
+        let narrower = |end: usize| parting(&chain[first..end], pixel).0.min(parting(&chain[end..behind], pixel).0);
+        let end = &mut ends[number - 1];
+        let mut widest = narrower(*end);
+        while *end > first + 1 {
+            let before = narrower(*end - 1);
+            if before <= widest {
+                break;
+            }
+            (*end, widest) = (*end - 1, before);
+        }
+    }
+    let line = |number: usize| (parting(&chain[begins(&ends, number)..ends[number]], pixel).1, ends[number]);
+    (0..ends.len()).map(line).collect()
+}
+
+/// How many of the first steps of a chain one straight line has between their pixels. A part of what is straight is straight.
+fn straight_steps(chain: &[Step], pixel: f64) -> usize {
+    let is_straight = |count: usize| parting(&chain[..count], pixel).0 > 0.0;
+    // So many steps are, and so many are not.
+    let (mut straight, mut bent) = (1, 2);
+    while bent <= chain.len() && is_straight(bent) {
+        (straight, bent) = (bent, 2 * bent);
+    }
+    bent = bent.min(chain.len() + 1);
+    while bent - straight > 1 {
+        let middle = (straight + bent) / 2;
+        if is_straight(middle) {
+            straight = middle;
+        } else {
+            bent = middle;
+        }
+    }
+    straight
 }
 
 /// The line that parts the higher pixels of some steps from the lower ones with the widest margin (m), which is negative where none parts them.
@@ -299,7 +334,7 @@ mod tests {
     }
 
     fn banks(terrain: &Terrain) -> Vec<Vec<Vec2>> {
-        find(terrain, &Lattice::new(Vec2::ZERO, 40, 40, 10.0), &BedConstants::DEFAULT)
+        find(terrain, &Lattice::new(Vec2::ZERO, 40, 40, 10.0), &BedConstants::DEFAULT, |_, _| true)
     }
 
     #[test]
@@ -320,14 +355,22 @@ mod tests {
 
     #[test]
     fn a_corner_stays_a_corner_and_a_pond_is_a_ring() {
-        let is_low = |place: Vec2| place.x > 100.0 && place.x < 300.0 && place.y > 120.0 && place.y < 260.0;
-        let lines = banks(&terrain(10.0, is_low));
+        let is_low = |place: Vec2| place.x > 100.0 && place.x < 304.0 && place.y > 120.0 && place.y < 260.0;
+        let lines = banks(&terrain(4.0, is_low));
         assert_eq!(lines.len(), 1);
-        for corner in [(100.0, 120.0), (300.0, 120.0), (300.0, 260.0), (100.0, 260.0)] {
+        for corner in [(100.0, 120.0), (304.0, 120.0), (304.0, 260.0), (100.0, 260.0)] {
             let corner = Vec2::new(corner.0, corner.1);
             let nearest = lines[0].iter().map(|point| (*point - corner).norm()).fold(f64::INFINITY, f64::min);
-            assert!(nearest < 8.0, "{corner:?}: {nearest}, {lines:?}");
+            assert!(nearest < 1e-3, "{corner:?}: {nearest}, {lines:?}");
         }
+    }
+
+    #[test]
+    fn banks_on_the_sides_of_squares_are_left_to_them() {
+        let is_low = |place: Vec2| place.x > 100.0 && place.x < 300.0 && place.y > 120.0 && place.y < 260.0;
+        assert_eq!(banks(&terrain(10.0, is_low)).len(), 0);
+        assert_eq!(banks(&terrain(2.0, is_low)).len(), 0);
+        assert_eq!(banks(&terrain(2.0, |place| is_low(place - Vec2::new(4.0, 0.0)))).len(), 1);
     }
 
     #[test]

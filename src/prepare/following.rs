@@ -15,7 +15,7 @@ use super::ground;
 use super::places::{self, Drawn};
 use crate::bed::{BedParticles, Surface, plane_at_middle};
 use crate::boundary::Pieces;
-use crate::error::{Problem, ProblemKind, input_warning};
+use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::{Cell, Conforming, Face, Lattice, Side};
 use crate::math::Vec2;
@@ -87,21 +87,24 @@ fn check(scenario: &Scenario, findings: &mut Findings) {
     }
 }
 
-/// The steep banks that the terrain shows (local coordinates, m), where cells are to follow them; warns where it shows none.
-fn banks(scenario: &Scenario, ground: &ground::Ground<'_>, findings: &mut Findings) -> Vec<Vec<Vec2>> {
+/// The steep banks that the terrain shows (local coordinates, m), where cells are to follow them: those that do not stand under water at the start,
+/// with none of the `given` lines within a cell of them.
+fn banks(scenario: &Scenario, ground: &ground::Ground<'_>, (given, still): (&Pieces, &StillWater)) -> Vec<Vec<Vec2>> {
     if !scenario.ground.follows_banks {
         return Vec::new();
     }
     let bed = ground.bed();
-    let banks = banks::find(ground.terrain(), &bed.lattice, &bed.constants);
-    if banks.is_empty() {
-        let message = "the terrain shows no steep bank, so that no cell follows one".to_owned();
-        let problem = input_warning("no-banks", message)
-            .with_cause("no raster is as fine as the cells, or its ground rises evenly");
-        let remedy = "draw the banks as lines (`terrain.breaklines` with `mode: follow`), or take `follow_banks` out";
-        findings.add_at("terrain.follow_banks", None, problem.with_remedy(remedy));
-    }
-    banks
+    let lattice = &bed.lattice;
+    let is_under = |place: Vec2, elevation: f64| {
+        let cell = lattice.cell_at(place).filter(|&cell| still.depth[cell] > 0.0);
+        cell.is_some_and(|cell| bed.elevation[cell] + still.depth[cell] > elevation)
+    };
+    let is_given = |[higher, lower]: [Vec2; 2]| {
+        let beyond = (lower - higher) * (lattice.spacing / (lower - higher).norm());
+        given.cross([higher - beyond, lower + beyond])
+    };
+    let counts = |elevation: f64, way: [Vec2; 2]| !is_under(way[0], elevation) && !is_given(way);
+    banks::find(ground.terrain(), lattice, &bed.constants, counts)
 }
 
 /// The cells that follow the scenario's lines and the outlines of blocked buildings; none without such lines, and on coarser levels, which have no
@@ -128,12 +131,14 @@ pub(super) fn find(
         followed.extend_from_slice(&pieces);
         lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
     }
-    let banks = banks(scenario, ground, findings);
+    let outlines = ground::outlines(built, scenario, lattice);
+    let of_outlines = outlines.iter().flatten().flat_map(Line::pieces);
+    let given: Pieces = followed.iter().chain(walls).copied().chain(of_outlines).collect();
+    let banks = banks(scenario, ground, (&given, still));
     followed.extend(banks.iter().flat_map(|bank| bank.windows(2).map(|ends| [ends[0], ends[1]])));
     let as_line = |points: &Vec<Vec2>| Line { points: points.clone(), is_closed: false, kind: LineKind::Follow };
     lines.extend(banks.iter().map(as_line));
     lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
-    let outlines = ground::outlines(built, scenario, lattice);
     if lines.is_empty() && outlines.is_empty() {
         return None;
     }
@@ -144,7 +149,7 @@ pub(super) fn find(
     let is_cell = |cell: usize| (bed.has_terrain(cell) || kept::is_built(bed, cell)) && !kept[cell];
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
     let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
-    let parting: Pieces = lines.iter().flat_map(|line| line.points.windows(2).map(|ends| [ends[0], ends[1]])).collect();
+    let parting: Pieces = lines.iter().flat_map(Line::pieces).collect();
     let ground = Ground { bed, surface, parting: &parting };
     let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
     let squares = ground.squares(&conforming);

@@ -96,11 +96,6 @@ pub(super) const GROUP: Group = Group {
             "Where two terrain layers overlap, their heights differ. A step is left along the seam.",
             "Give the layer its `offset` or `unit`.",
         ),
-        warning(
-            "no-banks",
-            "The terrain shows no steep bank, and no cell follows one although `follow_banks` asks for it.",
-            "Draw the banks as lines, or take the key out.",
-        ),
         error(
             "no-elevation",
             "A survey point has neither a z coordinate nor an attribute with its elevation.",

@@ -120,7 +120,7 @@ fn a_channel_askew_to_the_lattice_has_its_normal_depth_between_banks_that_cells_
     let followed = scene.depth("follow");
     assert!((followed / 1.521 - 1.0).abs() < 0.01, "{followed} m");
     // Without the lines the banks are stairs.
-    scene.run("stairs", &["--set", "terrain.breaklines=[]"]);
+    scene.run("stairs", &["--set", "terrain.breaklines=[]", "--set", "terrain.follow_banks=false"]);
     let stairs = scene.depth("stairs");
     println!("depth {followed:.4} m between banks that cells follow, {stairs:.3} m between stairs, exact 1.521 m");
     assert!(stairs > 1.2 * followed, "{stairs} m");
@@ -135,7 +135,8 @@ fn a_channel_askew_to_the_lattice_has_its_normal_depth_between_banks_that_cells_
     assert!((peak / 150.0 - 1.0).abs() < 0.01, "{peak} m3/s");
 }
 
-const FOUND: [&str; 4] = ["--set", "terrain.breaklines=[]", "--set", "terrain.follow_banks=true"];
+/// Without the lines of the user.
+const FOUND: [&str; 2] = ["--set", "terrain.breaklines=[]"];
 
 #[test]
 fn banks_that_the_terrain_shows_are_followed_without_a_line_of_the_user() {
@@ -165,14 +166,28 @@ fn banks_are_found_at_any_angle_in_narrow_channels_and_in_rough_ground() {
 }
 
 #[test]
-fn terrain_without_a_bank_is_told() {
+fn banks_under_water_and_lines_of_the_user_are_left_as_they_are() {
     let scene = Scene::new();
-    let header = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {CELL}\n");
-    scene.write("dem.asc", &(header + &vec![vec!["14"; SIDE].join(" "); SIDE].join("\n") + "\n"));
-    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &FOUND].concat());
-    assert!(answer.stdout.contains("no-banks"), "{}", answer.stdout);
-    let moving = ["--set", "numerics.motion=lagrangian"];
-    let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], &FOUND, &moving].concat());
+    let short = ["--set", "time.end=1 min", "--set", "outputs.every=1 min"];
+    // Beside the user's own lines the terrain shows nothing new.
+    let record = scene.run("lines", &short);
+    assert_eq!(record.get("banks"), None);
+    let record = scene.run("found", &[&FOUND[..], &short].concat());
+    assert!(record["banks"]["length_m"].as_f64().unwrap() > 1500.0, "{record}");
+    let lake = r#"initial=[{reservoir: "lake.geojson", level: 30 m}]"#;
+    let ring = r#"{"type":"Polygon","coordinates":[[[0,0],[1000,0],[1000,1000],[0,1000],[0,0]]]}"#;
+    scene.write("lake.geojson", &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{ring}}}"#));
+    let record = scene.run("lake", &[&FOUND[..], &short, &["--set", lake]].concat());
+    assert_eq!(record.get("banks"), None);
+}
+
+#[test]
+fn lagrangian_particles_follow_no_banks() {
+    let scene = Scene::new();
+    let moving = [&["check", "s.yaml", "--set", "numerics.motion=lagrangian"][..], &FOUND].concat();
+    let answer = floodsim(scene.folder.path(), &moving);
+    assert!(!answer.stdout.contains("follow no lines"), "{}", answer.stdout);
+    let answer = floodsim(scene.folder.path(), &[&moving[..], &["--set", "terrain.follow_banks=true"]].concat());
     assert!(answer.code == 3 && answer.stdout.contains("Lagrangian particles follow no lines"), "{}", answer.stdout);
 }
 

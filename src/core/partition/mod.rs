@@ -94,6 +94,17 @@ pub struct Line {
     pub kind: LineKind,
 }
 
+impl Line {
+    /// Its straight pieces (local coordinates, m), with the one that closes it.
+    pub fn pieces(&self) -> impl Iterator<Item = [Vec2; 2]> + '_ {
+        let closing = match self.points[..] {
+            [first, .., last] if self.is_closed && first != last => Some([last, first]),
+            _ => None,
+        };
+        self.points.windows(2).map(|ends| [ends[0], ends[1]]).chain(closing)
+    }
+}
+
 /// Cells that follow lines, and their faces.
 #[derive(Clone, Debug)]
 pub struct Partition {

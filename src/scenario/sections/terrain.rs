@@ -61,7 +61,7 @@ section! {
         /// Lines along which the bed is raised (levees) or carved (channels), in the order of the list; none when absent.
         breaklines: Option<Vec<BreaklineEntry>>,
         /// Whether the sides of cells follow steep banks that a raster as fine as the cells shows; `results.gpkg` has them in the layer
-        /// `banks`; false when absent. Codes: method-combination, no-banks.
+        /// `banks`; true when absent, but for Lagrangian particles and with `numerics.turbulence`. Codes: method-combination.
         follow_banks: Option<bool>,
         /// Cells without terrain that terrain encloses: `wall`, `error` (refused), or filled from their rim; wall, with a
         /// warning, when absent. Codes: terrain-gaps, seam-without-data.
@@ -114,18 +114,21 @@ fn check_layer(node: &Node, reader: &mut Reader) -> Option<()> {
     is_fit.then_some(())
 }
 
-pub(super) fn resolved(terrain: Terrain) -> (Vec<Sourced<TerrainLayer>>, bool, Ground) {
+/// Layers, whether they are brought to the reference system of the run, and the ground.
+///
+/// - `follows_banks`: whether its cells follow banks where the scenario does not say
+pub(super) fn resolved(terrain: Terrain, follows_banks: bool) -> (Vec<Sourced<TerrainLayer>>, bool, Ground) {
     match terrain {
         Terrain::Raster(file) => {
             let Sourced { value: path, key, place } = file.0;
             let value = TerrainLayer::Raster { path, offset: 0.0, unit: 1.0, clip: None, mode: LayerMode::default() };
-            (vec![Sourced { value, key, place }], false, Ground::default())
+            (vec![Sourced { value, key, place }], false, Ground { follows_banks, ..Ground::default() })
         }
         Terrain::Layers(section) => {
             let layers = section.layers.0.into_iter().filter_map(layer).collect();
             let gaps = section.gaps.map(|gaps| gaps.0);
             let (breaklines, followed) = ground::breaklines(section.breaklines.unwrap_or_default(), &[]);
-            let follows_banks = section.follow_banks.unwrap_or(false);
+            let follows_banks = section.follow_banks.unwrap_or(follows_banks);
             let ground = Ground { gaps, breaklines, followed, follows_banks, buildings: None };
             (layers, section.reproject.unwrap_or(false), ground)
         }
@@ -273,5 +276,5 @@ pub(super) fn written(scenario: &Scenario) -> Section {
         .with("reproject", scenario.reproject)
         .with_some("gaps", gaps)
         .with_list("breaklines", breaklines.chain(followed).collect())
-        .with_some("follow_banks", scenario.ground.follows_banks.then_some(true))
+        .with("follow_banks", scenario.ground.follows_banks)
 }
