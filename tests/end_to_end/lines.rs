@@ -156,7 +156,15 @@ fn banks_that_the_terrain_shows_are_followed_without_a_line_of_the_user() {
 
 #[test]
 fn banks_are_found_at_any_angle_in_narrow_channels_and_in_rough_ground() {
-    for (degrees, width, rough) in [(10.0, 50.0, 0.0), (20.0, 50.0, 0.1), (25.0, 30.0, 0.0), (40.0, 50.0, 0.05)] {
+    let channels = [
+        (5.0, 50.0, 0.0),
+        (10.0, 50.0, 0.0),
+        (20.0, 50.0, 0.1),
+        (25.0, 30.0, 0.0),
+        (40.0, 50.0, 0.05),
+        (45.0, 50.0, 0.0),
+    ];
+    for (degrees, width, rough) in channels {
         let scene = Scene::askew(degrees, width, rough);
         scene.run("found", &FOUND);
         let found = scene.depth("found");

@@ -66,8 +66,8 @@ fn the_jump_before_a_building_moves_upstream_as_measured() {
     let Some(mixed) = rows("isolated_obstacle", "isolated_obstacle", "motion=eulerian turbulence=mixing_length") else {
         return;
     };
-    // Decision 0041: 0.0216 m without and 0.0162 m with mixing at 10 cm; the limit is 0.020 m.
-    assert_eq!((plain[0].status, mixed[0].status), (Status::FallShort, Status::Pass), "{plain:?} {mixed:?}");
+    // 0.0179 m without and 0.0162 m with mixing at 10 cm (0.0216 m without where no cell follows the walls); the limit is 0.020 m.
+    assert_eq!((plain[0].status, mixed[0].status), (Status::Pass, Status::Pass), "{plain:?} {mixed:?}");
     assert!(mixed[0].error_depth < plain[0].error_depth);
     assert!(mixed[0].note.starts_with("turbulence mixing_length; RMSE in m: G1 "), "{}", mixed[0].note);
 }

@@ -41,10 +41,10 @@ use super::{EulerianMethods, Scale};
 use crate::solver::FlowProblem;
 use coarse_water::CoarseWater;
 use face::{Face, WAY};
-pub(super) use face::{Passing, Place, Seen};
+pub(super) use face::{Place, Seen};
 use hanging::hanging_faces;
 use in_rows::{ByRow, Cell, SideOfCell, cells_beside, sides_of_cells};
-pub(super) use meeting::{Meeting, pass};
+pub(super) use meeting::{Meeting, Passing, pass};
 
 /// Faces that a thread takes at least: fewer are done sooner than another thread wakes.
 pub(super) const AT_ONCE: usize = 512;

@@ -5,7 +5,7 @@ use super::super::faces::{Half, turned_by};
 use super::super::gradient::difference_over_sill;
 use super::super::state::{GroundRow, PrimitiveRow, Slot, State};
 use super::super::walls::{Differences, mirrored};
-use super::meeting::Meeting;
+use super::meeting::{Meeting, Passing};
 use crate::physics::limiter::van_leer;
 
 /// A padded place (row, column).
@@ -37,36 +37,6 @@ pub(super) struct Face {
     pub level: usize,
     /// Number of hanging faces of its coarse cell.
     pub of_coarse: usize,
-}
-
-/// What passes a face: volume, tangential momentum, normal momentum lost by the first side and gained by the second, per metre.
-#[derive(Clone, Copy, Debug, Default)]
-pub(in super::super) struct Passing {
-    pub mass: f64,
-    pub tangential: f64,
-    pub lost: f64,
-    pub gained: f64,
-}
-
-impl Passing {
-    /// Takes a share of the water, and of the momentum that goes with it.
-    pub fn reduce(&mut self, share: f64) {
-        self.mass *= share;
-        self.tangential *= share;
-    }
-
-    /// Takes the flux of a pair: F_d, F_d v_t, and normal momentum lost and gained beside what is there already.
-    pub fn take(&mut self, (mass, tangential, lost, gained): (f64, f64, f64, f64)) {
-        *self = Passing { mass, tangential, lost: lost + self.lost, gained: gained + self.gained };
-    }
-
-    /// Adds so many times another.
-    pub fn add(&mut self, times: f64, other: &Passing) {
-        self.mass += times * other.mass;
-        self.tangential += times * other.tangential;
-        self.lost += times * other.lost;
-        self.gained += times * other.gained;
-    }
 }
 
 /// What is seen of a particle.
