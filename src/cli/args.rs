@@ -61,7 +61,7 @@ pub enum Command {
     /// Run a scenario and write its maps (the same as `floodsim SCENARIO`)
     #[command(after_help = presets())]
     Run(RunArguments),
-    /// Open every input of a scenario and report every problem at once; run nothing
+    /// Open every input of a scenario and report every problem at once; write nothing
     Check(CheckArguments),
     /// Explain codes of problems, such as `no-crs`: severity, meaning, remedy; without a code, list all
     Explain(ExplainArguments),

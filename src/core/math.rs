@@ -53,7 +53,7 @@ impl Vec2 {
     }
 }
 
-/// A rectangle with its sides to the four winds.
+/// A rectangle with sides parallel to the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
     /// Its south-western corner (m).

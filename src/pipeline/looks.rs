@@ -37,7 +37,8 @@ impl Look {
 
     /// A run on cells of an edge (m); none where the scene cannot be put on them.
     fn at(scenario: &Scenario, spacing: f64) -> Option<Look> {
-        let scenario = scenario.with_lengths(spacing, spacing);
+        let mut scenario = scenario.with_lengths(spacing, spacing);
+        scenario.ground.follows_banks = false;
         let Runnable { setup, .. } = prepare(&scenario).into_runnable().ok()?;
         let mut scout = Scout::new(&scenario, &setup.bed);
         let before = processor_seconds();

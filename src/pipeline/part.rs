@@ -85,6 +85,7 @@ fn look(scenario: &Scenario, spacing: f64) -> Result<Option<Places>, Vec<Problem
     coarse.outputs.cell = spacing;
     coarse.outputs.maps_on_terrain = None;
     coarse.start.earlier = None;
+    coarse.ground.follows_banks = false;
     let prepared = prepare(&coarse);
     let is_sound = !prepared.has_errors() && scenario.start.earlier.is_none();
     let Some(setup) = prepared.setup else { return Ok(None) };

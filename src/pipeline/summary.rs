@@ -103,8 +103,7 @@ impl RunSummary {
             )?;
         }
         if let Some(banks) = &self.manifest.banks {
-            let length = 1e-3 * banks.length_m;
-            writeln!(f, "banks: cells follow {} steep banks of the terrain, {length:.2} km together", banks.lines)?;
+            writeln!(f, "steep banks that cells follow: {}, together {:.1} m", banks.lines, banks.length_m)?;
         }
         Ok(())
     }

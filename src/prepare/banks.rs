@@ -48,12 +48,12 @@ impl Step {
 
 /// The banks of a terrain as lines in local coordinates (m); none where no raster is as fine as the cells.
 ///
-/// - `counts`: whether a step does, given the elevation (m) of its higher side and the way (local) from the centre of that side to the other
+/// - `counts`: whether a step does, given the way (local) from the centre of its higher pixel to that of the other
 pub(super) fn find(
     terrain: &Terrain,
     lattice: &Lattice,
     constants: &BedConstants,
-    counts: impl Fn(f64, [Vec2; 2]) -> bool + Sync,
+    counts: impl Fn([Vec2; 2]) -> bool + Sync,
 ) -> Vec<Vec<Vec2>> {
     let low = lattice.to_map(Vec2::ZERO);
     let high = lattice.to_map(lattice.size());
@@ -66,12 +66,15 @@ pub(super) fn find(
     let of_row = |&row: &i64| pixels.steps(row, block.columns.clone(), least, &counts);
     let steps: Vec<Step> = rows.par_iter().flat_map_iter(of_row).collect();
     let pixel = grid.cell().x.max(grid.cell().y);
-    let is_long = |line: &Vec<Vec2>| {
+    let least_length = LEAST_LENGTH * lattice.spacing;
+    let is_needed = |line: &Vec<Vec2>| {
         let length: f64 = line.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
-        length >= LEAST_LENGTH * lattice.spacing
+        length >= least_length && !lies_on_sides(line, lattice)
     };
-    let is_needed = |line: &Vec<Vec2>| is_long(line) && !lies_on_sides(line, lattice);
-    chains(&steps).iter().map(|chain| straightened(chain, pixel)).filter(is_needed).collect()
+    let chains = chains(&steps);
+    // No line is longer than the sides of pixels that it goes along.
+    let long = chains.par_iter().filter(|chain| chain.len() as f64 * pixel >= least_length);
+    long.map(|chain| straightened(chain, pixel)).filter(is_needed).collect()
 }
 
 /// Whether a line lies on the sides of squares as they are.
@@ -93,9 +96,9 @@ struct Pixels<'a> {
 }
 
 impl Pixels<'_> {
-    /// Elevation (m) of a pixel; not a number without one.
+    /// Elevation (m) of a pixel; not a number without one, and where a coarser layer counts.
     fn at(&self, column: i64, row: i64) -> f64 {
-        self.terrain.pixel(self.grid, column, row)
+        self.terrain.pixel_as_fine(self.grid, column, row)
     }
 
     fn centre_of(&self, (column, row): (i64, i64)) -> Vec2 {
@@ -116,7 +119,7 @@ impl Pixels<'_> {
     }
 
     /// The steps between the pixels of a row and those to the east and south of them.
-    fn steps(&self, row: i64, columns: Range<i64>, least: f64, counts: &impl Fn(f64, [Vec2; 2]) -> bool) -> Vec<Step> {
+    fn steps(&self, row: i64, columns: Range<i64>, least: f64, counts: &impl Fn([Vec2; 2]) -> bool) -> Vec<Step> {
         let mut steps = Vec::new();
         for column in columns {
             let (place, own) = ((column, row), self.at(column, row));
@@ -131,7 +134,7 @@ impl Pixels<'_> {
                 } else {
                     Step { ends: [right, left], higher: here, lower: next }
                 };
-                if counts(own + rise.max(0.0), [step.higher, step.lower]) {
+                if counts([step.higher, step.lower]) {
                     steps.push(step);
                 }
             }
@@ -243,16 +246,20 @@ fn lines(chain: &[Step], pixel: f64) -> Vec<(Straight, usize)> {
     let begins = |ends: &[usize], number: usize| if number > 0 { ends[number - 1] } else { 0 };
     for number in (1..ends.len()).rev() {
         let (first, behind) = (begins(&ends, number - 1), ends[number]);
-        let narrower = |end: usize| parting(&chain[first..end], pixel).0.min(parting(&chain[end..behind], pixel).0);
-        let end = &mut ends[number - 1];
-        let mut widest = narrower(*end);
-        while *end > first + 1 {
-            let before = narrower(*end - 1);
-            if before <= widest {
-                break;
+        let margins = |end: usize| [first..end, end..behind].map(|part| parting(&chain[part], pixel).0);
+        // The longer the first part, the narrower its margin and the wider that of the second.
+        let (mut low, mut high) = (first + 1, ends[number - 1]);
+        while high - low > 1 {
+            let middle = (low + high) / 2;
+            let [before, after] = margins(middle);
+            if before >= after {
+                low = middle;
+            } else {
+                high = middle;
             }
-            (*end, widest) = (*end - 1, before);
         }
+        let narrower = |end: usize| margins(end)[0].min(margins(end)[1]);
+        ends[number - 1] = if narrower(low) > narrower(high) { low } else { high };
     }
     let line = |number: usize| (parting(&chain[begins(&ends, number)..ends[number]], pixel).1, ends[number]);
     (0..ends.len()).map(line).collect()

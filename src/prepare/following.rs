@@ -13,7 +13,7 @@ use super::banks;
 use super::findings::Findings;
 use super::ground;
 use super::places::{self, Drawn};
-use crate::bed::{BedParticles, Surface, plane_at_middle};
+use crate::bed::{BedParticles, Surface, least_step, plane_at_middle};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
@@ -34,6 +34,9 @@ const WIDER: f64 = 1.25;
 const NEAR: f64 = 2.5;
 /// How far (spacings) they are looked for at most.
 const FARTHEST: f64 = 4.0;
+
+/// Squares beside a ridge at which no bank is followed.
+const BESIDE_RIDGE: isize = 2;
 
 /// Share of a way by which it is made longer to see whether its end lies on a line.
 const ON_LINE: f64 = 1e-6;
@@ -87,24 +90,30 @@ fn check(scenario: &Scenario, findings: &mut Findings) {
     }
 }
 
-/// The steep banks that the terrain shows (local coordinates, m), where cells are to follow them: those that do not stand under water at the start,
-/// with none of the `given` lines within a cell of them.
+/// The steep banks that the terrain shows (local coordinates, m), where cells are to follow them: those with none of the `given` lines within a cell
+/// of them, and not on the ground of a lake. Beside raised or carved ground and ridges narrower than a cell squares stay, for such ground holds on
+/// them alone.
 fn banks(scenario: &Scenario, ground: &ground::Ground<'_>, (given, still): (&Pieces, &StillWater)) -> Vec<Vec<Vec2>> {
     if !scenario.ground.follows_banks {
         return Vec::new();
     }
     let bed = ground.bed();
     let lattice = &bed.lattice;
-    let is_under = |place: Vec2, elevation: f64| {
-        let cell = lattice.cell_at(place).filter(|&cell| still.depth[cell] > 0.0);
-        cell.is_some_and(|cell| bed.elevation[cell] + still.depth[cell] > elevation)
-    };
+    let least = least_step(lattice.spacing, &bed.constants);
+    let ridges = bed.passes.iter().map(|sill| (sill.level, [sill.cell, sill.other(lattice)]));
+    let is_ridge = |&(level, cells): &(f64, [usize; 2])| cells.iter().all(|&cell| level >= bed.elevation[cell] + least);
+    let shaped = (0..lattice.len()).filter(|&cell| ground.changes().moves(cell));
+    let mut holds = vec![false; lattice.len()];
+    for cell in shaped.chain(ridges.filter(is_ridge).flat_map(|(_, cells)| cells)) {
+        kept::around(lattice, cell, BESIDE_RIDGE).for_each(|near| holds[near] = true);
+    }
+    let is_in_lake = |place: Vec2| lattice.cell_at(place).is_some_and(|cell| still.body[cell].is_some());
+    let is_held = |way: [Vec2; 2]| way.iter().any(|&place| lattice.cell_at(place).is_some_and(|cell| holds[cell]));
     let is_given = |[higher, lower]: [Vec2; 2]| {
         let beyond = (lower - higher) * (lattice.spacing / (lower - higher).norm());
         given.cross([higher - beyond, lower + beyond])
     };
-    let counts = |elevation: f64, way: [Vec2; 2]| !is_under(way[0], elevation) && !is_given(way);
-    banks::find(ground.terrain(), lattice, &bed.constants, counts)
+    banks::find(ground.terrain(), lattice, &bed.constants, |way| !is_in_lake(way[0]) && !is_held(way) && !is_given(way))
 }
 
 /// The cells that follow the scenario's lines and the outlines of blocked buildings; none without such lines, and on coarser levels, which have no

@@ -174,7 +174,7 @@ fn banks_are_found_at_any_angle_in_narrow_channels_and_in_rough_ground() {
 }
 
 #[test]
-fn banks_under_water_and_lines_of_the_user_are_left_as_they_are() {
+fn no_bank_is_found_beside_lines_of_the_user_and_in_the_ground_of_a_lake() {
     let scene = Scene::new();
     let short = ["--set", "time.end=1 min", "--set", "outputs.every=1 min"];
     // Beside the user's own lines the terrain shows nothing new.
@@ -187,6 +187,47 @@ fn banks_under_water_and_lines_of_the_user_are_left_as_they_are() {
     scene.write("lake.geojson", &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{ring}}}"#));
     let record = scene.run("lake", &[&FOUND[..], &short, &["--set", lake]].concat());
     assert_eq!(record.get("banks"), None);
+}
+
+#[test]
+fn a_flood_wall_of_one_pixel_behind_a_quay_holds() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    // A quay at 20 degrees, 3 m high, and 8 m behind it a wall of 3 m more; pixels of 2.5 m, cells of 10 m.
+    let (sin, cos) = 20.0_f64.to_radians().sin_cos();
+    let left = |x: f64, y: f64| (y - 200.0) * cos - (x - 200.0) * sin;
+    let elevation = |x: f64, y: f64| match left(x, y) {
+        behind if (8.0..12.0).contains(&behind) => 6.0,
+        behind => {
+            if behind > 0.0 {
+                3.0
+            } else {
+                0.0
+            }
+        }
+    };
+    let row = |row: usize| {
+        let values = (0..160).map(|k| elevation(2.5 * k as f64 + 1.25, 400.0 - 2.5 * row as f64 - 1.25).to_string());
+        values.collect::<Vec<_>>().join(" ")
+    };
+    let rows: Vec<String> = (0..160).map(row).collect();
+    write("dem.asc", &("ncols 160\nnrows 160\nxllcorner 0\nyllcorner 0\ncellsize 2.5\n".to_owned() + &rows.join("\n")));
+    let place = |x: f64, off: f64| format!("[{x},{}]", 200.0 + (off + (x - 200.0) * sin) / cos);
+    let ring = [place(0.0, 12.0), place(400.0, 12.0), "[400,400]".to_owned(), "[0,400]".to_owned(), place(0.0, 12.0)];
+    let geometry = format!(r#"{{"type":"Polygon","coordinates":[[{}]]}}"#, ring.join(","));
+    write("lake.geojson", &format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#));
+    write(
+        "s.yaml",
+        "floodsim: 1\ncrs: local\nterrain: dem.asc\nroughness: {manning: 0.03}\n\
+         initial: [{reservoir: lake.geojson, level: 5 m}]\nresolution: 10 m\ntime: {end: 2 min}\noutputs: {every: 2 min}\n",
+    );
+    run_scene(folder.path(), "out", &[]);
+    let fields = Netcdf::read(&folder.path().join("out/fields.nc"));
+    let depth = fields.values("depth");
+    let frame = &depth[depth.len() - 1600..];
+    let before = |k: &usize| left(10.0 * (k % 40) as f64 + 5.0, 395.0 - 10.0 * (k / 40) as f64) < -10.0;
+    let passed = (0..1600).filter(before).filter(|&k| frame[k] > 1e-3).count();
+    assert_eq!(passed, 0, "cells with water before the quay");
 }
 
 #[test]

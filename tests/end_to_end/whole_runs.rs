@@ -314,11 +314,12 @@ fn the_phases_of_a_run_account_for_its_time() {
     let sum =
         |is_part: &dyn Fn(&str) -> bool| times.iter().filter(|(name, _)| is_part(name)).map(|time| time.1).sum::<f64>();
     let share = sum(&|name| !name.contains(": ")) / run["wall_s"].as_f64().unwrap();
-    assert!((0.98..1.001).contains(&share), "{share}: {times:?}");
+    // Beside other work a thread may lose its processor between two phases.
+    assert!((0.9..1.001).contains(&share), "{share}: {times:?}");
     for phase in ["compute", "outputs"] {
         let parts = sum(&|name| name.starts_with(&format!("{phase}: ")));
         let share = parts / run["phase_s"][phase].as_f64().unwrap();
-        assert!((0.98..1.001).contains(&share), "{phase} {share}: {times:?}");
+        assert!((0.9..1.001).contains(&share), "{phase} {share}: {times:?}");
     }
     assert!(times.iter().any(|(name, _)| *name == "compute: water balance"));
 }

@@ -83,6 +83,17 @@ impl Terrain {
         self.layer_of_pixel(grid, column, row).map_or(f64::NAN, |(_, elevation)| elevation)
     }
 
+    /// The same; not a number where what counts is no raster as fine as the grid.
+    pub fn pixel_as_fine(&self, grid: &PixelGrid, column: i64, row: i64) -> f64 {
+        let greatest = grid.cell.x.max(grid.cell.y) * (1.0 + SPACING_ROUNDING);
+        let is_as_fine = |layer: usize| match &self.layers[layer] {
+            Layer::Raster(raster) => raster.cell_x.max(raster.cell_y) <= greatest,
+            _ => false,
+        };
+        let counting = self.layer_of_pixel(grid, column, row).filter(|&(layer, _)| is_as_fine(layer));
+        counting.map_or(f64::NAN, |(_, elevation)| elevation)
+    }
+
     /// Index of the layer that counts at a cell of a grid, and the elevation (m) of [`pixel`](Self::pixel).
     pub fn layer_of_pixel(&self, grid: &PixelGrid, column: i64, row: i64) -> Option<(usize, f64)> {
         if grid.layer + 1 == self.layers.len()

@@ -15,7 +15,7 @@ fn terrain(pixel: f64, is_low: impl Fn(Vec2) -> bool) -> Terrain {
 }
 
 fn banks(terrain: &Terrain) -> Vec<Vec<Vec2>> {
-    find(terrain, &Lattice::new(Vec2::ZERO, 40, 40, 10.0), &BedConstants::DEFAULT, |_, _| true)
+    find(terrain, &Lattice::new(Vec2::ZERO, 40, 40, 10.0), &BedConstants::DEFAULT, |_| true)
 }
 
 #[test]
@@ -85,4 +85,16 @@ fn slopes_and_rocks_have_no_banks() {
     assert_eq!(banks(&terrain(10.0, |_| true)), Vec::<Vec<Vec2>>::new());
     let rock = |place: Vec2| (place - Vec2::new(205.0, 205.0)).norm() > 5.0;
     assert_eq!(banks(&terrain(10.0, rock)), Vec::<Vec<Vec2>>::new());
+}
+
+#[test]
+fn a_coarse_raster_beside_a_fine_one_has_no_banks() {
+    // A slope of one in ten: between pixels of 40 m it rises by 4 m.
+    let raster = |west: f64, north: f64, cell: f64, count: usize| {
+        let place = |k: usize| west + ((k % count) as f64 + 0.5) * cell;
+        let values = (0..count * count).map(|k| 0.1 * place(k)).collect();
+        Layer::Raster(Raster { columns: count, rows: count, west, north, cell_x: cell, cell_y: cell, values })
+    };
+    let terrain = Terrain::new(vec![raster(0.0, 400.0, 40.0, 10), raster(200.0, 300.0, 2.0, 40)]).unwrap();
+    assert_eq!(banks(&terrain), Vec::<Vec<Vec2>>::new());
 }

@@ -55,7 +55,7 @@ pub fn is_built(bed: &BedParticles, cell: usize) -> bool {
 }
 
 /// The squares at most so many columns and rows from one.
-fn around(lattice: &Lattice, cell: usize, reach: isize) -> impl Iterator<Item = usize> {
+pub fn around(lattice: &Lattice, cell: usize, reach: isize) -> impl Iterator<Item = usize> {
     let steps = (-reach..=reach).flat_map(move |up| (-reach..=reach).map(move |across| (across, up)));
     steps.filter_map(move |step| lattice.neighbour(cell, step))
 }

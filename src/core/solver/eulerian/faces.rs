@@ -243,9 +243,9 @@ impl Numbers {
         }
     }
 
-    /// The same for a pair at another distance (m).
-    pub(super) fn over(self, way: f64) -> Self {
-        Numbers { dx: way, per_fall: 1.0 / (self.fall_height * way), ..self }
+    /// The reciprocal of the height (1/m) of (M24) for a pair at another distance (m).
+    pub(super) fn per_fall_over(self, way: f64) -> f64 {
+        1.0 / (self.fall_height * way)
     }
 }
 

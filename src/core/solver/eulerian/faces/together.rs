@@ -77,7 +77,7 @@ impl Together {
     /// Adds a pair at a distance (m); there is room for [`TOGETHER`].
     pub fn add(&mut self, halves: [Half; 2], way: f64) {
         self.sides.iter_mut().zip(halves).for_each(|(side, half)| side.set(self.count, half));
-        self.per_fall[self.count] = self.numbers.over(way).per_fall;
+        self.per_fall[self.count] = self.numbers.per_fall_over(way);
         self.count += 1;
     }
 
