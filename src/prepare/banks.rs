@@ -235,13 +235,13 @@ fn joint((one, behind): (&Straight, &Step), (other, ahead): (&Straight, &Step), 
 }
 
 /// The parts of a chain, one after the other, whose higher pixels a straight line parts from the lower ones: their lines, each with the number of
-/// the step behind its last one. Each is first as long as it can be; then the ends move back, the last one first, to where the narrower of two margins is widest.
+/// the step behind its last one. Each is first as long as it can be; then the ends move back, the last one first, to where the narrower of two
+/// margins is widest.
 fn lines(chain: &[Step], pixel: f64) -> Vec<(Straight, usize)> {
-    let mut ends = Vec::new();
-    while let first = ends.last().copied().unwrap_or(0)
-        && first < chain.len()
-    {
-        ends.push(first + straight_steps(&chain[first..], pixel));
+    let (mut ends, mut first) = (Vec::new(), 0);
+    while first < chain.len() {
+        first += straight_steps(&chain[first..], pixel);
+        ends.push(first);
     }
     let begins = |ends: &[usize], number: usize| if number > 0 { ends[number - 1] } else { 0 };
     for number in (1..ends.len()).rev() {
@@ -258,7 +258,7 @@ fn lines(chain: &[Step], pixel: f64) -> Vec<(Straight, usize)> {
                 high = middle;
             }
         }
-        let narrower = |end: usize| margins(end)[0].min(margins(end)[1]);
+        let narrower = |end: usize| margins(end).into_iter().fold(f64::INFINITY, f64::min);
         ends[number - 1] = if narrower(low) > narrower(high) { low } else { high };
     }
     let line = |number: usize| (parting(&chain[begins(&ends, number)..ends[number]], pixel).1, ends[number]);

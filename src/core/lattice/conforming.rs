@@ -3,7 +3,7 @@
 //! In the stack of rows they have rows of their own behind those of the finest level ([`super::Nest`]). There they stand on every second
 //! place, in odd rows shifted by one, so that no two of them are neighbours in the rows: what joins them are their faces alone.
 
-use crate::math::Vec2;
+use crate::math::{Rectangle, Vec2};
 
 /// How far (spacings) beyond the sides of a cell a place still lies in it: the round-off of coordinates.
 const EDGE: f64 = 1e-8;
@@ -92,7 +92,7 @@ impl Conforming {
         let square = |place: f64, count: usize| ((place / spacing).max(0.0) as usize).min(count.saturating_sub(1));
         for (number, cell) in cells.iter().enumerate() {
             for (part, corners) in cell.parts.iter().enumerate() {
-                let (low, high) = bounds(corners);
+                let Some(Rectangle { low, high }) = Rectangle::about(corners.iter().copied()) else { continue };
                 for row in square(low.y, rows)..=square(high.y, rows) {
                     let of_row = square(low.x, columns)..=square(high.x, columns);
                     overlaps.extend(of_row.map(|column| ((row * columns + column) as u32, number as u32, part as u32)));
@@ -175,14 +175,6 @@ impl Conforming {
         let deepest = within.map(depth).reduce(|best, other| if other.0 > best.0 { other } else { best })?;
         (deepest.0 >= -EDGE * self.spacing).then_some(deepest.1)
     }
-}
-
-/// South-western and north-eastern corner of the box around some places.
-fn bounds(places: &[Vec2]) -> (Vec2, Vec2) {
-    let start = (Vec2::new(f64::INFINITY, f64::INFINITY), Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
-    places.iter().fold(start, |(low, high), place| {
-        (Vec2::new(low.x.min(place.x), low.y.min(place.y)), Vec2::new(high.x.max(place.x), high.y.max(place.y)))
-    })
 }
 
 /// Distance of a place from the nearest side of a polygon; below 0 outside.

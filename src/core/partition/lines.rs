@@ -175,10 +175,8 @@ impl Network {
 
 /// South-western and north-eastern corner of the box around some places.
 pub fn bounds(places: &[Vec2]) -> (Vec2, Vec2) {
-    let start = (Vec2::new(f64::INFINITY, f64::INFINITY), Vec2::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
-    places.iter().fold(start, |(low, high), place| {
-        (Vec2::new(low.x.min(place.x), low.y.min(place.y)), Vec2::new(high.x.max(place.x), high.y.max(place.y)))
-    })
+    let Rectangle { low, high } = Rectangle::about(places.iter().copied()).unwrap_or(Rectangle::NOWHERE);
+    (low, high)
 }
 
 /// Calls for the index of each square that a segment touches, and of some beside it.

@@ -212,7 +212,7 @@ pub(super) struct Side<'a> {
 }
 
 /// Spacing (m), gravity (m/s²), dry depth (m), the share of the slopes that counts, which is 1, or 0 without reconstruction, and the constants of
-/// a pair: κ where water is pressed together, (M32), and of (M24) the fade, the height (spacings) and its reciprocal (1/m).
+/// a pair: κ where water is pressed together, (M32), and the fade and the reciprocal of the height (1/m) of (M24).
 #[derive(Clone, Copy)]
 pub(super) struct Numbers {
     dx: f64,
@@ -222,7 +222,6 @@ pub(super) struct Numbers {
     pressed_kappa: f64,
     shear_mixing: f64,
     fall_fade: f64,
-    fall_height: f64,
     per_fall: f64,
 }
 
@@ -238,14 +237,8 @@ impl Numbers {
             pressed_kappa: constants.pressed_kappa,
             shear_mixing: constants.shear_mixing,
             fall_fade: constants.fall_fade,
-            fall_height: constants.fall_height,
             per_fall: 1.0 / (constants.fall_height * scale.spacing),
         }
-    }
-
-    /// The reciprocal of the height (1/m) of (M24) for a pair at another distance (m).
-    pub(super) fn per_fall_over(self, way: f64) -> f64 {
-        1.0 / (self.fall_height * way)
     }
 }
 

@@ -142,8 +142,7 @@ impl ActiveSet {
         // A wet cell has its rim.
         for (row, column) in places.filter(|&(row, column)| !holds(&wet[row], column)) {
             let Some([rows, columns]) = &bounds[row] else { continue };
-            let rim = if apart.contains(&row) { 0 } else { RIM };
-            let around = row.saturating_sub(rim).max(rows.start)..(row + rim + 1).min(rows.end);
+            let (rim, around) = rim_of(row, rows, apart);
             is_stale[around.clone()].fill(true);
             let run = widened(&(column..column + 1), rim, columns);
             let rows = work[around.clone()].iter_mut().zip(&own[around]);
@@ -230,8 +229,7 @@ impl ActiveSet {
         let rows = work.par_iter_mut().zip(before).zip(is_stale).enumerate().with_min_len(at_once);
         rows.for_each(|(row, ((work, before), is_stale))| {
             let Some([rows, columns]) = &bounds[row] else { return };
-            let rim = if apart.contains(&row) { 0 } else { RIM };
-            let around = row.saturating_sub(rim).max(rows.start)..(row + rim + 1).min(rows.end);
+            let (rim, around) = rim_of(row, rows, apart);
             *is_stale |= changed[around.clone()].contains(&true);
             if !*is_stale {
                 return;
@@ -263,6 +261,12 @@ fn record(rows: &[Vec<Run>], spans: &mut Vec<Span>) {
         });
         spans.extend(of_row);
     }
+}
+
+/// How wide the rim in a row is, and the rows in it among those of its level; none about cells that follow lines.
+fn rim_of(row: usize, rows: &Run, apart: &Run) -> (usize, Run) {
+    let rim = if apart.contains(&row) { 0 } else { RIM };
+    (rim, row.saturating_sub(rim).max(rows.start)..(row + rim + 1).min(rows.end))
 }
 
 /// A run with a rim at its ends, within its row.

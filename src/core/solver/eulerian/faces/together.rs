@@ -12,7 +12,8 @@ type Many = [f64; TOGETHER];
 
 /// Pairs whose fluxes are to be found.
 pub(crate) struct Together {
-    numbers: Numbers,
+    scale: Scale,
+    methods: EulerianMethods,
     sides: [Halves; 2],
     per_fall: Many,
     count: usize,
@@ -61,12 +62,7 @@ halves!(d z step u v_t rise_eta rise_d rise_u rise_t stretch_t reach);
 impl Together {
     /// None yet.
     pub fn new(scale: &Scale, methods: EulerianMethods) -> Self {
-        Together {
-            numbers: Numbers::new(scale, methods),
-            sides: [Halves::NONE; 2],
-            per_fall: [0.0; TOGETHER],
-            count: 0,
-        }
+        Together { scale: *scale, methods, sides: [Halves::NONE; 2], per_fall: [0.0; TOGETHER], count: 0 }
     }
 
     /// How many there are.
@@ -77,19 +73,20 @@ impl Together {
     /// Adds a pair at a distance (m); there is room for [`TOGETHER`].
     pub fn add(&mut self, halves: [Half; 2], way: f64) {
         self.sides.iter_mut().zip(halves).for_each(|(side, half)| side.set(self.count, half));
-        self.per_fall[self.count] = self.numbers.per_fall_over(way);
+        self.per_fall[self.count] = Numbers::new(&self.scale.on(way), self.methods).per_fall;
         self.count += 1;
     }
 
     /// The fluxes of all, in the order in which they were added; none is left.
-    pub fn take(&mut self, methods: EulerianMethods) -> Fluxes {
+    pub fn take(&mut self) -> Fluxes {
+        let (methods, numbers) = (self.methods, Numbers::new(&self.scale, self.methods));
         let none = [0.0; TOGETHER];
         let mut fluxes = Fluxes { mass: none, tangential: none, lost: none, gained: none };
         match (methods.flux, methods.reconstruction == Reconstruction::Sharp) {
-            (Stabilisation::LaxFriedrichs, false) => find::<LaxFriedrichs, false>(self, self.numbers, &mut fluxes),
-            (Stabilisation::LaxFriedrichs, true) => find::<LaxFriedrichs, true>(self, self.numbers, &mut fluxes),
-            (_, false) => find::<TwoRarefactions, false>(self, self.numbers, &mut fluxes),
-            (_, true) => find::<TwoRarefactions, true>(self, self.numbers, &mut fluxes),
+            (Stabilisation::LaxFriedrichs, false) => find::<LaxFriedrichs, false>(self, numbers, &mut fluxes),
+            (Stabilisation::LaxFriedrichs, true) => find::<LaxFriedrichs, true>(self, numbers, &mut fluxes),
+            (_, false) => find::<TwoRarefactions, false>(self, numbers, &mut fluxes),
+            (_, true) => find::<TwoRarefactions, true>(self, numbers, &mut fluxes),
         }
         self.count = 0;
         fluxes

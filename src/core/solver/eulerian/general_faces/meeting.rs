@@ -72,17 +72,17 @@ pub(in super::super) fn pass<'a>(
                 waiting[together.count()] = Some(passing);
                 together.add(halves, way);
                 if together.count() == TOGETHER {
-                    hand_out(&mut together, &mut waiting, methods);
+                    hand_out(&mut together, &mut waiting);
                 }
             }
         }
     }
-    hand_out(&mut together, &mut waiting, methods);
+    hand_out(&mut together, &mut waiting);
 }
 
 /// Hands the fluxes of all pairs that are together to those who wait for them.
-fn hand_out(together: &mut Together, waiting: &mut [Option<&mut Passing>; TOGETHER], methods: EulerianMethods) {
-    let fluxes = together.take(methods);
+fn hand_out(together: &mut Together, waiting: &mut [Option<&mut Passing>; TOGETHER]) {
+    let fluxes = together.take();
     for (k, passing) in waiting.iter_mut().map_while(Option::take).enumerate() {
         passing.take((fluxes.mass[k], fluxes.tangential[k], fluxes.lost[k], fluxes.gained[k]));
     }

@@ -61,10 +61,7 @@ impl Links {
             }
             for &number in numbers {
                 let link = &mut links[number];
-                let is_near = |place: Place| {
-                    if apart.contains(&place.0) { holds(&wet[place.0], place.1) } else { is_near(wet, place) }
-                };
-                let reaches = !holds(&wet[link.to.0], link.to.1) && is_near(link.from);
+                let reaches = !holds(&wet[link.to.0], link.to.1) && is_near(wet, apart, link.from);
                 if reaches != link.reaches {
                     link.reaches = reaches;
                     let end = (link.to.0 + RIM + 1).min(is_stale.len());
@@ -80,8 +77,11 @@ impl Links {
     }
 }
 
-/// Whether a cell is wet or beside a wet one, be it by a corner.
-fn is_near(wet: &[Vec<Run>], (row, column): Place) -> bool {
+/// Whether a cell is wet or beside a wet one, be it by a corner; cells that follow lines are beside none in the rows.
+fn is_near(wet: &[Vec<Run>], apart: &Run, (row, column): Place) -> bool {
+    if apart.contains(&row) {
+        return holds(&wet[row], column);
+    }
     wet[row - 1..row + 2].iter().any(|runs| {
         let next = runs.partition_point(|run| run.end < column);
         runs.get(next).is_some_and(|run| run.start <= column + 1)
