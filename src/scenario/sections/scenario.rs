@@ -22,7 +22,7 @@ use super::{
 use crate::error::{Problem, ProblemKind};
 use crate::scenario::defaults::{MAX_PARTICLES, MEMORY_SHARE, machine_memory};
 use crate::scenario::fields::{Count, DateTime, EndTime, FormatVersion, Memory, Quantity, Text};
-use crate::scenario::methods::{Formulation, Motion, Turbulence};
+use crate::scenario::methods::{Formulation, Motion};
 use crate::scenario::model::{CrsChoice, Limits, Reading, Scenario, Sourced};
 use crate::scenario::read::{FromNode, NonEmpty, Reader, section};
 use crate::scenario::tree::{Node, Value};
@@ -194,8 +194,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
     let (resolution, levels, auto) = resolution::resolved(written.resolution);
     let has_terrain = written.terrain.is_some();
     let numerics = numerics::resolved(written.numerics.as_ref());
-    // The sides of cells that follow lines have no stress of turbulence.
-    let follows_banks = numerics.motion == Motion::Eulerian && numerics.turbulence == Turbulence::None;
+    let follows_banks = numerics.motion == Motion::Eulerian;
     let (layers, reproject, mut ground) =
         written.terrain.map(|terrain| terrain::resolved(terrain, follows_banks)).unwrap_or_default();
     let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));

@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use super::faces::{EAST, Half};
 use super::general_faces::{AT_ONCE, Meeting, Passing, Place, Seen, pass};
+use super::mixing::{Mixing, Surroundings};
 use super::rows::sides;
 use super::state::{Slot, State};
 use super::update::Stage;
@@ -64,6 +65,7 @@ struct Face {
     steps: [f64; 2],
     /// Level (m) of the lowest ground along the face, as the solver counts; minus infinity where that is not known.
     sill: f64,
+    surroundings: Surroundings,
 }
 
 /// What a cell sees beyond one of its faces.
@@ -155,12 +157,13 @@ impl ConformingFaces {
     }
 
     /// Fluxes of the faces.
-    pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods) {
+    pub fn apply(&mut self, state: &mut State, scale: &Scale, methods: EulerianMethods, time_step: f64) {
         let ConformingFaces { faces, passing, around, seen, .. } = self;
+        let mixing = Mixing::new(scale, methods, time_step);
         let known = (&seen[..], &around[..]);
         let all = passing.par_chunks_mut(AT_ONCE).zip(faces.par_chunks(AT_ONCE));
         all.for_each(|(passing, faces)| {
-            let meetings = faces.iter().map(|face| face.meeting(known, scale));
+            let meetings = faces.iter().map(|face| face.meeting(known, (scale, mixing.as_ref())));
             pass(meetings.zip(passing), scale, methods);
         });
         self.put(state);
@@ -314,7 +317,7 @@ impl Around {
 
 impl Face {
     /// How the particles on its two sides meet.
-    fn meeting(&self, (seen, around): (&[Seen], &[Around]), scale: &Scale) -> Meeting {
+    fn meeting(&self, (seen, around): (&[Seen], &[Around]), (scale, mixing): (&Scale, Option<&Mixing>)) -> Meeting {
         let own = self.sides.map(|side| side.map(|side| (side, seen[side.cell])));
         if own.iter().flatten().all(|(_, seen)| seen.depth <= scale.dry_depth) {
             return Meeting::Apart(Passing::default());
@@ -339,11 +342,13 @@ impl Face {
         let (Some((i, own_i)), Some((j, own_j))) = (first, second) else {
             return Meeting::Apart(Passing::default());
         };
-        let half = |seen: Seen, which: usize| {
-            let cell = self.sides[which].map_or(0, |side| side.cell);
-            self.half(seen, &around[cell].slopes, which)
-        };
-        Meeting::Pair { halves: [half(i, 0), half(j, 1)], way: self.way, sill: self.sill, own: [own_i, own_j] }
+        let slopes = self.sides.map(|side| &around[side.map_or(0, |side| side.cell)].slopes);
+        let halves = [self.half(i, slopes[0], 0), self.half(j, slopes[1], 1)];
+        Meeting::pair(halves, self.way, self.sill, [own_i, own_j], |halves| {
+            let (n, t) = (self.normal, self.normal.perpendicular());
+            let changes = slopes.map(|[.., u, v]| n.x * u.dot(t) + n.y * v.dot(t));
+            mixing.map_or([0.0; 2], |mixing| mixing.stress(halves, self.way, changes, self.surroundings))
+        })
     }
 
     /// The share of the way on a side.

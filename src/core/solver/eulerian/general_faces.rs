@@ -32,6 +32,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::faces::turned_by;
+use super::mixing::Mixing;
 use super::passes::Passes;
 use super::spans::ActiveSet;
 use super::state::State;
@@ -268,6 +269,7 @@ impl GeneralFaces {
         (scale, methods): (&Scale, EulerianMethods),
         time_step: f64,
     ) {
+        let mixing = Mixing::new(scale, methods, time_step);
         let all = self.all_of(levels);
         let faces = self.faces[all.clone()].par_chunks(AT_ONCE).zip(self.now[all.clone()].par_chunks_mut(AT_ONCE));
         let known = &*state;
@@ -278,7 +280,7 @@ impl GeneralFaces {
                     passing.add(1.0 / time_step, &now.booked);
                     Meeting::Apart(passing)
                 } else {
-                    face.meeting(known, now.own, now.coarse, scale)
+                    face.meeting(known, (now.own, now.coarse), (scale, mixing.as_ref()))
                 };
                 (meeting, &mut now.passing)
             });

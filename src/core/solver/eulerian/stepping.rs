@@ -280,7 +280,7 @@ impl EulerianSolver {
         self.walls.apply(state, active, scale);
         self.general.apply(state, (active, levels), (scale, self.methods), time_step);
         if is_finest {
-            self.conforming.apply(state, scale, self.methods);
+            self.conforming.apply(state, scale, self.methods, time_step);
         }
         self.in_part.apply(state, active, scale);
         self.open.apply(state, &rows, scale, self.methods, (from, to));

@@ -7,6 +7,7 @@ use crate::lattice::{Conforming, NEIGHBOURS, Side as Of};
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
 use crate::solver::eulerian::general_faces::{Passing, Place, Seen};
+use crate::solver::eulerian::mixing::{self, Surroundings};
 use crate::solver::eulerian::passes::Passes;
 use crate::solver::eulerian::rows::sides;
 use crate::solver::eulerian::stairs::beside;
@@ -48,6 +49,7 @@ impl ConformingFaces {
         found.find_others();
         found.find_closing();
         found.count_steps(state);
+        found.find_surroundings(state);
         found.find_ways(state, walls, passes);
         found.find_slots();
         found.passing = vec![Passing::default(); found.faces.len()];
@@ -121,6 +123,7 @@ impl ConformingFaces {
             closes: [1.0; 2],
             steps: [0.0; 2],
             sill,
+            surroundings: Surroundings::default(),
         };
         sides.iter().any(Option::is_some).then_some(face)
     }
@@ -168,6 +171,23 @@ impl ConformingFaces {
                 side.map_or(0.0, |side| state.ground[cells[side.cell].place.0].step[cells[side.cell].place.1])
             };
             face.steps = face.sides.map(step);
+        }
+    }
+
+    /// Finds what the stress on the faces takes from their surroundings.
+    fn find_surroundings(&mut self, state: &State) {
+        let ConformingFaces { faces, cells, .. } = self;
+        for face in faces.iter_mut().filter(|face| !face.is_wall) {
+            let beside = |side: Option<Side>| side.map(|side| &cells[side.cell]);
+            let [Some(a), Some(b)] = face.sides.map(beside) else { continue };
+            let friction = |cell: &Cell| state.ground[cell.place.0].friction[cell.place.1];
+            let bears = |cell: &Cell| {
+                let (row, column) = cell.place;
+                let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
+                mixing::bears(face.way, (area, cell.faces.len() + cell.others.len()), face.length)
+            };
+            face.surroundings =
+                Surroundings { friction: 0.5 * (friction(a) + friction(b)), bears: bears(a).min(bears(b)) };
         }
     }
 

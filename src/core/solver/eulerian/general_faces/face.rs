@@ -1,8 +1,9 @@
 //! One general face: its two sides, what each sees of the other, and what passes.
 
 use super::super::Scale;
-use super::super::faces::{Half, turned_by};
+use super::super::faces::{EAST, Half, turned_by};
 use super::super::gradient::difference_over_sill;
+use super::super::mixing::{Mixing, Surroundings};
 use super::super::state::{GroundRow, PrimitiveRow, Slot, State};
 use super::super::walls::{Differences, mirrored};
 use super::meeting::{Meeting, Passing};
@@ -37,6 +38,7 @@ pub(super) struct Face {
     pub level: usize,
     /// Number of hanging faces of its coarse cell.
     pub of_coarse: usize,
+    pub around: Surroundings,
 }
 
 /// What is seen of a particle.
@@ -96,7 +98,12 @@ impl Face {
     }
 
     /// How the particles on its two sides meet as they are seen now; `coarse` is the coarse one of them where it meets the fine one.
-    pub fn meeting(&self, state: &State, own: [Seen; 2], coarse: Seen, scale: &Scale) -> Meeting {
+    pub fn meeting(
+        &self,
+        state: &State,
+        (own, coarse): ([Seen; 2], Seen),
+        (scale, mixing): (&Scale, Option<&Mixing>),
+    ) -> Meeting {
         if own.iter().all(|seen| seen.depth <= scale.dry_depth) {
             return Meeting::Apart(Passing::default());
         }
@@ -107,7 +114,7 @@ impl Face {
                 (mirrored(own[0].depth, towards(&own[0]), g), mirrored(own[1].depth, -towards(&own[1]), g));
             return Meeting::Apart(Passing { lost, gained, ..Passing::default() });
         }
-        let way = WAY * 2.0 * self.length;
+        let way = self.way();
         let mut halves = self.places.map(|place| Half::of_cell(state, place, self.direction, way));
         let (u, v_t) = turned_by(self.direction, coarse.u, coarse.v);
         halves[self.coarse] = Half { d: coarse.depth, z: coarse.bed, u, v_t, ..halves[self.coarse] };
@@ -119,6 +126,17 @@ impl Face {
         let aside =
             0.5 * g * (before.depth + coarse.depth) * ((coarse.bed + coarse.depth) - (before.bed + before.depth));
         let own = [0, 1].map(|side| if side == self.coarse { aside } else { 0.0 });
-        Meeting::Pair { halves, way, sill: self.sill, own }
+        Meeting::pair(halves, way, self.sill, own, |halves| {
+            let changes = self.places.map(|(row, column)| {
+                let slope = &state.gradient[row];
+                if self.direction == EAST { slope.u_y[column] } else { slope.v_x[column] }
+            });
+            mixing.map_or([0.0; 2], |mixing| mixing.stress(halves, way, changes, self.around))
+        })
+    }
+
+    /// The way (m) between its particles along the normal.
+    pub fn way(&self) -> f64 {
+        WAY * 2.0 * self.length
     }
 }

@@ -1,6 +1,7 @@
 //! Hanging faces: where a level of a nested lattice meets the next finer one.
 
 use super::super::faces::{EAST, NORTH};
+use super::super::mixing::{self, Surroundings};
 use super::super::state::{State, datum, sides};
 use super::face::{Face, Place};
 use crate::boundary::Pieces;
@@ -61,8 +62,22 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
     // The faces of a coarse cell follow each other.
     let coarse: Vec<Place> = found.iter().map(|face| face.places[face.coarse]).collect();
     let counts = coarse.chunk_by(PartialEq::eq).flat_map(|faces| std::iter::repeat_n(faces.len(), faces.len()));
-    found.iter_mut().zip(counts).for_each(|(face, count)| face.of_coarse = count);
+    for (face, count) in found.iter_mut().zip(counts) {
+        (face.of_coarse, face.around) = (count, surroundings(face, state));
+    }
     found
+}
+
+/// What the stress on a face takes from its surroundings; a coarse cell has eight faces at most.
+fn surroundings(face: &Face, state: &State) -> Surroundings {
+    let friction = |(row, column): Place| state.ground[row].friction[column];
+    let bears = |side: usize| {
+        let (row, column) = face.places[side];
+        let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
+        mixing::bears(face.way(), (area, if side == face.coarse { 8 } else { 4 }), face.length)
+    };
+    let [a, b] = face.places;
+    Surroundings { friction: 0.5 * (friction(a) + friction(b)), bears: bears(0).min(bears(1)) }
 }
 
 /// The face between a coarse and a fine cell that stands at an offset (column, row) from it.
@@ -101,6 +116,7 @@ fn hanging_face(
         length: smaller(state.spacing[coarse.0], state.spacing[fine.0]),
         level: 0,
         of_coarse: 1,
+        around: Surroundings::default(),
     }
 }
 

@@ -19,9 +19,9 @@ impl Passing {
         self.tangential *= share;
     }
 
-    /// Takes the flux of a pair: F_d, F_d v_t, and normal momentum lost and gained beside what is there already.
+    /// Takes the flux of a pair: F_d, F_d v_t, and normal momentum lost and gained, beside what is there already.
     pub fn take(&mut self, (mass, tangential, lost, gained): (f64, f64, f64, f64)) {
-        *self = Passing { mass, tangential, lost: lost + self.lost, gained: gained + self.gained };
+        self.add(1.0, &Passing { mass, tangential, lost, gained });
     }
 
     /// Adds so many times another.
@@ -45,9 +45,29 @@ pub(in super::super) enum Meeting {
         way: f64,
         /// Level (m) of a sill on the way; minus infinity where there is none.
         sill: f64,
-        /// What counts from the particles' own levels: (M89), (M99).
-        own: [f64; 2],
+        /// What passes besides: the brackets from the particles' own levels (M89), (M99), and the stress (M36).
+        besides: Passing,
     },
+}
+
+impl Meeting {
+    /// A pair, given what counts from the particles' own levels, and the stress on both (normal, tangential) where there is no sill.
+    pub fn pair(
+        halves: [Half; 2],
+        way: f64,
+        sill: f64,
+        [lost, gained]: [f64; 2],
+        stress: impl FnOnce(&[Half; 2]) -> [f64; 2],
+    ) -> Self {
+        let [normal, tangential] = if is_over(sill, &halves) { [0.0; 2] } else { stress(&halves) };
+        let besides = Passing { mass: 0.0, tangential, lost: lost + normal, gained: gained + normal };
+        Meeting::Pair { halves, way, sill, besides }
+    }
+}
+
+/// Whether a sill stands above the beds of both particles.
+fn is_over(sill: f64, [i, j]: &[Half; 2]) -> bool {
+    sill > i.z && sill > j.z
 }
 
 /// Finds what passes some faces, all pairs without a sill together.
@@ -61,14 +81,14 @@ pub(in super::super) fn pass<'a>(
     for (meeting, passing) in faces {
         match meeting {
             Meeting::Apart(all) => *passing = all,
-            Meeting::Pair { halves: [i, j], way, sill, own: [lost, gained] } if sill > i.z && sill > j.z => {
-                let numbers = Numbers::new(&scale.on(way), methods);
+            Meeting::Pair { halves, way, sill, besides } if is_over(sill, &halves) => {
+                let (numbers, [i, j]) = (Numbers::new(&scale.on(way), methods), halves);
                 let found = over_sill(i, j, Sill { level: sill, lowest: sill }, numbers, methods);
-                *passing = Passing { lost, gained, ..Passing::default() };
+                *passing = besides;
                 passing.take(found);
             }
-            Meeting::Pair { halves, way, own: [lost, gained], .. } => {
-                *passing = Passing { lost, gained, ..Passing::default() };
+            Meeting::Pair { halves, way, besides, .. } => {
+                *passing = besides;
                 waiting[together.count()] = Some(passing);
                 together.add(halves, way);
                 if together.count() == TOGETHER {
