@@ -57,15 +57,66 @@ pub(super) fn find(
 ) -> Vec<Vec<Vec2>> {
     let low = lattice.to_map(Vec2::ZERO);
     let high = lattice.to_map(lattice.size());
-    let Some(grid) = terrain.pixel_grid(low, high, AS_WIDE * lattice.spacing) else { return Vec::new() };
+    let grids = terrain.pixel_grids(low, high, AS_WIDE * lattice.spacing);
+    let of_grid = |(number, grid): (usize, &PixelGrid)| {
+        let found = on_grid(terrain, grid, (lattice, low, high), constants, &counts);
+        found.into_iter().map(move |points| Bank { points, grids: [number; 2] }).collect::<Vec<_>>()
+    };
+    let sides: Vec<f64> = grids.iter().map(longer_side).collect();
+    joined_at_seams(grids.iter().enumerate().flat_map(of_grid).collect(), &sides)
+}
+
+/// A bank, and the grids of the pixels that show its beginning and its end.
+struct Bank {
+    points: Vec<Vec2>,
+    grids: [usize; 2],
+}
+
+/// The longer side of a pixel (m).
+fn longer_side(grid: &PixelGrid) -> f64 {
+    grid.cell().x.max(grid.cell().y)
+}
+
+/// Banks as lines that go on where one grid of pixels ends and another begins: from the end of a bank to the nearest beginning of another, no
+/// farther than a pixel of each; `sides` are those of the pixels of each grid (m).
+fn joined_at_seams(mut banks: Vec<Bank>, sides: &[f64]) -> Vec<Vec<Vec2>> {
+    let mut first = 0;
+    while first < banks.len() {
+        let Bank { points, grids: [_, grid] } = &banks[first];
+        let end = points[points.len() - 1];
+        let way = |other: &Bank| (other.points[0] - end).norm();
+        let is_next = |other: &Bank| other.grids[0] != *grid && way(other) <= sides[*grid] + sides[other.grids[0]];
+        let next = (0..banks.len()).filter(|&k| k != first && is_next(&banks[k]));
+        match next.min_by(|&a, &b| way(&banks[a]).total_cmp(&way(&banks[b]))) {
+            // The line may go on from its new end.
+            Some(next) => {
+                let other = banks.remove(next);
+                first -= usize::from(next < first);
+                banks[first].points.extend(other.points);
+                banks[first].grids[1] = other.grids[1];
+            }
+            None => first += 1,
+        }
+    }
+    banks.into_iter().map(|bank| bank.points).collect()
+}
+
+/// The banks between the pixels of a grid.
+fn on_grid(
+    terrain: &Terrain,
+    grid: &PixelGrid,
+    (lattice, low, high): (&Lattice, Vec2, Vec2),
+    constants: &BedConstants,
+    counts: &(impl Fn([Vec2; 2]) -> bool + Sync),
+) -> Vec<Vec<Vec2>> {
     let block = grid.block(low, high);
     let first = lattice.to_local(grid.centre(block.columns.start, block.rows.start));
-    let pixels = Pixels { terrain, grid: &grid, begin: (block.columns.start, block.rows.start), first };
+    let pixels = Pixels { terrain, grid, begin: (block.columns.start, block.rows.start), first };
     let least = least_step(lattice.spacing, constants);
     let rows: Vec<i64> = block.rows.collect();
-    let of_row = |&row: &i64| pixels.steps(row, block.columns.clone(), least, &counts);
+    let of_row = |&row: &i64| pixels.steps(row, block.columns.clone(), least, counts);
     let steps: Vec<Step> = rows.par_iter().flat_map_iter(of_row).collect();
-    let pixel = grid.cell().x.max(grid.cell().y);
+    let pixel = longer_side(grid);
     let least_length = LEAST_LENGTH * lattice.spacing;
     let is_needed = |line: &Vec<Vec2>| {
         let length: f64 = line.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
@@ -96,9 +147,9 @@ struct Pixels<'a> {
 }
 
 impl Pixels<'_> {
-    /// Elevation (m) of a pixel; not a number without one, and where a coarser layer counts.
+    /// Elevation (m) of a pixel; not a number without one, and where a layer with other pixels counts.
     fn at(&self, column: i64, row: i64) -> f64 {
-        self.terrain.pixel_as_fine(self.grid, column, row)
+        self.terrain.pixel_of_size(self.grid, column, row)
     }
 
     fn centre_of(&self, (column, row): (i64, i64)) -> Vec2 {

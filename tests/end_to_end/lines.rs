@@ -43,19 +43,7 @@ impl Scene {
     fn askew(degrees: f64, width: f64, rough: f64) -> Scene {
         let scene = Scene { folder: TempDir::new().unwrap(), degrees, width };
         let half = 0.5 * width;
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        let noise = |column: usize, row: usize| rough * (12.9898 * column as f64 + 78.233 * row as f64).sin();
-        let elevation = |column: usize, row: usize| {
-            let (x, y) = ((column as f64 + 0.5) * CELL - 150.0, ((SIDE - row) as f64 - 0.5) * CELL - 200.0);
-            let (along, left) = (x * cos + y * sin, y * cos - x * sin);
-            let cut = if left.abs() < half && along > -40.0 { CUT } else { 0.0 };
-            20.0 - SLOPE * along - cut + noise(column, row)
-        };
-        let rows: Vec<String> = (0..SIDE)
-            .map(|row| (0..SIDE).map(|column| format!("{:.4}", elevation(column, row))).collect::<Vec<_>>().join(" "))
-            .collect();
-        let header = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {CELL}\n");
-        scene.write("dem.asc", &(header + &rows.join("\n") + "\n"));
+        scene.write_raster("dem.asc", (0.0, 0.0), CELL, [SIDE, SIDE], rough);
         scene.write_line("banks.geojson", &[(1200.0, half), (-40.0, half), (-40.0, -half), (1200.0, -half)]);
         scene.write_line("inflow.geojson", &[(0.0, 10.0 - half), (0.0, half - 10.0)]);
         scene.write_line("section.geojson", &[(450.0, -60.0), (450.0, 60.0)]);
@@ -67,6 +55,23 @@ impl Scene {
         scene.write("gauges.csv", &format!("id,x,y\n{gauges}"));
         scene.write("s.yaml", &SCENARIO.replace("150 m3/s", &format!("{} m3/s", 3.0 * width)));
         scene
+    }
+
+    /// A raster of the ground from its south-western corner on, in pixels (m) by columns and rows, rough by so much (m).
+    fn write_raster(&self, name: &str, corner: (f64, f64), pixel: f64, [columns, rows]: [usize; 2], rough: f64) {
+        let (sin, cos) = self.degrees.to_radians().sin_cos();
+        let noise = |column: usize, row: usize| rough * (12.9898 * column as f64 + 78.233 * row as f64).sin();
+        let elevation = |column: usize, row: usize| {
+            let x = corner.0 + (column as f64 + 0.5) * pixel - 150.0;
+            let y = corner.1 + ((rows - row) as f64 - 0.5) * pixel - 200.0;
+            let (along, left) = (x * cos + y * sin, y * cos - x * sin);
+            let cut = if left.abs() < 0.5 * self.width && along > -40.0 { CUT } else { 0.0 };
+            format!("{:.4}", 20.0 - SLOPE * along - cut + noise(column, row))
+        };
+        let row = |row: usize| (0..columns).map(|column| elevation(column, row)).collect::<Vec<_>>().join(" ");
+        let values = (0..rows).map(row).collect::<Vec<_>>().join("\n");
+        let header = format!("ncols {columns}\nnrows {rows}\nxllcorner {}\nyllcorner {}\n", corner.0, corner.1);
+        self.write(name, &format!("{header}cellsize {pixel}\n{values}\n"));
     }
 
     /// The place so far (m) along the channel and to the left of its middle.
@@ -172,6 +177,18 @@ fn banks_are_found_at_any_angle_in_narrow_channels_and_in_rough_ground() {
         println!("depth {found:.4} m at {degrees} degrees, {width} m wide, rough by {rough} m; exact 1.521 m");
         assert!((found / 1.521 - 1.0).abs() < 0.03, "{found} m at {degrees} degrees");
     }
+}
+
+#[test]
+fn banks_of_a_raster_are_followed_beside_a_finer_inset() {
+    let scene = Scene::new();
+    scene.write_raster("inset.asc", (630.0, 420.0), 2.5, [72, 92], 0.0);
+    let with_inset = "terrain.layers=[{raster: dem.asc}, {raster: inset.asc}]";
+    let record = scene.run("inset", &[&FOUND[..], &["--set", with_inset]].concat());
+    let depth = scene.depth("inset");
+    println!("depth {depth:.4} m outside of the inset, exact 1.521 m; {}", record["banks"]);
+    assert!((depth / 1.521 - 1.0).abs() < 0.03, "{depth} m");
+    assert!(record["banks"]["length_m"].as_f64().unwrap() > 1500.0, "{}", record["banks"]);
 }
 
 #[test]

@@ -59,7 +59,25 @@ impl PixelGrid {
 impl Terrain {
     /// The grid of the finest raster that overlaps a rectangle (map coordinates), if its cells are smaller than `spacing` (m).
     pub fn pixel_grid(&self, low: Vec2, high: Vec2, spacing: f64) -> Option<PixelGrid> {
-        let grids = self.layers.iter().enumerate().filter_map(|(index, layer)| {
+        let area = |grid: &PixelGrid| grid.cell.x * grid.cell.y;
+        // Of equal ones the topmost.
+        self.grids(low, high, spacing).reduce(|finest, grid| if area(&grid) <= area(&finest) { grid } else { finest })
+    }
+
+    /// The grids of all rasters that overlap a rectangle (map coordinates), with cells smaller than `spacing` (m): one for each size of cells.
+    pub fn pixel_grids(&self, low: Vec2, high: Vec2, spacing: f64) -> Vec<PixelGrid> {
+        let mut found: Vec<PixelGrid> = Vec::new();
+        for grid in self.grids(low, high, spacing) {
+            match found.iter_mut().find(|other| is_same_size(other.cell, grid.cell)) {
+                Some(other) => *other = grid,
+                None => found.push(grid),
+            }
+        }
+        found
+    }
+
+    fn grids(&self, low: Vec2, high: Vec2, spacing: f64) -> impl Iterator<Item = PixelGrid> + '_ {
+        self.layers.iter().enumerate().filter_map(move |(index, layer)| {
             let Layer::Raster(raster) = layer else { return None };
             let (least, greatest) = (raster.cell_x.min(raster.cell_y), raster.cell_x.max(raster.cell_y));
             let is_finer = least < spacing * (1.0 - SPACING_ROUNDING) && greatest <= spacing * (1.0 + SPACING_ROUNDING);
@@ -71,10 +89,7 @@ impl Terrain {
                 cell: Vec2::new(raster.cell_x, raster.cell_y),
                 layer: index,
             })
-        });
-        let area = |grid: &PixelGrid| grid.cell.x * grid.cell.y;
-        // Of equal ones the topmost.
-        grids.reduce(|finest, grid| if area(&grid) <= area(&finest) { grid } else { finest })
+        })
     }
 
     /// Elevation (m) of the terrain at a cell of a grid, NaN where there is none. A raster counts with the value of its cell that
@@ -83,14 +98,13 @@ impl Terrain {
         self.layer_of_pixel(grid, column, row).map_or(f64::NAN, |(_, elevation)| elevation)
     }
 
-    /// The same; not a number where what counts is no raster as fine as the grid.
-    pub fn pixel_as_fine(&self, grid: &PixelGrid, column: i64, row: i64) -> f64 {
-        let greatest = grid.cell.x.max(grid.cell.y) * (1.0 + SPACING_ROUNDING);
-        let is_as_fine = |layer: usize| match &self.layers[layer] {
-            Layer::Raster(raster) => raster.cell_x.max(raster.cell_y) <= greatest,
+    /// The same; not a number where what counts is no raster with cells of the same size.
+    pub fn pixel_of_size(&self, grid: &PixelGrid, column: i64, row: i64) -> f64 {
+        let is_of_size = |layer: usize| match &self.layers[layer] {
+            Layer::Raster(raster) => is_same_size(Vec2::new(raster.cell_x, raster.cell_y), grid.cell),
             _ => false,
         };
-        let counting = self.layer_of_pixel(grid, column, row).filter(|&(layer, _)| is_as_fine(layer));
+        let counting = self.layer_of_pixel(grid, column, row).filter(|&(layer, _)| is_of_size(layer));
         counting.map_or(f64::NAN, |(_, elevation)| elevation)
     }
 
@@ -118,6 +132,12 @@ impl Terrain {
         };
         self.top_of_first(self.layers.len(), &read)
     }
+}
+
+/// Whether cells are of one size but for the rounding of spacings.
+fn is_same_size(a: Vec2, b: Vec2) -> bool {
+    let is_same = |a: f64, b: f64| (a - b).abs() <= SPACING_ROUNDING * b;
+    is_same(a.x, b.x) && is_same(a.y, b.y)
 }
 
 #[cfg(test)]
@@ -151,9 +171,15 @@ mod tests {
         assert_eq!(grid_at(70.0, 0.0, 40.0).unwrap().cell(), Vec2::new(20.0, 20.0));
         assert_eq!(grid_at(70.0, 0.0, 20.0), None);
         assert_eq!(grid_at(40.0, 40.0, 5.0), None);
+        let sizes = |spacing: f64| -> Vec<f64> {
+            let (low, high) = rectangle(40.0, 40.0);
+            terrain.pixel_grids(low, high, spacing).iter().map(|grid| grid.cell().x).collect()
+        };
+        assert_eq!((sizes(40.0), sizes(20.0), sizes(5.0)), (vec![20.0, 5.0], vec![5.0], vec![]));
         // Beyond the fine raster its grid goes on over the coarse one.
         let (column, row) = fine.at(Vec2::new(2.0, 3.0));
         assert_eq!((terrain.pixel(&fine, column, row), terrain.pixel(&fine, 0, 0)), (1.0, 2.0));
+        assert!(terrain.pixel_of_size(&fine, column, row).is_nan() && terrain.pixel_of_size(&fine, 0, 0) > 1.0);
         assert!(terrain.pixel(&fine, -100, 0).is_nan());
     }
 

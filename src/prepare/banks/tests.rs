@@ -2,7 +2,7 @@ use super::*;
 use crate::terrain::{Layer, Raster};
 
 /// Pixels of `pixel` (m) over 400 m by 400 m, 0 where `is_low` and 3 m elsewhere, on ground that falls.
-fn terrain(pixel: f64, is_low: impl Fn(Vec2) -> bool) -> Terrain {
+fn raster(pixel: f64, is_low: impl Fn(Vec2) -> bool) -> Layer {
     let count = (400.0 / pixel) as usize;
     let place = |cell: usize| {
         let (column, row) = ((cell % count) as f64, (cell / count) as f64);
@@ -10,8 +10,11 @@ fn terrain(pixel: f64, is_low: impl Fn(Vec2) -> bool) -> Terrain {
     };
     let height = |place: Vec2| if is_low(place) { 0.0 } else { 3.0 } - 0.002 * place.x;
     let values = (0..count * count).map(place).map(height).collect();
-    let raster = Raster { columns: count, rows: count, west: 0.0, north: 400.0, cell_x: pixel, cell_y: pixel, values };
-    Terrain::new(vec![Layer::Raster(raster)]).unwrap()
+    Layer::Raster(Raster { columns: count, rows: count, west: 0.0, north: 400.0, cell_x: pixel, cell_y: pixel, values })
+}
+
+fn terrain(pixel: f64, is_low: impl Fn(Vec2) -> bool) -> Terrain {
+    Terrain::new(vec![raster(pixel, is_low)]).unwrap()
 }
 
 fn banks(terrain: &Terrain) -> Vec<Vec<Vec2>> {
@@ -88,7 +91,7 @@ fn slopes_and_rocks_have_no_banks() {
 }
 
 #[test]
-fn a_coarse_raster_beside_a_fine_one_has_no_banks() {
+fn pixels_wider_than_cells_have_no_banks_beside_a_fine_raster() {
     // A slope of one in ten: between pixels of 40 m it rises by 4 m.
     let raster = |west: f64, north: f64, cell: f64, count: usize| {
         let place = |k: usize| west + ((k % count) as f64 + 0.5) * cell;
@@ -97,4 +100,32 @@ fn a_coarse_raster_beside_a_fine_one_has_no_banks() {
     };
     let terrain = Terrain::new(vec![raster(0.0, 400.0, 40.0, 10), raster(200.0, 300.0, 2.0, 40)]).unwrap();
     assert_eq!(banks(&terrain), Vec::<Vec<Vec2>>::new());
+}
+
+#[test]
+fn a_raster_as_wide_as_the_cells_has_its_banks_beside_a_finer_one() {
+    let (sine, cosine) = 30.0_f64.to_radians().sin_cos();
+    let off = |place: Vec2| (place.y - 200.0) * cosine - (place.x - 200.0) * sine;
+    let is_low = |place: Vec2| off(place).abs() < 25.0;
+    let inset = |cell: f64, count: usize| {
+        let place =
+            |k: usize| Vec2::new(100.0 + ((k % count) as f64 + 0.5) * cell, 300.0 - ((k / count) as f64 + 0.5) * cell);
+        let values = (0..count * count).map(|k| if is_low(place(k)) { 0.0 } else { 3.0 }).collect();
+        Layer::Raster(Raster {
+            columns: count,
+            rows: count,
+            west: 100.0,
+            north: 300.0,
+            cell_x: cell,
+            cell_y: cell,
+            values,
+        })
+    };
+    let whole = raster(10.0, is_low);
+    let lines = banks(&Terrain::new(vec![whole, inset(2.0, 40)]).unwrap());
+    assert_eq!(lines.len(), 2, "they go on over the seams: {lines:?}");
+    let length = |line: &Vec<Vec2>| line.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum::<f64>();
+    let sum = lines.iter().map(length).sum::<f64>();
+    assert!((820.0..940.0).contains(&sum), "{sum} m of 2 · 462: {lines:?}");
+    assert!(lines.iter().flatten().all(|point| (off(*point).abs() - 25.0).abs() < 3.0), "{lines:?}");
 }
