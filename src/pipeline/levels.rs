@@ -9,7 +9,8 @@
 //!        ε ≤ τ D              ε of (M101), D the mean of the greatest depths over all cells that the water reaches
 //! ```
 //!
-//! and no block that the water does not come near gets a finer one for its sake.
+//! and no block that the water does not come near gets a finer one for its sake. A level does not do, either, where a block has terrain and none of
+//! its cells has: at the edge of a raster.
 
 use crate::bed::{BedParticles, SHUT};
 use crate::lattice::{Lattice, Nest, WaterOnLattice};
@@ -111,7 +112,10 @@ fn refine_by_water(setup: &Setup, (greatest, gravity): (&Greatest, f64), coarser
                 };
                 let of_block =
                     cells(row, lattice.rows).flat_map(|r| cells(column, lattice.columns).map(move |c| r * columns + c));
-                if of_block.clone().any(|cell| rises[level - 1][cell] > UNSEEN * depth) {
+                let has_terrain = |cell: usize| coarser[level - 1].bed.has_terrain(cell);
+                if of_block.clone().any(|cell| rises[level - 1][cell] > UNSEEN * depth)
+                    || !of_block.clone().any(has_terrain) && of_block.clone().any(|cell| !scatter[cell].is_nan())
+                {
                     return false;
                 }
                 let of_block = of_block.map(|cell| scatter[cell] * scatter[cell]).filter(|square| !square.is_nan());

@@ -108,3 +108,56 @@ fn a_raster_that_the_resolution_divides_has_no_cells_in_part() {
     scene.water("water.geojson", &[[0.0, 0.0, 20.0, 17.5]], 2.0);
     assert_eq!(scene.run().1.get("cells_in_part"), None);
 }
+
+const STREAM: &str = "\
+floodsim: 1
+crs: local
+terrain: {layers: [{raster: dem.asc}]}
+roughness: {manning: 0.03}
+sources: [{line: in.geojson, discharge: 8 m3/s}]
+resolution: 1 m
+time: {end: 150 s}
+outputs: {every: 150 s}
+boundaries:
+";
+
+/// A slope of one in a hundred, 16 m wide, in pixels (m); 0.5 m²/s come in above and leave by its eastern end, by a type of boundary. Depths (m)
+/// along its middle in the last frame, as far as there is water.
+fn stream(columns: usize, pixel: f64, boundary: &str, resolution: &str) -> Vec<f64> {
+    let scene = Scene::new(&format!("{STREAM}  - {{side: east, type: {boundary}}}\n"));
+    let heights: Vec<String> = (0..columns).map(|k| format!("{:.5}", 10.0 - 0.01 * (k as f64 + 0.5) * pixel)).collect();
+    let row = heights.join(" ");
+    let text = format!("ncols {columns}\nnrows 16\nxllcorner 0\nyllcorner 0\ncellsize {pixel}\n");
+    std::fs::write(scene.path("dem.asc"), text + &vec![row; 16].join("\n") + "\n").unwrap();
+    let line = r#"{"type":"LineString","coordinates":[[3,0.5],[3,15.5]]}"#;
+    let ring = "[[[40,0.5],[62.5,0.5],[62.5,15],[40,15],[40,0.5]]]";
+    let polygon = format!(r#"{{"type":"Polygon","coordinates":{ring}}}"#);
+    for (name, geometry) in [("in.geojson", line), ("fine.geojson", &polygon)] {
+        let feature = format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#);
+        std::fs::write(scene.path(name), feature).unwrap();
+    }
+    let set = format!("resolution={resolution}");
+    let answer = floodsim(scene.0.path(), &["run", "s.yaml", "--out", "out", "--quiet", "--set", &set]);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    let fields = Netcdf::read(&scene.path("out/fields.nc"));
+    let (depth, width, height) = (fields.values("depth"), fields.values("x").len(), fields.values("y").len());
+    let last = &depth[depth.len() - width * height..];
+    (0..width).map(|column| last[height / 2 * width + column]).filter(|depth| *depth > 0.0).collect()
+}
+
+#[test]
+fn a_stream_leaves_by_cells_in_part_as_it_runs_before_them() {
+    // Uniform flow: 0.5 m²/s, n = 0.03, 1 : 100.
+    let normal = (0.5_f64 * 0.03 / 0.1).powf(0.6);
+    let levels = "{finest: 1 m, coarsest: 2 m, refine: [{polygons: fine.geojson, to: 1 m}]}";
+    for boundary in ["free", "open"] {
+        for (columns, pixel) in [(64, 1.0), (65, 1.0), (65, 0.9997)] {
+            for resolution in ["1.5 m", "1.8 m", "2 m", levels] {
+                let depths = stream(columns, pixel, boundary, resolution);
+                let last = &depths[depths.len() - 8..];
+                let off = last.iter().map(|depth| (depth / normal - 1.0).abs()).fold(0.0, f64::max);
+                assert!(off < 0.01, "{columns} columns of {pixel} m, {boundary}, {resolution}: {last:?}, {normal} m");
+            }
+        }
+    }
+}

@@ -43,6 +43,14 @@ pub struct CellInPart {
     pub middle: Vec2,
 }
 
+impl CellInPart {
+    /// From the middle of the cell to where the terrain ends beyond a side, over the spacing: φ/w − ½.
+    pub fn reach(&self, way: usize) -> f64 {
+        let side = self.sides[way];
+        if side > ROUNDING { (self.area / side - 0.5).clamp(0.0, 1.5) } else { 0.5 }
+    }
+}
+
 /// A face of a cell in part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceInPart {
@@ -139,6 +147,11 @@ impl Cover {
     pub fn cell(&self, cell: usize) -> CellInPart {
         let found = self.cells.binary_search_by_key(&cell, |part| part.cell);
         found.map_or(CellInPart { cell, area: 1.0, sides: [1.0; 4], middle: Vec2::ZERO }, |place| self.cells[place])
+    }
+
+    /// From the middle of a padded cell (row, column) to where the terrain ends beyond a side (spacings): φ/w − ½.
+    pub(crate) fn reach(&self, (row, column): (usize, usize), way: usize, lattice: &Lattice) -> f64 {
+        self.cell(lattice.index(column - 1, row - 1)).reach(way)
     }
 
     /// Whether a cell is not just itself, or gives itself to those beside it.

@@ -261,7 +261,7 @@ pub(super) struct Half {
 }
 
 /// The share of the way on either side of a face of the lattice.
-const HALF_WAY: f64 = 0.5;
+pub(super) const HALF_WAY: f64 = 0.5;
 
 impl Half {
     /// A padded cell in a pair along a direction of the lattice.

@@ -28,6 +28,7 @@ use std::ops::Range;
 
 use super::cells_in_part::CellsInPart;
 use super::faces::{EAST, NORTH, turned_by};
+use super::stairs;
 use super::state::{State, datum};
 use super::walls::Walls;
 use super::{EulerianMethods, Scale};
@@ -65,6 +66,10 @@ struct Face {
     width: f64,
     /// μ of (M28) of the cell before it, by the finest spacing over its own.
     haste: f64,
+    /// From the particle before it to where the terrain ends (spacings).
+    reach: f64,
+    /// Whether another level lies behind that particle: what is there follows from its gradients.
+    is_behind_elsewhere: bool,
 }
 
 /// What comes in and what leaves: volumes (m³), or rates.
@@ -255,11 +260,10 @@ fn face(
     let line =
         problem.forcing.boundary_within(times, middle, axis(direction)).filter(|_| !problem.bed.is_sealed(middle))?;
     let inwards = (cell.1 as isize - beyond.1 as isize, cell.0 as isize - beyond.0 as isize);
-    let next = |from: (usize, usize)| {
-        let to = ((from.0 as isize + inwards.1) as usize, (from.1 as isize + inwards.0) as usize);
-        (has_terrain(to) && !walls.is_blocked(from, inwards)).then_some(to)
-    };
+    let to = |from: (usize, usize)| stairs::beside(from, inwards);
+    let next = |from: (usize, usize)| (has_terrain(to(from)) && !walls.is_blocked(from, inwards)).then(|| to(from));
     let behind = next(cell);
+    let is_behind_elsewhere = state.is_elsewhere(to(cell).0, to(cell).1);
     let depth = state.water[cell.0].depth[cell.1];
     let rest = (depth > problem.dry_depth).then(|| state.ground[cell.0].bed[cell.1] + depth);
     let further = behind.and_then(next);
@@ -268,7 +272,24 @@ fn face(
     let width = in_part.open(owner, direction);
     let haste = in_part.haste(cell) * state.haste(cell.0);
     let facing = (1.0, 0.0);
-    Some((line, Face { owner, direction, cell, behind, further, sign, facing, rest, gives, width, haste }))
+    let way = 2 * direction + usize::from(sign < 0.0);
+    let reach = problem.bed.cover.reach(cell, way, state.lattice());
+    let face = Face {
+        owner,
+        direction,
+        cell,
+        behind,
+        further,
+        sign,
+        facing,
+        rest,
+        gives,
+        width,
+        haste,
+        reach,
+        is_behind_elsewhere,
+    };
+    Some((line, face))
 }
 
 impl Line {
@@ -318,6 +339,20 @@ impl Line {
 }
 
 impl Face {
+    /// What lies a spacing behind the particle before the face, by its gradients.
+    fn by_gradients(&self, here: Near, state: &State) -> Near {
+        let (row, column) = self.cell;
+        let (slope, spacing) = (&state.gradient[row], state.spacing[row]);
+        let [level, depth, outwards] = if self.direction == EAST {
+            [slope.surface_x[column], slope.depth_x[column], self.sign * slope.u_x[column]]
+        } else {
+            [slope.surface_y[column], slope.depth_y[column], self.sign * slope.v_y[column]]
+        }
+        .map(|change| self.sign * spacing * change);
+        let behind = (here.depth - depth).max(0.0);
+        Near { depth: behind, bed: here.bed + here.depth - level - behind, outwards: here.outwards - outwards, ..here }
+    }
+
     fn look(&self, state: &State, scale: &Scale, is_carried: bool) -> Inside {
         let finest = scale.spacing;
         let scale = &scale.on(state.spacing[self.cell.0]);
@@ -329,8 +364,12 @@ impl Face {
             Near { depth, bed, outwards: self.sign * normal, along }
         };
         let friction = state.ground[self.cell.0].friction[self.cell.1];
-        let behind = [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at));
-        let before = Inside::before(at(self.cell), behind, scale);
+        let here = at(self.cell);
+        let behind = match [self.behind, self.further].map(|place| place.filter(|_| is_carried).map(at)) {
+            [None, _] if is_carried && self.is_behind_elsewhere => [Some(self.by_gradients(here, state)), None],
+            found => found,
+        };
+        let before = Inside::before(here, behind, self.reach, scale);
         let width = self.width * (scale.spacing / finest);
         Inside { rest: self.rest, friction, facing: self.facing, width, ..before }
     }

@@ -121,6 +121,7 @@ impl State {
     }
 
     /// Whether other cells stand for a padded cell of a level. Cells that follow lines have no neighbours in the rows: all about them is elsewhere.
+    /// Where no level has terrain nothing is: an edge of the terrain between levels is as one on a lattice alone.
     pub fn is_elsewhere(&self, row: usize, column: usize) -> bool {
         if let Some(conforming) = self.lattice.conforming()
             && (conforming.rows().start..conforming.rows().end + 2).contains(&row)
@@ -128,7 +129,27 @@ impl State {
             return !self.has_terrain(row, column);
         }
         let of_level = self.bounds(row).is_some_and(|[_, columns]| columns.contains(&column));
-        of_level && !self.lattice.is_leaf(self.lattice.index(column - 1, row - 1))
+        of_level && {
+            let index = self.lattice.index(column - 1, row - 1);
+            !self.lattice.is_leaf(index) && self.leaf_with_terrain(index)
+        }
+    }
+
+    /// Whether any cell that stands for the place of a square has terrain.
+    fn leaf_with_terrain(&self, index: usize) -> bool {
+        let lattice = &self.lattice;
+        let Some(nest) = lattice.nest().filter(|_| lattice.level_count() > 1) else { return true };
+        let (column, row) = lattice.column_row(index);
+        let number = nest.number_of_row(row);
+        let (column, row) = (column << number, (row - nest.levels()[number].first_row) << number);
+        let step = 1_usize << nest.level_of(column, row).min(number);
+        let within = |from: usize, count: usize| (from..(from + (1 << number)).min(count)).step_by(step);
+        let places = within(row, lattice.rows).flat_map(|r| within(column, lattice.columns).map(move |c| (c, r)));
+        let mut leaves = places.map(|(c, r)| lattice.leaf(c, r));
+        leaves.any(|leaf| {
+            let (column, row) = lattice.column_row(leaf);
+            !lattice.is_leaf(leaf) || self.has_terrain(row + 1, column + 1)
+        })
     }
 
     /// The runs of padded columns of a row that no other level stands for.

@@ -30,6 +30,10 @@ struct SpecialFace {
     column: usize,
     direction: usize,
     open: bool,
+    /// From the particle before it to where the terrain ends (spacings).
+    reach: f64,
+    /// Whether another level lies behind that particle.
+    is_behind_elsewhere: bool,
     /// Whether it belongs to a stair, as its owner and as the other particle have it before them.
     stair: [bool; 2],
 }
@@ -125,7 +129,11 @@ impl Walls {
                         && !goes_on
                         && !joins
                         && problem.open_edges.is_open_within(times, middle, normal);
-                    faces[row].push(SpecialFace { column, direction, open, stair: [false; 2] });
+                    let reach = problem.bed.cover.reach(inside, 2 * direction + usize::from(!here), state.lattice());
+                    let behind = stairs::beside(inside, if here { (-dc, -dr) } else { (dc, dr) });
+                    let is_behind_elsewhere = open && state.is_elsewhere(behind.0, behind.1);
+                    let face = SpecialFace { column, direction, open, reach, is_behind_elsewhere, stair: [false; 2] };
+                    faces[row].push(face);
                     beside[row][column].blocked |= bit_of((dc, dr));
                     beside[r][c].blocked |= bit_of((-dc, -dr));
                     if goes_on || open {
@@ -181,8 +189,8 @@ impl Walls {
     /// Fluxes of the special faces: of those that active cells own, and of those in the ring around the lattice, which is never active.
     /// Through all others nothing flows.
     pub fn apply(&self, state: &mut State, active: &ActiveSet, scale: &Scale) {
-        let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
-        let is_ring = &self.is_ring;
+        let (primitive, ground, gradient) = (&state.primitive, &state.ground, &state.gradient);
+        let (spacing, is_ring) = (&state.spacing, &self.is_ring);
         active.rows_of(&mut state.flux).for_each(|(row, flux)| {
             let (faces, parts) = (&self.faces[row], &self.parts[row]);
             let work = &active.work[row];
@@ -202,11 +210,13 @@ impl Walls {
                 if face.open {
                     let scale = &scale.on(spacing[if a.depth > scale.dry_depth { left.0 } else { right.0 }]);
                     if a.depth > scale.dry_depth {
-                        let (mass, normal) = leaving(a.depth, a.normal, &Beyond::new(ground, left, right), scale);
+                        let beyond = Beyond::new((ground, gradient), (left, right), face, scale.spacing);
+                        let (mass, normal) = leaving(a.depth, a.normal, &beyond, scale);
                         (out.mass[i], out.tangential[i]) = (mass, mass * a.tangent);
                         out.normal_left[i] = normal;
                     } else if b.depth > scale.dry_depth {
-                        let (mass, normal) = leaving(b.depth, -b.normal, &Beyond::new(ground, right, left), scale);
+                        let beyond = Beyond::new((ground, gradient), (right, left), face, scale.spacing);
+                        let (mass, normal) = leaving(b.depth, -b.normal, &beyond, scale);
                         (out.mass[i], out.tangential[i]) = (-mass, -mass * b.tangent);
                         out.normal_right[i] = normal;
                     }
@@ -272,8 +282,8 @@ pub(super) fn mirrored(depth: f64, towards: f64, g: f64) -> f64 {
 /// Volume flux and normal momentum of water leaving over an open face behind which the bed falls by `drop` (m).
 ///
 /// The state outside is the same depth at the velocity of uniform flow on that slope, and a dry bed where the bed does not fall:
-/// still water falls over such an edge at critical depth instead of standing behind it. From the particle to the face the bed falls
-/// by half of the drop, whose weight drives the water as that on the other side of the particle does.
+/// still water falls over such an edge at critical depth instead of standing behind it. From the particle to the edge the bed falls
+/// by a part of the drop, half of it in a whole cell, whose weight drives the water as that on the other side of the particle does.
 fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f64) {
     let g = scale.gravity;
     let (outside_depth, outside_velocity) = if ground.drop > 0.0 && ground.friction > 0.0 {
@@ -285,7 +295,7 @@ fn leaving(depth: f64, outwards: f64, ground: &Beyond, scale: &Scale) -> (f64, f
     };
     let (mass, momentum) = through_face(depth, outwards, outside_depth, outside_velocity, g);
     if mass > 0.0 {
-        (mass, momentum - 0.5 * g * depth * (depth + ground.drop))
+        (mass, momentum - 0.5 * g * depth * (depth + 2.0 * ground.reach * ground.drop))
     } else {
         (0.0, mirrored(depth, outwards, g))
     }
@@ -297,15 +307,34 @@ struct Beyond {
     drop: f64,
     /// g n² (m^(1/3)).
     friction: f64,
+    /// From the particle to the edge (spacings).
+    reach: f64,
 }
 
 impl Beyond {
     /// The bed goes on as it does from the particle before the edge to the one at the edge.
-    fn new(ground: &[GroundRow], inside: (usize, usize), outside: (usize, usize)) -> Self {
+    fn new(
+        (ground, gradient): (&[GroundRow], &[GradientRow]),
+        (inside, outside): ((usize, usize), (usize, usize)),
+        face: &SpecialFace,
+        spacing: f64,
+    ) -> Self {
         let (row, column) = (2 * inside.0 - outside.0, 2 * inside.1 - outside.1);
         let (z_before, z_inside) = (ground[row].bed[column], ground[inside.0].bed[inside.1]);
-        let drop = if z_before < SHUT { (z_before - z_inside).max(0.0) } else { 0.0 };
-        Beyond { drop, friction: ground[inside.0].friction[inside.1] }
+        let drop = if face.is_behind_elsewhere {
+            let (slope, column) = (&gradient[inside.0], inside.1);
+            let rise = match face.direction {
+                EAST => slope.surface_x[column] - slope.depth_x[column],
+                _ => slope.surface_y[column] - slope.depth_y[column],
+            };
+            let is_first = inside < outside;
+            if is_first { -spacing * rise } else { spacing * rise }
+        } else if z_before < SHUT {
+            z_before - z_inside
+        } else {
+            0.0
+        };
+        Beyond { drop: drop.max(0.0), friction: ground[inside.0].friction[inside.1], reach: face.reach }
     }
 }
 
@@ -347,6 +376,9 @@ pub(super) fn correct(
             return found;
         }
         // The neighbours stand in pairs.
+        if is_onward && let Some((differences, distance)) = beyond(k ^ 1) {
+            return (differences.map(|difference| -difference), distance);
+        }
         let differences = if stair & (1 << k) != 0 || is_onward && blocked & (1 << (k ^ 1)) != 0 {
             [0.0; 4]
         } else if blocked & (1 << k) != 0 && !is_onward {

@@ -31,7 +31,7 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
         for cell in 0..level.columns * level.rows {
             let (column, row) = (cell % level.columns, cell / level.columns);
             let place = (level.first_row + row + 1, column + 1);
-            if !lattice.is_leaf(lattice.index(column, level.first_row + row)) {
+            if !lattice.is_leaf(lattice.index(column, level.first_row + row)) || !state.has_terrain(place.0, place.1) {
                 continue;
             }
             for (dc, dr) in NEIGHBOURS {
@@ -58,7 +58,6 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
             }
         }
     }
-    found.retain(|face: &Face| face.places.iter().any(|&(row, column)| state.has_terrain(row, column)));
     // The faces of a coarse cell follow each other.
     let coarse: Vec<Place> = found.iter().map(|face| face.places[face.coarse]).collect();
     let counts = coarse.chunk_by(PartialEq::eq).flat_map(|faces| std::iter::repeat_n(faces.len(), faces.len()));

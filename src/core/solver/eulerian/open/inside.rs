@@ -50,8 +50,13 @@ pub(in crate::solver) struct Passing {
 }
 
 impl Inside {
-    /// The water at a face of one spacing before which there is a particle, and behind it up to two others.
-    pub(in crate::solver::eulerian) fn before(here: Near, behind: [Option<Near>; 2], scale: &Scale) -> Self {
+    /// The water at a face of one spacing, which lies at a `reach` (spacings) before a particle, and behind it are up to two others.
+    pub(in crate::solver::eulerian) fn before(
+        here: Near,
+        behind: [Option<Near>; 2],
+        reach: f64,
+        scale: &Scale,
+    ) -> Self {
         let Near { depth, bed, outwards, along } = here;
         let is_wet = depth > scale.dry_depth;
         let dry = Inside {
@@ -81,8 +86,8 @@ impl Inside {
                 };
                 let jump = jump_of(b, here);
                 let before = further.map_or(jump, |f| jump_of(f, b));
-                let half = |a: f64, b: f64| 0.5 * van_leer(a, b);
-                (half(jump.0, before.0), half(jump.1, before.1), half(jump.2, before.2))
+                let over = |a: f64, b: f64| reach * van_leer(a, b);
+                (over(jump.0, before.0), over(jump.1, before.1), over(jump.2, before.2))
             }
         };
         let at_face = (depth + rise_d).clamp(0.0, 2.0 * depth);

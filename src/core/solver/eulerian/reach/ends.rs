@@ -1,5 +1,6 @@
 //! The ends of a reach: walls, and open ones beyond which something is known, by the conditions of [`super::super::open`].
 
+use super::super::faces::HALF_WAY;
 use super::super::open::{Exchange, Faces, Inside, Near, Of, Passing, pass};
 use super::super::walls::mirrored;
 use super::super::{EulerianMethods, Scale};
@@ -111,7 +112,7 @@ impl Reach {
             let width = self.ground.face_width[end * count * strips + k] / scale.spacing;
             let before = near(here, k);
             let friction = by_shape(before.depth) * self.ground.friction[here];
-            Inside::before(before, behind, scale).with(width, friction, rest)
+            Inside::before(before, behind, HALF_WAY, scale).with(width, friction, rest)
         };
         found.clear();
         found.extend((0..strips).map(inside));
