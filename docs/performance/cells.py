@@ -238,7 +238,9 @@ def field(own, left, top, width, height):
     points = [(across(math.log10(max(float(row["cpu_s"]), 0.05))), up(y)) for row, y in zip(shown, y_log)]
     for row, (x, y) in zip(shown, points):
         out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{COLOURS[row["cells"]]}"/>')
+    # Labels keep clear of points and of what stands around the field.
     taken = [(x - 5, y - 5, x + 5, y + 5) for x, y in points]
+    taken += [(left - 60, top, left, top + height), (left, top - 20, left + width, top), (left + width, top, left + width + 60, top + height)]
     for row, (x, y) in zip(shown, points):
         text = label(row)
         x, y = free_place(x, y, 5.2 * len(text), taken)
