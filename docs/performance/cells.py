@@ -273,7 +273,7 @@ def figure(table):
     for k, case in enumerate(cases):
         own = [row for row in table if row["case"] == case]
         out += field(own, 50 + k % columns * wide, 50 + k // columns * high, wide - 70, high - 70)
-    out.append(f'<text x="50" y="{rows * high + 42}">across: CPU seconds; up: mean difference of the maximum depth from the reference, over its mean</text></svg>')
+    out.append(f'<text x="50" y="{rows * high + 42}">across: CPU seconds; up: mean difference of the maximum depth from the reference, over its mean (askew channel: from its exact depth)</text></svg>')
     FIGURE.write_text("\n".join(out) + "\n", encoding="utf-8")
 
 
