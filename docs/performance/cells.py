@@ -210,7 +210,9 @@ def ticks(low, high):
 def label(row):
     if row["case"] == ASKEW:
         return f"{CHANNEL['width'] / length(row['finest']):.0f} across"
-    return row["finest"] if row["finest"] == row["coarsest"] else f"{row['finest'].split()[0]}–{row['coarsest']}"
+    (low, unit), (high, _) = row["finest"].split(), row["coarsest"].split()
+    low, high = f"{float(low):.3g}", f"{float(high):.3g}"
+    return f"{low} {unit}" if low == high else f"{low}–{high} {unit}"
 
 
 def field(own, left, top, width, height):
@@ -267,13 +269,15 @@ def figure(table):
     cases = list(dict.fromkeys(row["case"] for row in table))
     wide, high, columns = 250, 190, 3
     rows = math.ceil(len(cases) / columns)
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{columns * wide + 20}" height="{rows * high + 50}" font-family="sans-serif" font-size="11">', '<rect width="100%" height="100%" fill="white"/>']
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{columns * wide + 20}" height="{rows * high + 65}" font-family="sans-serif" font-size="11">', '<rect width="100%" height="100%" fill="white"/>']
     for k, (cells, colour) in enumerate(COLOURS.items()):
         out.append(f'<circle cx="{30 + 150 * k}" cy="16" r="5" fill="{colour}"/><text x="{40 + 150 * k}" y="20">{cells}</text>')
     for k, case in enumerate(cases):
         own = [row for row in table if row["case"] == case]
         out += field(own, 50 + k % columns * wide, 50 + k // columns * high, wide - 70, high - 70)
-    out.append(f'<text x="50" y="{rows * high + 42}">across: CPU seconds; up: mean difference of the maximum depth from the reference, over its mean (askew channel: from its exact depth)</text></svg>')
+    below = ["across: CPU seconds; up: mean difference of the maximum depth from the reference, over its mean", "(askew channel: of the depth from the exact one; so many cells across)"]
+    out += [f'<text x="50" y="{rows * high + 42 + 15 * k}">{text}</text>' for k, text in enumerate(below)]
+    out.append("</svg>")
     FIGURE.write_text("\n".join(out) + "\n", encoding="utf-8")
 
 
