@@ -1,7 +1,7 @@
 """Uniform, nested and chosen cells side by side: the table cells.csv and the figure ../figures/cells.svg.
 
     python3 docs/performance/cells.py                # the figure, from the table
-    python3 docs/performance/cells.py --run          # all runs anew, and the figure (an hour and a half on one core)
+    python3 docs/performance/cells.py --run          # all runs anew, and the figure (three quarters of an hour on one core)
     python3 docs/performance/cells.py --run breach   # those of some cases
 
 Run it in the folder of the repository after `cargo build --release`; cases of laboratories, Malpasset and Big Tujunga need the data behind
