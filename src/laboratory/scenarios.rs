@@ -15,6 +15,7 @@ macro_rules! carried {
 /// Each file of `scenarios` that an experiment needs: its path there, and what it holds.
 #[rustfmt::skip]
 const FILES: &[(&str, &str)] = carried![
+    "laboratory/big_tujunga.yaml",
     "laboratory/downstream.geojson",
     "laboratory/downstream_6b.geojson",
     "laboratory/ea_test1.yaml",
