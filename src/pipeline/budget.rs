@@ -246,7 +246,7 @@ impl<'a> Choice<'a> {
             expected_cpu_s: Some(cpu),
             because: self.because(offer, desired, beyond),
         };
-        let misses = self.auto.error.filter(|wanted| error > *wanted).map(|wanted| self.misses(wanted, finest, beyond));
+        let misses = self.wanted.filter(|wanted| error > *wanted).map(|wanted| self.misses(wanted, finest, beyond));
         let scenario = self.scenario.with_lengths(finest, coarsest);
         Chosen { scenario, record: Some(record), warnings: misses.into_iter().collect() }
     }
@@ -303,6 +303,10 @@ impl<'a> Choice<'a> {
             Some(_) => {
                 ("finer cells are beyond the limits of `resolution.auto`", "raise these limits, or accept the error")
             }
+            None if finest > self.grain.pixel => (
+                "a raster shows nothing narrower than two of its pixels",
+                "take a finer terrain, accept the error, or write it as `resolution: {auto: {error: 10 cm}}`, which takes the pixels",
+            ),
             None => (
                 "finer cells show no more of the terrain than its pixels hold",
                 "take a finer terrain, or accept the error",

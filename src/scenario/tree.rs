@@ -232,7 +232,10 @@ fn enter_section<'a>(node: &'a mut Node, name: &str) -> Result<&'a mut Node, Str
     }
     let key = node.key_of(name);
     let Value::Section(entries) = &mut node.value else {
-        return Err(format!("`{}` is not a section", node.key));
+        // `terrain: dem.tif` is short for a section.
+        let long =
+            if node.key == "terrain" { "; write it as one first: `terrain: {layers: [{raster: FILE}]}`" } else { "" };
+        return Err(format!("`{}` is not a section{long}", node.key));
     };
     let index = entries.iter().position(|entry| entry.name == name).unwrap_or(entries.len());
     if index == entries.len() {

@@ -81,7 +81,7 @@ fn an_override_replaces_or_adds_a_value() {
 
 #[test]
 fn a_bad_override_is_refused_with_a_reason() {
-    let mut root = tree("initial:\n  - {level: 100 m}\ntime: {end: 1 s}\n");
+    let mut root = tree("initial:\n  - {level: 100 m}\ntime: {end: 1 s}\nterrain: dem.asc\n");
     for (text, reason) in [
         ("nothing", "key.path=value"),
         ("=5", "`` is not a key"),
@@ -91,6 +91,7 @@ fn a_bad_override_is_refused_with_a_reason() {
         ("time[0]=1", "`time` is not a list"),
         ("time.end.late=1", "`time.end` is not a section"),
         ("initial.level=1", "`initial` is not a section"),
+        ("terrain.follow_banks=false", "`terrain: {layers: [{raster: FILE}]}`"),
         ("time.end=[", "not valid YAML"),
     ] {
         let message = apply_override(&mut root, text).unwrap_err();
