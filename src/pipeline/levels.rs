@@ -9,7 +9,8 @@
 //!        ε ≤ τ D              ε of (M101), D the mean of the greatest depths over all cells that the water reaches
 //! ```
 //!
-//! and no block that the water does not come near gets a finer one for its sake. A level does not do, either, where a block has terrain and none of
+//! and no block that the water does not come near gets a finer one for its sake. Where that run ends the flood is taken to go on down its valley
+//! ([`go_on`]). A level does not do, either, where a block has terrain and none of
 //! its cells has: at the edge of a raster.
 
 use crate::bed::{BedParticles, SHUT};
@@ -22,6 +23,7 @@ use crate::solver::{FlowProblem, nested};
 
 use super::by_level::Settled;
 use super::cores;
+use super::downstream::go_on;
 use super::scout::Scout;
 use super::stages::flow_problem;
 use super::steps::step_towards;
@@ -43,7 +45,8 @@ pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> (Setup, Settled) 
     let coarser = std::mem::take(&mut setup.coarser);
     let mut scout = None;
     if let Some(coarsest) = coarser.last() {
-        let greatest = greatest(scenario, coarsest, scout.insert(Scout::new(scenario, &coarsest.bed)));
+        let mut greatest = greatest(scenario, coarsest, scout.insert(Scout::new(scenario, &coarsest.bed)));
+        go_on(&mut greatest, &coarsest.still_water.depth, &setup.bed, coarser.len(), &coarsest.bed.lattice);
         refine_by_water(&setup, (&greatest, scenario.numerics.gravity), &coarser, &mut wanted);
     }
     let lattice = &setup.scene.lattice;

@@ -8,6 +8,7 @@ mod channels;
 pub(crate) mod clock;
 pub(crate) mod cores;
 mod discharges;
+mod downstream;
 mod levels;
 mod looks;
 mod outputs;
