@@ -19,10 +19,16 @@ const ORDERED: f64 = 1e6;
 /// The eight cells about a cell.
 const AROUND: [(isize, isize); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)];
 
-/// Adds the depths of a flood on its way beyond the cells that it reached in a run on level `number`.
+/// The depths (m) of a flood on its way beyond the cells that it reached in a run on level `number`; 0 in those cells, and where it does not come.
 ///
 /// - `at_start`: depths (m) of the cells at the start
-pub(super) fn go_on(greatest: &mut Greatest, at_start: &[f64], finest: &BedParticles, number: usize, coarse: &Lattice) {
+pub(super) fn beyond(
+    greatest: &Greatest,
+    at_start: &[f64],
+    finest: &BedParticles,
+    (number, coarse): (usize, &Lattice),
+) -> Vec<f64> {
+    let mut beyond = vec![0.0; greatest.depth.len()];
     let lowest = lowest_ground(finest, number, coarse);
     let is_flooded = |cell: usize| greatest.depth[cell] >= REACHED && at_start[cell] < REACHED;
     let flooded: Vec<usize> = (0..lowest.len()).filter(|&cell| is_flooded(cell) && !lowest[cell].is_nan()).collect();
@@ -41,14 +47,16 @@ pub(super) fn go_on(greatest: &mut Greatest, at_start: &[f64], finest: &BedParti
     while let Some(Reverse((height, cell))) = next.pop() {
         let (column, row) = coarse.column_row(cell);
         if column == 0 || row == 0 || column + 1 == coarse.columns || row + 1 == coarse.rows {
-            return;
+            break;
         }
         let (depth, way) = brought[cell];
         left -= height as f64 / ORDERED - lowest[cell];
         if left < 0.0 {
-            return;
+            break;
         }
-        greatest.depth[cell] = f64::max(greatest.depth[cell], depth);
+        if greatest.depth[cell] < REACHED {
+            beyond[cell] = depth;
+        }
         for offset in AROUND {
             let Some(beside) = coarse.neighbour(cell, offset) else { continue };
             let further = way + coarse.spacing * f64::hypot(offset.0 as f64, offset.1 as f64);
@@ -61,6 +69,7 @@ pub(super) fn go_on(greatest: &mut Greatest, at_start: &[f64], finest: &BedParti
             next.push(Reverse((height.max(order(lowest[beside])), beside)));
         }
     }
+    beyond
 }
 
 /// The diagonal (m) of the rectangle about some cells; 0 about none.
@@ -107,9 +116,9 @@ mod tests {
             depth[coarse.index(column, 2)] = 2.0;
         }
         (depth[coarse.index(0, 2)], at_start[coarse.index(0, 2)]) = (5.0, 5.0);
-        let mut greatest = Greatest { discharge: vec![0.0; depth.len()], depth };
-        go_on(&mut greatest, &at_start, bed, 3, &coarse);
-        (0..coarse.len()).filter(|&cell| greatest.depth[cell] >= REACHED).collect()
+        let greatest = Greatest { discharge: vec![0.0; depth.len()], depth };
+        let beyond = beyond(&greatest, &at_start, bed, (3, &coarse));
+        (0..coarse.len()).filter(|&cell| f64::max(greatest.depth[cell], beyond[cell]) >= REACHED).collect()
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! and no block that the water does not come near gets a finer one for its sake. Where that run ends the flood is taken to go on down its valley
-//! ([`go_on`]). A level does not do, either, where a block has terrain and none of
+//! ([`beyond`]). A level does not do, either, where a block has terrain and none of
 //! its cells has: at the edge of a raster.
 
 use crate::bed::{BedParticles, SHUT};
@@ -23,7 +23,7 @@ use crate::solver::{FlowProblem, nested};
 
 use super::by_level::Settled;
 use super::cores;
-use super::downstream::go_on;
+use super::downstream::beyond;
 use super::scout::Scout;
 use super::stages::flow_problem;
 use super::steps::step_towards;
@@ -45,9 +45,10 @@ pub(super) fn settle(scenario: &Scenario, mut setup: Setup) -> (Setup, Settled) 
     let coarser = std::mem::take(&mut setup.coarser);
     let mut scout = None;
     if let Some(coarsest) = coarser.last() {
-        let mut greatest = greatest(scenario, coarsest, scout.insert(Scout::new(scenario, &coarsest.bed)));
-        go_on(&mut greatest, &coarsest.still_water.depth, &setup.bed, coarser.len(), &coarsest.bed.lattice);
-        refine_by_water(&setup, (&greatest, scenario.numerics.gravity), &coarser, &mut wanted);
+        let greatest = greatest(scenario, coarsest, scout.insert(Scout::new(scenario, &coarsest.bed)));
+        let of_coarsest = (coarser.len(), &coarsest.bed.lattice);
+        let beyond = beyond(&greatest, &coarsest.still_water.depth, &setup.bed, of_coarsest);
+        refine_by_water(&setup, (&greatest, &beyond, scenario.numerics.gravity), &coarser, &mut wanted);
     }
     let lattice = &setup.scene.lattice;
     let at = |column: usize, row: usize| usize::from(wanted.levels[row * wanted.columns + column]);
@@ -90,7 +91,12 @@ pub(super) fn greatest(scenario: &Scenario, setup: &Setup, scout: &mut Scout) ->
 }
 
 /// Asks for finer levels where what coarse cells do not see of terrain and flow counts (M94).
-fn refine_by_water(setup: &Setup, (greatest, gravity): (&Greatest, f64), coarser: &[Setup], wanted: &mut Wanted) {
+fn refine_by_water(
+    setup: &Setup,
+    (greatest, beyond, gravity): (&Greatest, &[f64], f64),
+    coarser: &[Setup],
+    wanted: &mut Wanted,
+) {
     let (lattice, coarsest) = (&setup.scene.lattice, coarser.len());
     let coarse = &coarser[coarsest - 1].bed;
     let shape = Shape::new(&setup.bed, (coarsest, coarse), &greatest.depth);
@@ -101,7 +107,9 @@ fn refine_by_water(setup: &Setup, (greatest, gravity): (&Greatest, f64), coarser
     for row in 0..rows {
         for column in 0..wanted.columns {
             let about = |of: &[f64]| greatest_about((column, row), lattice, (&coarse.lattice, of));
-            let depth = about(&greatest.depth);
+            // Water beyond the end of that run says nothing of places that it reached.
+            let depth = Some(about(&greatest.depth)).filter(|depth| *depth >= REACHED);
+            let depth = depth.unwrap_or_else(|| about(beyond));
             if depth < REACHED {
                 continue;
             }
