@@ -10,6 +10,7 @@ use std::collections::BinaryHeap;
 use super::unseen_flow::{Greatest, REACHED};
 use crate::bed::BedParticles;
 use crate::lattice::Lattice;
+use crate::math::Rectangle;
 
 /// A way is followed so far, over the length of the flood.
 const FURTHER: f64 = 0.5;
@@ -72,13 +73,10 @@ pub(super) fn beyond(
     beyond
 }
 
-/// The diagonal (m) of the rectangle about some cells; 0 about none.
+/// The diagonal (m) of the rectangle about the centres of some cells; 0 about none.
 fn length(cells: &[usize], lattice: &Lattice) -> f64 {
-    let of = |value: fn((usize, usize)) -> usize| {
-        let values = || cells.iter().map(|&cell| value(lattice.column_row(cell)));
-        values().max().zip(values().min()).map_or(0.0, |(most, least)| (most - least) as f64)
-    };
-    lattice.spacing * f64::hypot(of(|place| place.0), of(|place| place.1))
+    let about = Rectangle::about(cells.iter().map(|&cell| lattice.centre(cell)));
+    about.map_or(0.0, |Rectangle { low, high }| (high - low).norm())
 }
 
 /// The lowest ground (m) of the finest cells in each cell of level `number`; not a number where there is none.

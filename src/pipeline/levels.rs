@@ -123,10 +123,12 @@ fn refine_by_water(
                 };
                 let of_block =
                     cells(row, lattice.rows).flat_map(|r| cells(column, lattice.columns).map(move |c| r * columns + c));
-                let has_terrain = |cell: usize| coarser[level - 1].bed.has_terrain(cell);
-                if of_block.clone().any(|cell| rises[level - 1][cell] > UNSEEN * depth)
-                    || !of_block.clone().any(has_terrain) && of_block.clone().any(|cell| !scatter[cell].is_nan())
-                {
+                let has_ridge = of_block.clone().any(|cell| rises[level - 1][cell] > UNSEEN * depth);
+                let is_lost = || {
+                    let has_terrain = of_block.clone().any(|cell| !scatter[cell].is_nan());
+                    has_terrain && !of_block.clone().any(|cell| coarser[level - 1].bed.has_terrain(cell))
+                };
+                if has_ridge || is_lost() {
                     return false;
                 }
                 let of_block = of_block.map(|cell| scatter[cell] * scatter[cell]).filter(|square| !square.is_nan());

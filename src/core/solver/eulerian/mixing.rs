@@ -8,7 +8,7 @@
 //! it the mean of their gradients; ν is that of [`turbulence`]. With the harmonic mean of the depths thin water is not torn along by deep water beside it.
 //! Faces at walls and edges have no such stress: water slips along them. Nor have those over sills.
 //!
-//! A step bears ν up to s A/(3 N l Δt) at a face of length l, over a way s, of a cell with N faces and the area A, and more than that is left out. On
+//! At a face of length l over a way s, of a cell with N faces and the area A, a step bears ν up to s A/(3 N l Δt). More is left out. On
 //! a lattice that is Δ²/(12 Δt). Only inside a jump, whose shear grows as 1/Δ, is there more. A velocity at the angle θ to the way over a face gives
 //! 2 (1 + cos² θ) ν l/s of it there, since d_f ≤ 2 d_i. The mean of cos² θ over the faces is a half: together that is no more than it has.
 
@@ -39,8 +39,17 @@ pub(super) struct Surroundings {
     pub bears: f64,
 }
 
+impl Surroundings {
+    /// Of a face of a length (m) over a way (m) between two cells with so many faces each.
+    pub fn new(state: &State, places: [(usize, usize); 2], faces: [usize; 2], (way, length): (f64, f64)) -> Self {
+        let friction = places.map(|(row, column)| state.ground[row].friction[column]);
+        let [a, b] = [0, 1].map(|side| bears(way, (state.area(places[side]), faces[side]), length));
+        Surroundings { friction: 0.5 * (friction[0] + friction[1]), bears: a.min(b) }
+    }
+}
+
 /// s A/(3 N l) (m²): the greatest viscosity times the step, at a face over a way (m), of a cell with an area (m²) and so many faces, for a length (m).
-pub(super) fn bears(way: f64, (area, faces): (f64, usize), length: f64) -> f64 {
+fn bears(way: f64, (area, faces): (f64, usize), length: f64) -> f64 {
     way * area / (3.0 * faces as f64 * length)
 }
 

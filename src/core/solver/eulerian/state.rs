@@ -152,6 +152,11 @@ impl State {
         })
     }
 
+    /// The area (m²) of a padded cell with terrain.
+    pub fn area(&self, (row, column): (usize, usize)) -> f64 {
+        self.spacing[row] * self.spacing[row] / self.ground[row].per_area[column]
+    }
+
     /// The runs of padded columns of a row that no other level stands for.
     pub fn own_runs(&self, row: usize) -> Vec<std::ops::Range<usize>> {
         let Some([_, columns]) = self.bounds(row) else { return Vec::new() };

@@ -7,7 +7,7 @@ use crate::lattice::{Conforming, NEIGHBOURS, Side as Of};
 use crate::math::Vec2;
 use crate::solver::FlowProblem;
 use crate::solver::eulerian::general_faces::{Passing, Place, Seen};
-use crate::solver::eulerian::mixing::{self, Surroundings};
+use crate::solver::eulerian::mixing::Surroundings;
 use crate::solver::eulerian::passes::Passes;
 use crate::solver::eulerian::rows::sides;
 use crate::solver::eulerian::stairs::beside;
@@ -180,14 +180,8 @@ impl ConformingFaces {
         for face in faces.iter_mut().filter(|face| !face.is_wall) {
             let beside = |side: Option<Side>| side.map(|side| &cells[side.cell]);
             let [Some(a), Some(b)] = face.sides.map(beside) else { continue };
-            let friction = |cell: &Cell| state.ground[cell.place.0].friction[cell.place.1];
-            let bears = |cell: &Cell| {
-                let (row, column) = cell.place;
-                let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
-                mixing::bears(face.way, (area, cell.faces.len() + cell.others.len()), face.length)
-            };
-            face.surroundings =
-                Surroundings { friction: 0.5 * (friction(a) + friction(b)), bears: bears(a).min(bears(b)) };
+            let count = [a, b].map(|cell| cell.faces.len() + cell.others.len());
+            face.surroundings = Surroundings::new(state, [a.place, b.place], count, (face.way, face.length));
         }
     }
 

@@ -1,7 +1,7 @@
 //! Hanging faces: where a level of a nested lattice meets the next finer one.
 
 use super::super::faces::{EAST, NORTH};
-use super::super::mixing::{self, Surroundings};
+use super::super::mixing::Surroundings;
 use super::super::state::{State, datum, sides};
 use super::face::{Face, Place};
 use crate::boundary::Pieces;
@@ -69,14 +69,8 @@ pub(super) fn hanging_faces(problem: &FlowProblem, state: &State) -> Vec<Face> {
 
 /// What the stress on a face takes from its surroundings; a coarse cell has eight faces at most.
 fn surroundings(face: &Face, state: &State) -> Surroundings {
-    let friction = |(row, column): Place| state.ground[row].friction[column];
-    let bears = |side: usize| {
-        let (row, column) = face.places[side];
-        let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
-        mixing::bears(face.way(), (area, if side == face.coarse { 8 } else { 4 }), face.length)
-    };
-    let [a, b] = face.places;
-    Surroundings { friction: 0.5 * (friction(a) + friction(b)), bears: bears(0).min(bears(1)) }
+    let faces = [0, 1].map(|side| if side == face.coarse { 8 } else { 4 });
+    Surroundings::new(state, face.places, faces, (face.way(), face.length))
 }
 
 /// The face between a coarse and a fine cell that stands at an offset (column, row) from it.

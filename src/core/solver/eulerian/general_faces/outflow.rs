@@ -49,7 +49,7 @@ impl GeneralFaces {
                 return false;
             }
             let (row, column) = face.places[face.coarse];
-            let area = state.spacing[row] * state.spacing[row] / state.ground[row].per_area[column];
+            let area = state.area((row, column));
             let held = state.water[row].depth[column].max(0.0) * area / face.of_coarse as f64;
             let wanted = outwards * face.length * whole;
             let is_short = wanted > held;
