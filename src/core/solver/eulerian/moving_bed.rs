@@ -42,8 +42,7 @@ impl MovingBed {
             let (row, column) = self.places[k];
             state.ground[row].bed[column] = self.ground.bed()[k].1 - self.datum;
             if state.water[row].depth[column] > dry_depth {
-                let spacing = state.spacing[row];
-                let area = spacing * spacing / state.ground[row].per_area[column];
+                let area = state.area((row, column));
                 lifted += area * rise.max(0.0);
                 lowered += area * rise.min(0.0);
             }
