@@ -58,6 +58,11 @@ impl Breaking {
         self.dam.step_until_change(time, step)
     }
 
+    /// The padded cells (row, column) whose bed changes.
+    pub fn places(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.places.iter().copied()
+    }
+
     /// The cells of the dam and their bed (m) now.
     pub fn bed(&self) -> &[(usize, f64)] {
         self.dam.bed()

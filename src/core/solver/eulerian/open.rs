@@ -128,6 +128,11 @@ impl OpenBoundaries {
         OpenBoundaries { lines, datum: datum(&problem.bed, &problem.initial_depth) }
     }
 
+    /// The cells (row, column) of all lines.
+    pub fn cells(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.lines.iter().flat_map(|line| line.faces.iter().map(|face| face.cell))
+    }
+
     /// The cells (row, column) to which water may come by a boundary while they are dry.
     pub fn inlets(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.lines.iter().flat_map(|line| line.faces.iter().filter(|face| face.gives).map(|face| face.cell))

@@ -4,13 +4,17 @@
 //! neighbours in the rows: their rim is what [`links`] join them to.
 //! Columns and rows are padded ones (the lattice's plus one).
 
+mod asleep;
 mod links;
+#[cfg(test)]
+mod tests;
 
 use rayon::prelude::*;
 
 use super::state::State;
 use crate::lattice::Span;
 use crate::math::{MOST_LANES, simd};
+use asleep::Asleep;
 use links::Links;
 
 /// Width of the rim around wet cells.
@@ -40,6 +44,7 @@ pub(crate) struct ActiveSet {
     /// The runs of each padded row that no other level stands for.
     own: Vec<Vec<Run>>,
     links: Links,
+    asleep: Asleep,
     at_hand: Run,
     cells_at_hand: usize,
     /// All runs that were active since the step of all levels began, where there are levels.
@@ -70,6 +75,7 @@ impl ActiveSet {
             apart: state.rows_apart(),
             own: (0..state.rows + 2).map(|row| state.own_runs(row)).collect(),
             links: Links::new(&linked, state.rows + 2),
+            asleep: Asleep::default(),
             at_hand: 0..state.rows + 2,
             cells_at_hand: 0,
             recorded_runs: Vec::new(),
@@ -96,9 +102,19 @@ impl ActiveSet {
     }
 
     /// The runs of a padded row for loops on lanes: the active ones, each with as many of the cells behind it as make up whole pieces. Those
-    /// are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins.
+    /// are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins. A run that ends beside
+    /// sleeping water takes them from before it, where they are dry.
     pub fn whole_pieces(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
-        self.work[row].iter().map(|run| run.start..run.start + run.len().next_multiple_of(self.lanes))
+        let asleep = self.asleep.in_row(row);
+        self.work[row].iter().map(move |run| {
+            let added = run.len().next_multiple_of(self.lanes) - run.len();
+            let before = if added > 0 && !asleep.is_empty() && holds(asleep, run.end) {
+                if holds(asleep, run.start - 1) { added / 2 } else { added.min(run.start - 1) }
+            } else {
+                0
+            };
+            run.start - before..run.end + added - before
+        })
     }
 
     /// The same of a row whose cells are each other's neighbours; none of cells that follow lines.
@@ -128,7 +144,21 @@ impl ActiveSet {
 
     /// Cells whose water moves.
     pub fn wet_cells(&self) -> usize {
-        self.wet.iter().flatten().map(|run| run.len()).sum()
+        self.wet.iter().flatten().map(|run| run.len()).sum::<usize>() + self.asleep.wet_cells()
+    }
+
+    /// Lets water at rest sleep that nothing reaches; `restless` are places (row, column) where something happens by itself, beside those that
+    /// are fed.
+    pub fn put_to_sleep(&mut self, state: &State, restless: impl Iterator<Item = (usize, usize)>) {
+        let ActiveSet { own, wet, fed, links, .. } = self;
+        let fed = fed.iter().enumerate().flat_map(|(row, runs)| runs.iter().cloned().flatten().map(move |c| (row, c)));
+        self.asleep = Asleep::new(state, (own, wet), fed.chain(restless), links.places());
+        if !self.asleep.is_empty() {
+            self.changed.fill(true);
+            self.spread();
+            self.settle();
+            self.take_in_hand(self.at_hand.clone());
+        }
     }
 
     /// The spans that a recorder has to look at after a step.
@@ -167,6 +197,10 @@ impl ActiveSet {
     /// Follows the water of the rows at hand after a step; cells that leave the work are reset to dry ones.
     pub fn follow(&mut self, state: &mut State, dry_depth: f64) {
         self.find_wet(state, dry_depth);
+        if !self.asleep.is_empty() {
+            let rows = self.asleep.wake(state, &self.at_hand, (&mut self.own, &mut self.wet));
+            rows.into_iter().for_each(|row| self.changed[row] = true);
+        }
         self.spread();
         let rows = self.before.iter().zip(&self.work).zip(&self.is_stale).enumerate();
         for (row, ((before, work), _)) in rows.filter(|(_, (_, is_stale))| **is_stale) {
@@ -207,7 +241,7 @@ impl ActiveSet {
         if self.has_levels() {
             self.recorded_runs.clone_from(&self.work);
         } else {
-            record(&self.work, &mut self.recorded);
+            record(&self.work, &self.asleep, &mut self.recorded);
         }
     }
 
@@ -215,7 +249,7 @@ impl ActiveSet {
     pub fn end_record(&mut self) {
         if self.has_levels() {
             self.recorded_runs.iter_mut().for_each(tidy);
-            record(&self.recorded_runs, &mut self.recorded);
+            record(&self.recorded_runs, &self.asleep, &mut self.recorded);
         }
     }
 
@@ -250,10 +284,20 @@ impl ActiveSet {
     }
 }
 
-/// The runs of padded rows as spans of the lattice.
-fn record(rows: &[Vec<Run>], spans: &mut Vec<Span>) {
+/// The runs of padded rows, and those that sleep, as spans of the lattice.
+fn record(rows: &[Vec<Run>], asleep: &Asleep, spans: &mut Vec<Span>) {
     spans.clear();
+    let mut all = Vec::new();
     for (row, runs) in rows.iter().enumerate() {
+        let resting = asleep.in_row(row);
+        let runs = if resting.is_empty() {
+            runs
+        } else {
+            all.clear();
+            all.extend(runs.iter().chain(resting).cloned());
+            tidy(&mut all);
+            &all
+        };
         let of_row = runs.iter().map(|run| Span {
             row: (row - 1) as u32,
             from: (run.start - 1) as u32,
@@ -339,56 +383,4 @@ fn join(runs: &mut Vec<Run>) {
         }
     }
     runs.truncate((kept + 1).min(runs.len()));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn whole_pieces_end_before_the_next_run() {
-        for lanes in [4, MOST_LANES] {
-            let work = vec![vec![], vec![1..2, 9..15, 22..30, 37..38]];
-            let mut active = ActiveSet {
-                bounds: Vec::new(),
-                apart: 0..0,
-                own: Vec::new(),
-                links: Links::new(&[], 0),
-                at_hand: 0..0,
-                cells_at_hand: 0,
-                recorded_runs: Vec::new(),
-                wet: Vec::new(),
-                wet_before: Vec::new(),
-                changed: Vec::new(),
-                is_stale: Vec::new(),
-                fed: Vec::new(),
-                before: Vec::new(),
-                recorded: Vec::new(),
-                lanes,
-                work,
-            };
-            join(&mut active.work[1]);
-            assert_eq!(active.whole_pieces(0).count(), 0);
-            let pieces: Vec<Run> = active.whole_pieces(1).collect();
-            assert_eq!(pieces.len(), active.work[1].len());
-            for (piece, run) in pieces.iter().zip(&active.work[1]) {
-                assert!(piece.len().is_multiple_of(lanes) && piece.start == run.start && piece.end >= run.end);
-            }
-            assert!(pieces.windows(2).all(|pair| pair[0].end <= pair[1].start), "{pieces:?}");
-        }
-    }
-
-    #[test]
-    #[expect(clippy::single_range_in_vec_init, reason = "a list of runs that holds one run")]
-    fn near_runs_are_joined_and_far_ones_kept() {
-        let mut runs = vec![1..4, 2..5, 9..12, 40..41];
-        join(&mut runs);
-        assert_eq!(runs, vec![1..12, 40..41]);
-        let mut none: Vec<Run> = Vec::new();
-        join(&mut none);
-        assert!(none.is_empty());
-        let mut one = vec![3..4];
-        join(&mut one);
-        assert_eq!(one, vec![3..4]);
-    }
 }

@@ -14,6 +14,7 @@
 
 use std::ops::Range;
 
+use super::breach::Breaking;
 use super::state::Fastest;
 use super::update::Stage;
 use super::{EulerianSolver, faces, gradient, mixing, outflow, primitive, update};
@@ -175,9 +176,22 @@ impl EulerianSolver {
         self.active.begin_record();
         self.step_levels(self.lattice.level_count(), (self.time, 0.0), (time_step, time_step));
         self.sections.close(time_step);
+        if self.steps == 0 {
+            self.let_sleep();
+        }
         self.active.end_record();
         self.time += time_step;
         self.steps += 1;
+    }
+
+    /// Lets water at rest sleep: none where it rains or the ground moves.
+    fn let_sleep(&mut self) {
+        if self.inputs.is_wetted || self.moving_bed.is_some() {
+            return;
+        }
+        let of_dam = self.breaking.iter().flat_map(Breaking::places);
+        self.active.take_in_hand(0..self.state.rows + 2);
+        self.active.put_to_sleep(&self.state, self.open.cells().chain(of_dam));
     }
 
     /// Takes a step of so many levels, the finest first, from a time on (s), and so long (s). The time lies `ahead` (s) of that of the next
