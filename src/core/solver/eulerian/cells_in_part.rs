@@ -105,7 +105,7 @@ impl CellsInPart {
         }
         let primitive = &state.primitive;
         active.rows_of(&mut state.flux).for_each(|(row, flux)| {
-            for face in &self.faces[row] {
+            for face in self.faces[row].iter().filter(|face| !active.is_asleep(row, face.column)) {
                 let i = face.column;
                 let behind = if face.direction == EAST { (row, i + 1) } else { (row + 1, i) };
                 let thrust = |side: usize, (row, column): (usize, usize), sign: f64| {

@@ -71,14 +71,18 @@ pub(crate) fn through_face(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f
     let u_left = if d_l > 0.0 { u_l } else { u_r - 2.0 * c_r };
     let u_right = if d_r > 0.0 { u_r } else { u_l + 2.0 * c_l };
     let star = larger(0.5 * (c_l + c_r) + 0.25 * (u_left - u_right), 0.0);
-    let is_to_right = 0.5 * (u_left + u_right) + (c_l - c_r) > 0.0;
+    let contact = 0.5 * (u_left + u_right) + (c_l - c_r);
+    // One at rest leaves the deeper side behind, in a mirror image, too: depths that differ by rounding may have one celerity.
+    let is_at_rest = contact.abs() <= 0.0;
+    let is_to_right = if is_at_rest { d_l > d_r } else { contact > 0.0 };
     // Seen from the side that the contact leaves behind, towards the other.
     let (behind_d, behind_c, behind_u) = if is_to_right { (d_l, c_l, u_left) } else { (d_r, c_r, -u_right) };
     let is_past_shock = star > behind_c && behind_u < 0.5 * (star + behind_c);
     let highest = if is_past_shock { star } else { behind_c };
     let c = smaller(larger((behind_u + 2.0 * behind_c) * (1.0 / 3.0), star), highest);
     let towards = behind_u + 2.0 * (behind_c - c);
-    let u = if is_to_right { towards } else { -towards };
+    let u = if is_at_rest { 0.0 } else { towards };
+    let u = if is_to_right { u } else { -u };
     // By its ratio to the depth behind: water at rest keeps its depth to the last digit.
     let ratio = if behind_c > 0.0 { c / behind_c } else { 0.0 };
     let d = behind_d * (ratio * ratio);

@@ -72,6 +72,7 @@ impl Passes {
             }
             faces[place.0].push(PassFace::new(sill, (place.1, direction), problem, datum));
         }
+        faces.iter_mut().for_each(|row| row.sort_by_key(|face: &PassFace| face.column));
         let cell = |(column, beside)| SpecialCell { column, beside, sills: NO_SILLS };
         let cells = cells.into_iter().map(|row| row.into_iter().map(cell).collect()).collect();
         let mut passes = Passes { faces, cells };
@@ -133,11 +134,8 @@ impl Passes {
         let (primitive, gradient, ground, spacing) = (&state.primitive, &state.gradient, &state.ground, &state.spacing);
         let side = |row: usize| Side { water: &primitive[row], slope: &gradient[row], ground: &ground[row] };
         active.rows_of(&mut state.flux).for_each(|(row, flux)| {
-            if [row, row + 1].iter().all(|&row| active.work.get(row).is_none_or(Vec::is_empty)) {
-                return;
-            }
             let numbers = Numbers::new(&scale.on(spacing[row]), methods);
-            for face in &self.faces[row] {
+            for face in active.among(row, &self.faces[row], |face| face.column) {
                 let there = other((row, face.column), face.direction);
                 // Between films nothing flows, whatever stands between them.
                 let is_film = |(row, column): (usize, usize)| primitive[row].depth[column] <= scale.dry_depth;

@@ -121,11 +121,20 @@ impl FaceRow {
         FaceRow { mass: zeros(), tangential: zeros(), normal_left: zeros(), normal_right: zeros() }
     }
 
+    /// What passes a face.
+    pub fn at(&self, column: usize) -> [f64; 4] {
+        [self.mass[column], self.tangential[column], self.normal_left[column], self.normal_right[column]]
+    }
+
+    /// Lets so much pass a face.
+    pub fn put(&mut self, column: usize, passing: [f64; 4]) {
+        let all = [&mut self.mass, &mut self.tangential, &mut self.normal_left, &mut self.normal_right];
+        all.into_iter().zip(passing).for_each(|(fluxes, passing)| fluxes[column] = passing);
+    }
+
     /// Lets nothing flow through a face.
     pub fn clear(&mut self, column: usize) {
-        for fluxes in [&mut self.mass, &mut self.tangential, &mut self.normal_left, &mut self.normal_right] {
-            fluxes[column] = 0.0;
-        }
+        self.put(column, [0.0; 4]);
     }
 
     /// Multiplies all that passes a face.

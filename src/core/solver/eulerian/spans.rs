@@ -11,7 +11,7 @@ mod tests;
 
 use rayon::prelude::*;
 
-use super::state::State;
+use super::state::{FluxRow, State};
 use crate::lattice::Span;
 use crate::math::{MOST_LANES, simd};
 use asleep::Asleep;
@@ -101,20 +101,44 @@ impl ActiveSet {
         active
     }
 
-    /// The runs of a padded row for loops on lanes: the active ones, each with as many of the cells behind it as make up whole pieces. Those
-    /// are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins. A run that ends beside
-    /// sleeping water takes them from before it, where they are dry.
+    /// The runs of a padded row for loops on lanes: the active ones, each with as many of the cells behind it as make up whole pieces, up to water
+    /// that sleeps. Those are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins.
     pub fn whole_pieces(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
         let asleep = self.asleep.in_row(row);
         self.work[row].iter().map(move |run| {
-            let added = run.len().next_multiple_of(self.lanes) - run.len();
-            let before = if added > 0 && !asleep.is_empty() && holds(asleep, run.end) {
-                if holds(asleep, run.start - 1) { added / 2 } else { added.min(run.start - 1) }
-            } else {
-                0
-            };
-            run.start - before..run.end + added - before
+            let end = run.start + run.len().next_multiple_of(self.lanes);
+            let next = asleep.get(asleep.partition_point(|other| other.start < run.end));
+            run.start..next.map_or(end, |next| end.min(next.start))
         })
+    }
+
+    /// Of things of a padded row, in ascending order of their columns, those in the work.
+    pub fn among<'a, T>(
+        &'a self,
+        row: usize,
+        all: &'a [T],
+        column: impl Fn(&T) -> usize + Copy,
+    ) -> impl Iterator<Item = &'a T> {
+        let runs = &self.work[row];
+        let all = if runs.is_empty() { &[] } else { all };
+        let mut next = 0;
+        all.iter().filter(move |thing| {
+            let column = column(thing);
+            while runs.get(next).is_some_and(|run| run.end <= column) {
+                next += 1;
+            }
+            runs.get(next).is_some_and(|run| run.start <= column)
+        })
+    }
+
+    /// Whether a padded cell is in a block that sleeps.
+    pub fn is_asleep(&self, row: usize, column: usize) -> bool {
+        holds(self.asleep.in_row(row), column)
+    }
+
+    /// Keeps what passes faces beside water that sleeps.
+    pub fn hold(&self, flux: &mut [FluxRow]) {
+        self.asleep.hold(flux, &self.at_hand);
     }
 
     /// The same of a row whose cells are each other's neighbours; none of cells that follow lines.
@@ -289,7 +313,7 @@ fn record(rows: &[Vec<Run>], asleep: &Asleep, spans: &mut Vec<Span>) {
     spans.clear();
     let mut all = Vec::new();
     for (row, runs) in rows.iter().enumerate() {
-        let resting = asleep.in_row(row);
+        let resting = asleep.wet_in_row(row);
         let runs = if resting.is_empty() {
             runs
         } else {

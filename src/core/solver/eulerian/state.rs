@@ -283,13 +283,15 @@ pub(super) fn position_on(level: Level, (row, column): (usize, usize)) -> Vec2 {
 }
 
 /// Mean level (m) of the water by depth, from which elevations are counted here, or the lowest bed where there is none: a lake in
-/// the mountains then rests as still as one at the sea, because its height costs no digits.
+/// the mountains then rests as still as one at the sea, because its height costs no digits. To a 1024th of a metre, so that the order in which
+/// cells are summed does not show: that of a mirror image is another one.
 pub(crate) fn datum(bed: &BedParticles, depth: &[f64]) -> f64 {
     let lattice = &bed.lattice;
     let wet = || (0..lattice.len()).filter(|&i| bed.has_terrain(i) && depth[i] > 0.0 && lattice.is_leaf(i));
     let water: f64 = wet().map(|i| depth[i]).sum();
     if water > 0.0 {
-        return wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water;
+        let mean = wet().map(|i| depth[i] * (bed.elevation[i] + depth[i])).sum::<f64>() / water;
+        return (mean * 1024.0).round() / 1024.0;
     }
     let lowest = bed.elevation.iter().copied().fold(f64::INFINITY, f64::min);
     if lowest.is_finite() { lowest } else { 0.0 }

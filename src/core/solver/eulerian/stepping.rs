@@ -301,6 +301,7 @@ impl EulerianSolver {
         if is_finest {
             self.reaches.pass(state, scale, self.methods, stage, (from, to));
         }
+        active.hold(&mut state.flux);
         self.phases.end("faces");
         let special = (&mut self.general, &mut self.conforming);
         outflow::limit(state, (active, levels), special, stage, (time_step, of_coarser));

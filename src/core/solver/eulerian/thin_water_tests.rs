@@ -133,8 +133,7 @@ fn over_a_random_bed(
     let lattice = Lattice::new(Vec2::ZERO, SIZE, SIZE, 2.0);
     let at = |cell: usize| {
         let (column, row) = place_of(cell % SIZE, cell / SIZE);
-        // Elevations that are summed without rounding, so that all images have one datum to the bit.
-        (column, row, ((1.5 * noise(SIZE * row + column) - 0.1 * column as f64) * 1024.0).round() / 1024.0)
+        (column, row, 1.5 * noise(SIZE * row + column) - 0.1 * column as f64)
     };
     let elevation: Vec<f64> = (0..lattice.len()).map(|cell| at(cell).2).collect();
     let is_wet = |cell: usize| at(cell).0 < 15 && at(cell).1 < 22;

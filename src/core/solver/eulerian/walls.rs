@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::apertures::{Aperture, apertures};
 use super::faces::{EAST, NORTH, through_face, turned_by};
-use super::spans::{ActiveSet, Run};
+use super::spans::ActiveSet;
 use super::stairs::{self, is_stair};
 use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
 use super::{EulerianMethods, Scale};
@@ -193,13 +193,12 @@ impl Walls {
         let (spacing, is_ring) = (&state.spacing, &self.is_ring);
         active.rows_of(&mut state.flux).for_each(|(row, flux)| {
             let (faces, parts) = (&self.faces[row], &self.parts[row]);
-            let work = &active.work[row];
-            for part in of_active(parts, work, |part| part.column) {
+            for part in active.among(row, parts, |part| part.column) {
                 flux[part.direction].scale(part.column, part.share);
             }
             let in_ring =
                 &faces[..if is_ring[row] { faces.len() } else { faces.partition_point(|face| face.column == 0) }];
-            for face in in_ring.iter().chain(of_active(faces, work, |face| face.column)) {
+            for face in in_ring.iter().chain(active.among(row, faces, |face| face.column)) {
                 let (dc, dr) = step(face.direction);
                 let (left, right) = ((row, face.column), stairs::beside((row, face.column), (dc, dr)));
                 let out = &mut flux[face.direction];
@@ -244,19 +243,6 @@ impl Walls {
         })
         .sum()
     }
-}
-
-/// Of things in ascending order of their columns those in runs of columns.
-fn of_active<'a, T>(all: &'a [T], runs: &'a [Run], column: impl Fn(&T) -> usize + Copy) -> impl Iterator<Item = &'a T> {
-    let all = if runs.is_empty() { &[] } else { all };
-    let mut next = 0;
-    all.iter().filter(move |thing| {
-        let column = column(thing);
-        while runs.get(next).is_some_and(|run| run.end <= column) {
-            next += 1;
-        }
-        runs.get(next).is_some_and(|run| run.start <= column)
-    })
 }
 
 /// Depth and velocity of one side of a special face.

@@ -3,10 +3,17 @@
 //! After the first step a block sleeps where the speed of its water is that of rounding (M102), and that of the blocks about it, and no
 //! water comes and no bed changes there. Its cells leave the work as they are. It wakes for good when water moves in a block beside it or
 //! beside that one, so that what a step carries over the edge of a sleeping block is rounding, too.
+//!
+//! What passes a face between a cell awake and one asleep is held, on whichever side the one asleep lies: so a mirror image is the same to
+//! the last bit.
 
-use std::collections::HashSet;
+#[cfg(test)]
+mod tests;
 
-use super::super::state::{State, WaterRow};
+use std::collections::{BTreeMap, HashSet};
+
+use super::super::rows::{EAST, NORTH};
+use super::super::state::{FluxRow, State, WaterRow};
 use super::{Run, within};
 
 /// Cells of a block along a side, at least.
@@ -61,12 +68,8 @@ impl Blocks {
     }
 }
 
-/// A block that sleeps: what it takes out of the work, as (padded row, run of columns).
-struct Sleeper {
-    block: usize,
-    own: Vec<(usize, Run)>,
-    wet: Vec<(usize, Run)>,
-}
+/// A face by row, direction and column.
+type Face = (usize, usize, usize);
 
 /// What sleeps, and where that is looked at.
 #[derive(Default)]
@@ -74,12 +77,14 @@ pub(super) struct Asleep {
     levels: Vec<Blocks>,
     /// Pairs of blocks that general faces join, both ways, in order.
     joined: Vec<[usize; 2]>,
-    /// In the order of their blocks.
-    sleepers: Vec<Sleeper>,
-    /// Blocks awake that would wake others.
+    /// The blocks that sleep, and those awake that would wake them; in order.
+    blocks: Vec<usize>,
     watched: Vec<usize>,
-    /// The wet runs that sleep, of each padded row.
-    runs: Vec<Vec<Run>>,
+    /// The runs of each padded row that are out of the work, and the wet ones among them.
+    own: Vec<Vec<Run>>,
+    wet: Vec<Vec<Run>>,
+    /// What passes the faces between cells awake and cells asleep.
+    held: BTreeMap<Face, [f64; 4]>,
 }
 
 impl Asleep {
@@ -91,7 +96,8 @@ impl Asleep {
         restless: impl Iterator<Item = Place>,
         links: impl Iterator<Item = [Place; 2]>,
     ) -> Self {
-        let mut asleep = Asleep { levels: blocks_of(state), ..Asleep::default() };
+        let none = vec![Vec::new(); state.rows + 2];
+        let mut asleep = Asleep { levels: blocks_of(state), own: none.clone(), wet: none, ..Asleep::default() };
         let mut awake: HashSet<usize> = restless.filter_map(|place| asleep.block_at(place)).collect();
         for [to, from] in links {
             match [to, from].map(|place| asleep.block_at(place)) {
@@ -102,71 +108,71 @@ impl Asleep {
         }
         asleep.joined.sort_unstable();
         asleep.joined.dedup();
-        let numbers = || (0..asleep.levels.iter().map(Blocks::count).sum()).collect::<Vec<usize>>();
-        awake.extend(numbers().into_iter().filter(|&block| asleep.moves(state, wet, block)));
+        let count = asleep.levels.iter().map(Blocks::count).sum();
+        awake.extend((0..count).filter(|&block| asleep.moves(state, wet, block)));
         let awake = asleep.near(awake);
-        for block in numbers().into_iter().filter(|block| !awake.contains(block)) {
-            let sleeper = asleep.sleeper(block, own, wet);
-            if !sleeper.wet.is_empty() {
-                asleep.sleepers.push(sleeper);
-            }
+        asleep.blocks =
+            (0..count).filter(|block| !awake.contains(block) && asleep.runs(wet, *block).next().is_some()).collect();
+        for &block in &asleep.blocks {
+            let Some([rows, columns]) = asleep.cells(block) else { continue };
+            rows.for_each(|row| {
+                hand_over(&mut own[row], &mut asleep.own[row], &columns);
+                hand_over(&mut wet[row], &mut asleep.wet[row], &columns);
+            });
         }
-        for sleeper in &asleep.sleepers {
-            sleeper.own.iter().for_each(|(row, run)| cut(&mut own[*row], run));
-            sleeper.wet.iter().for_each(|(row, run)| cut(&mut wet[*row], run));
-        }
-        asleep.watched =
-            asleep.near(asleep.sleepers.iter().map(|sleeper| sleeper.block).collect()).into_iter().collect();
-        asleep.settle(state.rows + 2);
+        asleep.settle(state, own);
         asleep
     }
 
     /// Whether nothing sleeps.
     pub fn is_empty(&self) -> bool {
-        self.sleepers.is_empty()
+        self.blocks.is_empty()
     }
 
-    /// The wet runs of a padded row that sleep.
+    /// The runs of a padded row that are out of the work.
     pub fn in_row(&self, row: usize) -> &[Run] {
-        self.runs.get(row).map_or(&[], Vec::as_slice)
+        self.own.get(row).map_or(&[], Vec::as_slice)
+    }
+
+    /// The wet runs among them.
+    pub fn wet_in_row(&self, row: usize) -> &[Run] {
+        self.wet.get(row).map_or(&[], Vec::as_slice)
     }
 
     /// The number of wet cells that sleep.
     pub fn wet_cells(&self) -> usize {
-        self.runs.iter().flatten().map(Run::len).sum()
+        self.wet.iter().flatten().map(Run::len).sum()
+    }
+
+    /// Keeps what passes faces between cells awake and asleep as it was when these fell asleep.
+    pub fn hold(&self, flux: &mut [FluxRow], at_hand: &Run) {
+        for (&(row, direction, column), passing) in self.held.range((at_hand.start, 0, 0)..(at_hand.end, 0, 0)) {
+            flux[row][direction].put(column, *passing);
+        }
     }
 
     /// Wakes the blocks near which water moves in the rows at hand; their runs go back to `own` and `wet`. Returns the rows where that is.
     pub fn wake(&mut self, state: &State, at_hand: &Run, (own, wet): (&mut [Vec<Run>], &mut [Vec<Run>])) -> Vec<usize> {
-        let is_at_hand =
-            |block: &usize| self.level(*block).is_some_and(|of| at_hand.contains(&of.cells(*block)[0].start));
-        let watched = self.watched.iter().copied().filter(is_at_hand);
+        let is_at_hand = |block: usize| self.cells(block).is_some_and(|[rows, _]| at_hand.contains(&rows.start));
+        let watched = self.watched.iter().copied().filter(|&block| is_at_hand(block));
         let moving: HashSet<usize> = watched.filter(|&block| self.moves(state, wet, block)).collect();
         if moving.is_empty() {
             return Vec::new();
         }
         let reached = self.near(moving);
-        let (woken, sleepers) =
-            std::mem::take(&mut self.sleepers).into_iter().partition(|s: &Sleeper| reached.contains(&s.block));
-        let woken: Vec<Sleeper> = woken;
-        self.sleepers = sleepers;
-        let mut rows = Vec::new();
-        for sleeper in &woken {
-            for (row, run) in &sleeper.own {
-                own[*row].push(run.clone());
-                rows.push(*row);
-            }
-            sleeper.wet.iter().for_each(|(row, run)| wet[*row].push(run.clone()));
+        let (woken, blocks): (Vec<usize>, Vec<usize>) = self.blocks.iter().partition(|block| reached.contains(*block));
+        self.blocks = blocks;
+        let mut changed = Vec::new();
+        for block in woken {
+            let Some([rows, columns]) = self.cells(block) else { continue };
+            changed.extend(rows.clone());
+            rows.for_each(|row| {
+                hand_over(&mut self.own[row], &mut own[row], &columns);
+                hand_over(&mut self.wet[row], &mut wet[row], &columns);
+            });
         }
-        rows.sort_unstable();
-        rows.dedup();
-        for row in &rows {
-            own[*row].sort_unstable_by_key(|run| run.start);
-            wet[*row].sort_unstable_by_key(|run| run.start);
-        }
-        self.watched.extend(woken.iter().map(|sleeper| sleeper.block));
-        self.settle(state.rows + 2);
-        rows
+        self.settle(state, own);
+        changed
     }
 
     /// The level of a block.
@@ -193,34 +199,41 @@ impl Asleep {
         near
     }
 
+    /// Rows and columns of a block.
+    fn cells(&self, block: usize) -> Option<[Run; 2]> {
+        self.level(block).map(|level| level.cells(block))
+    }
+
+    /// Some runs of each padded row inside of a block, each with its row.
+    fn runs<'a>(&self, runs: &'a [Vec<Run>], block: usize) -> impl Iterator<Item = (usize, Run)> + 'a {
+        let [rows, columns] = self.cells(block).unwrap_or([0..0, 0..0]);
+        rows.flat_map(move |row| within(&runs[row], columns.clone()).map(move |run| (row, run)))
+    }
+
     /// Whether water moves in a block.
     fn moves(&self, state: &State, wet: &[Vec<Run>], block: usize) -> bool {
-        let Some([mut rows, columns]) = self.level(block).map(|level| level.cells(block)) else { return false };
-        rows.any(|row| within(&wet[row], columns.clone()).any(|run| is_moving(&state.water[row], run)))
+        self.runs(wet, block).any(|(row, run)| is_moving(&state.water[row], run))
     }
 
-    /// What a block would take out of the work.
-    fn sleeper(&self, block: usize, own: &[Vec<Run>], wet: &[Vec<Run>]) -> Sleeper {
-        let [rows, columns] = self.level(block).map_or([0..0, 0..0], |level| level.cells(block));
-        let of = |runs: &[Vec<Run>]| {
-            let in_row =
-                |row: usize| within(&runs[row], columns.clone()).map(move |run| (row, run)).collect::<Vec<_>>();
-            rows.clone().flat_map(in_row).collect()
-        };
-        Sleeper { block, own: of(own), wet: of(wet) }
-    }
-
-    /// Brings what is kept of the sleepers up to date.
-    fn settle(&mut self, rows: usize) {
-        let asleep: HashSet<usize> = self.sleepers.iter().map(|sleeper| sleeper.block).collect();
-        let near = self.near(asleep.clone());
-        self.watched.retain(|block| near.contains(block) && !asleep.contains(block));
+    /// Brings what goes with the blocks that sleep up to date; `own` are the runs in the work.
+    fn settle(&mut self, state: &State, own: &[Vec<Run>]) {
+        let asleep: HashSet<usize> = self.blocks.iter().copied().collect();
+        self.watched = self.near(asleep.clone()).difference(&asleep).copied().collect();
         self.watched.sort_unstable();
-        self.runs = vec![Vec::new(); rows];
-        for (row, run) in self.sleepers.iter().flat_map(|sleeper| &sleeper.wet) {
-            self.runs[*row].push(run.clone());
+        let mut faces: Vec<Face> = Vec::new();
+        for (row, run) in self.own.iter().enumerate().flat_map(|(row, runs)| runs.iter().map(move |run| (row, run))) {
+            let awake = |row: usize, run: Run| within(&own[row], run).flatten();
+            faces.extend(awake(row, run.start - 1..run.start).map(|column| (row, EAST, column)));
+            faces.extend(awake(row, run.end..run.end + 1).map(|column| (row, EAST, column - 1)));
+            faces.extend(awake(row - 1, run.clone()).map(|column| (row - 1, NORTH, column)));
+            faces.extend(awake(row + 1, run.clone()).map(|column| (row, NORTH, column)));
         }
-        self.runs.iter_mut().for_each(|runs| runs.sort_unstable_by_key(|run| run.start));
+        let before = std::mem::take(&mut self.held);
+        let passing = |(row, direction, column): Face| {
+            let held = before.get(&(row, direction, column)).copied();
+            held.unwrap_or_else(|| state.flux[row][direction].at(column))
+        };
+        self.held = faces.into_iter().map(|face| (face, passing(face))).collect();
     }
 }
 
@@ -258,12 +271,14 @@ fn is_moving(water: &WaterRow, run: Run) -> bool {
     !discharges.zip(&water.depth[run]).all(is_still)
 }
 
-/// Takes a run out of sorted ones.
-fn cut(runs: &mut Vec<Run>, out: &Run) {
-    let pieces = runs.iter().flat_map(|run| {
-        let before = run.start..run.end.min(out.start);
-        let behind = run.start.max(out.end)..run.end;
+/// Hands what sorted runs have in some columns over to others, in order.
+fn hand_over(from: &mut Vec<Run>, to: &mut Vec<Run>, columns: &Run) {
+    to.extend(within(from, columns.clone()));
+    to.sort_unstable_by_key(|run| run.start);
+    let left = from.iter().flat_map(|run| {
+        let before = run.start..run.end.min(columns.start);
+        let behind = run.start.max(columns.end)..run.end;
         [before, behind].into_iter().filter(|piece| !piece.is_empty())
     });
-    *runs = pieces.collect();
+    *from = left.collect();
 }
