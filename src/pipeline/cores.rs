@@ -65,6 +65,7 @@ impl Core {
                     reconstruction: numerics.reconstruction,
                     turbulence: numerics.turbulence,
                     constants: numerics.constants.eulerian,
+                    sleeps: numerics.sleeps,
                 },
             ))),
             (Formulation::Balanced, Motion::Lagrangian) => {

@@ -102,7 +102,9 @@ resolution: 1 m
 time: {end: 1 s}
 ";
     let overrides: Vec<String> = given.iter().map(|(key, value)| format!("numerics.{key}={value}")).collect();
-    Ok(resolve(SCENARIO, Path::new("methods.yaml"), &overrides)?.scenario.numerics)
+    let numerics = resolve(SCENARIO, Path::new("methods.yaml"), &overrides)?.scenario.numerics;
+    // Water at rest is to be seen at rest.
+    Ok(Numerics { sleeps: false, ..numerics })
 }
 
 /// Every combination of the members that exists, and a line on each one that does not.

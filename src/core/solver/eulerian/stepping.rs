@@ -176,7 +176,7 @@ impl EulerianSolver {
         self.active.begin_record();
         self.step_levels(self.lattice.level_count(), (self.time, 0.0), (time_step, time_step));
         self.sections.close(time_step);
-        if self.steps == 0 {
+        if self.steps == 0 && self.methods.sleeps {
             self.let_sleep();
         }
         self.active.end_record();

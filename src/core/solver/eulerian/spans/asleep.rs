@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::super::rows::{EAST, NORTH};
 use super::super::state::{FluxRow, State, WaterRow};
-use super::{Run, within};
+use super::runs::{Run, hand_over, within};
 
 /// Cells of a block along a side, at least.
 const BLOCK: usize = 16;
@@ -269,16 +269,4 @@ fn is_moving(water: &WaterRow, run: Run) -> bool {
     let discharges = water.discharge_x[run.clone()].iter().zip(&water.discharge_y[run.clone()]);
     let is_still = |((qx, qy), depth): ((&f64, &f64), &f64)| qx.abs().max(qy.abs()) <= STILL * depth;
     !discharges.zip(&water.depth[run]).all(is_still)
-}
-
-/// Hands what sorted runs have in some columns over to others, in order.
-fn hand_over(from: &mut Vec<Run>, to: &mut Vec<Run>, columns: &Run) {
-    to.extend(within(from, columns.clone()));
-    to.sort_unstable_by_key(|run| run.start);
-    let left = from.iter().flat_map(|run| {
-        let before = run.start..run.end.min(columns.start);
-        let behind = run.start.max(columns.end)..run.end;
-        [before, behind].into_iter().filter(|piece| !piece.is_empty())
-    });
-    *from = left.collect();
 }

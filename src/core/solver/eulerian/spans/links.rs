@@ -5,7 +5,8 @@
 
 use std::ops::Range;
 
-use super::{RIM, Run, holds};
+use super::RIM;
+use super::runs::{Run, holds};
 
 /// A padded place (row, column).
 type Place = (usize, usize);

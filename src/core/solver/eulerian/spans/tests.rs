@@ -1,5 +1,6 @@
 //! Tests of the runs of active cells.
 
+use super::runs::join;
 use super::*;
 
 #[test]

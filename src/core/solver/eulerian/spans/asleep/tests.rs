@@ -2,8 +2,8 @@
 
 use crate::lattice::{Lattice, Nest};
 use crate::math::Vec2;
-use crate::solver::eulerian::EulerianSolver;
 use crate::solver::eulerian::tests::{noise, problem};
+use crate::solver::eulerian::{EulerianMethods, EulerianSolver};
 use crate::solver::testing::{run_steps, run_until};
 use crate::solver::{FlowProblem, FlowSolver, nested};
 
@@ -49,9 +49,9 @@ fn lake_on_levels() -> FlowProblem {
     nested(levels, finer)
 }
 
-/// A solver whose water never sleeps: it does so after the first step alone.
-fn awake(problem: FlowProblem) -> EulerianSolver {
-    EulerianSolver { steps: 1, ..EulerianSolver::new(problem) }
+/// A solver whose water sleeps.
+fn sleepy(problem: FlowProblem) -> EulerianSolver {
+    EulerianSolver::with_methods(problem, EulerianMethods { sleeps: true, ..EulerianMethods::default() })
 }
 
 fn sleeping(solver: &EulerianSolver) -> usize {
@@ -68,7 +68,7 @@ fn bits(solver: &mut EulerianSolver) -> Vec<[u64; 3]> {
 
 #[test]
 fn a_lake_at_rest_costs_no_work() {
-    let mut solver = EulerianSolver::new(lake(false, (false, false)));
+    let mut solver = sleepy(lake(false, (false, false)));
     let wet = solver.active.wet_cells();
     run_steps(&mut solver, 1);
     assert_eq!((sleeping(&solver), solver.active.wet_cells()), (wet, wet));
@@ -81,7 +81,7 @@ fn a_lake_at_rest_costs_no_work() {
 #[test]
 fn mirror_images_are_the_same_to_the_last_bit() {
     let run = |mirrored: (bool, bool), steps: usize| {
-        let mut solver = EulerianSolver::new(lake(true, mirrored));
+        let mut solver = sleepy(lake(true, mirrored));
         run_steps(&mut solver, steps);
         solver
     };
@@ -110,7 +110,7 @@ fn mirror_images_are_the_same_to_the_last_bit() {
 #[test]
 fn a_wave_into_sleeping_water_is_that_into_water_awake() {
     for (name, scene) in [("one lattice", lake(true, (false, false))), ("levels", lake_on_levels())] {
-        let (mut one, mut other) = (EulerianSolver::new(scene.clone()), awake(scene));
+        let (mut one, mut other) = (sleepy(scene.clone()), EulerianSolver::new(scene));
         let initial = other.volume();
         let mut asleep = Vec::new();
         for time in [1.0, 4.0, 12.0, 40.0] {
@@ -133,7 +133,7 @@ fn any_number_of_threads_wakes_the_same_blocks() {
     let state_after = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads");
         pool.install(|| {
-            let mut solver = EulerianSolver::new(lake(true, (false, false)));
+            let mut solver = sleepy(lake(true, (false, false)));
             run_steps(&mut solver, 80);
             bits(&mut solver)
         })
