@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::banks;
 use super::findings::Findings;
-use super::ground;
+use super::ground::{self, wall_gaps};
 use super::places::{self, Drawn};
 use crate::bed::{BedParticles, Surface, least_step, plane_at_middle};
 use crate::boundary::Pieces;
@@ -116,16 +116,32 @@ fn banks(scenario: &Scenario, ground: &ground::Ground<'_>, (given, still): (&Pie
     banks::find(ground.terrain(), lattice, &bed.constants, |way| !is_in_lake(way[0]) && !is_held(way) && !is_given(way))
 }
 
+/// What the run has beside lines: forcing, open edges, walls, still water.
+type Beside<'a> = (&'a Forcing, &'a OpenEdges, &'a [[Vec2; 2]], &'a StillWater);
+
 /// The cells that follow the scenario's lines and the outlines of blocked buildings; none without such lines, and on coarser levels, which have no
-/// `drawn` ones.
+/// `drawn` ones. Tells of gaps between walls where squares stay.
 pub(super) fn find(
     scenario: &Scenario,
     drawn: Option<(&[Drawn], &ground::Opened)>,
     ground: &ground::Ground<'_>,
-    (forcing, open_edges, walls, still): (&Forcing, &OpenEdges, &[[Vec2; 2]], &StillWater),
+    beside: Beside<'_>,
     findings: &mut Findings,
 ) -> Option<Following> {
-    let (drawn, built) = drawn?;
+    let found = along(scenario, drawn?, ground, beside, findings);
+    let is_square = |cell: usize| found.as_ref().is_none_or(|found| found.conforming.instead_of(cell).is_none());
+    wall_gaps::check(scenario, beside.2, (ground.bed(), is_square), findings);
+    found
+}
+
+/// The cells along these lines.
+fn along(
+    scenario: &Scenario,
+    (drawn, built): (&[Drawn], &ground::Opened),
+    ground: &ground::Ground<'_>,
+    (forcing, open_edges, walls, still): Beside<'_>,
+    findings: &mut Findings,
+) -> Option<Following> {
     let (bed, surface) = (ground.bed(), &ground.surface_beside_buildings());
     let lattice = &bed.lattice;
     check(scenario, findings);
@@ -154,6 +170,8 @@ pub(super) fn find(
     let are_walls = !(walls.is_empty() && outlines.is_empty());
     let kept = kept::kept(bed, (ground.changes(), are_walls), forcing, open_edges);
     small::report(scenario, &outlines, (bed, &kept), findings);
+    let around = outlines.iter().flatten().flat_map(Line::pieces);
+    wall_gaps::check_narrow(scenario, (walls, around), (bed, &kept), findings);
     lines.extend(outlines.into_iter().flatten());
     let is_cell = |cell: usize| (bed.has_terrain(cell) || kept::is_built(bed, cell)) && !kept[cell];
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];

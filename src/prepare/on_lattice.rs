@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::findings::Findings;
 use super::following::{self, Following};
 use super::forcing::{self, breach, channels, moving_bed, plausible};
-use super::ground::{self, Ground, burn, wall_gaps};
+use super::ground::{self, Ground, burn, wall_ends};
 use super::needs::needs;
 use super::water::{self, SourcedBody, earlier, start};
 use super::{Scene, Setup};
@@ -111,7 +111,7 @@ pub(super) fn place_on(
     let mut ground = ground::build(scenario, (terrain, &lattice), &files.ground, findings);
     let mut breach = breach::on_lattice(files.dam.as_ref(), scenario, &mut ground, findings);
     let edges = Edges::on_lattice(scenario, &mut files, (&ground, breach.as_ref()), findings);
-    let walls = edges.walls_of_each.concat();
+    let walls = edges.walls;
     let (mut forcing, channels) = water_brought(scenario, &mut files, ground.bed(), findings);
     water::check(&mut files.bodies, ground.bed(), findings);
     ground.find_passes_and_cover(scenario);
@@ -166,6 +166,8 @@ pub(super) fn place_on(
 struct Edges {
     /// Of each wall of the scenario its straight pieces (local coordinates, m).
     walls_of_each: Vec<Vec<[Vec2; 2]>>,
+    /// All of them, and what leads their ends to the edge of the terrain.
+    walls: Vec<[Vec2; 2]>,
     open: OpenEdges,
 }
 
@@ -182,12 +184,13 @@ impl Edges {
             let drawn = drawn.unwrap_or_default();
             walls_of_each.push(places::on_lattice(source, &drawn, bed, places::NOT_HELD, findings));
         }
-        let walls = walls_of_each.concat();
-        wall_gaps::check(scenario, &walls, bed, findings);
+        let pixel = |place: Vec2| ground.terrain().finest_cell_at(bed.lattice.to_map(place)).unwrap_or(0.0);
+        let mut walls = walls_of_each.concat();
+        walls.extend(wall_ends::to_edge(&walls, bed, pixel));
         if let Some(breach) = breach {
             breach::check_way(scenario, breach, bed, &walls, findings);
         }
-        Edges { walls_of_each, open: places::open_edges(scenario, &files.open_lines, bed, findings) }
+        Edges { walls_of_each, walls, open: places::open_edges(scenario, &files.open_lines, bed, findings) }
     }
 }
 

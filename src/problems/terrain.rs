@@ -96,6 +96,11 @@ pub(super) const GROUP: Group = Group {
             "Where two terrain layers overlap, their heights differ. A step is left along the seam.",
             "Give the layer its `offset` or `unit`.",
         ),
+        warning(
+            "narrow-gap",
+            "Walls nearly meet another line: gaps of less than half a cell. Water passes them.",
+            "Let the lines meet, unless there is an opening.",
+        ),
         error(
             "no-elevation",
             "A survey point has neither a z coordinate nor an attribute with its elevation.",

@@ -27,6 +27,7 @@ mod plan;
 mod rain;
 mod smallest_inputs;
 mod terrain;
+mod walls;
 mod whole_runs;
 
 use std::collections::BTreeMap;

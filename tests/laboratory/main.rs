@@ -131,6 +131,31 @@ fn the_flood_of_malpasset_comes_when_and_as_high_as_it_did() {
 }
 
 #[test]
+fn the_lake_of_malpasset_and_the_sea_rest_while_the_dam_stands() {
+    if !data().join("malpasset").is_dir() {
+        println!("skipped, because {} is not there", data().join("malpasset").display());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/malpasset/dam_standing.yaml");
+    for resolution in ["20 m", "{finest: 10 m, coarsest: 80 m}"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_floodsim"))
+            .env("FLOODSIM_DATA", data())
+            .args([Path::new("run"), &scenario, Path::new("--out"), folder.path(), Path::new("--overwrite")])
+            // Where it may rain no water sleeps.
+            .args(["--set", "rain={rate: 0 mm/h}", "--set", "time.end=60 s", "--set", "outputs.every=60 s"])
+            .args(["--set", &format!("resolution={resolution}"), "--set", "outputs.write=[tables]"])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let record = std::fs::read_to_string(folder.path().join("run.json")).unwrap();
+        let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+        let speed = record["max_speed_m_s"].as_f64().unwrap();
+        assert!(speed < 1e-12 && record["steps"].as_u64().unwrap() > 50, "{resolution}: {speed:e} m/s");
+    }
+}
+
+#[test]
 fn without_data_a_case_is_left_out_in_plain_words() {
     let nowhere = tempfile::tempdir().unwrap();
     let (code, said, rows) = validate("marin_box", nowhere.path(), "motion=eulerian");

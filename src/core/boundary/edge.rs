@@ -49,9 +49,14 @@ impl Edge {
 
 /// Distance (m) of a point from the straight piece between two ends.
 pub fn distance_to_segment(point: Vec2, start: Vec2, end: Vec2) -> f64 {
+    (point - nearest_on_segment(point, start, end)).norm()
+}
+
+/// The place of a segment that is nearest to a point.
+pub fn nearest_on_segment(point: Vec2, start: Vec2, end: Vec2) -> Vec2 {
     let along = end - start;
     let share = ((point - start).dot(along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    (point - (start + along * share)).norm()
+    start + along * share
 }
 
 /// Distance (m) between two pieces, 0 where they cross.

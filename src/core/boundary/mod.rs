@@ -17,7 +17,7 @@ mod wall;
 
 pub use breach::{Breach, DamCell, GrowthLaw, Opening, RimCell, Trigger};
 pub use channel::{Channel, ChannelEnd, ChannelSection, Resistance, Strip, wetted_perimeter};
-pub use edge::{Edge, distance_to_segment};
+pub use edge::{Edge, distance_to_segment, nearest_on_segment};
 pub use forcing::{
     Boundary, Condition, EdgeFace, Forcing, LineSource, PointSource, Rain, RainFrames, Rating, edge_faces,
 };

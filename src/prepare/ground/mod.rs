@@ -31,6 +31,7 @@ mod ridges;
 mod roughness;
 mod source;
 mod steps;
+pub mod wall_ends;
 pub mod wall_gaps;
 
 use super::findings::Findings;

@@ -1,12 +1,12 @@
-//! Gaps between the ends of walls that the lattice makes wider or narrower than they are drawn, or shuts.
+//! Gaps between the ends of walls that squares make wider or narrower than they are drawn, or shut.
 //!
-//! Water passes from cell to cell where no wall crosses the line between their centres, and the ends of a wall belong to it: a gap
-//! is a whole number of cells wide, and one whose ends lie on centres of cells is a cell narrower than drawn.
+//! Water passes from square to square where no wall crosses the line between their centres, and the ends of a wall belong to it: a gap
+//! is a whole number of cells wide, and one whose ends lie on centres of cells is a cell narrower than drawn. Among cells that follow walls it is
+//! as wide as drawn.
 
-use std::collections::BTreeMap;
-
+use super::wall_ends::free_ends;
 use crate::bed::BedParticles;
-use crate::boundary::distance_to_segment;
+use crate::boundary::nearest_on_segment;
 use crate::error::input_warning;
 use crate::math::{Vec2, readable, segments_cross};
 use crate::prepare::findings::Findings;
@@ -16,37 +16,39 @@ use crate::scenario::Scenario;
 const WIDEST: f64 = 4.0;
 /// Share of its width by which a gap may differ on the lattice without a word.
 const DIFFERENCE: f64 = 0.25;
-/// Share of the spacing within which walls touch.
-const TOUCH: f64 = 1e-6;
 /// Gaps that are listed with their place.
 const LISTED: usize = 3;
+/// Cells below which a gap beside the end of a wall may be a slip of the pen.
+const NARROW: f64 = 0.5;
 
-/// Tells of gaps that are another width on the lattice.
-pub fn check(scenario: &Scenario, walls: &[[Vec2; 2]], bed: &BedParticles, findings: &mut Findings) {
+/// Tells of gaps that are another width on the lattice, where `is_square` has it that a square of the lattice stays one.
+pub fn check(
+    scenario: &Scenario,
+    walls: &[[Vec2; 2]],
+    (bed, is_square): (&BedParticles, impl Fn(usize) -> bool),
+    findings: &mut Findings,
+) {
     let Some(source) = scenario.walls.first() else { return };
     let lattice = &bed.lattice;
-    let ends = free_ends(walls, TOUCH * lattice.spacing);
+    let mut ends = free_ends(walls, lattice.spacing);
+    ends.retain(|&end| lattice.cell_at(end).is_some_and(|cell| bed.has_terrain(cell) && is_square(cell)));
     let pairs = ends.iter().enumerate().flat_map(|(i, &one)| ends[i + 1..].iter().map(move |&other| [one, other]));
     let differing: Vec<([Vec2; 2], f64, f64)> = pairs
         .filter_map(|gap| {
             let drawn = (gap[1] - gap[0]).norm();
-            let is_gap = drawn <= WIDEST * lattice.spacing && gap.iter().all(|&end| has_terrain(end, bed));
-            let open = is_gap.then(|| open_width(gap, walls, bed))?;
+            let open = (drawn <= WIDEST * lattice.spacing).then(|| open_width(gap, walls, bed))?;
             ((open - drawn).abs() > DIFFERENCE * drawn).then_some((gap, drawn, open))
         })
         .collect();
     let Some((first, ..)) = differing.first() else { return };
     let middle = |gap: &[Vec2; 2]| lattice.to_map((gap[0] + gap[1]) * 0.5);
-    let described = differing.iter().take(LISTED).map(|(gap, drawn, open)| {
+    let listed = listed(differing.iter().map(|(gap, drawn, open)| {
         let (place, open) = (middle(gap), if *open > 0.0 { format!("{open:.1} m") } else { "shut".to_owned() });
         format!("{} m at {:.1}, {:.1}: {open}", readable(*drawn), place.x, place.y)
-    });
-    let described = described.collect::<Vec<_>>().join("; ");
-    let more = differing.len().saturating_sub(LISTED);
-    let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-    let message = format!("gaps between ends of walls have another width on the lattice: {described}{more}");
+    }));
+    let message = format!("gaps between ends of walls have another width on the lattice: {listed}");
     let problem = input_warning("gap-on-lattice", message)
-        .with_cause("water passes between cells whose centres no wall parts, and the ends of a wall belong to it")
+        .with_cause("water passes between squares whose centres no wall parts, and the ends of a wall belong to it")
         .with_remedy(
             "take a finer `resolution`, move the ends onto edges of cells, or join the walls where no gap is meant",
         )
@@ -54,23 +56,63 @@ pub fn check(scenario: &Scenario, walls: &[[Vec2; 2]], bed: &BedParticles, findi
     findings.add(source, problem);
 }
 
-/// The ends of walls that no other piece touches.
-fn free_ends(walls: &[[Vec2; 2]], touch: f64) -> Vec<Vec2> {
-    let is_free = |piece: usize, end: Vec2| {
-        let mut others = walls.iter().enumerate().filter(|(other, _)| *other != piece);
-        !others.any(|(_, other)| distance_to_segment(end, other[0], other[1]) <= touch)
-    };
-    let key = |end: Vec2| (end.x.to_bits(), end.y.to_bits());
-    // Pieces of one line share their ends to the last bit: few are left to be held against all pieces.
-    let mut pieces_at: BTreeMap<(u64, u64), usize> = BTreeMap::new();
-    walls.iter().flatten().for_each(|&end| *pieces_at.entry(key(end)).or_default() += 1);
-    let ends = walls.iter().enumerate().flat_map(|(piece, wall)| wall.iter().map(move |&end| (piece, end)));
-    let single = ends.filter(|&(_, end)| pieces_at[&key(end)] == 1);
-    single.filter(|&(piece, end)| is_free(piece, end)).map(|(_, end)| end).collect()
+/// Tells of narrow gaps between the end of a wall and another wall or a building (`outlines`), where cells follow them: water passes as drawn.
+pub fn check_narrow(
+    scenario: &Scenario,
+    (walls, outlines): (&[[Vec2; 2]], impl Iterator<Item = [Vec2; 2]>),
+    (bed, kept): (&BedParticles, &[bool]),
+    findings: &mut Findings,
+) {
+    let Some(source) = scenario.walls.first() else { return };
+    let lattice = &bed.lattice;
+    let outlines: Vec<[Vec2; 2]> = outlines.collect();
+    let mut gaps: Vec<[Vec2; 2]> = Vec::new();
+    for end in free_ends(walls, lattice.spacing) {
+        let is_followed = lattice.cell_at(end).is_some_and(|cell| bed.has_terrain(cell) && !kept[cell]);
+        let nearest = || gap_beside(end, (walls, &outlines), NARROW * lattice.spacing);
+        let Some(other) = is_followed.then(nearest).flatten() else { continue };
+        // Two ends have one gap.
+        if !gaps.contains(&[other, end]) {
+            gaps.push([end, other]);
+        }
+    }
+    let Some(first) = gaps.first() else { return };
+    let middle = |gap: &[Vec2; 2]| lattice.to_map((gap[0] + gap[1]) * 0.5);
+    let listed = listed(gaps.iter().map(|gap| {
+        let place = middle(gap);
+        format!("{} m at {:.1}, {:.1}", readable((gap[1] - gap[0]).norm()), place.x, place.y)
+    }));
+    let message = format!("water passes gaps of less than half a cell beside ends of walls: {listed}");
+    let problem = input_warning("narrow-gap", message)
+        .with_cause("lines that nearly meet are not joined")
+        .with_remedy("right where there is an opening; elsewhere let the lines meet, in QGIS by snapping")
+        .with_at(middle(first));
+    findings.add(source, problem);
 }
 
-fn has_terrain(place: Vec2, bed: &BedParticles) -> bool {
-    bed.lattice.cell_at(place).is_some_and(|cell| bed.has_terrain(cell))
+/// The first few of some descriptions, and how many there are besides.
+fn listed(all: impl ExactSizeIterator<Item = String>) -> String {
+    let more = all.len().saturating_sub(LISTED);
+    let first = all.take(LISTED).collect::<Vec<_>>().join("; ");
+    if more > 0 { format!("{first}; and {more} more") } else { first }
+}
+
+/// The place nearest to the end of a wall, within a reach (m), on outlines, and on walls but for its own piece and that which this goes on from; none
+/// where the wall crosses one of them so near to its end.
+fn gap_beside(end: Vec2, (walls, outlines): (&[[Vec2; 2]], &[[Vec2; 2]]), reach: f64) -> Option<Vec2> {
+    let own = walls.iter().find(|piece| piece.contains(&end))?;
+    let others = || {
+        let is_other = |piece: &&[Vec2; 2]| !piece.iter().any(|place| own.contains(place));
+        walls.iter().filter(is_other).chain(outlines)
+    };
+    let back = if own[0] == end { own[1] - end } else { own[0] - end };
+    let tail = [end, end + back * (reach / back.norm()).min(1.0)];
+    if others().any(|&piece| segments_cross(tail, piece)) {
+        return None;
+    }
+    let places = others().map(|piece| nearest_on_segment(end, piece[0], piece[1]));
+    let nearest = places.min_by(|a, b| (*a - end).norm().total_cmp(&(*b - end).norm()))?;
+    (nearest != end && (nearest - end).norm() < reach).then_some(nearest)
 }
 
 /// Width (m) in which water passes through the straight line between two ends.
@@ -117,9 +159,28 @@ mod tests {
         {
             let place = |y: f64| Vec2::new(100.0, y);
             let walls = [[place(0.0), place(50.0)], [place(from), place(50.0)], [place(to), place(200.0)]];
-            let ends = free_ends(&walls, 1e-5);
+            let ends = free_ends(&walls, 10.0);
             assert_eq!(ends, [place(0.0), place(from), place(to), place(200.0)]);
             assert!((open_width([ends[1], ends[2]], &walls, &bed) - open).abs() < 1e-12, "{from} to {to}");
+        }
+    }
+
+    #[test]
+    fn narrow_gaps_are_between_an_end_and_what_the_wall_does_not_cross() {
+        let place = |x: f64, y: f64| Vec2::new(x, y);
+        // Two pieces of one wall that end at (0, 0).
+        let own = [[place(-20.0, 5.0), place(-10.0, 0.0)], [place(-10.0, 0.0), place(0.0, 0.0)]];
+        let upright = |x: f64| [place(x, -50.0), place(x, 50.0)];
+        for (other, gap) in [
+            (upright(2.0), Some(place(2.0, 0.0))),
+            (upright(6.0), None),
+            (upright(0.0), None),
+            (upright(-1.0), None),
+            ([place(0.0, 3.0), place(9.0, 3.0)], Some(place(0.0, 3.0))),
+        ] {
+            let walls: Vec<[Vec2; 2]> = own.into_iter().chain([other]).collect();
+            assert_eq!(gap_beside(place(0.0, 0.0), (&walls, &[]), 5.0), gap, "{other:?}");
+            assert_eq!(gap_beside(place(0.0, 0.0), (&own, &[other]), 5.0), gap, "{other:?}");
         }
     }
 }

@@ -95,8 +95,8 @@ fn only_one(node: &Node, [first, second]: [&str; 2], reader: &mut Reader) -> Opt
 section! {
     /// A wall of no width: no water crosses it, or only over its crest.
     Wall, example "{lines: dam_line.geojson}", check check_wall {
-        /// File of lines that no water crosses; outlines of polygons count as lines. Codes: gap-on-lattice, outside-terrain,
-        /// no-lines, wall-in-breach, lagrangian-askew-wall.
+        /// File of lines that no water crosses; outlines of polygons count as lines. Codes: gap-on-lattice, narrow-gap,
+        /// outside-terrain, no-lines, wall-in-breach, lagrangian-askew-wall.
         lines: VectorFile,
         /// Level of the crest, over which water flows: a raised breakline of one cell; that of `crest_field` when absent. Codes:
         /// crest-below-terrain, doubtful-level, implausible-level, method-combination.

@@ -1,0 +1,84 @@
+//! Walls that cells follow: gaps as wide as drawn, and ends near the edge of the terrain.
+
+use tempfile::TempDir;
+
+use crate::run_scene;
+
+const SCENARIO: &str = "\
+floodsim: 1
+crs: local
+terrain: {layers: [{raster: dem.asc}], follow_banks: false}
+structures: {walls: [{lines: wall.geojson}]}
+roughness: {manning: 0.02}
+initial: [{reservoir: lake.geojson, level: 3 m}]
+boundaries: [{side: east, type: free}]
+resolution: 10 m
+time: {end: 60 s}
+outputs: {every: 60 s, sections: gap.geojson}
+";
+
+/// A flat basin of 400 m by 200 m, a lake in its west, and a wall across it that leans by an angle (degrees) and stands on pieces of its way from the
+/// southern edge (m).
+fn scene(degrees: f64, pieces: &[[f64; 2]]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, content: &str| std::fs::write(folder.path().join(name), content).unwrap();
+    let ground = vec![vec!["0"; 80].join(" "); 40].join("\n");
+    write("dem.asc", &format!("ncols 80\nnrows 40\nxllcorner 0\nyllcorner 0\ncellsize 5\n{ground}\n"));
+    let lean = degrees.to_radians().tan();
+    let place = |up: f64| format!("[{},{up}]", 200.0 + lean * (up - 100.0));
+    let feature =
+        |geometry: String| format!(r#"{{"type":"Feature","properties":{{"id":"gap"}},"geometry":{geometry}}}"#);
+    let line = |[from, to]: [f64; 2]| format!("[{},{}]", place(from), place(to));
+    let lines = pieces.iter().copied().map(line).collect::<Vec<_>>().join(",");
+    write("wall.geojson", &feature(format!(r#"{{"type":"MultiLineString","coordinates":[{lines}]}}"#)));
+    let ring = format!("[[0,0],{},{},[0,200],[0,0]]", place(0.0), place(200.0));
+    write("lake.geojson", &feature(format!(r#"{{"type":"Polygon","coordinates":[{ring}]}}"#)));
+    write(
+        "gap.geojson",
+        &feature(format!(r#"{{"type":"LineString","coordinates":[{},{}]}}"#, place(-5.0), place(205.0))),
+    );
+    write("s.yaml", SCENARIO);
+    folder
+}
+
+/// What passes the wall within a minute (m³).
+fn passed(folder: &TempDir, resolution: &str) -> (f64, String) {
+    let out = resolution.replace(' ', "");
+    let (_, said) = run_scene(folder.path(), &out, &["--set", &format!("resolution={resolution}")]);
+    let table = std::fs::read_to_string(folder.path().join(out).join("tables/sections.csv")).unwrap();
+    let mut lines = table.lines();
+    let column = lines.next().unwrap().split(',').position(|name| name.starts_with("volume")).unwrap();
+    let volume: f64 = lines.last().unwrap().split(',').nth(column).unwrap().parse().unwrap();
+    (volume.abs(), said.stderr)
+}
+
+#[test]
+fn a_wall_that_ends_within_half_a_cell_of_the_edge_of_the_terrain_holds_a_lake() {
+    for degrees in [0.0, 12.0, 40.0] {
+        let folder = scene(degrees, &[[4.4, 195.8]]);
+        let (record, _) = run_scene(folder.path(), "out", &[]);
+        let speed = record["max_speed_m_s"].as_f64().unwrap();
+        assert!(speed < 1e-12, "{degrees} degrees: {speed:e} m/s");
+        assert!(record["steps"].as_f64().unwrap() > 50.0);
+    }
+    // One that ends farther inside leaves a gap.
+    let folder = scene(0.0, &[[4.4, 194.0]]);
+    let (record, _) = run_scene(folder.path(), "out", &[]);
+    assert!(record["max_speed_m_s"].as_f64().unwrap() > 1.0);
+}
+
+#[test]
+fn a_gap_narrower_than_a_cell_passes_what_it_does_on_fine_cells() {
+    for (degrees, width, shares) in [(0.0, 4.0, 0.75..0.95), (20.0, 4.0, 0.75..0.95), (20.0, 12.0, 0.9..1.0)] {
+        let half = 0.5 * width;
+        let folder = scene(degrees, &[[0.0, 100.0 - half], [100.0 + half, 200.0]]);
+        let [(coarse, said), (fine, _)] = ["10 m", "1.25 m"].map(|resolution| passed(&folder, resolution));
+        println!("{degrees} degrees, {width} m: {coarse:.0} m3, on fine cells {fine:.0} m3");
+        assert!(
+            shares.contains(&(coarse / fine)),
+            "{degrees} degrees, {width} m: {coarse} m3, on fine cells {fine} m3"
+        );
+        assert!(!said.contains("gap-on-lattice"), "{said}");
+        assert_eq!(said.contains("warning[narrow-gap] structures.walls[0].lines"), width < 10.0, "{said}");
+    }
+}
