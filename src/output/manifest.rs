@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::cell_records::{ChoiceRecord, ErrorRecord, LevelRecord, PartRecord};
 use super::channels::AboveBanks;
+use super::closed_edge::ClosedEdge;
 use super::folder::RunFolder;
 use crate::error::{Error, Problem};
 use crate::gate::Gate;
@@ -262,6 +263,9 @@ pub struct RunManifest {
     /// Cells of them that count in part, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_in_part: Option<CellsInPartRecord>,
+    /// Where the water came to closed edges of the terrain, if it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub closed_edge: Option<ClosedEdge>,
     /// Banks that cells follow, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub banks: Option<BanksRecord>,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::closed_edge::{ClosedEdge, ClosedFace};
 use super::frames::{Frame, MassBalanceRow, Schedule, Volumes, share_of_step};
 use super::gauges::{ArrivalRule, GaugeRecorder, GaugeResult, GaugeSample, Parting};
 use super::grid::{GridMaps, OutputGrid, greatest_level};
@@ -51,6 +52,8 @@ pub struct RecorderPlan {
     pub gauges_every: f64,
     /// Of each cross-section the cells that it crosses.
     pub sections: Vec<Vec<usize>>,
+    /// The closed edge of the terrain.
+    pub closed_edge: Vec<ClosedFace>,
 }
 
 /// Where frames go: usually [`FieldsWriter::push`](super::FieldsWriter::push).
@@ -73,6 +76,7 @@ pub struct Recorder {
     frames: Schedule,
     gauges: GaugeRecorder,
     sections: Vec<Vec<usize>>,
+    closed_edge: Vec<ClosedFace>,
     mass_balance: Vec<MassBalanceRow>,
     previous_volumes: Volumes,
     time: f64,
@@ -95,6 +99,8 @@ pub struct Recording {
     pub section_arrivals: Vec<Option<f64>>,
     /// One row for each frame.
     pub mass_balance: Vec<MassBalanceRow>,
+    /// What the water did at the closed edge of the terrain; nothing where maps were left out.
+    pub closed_edge: Option<ClosedEdge>,
 }
 
 impl Recording {
@@ -128,6 +134,7 @@ impl Recorder {
                 gauge_schedule,
             ),
             sections: plan.sections,
+            closed_edge: plan.closed_edge,
             mass_balance: Vec::new(),
             previous_volumes: Volumes::default(),
             bed_elevation,
@@ -246,6 +253,8 @@ impl Recorder {
             arrivals.filter(|arrival| !arrival.is_nan()).min_by(f64::total_cmp)
         };
         let section_arrivals = self.sections.iter().map(arrivals).collect();
+        let faces = if self.has_maps { &self.closed_edge[..] } else { &[] };
+        let closed_edge = ClosedEdge::seen(faces, &self.maxima, self.time);
         let maps = match self.terrain {
             _ if !self.has_maps => GridMaps::default(),
             None => self.grid.maps(&self.maxima, self.time, &self.bed_elevation, &self.highest),
@@ -265,6 +274,7 @@ impl Recorder {
             gauge_samples,
             section_arrivals,
             mass_balance: self.mass_balance,
+            closed_edge,
         }
     }
 

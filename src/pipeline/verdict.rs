@@ -25,6 +25,7 @@ impl Run<'_> {
     ) -> Result<RunSummary, Error> {
         let manifest = &mut self.manifest;
         manifest.volume_m3 = volume_balance(&ledger, &recording);
+        manifest.closed_edge = recording.closed_edge;
         manifest.gates = gates(&ledger, manifest, self.scenario);
         let failed_gates: Vec<String> =
             manifest.gates.iter().filter(|gate| gate.fails()).map(Gate::to_string).collect();

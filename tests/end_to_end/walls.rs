@@ -82,3 +82,27 @@ fn a_gap_narrower_than_a_cell_passes_what_it_does_on_fine_cells() {
         assert_eq!(said.contains("warning[narrow-gap] structures.walls[0].lines"), width < 10.0, "{said}");
     }
 }
+
+#[test]
+fn water_at_a_closed_edge_of_the_terrain_is_told() {
+    // All water west of a wall that stands on a tenth of its way alone.
+    let folder = scene(0.0, &[[0.0, 20.0]]);
+    for resolution in ["10 m", "{finest: 5 m, coarsest: 20 m}"] {
+        let told = |out: &str, boundaries: &str| {
+            let boundaries = format!("boundaries={boundaries}");
+            let options = ["--set", &boundaries, "--set", &format!("resolution={resolution}"), "--overwrite"];
+            run_scene(folder.path(), out, &options).0.get("closed_edge").cloned()
+        };
+        let closed = told("closed", "[]").unwrap();
+        let number = |key: &str| closed[key].as_f64().unwrap();
+        println!("{resolution}: {closed}");
+        // The dry half has an edge of 600 m, some of it beside the wall.
+        assert!((540.0..=1200.0).contains(&number("length_m")), "{closed}");
+        assert!(number("first_s") < 10.0 && (190.0..220.0).contains(&number("x")), "{closed}");
+        assert!((1.0..3.5).contains(&number("deepest_m")), "{closed}");
+        // Sides along the flow alone are left.
+        let sides = told("sides", "[{side: east, type: free}]").unwrap();
+        assert!((340.0..=800.0).contains(&sides["length_m"].as_f64().unwrap()), "{sides}");
+        assert_eq!(told("open", "[{side: all, type: open}]"), None, "{resolution}");
+    }
+}

@@ -80,6 +80,7 @@ fn plan(origin: Vec2, cell: f64) -> RecorderPlan {
         constants: OutputConstants::DEFAULT,
         gauges_every: 60.0,
         sections: vec![vec![20 * COLUMNS + 20]],
+        closed_edge: vec![],
     }
 }
 

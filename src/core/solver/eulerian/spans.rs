@@ -59,6 +59,8 @@ pub(crate) struct ActiveSet {
     before: Vec<Vec<Run>>,
     /// Work of the step before together with that of now, as spans of the lattice: what a recorder has to look at.
     recorded: Vec<Span>,
+    /// The runs of a row of it, where water sleeps there.
+    with_asleep: Vec<Run>,
     /// Numbers that the processor takes at once.
     lanes: usize,
 }
@@ -84,6 +86,7 @@ impl ActiveSet {
             work: vec![Vec::new(); state.rows + 2],
             before: vec![Vec::new(); state.rows + 2],
             recorded: Vec::new(),
+            with_asleep: Vec::new(),
             lanes: if simd() == "avx512" { MOST_LANES } else { 4 },
         };
         // The first search looks at every cell, later ones only at those active.
@@ -262,7 +265,7 @@ impl ActiveSet {
         if self.has_levels() {
             self.recorded_runs.clone_from(&self.work);
         } else {
-            record(&self.work, &self.asleep, &mut self.recorded);
+            record(&self.work, &self.asleep, (&mut self.recorded, &mut self.with_asleep));
         }
     }
 
@@ -270,7 +273,7 @@ impl ActiveSet {
     pub fn end_record(&mut self) {
         if self.has_levels() {
             self.recorded_runs.iter_mut().for_each(tidy);
-            record(&self.recorded_runs, &self.asleep, &mut self.recorded);
+            record(&self.recorded_runs, &self.asleep, (&mut self.recorded, &mut self.with_asleep));
         }
     }
 
@@ -306,9 +309,8 @@ impl ActiveSet {
 }
 
 /// The runs of padded rows, and those that sleep, as spans of the lattice.
-fn record(rows: &[Vec<Run>], asleep: &Asleep, spans: &mut Vec<Span>) {
+fn record(rows: &[Vec<Run>], asleep: &Asleep, (spans, all): (&mut Vec<Span>, &mut Vec<Run>)) {
     spans.clear();
-    let mut all = Vec::new();
     for (row, runs) in rows.iter().enumerate() {
         let resting = asleep.wet_in_row(row);
         let runs = if resting.is_empty() {
@@ -316,8 +318,8 @@ fn record(rows: &[Vec<Run>], asleep: &Asleep, spans: &mut Vec<Span>) {
         } else {
             all.clear();
             all.extend(runs.iter().chain(resting).cloned());
-            tidy(&mut all);
-            &all
+            tidy(all);
+            &*all
         };
         let of_row = runs.iter().map(|run| Span {
             row: (row - 1) as u32,

@@ -23,6 +23,7 @@ fn whole_pieces_end_before_the_next_run() {
             fed: Vec::new(),
             before: Vec::new(),
             recorded: Vec::new(),
+            with_asleep: Vec::new(),
             lanes,
             work,
         };
