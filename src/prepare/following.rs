@@ -120,7 +120,7 @@ fn banks(scenario: &Scenario, ground: &ground::Ground<'_>, (given, still): (&Pie
 type Beside<'a> = (&'a Forcing, &'a OpenEdges, &'a [[Vec2; 2]], &'a StillWater);
 
 /// The cells that follow the scenario's lines and the outlines of blocked buildings; none without such lines, and on coarser levels, which have no
-/// `drawn` ones. Tells of gaps between walls where squares stay.
+/// `drawn` ones. Warns of gaps between walls where squares stay.
 pub(super) fn find(
     scenario: &Scenario,
     drawn: Option<(&[Drawn], &ground::Opened)>,

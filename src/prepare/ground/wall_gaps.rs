@@ -20,8 +20,12 @@ const DIFFERENCE: f64 = 0.25;
 const LISTED: usize = 3;
 /// Cells below which a gap beside the end of a wall may be a slip of the pen.
 const NARROW: f64 = 0.5;
+/// How much of a wall from its end on is no other line, in widths of such a gap.
+const OWN: f64 = 2.0;
+/// Share of such a gap below which lines touch.
+const TOUCH: f64 = 1e-5;
 
-/// Tells of gaps that are another width on the lattice, where `is_square` has it that a square of the lattice stays one.
+/// Warns of gaps that are another width on the lattice, where `is_square` has it that a square of the lattice stays one.
 pub fn check(
     scenario: &Scenario,
     walls: &[[Vec2; 2]],
@@ -56,7 +60,7 @@ pub fn check(
     findings.add(source, problem);
 }
 
-/// Tells of narrow gaps between the end of a wall and another wall or a building (`outlines`), where cells follow them: water passes as drawn.
+/// Warns of narrow gaps between the end of a wall and another wall or a building (`outlines`), where cells follow them: water passes as drawn.
 pub fn check_narrow(
     scenario: &Scenario,
     (walls, outlines): (&[[Vec2; 2]], impl Iterator<Item = [Vec2; 2]>),
@@ -85,7 +89,7 @@ pub fn check_narrow(
     let message = format!("water passes gaps of less than half a cell beside ends of walls: {listed}");
     let problem = input_warning("narrow-gap", message)
         .with_cause("lines that nearly meet are not joined")
-        .with_remedy("right where there is an opening; elsewhere let the lines meet, in QGIS by snapping")
+        .with_remedy("expected at openings; elsewhere, let the lines meet, in QGIS by snapping")
         .with_at(middle(first));
     findings.add(source, problem);
 }
@@ -97,22 +101,45 @@ fn listed(all: impl ExactSizeIterator<Item = String>) -> String {
     if more > 0 { format!("{first}; and {more} more") } else { first }
 }
 
-/// The place nearest to the end of a wall, within a reach (m), on outlines, and on walls but for its own piece and that which this goes on from; none
-/// where the wall crosses one of them so near to its end.
+/// The place nearest to the end of a wall, within a reach (m), on outlines and on other walls, or on its own line farther on.
+///
+/// None where the wall touches or crosses one of them so near to its end.
 fn gap_beside(end: Vec2, (walls, outlines): (&[[Vec2; 2]], &[[Vec2; 2]]), reach: f64) -> Option<Vec2> {
-    let own = walls.iter().find(|piece| piece.contains(&end))?;
+    let own = tail(end, walls, OWN * reach);
+    let is_own = |number: usize| own.iter().any(|(own, _)| *own == number);
     let others = || {
-        let is_other = |piece: &&[Vec2; 2]| !piece.iter().any(|place| own.contains(place));
-        walls.iter().filter(is_other).chain(outlines)
+        let walls = walls.iter().enumerate().filter(|(number, _)| !is_own(*number)).map(|(_, piece)| piece);
+        walls.chain(outlines)
     };
-    let back = if own[0] == end { own[1] - end } else { own[0] - end };
-    let tail = [end, end + back * (reach / back.norm()).min(1.0)];
-    if others().any(|&piece| segments_cross(tail, piece)) {
+    let is_near = |[from, _]: &[Vec2; 2]| (*from - end).norm() < reach;
+    let mut near = own.iter().map(|(_, piece)| *piece).filter(is_near);
+    // The line farther on begins where its own part ends.
+    let goes_on = |piece: &[Vec2; 2]| own.iter().any(|(_, own)| piece.contains(&own[1]));
+    if near.any(|own| others().filter(|piece| !goes_on(piece)).any(|&piece| segments_cross(own, piece))) {
         return None;
     }
-    let places = others().map(|piece| nearest_on_segment(end, piece[0], piece[1]));
+    let places = others().filter(|piece| !goes_on(piece)).map(|piece| nearest_on_segment(end, piece[0], piece[1]));
     let nearest = places.min_by(|a, b| (*a - end).norm().total_cmp(&(*b - end).norm()))?;
-    (nearest != end && (nearest - end).norm() < reach).then_some(nearest)
+    let width = (nearest - end).norm();
+    (width > TOUCH * reach && width < reach).then_some(nearest)
+}
+
+/// The pieces of a line from its end on, as far as a length (m), with their numbers, each from the side of the end.
+fn tail(end: Vec2, walls: &[[Vec2; 2]], length: f64) -> Vec<(usize, [Vec2; 2])> {
+    let mut tail: Vec<(usize, [Vec2; 2])> = Vec::new();
+    let (mut at, mut left) = (end, length);
+    while left > 0.0 {
+        let next = walls
+            .iter()
+            .enumerate()
+            .find(|(number, piece)| piece.contains(&at) && !tail.iter().any(|(known, _)| known == number));
+        let Some((number, piece)) = next else { break };
+        let on = if piece[0] == at { piece[1] } else { piece[0] };
+        left -= (on - at).norm();
+        tail.push((number, [at, on]));
+        at = on;
+    }
+    tail
 }
 
 /// Width (m) in which water passes through the straight line between two ends.
@@ -182,5 +209,21 @@ mod tests {
             assert_eq!(gap_beside(place(0.0, 0.0), (&walls, &[]), 5.0), gap, "{other:?}");
             assert_eq!(gap_beside(place(0.0, 0.0), (&own, &[other]), 5.0), gap, "{other:?}");
         }
+        // A line with points nearer than a gap is no gap of its own; a ring that does not close has one.
+        let arc = |points: usize| {
+            let angle = |k: usize| 6.2 * k as f64 / points as f64;
+            let at = |k: usize| Vec2::new(angle(k).cos(), angle(k).sin()) * 20.0;
+            (0..points).map(|k| [at(k), at(k + 1)]).collect::<Vec<_>>()
+        };
+        for points in [9, 300] {
+            let ring = arc(points);
+            let (from, to) = (ring[0][0], ring[points - 1][1]);
+            let found = gap_beside(from, (&ring, &[]), 5.0).unwrap();
+            assert!((found - to).norm() < 1e-9);
+            assert_eq!(gap_beside(from, (&ring[..points / 2], &[]), 5.0), None);
+        }
+        // An end on the side of a house, to rounding.
+        let house = [place(1e-9, -5.0), place(1e-9, 5.0)];
+        assert_eq!(gap_beside(place(0.0, 0.0), (&own, &[house]), 5.0), None);
     }
 }

@@ -64,6 +64,7 @@ const SLIVER: f64 = 1e-12;
 /// right to the third order of the strength of a shock; a strong one on the far side decides nothing, because the flow at the
 /// face is then critical, (u_l + 2 c_l)/3 > c*. A shock on the near side, c* > c_l, counts as on one side of the face or the other by
 /// the sign of u_l − (c_l + c*)/2 (its own speed is u_l − (3 c* − c_l)/2, to first order of its strength); the share of this flux is c_l/c* then, and the rest that of HLL.
+/// A contact that stands lets no volume pass; the deeper side is the one behind it.
 #[inline(always)]
 pub(crate) fn through_face(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f64, f64) {
     let (d_l, d_r) = (if d_l > SLIVER * d_r { d_l } else { 0.0 }, if d_r > SLIVER * d_l { d_r } else { 0.0 });
@@ -72,7 +73,8 @@ pub(crate) fn through_face(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f
     let u_right = if d_r > 0.0 { u_r } else { u_l + 2.0 * c_l };
     let star = larger(0.5 * (c_l + c_r) + 0.25 * (u_left - u_right), 0.0);
     let contact = 0.5 * (u_left + u_right) + (c_l - c_r);
-    // One at rest leaves the deeper side behind, in a mirror image, too: depths that differ by rounding may have one celerity.
+    // One at rest lets nothing pass and has the deeper side behind it: so does its mirror image, where depths that differ by rounding have one
+    // celerity.
     let is_at_rest = contact.abs() <= 0.0;
     let is_to_right = if is_at_rest { d_l > d_r } else { contact > 0.0 };
     // Seen from the side that the contact leaves behind, towards the other.
@@ -81,8 +83,7 @@ pub(crate) fn through_face(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f
     let highest = if is_past_shock { star } else { behind_c };
     let c = smaller(larger((behind_u + 2.0 * behind_c) * (1.0 / 3.0), star), highest);
     let towards = behind_u + 2.0 * (behind_c - c);
-    let u = if is_at_rest { 0.0 } else { towards };
-    let u = if is_to_right { u } else { -u };
+    let u = if is_to_right { towards } else { -towards };
     // By its ratio to the depth behind: water at rest keeps its depth to the last digit.
     let ratio = if behind_c > 0.0 { c / behind_c } else { 0.0 };
     let d = behind_d * (ratio * ratio);
@@ -91,7 +92,8 @@ pub(crate) fn through_face(d_l: f64, u_l: f64, d_r: f64, u_r: f64, g: f64) -> (f
     // Beside a dry side the waves of HLL have no meaning, and nothing comes from one that the contact leaves behind.
     let rest = if behind_c > 0.0 { 1.0 - share } else { 0.0 };
     let (rest_d, rest_n) = if rest > 0.0 { (rest * volume, rest * momentum) } else { (0.0, 0.0) };
-    (share * (d * u) + rest_d, share * (d * u * u + 0.5 * g * d * d) + rest_n)
+    let mass = if is_at_rest { 0.0 } else { share * (d * u) };
+    (mass + rest_d, share * (d * u * u + 0.5 * g * d * d) + rest_n)
 }
 
 /// The fluxes between the fastest waves that two wet sides can send, after `HLL1983`; a side is its depth, celerity and velocity.
@@ -671,6 +673,39 @@ mod tests {
         let (spread, met) =
             (through_face(d_l, u_l, d_r, simple + 1e-9, G), through_face(d_l, u_l, d_r, simple - 1e-9, G));
         assert!((spread.0 - met.0).abs() < 1e-7 && (spread.1 - met.1).abs() < 1e-7);
+    }
+
+    #[test]
+    fn a_standing_contact_lets_nothing_pass_and_has_the_mirror_image_of_its_mirror_image() {
+        // Depths one digit apart, of one celerity, and water that meets its mirror image.
+        let next = |d: f64| f64::from_bits(d.to_bits() + 1);
+        let d =
+            (1..100).map(|k| 0.1 * f64::from(k)).find(|d| (G * d).sqrt().to_bits() == (G * next(*d)).sqrt().to_bits());
+        let d = d.expect("two depths of one celerity");
+        let states = [(d, 0.0, next(d), 0.0), (next(d), 0.0, d, 0.0), (1.0, 0.3, 1.0, -0.3), (1.0, -0.3, 1.0, 0.3)];
+        for (d_l, u_l, d_r, u_r) in states {
+            let (volume, momentum) = through_face(d_l, u_l, d_r, u_r, G);
+            let (back, mirrored) = through_face(d_r, -u_r, d_l, -u_l, G);
+            let bits = [volume.abs(), back.abs(), momentum].map(f64::to_bits);
+            assert_eq!(bits, [0.0, 0.0, mirrored].map(f64::to_bits), "{d_l} {u_l} {d_r} {u_r}");
+        }
+    }
+
+    #[test]
+    fn a_wall_is_struck_as_hard_as_by_a_reflected_bore() {
+        let d: f64 = 1.0;
+        for u in [1.0_f64, 3.0, 4.1, 4.3, 6.0, 9.0] {
+            // Over a depth d' the bore runs back with the water at rest behind it: u² = g (d' − d)² (d' + d)/(2 d d').
+            let (mut low, mut high) = (d, 100.0);
+            for _ in 0..100 {
+                let middle = 0.5 * (low + high);
+                let speed = (middle - d) * (G * (middle + d) / (2.0 * d * middle)).sqrt();
+                (low, high) = if speed < u { (middle, high) } else { (low, middle) };
+            }
+            let (exact, thrust) = (0.5 * G * low * low, through_face(d, u, d, -u, G).1);
+            println!("{u} m/s: {:.3} of the thrust of the bore", thrust / exact);
+            assert!((0.9..1.5).contains(&(thrust / exact)), "{u} m/s: {thrust} of {exact}");
+        }
     }
 
     proptest! {

@@ -136,7 +136,7 @@ pub struct EulerianMethods {
     pub turbulence: Turbulence,
     /// The constants of all of these.
     pub constants: EulerianConstants,
-    /// Whether still water leaves the work until something reaches it (M102); not where the water is to be seen at rest.
+    /// Whether still water sleeps until something reaches it (M102); not where it is to be seen at rest.
     pub sleeps: bool,
 }
 

@@ -42,6 +42,8 @@ pub(crate) struct ActiveSet {
     own: Vec<Vec<Run>>,
     links: Links,
     asleep: Asleep,
+    /// Whether blocks woke since that was last asked.
+    has_woken: bool,
     at_hand: Run,
     cells_at_hand: usize,
     /// All runs that were active since the step of all levels began, where there are levels.
@@ -75,6 +77,7 @@ impl ActiveSet {
             own: (0..state.rows + 2).map(|row| state.own_runs(row)).collect(),
             links: Links::new(&linked, state.rows + 2),
             asleep: Asleep::default(),
+            has_woken: false,
             at_hand: 0..state.rows + 2,
             cells_at_hand: 0,
             recorded_runs: Vec::new(),
@@ -102,7 +105,7 @@ impl ActiveSet {
     }
 
     /// The runs of a padded row for loops on lanes: the active ones, each with as many of the cells behind it as make up whole pieces, up to water
-    /// that sleeps. Those are dry, more than a rim from all water, so that nothing changes in them; they end before the next run begins.
+    /// that sleeps. Those are dry, more than a rim from all water awake, so that nothing changes in them; they end before the next run begins.
     pub fn whole_pieces(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
         let asleep = self.asleep.in_row(row);
         self.work[row].iter().map(move |run| {
@@ -129,6 +132,11 @@ impl ActiveSet {
             }
             runs.get(next).is_some_and(|run| run.start <= column)
         })
+    }
+
+    /// Whether blocks woke since that was last asked.
+    pub fn has_woken(&mut self) -> bool {
+        std::mem::take(&mut self.has_woken)
     }
 
     /// Whether a padded cell is in a block that sleeps.
@@ -223,6 +231,7 @@ impl ActiveSet {
         self.find_wet(state, dry_depth);
         if !self.asleep.is_empty() {
             let rows = self.asleep.wake(state, &self.at_hand, (&mut self.own, &mut self.wet));
+            self.has_woken |= !rows.is_empty();
             rows.into_iter().for_each(|row| self.changed[row] = true);
         }
         self.spread();

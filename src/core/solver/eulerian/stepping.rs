@@ -179,6 +179,11 @@ impl EulerianSolver {
         if self.steps == 0 && self.methods.sleeps {
             self.let_sleep();
         }
+        if self.active.has_woken() {
+            // Of levels that did not step last, too: the next step is chosen by them.
+            self.active.take_in_hand(0..self.state.rows + 2);
+            primitive::evaluate(&mut self.state, &self.active, &self.scale);
+        }
         self.active.end_record();
         self.time += time_step;
         self.steps += 1;

@@ -1,11 +1,11 @@
-//! Blocks of water at rest asleep: still water costs no work until something reaches it.
+//! Blocks of water at rest asleep: still water costs nothing until something reaches it.
 //!
 //! After the first step a block sleeps where the speed of its water is that of rounding (M102), and that of the blocks about it, and no
-//! water comes and no bed changes there. Its cells leave the work as they are. It wakes for good when water moves in a block beside it or
+//! water comes and no bed changes there. Its cells are no longer active. It wakes for good when water moves in a block beside it or
 //! beside that one, so that what a step carries over the edge of a sleeping block is rounding, too.
 //!
-//! What passes a face between a cell awake and one asleep is held, on whichever side the one asleep lies: so a mirror image is the same to
-//! the last bit.
+//! What passes a face between a cell awake and one asleep of one level is held, on whichever side the one asleep lies: so a mirror image is the
+//! same to the last bit. Hanging faces are computed as ever, with the sleeping water as it was.
 
 #[cfg(test)]
 mod tests;
@@ -19,7 +19,7 @@ use super::runs::{Run, hand_over, within};
 /// Cells of a block along a side, at least.
 const BLOCK: usize = 16;
 
-/// Speed (m/s) up to which water counts as still: a thousand times the rounding of a lake at rest, and 1e-12 of a volume.
+/// Speed (m/s) up to which water counts as still: ten times the rounding of a lake at rest.
 const STILL: f64 = 1e-11;
 
 /// A padded place (row, column).
@@ -80,7 +80,7 @@ pub(super) struct Asleep {
     /// The blocks that sleep, and those awake that would wake them; in order.
     blocks: Vec<usize>,
     watched: Vec<usize>,
-    /// The runs of each padded row that are out of the work, and the wet ones among them.
+    /// The runs of each padded row that sleep, and the wet ones among them.
     own: Vec<Vec<Run>>,
     wet: Vec<Vec<Run>>,
     /// What passes the faces between cells awake and cells asleep.
@@ -88,7 +88,7 @@ pub(super) struct Asleep {
 }
 
 impl Asleep {
-    /// Lets sleep what can: `own` and `wet` are the runs of each padded row that are in the work, and lose what sleeps; `restless` places
+    /// Lets sleep what can: `own` and `wet` are the runs of each padded row that are active, and lose what sleeps; `restless` places
     /// (row, column) where something happens by itself, `links` the places on the two sides of general faces.
     pub fn new(
         state: &State,
@@ -129,7 +129,7 @@ impl Asleep {
         self.blocks.is_empty()
     }
 
-    /// The runs of a padded row that are out of the work.
+    /// The runs of a padded row that sleep.
     pub fn in_row(&self, row: usize) -> &[Run] {
         self.own.get(row).map_or(&[], Vec::as_slice)
     }
@@ -212,10 +212,10 @@ impl Asleep {
 
     /// Whether water moves in a block.
     fn moves(&self, state: &State, wet: &[Vec<Run>], block: usize) -> bool {
-        self.runs(wet, block).any(|(row, run)| is_moving(&state.water[row], run))
+        self.runs(wet, block).any(|(row, run)| is_moving(state, row, run))
     }
 
-    /// Brings what goes with the blocks that sleep up to date; `own` are the runs in the work.
+    /// Brings what goes with the blocks that sleep up to date; `own` are the active runs.
     fn settle(&mut self, state: &State, own: &[Vec<Run>]) {
         let asleep: HashSet<usize> = self.blocks.iter().copied().collect();
         self.watched = self.near(asleep.clone()).difference(&asleep).copied().collect();
@@ -264,9 +264,14 @@ fn interval(edges: &[usize], at: usize) -> Option<usize> {
     (1..edges.len()).contains(&next).then(|| next - 1)
 }
 
-/// Whether water of a run is faster than still water, or no number.
-fn is_moving(water: &WaterRow, run: Run) -> bool {
-    let discharges = water.discharge_x[run.clone()].iter().zip(&water.discharge_y[run.clone()]);
-    let is_still = |((qx, qy), depth): ((&f64, &f64), &f64)| qx.abs().max(qy.abs()) <= STILL * depth;
-    !discharges.zip(&water.depth[run]).all(is_still)
+/// Whether water of a run, or what passes its faces, is faster than still water, or no number: water that leaves a cell on all sides alike has no
+/// discharge itself.
+fn is_moving(state: &State, row: usize, run: Run) -> bool {
+    let WaterRow { depth, discharge_x, discharge_y } = &state.water[row];
+    let ([east, north], south) = (&state.flux[row], &state.flux[row - 1][NORTH]);
+    let is_still = |i: usize| {
+        let moving = [discharge_x[i], discharge_y[i], east.mass[i], east.mass[i - 1], north.mass[i], south.mass[i]];
+        moving.iter().all(|discharge| discharge.abs() <= STILL * depth[i])
+    };
+    !run.into_iter().all(is_still)
 }

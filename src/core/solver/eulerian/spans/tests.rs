@@ -13,6 +13,7 @@ fn whole_pieces_end_before_the_next_run() {
             own: Vec::new(),
             links: Links::new(&[], 0),
             asleep: Asleep::default(),
+            has_woken: false,
             at_hand: 0..0,
             cells_at_hand: 0,
             recorded_runs: Vec::new(),
