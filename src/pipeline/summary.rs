@@ -288,7 +288,7 @@ fn write_closed_edge(f: &mut fmt::Formatter<'_>, run: &RunManifest) -> fmt::Resu
     let Some(edge) = &run.closed_edge else { return Ok(()) };
     writeln!(
         f,
-        "closed edge of the terrain: the water came to {:.0} m of it, first at {} near {:.1}, {:.1}, and stood up to {:.2} m deep there, too high for a flood that goes on; open it by `boundaries`, or take more terrain",
+        "closed edge of the terrain: the water came to {:.0} m of it, first at {} near {:.1}, {:.1}, and stood up to {:.2} m deep there\n  levels near it are too high: open it by `boundaries`, or take more terrain",
         edge.length_m,
         clock_time(edge.first_s),
         edge.x,
