@@ -19,6 +19,7 @@ use crate::math::Vec2;
 use crate::output::{FILL, GridMaps, OutputGrid, TerrainPixels};
 use crate::prepare::{BLOCK, Because, Following, Setup, Wanted, scatter};
 use crate::scenario::Scenario;
+use crate::seeding::SeededVolume;
 use crate::solver::{FlowProblem, nested};
 
 use super::by_level::Settled;
@@ -246,11 +247,7 @@ fn join(
         finest.scene.followed = following.lines;
         finest.scene.banks = following.banks;
     }
-    for (number, volume) in finest.still_water.volumes.iter_mut().enumerate() {
-        let is_its = |&cell: &usize| body[cell] == u32::try_from(number).ok() && lattice.is_leaf(cell);
-        let cells = || (0..lattice.len()).filter(is_its);
-        volume.seeded_m3 = cells().map(|cell| initial_depth[cell] * bed.area(cell)).sum();
-    }
+    count_water(&mut finest.still_water.volumes, &body, (&initial_depth, &bed));
     finest.still_water.depth = initial_depth;
     finest.still_water.body = body;
     if !finest.initial_velocity.is_empty() {
@@ -267,4 +264,14 @@ fn join(
     finest.scene.open_edges = open_edges;
     finest.bed = bed;
     finest
+}
+
+/// Counts the cells and the volume (m³) of each body of still water.
+fn count_water(volumes: &mut [SeededVolume], body: &[Option<u32>], (depth, bed): (&[f64], &BedParticles)) {
+    for (number, volume) in (0..).zip(volumes) {
+        let is_its = |&cell: &usize| body[cell] == Some(number) && depth[cell] > 0.0 && bed.lattice.is_leaf(cell);
+        let cells = || (0..bed.lattice.len()).filter(is_its);
+        volume.seeded_m3 = cells().map(|cell| depth[cell] * bed.area(cell)).sum();
+        volume.cells = cells().count();
+    }
 }

@@ -6,6 +6,7 @@
 
 mod kept;
 mod small;
+mod water;
 
 use rayon::prelude::*;
 
@@ -13,11 +14,12 @@ use super::banks;
 use super::findings::Findings;
 use super::ground::{self, wall_gaps};
 use super::places::{self, Drawn};
+use super::water::SourcedBody;
 use crate::bed::{BedParticles, Surface, least_step, plane_at_middle};
 use crate::boundary::Pieces;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
-use crate::lattice::{Cell, Conforming, Face, Lattice, Side};
+use crate::lattice::{Conforming, Face, Lattice};
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
@@ -25,6 +27,7 @@ use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
 use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Piece;
+use water::Cells;
 
 /// Terrain points that a plane takes at least, where there are so many.
 const POINTS: usize = 6;
@@ -37,9 +40,6 @@ const FARTHEST: f64 = 4.0;
 
 /// Squares beside a ridge at which no bank is followed.
 const BESIDE_RIDGE: isize = 2;
-
-/// Share of a way by which it is made longer to see whether its end lies on a line.
-const ON_LINE: f64 = 1e-6;
 
 /// The cells that follow lines, and what is on each of them.
 #[derive(Clone, Debug)]
@@ -116,8 +116,8 @@ fn banks(scenario: &Scenario, ground: &ground::Ground<'_>, (given, still): (&Pie
     banks::find(ground.terrain(), lattice, &bed.constants, |way| !is_in_lake(way[0]) && !is_held(way) && !is_given(way))
 }
 
-/// What the run has beside lines: forcing, open edges, walls, still water.
-type Beside<'a> = (&'a Forcing, &'a OpenEdges, &'a [[Vec2; 2]], &'a StillWater);
+/// What the run has beside lines: forcing, open edges, walls, bodies of still water as drawn and as filled.
+type Beside<'a> = (&'a Forcing, &'a OpenEdges, &'a [[Vec2; 2]], (&'a [SourcedBody<'a>], &'a StillWater));
 
 /// The cells that follow the scenario's lines and the outlines of blocked buildings; none without such lines, and on coarser levels, which have no
 /// `drawn` ones. Warns of gaps between walls where squares stay.
@@ -139,7 +139,7 @@ fn along(
     scenario: &Scenario,
     (drawn, built): (&[Drawn], &ground::Opened),
     ground: &ground::Ground<'_>,
-    (forcing, open_edges, walls, still): Beside<'_>,
+    (forcing, open_edges, walls, (bodies, still)): Beside<'_>,
     findings: &mut Findings,
 ) -> Option<Following> {
     let (bed, surface) = (ground.bed(), &ground.surface_beside_buildings());
@@ -149,21 +149,20 @@ fn along(
     if scenario.numerics.motion == Motion::Lagrangian || lattice.columns < 2 {
         return None;
     }
+    let line = |kind: LineKind| move |points: Vec<Vec2>| Line { points, is_closed: false, kind };
     let (mut lines, mut followed) = (Vec::new(), Vec::new());
     for (source, drawn) in scenario.ground.followed.iter().zip(drawn) {
-        let effect = "no cell has a side on it";
-        let pieces = places::on_lattice(source, drawn, bed, effect, findings);
+        let pieces = places::on_lattice(source, drawn, bed, "no cell has a side on it", findings);
         followed.extend_from_slice(&pieces);
-        lines.extend(joined(&pieces).map(|points| Line { points, is_closed: false, kind: LineKind::Follow }));
+        lines.extend(joined(&pieces).map(line(LineKind::Follow)));
     }
     let outlines = ground::outlines(built, scenario, lattice);
     let of_outlines = outlines.iter().flatten().flat_map(Line::pieces);
     let given: Pieces = followed.iter().chain(walls).copied().chain(of_outlines).collect();
     let banks = banks(scenario, ground, (&given, still));
     followed.extend(banks.iter().flat_map(|bank| bank.windows(2).map(|ends| [ends[0], ends[1]])));
-    let as_line = |points: &Vec<Vec2>| Line { points: points.clone(), is_closed: false, kind: LineKind::Follow };
-    lines.extend(banks.iter().map(as_line));
-    lines.extend(joined(walls).map(|points| Line { points, is_closed: false, kind: LineKind::Wall }));
+    lines.extend(banks.iter().cloned().map(line(LineKind::Follow)));
+    lines.extend(joined(walls).map(line(LineKind::Wall)));
     if lines.is_empty() && outlines.is_empty() {
         return None;
     }
@@ -177,16 +176,19 @@ fn along(
     let is_kept = |cell: usize| bed.has_terrain(cell) && kept[cell];
     let conforming = Partition::new(lattice, is_cell, &lines).beside(lattice, is_kept).on(lattice);
     let parting: Pieces = lines.iter().flat_map(Line::pieces).collect();
+    let seeding = ground.seeding();
     let ground = Ground { bed, surface, parting: &parting };
     let elevation: Vec<f64> = conforming.cells().par_iter().map(|cell| ground.at(cell.centre, cell.area)).collect();
-    let squares = ground.squares(&conforming);
-    let water = |(&square, &z): (&Option<usize>, &f64)| ground.water(square, z, still).unwrap_or_default();
-    let (depth, body): (Vec<f64>, Vec<Option<u32>>) = squares.par_iter().zip(&elevation).map(water).unzip();
+    let sills: Vec<f64> = conforming.faces().par_iter().map(|face| ground.crest(face)).collect();
+    let walls: Pieces = walls.iter().copied().collect();
+    let cells =
+        Cells { conforming: &conforming, elevation: &elevation, sills: &sills, parting: &parting, walls: &walls };
+    let (depth, body) = cells.water((bed, still), bodies, seeding);
     Some(Following {
         beyond_squares: beyond_squares(&conforming, &body, bed, still),
         depth,
         body,
-        sills: conforming.faces().par_iter().map(|face| ground.crest(face)).collect(),
+        sills,
         lines: followed,
         banks: banks.into_iter().map(|bank| bank.into_iter().map(|place| lattice.to_map(place)).collect()).collect(),
         elevation,
@@ -248,51 +250,6 @@ impl<Terrain: Surface> Ground<'_, Terrain> {
         let at_centre = || self.surface.elevation(lattice.to_map(centre));
         let found = if is_near { plane() } else { at_centre().or_else(plane) };
         found.unwrap_or_else(of_square)
-    }
-
-    /// Of each cell the square whose water it has: that about its centre, or the first one that it shares and whose centre it sees; where there is
-    /// none, that of a cell beside it.
-    fn squares(&self, conforming: &Conforming) -> Vec<Option<usize>> {
-        let mut squares: Vec<Option<usize>> =
-            conforming.cells().par_iter().map(|cell| self.square_seen(cell)).collect();
-        loop {
-            let mut found: Vec<(usize, usize)> = Vec::new();
-            for Face { sides, .. } in conforming.faces() {
-                let of = |side: Side| match side {
-                    Side::Cell(cell) => squares[cell],
-                    Side::Lattice(square) => Some(square),
-                    Side::Wall | Side::Nothing => None,
-                };
-                for (own, other) in [(sides[0], sides[1]), (sides[1], sides[0])] {
-                    if let (Side::Cell(cell), None, Some(square)) = (own, of(own), of(other)) {
-                        found.push((cell, square));
-                    }
-                }
-            }
-            if found.is_empty() {
-                return squares;
-            }
-            found.iter().rev().for_each(|&(cell, square)| squares[cell] = Some(square));
-        }
-    }
-
-    fn square_seen(&self, cell: &Cell) -> Option<usize> {
-        let lattice = &self.bed.lattice;
-        let own = lattice.cell_at(cell.centre);
-        let corners = cell.parts.iter().flatten().map(|&corner| cell.centre + (corner - cell.centre) * 0.99);
-        let shared = corners.filter_map(|corner| lattice.cell_at(corner));
-        let mut squares = own.into_iter().chain(shared).filter(|&square| self.bed.has_terrain(square));
-        // The centre of a square that lies on a line is on neither side of it.
-        let beyond = |place: Vec2| cell.centre + (place - cell.centre) * (1.0 + ON_LINE);
-        squares.find(|&square| !self.parting.cross([cell.centre, beyond(lattice.centre(square))]))
-    }
-
-    /// Depth (m) and body of the water at a cell, over its bed `z` (m), by a square: the level of a body, or the depth of other water.
-    fn water(&self, square: Option<usize>, z: f64, still: &StillWater) -> Option<(f64, Option<u32>)> {
-        let square = square.filter(|&square| still.depth[square] > 0.0)?;
-        let (depth, body) = (still.depth[square], still.body[square]);
-        let over_bed = |_| (self.bed.elevation[square] + depth - z).max(0.0);
-        Some((body.map_or(depth, over_bed), body))
     }
 
     /// The lowest ground (m) along a face on a line: that of a dike's crest. Elsewhere a bank beside the face would count as a ridge in it.

@@ -123,7 +123,7 @@ pub(super) fn place_on(
     forcing.breach = breach;
     forcing.moving_bed = moving_beds(scenario, &mut files, (ground.bed(), &forcing), findings);
     check_lagrangian(scenario, &files, (edges.walls_of_each, &edges.open), (&forcing, &ground, &at_start), findings);
-    let stands = (&forcing, &edges.open, &walls[..], &at_start.still_water);
+    let stands = (&forcing, &edges.open, &walls[..], (&files.bodies[..], &at_start.still_water));
     let following = following::find(scenario, files.drawn(), &ground, stands, findings);
     let made = (terrain, &ground, following.as_ref());
     let (pixels, ground_source) = maps_of_ground(scenario, made, &at_start, &files.gauges, findings);

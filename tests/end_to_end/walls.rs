@@ -1,8 +1,10 @@
-//! Walls that cells follow: gaps as wide as drawn, and ends near the edge of the terrain.
+//! Walls that cells follow: gaps as wide as drawn, ends near the edge of the terrain, and lakes beside them.
+
+use std::path::Path;
 
 use tempfile::TempDir;
 
-use crate::run_scene;
+use crate::{floodsim, run_scene};
 
 const SCENARIO: &str = "\
 floodsim: 1
@@ -104,5 +106,89 @@ fn water_at_a_closed_edge_of_the_terrain_is_told() {
         let sides = told("sides", "[{side: east, type: free}]").unwrap();
         assert!((340.0..=800.0).contains(&sides["length_m"].as_f64().unwrap()), "{sides}");
         assert_eq!(told("open", "[{side: all, type: open}]"), None, "{resolution}");
+    }
+}
+
+/// A rough valley in a raster of 1 km by 1 km with a dam across it at an angle (degrees) and a wall in its lake, whose polygon ends `short` of the dam (m).
+fn valley(degrees: f64, short: f64) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, content: &str| std::fs::write(folder.path().join(name), content).unwrap();
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let turned = |along: f64, across: f64| [500.0 + along * cos - across * sin, 500.0 + along * sin + across * cos];
+    // Numbers between 0 and 1 that look like chance.
+    let rough = |i: usize, j: usize| ((i as f64 * 12.9898 + j as f64 * 78.233).sin() * 43758.5453).rem_euclid(1.0);
+    let height = |i: usize, j: usize| {
+        let (x, y) = (10.0 * i as f64 - 495.0, 495.0 - 10.0 * j as f64);
+        let (along, across) = (x * cos + y * sin, y * cos - x * sin);
+        let sides = (across / 100.0).powi(2) + ((-along - 250.0).max(0.0) / 50.0).powi(2);
+        format!("{:.3}", 103.0 - 0.01 * along + sides + rough(i, j))
+    };
+    let row = |j: usize| (0..100).map(|i| height(i, j)).collect::<Vec<_>>().join(" ");
+    let ground = (0..100).map(row).collect::<Vec<_>>().join("\n");
+    write("dem.asc", &format!("ncols 100\nnrows 100\nxllcorner 0\nyllcorner 0\ncellsize 10\n{ground}\n"));
+    let places = |places: &[[f64; 2]]| {
+        let place = |&[along, across]: &[f64; 2]| format!("{:?}", turned(along, across));
+        places.iter().map(place).collect::<Vec<_>>().join(",")
+    };
+    let feature = |kind: &str, coordinates: String| {
+        let geometry = format!(r#"{{"type":"{kind}","coordinates":[{coordinates}]}}"#);
+        format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#)
+    };
+    let walls = [places(&[[0.0, -490.0], [0.0, 490.0]]), places(&[[-230.0, -120.0], [-90.0, 20.0], [-60.0, 150.0]])];
+    write("wall.geojson", &feature("MultiLineString", walls.map(|line| format!("[{line}]")).join(",")));
+    let ring = [[-380.0, -240.0], [-short, -240.0], [-short, 240.0], [-380.0, 240.0], [-380.0, -240.0]];
+    write("lake.geojson", &feature("Polygon", format!("[{}]", places(&ring))));
+    write("s.yaml", LAKE);
+    folder
+}
+
+/// Rain of nothing keeps the lake awake.
+const LAKE: &str = "\
+floodsim: 1
+crs: local
+terrain: {layers: [{raster: dem.asc}]}
+structures: {walls: [{lines: wall.geojson}]}
+roughness: {manning: 0.03}
+initial: [{reservoir: lake.geojson, level: 108 m}]
+rain: {rate: 0 mm/h}
+resolution: 10 m
+time: {end: 30 s}
+outputs: {every: 30 s}
+";
+
+#[test]
+fn a_lake_on_rough_ground_rests_beside_walls_and_where_its_polygon_ends_before_one() {
+    for (degrees, short) in [(0.0, 0.0), (13.0, 7.0), (30.0, 0.0), (45.0, 7.0)] {
+        let folder = valley(degrees, short);
+        for resolution in ["7 m", "10 m", "15 m", "20 m", "{finest: 7 m, coarsest: 28 m}"] {
+            let (record, _) =
+                run_scene(folder.path(), "out", &["--set", &format!("resolution={resolution}"), "--overwrite"]);
+            let speed = record["max_speed_m_s"].as_f64().unwrap();
+            println!("{degrees} degrees, {short} m short, {resolution}: {speed:e} m/s");
+            assert!(speed < 1e-12, "{degrees} degrees, {short} m short, {resolution}: {speed:e} m/s");
+        }
+    }
+}
+
+#[test]
+fn the_dam_of_the_tutorial_stands_as_a_wall_and_nothing_moves() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let out = tempfile::tempdir().unwrap();
+    for resolution in ["20 m", "25 m", "40 m"] {
+        let folder = out.path().join(resolution);
+        let settings = [
+            "structures={walls: [{lines: ../../data/demo_valley/dam_line.geojson}]}",
+            "rain={rate: 0 mm/h}",
+            "time.end=2 min",
+            &format!("resolution={resolution}"),
+        ];
+        let mut given = vec!["scenarios/tutorial/scenario.yaml", "--quiet", "--out", folder.to_str().unwrap()];
+        given.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+        let answer = floodsim(root, &given);
+        assert_eq!(answer.code, 0, "{}", answer.stderr);
+        let record = std::fs::read_to_string(folder.join("run.json")).unwrap();
+        let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+        let speed = record["max_speed_m_s"].as_f64().unwrap();
+        assert!(speed < 1e-12, "{resolution}: {speed:e} m/s");
     }
 }
