@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::boundary::{EdgeFace, Pieces};
+use crate::boundary::{EdgeFace, Holes, Pieces};
 use crate::error::{Problem, ProblemKind};
 use crate::lattice::Lattice;
 use crate::math::{Rectangle, Vec2, in_bytes, readable};
 use crate::prepare::GapReport;
+use crate::prepare::ground::gaps;
 use crate::scenario::{Limits, Part, Side};
 use crate::solver::OpenEdges;
 use crate::terrain::{Layer, Terrain};
@@ -155,7 +156,7 @@ const NEAR: usize = 10;
 /// cells were opened.
 pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed: &[f64]) -> (Vec<Vec2>, usize) {
     if side == Side::All {
-        open.whole_outline = true;
+        open.outline = Some(holes(lattice, bed));
         return (Vec::new(), 0);
     }
     let (columns, rows) = (lattice.columns, lattice.rows);
@@ -191,6 +192,13 @@ pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed
         }
     }
     (passed_over, opened)
+}
+
+/// The holes of a bed (m, not-a-number without terrain).
+pub(super) fn holes(lattice: &Lattice, bed: &[f64]) -> Holes {
+    let mut cells = gaps::holes(lattice, |cell| bed[cell].is_nan()).concat();
+    cells.sort_unstable();
+    Holes { lattice: lattice.clone(), cells }
 }
 
 /// Runs of lines of cells whose first terrain steps by one cell at most from each to the next.

@@ -106,11 +106,8 @@ fn walls_of_virtual_particles_let_nothing_through() {
 
 #[test]
 fn water_leaves_through_open_edges_and_is_booked() {
-    let open_edges = OpenEdges {
-        pieces: vec![[Vec2::new(SIZE, 0.0), Vec2::new(SIZE, SIZE)]].into(),
-        reach: 0.1,
-        whole_outline: false,
-    };
+    let open_edges =
+        OpenEdges { pieces: vec![[Vec2::new(SIZE, 0.0), Vec2::new(SIZE, SIZE)]].into(), reach: 0.1, outline: None };
     let mut solver = solver(FlowProblem { open_edges, ..basin() }, 0.0, |_| 94.0);
     run_steps(&mut solver, 400);
     let ledger = solver.ledger();

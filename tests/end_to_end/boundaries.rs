@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use crate::{Netcdf, changed, floodsim};
+use crate::{Netcdf, changed, floodsim, run_scene};
 
 /// A channel that falls to the east by 4 %, 200 m long and 60 m wide, with a bed lower by 1 m in its middle third. Times in the
 /// hydrograph are minutes. The lines of this scenario are counted on by the tests.
@@ -298,4 +298,47 @@ fn a_lake_behind_edges_at_its_level_stays_at_rest() {
     let (run, _) = scene.run();
     let speed = run["max_speed_m_s"].as_f64().unwrap();
     assert!(speed < 1e-12, "{speed:e} m/s");
+}
+
+#[test]
+fn a_boundary_on_all_of_the_outline_leaves_holes_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, content: &str| std::fs::write(folder.path().join(name), content).unwrap();
+    // A bowl with a hole in its lake.
+    let height = |i: i32, j: i32| match (i - 20).pow(2) + (j - 20).pow(2) {
+        _ if (18..23).contains(&i) && (24..27).contains(&j) => "-9999".to_owned(),
+        square => format!("{}", 0.02 * f64::from(square)),
+    };
+    let row = |j: i32| (0..41).map(|i| height(i, j)).collect::<Vec<_>>().join(" ");
+    let ground = (0..41).map(row).collect::<Vec<_>>().join("\n");
+    write(
+        "dem.asc",
+        &format!("ncols 41\nnrows 41\nxllcorner 0\nyllcorner 0\ncellsize 5\nNODATA_value -9999\n{ground}\n"),
+    );
+    let outer = "[[20,20],[185,20],[185,185],[20,185],[20,20]]";
+    // Rows count from the north.
+    let around_hole = "[[90,70],[115,70],[115,85],[90,85],[90,70]]";
+    let feature = |kind: &str, coordinates: &str| {
+        format!(
+            r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"{kind}","coordinates":[{coordinates}]}}}}"#
+        )
+    };
+    write("lake.geojson", &feature("Polygon", &format!("{outer},{around_hole}")));
+    write("rim.geojson", &feature("MultiLineString", around_hole));
+    let water = "initial: [{reservoir: lake.geojson, level: 3 m}]\nrain: {rate: 0 mm/h}";
+    let rest = "crs: local\nterrain: {layers: [{raster: dem.asc}]}\nroughness: {manning: 0.03}\ntime: {end: 30 s}\noutputs: {every: 30 s}";
+    write("s.yaml", &format!("floodsim: 1\n{rest}\n{water}\nresolution: 5 m\n"));
+    for resolution in ["5 m", "7 m", "{finest: 5 m, coarsest: 10 m}"] {
+        let speed = |boundary: &str| {
+            let boundary = format!("boundaries=[{boundary}]");
+            let options = ["--set", &boundary, "--set", &format!("resolution={resolution}"), "--overwrite"];
+            run_scene(folder.path(), "out", &options).0["max_speed_m_s"].as_f64().unwrap()
+        };
+        for kind in ["type: open", "type: free", "normal_depth: {slope: 2 ‰}"] {
+            let speed = speed(&format!("{{side: all, {kind}}}"));
+            assert!(speed < 1e-12, "{resolution}, {kind}: {speed:e} m/s");
+        }
+        let speed = speed("{lines: rim.geojson, type: open}");
+        assert!(speed > 1.0, "{resolution}, opened by a line: {speed:e} m/s");
+    }
 }

@@ -24,7 +24,7 @@ pub use forcing::{
 pub use image::ImageScratch;
 pub use isometry::{Image, Isometry, Viewpoint};
 pub use moving_bed::{BedLaw, BedMotion, Patch, Progress, Slide};
-pub use open_edges::{OpenEdges, Pieces};
+pub use open_edges::{Holes, OpenEdges, Pieces};
 pub use outline::outline;
 pub use series::Series;
 pub use wall::{Path, Walls};

@@ -6,6 +6,7 @@ use rstar::primitives::{GeomWithData, Line};
 use rstar::{AABB, RTree};
 
 use super::edge::distance_to_segment;
+use crate::lattice::Lattice;
 use crate::math::{Vec2, segments_cross};
 
 /// A line is square to a face where the cosine between the face and the line is below this: six degrees off.
@@ -164,8 +165,32 @@ pub struct OpenEdges {
     pub pieces: Pieces,
     /// Distance up to which a line opens a face of the edge (m).
     pub reach: f64,
-    /// Every edge face is open, those of no-data areas included, whatever the lines say.
-    pub whole_outline: bool,
+    /// Where it is given every edge face is open, whatever the lines say, but for those of these holes.
+    pub outline: Option<Holes>,
+}
+
+/// Holes of the terrain: areas without data that terrain encloses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Holes {
+    /// The squares of the finest level.
+    pub lattice: Lattice,
+    /// Those of the holes, ascending.
+    pub cells: Vec<usize>,
+}
+
+impl Holes {
+    /// Whether a face lies on the rim of a hole, with its midpoint and its normal in either direction (local coordinates). One so many `times` as long
+    /// as those of the finest level does where the square on one of its sides has part of a hole.
+    pub fn is_at_rim(&self, times: f64, midpoint: Vec2, normal: Vec2) -> bool {
+        let normal = normal * (self.lattice.spacing / normal.norm());
+        let along = normal.perpendicular();
+        let count = times.round().max(1.0) as usize;
+        let aside = |k: usize| k as f64 + 0.5 - 0.5 * count as f64;
+        let cells = (0..count).flat_map(|out| (0..count).map(move |k| (out as f64 + 0.5, aside(k))));
+        let both = cells.flat_map(|(out, k)| [1.0, -1.0].map(|sign| midpoint + normal * (sign * out) + along * k));
+        let is_hole = |cell: usize| self.cells.binary_search(&cell).is_ok();
+        both.filter_map(|place| self.lattice.cell_at(place)).any(is_hole)
+    }
 }
 
 impl OpenEdges {
@@ -176,6 +201,26 @@ impl OpenEdges {
 
     /// The same for a face so many times as long as those of the finest level.
     pub fn is_open_within(&self, times: f64, midpoint: Vec2, normal: Vec2) -> bool {
-        self.whole_outline || self.pieces.distance_to_face(times * self.reach, (midpoint, normal)).is_some()
+        self.outline.as_ref().is_some_and(|holes| !holes.is_at_rim(times, midpoint, normal))
+            || self.pieces.distance_to_face(times * self.reach, (midpoint, normal)).is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_whole_outline_is_open_but_for_the_rims_of_holes() {
+        let lattice = Lattice::new(Vec2::ZERO, 5, 5, 2.0);
+        let (hole, outline) = ((Vec2::new(4.0, 5.0), Vec2::new(1.0, 0.0)), (Vec2::new(0.0, 5.0), Vec2::new(1.0, 0.0)));
+        let mut open =
+            OpenEdges { outline: Some(Holes { lattice, cells: vec![12] }), reach: 0.1, ..Default::default() };
+        for sign in [1.0, -1.0] {
+            assert!(!open.is_open(hole.0, hole.1 * sign) && open.is_open(outline.0, outline.1 * sign));
+        }
+        // A line along it opens a hole.
+        open.pieces = vec![[Vec2::new(4.0, 4.0), Vec2::new(4.0, 6.0)]].into();
+        assert!(open.is_open(hole.0, hole.1));
     }
 }

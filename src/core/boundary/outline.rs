@@ -221,11 +221,8 @@ mod tests {
 
     #[test]
     fn lines_open_the_faces_within_reach() {
-        let east = OpenEdges {
-            pieces: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]].into(),
-            reach: 0.5,
-            whole_outline: false,
-        };
+        let east =
+            OpenEdges { pieces: vec![[Vec2::new(14.0, 0.0), Vec2::new(14.0, 10.0)]].into(), reach: 0.5, outline: None };
         let edges = outline(&bed(7, 5, |_, _| true), |place, normal| east.is_open(place, normal));
         let open: Vec<&Edge> = edges.iter().filter(|edge| edge.is_open).collect();
         assert!(!open.is_empty() && open.iter().all(|edge| edge.start.x > 13.999 && edge.end.x > 13.999));

@@ -28,7 +28,7 @@ pub fn fill(scenario: &Scenario, bed: &BedParticles, findings: &mut Findings) ->
     if gaps.is_some_and(|gaps| gaps.value == Gaps::Wall) {
         return Vec::new();
     }
-    let mut holes = holes(bed);
+    let mut holes = holes(&bed.lattice, |cell| !bed.has_terrain(cell));
     holes.sort_by_key(|hole| std::cmp::Reverse(hole.len()));
     let (Some(largest), Some(last)) = (holes.first(), scenario.layers.last()) else { return Vec::new() };
     let error = |code, message: String| Problem::error(ProblemKind::Input, code, "", message);
@@ -159,14 +159,13 @@ fn described(holes: &[Vec<usize>], lattice: &Lattice) -> String {
     format!("{} {} without data: {list}", holes.len(), if holes.len() == 1 { "hole" } else { "holes" })
 }
 
-/// The holes, each with its cells in ascending order.
-fn holes(bed: &BedParticles) -> Vec<Vec<usize>> {
-    let lattice = &bed.lattice;
+/// The holes among cells, those without terrain as told, each with its cells in ascending order.
+pub fn holes(lattice: &Lattice, is_without: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let is_at_edge = |cell: &usize| {
         let (column, row) = lattice.column_row(*cell);
         column == 0 || row == 0 || column + 1 == lattice.columns || row + 1 == lattice.rows
     };
-    let mut holes = regions(lattice, |cell| !bed.has_terrain(cell), |_, _| true);
+    let mut holes = regions(lattice, is_without, |_, _| true);
     holes.retain(|hole| !hole.iter().any(is_at_edge));
     holes.iter_mut().for_each(|hole| hole.sort_unstable());
     holes
@@ -244,11 +243,15 @@ mod tests {
 
     #[test]
     fn holes_are_what_terrain_encloses() {
-        let found = holes(&bed(&[(2, 2), (3, 3), (5, 2), (0, 4), (1, 5), (6, 0)]));
+        let holes = |without: &[(usize, usize)]| {
+            let bed = bed(without);
+            holes(&bed.lattice, |cell| !bed.has_terrain(cell))
+        };
+        let found = holes(&[(2, 2), (3, 3), (5, 2), (0, 4), (1, 5), (6, 0)]);
         assert_eq!(found, [vec![2 * 7 + 2, 3 * 7 + 3], vec![2 * 7 + 5]]);
-        assert!(holes(&bed(&[])).is_empty());
+        assert!(holes(&[]).is_empty());
         // By a corner it goes on to the edge.
-        assert!(holes(&bed(&[(1, 1), (0, 0)])).is_empty());
+        assert!(holes(&[(1, 1), (0, 0)]).is_empty());
     }
 
     #[test]

@@ -340,7 +340,7 @@ fn open_edges_come_from_sides_and_lines_and_a_line_that_opens_nothing_is_told() 
     scene.line("sea.geojson", &[(1150.0, 2020.0), (1150.0, 2060.0)]);
     assert_eq!(only(&prepare(&scene.scenario)).code, "opens-nothing");
     scene.scenario.open = vec![OpenBoundary::Side(Side::All)];
-    assert!(prepare(&scene.scenario).scene().open_edges.whole_outline);
+    assert!(prepare(&scene.scenario).scene().open_edges.outline.is_some());
 }
 
 #[test]

@@ -13,7 +13,7 @@ section! {
     /// An open part of the edge of the terrain: where it is, and what is known of the water beyond. One place and one condition
     /// are required.
     BoundaryEntry, example "{side: south, type: open}", check check_boundary {
-        /// A side of the terrain as one sees it from there, or `all` of its outline; `edge`, `lines` or `line` is required when
+        /// A side of the terrain as one sees it from there, or `all` of its outline without holes; `edge`, `lines` or `line` is required when
         /// absent. Codes: side-in-part, overlapping-boundaries, opens-nothing.
         side: Option<Chosen<Side>>,
         /// The same as `side`; `side`, `lines` or `line` is required when absent. Codes: side-in-part, overlapping-boundaries,

@@ -106,11 +106,8 @@ fn what_leaves_through_an_open_edge_is_booked() {
         *z = -*z;
     }
     let (width, height) = (120.0, 100.0);
-    problem.open_edges = OpenEdges {
-        pieces: vec![[Vec2::new(width, 0.0), Vec2::new(width, height)]].into(),
-        reach: 1.1,
-        whole_outline: false,
-    };
+    problem.open_edges =
+        OpenEdges { pieces: vec![[Vec2::new(width, 0.0), Vec2::new(width, height)]].into(), reach: 1.1, outline: None };
     let mut solver = EulerianSolver::new(problem);
     run(&mut solver, 600);
     let ledger = solver.ledger();
@@ -136,7 +133,7 @@ fn no_boundary_opens_a_sealed_cell() {
         if has_condition {
             problem.forcing = Forcing { boundaries: vec![uniform_flow.clone()], reach: 4.0, ..Forcing::default() };
         } else {
-            problem.open_edges = OpenEdges { pieces: around.clone(), reach: 4.0, whole_outline: false };
+            problem.open_edges = OpenEdges { pieces: around.clone(), reach: 4.0, outline: None };
         }
         let mut solver = EulerianSolver::new(problem);
         run(&mut solver, 20);

@@ -230,7 +230,7 @@ fn uniform(slope: f64, length: f64, spacing: f64, (end, has_condition): (f64, bo
         open(&mut problem, false, Condition::NormalDepth { slope });
     } else {
         let edge = [Vec2::new(length, 0.0), Vec2::new(length, spacing)];
-        problem.open_edges = OpenEdges { pieces: vec![edge].into(), reach: 1.1, whole_outline: false };
+        problem.open_edges = OpenEdges { pieces: vec![edge].into(), reach: 1.1, outline: None };
     }
     let mut solver = EulerianSolver::new(problem);
     run_until(&mut solver, end);

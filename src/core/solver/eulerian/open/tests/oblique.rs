@@ -243,7 +243,7 @@ fn what_leaves_over_an_edge_inside_the_lattice_has_left() {
         let edge = vec![[Vec2::new(95.0, 0.0), Vec2::new(95.0, 22.5)]];
         match condition {
             Some(condition) => problem.forcing.boundaries.push(Boundary { pieces: edge.into(), condition }),
-            None => problem.open_edges = OpenEdges { pieces: edge.into(), reach: 0.5, whole_outline: false },
+            None => problem.open_edges = OpenEdges { pieces: edge.into(), reach: 0.5, outline: None },
         }
         let mut solver = EulerianSolver::new(problem);
         run_until(&mut solver, 60.0);
