@@ -86,6 +86,28 @@ fn a_gap_narrower_than_a_cell_passes_what_it_does_on_fine_cells() {
 }
 
 #[test]
+fn a_levee_across_a_wall_does_not_shorten_the_steps() {
+    // Squares stay beside a levee, and the wall cuts slivers off the cells next to them.
+    for degrees in [12.0, 33.0, 45.0] {
+        let folder = scene(degrees, &[[0.0, 120.0]]);
+        let levee =
+            r#"{"type":"Feature","properties":{},"geometry":{"type":"LineString","coordinates":[[120,60],[320,75]]}}"#;
+        std::fs::write(folder.path().join("levee.geojson"), levee).unwrap();
+        let steps = |lines: &str| {
+            let breaklines = format!("terrain.breaklines=[{lines}]");
+            let options = ["--set", "resolution=7 m", "--set", &breaklines, "--overwrite"];
+            run_scene(folder.path(), "out", &options).0["steps"].as_f64().unwrap()
+        };
+        let (with, without) = (steps("{lines: levee.geojson, mode: raise, z: 1 m}"), steps(""));
+        println!("{degrees} degrees: {with} steps, {without} without the levee");
+        assert!(
+            without > 100.0 && with < 1.2 * without,
+            "{degrees} degrees: {with} steps, {without} without the levee"
+        );
+    }
+}
+
+#[test]
 fn water_at_a_closed_edge_of_the_terrain_is_told() {
     // All water west of a wall that stands on a tenth of its way alone.
     let folder = scene(0.0, &[[0.0, 20.0]]);

@@ -1,6 +1,7 @@
 //! Squares that stay as they are beside the cells of a partition, though lines run through them.
 
-use super::{Face, Partition, Side};
+use super::join::LEAST_AREA;
+use super::{Cell, Face, Partition, Side};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 
@@ -8,12 +9,51 @@ use crate::math::Vec2;
 const SHORTEST: f64 = 1e-9;
 
 impl Partition {
-    /// The same with squares of the lattice where [`Partition::new`] had no cell: what lies beyond a face there is the square.
+    /// The same with squares of the lattice where [`Partition::new`] had no cell: what lies beyond a face there is the square. Slivers
+    /// that have nothing but squares beside them are left out.
     #[must_use]
     pub fn beside(mut self, lattice: &Lattice, is_kept: impl Fn(usize) -> bool) -> Self {
         let faces = std::mem::take(&mut self.faces);
         self.faces = faces.into_iter().flat_map(|face| joined(face, lattice, &is_kept)).collect();
+        self.leave_out_slivers(LEAST_AREA * lattice.spacing);
         self
+    }
+
+    /// Leaves out slivers: cells with nothing but squares beside them, so that they could be joined to nothing, that are narrower (m) than told
+    /// between these and their wall.
+    fn leave_out_slivers(&mut self, least: f64) {
+        // Of each cell the sum of its sides on squares (m), along their normals, and whether there is another cell beside it.
+        let mut beside = vec![(Vec2::ZERO, false); self.cells.len()];
+        for face in &self.faces {
+            let [a, b] = face.sides;
+            for (own, other, sign) in [(a, b, 1.0), (b, a, -1.0)] {
+                match (own, other) {
+                    (Side::Cell(cell), Side::Cell(_)) => beside[cell].1 = true,
+                    (Side::Cell(cell), Side::Lattice(_)) => {
+                        beside[cell].0 += face.normal() * (sign * face.length());
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let is_sliver =
+            |(cell, (squares, has_cell)): (&Cell, &(Vec2, bool))| !has_cell && cell.area < least * squares.norm();
+        let left_out: Vec<bool> = self.cells.iter().zip(&beside).map(is_sliver).collect();
+        let mut count = 0;
+        let next = |is_left_out: &bool| {
+            count += usize::from(!is_left_out);
+            count.saturating_sub(1)
+        };
+        let number: Vec<usize> = left_out.iter().map(next).collect();
+        let is_there = |side: &Side| !matches!(side, Side::Cell(cell) if left_out[*cell]);
+        self.faces.retain(|face| face.sides.iter().all(is_there));
+        for side in self.faces.iter_mut().flat_map(|face| &mut face.sides) {
+            if let Side::Cell(cell) = side {
+                *cell = number[*cell];
+            }
+        }
+        let cells = std::mem::take(&mut self.cells).into_iter().zip(left_out);
+        self.cells = cells.filter_map(|(cell, is_left_out)| (!is_left_out).then_some(cell)).collect();
     }
 }
 
@@ -80,5 +120,46 @@ mod tests {
             let count = beside.filter(|other| replaced.contains(other)).count();
             assert!((length - count as f64).abs() < 1e-12, "{square}: {length} of {count}");
         }
+    }
+
+    #[test]
+    fn slivers_between_lines_and_squares_that_stay_are_left_out() {
+        let lattice = Lattice::new(Vec2::ZERO, 24, 20, 2.0);
+        // A disc of squares, and lines that cut off its stairs.
+        let middle = Vec2::new(24.0, 20.0);
+        let is_kept = |cell: usize| (lattice.centre(cell) - middle).norm() < 10.0;
+        let mut left_out = 0;
+        for k in 0..24 {
+            let (sin, cos) = (0.11 + f64::from(k) * 0.13).sin_cos();
+            let (along, off) = (Vec2::new(cos, sin) * 60.0, Vec2::new(-sin, cos) * 9.2);
+            let line = Line {
+                points: vec![middle + off - along, middle + off + along],
+                is_closed: false,
+                kind: LineKind::Wall,
+            };
+            let plain = Partition::new(&lattice, |cell| !is_kept(cell), std::slice::from_ref(&line));
+            let made = plain.clone().beside(&lattice, is_kept);
+            left_out += plain.cells.len() - made.cells.len();
+            let mut of_cell = vec![(Vec2::ZERO, Vec2::ZERO, false); made.cells.len()];
+            for face in &made.faces {
+                for (own, other, sign) in [(0, 1, 1.0), (1, 0, -1.0)] {
+                    let Side::Cell(cell) = face.sides[own] else { continue };
+                    of_cell[cell].1 += face.normal() * (sign * face.length());
+                    match face.sides[other] {
+                        Side::Lattice(_) => of_cell[cell].0 += face.normal() * (sign * face.length()),
+                        Side::Cell(_) => of_cell[cell].2 = true,
+                        _ => {}
+                    }
+                }
+            }
+            for (cell, (squares, closure, has_cell)) in made.cells.iter().zip(of_cell) {
+                assert!(closure.norm() < 1e-9, "the faces of a cell close: {closure:?}");
+                assert!(
+                    has_cell || cell.area >= 0.3 * 2.0 * squares.norm(),
+                    "{cell:?} beside {squares:?} m of squares"
+                );
+            }
+        }
+        assert!(left_out > 3, "{left_out}");
     }
 }

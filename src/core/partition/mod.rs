@@ -29,6 +29,9 @@
 //!    What is left below 0.1 between lines that water passes is joined over them.
 //! 9. **Blocked.** A part below 0.001 without such a neighbour is left out, and its faces are walls ([`Partition::blocked`]). A larger one
 //!    stays a cell, however small: the water between two walls that meet, or inside a small ring.
+//! 10. **Slivers.** A cell that a wall cuts off beside squares that stay ([`Partition::beside`]) has none to be joined to. Where its area is
+//!     below 0.3 of the width that it shares with squares, |Σ l n| over their sides, it would rule the step. It is left out, and the wall is
+//!     that of the squares.
 //!
 //! A scene in a mirror gives the mirrored cells, to rounding: seeds are laid out from the middle of a line, and neighbours chosen by
 //! length. Exact ties between two neighbours are the exception.

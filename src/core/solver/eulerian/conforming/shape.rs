@@ -9,7 +9,7 @@
 //! ```
 //!
 //! with the normal n of the wall away from the cell, lengths and areas in spacings, λ the greater eigenvalue and a_k = 1 for open faces,
-//! ¼ (1 + 3 w_k) for walls. A ring of walls within a cell has the drag of a square post, C_D = 2. The step is that of the perimeter where no walls
+//! ¼ (1 + 3 w_k) for walls; where no face is open μ is 1. A ring of walls within a cell has the drag of a square post, C_D = 2. The step is that of the perimeter where no walls
 //! are; walls count by what they take from the momentum.
 
 use crate::math::Vec2;
@@ -63,6 +63,10 @@ impl Shape {
             xx += weight * face.x * face.x / length;
             xy += weight * face.x * face.y / length;
             yy += weight * face.y * face.y / length;
+        }
+        // Nothing moves where nothing gets in or out.
+        if open <= 0.0 {
+            return 1.0;
         }
         let greatest = 0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
         (open.max(MARGIN * greatest) * spacing / (4.0 * area)).max(1.0)
