@@ -5,7 +5,7 @@
 Runs each case on its coarsest cells alone, with frames, and on its levels for the ground of the finest ones (about ten minutes of one core). Levels
 are then chosen in blocks of 16 finest cells by (M94) in three ways:
 
-    static      terrain by the greatest depth about a block, flow by its greatest depth and discharge: what the program does
+    static      terrain by the greatest depth about a block, flow by its greatest depth and discharge, as the program does
     both        terrain by the greatest depth, flow by depth and discharge of the moment and of the frames before and after
     following   both by the water of these moments
 

@@ -17,6 +17,7 @@ use super::places::{self, Drawn};
 use super::water::SourcedBody;
 use crate::bed::{BedParticles, Surface, least_step, plane_at_middle};
 use crate::boundary::Pieces;
+use crate::constants::SeedingConstants;
 use crate::error::{Problem, ProblemKind};
 use crate::geodata::Crs;
 use crate::lattice::{Conforming, Face, Lattice};
@@ -183,9 +184,9 @@ fn along(
     let walls: Pieces = walls.iter().copied().collect();
     let cells =
         Cells { conforming: &conforming, elevation: &elevation, sills: &sills, parting: &parting, walls: &walls };
-    let (depth, body) = cells.water((bed, still), bodies, seeding);
+    let (depth, body, beyond_squares) = water_of(&cells, (bed, still), bodies, seeding);
     Some(Following {
-        beyond_squares: beyond_squares(&conforming, &body, bed, still),
+        beyond_squares,
         depth,
         body,
         sills,
@@ -194,6 +195,19 @@ fn along(
         elevation,
         conforming,
     })
+}
+
+/// Depth (m) and body of the water at each cell, and what each body has beyond the squares (m³).
+fn water_of(
+    cells: &Cells<'_>,
+    (bed, still): (&BedParticles, &StillWater),
+    bodies: &[SourcedBody],
+    seeding: &SeedingConstants,
+) -> (Vec<f64>, Vec<Option<u32>>, Vec<f64>) {
+    let (mut depth, mut body) = cells.water_of_squares(bed, still);
+    let beyond_squares = beyond_squares(cells.conforming, &body, bed, still);
+    cells.go_on((bed, still), (bodies, seeding), (&mut depth, &mut body));
+    (depth, body, beyond_squares)
 }
 
 /// Of each body of still water its mean depth (m) in the squares that cells replace, times what these have of area beyond those: without buildings

@@ -179,17 +179,19 @@ pub struct Holes {
 }
 
 impl Holes {
-    /// Whether a face lies on the rim of a hole, with its midpoint and its normal in either direction (local coordinates). One so many `times` as long
-    /// as those of the finest level does where the square on one of its sides has part of a hole.
+    /// Whether a face lies on the rim of a hole, with its midpoint and its normal in either direction (local coordinates). For a face of a coarser
+    /// level, `times` as long: whether a square beside it has part of a hole, and all finest squares along it lie on the lattice.
     pub fn is_at_rim(&self, times: f64, midpoint: Vec2, normal: Vec2) -> bool {
         let normal = normal * (self.lattice.spacing / normal.norm());
         let along = normal.perpendicular();
         let count = times.round().max(1.0) as usize;
-        let aside = |k: usize| k as f64 + 0.5 - 0.5 * count as f64;
-        let cells = (0..count).flat_map(|out| (0..count).map(move |k| (out as f64 + 0.5, aside(k))));
-        let both = cells.flat_map(|(out, k)| [1.0, -1.0].map(|sign| midpoint + normal * (sign * out) + along * k));
+        let cell = |out: f64, k: usize| {
+            self.lattice.cell_at(midpoint + normal * out + along * (k as f64 + 0.5 - 0.5 * count as f64))
+        };
         let is_hole = |cell: usize| self.cells.binary_search(&cell).is_ok();
-        both.filter_map(|place| self.lattice.cell_at(place)).any(is_hole)
+        let is_inside = (0..count).all(|k| cell(0.5, k).is_some() && cell(-0.5, k).is_some());
+        let outs = (0..count).flat_map(|out| [out as f64 + 0.5, -0.5 - out as f64]);
+        is_inside && outs.flat_map(|out| (0..count).filter_map(move |k| cell(out, k))).any(is_hole)
     }
 }
 

@@ -19,8 +19,8 @@ impl Partition {
         self
     }
 
-    /// Leaves out slivers: cells with nothing but squares beside them, so that they could be joined to nothing, that are narrower (m) than told
-    /// between these and their wall.
+    /// Leaves out slivers: cells with nothing but squares beside them, so that they could be joined to nothing, that are narrower than `least` (m)
+    /// between these and their wall. Their faces on squares are walls then.
     fn leave_out_slivers(&mut self, least: f64) {
         // Of each cell the sum of its sides on squares (m), along their normals, and whether there is another cell beside it.
         let mut beside = vec![(Vec2::ZERO, false); self.cells.len()];
@@ -45,13 +45,17 @@ impl Partition {
             count.saturating_sub(1)
         };
         let number: Vec<usize> = left_out.iter().map(next).collect();
-        let is_there = |side: &Side| !matches!(side, Side::Cell(cell) if left_out[*cell]);
-        self.faces.retain(|face| face.sides.iter().all(is_there));
-        for side in self.faces.iter_mut().flat_map(|face| &mut face.sides) {
-            if let Side::Cell(cell) = side {
-                *cell = number[*cell];
+        let without = |face: Face| match face.sides {
+            [Side::Cell(cell), square @ Side::Lattice(_)] if left_out[cell] => {
+                Some(Face { sides: [square, Side::Wall], from: face.to, to: face.from, ..face })
             }
-        }
+            [Side::Cell(cell), _] if left_out[cell] => None,
+            sides => {
+                let numbered = |side| if let Side::Cell(cell) = side { Side::Cell(number[cell]) } else { side };
+                Some(Face { sides: sides.map(numbered), ..face })
+            }
+        };
+        self.faces = std::mem::take(&mut self.faces).into_iter().filter_map(without).collect();
         let cells = std::mem::take(&mut self.cells).into_iter().zip(left_out);
         self.cells = cells.filter_map(|(cell, is_left_out)| (!is_left_out).then_some(cell)).collect();
     }
@@ -128,7 +132,7 @@ mod tests {
         // A disc of squares, and lines that cut off its stairs.
         let middle = Vec2::new(24.0, 20.0);
         let is_kept = |cell: usize| (lattice.centre(cell) - middle).norm() < 10.0;
-        let mut left_out = 0;
+        let (mut left_out, mut walls) = (0, 0);
         for k in 0..24 {
             let (sin, cos) = (0.11 + f64::from(k) * 0.13).sin_cos();
             let (along, off) = (Vec2::new(cos, sin) * 60.0, Vec2::new(-sin, cos) * 9.2);
@@ -142,6 +146,7 @@ mod tests {
             left_out += plain.cells.len() - made.cells.len();
             let mut of_cell = vec![(Vec2::ZERO, Vec2::ZERO, false); made.cells.len()];
             for face in &made.faces {
+                walls += usize::from(matches!(face.sides, [Side::Lattice(_), Side::Wall]));
                 for (own, other, sign) in [(0, 1, 1.0), (1, 0, -1.0)] {
                     let Side::Cell(cell) = face.sides[own] else { continue };
                     of_cell[cell].1 += face.normal() * (sign * face.length());
@@ -160,6 +165,6 @@ mod tests {
                 );
             }
         }
-        assert!(left_out > 3, "{left_out}");
+        assert!(left_out > 3 && walls >= left_out, "{left_out} left out, {walls} sides of squares on walls");
     }
 }

@@ -3,7 +3,8 @@
 //! A cell has the water of a square whose centre it sees: up to the level of a body of still water, or as deep as other water. Its ground is its
 //! own, though, and may lie below a level above which that of the square does. So a body goes on from cell to cell:
 //!
-//! 1. into all those of its polygon that lie below its level and that it reaches over no wall and no sill as high as the level;
+//! 1. into all those of its polygon that lie below its level and that it reaches over no wall and no sill as high as the level, but for those whose
+//!    square it does not get to, beyond a wall;
 //! 2. beyond its polygon into pockets, which end within some cells ([`SeedingConstants`]); other ground below the level is open.
 //!
 //! [`SeedingConstants`]: crate::constants::SeedingConstants
@@ -38,40 +39,46 @@ pub(super) struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// Depth (m) of the water at each cell, and the body of still water that fills it.
-    ///
-    /// - `bed`, `still`: the squares and their water
-    /// - `bodies`: polygons and levels of still water
-    pub fn water(
-        &self,
-        (bed, still): (&BedParticles, &StillWater),
-        bodies: &[SourcedBody],
-        constants: &SeedingConstants,
-    ) -> (Vec<f64>, Vec<Option<u32>>) {
-        let squares = self.squares(bed);
+    /// Depth (m) of the water at each cell by the squares, and the body of still water that fills it.
+    pub fn water_of_squares(&self, bed: &BedParticles, still: &StillWater) -> (Vec<f64>, Vec<Option<u32>>) {
         let water = |(&square, &z): (&Option<usize>, &f64)| {
             let Some(square) = square.filter(|&square| still.depth[square] > 0.0) else { return (0.0, None) };
             let (depth, body) = (still.depth[square], still.body[square]);
             (body.map_or(depth, |_| (bed.elevation[square] + depth - z).max(0.0)), body)
         };
-        let (mut depth, mut body): (Vec<f64>, Vec<Option<u32>>) =
-            squares.par_iter().zip(self.elevation).map(water).unzip();
+        self.squares(bed).par_iter().zip(self.elevation).map(water).unzip()
+    }
+
+    /// Lets bodies of still water go on into the cells that they reach.
+    ///
+    /// - `bed`, `still`: the squares and their water
+    /// - `bodies`: polygons and levels of still water
+    /// - `depth`, `body`: of the cells
+    pub fn go_on(
+        &self,
+        (bed, still): (&BedParticles, &StillWater),
+        (bodies, constants): (&[SourcedBody], &SeedingConstants),
+        (depth, body): (&mut [f64], &mut [Option<u32>]),
+    ) {
         if bodies.is_empty() {
-            return (depth, body);
+            return;
         }
         let reach = Reach { cells: self, ways: self.ways(bed), bed, still };
         for (number, SourcedBody { body: drawn, .. }) in (0..).zip(bodies) {
-            let lake = Lake { number, level: drawn.level, depth: &depth, body: &body };
+            let lake = Lake { number, level: drawn.level, depth, body };
             let is_inside = |cell: usize| {
-                let place = bed.lattice.to_map(self.conforming.cells()[cell].centre);
+                let centre = self.conforming.cells()[cell].centre;
+                let place = bed.lattice.to_map(centre);
+                // A square that lies below the level and has no water is one that the lake does not get to, beyond a wall.
+                let is_left_dry = |square: usize| still.depth[square] <= 0.0 && bed.elevation[square] < lake.level;
                 drawn.polygon.contains(&geo::Coord { x: place.x, y: place.y })
+                    && !bed.lattice.cell_at(centre).is_some_and(is_left_dry)
             };
             for cell in reach.filled(&lake, is_inside, constants) {
                 depth[cell] = drawn.level - self.elevation[cell];
                 body[cell] = Some(number);
             }
         }
-        (depth, body)
     }
 
     /// Of each cell what lies beyond its faces that no wall crosses, as in the core, and their sills (m).
@@ -182,10 +189,11 @@ impl Reach<'_> {
         })
     }
 
-    /// Whether a cell has a square beside it that lies below the level of a lake and has no water.
-    fn is_beside_dry_square(&self, cell: usize, lake: &Lake<'_>) -> bool {
+    /// Whether a cell has a square beside it into which a lake would run: ground or other water below its level.
+    fn is_beside_lower_square(&self, cell: usize, lake: &Lake<'_>) -> bool {
+        let surface = |square: usize| self.bed.elevation[square] + self.still.depth[square];
         self.beyond(cell, lake.level).any(|side| match side {
-            Side::Lattice(square) => self.still.depth[square] <= 0.0 && self.bed.elevation[square] < lake.level,
+            Side::Lattice(square) => self.still.body[square] != Some(lake.number) && surface(square) < lake.level,
             Side::Cell(_) | Side::Wall | Side::Nothing => false,
         })
     }
@@ -216,7 +224,7 @@ impl Reach<'_> {
         }
         near.extend(&newest);
         let mut open = newest;
-        open.extend(near.iter().filter(|&&cell| self.is_beside_dry_square(cell, lake)));
+        open.extend(near.iter().filter(|&&cell| self.is_beside_lower_square(cell, lake)));
         let mut newest = open.clone();
         for _ in 0..constants.pocket_reach + constants.pocket_steps {
             newest = self.gaps(&newest, lake);

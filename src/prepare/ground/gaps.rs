@@ -159,7 +159,7 @@ fn described(holes: &[Vec<usize>], lattice: &Lattice) -> String {
     format!("{} {} without data: {list}", holes.len(), if holes.len() == 1 { "hole" } else { "holes" })
 }
 
-/// The holes among cells, those without terrain as told, each with its cells in ascending order.
+/// The holes among the cells without terrain, each with its cells in ascending order.
 pub fn holes(lattice: &Lattice, is_without: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let is_at_edge = |cell: &usize| {
         let (column, row) = lattice.column_row(*cell);
