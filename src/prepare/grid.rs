@@ -195,7 +195,7 @@ pub(super) fn open_side(open: &mut OpenEdges, side: Side, lattice: &Lattice, bed
 }
 
 /// The holes of a bed (m, not-a-number without terrain).
-pub(super) fn holes(lattice: &Lattice, bed: &[f64]) -> Holes {
+fn holes(lattice: &Lattice, bed: &[f64]) -> Holes {
     let mut cells = gaps::holes(lattice, |cell| bed[cell].is_nan()).concat();
     cells.sort_unstable();
     Holes { lattice: lattice.clone(), cells }

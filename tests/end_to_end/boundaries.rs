@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use crate::{Netcdf, changed, floodsim, run_scene};
+use crate::{Netcdf, changed, feature, floodsim, run_scene};
 
 /// A channel that falls to the east by 4 %, 200 m long and 60 m wide, with a bed lower by 1 m in its middle third. Times in the
 /// hydrograph are minutes. The lines of this scenario are counted on by the tests.
@@ -318,11 +318,6 @@ fn a_boundary_on_all_of_the_outline_leaves_holes_closed() {
     let outer = "[[20,20],[185,20],[185,185],[20,185],[20,20]]";
     // Rows count from the north.
     let around_hole = "[[90,70],[115,70],[115,85],[90,85],[90,70]]";
-    let feature = |kind: &str, coordinates: &str| {
-        format!(
-            r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"{kind}","coordinates":[{coordinates}]}}}}"#
-        )
-    };
     write("lake.geojson", &feature("Polygon", &format!("{outer},{around_hole}")));
     write("rim.geojson", &feature("MultiLineString", around_hole));
     let water = "initial: [{reservoir: lake.geojson, level: 3 m}]\nrain: {rate: 0 mm/h}";

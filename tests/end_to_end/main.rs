@@ -66,6 +66,12 @@ fn run_scene(folder: &Path, out: &str, options: &[&str]) -> (serde_json::Value, 
     (serde_json::from_str(&record).unwrap(), answer)
 }
 
+/// A GeoJSON feature with such a geometry.
+fn feature(kind: &str, coordinates: &str) -> String {
+    let geometry = format!(r#"{{"type":"{kind}","coordinates":[{coordinates}]}}"#);
+    format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#)
+}
+
 /// Asserts that the check of `s.yaml` ends with this exit code and says all these texts, and that each error has a remedy.
 #[track_caller]
 fn assert_check(folder: &Path, code: i32, expected: &[&str]) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use tempfile::TempDir;
 
-use crate::{floodsim, run_scene};
+use crate::{feature, floodsim, run_scene};
 
 const SCENARIO: &str = "\
 floodsim: 1
@@ -90,8 +90,7 @@ fn a_levee_across_a_wall_does_not_shorten_the_steps() {
     // Squares stay beside a levee, and the wall cuts slivers off the cells next to them.
     for degrees in [12.0, 33.0, 45.0] {
         let folder = scene(degrees, &[[0.0, 120.0]]);
-        let levee =
-            r#"{"type":"Feature","properties":{},"geometry":{"type":"LineString","coordinates":[[120,60],[320,75]]}}"#;
+        let levee = feature("LineString", "[120,60],[320,75]");
         std::fs::write(folder.path().join("levee.geojson"), levee).unwrap();
         let steps = |lines: &str| {
             let breaklines = format!("terrain.breaklines=[{lines}]");
@@ -152,14 +151,10 @@ fn valley(degrees: f64, short: f64) -> TempDir {
         let place = |&[along, across]: &[f64; 2]| format!("{:?}", turned(along, across));
         places.iter().map(place).collect::<Vec<_>>().join(",")
     };
-    let feature = |kind: &str, coordinates: String| {
-        let geometry = format!(r#"{{"type":"{kind}","coordinates":[{coordinates}]}}"#);
-        format!(r#"{{"type":"Feature","properties":{{}},"geometry":{geometry}}}"#)
-    };
     let walls = [places(&[[0.0, -490.0], [0.0, 490.0]]), places(&[[-230.0, -120.0], [-90.0, 20.0], [-60.0, 150.0]])];
-    write("wall.geojson", &feature("MultiLineString", walls.map(|line| format!("[{line}]")).join(",")));
+    write("wall.geojson", &feature("MultiLineString", &walls.map(|line| format!("[{line}]")).join(",")));
     let ring = [[-380.0, -240.0], [-short, -240.0], [-short, 240.0], [-380.0, 240.0], [-380.0, -240.0]];
-    write("lake.geojson", &feature("Polygon", format!("[{}]", places(&ring))));
+    write("lake.geojson", &feature("Polygon", &format!("[{}]", places(&ring))));
     write("s.yaml", LAKE);
     folder
 }

@@ -23,8 +23,8 @@ pub enum Side {
 
 /// A straight face.
 ///
-/// Side 0 is a cell, or a square before a wall, to the left on the way from `from` to `to`: the normal from side 0 to side 1 points to the right, and the faces of
-/// a cell run counter-clockwise around it where it is side 0.
+/// Side 0 is a cell, or a square before a wall, to the left on the way from `from` to `to`: the normal from side 0 to side 1 points to the
+/// right, and the faces of a cell run counter-clockwise around it where it is side 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {
     /// What is on either side.

@@ -25,26 +25,18 @@ impl Partition {
         // Of each cell the sum of its sides on squares (m), along their normals, and whether there is another cell beside it.
         let mut beside = vec![(Vec2::ZERO, false); self.cells.len()];
         for face in &self.faces {
-            let [a, b] = face.sides;
-            for (own, other, sign) in [(a, b, 1.0), (b, a, -1.0)] {
-                match (own, other) {
-                    (Side::Cell(cell), Side::Cell(_)) => beside[cell].1 = true,
-                    (Side::Cell(cell), Side::Lattice(_)) => {
-                        beside[cell].0 += face.normal() * (sign * face.length());
-                    }
-                    _ => {}
-                }
+            match face.sides {
+                [Side::Cell(a), Side::Cell(b)] => [a, b].into_iter().for_each(|cell| beside[cell].1 = true),
+                [Side::Cell(cell), Side::Lattice(_)] => beside[cell].0 += face.normal() * face.length(),
+                _ => {}
             }
         }
         let is_sliver =
             |(cell, (squares, has_cell)): (&Cell, &(Vec2, bool))| !has_cell && cell.area < least * squares.norm();
         let left_out: Vec<bool> = self.cells.iter().zip(&beside).map(is_sliver).collect();
-        let mut count = 0;
-        let next = |is_left_out: &bool| {
-            count += usize::from(!is_left_out);
-            count.saturating_sub(1)
-        };
-        let number: Vec<usize> = left_out.iter().map(next).collect();
+        let next =
+            |count: &mut usize, is_left_out: &bool| Some(std::mem::replace(count, *count + usize::from(!is_left_out)));
+        let number: Vec<usize> = left_out.iter().scan(0, next).collect();
         let without = |face: Face| match face.sides {
             [Side::Cell(cell), square @ Side::Lattice(_)] if left_out[cell] => {
                 Some(Face { sides: [square, Side::Wall], from: face.to, to: face.from, ..face })

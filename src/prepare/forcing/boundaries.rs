@@ -8,7 +8,7 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::prepare::findings::Findings;
-use crate::prepare::grid::{REACH, faces_opened, holes, open_side};
+use crate::prepare::grid::{REACH, faces_opened, open_side};
 use crate::prepare::places;
 use crate::scenario::{Boundary as Written, BoundaryCondition, OpenBoundary, Scenario, Side, Sourced};
 
@@ -80,10 +80,10 @@ fn pieces_of(
     let (lattice, bed) = (&ground.lattice, &ground.elevation[..]);
     match (&source.value.place, lines) {
         (OpenBoundary::Side(Side::All), _) => {
-            let holes = holes(lattice, bed);
-            let is_outline =
-                |edge: &&EdgeFace| !holes.is_at_rim(1.0, edge.middle, edge.middle - lattice.centre(edge.cell));
-            Some(edges.iter().filter(is_outline).map(|edge| [edge.middle; 2]).collect())
+            let mut open = OpenEdges::default();
+            open_side(&mut open, Side::All, lattice, bed);
+            let is_open = |edge: &&EdgeFace| open.is_open(edge.middle, edge.middle - lattice.centre(edge.cell));
+            Some(edges.iter().filter(is_open).map(|edge| [edge.middle; 2]).collect())
         }
         (OpenBoundary::Side(side), _) => {
             let mut open = OpenEdges::default();

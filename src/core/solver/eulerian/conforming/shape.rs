@@ -9,8 +9,8 @@
 //! ```
 //!
 //! with the normal n of the wall away from the cell, lengths and areas in spacings, λ the greater eigenvalue and a_k = 1 for open faces,
-//! ¼ (1 + 3 w_k) for walls; where no face is open μ is 1. A ring of walls within a cell has the drag of a square post, C_D = 2. The step is that of the perimeter where no walls
-//! are; walls count by what they take from the momentum.
+//! ¼ (1 + 3 w_k) for walls; where no face is open μ is 1. A ring of walls within a cell has the drag of a square post, C_D = 2. The step is
+//! that of the perimeter where no walls are; walls count by what they take from the momentum.
 
 use crate::math::Vec2;
 use crate::solver::eulerian::general_faces::Seen;
