@@ -1,9 +1,13 @@
 //! Morphology of fields of pixels by squares: erosion, dilation, opening, closing.
 //!
 //! A square is two runs, one along the rows and one along the columns, and the best of each run comes from the best to and from the
-//! ends of blocks, whatever its width: three comparisons for each pixel. Method: `vanHerk1992`; openings and closings: `Soille2004`.
+//! ends of blocks, whatever its width: three comparisons for each pixel. Whole rows are compared at a time; for the other direction the field is
+//! turned. Method: `vanHerk1992`; openings and closings: `Soille2004`.
 
 use crate::math::{larger, smaller};
+
+/// Pixels along a side of the squares in which a field is turned.
+const TURNED: usize = 16;
 
 /// A field of pixels, row by row from the north.
 pub(super) struct Field<T> {
@@ -32,32 +36,54 @@ impl<T: Copy> Field<T> {
         for (row, values) in self.values.chunks(self.columns).enumerate() {
             padded.values[(row + around) * columns + around..][..values.len()].copy_from_slice(values);
         }
-        for _ in 0..2 {
-            padded = padded.run(width, &of_square);
-        }
-        for _ in 0..2 {
-            padded = padded.run(width, &of_squares);
-        }
-        padded
+        // Along the columns, along the rows, and back.
+        let along_columns = padded.runs(width, &of_square);
+        let of_squares_turned = along_columns.turned().runs(width, &of_square).runs(width, &of_squares);
+        of_squares_turned.turned().runs(width, &of_squares)
     }
 
-    /// The best of each run of so many pixels in a row, transposed.
-    fn run(&self, width: usize, best: &impl Fn(T, T) -> T) -> Self {
+    /// The best of each run of so many pixels in a column.
+    fn runs(&self, width: usize, best: &impl Fn(T, T) -> T) -> Self {
         let (columns, rows) = (self.columns, self.rows());
-        let count = columns + 1 - width;
-        let mut values: Vec<T> = vec![self.values[0]; count * rows];
-        // The best from the start of a block of the width to a pixel, and from a pixel to the end of its block.
-        let mut to = vec![self.values[0]; columns];
-        let mut from = to.clone();
-        for (row, line) in self.values.chunks(columns).enumerate() {
-            for k in 0..columns {
-                to[k] = if k % width == 0 { line[k] } else { best(to[k - 1], line[k]) };
+        let row = |row: usize| &self.values[row * columns..][..columns];
+        let mut values: Vec<T> = Vec::with_capacity((rows + 1 - width) * columns);
+        let mut both = |one: &[T], other: &[T]| values.extend(one.iter().zip(other).map(|(a, b)| best(*a, *b)));
+        // The best from each row of a block of the width to its end, and from the start of the next block to a row.
+        let mut from: Vec<T> = vec![self.values[0]; width * columns];
+        let mut to: Vec<T> = vec![self.values[0]; columns];
+        for first in (0..rows + 1 - width).step_by(width) {
+            from[(width - 1) * columns..].copy_from_slice(row(first + width - 1));
+            for k in (0..width - 1).rev() {
+                let (own, next) = from[k * columns..].split_at_mut(columns);
+                let pixels = own.iter_mut().zip(&next[..columns]).zip(row(first + k));
+                pixels.for_each(|((from, next), own)| *from = best(*own, *next));
             }
-            for k in (0..columns).rev() {
-                from[k] = if (k + 1) % width == 0 || k + 1 == columns { line[k] } else { best(line[k], from[k + 1]) };
+            // The first run is the block itself.
+            both(&from[..columns], &from[..columns]);
+            for k in 1..width.min(rows + 1 - width - first) {
+                let next = row(first + width + k - 1);
+                if k == 1 {
+                    to.copy_from_slice(next);
+                } else {
+                    to.iter_mut().zip(next).for_each(|(to, next)| *to = best(*to, *next));
+                }
+                both(&from[k * columns..][..columns], &to);
             }
-            for k in 0..count {
-                values[k * rows + row] = best(from[k], to[k + width - 1]);
+        }
+        Field { columns, values }
+    }
+
+    /// The field with its rows as columns.
+    fn turned(&self) -> Self {
+        let (columns, rows) = (self.columns, self.rows());
+        let mut values = vec![self.values[0]; columns * rows];
+        for (row, column) in
+            (0..rows).step_by(TURNED).flat_map(|row| (0..columns).step_by(TURNED).map(move |column| (row, column)))
+        {
+            for column in column..(column + TURNED).min(columns) {
+                for row in row..(row + TURNED).min(rows) {
+                    values[column * rows + row] = self.values[row * columns + column];
+                }
             }
         }
         Field { columns: rows, values }
