@@ -83,6 +83,11 @@ impl CellsInPart {
         found.map_or(1.0, |face| face.open)
     }
 
+    /// The padded places (row, column) of cells that own faces in part.
+    pub fn owners(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.faces.iter().enumerate().flat_map(|(row, faces)| faces.iter().map(move |face| (row, face.column)))
+    }
+
     /// Whether a padded cell is in part.
     pub fn holds(&self, row: usize, column: usize) -> bool {
         self.find((row, column)).is_some()

@@ -11,7 +11,7 @@
 //! (M23)  d_l = clamp(η_i + a_1 + r_l − z*, 0, d_iR)   d_r = clamp(η_j − a_2 + r_r − z*, 0, d_jR)
 //! (M29)  (d_l, u_l) ← the state over the sill by the head and the discharge of the water before it, no faster than beyond
 //! (M24)  Ψ_l = g d_l δ clamp(2 − d_j/d_i, 0, 1)/(1 + (δ/Δ)⁴),  δ = [z* − r_l − η_j + a_2]₊ where z_i > z_j; Ψ_r likewise
-//! (M32)  F_d v_t ← F_d v_t − ½ max(−Δ ∂v_t/∂t, 0) min(d_i, d_j) D v_t
+//! (M32)  F_d v_t ← F_d v_t − ½ max(−Δ ∂v_t/∂t, 0) min(d_i, d_j) D v_t     not with films
 //! (M31)  (F_d, F_n) = flux(d_l, u_l; d_r, u_r), u_l = u_i + b_1 and u_r = u_j − b_2 but for (M29)
 //! ```
 //!
@@ -507,7 +507,9 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     let v_t = if f_d > 0.0 { t_i } else { t_j };
     // What is pressed together along the face, as in a jump across it, mixes over it (M32).
     let pressed = larger(larger(-i.stretch_t, -j.stretch_t), 0.0);
-    let mixed = if HAS_SILL { 0.0 } else { shear_mixing * pressed * smaller(i.d, j.d) * jump_t };
+    let shallower = smaller(i.d, j.d);
+    let is_mixed = shallower > dry_depth && !HAS_SILL;
+    let mixed = if is_mixed { shear_mixing * pressed * shallower * jump_t } else { 0.0 };
     // A film gives nothing: the face before it is one of still water.
     let giver = if f_d > 0.0 {
         i.d

@@ -78,6 +78,8 @@ pub(crate) struct GeneralFaces {
     coarse: Vec<(usize, Option<[usize; 2]>)>,
     cells: ByRow<Cell>,
     sides: ByRow<SideOfCell>,
+    /// Those of each row with a face beside water, by their numbers in the row.
+    live_sides: Vec<Vec<usize>>,
 }
 
 impl GeneralFaces {
@@ -108,6 +110,7 @@ impl GeneralFaces {
             now: vec![Now::default(); faces.len()],
             cells: cells_beside(&faces, state, walls),
             sides: sides_of_cells(&faces, state),
+            live_sides: vec![Vec::new(); state.rows + 2],
             of_level,
             faces,
         }
@@ -157,7 +160,7 @@ impl GeneralFaces {
     /// Finds the faces beside water between a level and the next coarser one; through the others nothing flows. What is booked is kept, though
     /// the fine side may have run dry since.
     fn find_live(&mut self, state: &mut State, level: usize, dry_depth: f64) {
-        let GeneralFaces { faces, now, is_live, of_level, coarse, coarse_water, .. } = self;
+        let GeneralFaces { faces, now, is_live, of_level, coarse, coarse_water, sides, live_sides, .. } = self;
         let all = of_level[level].clone();
         let has_turned = |&k: &usize| {
             let is_water = |&(row, column): &Place| state.primitive[row].depth[column] > dry_depth;
@@ -165,6 +168,7 @@ impl GeneralFaces {
             is_live_now != is_live[k]
         };
         let turned: Vec<usize> = all.into_par_iter().with_min_len(AT_ONCE).filter(has_turned).collect();
+        let mut rows: Vec<usize> = turned.iter().flat_map(|&k| faces[k].slots.map(|slot| slot.row)).collect();
         for k in turned {
             let face = &faces[k];
             is_live[k] = !is_live[k];
@@ -178,6 +182,13 @@ impl GeneralFaces {
             } else {
                 face.slots.iter().for_each(|slot| state.flux[slot.row][slot.direction].clear(slot.column));
             }
+        }
+        rows.sort_unstable();
+        rows.dedup();
+        for row in rows {
+            let of_row = sides.of_row(row);
+            let is_beside_water = |&side: &usize| of_row[side].faces.iter().any(|&face| is_live[face]);
+            live_sides[row] = (0..of_row.len()).filter(is_beside_water).collect();
         }
     }
 
@@ -222,7 +233,7 @@ impl GeneralFaces {
         let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
         active.rows_of(&mut state.gradient).for_each(|(row, gradient)| {
             let scale = &scale.on(spacing[row]);
-            for cell in self.cells.of_row(row) {
+            for cell in active.among(row, self.cells.of_row(row), |cell| cell.place.1) {
                 let column = cell.place.1;
                 if primitive[row].depth[column] <= scale.dry_depth {
                     continue;
@@ -292,10 +303,8 @@ impl GeneralFaces {
     /// Puts what passes the faces into the rows at hand.
     fn put(&self, state: &mut State, active: &ActiveSet) {
         active.rows_of(&mut state.flux).for_each(|(row, flux)| {
-            for SideOfCell { slot, side, faces } in self.sides.of_row(row) {
-                if !faces.iter().any(|&k| self.is_live[k]) {
-                    continue;
-                }
+            let sides = self.sides.of_row(row);
+            for SideOfCell { slot, side, faces } in self.live_sides[row].iter().map(|&side| &sides[side]) {
                 let (out, column) = (&mut flux[slot.direction], slot.column);
                 out.clear(column);
                 for &k in faces.iter().filter(|&&k| self.is_live[k]) {

@@ -13,7 +13,7 @@
 //! four neighbours and 2 Γ_ij = 1/Δ, whatever the kernel. (Wider supports gain nothing and cost more: decision 0006.) A face is
 //! computed once and used by both of its particles with opposite sign, so that volume is conserved to rounding. Passes of
 //! one evaluation, each a loop over contiguous runs of cells: [`primitive`] → [`gradient`] → [`faces`] (→ [`mixing`], [`passes`], [`walls`], [`cells_in_part`]) → [`update`]; only wet
-//! particles and a rim of two cells are active ([`spans`]). Cells without terrain and cells beyond a wall are treated in
+//! particles and what water can reach of a rim of two cells are active ([`spans`]). Cells without terrain and cells beyond a wall are treated in
 //! [`walls`].
 //!
 //! Deliberately absent: Lagrangian particles, sensors, a floor for the depth. Source of the scheme: `Audusse2004`,
@@ -191,7 +191,8 @@ impl EulerianSolver {
         let inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state, (&general, &conforming));
         let (fed, linked) = (fed(&state, &open, &inputs, &reaches), [general.linked(), conforming.linked()].concat());
-        let active = ActiveSet::new(&state, scale.dry_depth, fed, linked);
+        let kept = walls.owners().chain(in_part.owners()).chain(open.cells()).chain(general.places().flatten());
+        let active = ActiveSet::new(&state, scale.dry_depth, fed, linked, kept);
         let mut solver = EulerianSolver {
             scale,
             methods,

@@ -1,12 +1,13 @@
-//! Which cells are active: wet ones and a rim of two cells around them.
+//! Which cells are active: wet ones and, of a rim of two cells around them, those that water can reach.
 //!
-//! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off. Cells that follow lines have no
-//! neighbours in the rows: their rim is what [`links`] join them to.
+//! Water can advance by one cell in each of the two stages of a step, so a rim of two is exact: nothing is cut off. What is higher than the water
+//! [does not take part](taking_part). Cells that follow lines have no neighbours in the rows: their rim is what [`links`] join them to.
 //! Columns and rows are padded ones (the lattice's plus one).
 
 mod asleep;
 mod links;
 mod runs;
+mod taking_part;
 #[cfg(test)]
 mod tests;
 
@@ -18,7 +19,8 @@ use crate::math::{MOST_LANES, simd};
 use asleep::Asleep;
 use links::Links;
 pub(crate) use runs::Run;
-use runs::{holds, left, tidy, widened, within};
+use runs::{holds, tidy, widened, within};
+use taking_part::runs_of;
 
 /// Width of the rim around wet cells.
 const RIM: usize = 2;
@@ -46,20 +48,25 @@ pub(crate) struct ActiveSet {
     has_woken: bool,
     at_hand: Run,
     cells_at_hand: usize,
-    /// All runs that were active since the step of all levels began, where there are levels.
+    /// All runs that were active since the step of all levels began.
     recorded_runs: Vec<Vec<Run>>,
     wet: Vec<Vec<Run>>,
     /// Those of the step before, and the rows where they differ.
     wet_before: Vec<Vec<Run>>,
     changed: Vec<bool>,
-    /// The rows whose work is to be found again.
+    /// The rows of which it is to be found again what water reaches.
     is_stale: Vec<bool>,
     /// Runs that are active as if they were wet: water may come to them from elsewhere than their neighbours.
     fed: Vec<Vec<Run>>,
+    /// Water with its rim.
+    reached: Vec<Vec<Run>>,
+    /// Of that the cells that are active, be they higher than the water: those which own faces that are no ordinary pairs, or get water over others.
+    kept: Vec<Vec<Run>>,
+    /// The active cells.
     pub work: Vec<Vec<Run>>,
-    /// That of the step before.
+    /// Those of the stage before.
     before: Vec<Vec<Run>>,
-    /// Work of the step before together with that of now, as spans of the lattice: what a recorder has to look at.
+    /// All that were active in the last step of all levels, and what sleeps, as spans of the lattice: what a recorder has to look at.
     recorded: Vec<Span>,
     /// The runs of a row of it, where water sleeps there.
     with_asleep: Vec<Run>,
@@ -69,8 +76,16 @@ pub(crate) struct ActiveSet {
 
 impl ActiveSet {
     /// The wet cells of a state, and `fed`, the runs of each padded row to which water comes from elsewhere. `linked` are the places (row,
-    /// column) on the two sides of general faces: these join cells that are no neighbours in the rows.
-    pub fn new(state: &State, dry_depth: f64, fed: Vec<Vec<Run>>, linked: Vec<[(usize, usize); 2]>) -> Self {
+    /// column) on the two sides of general faces: these join cells that are no neighbours in the rows. `kept` are those
+    /// that own faces which are no ordinary pairs.
+    pub fn new(
+        state: &State,
+        dry_depth: f64,
+        fed: Vec<Vec<Run>>,
+        linked: Vec<[(usize, usize); 2]>,
+        kept: impl Iterator<Item = (usize, usize)>,
+    ) -> Self {
+        let kept = runs_of(kept.chain(linked.iter().flatten().copied()), &fed);
         let mut active = ActiveSet {
             bounds: (0..state.rows + 2).map(|row| state.bounds(row)).collect(),
             apart: state.rows_apart(),
@@ -80,12 +95,14 @@ impl ActiveSet {
             has_woken: false,
             at_hand: 0..state.rows + 2,
             cells_at_hand: 0,
-            recorded_runs: Vec::new(),
+            recorded_runs: vec![Vec::new(); state.rows + 2],
             wet: vec![Vec::new(); state.rows + 2],
             wet_before: vec![Vec::new(); state.rows + 2],
             changed: vec![true; state.rows + 2],
             is_stale: vec![true; state.rows + 2],
             fed,
+            kept,
+            reached: vec![Vec::new(); state.rows + 2],
             work: vec![Vec::new(); state.rows + 2],
             before: vec![Vec::new(); state.rows + 2],
             recorded: Vec::new(),
@@ -98,14 +115,15 @@ impl ActiveSet {
         }
         active.spread();
         active.settle();
-        active.begin_record();
-        active.end_record();
+        active.work.clone_from(&active.reached);
         active.take_in_hand(0..state.rows + 2);
+        active.take_for_record();
+        active.end_record();
         active
     }
 
     /// The runs of a padded row for loops on lanes: the active ones, each with as many of the cells behind it as make up whole pieces, up to water
-    /// that sleeps. Those are dry, more than a rim from all water awake, so that nothing changes in them; they end before the next run begins.
+    /// that sleeps. Those take no part, so that nothing changes in them; they end before the next run begins.
     pub fn whole_pieces(&self, row: usize) -> impl Iterator<Item = Run> + '_ {
         let asleep = self.asleep.in_row(row);
         self.work[row].iter().map(move |run| {
@@ -122,15 +140,10 @@ impl ActiveSet {
         all: &'a [T],
         column: impl Fn(&T) -> usize + Copy,
     ) -> impl Iterator<Item = &'a T> {
-        let runs = &self.work[row];
-        let all = if runs.is_empty() { &[] } else { all };
-        let mut next = 0;
-        all.iter().filter(move |thing| {
-            let column = column(thing);
-            while runs.get(next).is_some_and(|run| run.end <= column) {
-                next += 1;
-            }
-            runs.get(next).is_some_and(|run| run.start <= column)
+        self.work[row].iter().flat_map(move |run| {
+            let first = all.partition_point(|thing| column(thing) < run.start);
+            let of_run = &all[first..];
+            &of_run[..of_run.partition_point(|thing| column(thing) < run.end)]
         })
     }
 
@@ -189,6 +202,9 @@ impl ActiveSet {
             self.changed.fill(true);
             self.spread();
             self.settle();
+            for (work, own) in self.work.iter_mut().zip(&self.own) {
+                *work = own.iter().flat_map(|own| within(work, own.clone())).collect();
+            }
             self.take_in_hand(self.at_hand.clone());
         }
     }
@@ -198,27 +214,28 @@ impl ActiveSet {
         &self.recorded
     }
 
-    /// Takes cells into the work, with a rim about them.
+    /// Takes cells as water, with a rim about them.
     pub fn reach(&mut self, places: impl Iterator<Item = (usize, usize)>) {
-        let ActiveSet { wet, work, bounds, own, is_stale, apart, .. } = self;
+        let ActiveSet { wet, reached, bounds, own, is_stale, apart, .. } = self;
         // A wet cell has its rim.
         for (row, column) in places.filter(|&(row, column)| !holds(&wet[row], column)) {
             let Some([rows, columns]) = &bounds[row] else { continue };
             let (rim, around) = rim_of(row, rows, apart);
             is_stale[around.clone()].fill(true);
             let run = widened(&(column..column + 1), rim, columns);
-            let rows = work[around.clone()].iter_mut().zip(&own[around]);
-            rows.for_each(|(work, own)| work.extend(within(own, run.clone())));
+            let rows = reached[around.clone()].iter_mut().zip(&own[around]);
+            rows.for_each(|(reached, own)| reached.extend(within(own, run.clone())));
         }
-        for (work, _) in work.iter_mut().zip(is_stale).filter(|(_, is_stale)| **is_stale) {
-            tidy(work);
+        for (reached, _) in reached.iter_mut().zip(is_stale).filter(|(_, is_stale)| **is_stale) {
+            tidy(reached);
         }
     }
 
     /// Takes some rows in hand: those of the levels that take a step.
     pub fn take_in_hand(&mut self, rows: Run) {
         self.at_hand = rows;
-        self.cells_at_hand = self.work[self.at_hand.clone()].iter().flatten().map(|run| run.len()).sum();
+        let cells = |runs: &Vec<Run>| runs.iter().map(|run| run.len()).sum::<usize>();
+        self.cells_at_hand = self.work[self.at_hand.clone()].iter().map(cells).sum();
     }
 
     /// Cells active in the rows at hand.
@@ -226,23 +243,20 @@ impl ActiveSet {
         self.cells_at_hand
     }
 
-    /// Follows the water of the rows at hand after a step; cells that leave the work are reset to dry ones.
-    pub fn follow(&mut self, state: &mut State, dry_depth: f64) {
+    /// Follows the water of the rows at hand after a step.
+    pub fn follow(&mut self, state: &State, dry_depth: f64) {
         self.find_wet(state, dry_depth);
         if !self.asleep.is_empty() {
             let rows = self.asleep.wake(state, &self.at_hand, (&mut self.own, &mut self.wet));
             self.has_woken |= !rows.is_empty();
-            rows.into_iter().for_each(|row| self.changed[row] = true);
+            for row in rows {
+                self.changed[row] = true;
+                self.work[row].extend_from_slice(&self.wet[row]);
+                tidy(&mut self.work[row]);
+                self.recorded_runs[row].extend_from_slice(&self.work[row]);
+            }
         }
         self.spread();
-        let rows = self.before.iter().zip(&self.work).zip(&self.is_stale).enumerate();
-        for (row, ((before, work), _)) in rows.filter(|(_, (_, is_stale))| **is_stale) {
-            left(before, work).flatten().for_each(|column| state.rest(row, column));
-        }
-        if self.has_levels() {
-            let rows = self.recorded_runs.iter_mut().zip(&self.work).zip(&self.is_stale);
-            rows.filter(|(_, is_stale)| **is_stale).for_each(|((runs, work), _)| runs.extend_from_slice(work));
-        }
         self.settle();
         self.take_in_hand(self.at_hand.clone());
     }
@@ -265,48 +279,47 @@ impl ActiveSet {
         });
     }
 
-    fn has_levels(&self) -> bool {
-        !self.links.is_empty()
-    }
-
-    /// Begins a step of all levels: what is active now is to be looked at after it.
+    /// Begins a step of all levels.
     pub fn begin_record(&mut self) {
-        if self.has_levels() {
-            self.recorded_runs.clone_from(&self.work);
-        } else {
-            record(&self.work, &self.asleep, (&mut self.recorded, &mut self.with_asleep));
+        self.recorded_runs.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Takes the active cells of the rows at hand for those that a recorder has to look at after the step of all levels.
+    fn take_for_record(&mut self) {
+        for row in self.at_hand.clone() {
+            let (runs, work) = (&mut self.recorded_runs[row], &self.work[row]);
+            if !runs.ends_with(work) {
+                runs.extend_from_slice(work);
+            }
         }
     }
 
-    /// Ends it: so is what was active meanwhile.
+    /// Ends it.
     pub fn end_record(&mut self) {
-        if self.has_levels() {
-            self.recorded_runs.iter_mut().for_each(tidy);
-            record(&self.recorded_runs, &self.asleep, (&mut self.recorded, &mut self.with_asleep));
-        }
+        self.recorded_runs.iter_mut().for_each(tidy);
+        record(&self.recorded_runs, &self.asleep, (&mut self.recorded, &mut self.with_asleep));
     }
 
-    /// Work of a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces link to
-    /// it. It is found again where any of that changed.
+    /// What water reaches in a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces
+    /// link to it. It is found again where any of that changed.
     fn spread(&mut self) {
         self.links.follow(&self.wet, &self.changed, &self.apart, &mut self.is_stale);
         let at_once = self.rows_at_once().max(ROWS_OF_A_SEARCH);
-        let ActiveSet { wet, fed, bounds, apart, own, links, changed, work, before, is_stale, .. } = self;
+        let ActiveSet { wet, fed, bounds, apart, own, links, changed, reached, is_stale, .. } = self;
         let (wet, changed) = (&*wet, &*changed);
-        let rows = work.par_iter_mut().zip(before).zip(is_stale).enumerate().with_min_len(at_once);
-        rows.for_each(|(row, ((work, before), is_stale))| {
+        let rows = reached.par_iter_mut().zip(is_stale).enumerate().with_min_len(at_once);
+        rows.for_each(|(row, (reached, is_stale))| {
             let Some([rows, columns]) = &bounds[row] else { return };
             let (rim, around) = rim_of(row, rows, apart);
             *is_stale |= changed[around.clone()].contains(&true);
             if !*is_stale {
                 return;
             }
-            std::mem::swap(work, before);
-            work.clear();
-            let mut take = |run: &Run| work.extend(within(&own[row], widened(run, rim, columns)));
+            reached.clear();
+            let mut take = |run: &Run| reached.extend(within(&own[row], widened(run, rim, columns)));
             wet[around.clone()].iter().chain(&fed[around.clone()]).flatten().for_each(&mut take);
             around.flat_map(|row| links.reached(row)).for_each(|column| take(&(column..column + 1)));
-            tidy(work);
+            tidy(reached);
         });
     }
 

@@ -228,13 +228,18 @@ impl EulerianSolver {
             self.passes.follow(&self.state.ground);
         }
         let interval = (time, time + time_step);
+        self.phases.end("gradients");
+        self.active.choose(&mut self.state, Stage::First, self.scale.dry_depth);
+        self.phases.end("active cells");
         self.stage(Stage::First, &levels, interval, (ahead, of_coarser));
         if is_finest {
             self.reaches.evaluate_primitive(Stage::Second);
         }
+        self.active.choose(&mut self.state, Stage::Second, self.scale.dry_depth);
+        self.phases.end("active cells");
         self.stage(Stage::Second, &levels, interval, (ahead + time_step, of_coarser));
         self.inflow += self.inputs.add(&mut self.state, &self.active, time, time + time_step);
-        self.active.follow(&mut self.state, self.scale.dry_depth);
+        self.active.follow(&self.state, self.scale.dry_depth);
         self.phases.end("active cells");
         primitive::evaluate(&mut self.state, &self.active, &self.scale);
         if is_finest {

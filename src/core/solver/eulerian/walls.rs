@@ -162,6 +162,15 @@ impl Walls {
         Walls { faces, cells: beside.iter().enumerate().map(cells_of_row).collect(), parts, open, is_ring }
     }
 
+    /// The padded places (row, column) of cells that own special faces, or faces of which a part counts.
+    pub fn owners(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let rows = self.faces.iter().zip(&self.parts).enumerate();
+        rows.flat_map(|(row, (faces, parts))| {
+            let columns = faces.iter().map(|face| face.column).chain(parts.iter().map(|part| part.column));
+            columns.map(move |column| (row, column))
+        })
+    }
+
     /// Whether water may leave by an edge without a condition.
     pub fn has_open_edges(&self) -> bool {
         self.open.iter().any(|faces| !faces.is_empty())
@@ -328,11 +337,9 @@ impl Beyond {
 pub(super) fn correct_gradients(cells: &[Vec<SpecialCell>], state: &mut State, active: &ActiveSet, scale: &Scale) {
     let (primitive, ground, spacing) = (&state.primitive, &state.ground, &state.spacing);
     active.rows_of(&mut state.gradient).for_each(|(row, gradient)| {
-        if active.work[row].is_empty() {
-            return;
-        }
         let scale = &scale.on(spacing[row]);
-        for cell in cells[row].iter().filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
+        let of_row = active.among(row, &cells[row], |cell| cell.column);
+        for cell in of_row.filter(|cell| primitive[row].depth[cell.column] > scale.dry_depth) {
             correct((primitive, ground), row, cell, scale, &|_| None, gradient);
         }
     });

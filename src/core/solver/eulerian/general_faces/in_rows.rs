@@ -42,11 +42,6 @@ impl<T> ByRow<T> {
     pub fn of_row(&self, row: usize) -> &[T] {
         &self.all[self.of_row[row].clone()]
     }
-
-    /// Those of some rows.
-    pub fn of_rows(&self, rows: Range<usize>) -> &[T] {
-        &self.all[self.of_row[rows.start].start..self.of_row[rows.end - 1].end]
-    }
 }
 
 /// The cells with general faces.

@@ -27,8 +27,9 @@ impl GeneralFaces {
             let (row, column) = cell.place;
             state.primitive[row].depth[column] > 0.0 && self.share(cell, state, levels, stage, time_step) < 1.0
         };
-        let cells = self.cells.of_rows(active.at_hand());
-        let short: Vec<Cell> = cells.par_iter().with_min_len(AT_ONCE).filter(is_short).cloned().collect();
+        let rows = active.at_hand().into_par_iter().with_min_len(active.rows_at_once());
+        let of_row = |row: usize| active.among(row, self.cells.of_row(row), |cell| cell.place.1);
+        let short: Vec<Cell> = rows.flat_map_iter(|row| of_row(row).filter(is_short).cloned()).collect();
         for cell in &short {
             let share = self.share(cell, state, levels, stage, time_step);
             self.limit_cell(cell, share, state, levels);

@@ -47,17 +47,12 @@ impl Links {
         Links { links, of_row, touching }
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.links.is_empty()
-    }
-
     /// The places on the two sides of each way.
     pub fn places(&self) -> impl Iterator<Item = [Place; 2]> + '_ {
         self.links.iter().map(|link| [link.to, link.from])
     }
 
-    /// Looks at the links again where the wet runs of rows changed, and marks the rows whose work that changes. `apart` are the rows of cells
+    /// Looks at the links again where the wet runs of rows changed, and marks the rows in which that changes what water reaches. `apart` are the rows of cells
     /// that follow lines.
     pub fn follow(&mut self, wet: &[Vec<Run>], changed: &[bool], apart: &Run, is_stale: &mut [bool]) {
         let Links { links, touching, .. } = self;

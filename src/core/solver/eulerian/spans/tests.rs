@@ -22,6 +22,8 @@ fn whole_pieces_end_before_the_next_run() {
             changed: Vec::new(),
             is_stale: Vec::new(),
             fed: Vec::new(),
+            reached: Vec::new(),
+            kept: Vec::new(),
             before: Vec::new(),
             recorded: Vec::new(),
             with_asleep: Vec::new(),
