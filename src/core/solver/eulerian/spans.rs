@@ -279,11 +279,6 @@ impl ActiveSet {
         });
     }
 
-    /// Begins a step of all levels.
-    pub fn begin_record(&mut self) {
-        self.recorded_runs.iter_mut().for_each(Vec::clear);
-    }
-
     /// Takes the active cells of the rows at hand for those that a recorder has to look at after the step of all levels.
     fn take_for_record(&mut self) {
         for row in self.at_hand.clone() {
@@ -294,10 +289,11 @@ impl ActiveSet {
         }
     }
 
-    /// Ends it.
+    /// Ends a step of all levels: what was active in it is to be looked at.
     pub fn end_record(&mut self) {
         self.recorded_runs.iter_mut().for_each(tidy);
         record(&self.recorded_runs, &self.asleep, (&mut self.recorded, &mut self.with_asleep));
+        self.recorded_runs.iter_mut().for_each(Vec::clear);
     }
 
     /// What water reaches in a row: wet runs of the rows within the rim, widened by the rim, joined where they nearly touch; and what general faces

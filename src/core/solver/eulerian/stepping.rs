@@ -173,7 +173,6 @@ impl EulerianSolver {
 
     /// Takes a step (s) of all levels.
     pub(super) fn step(&mut self, time_step: f64) {
-        self.active.begin_record();
         self.step_levels(self.lattice.level_count(), (self.time, 0.0), (time_step, time_step));
         self.sections.close(time_step);
         if self.steps == 0 && self.methods.sleeps {

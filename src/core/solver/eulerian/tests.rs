@@ -34,6 +34,13 @@ pub(super) fn noise(index: usize) -> f64 {
     (bits >> 11) as f64 / (1u64 << 53) as f64 - 0.5
 }
 
+/// Depths and discharges to the bit, cell by cell.
+pub(super) fn bits(solver: &mut EulerianSolver) -> Vec<[u64; 3]> {
+    let water = solver.water();
+    // The sign of 0 is free.
+    water.cells().map(|cell| [cell.depth, cell.discharge_x + 0.0, cell.discharge_y + 0.0].map(f64::to_bits)).collect()
+}
+
 pub(super) fn run(solver: &mut EulerianSolver, steps: usize) {
     run_steps(solver, steps);
 }

@@ -2,7 +2,7 @@
 
 use crate::lattice::{Lattice, Nest};
 use crate::math::Vec2;
-use crate::solver::eulerian::tests::{noise, problem};
+use crate::solver::eulerian::tests::{bits, noise, problem};
 use crate::solver::eulerian::{EulerianMethods, EulerianSolver};
 use crate::solver::testing::{run_steps, run_until};
 use crate::solver::{FlowProblem, FlowSolver, nested};
@@ -56,14 +56,6 @@ fn sleepy(problem: FlowProblem) -> EulerianSolver {
 
 fn sleeping(solver: &EulerianSolver) -> usize {
     solver.active.asleep.wet_cells()
-}
-
-/// Depths and discharges to the bit, cell by cell.
-fn bits(solver: &mut EulerianSolver) -> Vec<[u64; 3]> {
-    let water = solver.water();
-    let cells = water.cells();
-    // The sign of 0 is free.
-    cells.map(|cell| [cell.depth, cell.discharge_x + 0.0, cell.discharge_y + 0.0].map(f64::to_bits)).collect()
 }
 
 #[test]

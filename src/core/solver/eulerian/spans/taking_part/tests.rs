@@ -7,7 +7,7 @@ use crate::math::Vec2;
 use crate::methods::{Reconstruction, Stabilisation, Turbulence};
 use crate::partition::{Line, LineKind, Partition};
 use crate::solver::changing_bed::scenes::valley::{self, TRAPEZOID, breach};
-use crate::solver::eulerian::tests::{noise, problem};
+use crate::solver::eulerian::tests::{bits, noise, problem};
 use crate::solver::eulerian::{EulerianMethods, EulerianSolver};
 use crate::solver::testing::run_steps;
 use crate::solver::{FlowProblem, FlowSolver, OpenEdges, nested};
@@ -19,13 +19,6 @@ impl ActiveSet {
             *kept = bounds.iter().map(|[_, columns]| columns.clone()).collect();
         }
     }
-}
-
-/// Depths and discharges to the bit, cell by cell.
-fn bits(solver: &mut EulerianSolver) -> Vec<[u64; 3]> {
-    let water = solver.water();
-    // The sign of 0 is free.
-    water.cells().map(|cell| [cell.depth, cell.discharge_x + 0.0, cell.discharge_y + 0.0].map(f64::to_bits)).collect()
 }
 
 /// Runs a problem with and without the rim.
