@@ -76,8 +76,8 @@ pub(super) fn choose(scenario: &Scenario) -> Result<Chosen, Error> {
     if let Some(earlier) = &scenario.start.earlier {
         let message = "lengths are not chosen for a run that goes on from an earlier one";
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", earlier.fields.key.clone(), message)
-            .with_cause("it takes the water over on the lattice of that run")
-            .with_remedy("write its length, as `scenario.resolved.yaml` in its folder has it")
+            .with_cause("its cells must fit those of that run")
+            .with_remedy("write the length of that run, as `scenario.resolved.yaml` in its folder has it, or levels with that as `finest`")
             .with_place(earlier.fields.place.clone());
         return Err(Error::Problems(vec![problem]));
     }

@@ -231,16 +231,15 @@ fn join(
         }
     }
     if let Some(following) = following {
-        for (number, cell) in following.conforming.cells().iter().enumerate() {
+        for number in 0..following.conforming.cells().len() {
             let place = lattice.conforming().map_or(0, |conforming| conforming.place(number));
             bed.elevation[place] = following.elevation[number];
-            initial_depth[place] = following.depth[number];
-            body[place] = following.body[number];
-            let square = finest.bed.lattice.cell_of(cell.centre);
-            let own = square.and_then(|square| finest.initial_velocity.get(square));
+            initial_depth[place] = following.start.depth[number];
+            body[place] = following.start.body[number];
+            let own = following.start.squares[number].and_then(|square| finest.initial_velocity.get(square));
             velocity[place] = own.copied().unwrap_or_default();
         }
-        for (volume, beyond) in finest.still_water.volumes.iter_mut().zip(following.beyond_squares) {
+        for (volume, beyond) in finest.still_water.volumes.iter_mut().zip(following.start.beyond_squares) {
             volume.integral_m3 += beyond;
         }
         bed.passes = bed.passes.with_faces(following.sills);

@@ -101,9 +101,12 @@ fn look(scenario: &Scenario, spacing: f64) -> Result<Option<Places>, Vec<Problem
         if is_sound { greatest(&coarse, &setup, &mut Scout::new(&coarse, &setup.bed)).depth } else { Vec::new() };
     let wet = (0..depths.len()).filter(|&cell| depths[cell] > REACHED).map(|cell| lattice.centre(cell));
     let named = places_of_water(&coarse, &setup).into_iter().chain(wet).map(|place| lattice.to_map(place));
-    let earlier = scenario.start.earlier.as_ref().and_then(|earlier| rectangle_of_fields(&earlier.fields.value));
-    let corners = earlier.into_iter().flat_map(|Rectangle { low, high }| [low, high]);
-    let about = Rectangle::about(named.chain(corners).filter(|place| whole.holds(*place))).unwrap_or(whole);
+    let earlier = scenario.start.earlier.as_ref().and_then(rectangle_of_fields);
+    // Cells of the earlier run may reach beyond the terrain.
+    let within =
+        |place: Vec2| Vec2::new(place.x.clamp(whole.low.x, whole.high.x), place.y.clamp(whole.low.y, whole.high.y));
+    let corners = earlier.into_iter().flat_map(|Rectangle { low, high }| [low, high]).map(within);
+    let about = Rectangle::about(named.filter(|place| whole.holds(*place)).chain(corners)).unwrap_or(whole);
     Ok(Some(Places { spacing, about, whole, is_sound }))
 }
 

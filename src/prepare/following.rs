@@ -49,16 +49,25 @@ pub struct Following {
     pub conforming: Conforming,
     /// Bed (m) of each cell.
     pub elevation: Vec<f64>,
-    /// Depth (m) of each cell at the start.
-    pub depth: Vec<f64>,
-    /// The body of water that fills each cell.
-    pub body: Vec<Option<u32>>,
+    /// Their water at the start.
+    pub start: WaterAtStart,
     /// Pieces of the scenario's lines (local coordinates, m), without walls.
     pub lines: Vec<[Vec2; 2]>,
     /// The banks that the terrain shows (map coordinates, m).
     pub banks: Vec<Vec<Vec2>>,
     /// Level (m) of the lowest ground along each face on a line; minus infinity of others.
     pub sills: Vec<f64>,
+}
+
+/// The water of the start in cells that follow lines.
+#[derive(Clone, Debug)]
+pub struct WaterAtStart {
+    /// The square whose water each cell has, and its velocity; none beside squares without terrain.
+    pub squares: Vec<Option<usize>>,
+    /// Depth (m) of each cell.
+    pub depth: Vec<f64>,
+    /// The body of water that fills each cell.
+    pub body: Vec<Option<u32>>,
     /// Volume (m³) that each body of still water has in these cells beyond that in the squares that they replace, at its mean depth there.
     pub beyond_squares: Vec<f64>,
 }
@@ -184,11 +193,9 @@ fn along(
     let walls: Pieces = walls.iter().copied().collect();
     let cells =
         Cells { conforming: &conforming, elevation: &elevation, sills: &sills, parting: &parting, walls: &walls };
-    let (depth, body, beyond_squares) = water_of(&cells, (bed, still), bodies, seeding);
+    let goes_on = scenario.start.earlier.is_some();
     Some(Following {
-        beyond_squares,
-        depth,
-        body,
+        start: water_at_start(&cells, (bed, still), (bodies, goes_on), seeding),
         sills,
         lines: followed,
         banks: banks.into_iter().map(|bank| bank.into_iter().map(|place| lattice.to_map(place)).collect()).collect(),
@@ -197,17 +204,18 @@ fn along(
     })
 }
 
-/// Depth (m) and body of the water at each cell, and what each body has beyond the squares (m³).
-fn water_of(
+/// The water of the start in some cells; `goes_on` where it is that of an earlier run.
+fn water_at_start(
     cells: &Cells<'_>,
     (bed, still): (&BedParticles, &StillWater),
-    bodies: &[SourcedBody],
+    (bodies, goes_on): (&[SourcedBody], bool),
     seeding: &SeedingConstants,
-) -> (Vec<f64>, Vec<Option<u32>>, Vec<f64>) {
-    let (mut depth, mut body) = cells.water_of_squares(bed, still);
+) -> WaterAtStart {
+    let squares = cells.squares(bed);
+    let (mut depth, mut body) = cells.water_of_squares(&squares, (bed, still), goes_on);
     let beyond_squares = beyond_squares(cells.conforming, &body, bed, still);
     cells.go_on((bed, still), (bodies, seeding), (&mut depth, &mut body));
-    (depth, body, beyond_squares)
+    WaterAtStart { squares, depth, body, beyond_squares }
 }
 
 /// Of each body of still water its mean depth (m) in the squares that cells replace, times what these have of area beyond those: without buildings

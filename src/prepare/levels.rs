@@ -12,10 +12,10 @@ use super::on_lattice::{Files, place_on};
 use super::{Scene, Setup, places, polygons};
 use crate::bed::BedParticles;
 use crate::boundary::ChannelEnd;
-use crate::error::{Problem, ProblemKind};
+use crate::error::Problem;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
-use crate::math::{Vec2, readable};
+use crate::math::Vec2;
 use crate::scenario::{
     Boundary as WrittenBoundary, BoundaryCondition, Levels, OpenBoundary, Refine, RefineShape, Scenario, Sourced,
     VectorSource,
@@ -140,14 +140,6 @@ pub(super) fn with_coarser(
     let count = levels.count(scenario.resolution.value);
     if count == 1 {
         return Some(finest);
-    }
-    if let Some(earlier) = &scenario.start.earlier {
-        let message = "a run on levels cannot go on from an earlier one";
-        let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message)
-            .with_cause("the frames of a run are read on one lattice");
-        let remedy = format!("write one length, `resolution: {} m`", readable(scenario.resolution.value));
-        findings.add(&earlier.fields, problem.with_remedy(remedy));
-        return None;
     }
     let wanted = wanted((scenario, levels), crs, &finest, findings);
     let mut coarser = Vec::new();

@@ -247,7 +247,8 @@ impl AtStart {
         ground.find_passes_again(scenario, &before);
         start::wet(&files.start, scenario, (ground.bed(), ground.changes()), &mut still_water, findings);
         let without_earlier = ground.bed().elevation.clone();
-        let earlier = earlier::take_over(scenario, &files.crs, breach.as_ref(), ground, &mut still_water, findings);
+        let stands = (breach.as_ref(), walls);
+        let earlier = earlier::take_over(scenario, &files.crs, stands, ground, &mut still_water, findings);
         if let (Some(dam), Some(breach)) = (&files.dam, breach) {
             breach::settle(dam, breach, &before, ground.bed());
         }

@@ -46,6 +46,11 @@ pub(super) const GROUP: Group = Group {
             "Take a complete frame by `time`, and the terrain and buildings of that run.",
         ),
         warning(
+            "levels-of-earlier-run",
+            "The maps of an earlier run on levels do not tell the size of its cells. Its coarse cells are steps in the water here.",
+            "Run it with `outputs.cell` as its finest resolution, and with `maps` in `outputs.write`.",
+        ),
+        warning(
             "losses-after-earlier-run",
             "The initial loss of the rain is taken again. The ground may be wet from the earlier run.",
             "Leave `rain.losses.initial` out, if it rained in the earlier run.",
@@ -77,8 +82,8 @@ pub(super) const GROUP: Group = Group {
         ),
         error(
             "other-lattice",
-            "The earlier run has another lattice than this run.",
-            "Take the terrain and the `resolution` of that run.",
+            "The cells of the earlier run do not fit those of this run.",
+            "Take the terrain of that run, and its `resolution` or half, twice or one and a half times as much.",
         ),
         warning(
             "other-structures",
@@ -94,6 +99,11 @@ pub(super) const GROUP: Group = Group {
             "unfinished-earlier-run",
             "The earlier run did not reach its end. Its last frame is earlier than its `time.end`.",
             "Check that this moment is meant, or name another by `time`.",
+        ),
+        warning(
+            "volume-of-earlier-run",
+            "The cells of this run hold another volume than those of the earlier run, which have another size.",
+            "Take the `resolution` of that run, if the difference matters.",
         ),
         error(
             "water-in-dam",

@@ -1,5 +1,6 @@
 //! Runs that begin with the state of an earlier one, with rivers and with areas of a depth.
 
+mod other_cells;
 mod refused;
 
 use std::path::PathBuf;

@@ -4,8 +4,8 @@
 //! next: killed at any moment, that file opens with every frame that was finished. HDF5 gives no such promise. At the end
 //! it is converted to NetCDF-4, compressed, and renamed to `fields.nc`.
 //!
-//! One thread writes, behind a channel that holds a frame, so that the solver waits only for a disk that is slower than
-//! the run.
+//! One thread writes, so that the solver waits only for a disk that is slower than the run. No frame waits in between: of a large grid each one
+//! takes as much memory as its maps of depth, level and velocity.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,9 +21,6 @@ use super::FileHead;
 use super::crs::WritableCrs;
 use super::netcdf_file::{FileDescription, NetcdfFile};
 use crate::error::Error;
-
-/// Frames that may wait for the disk.
-const WAITING_FRAMES: usize = 1;
 
 const PARTIAL: &str = "fields.partial.nc";
 
@@ -58,7 +55,7 @@ impl FieldsWriter {
     ) -> Result<FieldsWriter, Error> {
         let description = FileDescription { grid: grid.clone(), crs: crs.clone(), provenance: provenance.clone() };
         let path = folder.file(PARTIAL);
-        let (sender, receiver) = sync_channel(WAITING_FRAMES);
+        let (sender, receiver) = sync_channel(0);
         let (ready, is_ready) = sync_channel(1);
         let worker = std::thread::Builder::new().name("fields".into()).spawn({
             let (path, description) = (path.clone(), description.clone());

@@ -39,14 +39,27 @@ pub(super) struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// Depth (m) of the water at each cell by the squares, and the body of still water that fills it.
-    pub fn water_of_squares(&self, bed: &BedParticles, still: &StillWater) -> (Vec<f64>, Vec<Option<u32>>) {
+    /// Depth (m) of the water at each cell by the square whose water it has, and the body of still water that fills it.
+    ///
+    /// - `goes_on`: whether this is water of an earlier run, which has a level, too; it is at most twice as deep as in the square (M98)
+    pub fn water_of_squares(
+        &self,
+        squares: &[Option<usize>],
+        (bed, still): (&BedParticles, &StillWater),
+        goes_on: bool,
+    ) -> (Vec<f64>, Vec<Option<u32>>) {
         let water = |(&square, &z): (&Option<usize>, &f64)| {
             let Some(square) = square.filter(|&square| still.depth[square] > 0.0) else { return (0.0, None) };
             let (depth, body) = (still.depth[square], still.body[square]);
-            (body.map_or(depth, |_| (bed.elevation[square] + depth - z).max(0.0)), body)
+            let above = bed.elevation[square] + depth - z;
+            let own = match body {
+                Some(_) => above.max(0.0),
+                None if goes_on => above.max(0.0).min(2.0 * depth),
+                None => depth,
+            };
+            (own, body)
         };
-        self.squares(bed).par_iter().zip(self.elevation).map(water).unzip()
+        squares.par_iter().zip(self.elevation).map(water).unzip()
     }
 
     /// Lets bodies of still water go on into the cells that they reach.
@@ -105,7 +118,7 @@ impl Cells<'_> {
 
     /// Of each cell the square whose water it has: that about its centre, or the first one that it shares and whose centre it sees; where there is
     /// none, that of a cell beside it.
-    fn squares(&self, bed: &BedParticles) -> Vec<Option<usize>> {
+    pub fn squares(&self, bed: &BedParticles) -> Vec<Option<usize>> {
         let mut squares: Vec<Option<usize>> =
             self.conforming.cells().par_iter().map(|cell| self.square_seen(cell, bed)).collect();
         loop {

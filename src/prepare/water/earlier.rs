@@ -1,9 +1,11 @@
 //! A run that goes on where an earlier one was.
 //!
-//! Its state is taken cell by cell from `fields.nc` ([`crate::prepare::water::earlier_fields`]), which must have the same lattice: depth, velocity and,
+//! Its state is taken cell by cell from `fields.nc` ([`crate::prepare::water::earlier_fields`]), whose cells are those of this run, larger or
+//! smaller ([`crate::prepare::water::earlier_cells`]): depth, velocity and,
 //! under the water, the bed, z = η − d, whether it was another one or is so by single precision alone: that is what the file has, a depth
 //! of d comes back within 6e-8 d, and a lake at rest has one level. A film has no level in the file; the bed under it is that of `maps.nc`.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -11,13 +13,15 @@ use serde::Deserialize;
 use crate::bed::BedParticles;
 use crate::error::{Problem, ProblemKind, input_error};
 use crate::gate::Gate;
+use crate::math::Vec2;
 use crate::output::{OutputCrs, SetBy};
 use crate::prepare::findings::Findings;
 use crate::prepare::ground::gaps::around;
 use crate::prepare::ground::{Changes, Ground};
-use crate::prepare::water::earlier_fields::{
-    Laid, State, on_lattice, open_fields, read, record, same_crs, same_lattice,
-};
+use crate::prepare::water::earlier_cells::Between;
+use crate::prepare::water::earlier_fields::{laid, open_fields, read, record, same_crs};
+use crate::prepare::water::earlier_maps::{OTHER_BED, bed_of_maps, edges_of_levels, other_dry_ground};
+use crate::prepare::water::earlier_state::State;
 use crate::prepare::water::earlier_structures::other_structures;
 use crate::scenario::Scenario;
 use crate::scenario::methods::Motion;
@@ -28,8 +32,8 @@ use crate::solver::Breach;
 const SINGLE_PRECISION: f64 = 2.5e-7;
 /// A change of the bed by the earlier run that is reported (m).
 const TOLD_CHANGE: f64 = 1e-3;
-/// A difference between the beds of two runs (m) that makes them runs on different terrain.
-const OTHER_BED: f64 = 0.05;
+/// A share of the volume of the file by which that on the cells of this run may differ without a word.
+const TOLD_VOLUME: f64 = 1e-3;
 
 /// The `run.json` beside the fields of an earlier run, and its path; null where there is none.
 fn run_beside(fields: &Path) -> (PathBuf, serde_json::Value) {
@@ -115,7 +119,7 @@ fn failed_gate(gate: &serde_json::Value) -> Option<String> {
 pub fn take_over(
     scenario: &Scenario,
     crs: &OutputCrs,
-    breach: Option<&Breach>,
+    (breach, walls): (Option<&Breach>, &[[Vec2; 2]]),
     ground: &mut Ground<'_>,
     still: &mut StillWater,
     findings: &mut Findings,
@@ -124,11 +128,20 @@ pub fn take_over(
     let bed = ground.bed();
     let path = &earlier.fields.value;
     let file = findings.take(&earlier.fields, open_fields(path))?;
-    let laid = same_lattice(&file, path, &bed.lattice, scenario.reading.part.is_some());
+    let laid = laid(&file, path, &bed.lattice, scenario.reading.part.is_some());
     let laid = laid.and_then(|laid| same_crs(&file, path, crs).map(|()| laid));
     let laid = findings.take(&earlier.fields, laid)?;
+    let changes = ground.changes();
+    let of_dam = breach.into_iter().flat_map(|breach| &breach.cells);
+    let standing: BTreeSet<usize> =
+        of_dam.filter(|dam| bed.elevation[dam.cell] > dam.ground).map(|dam| dam.cell).collect();
+    let is_built = |cell: usize| changes.moves(cell) || standing.contains(&cell);
+    let edges = edges_of_levels(path, &run_beside(path).1, &laid);
+    findings.add_all(&earlier.fields, edges.as_ref().err().map(|problem| (**problem).clone()));
+    let walls = walls.iter().copied().collect();
+    let between = Between { laid, bed, walls: &walls, is_built: &is_built, edges: edges.unwrap_or_default() };
     let state = record(&file, path, earlier)
-        .and_then(|record| read(&file, path, record, (bed, laid)).map_err(|problem| (false, problem)));
+        .and_then(|record| read(&file, path, record, &between).map_err(|problem| (false, problem)));
     let state = match (state, &earlier.time) {
         (Ok(state), _) => state,
         (Err((true, problem)), Some(time)) => {
@@ -141,12 +154,10 @@ pub fn take_over(
         }
     };
     findings.add_all(&earlier.fields, other_structures(scenario, path));
-    let maps = bed_of_maps(path, bed, laid);
-    findings.add_all(
-        &earlier.fields,
-        maps.as_ref().and_then(|(file, of_maps)| other_dry_ground(&state, file, of_maps, bed)),
-    );
-    let films = maps.map_or(Vec::new(), |(_, of_maps)| of_maps);
+    let maps = bed_of_maps(path, bed, &laid);
+    findings.add_all(&earlier.fields, maps.as_ref().and_then(|of_maps| other_dry_ground(&state, path, of_maps, bed)));
+    let films = maps.unwrap_or_default();
+    findings.add_all(&earlier.fields, other_volume(&state, path, bed));
     match beds_below((&state, &films), path, breach, ground) {
         Ok((beds, warning)) => {
             findings.add_all(&earlier.fields, warning);
@@ -161,6 +172,31 @@ pub fn take_over(
             None
         }
     }
+}
+
+/// The warning that the water does not all fit on the cells of this run, if so.
+fn other_volume(state: &State, path: &Path, bed: &BedParticles) -> Option<Problem> {
+    let (mut volume, mut of_file) = (0.0, 0.0);
+    for (cell, in_file) in state.in_file.iter().enumerate().filter(|(_, in_file)| **in_file > 0.0) {
+        of_file += in_file;
+        if state.depth[cell] > 0.0 && bed.has_terrain(cell) {
+            volume += state.depth[cell] * bed.area(cell);
+        }
+    }
+    if of_file <= 0.0 {
+        return None;
+    }
+    let change = volume / of_file - 1.0;
+    (change.abs() > TOLD_VOLUME).then(|| {
+        let message = format!(
+            "of {of_file:.3e} m³ that {} has in cells of another size {volume:.3e} m³ are taken over ({:+.2} %)",
+            path.display(),
+            100.0 * change
+        );
+        Problem::warning(ProblemKind::Input, "volume-of-earlier-run", "", message)
+            .with_cause("beside walls, buildings, dams, raised and carved ground and edges of the terrain cells of two sizes do not hold the same")
+            .with_remedy("take the `resolution` of that run, if the difference matters")
+    })
 }
 
 /// Cells with their beds (m).
@@ -182,6 +218,7 @@ fn beds_below(
         return Err(Box::new(problem));
     }
     let dam_at = |cell: usize| breach.and_then(|breach| breach.cells.iter().find(|dam| dam.cell == cell));
+    let is_in_dam = |cell: usize| dam_at(cell).is_some_and(|dam| bed.elevation[cell] > dam.ground);
     let (mut level_beds, mut rises) = (Vec::new(), Vec::new());
     for cell in (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0) {
         let (depth, level) = (state.depth[cell], state.level[cell]);
@@ -196,12 +233,16 @@ fn beds_below(
             level_beds.push((cell, level - depth));
             continue;
         }
-        if dam_at(cell).is_some_and(|dam| bed.elevation[cell] > dam.ground) {
+        if is_in_dam(cell) {
             return Err(Box::new(water_in_dam(path).with_at(place(cell))));
         }
         rises.push((cell, rise));
     }
-    if let Some(problem) = other_bed(&rises, path, changes, bed) {
+    let in_larger = (0..state.rise.len()).find(|&cell| state.rise[cell] < -OTHER_BED && is_in_dam(cell));
+    if let Some(cell) = in_larger {
+        return Err(Box::new(water_in_dam(path).with_at(place(cell))));
+    }
+    if let Some(problem) = other_bed(state, path, changes, bed) {
         return Err(Box::new(problem));
     }
     // What is built here stays as it is.
@@ -266,15 +307,17 @@ fn under_films(state: &State, ground: &[f64], bed: &BedParticles) -> Vec<(usize,
     ground.iter().enumerate().filter_map(rise).collect()
 }
 
-/// What speaks against the bed under the water of the earlier run, given by how much it lies above that of this one (m): a
-/// change that this scenario makes and that run did not have, or another terrain throughout.
-fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedParticles) -> Option<Problem> {
+/// What speaks against the bed under the water of the earlier run: a change that this scenario makes and that run did not have, or another terrain
+/// throughout, where most cells show it.
+fn other_bed(state: &State, path: &Path, changes: &Changes, bed: &BedParticles) -> Option<Problem> {
     let name = path.display();
     let place = |cell: usize| bed.lattice.to_map(bed.lattice.centre(cell));
-    let (built, natural): (Vec<_>, Vec<_>) = rises.iter().copied().partition(|(cell, _)| changes.moves(*cell));
-    let mut sorted = natural;
+    let shown = state.rise.iter().copied().enumerate().filter(|(_, rise)| !rise.is_nan());
+    let (built, mut sorted): (Vec<_>, Vec<_>) = shown.partition(|(cell, _)| changes.moves(*cell));
     sorted.sort_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    if let Some(&(cell, rise)) = sorted.get(sorted.len() / 2).filter(|(_, rise)| rise.abs() > OTHER_BED) {
+    let natural = (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0 && !changes.moves(cell)).count();
+    let middle = sorted.get(sorted.len() / 2).filter(|_| 2 * sorted.len() >= natural);
+    if let Some(&(cell, rise)) = middle.filter(|(_, rise)| rise.abs() > OTHER_BED) {
         let message = format!(
             "under water the bed of {name} differs from that of this run by {:.3} m (median of {} cells)",
             rise.abs(),
@@ -289,7 +332,9 @@ fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedPa
                 .with_at(place(cell)),
         );
     }
-    let off: Vec<_> = built.into_iter().filter(|(_, rise)| rise.abs() > OTHER_BED).collect();
+    // On cells of another size what a line makes of the ground is another bed in any case.
+    let is_other = |&(cell, rise): &(usize, f64)| rise.abs() > OTHER_BED && state.in_file[cell] <= 0.0;
+    let off: Vec<_> = built.into_iter().filter(is_other).collect();
     let (cell, rise) = off.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let message = format!(
         "{name} has water on {} cells that this scenario raises or carves, on another bed, by {rise:+.3} m at most",
@@ -300,44 +345,5 @@ fn other_bed(rises: &[(usize, f64)], path: &Path, changes: &Changes, bed: &BedPa
             .with_cause("the earlier run was without the breakline or the building there, had it at another level, or fitted a shore to it")
             .with_remedy("run from the start with it, or take it out and go on")
             .with_at(place(cell)),
-    )
-}
-
-/// The maps beside the `fields.nc` of an earlier run, and their bed (m), NaN without terrain, that of this run beside them; none where there are
-/// no such maps.
-fn bed_of_maps(fields: &Path, bed: &BedParticles, laid: Laid) -> Option<(PathBuf, Vec<f64>)> {
-    let maps = fields.with_file_name("maps.nc");
-    let (file, own) = (netcdf::open(&maps).ok()?, |cell: usize| bed.elevation[cell]);
-    let elevation = on_lattice(&file, "bed_elevation", (.., ..), &maps, (&bed.lattice, laid), own).ok()?;
-    Some((maps, elevation))
-}
-
-/// What the maps beside `fields.nc` say of ground that is dry and had another height in the earlier run, or that has terrain in
-/// one of the two alone; nothing where there are none.
-///
-/// Such a change may be meant (a levee that is built for this half). A breakline that was left out is seen by nothing else.
-fn other_dry_ground(state: &State, maps: &Path, elevation: &[f64], bed: &BedParticles) -> Option<Problem> {
-    let change = |cell: usize| bed.elevation[cell] - elevation[cell];
-    // The depth is not a number where the earlier run had no terrain.
-    let dry = || (0..bed.lattice.len()).filter(|cell| state.depth[*cell].max(0.0) <= 0.0);
-    let other: Vec<usize> = dry().filter(|cell| change(*cell).abs() > OTHER_BED).collect();
-    let largest = other.iter().copied().max_by(|a, b| change(*a).abs().total_cmp(&change(*b).abs()));
-    let lost: Vec<usize> = dry().filter(|cell| bed.elevation[*cell].is_nan() && !elevation[*cell].is_nan()).collect();
-    let gained: Vec<usize> = dry().filter(|cell| !bed.elevation[*cell].is_nan() && elevation[*cell].is_nan()).collect();
-    let height = largest.map(|cell| format!("on {} cells, by {:+.2} m at most", other.len(), change(cell)));
-    let bare = |cells: &[usize], which: &str| (!cells.is_empty()).then(|| format!("on {} cells {which}", cells.len()));
-    let parts = [
-        height,
-        bare(&lost, "that have no terrain here and had some there"),
-        bare(&gained, "that have terrain here and had none there"),
-    ];
-    let place = largest.or(lost.first().copied()).or(gained.first().copied())?;
-    let parts: Vec<String> = parts.into_iter().flatten().collect();
-    let message = format!("dry ground differs from that of {} {}", maps.display(), parts.join("; "));
-    Some(
-        Problem::warning(ProblemKind::Input, "other-dry-ground", "", message)
-            .with_cause("a breakline, a building or a layer of the terrain is here and was not there, or the other way round, or a dam broke")
-            .with_remedy("nothing, if it is meant; otherwise take the terrain and the structures of that run")
-            .with_at(bed.lattice.to_map(bed.lattice.centre(place))),
     )
 }

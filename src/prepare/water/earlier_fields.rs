@@ -1,13 +1,14 @@
-//! Reads the `fields.nc` of an earlier run: the same lattice, the same reference system, one frame.
+//! Reads the `fields.nc` of an earlier run: a lattice that fits, the same reference system, one frame.
 
 use std::path::Path;
 
-use crate::bed::BedParticles;
 use crate::error::{Problem, input_error};
 use crate::geodata::{readable_file, same_horizontal, spatial_ref};
 use crate::lattice::Lattice;
 use crate::math::{Rectangle, Vec2};
 use crate::output::OutputCrs;
+use crate::prepare::water::earlier_cells::{Between, Laid};
+use crate::prepare::water::earlier_state::{Frame, State};
 use crate::scenario::EarlierRun;
 
 /// From here on a value is the one that NetCDF itself puts where nothing was written.
@@ -15,20 +16,6 @@ const UNWRITTEN: f64 = 9e36;
 /// Deeper (m) is no sea, and faster (m/s) no water: a file with such values is damaged.
 const DEEPEST: f64 = 11_000.0;
 const FASTEST: f64 = 1000.0;
-/// Share of a cell by which its coordinates may miss those of the file.
-const SAME_PLACE: f64 = 1e-6;
-
-/// The state of a run at one of its moments, on the cells of the lattice.
-pub struct State {
-    /// The time of the frame in the earlier run (s).
-    pub time: f64,
-    /// Depth (m), NaN where the earlier run had no terrain.
-    pub depth: Vec<f64>,
-    /// Level (m), NaN where there was no water.
-    pub level: Vec<f64>,
-    /// Velocity (m/s).
-    pub velocity: Vec<Vec2>,
-}
 
 fn not_fields(path: &Path, cause: String) -> Problem {
     input_error("not-a-fields-file", format!("{} is no `fields.nc` of a run", path.display()))
@@ -67,49 +54,31 @@ fn axis(file: &netcdf::File, name: &str, path: &Path) -> Result<Vec<f64>, Proble
     variable.get_values::<f64, _>(..).map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))
 }
 
-/// Where the cells of a file lie on the lattice: all of it, or a rectangle of it where a run on a part of the terrain goes on on a larger one.
-#[derive(Clone, Copy, Debug)]
-pub struct Laid {
-    first: (usize, usize),
-    columns: usize,
-    rows: usize,
-}
-
-impl Laid {
-    /// Of a cell of the lattice its place among the values of the file, whose rows count from the north; none beside them.
-    fn index(&self, (column, row): (usize, usize)) -> Option<usize> {
-        let (column, row) = (column.checked_sub(self.first.0)?, row.checked_sub(self.first.1)?);
-        (column < self.columns && row < self.rows).then(|| (self.rows - 1 - row) * self.columns + column)
-    }
-}
-
-/// The rectangle (map coordinates, m) about the cells of a file of fields; none where it has no cells.
-pub fn rectangle(path: &Path) -> Option<Rectangle> {
+/// The rectangle (map coordinates, m) about the wet cells of the frame from which a run goes on; none where it has none.
+pub fn rectangle(earlier: &EarlierRun) -> Option<Rectangle> {
+    let path = &earlier.fields.value;
     let file = open_fields(path).ok()?;
     let (x, y) = (axis(&file, "x", path).ok()?, axis(&file, "y", path).ok()?);
+    let (record, _) = record(&file, path, earlier).ok()?;
+    let depth: Vec<f64> = file.variable("depth")?.get_values((record, .., ..)).ok()?;
     let half = 0.5 * (x.get(1)? - x[0]);
-    let half = Vec2::new(half, half);
-    Some(Rectangle { low: Vec2::new(x[0], *y.last()?) - half, high: Vec2::new(*x.last()?, y[0]) + half })
+    let wet = depth.iter().enumerate().filter(|(_, depth)| (0.0..UNWRITTEN).contains(*depth) && **depth > 0.0);
+    let corners = wet.flat_map(|(index, _)| {
+        let centre = Vec2::new(x[index % x.len()], y[index / x.len()]);
+        [centre - Vec2::new(half, half), centre + Vec2::new(half, half)]
+    });
+    Rectangle::about(corners)
 }
 
 /// Lays the cells of a file on the lattice.
 ///
-/// - `is_part`: whether the lattice is a part of the terrain, so that it may reach further than the file
-pub fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice, is_part: bool) -> Result<Laid, Problem> {
+/// - `is_part`: whether the lattice is a part of the terrain, so that it need not reach as far as the file
+pub fn laid(file: &netcdf::File, path: &Path, lattice: &Lattice, is_part: bool) -> Result<Laid, Problem> {
     let (x, y) = (axis(file, "x", path)?, axis(file, "y", path)?);
-    let s = lattice.spacing;
-    let first = lattice.to_map(lattice.centre(0));
-    let is_same = |found: f64, expected: f64| (found - expected).abs() <= SAME_PLACE * s;
-    let offset = |from: f64, to: Option<&f64>| to.map_or(0, |to| ((to - from) / s).round().max(0.0) as usize);
-    let from = (offset(first.x, x.first()), offset(first.y, y.last()));
-    let is_all = x.len() == lattice.columns && y.len() == lattice.rows;
-    let is_within = from.0 + x.len() <= lattice.columns && from.1 + y.len() <= lattice.rows;
-    let fits = (is_all || is_part && is_within)
-        && x.iter().enumerate().all(|(i, &x)| is_same(x, first.x + (from.0 + i) as f64 * s))
-        && y.iter().rev().enumerate().all(|(i, &y)| is_same(y, first.y + (from.1 + i) as f64 * s));
-    if fits {
-        return Ok(Laid { first: from, columns: x.len(), rows: y.len() });
+    if let Some(laid) = Laid::on(lattice, (&x, &y), is_part) {
+        return Ok(laid);
     }
+    let (s, first) = (lattice.spacing, lattice.to_map(lattice.centre(0)));
     let cell = |values: &[f64]| if let [a, b, ..] = values { (b - a).abs() } else { f64::NAN };
     let corner = |x: Option<&f64>, y: Option<&f64>| {
         format!("{:.3}, {:.3}", x.copied().unwrap_or(f64::NAN), y.copied().unwrap_or(f64::NAN))
@@ -127,7 +96,8 @@ pub fn same_lattice(file: &netcdf::File, path: &Path, lattice: &Lattice, is_part
             corner(Some(&first.x), Some(&first.y))
         ))
         .with_remedy(
-            "take the terrain and the `resolution` of the earlier run, in which `outputs.cell` was the resolution or `terrain`",
+            "take the terrain of the earlier run, and its `resolution` or one that has a common part with it, such as half, twice or one and a \
+             half times as much",
         ))
 }
 
@@ -182,30 +152,26 @@ pub fn record(file: &netcdf::File, path: &Path, earlier: &EarlierRun) -> Result<
     Err((true, problem))
 }
 
-/// A part of a variable on the cells of the lattice, NaN where it has no value, and `beside` on cells beside the file.
-pub fn on_lattice<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>>(
+/// A part of a variable in the order of the file, NaN where it has no value.
+pub fn values<E: TryInto<netcdf::Extents, Error: Into<netcdf::Error>>>(
     file: &netcdf::File,
     name: &str,
     part: E,
     path: &Path,
-    (lattice, laid): (&Lattice, Laid),
-    beside: impl Fn(usize) -> f64,
+    laid: &Laid,
 ) -> Result<Vec<f64>, Problem> {
     let variable = file.variable(name).ok_or_else(|| not_fields(path, format!("it has no variable `{name}`")))?;
     let part = part.try_into().map_err(Into::into);
-    let values = part
+    let mut values = part
         .and_then(|part: netcdf::Extents| variable.get_values::<f64, _>(part))
         .map_err(|cause| not_fields(path, format!("variable `{name}`: {cause}")))?;
-    if values.len() != laid.columns * laid.rows {
+    if values.len() != laid.len() {
         return Err(not_fields(path, format!("variable `{name}` does not fill the grid")));
     }
     let fill = f64::from(crate::output::FILL);
-    let value = |cell: usize| {
-        let Some(index) = laid.index(lattice.column_row(cell)) else { return beside(cell) };
-        let value = values[index];
-        if value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN { f64::NAN } else { value }
-    };
-    Ok((0..lattice.len()).map(value).collect())
+    let is_missing = |value: &f64| value.to_bits() == fill.to_bits() || value.abs() > UNWRITTEN;
+    values.iter_mut().filter(|value| is_missing(value)).for_each(|value| *value = f64::NAN);
+    Ok(values)
 }
 
 /// The state of one frame, which must have a value in each cell with terrain.
@@ -213,24 +179,29 @@ pub fn read(
     file: &netcdf::File,
     path: &Path,
     (record, time): (usize, f64),
-    (bed, laid): (&BedParticles, Laid),
+    between: &Between<'_>,
 ) -> Result<State, Problem> {
-    let lattice = &bed.lattice;
-    // Beside the part of the earlier run it is dry.
-    let frame = |name: &str, dry: f64| on_lattice(file, name, (record, .., ..), path, (lattice, laid), |_| dry);
-    let (depth, level) = (frame("depth", 0.0)?, frame("water_level", f64::NAN)?);
-    let (u, v) = (frame("velocity_x", 0.0)?, frame("velocity_y", 0.0)?);
-    let unsound = |cell: &usize| {
-        depth[*cell] > DEEPEST
-            || depth[*cell] < 0.0
-            || (depth[*cell] > 0.0 && !(u[*cell].abs() <= FASTEST && v[*cell].abs() <= FASTEST))
+    let (laid, lattice) = (&between.laid, &between.bed.lattice);
+    let values = |name: &str| values(file, name, (record, .., ..), path, laid);
+    let frame = Frame {
+        time,
+        depth: values("depth")?,
+        level: values("water_level")?,
+        velocity_x: values("velocity_x")?,
+        velocity_y: values("velocity_y")?,
     };
-    if let Some(cell) = (0..lattice.len()).find(unsound) {
-        let cause = format!("depth {} m, velocity {}, {} m/s in one cell", depth[cell], u[cell], v[cell]);
+    let Frame { depth, velocity_x: u, velocity_y: v, .. } = &frame;
+    let is_unsound = |&index: &usize| {
+        depth[index] > DEEPEST
+            || depth[index] < 0.0
+            || (depth[index] > 0.0 && !(u[index].abs() <= FASTEST && v[index].abs() <= FASTEST))
+    };
+    let unsound = |cell: usize| laid.of_cell(lattice, cell).find(is_unsound).map(|index| (cell, index));
+    if let Some((cell, index)) = (0..lattice.len()).find_map(unsound) {
+        let cause = format!("depth {} m, velocity {}, {} m/s in one cell", depth[index], u[index], v[index]);
         return Err(not_fields(path, cause).with_at(lattice.to_map(lattice.centre(cell))));
     }
-    let is_missing = |cell: &usize| bed.has_terrain(*cell) && (depth[*cell] + u[*cell] + v[*cell]).is_nan();
-    let missing: Vec<usize> = (0..lattice.len()).filter(is_missing).collect();
+    let missing = frame.missing(between);
     if let Some(&first) = missing.first() {
         let message = format!(
             "frame {} of {} has no depth or no velocity on {} cells with terrain",
@@ -243,12 +214,12 @@ pub fn read(
             .with_remedy("take a frame that is whole with `time`, and the terrain and the buildings of that run")
             .with_at(lattice.to_map(lattice.centre(first))));
     }
-    if !depth.iter().any(|depth| *depth > 0.0) {
+    let state = frame.on_cells(between);
+    if !state.depth.iter().any(|depth| *depth > 0.0) {
         let message = format!("frame {} of {} has no water", record + 1, path.display());
         return Err(input_error("no-water", message)
             .with_cause("the depth is 0 in all its cells")
             .with_remedy("take another moment with `time`, or leave `fields` out for a dry start"));
     }
-    let velocity = u.iter().zip(&v).map(|(&u, &v)| if u.is_finite() { Vec2::new(u, v) } else { Vec2::ZERO }).collect();
-    Ok(State { time, depth, level, velocity })
+    Ok(state)
 }

@@ -2,7 +2,10 @@
 
 mod check;
 pub mod earlier;
+pub mod earlier_cells;
 pub mod earlier_fields;
+pub mod earlier_maps;
+pub mod earlier_state;
 pub mod earlier_structures;
 pub mod start;
 

@@ -38,8 +38,9 @@ section! {
         /// Attribute of each line that holds the width of the river (m); one cell, without `width`, when absent. Codes: no-width,
         /// unit-of-attribute, river-size.
         width_field: Option<Text>,
-        /// `fields.nc` of an earlier run on the same lattice, alone in the list; see `reservoir` when absent. Codes:
-        /// other-lattice, other-terrain, change-under-water, other-structures, other-dry-ground, not-a-fields-file.
+        /// `fields.nc` of an earlier run on the same terrain, alone in the list; see `reservoir` when absent. Codes:
+        /// other-lattice, other-terrain, change-under-water, other-structures, other-dry-ground, volume-of-earlier-run,
+        /// levels-of-earlier-run, not-a-fields-file.
         fields: Option<InputFile>,
         /// Beside `fields`: the time of a frame of that run, such as `600 s`, or `last`; last when absent. Codes: no-such-frame,
         /// incomplete-frame, no-water, unfinished-earlier-run, failed-run, gate-of-earlier-run.

@@ -30,12 +30,12 @@ fn what_does_not_fit_the_earlier_run_is_refused_with_its_place() {
         &["warning[losses-after-earlier-run] rain", "leave `rain.losses.initial` out"],
     );
     scene.assert_check(
-        &["initial[0].time=last", "resolution=2.5 m"],
+        &["initial[0].time=last", "resolution=5.3 m"],
         4,
         &[
             "error[other-lattice] initial[0].fields (s.yaml:5:20)",
             "60 by 25 cells of 5 m",
-            "120 by 50 of 2.5 m",
+            "57 by 24 of 5.3 m",
             "remedy",
         ],
     );
