@@ -47,7 +47,7 @@ pub(super) const GROUP: Group = Group {
         ),
         warning(
             "levels-of-earlier-run",
-            "The maps of an earlier run on levels do not tell the size of its cells. Its coarse cells are steps in the water here.",
+            "The maps of an earlier run on levels do not give the size of its cells. Its coarse cells are steps in the water here.",
             "Run it with `outputs.cell` as its finest resolution, and with `maps` in `outputs.write`.",
         ),
         warning(

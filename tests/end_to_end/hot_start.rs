@@ -67,6 +67,12 @@ impl Scene {
         self.write(name, &format!(r#"{{"type":"FeatureCollection",{crs},"features":[{feature}]}}"#));
     }
 
+    /// A lake on the whole valley.
+    fn flood_all(&self) {
+        let all = "[[[500000,5300000],[500300,5300000],[500300,5300125],[500000,5300125],[500000,5300000]]]";
+        self.feature("lake.geojson", "Polygon", all);
+    }
+
     /// Runs the scene into a folder, with changes; returns `run.json` and `fields.nc`.
     #[track_caller]
     fn run(&self, out: &str, changes: &[&str]) -> (serde_json::Value, Netcdf) {
@@ -172,11 +178,7 @@ const MOTIONS: [&str; 2] = ["numerics.motion=eulerian", "numerics.motion=lagrang
 fn a_lake_at_rest_stays_at_rest_over_a_hot_start() {
     let scene = Scene::sound();
     // The whole valley under water to its rim: nothing moves but by rounding.
-    scene.feature(
-        "lake.geojson",
-        "Polygon",
-        "[[[500000,5300000],[500300,5300000],[500300,5300125],[500000,5300125],[500000,5300000]]]",
-    );
+    scene.flood_all();
     for (first, motion) in MOTIONS.iter().enumerate() {
         let out = format!("first{first}");
         // Where it may rain no water sleeps.
@@ -199,11 +201,7 @@ fn a_lake_at_rest_stays_at_rest_over_a_hot_start() {
 #[test]
 fn a_film_at_the_shore_of_a_lake_keeps_its_ground() {
     let scene = Scene::sound();
-    scene.feature(
-        "lake.geojson",
-        "Polygon",
-        "[[[500000,5300000],[500300,5300000],[500300,5300125],[500000,5300125],[500000,5300000]]]",
-    );
+    scene.flood_all();
     let (_, before) = scene.run("first", &["initial[0].level=107.3 m", "boundaries=[]", "time.end=1 s"]);
     scene.run("second", &["boundaries=[]", "time.end=1 s", "initial=[{fields: first/fields.nc}]"]);
     let [first, second] = ["first", "second"].map(|out| Netcdf::read(&scene.path(&format!("{out}/maps.nc"))));
@@ -230,11 +228,7 @@ fn a_uniform_stream_goes_on() {
         .collect();
     let header = "ncols 60\nnrows 25\nxllcorner 500000\nyllcorner 5300000\ncellsize 5\nNODATA_value -9999\n";
     scene.write("dem.asc", &(header.to_owned() + &rows.join("\n") + "\n"));
-    scene.feature(
-        "lake.geojson",
-        "Polygon",
-        "[[[500000,5300000],[500300,5300000],[500300,5300125],[500000,5300125],[500000,5300000]]]",
-    );
+    scene.flood_all();
     // Manning: 1 m deep at sqrt(0.002)/0.03.
     let velocity = 0.002_f64.sqrt() / 0.03;
     let stream = format!(

@@ -5,7 +5,7 @@
 //! under the water, the bed, z = η − d, whether it was another one or is so by single precision alone: that is what the file has, a depth
 //! of d comes back within 6e-8 d, and a lake at rest has one level. A film has no level in the file; the bed under it is that of `maps.nc`.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -133,9 +133,8 @@ pub fn take_over(
     let laid = findings.take(&earlier.fields, laid)?;
     let changes = ground.changes();
     let of_dam = breach.into_iter().flat_map(|breach| &breach.cells);
-    let standing: BTreeSet<usize> =
-        of_dam.filter(|dam| bed.elevation[dam.cell] > dam.ground).map(|dam| dam.cell).collect();
-    let is_built = |cell: usize| changes.moves(cell) || standing.contains(&cell);
+    let dam: Dam = of_dam.map(|dam| (dam.cell, bed.elevation[dam.cell] > dam.ground)).collect();
+    let is_built = |cell: usize| changes.moves(cell) || dam.get(&cell) == Some(&true);
     let edges = edges_of_levels(path, &run_beside(path).1, &laid);
     findings.add_all(&earlier.fields, edges.as_ref().err().map(|problem| (**problem).clone()));
     let walls = walls.iter().copied().collect();
@@ -158,7 +157,7 @@ pub fn take_over(
     findings.add_all(&earlier.fields, maps.as_ref().and_then(|of_maps| other_dry_ground(&state, path, of_maps, bed)));
     let films = maps.unwrap_or_default();
     findings.add_all(&earlier.fields, other_volume(&state, path, bed));
-    match beds_below((&state, &films), path, breach, ground) {
+    match beds_below((&state, &films), path, &dam, ground) {
         Ok((beds, warning)) => {
             findings.add_all(&earlier.fields, warning);
             ground.take_beds(&beds, SetBy::EarlierRun);
@@ -201,6 +200,8 @@ fn other_volume(state: &State, path: &Path, bed: &BedParticles) -> Option<Proble
 
 /// Cells with their beds (m).
 type Beds = Vec<(usize, f64)>;
+/// The cells of the dam that breaks, and whether it stands higher than the ground in each.
+type Dam = BTreeMap<usize, bool>;
 
 /// The bed of the earlier run under its water, where it was another one, and a warning of it.
 ///
@@ -209,7 +210,7 @@ type Beds = Vec<(usize, f64)>;
 fn beds_below(
     (state, films): (&State, &[f64]),
     path: &Path,
-    breach: Option<&Breach>,
+    dam: &Dam,
     ground: &Ground<'_>,
 ) -> Result<(Beds, Option<Problem>), Box<Problem>> {
     let (bed, changes) = (ground.bed(), ground.changes());
@@ -217,8 +218,7 @@ fn beds_below(
     if let Some(problem) = water_without_terrain(state, path, bed) {
         return Err(Box::new(problem));
     }
-    let dam_at = |cell: usize| breach.and_then(|breach| breach.cells.iter().find(|dam| dam.cell == cell));
-    let is_in_dam = |cell: usize| dam_at(cell).is_some_and(|dam| bed.elevation[cell] > dam.ground);
+    let is_in_dam = |cell: usize| dam.get(&cell) == Some(&true);
     let (mut level_beds, mut rises) = (Vec::new(), Vec::new());
     for cell in (0..state.depth.len()).filter(|&cell| state.depth[cell] > 0.0) {
         let (depth, level) = (state.depth[cell], state.level[cell]);
@@ -247,7 +247,7 @@ fn beds_below(
     }
     // What is built here stays as it is.
     let of_films = under_films(state, films, bed).into_iter();
-    let natural = of_films.filter(|&(cell, _)| dam_at(cell).is_none() && !changes.moves(cell));
+    let natural = of_films.filter(|&(cell, _)| !dam.contains_key(&cell) && !changes.moves(cell));
     let risen: Vec<(usize, f64)> = rises.into_iter().filter(|(_, rise)| *rise != 0.0).chain(natural).collect();
     let warning = risen_beds(&risen, path).map(|(cell, problem)| problem.with_at(place(cell)));
     let beds = risen.into_iter().map(|(cell, rise)| (cell, bed.elevation[cell] + rise));

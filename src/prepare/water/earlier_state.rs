@@ -262,14 +262,7 @@ fn fill_bare(Between { bed, walls, .. }: &Between<'_>, state: &mut State) {
     let lattice = &bed.lattice;
     let is_bare = |&cell: &usize| bed.has_terrain(cell) && state.depth[cell].is_nan();
     let mut bare: Vec<usize> = (0..lattice.len()).filter(is_bare).collect();
-    let beside = |cell: usize| {
-        let (column, row) = lattice.column_row(cell);
-        let other = move |(dc, dr): (isize, isize)| {
-            let (column, row) = (column.checked_add_signed(dc)?, row.checked_add_signed(dr)?);
-            (column < lattice.columns && row < lattice.rows).then(|| lattice.index(column, row))
-        };
-        NEIGHBOURS.into_iter().filter_map(other)
-    };
+    let beside = |cell: usize| NEIGHBOURS.into_iter().filter_map(move |step| lattice.neighbour(cell, step));
     loop {
         let joins = |cell: usize, other: usize| {
             let is_wet = state.depth[other] > 0.0 && !state.level[other].is_nan();

@@ -84,13 +84,7 @@ fn the_second_half_may_have_other_cells_than_the_first() {
 #[test]
 fn a_lake_behind_a_wall_rests_on_other_cells() {
     let scene = scene();
-    // The upper part of the valley up to a wall at 70 degrees, which leaves no room at its ends.
-    scene.feature("wall.geojson", "LineString", "[[500180,5300000],[500225.5,5300125]]");
-    scene.feature(
-        "lake.geojson",
-        "Polygon",
-        "[[[500000,5300000],[500178,5300000],[500223.5,5300125],[500000,5300125],[500000,5300000]]]",
-    );
+    lake_behind(&scene, "wall.geojson");
     let wall = "structures={walls: [{lines: wall.geojson}]}";
     rests_on_other_cells(&scene, &["initial[0].level=105.3 m", wall], 0.01);
 }
@@ -101,11 +95,7 @@ fn a_lake_over_ground_that_is_shaped_rests_on_other_cells() {
     // All of the valley under water, with a levee and a ditch on its ground, and terrain that ends inside cells.
     scene.feature("levee.geojson", "LineString", "[[500100,5300050],[500109,5300075]]");
     scene.feature("ditch.geojson", "LineString", "[[500003,5300060],[500297,5300071]]");
-    scene.feature(
-        "lake.geojson",
-        "Polygon",
-        "[[[500000,5300000],[500300,5300000],[500300,5300125],[500000,5300125],[500000,5300000]]]",
-    );
+    scene.flood_all();
     let lines = "[{lines: levee.geojson, mode: raise, z: 106 m}, {lines: ditch.geojson, mode: carve, z: 101.5 m}]";
     let ground = format!("terrain={{layers: [{{raster: dem.asc}}], breaklines: {lines}}}");
     rests_on_other_cells(&scene, &["initial[0].level=107.3 m", &ground], 0.2);
@@ -114,14 +104,16 @@ fn a_lake_over_ground_that_is_shaped_rests_on_other_cells() {
 #[test]
 fn a_lake_behind_a_dam_rests_on_other_cells() {
     let scene = scene();
-    scene.feature("dam.geojson", "LineString", "[[500180,5300000],[500225.5,5300125]]");
-    scene.feature(
-        "lake.geojson",
-        "Polygon",
-        "[[[500000,5300000],[500178,5300000],[500223.5,5300125],[500000,5300125],[500000,5300000]]]",
-    );
+    lake_behind(&scene, "dam.geojson");
     let dam = "breach={dam: dam.geojson, crest: 110 m, trigger: {level: 109 m, at_point: [500100, 5300060]}, growth: instantaneous}";
     rests_on_other_cells(&scene, &["initial[0].level=105.3 m", dam], 0.1);
+}
+
+/// A line across the valley at 70 degrees, which leaves no room at its ends, and a lake on all of the valley above it.
+fn lake_behind(scene: &Scene, line: &str) {
+    scene.feature(line, "LineString", "[[500180,5300000],[500225.5,5300125]]");
+    let above = "[[[500000,5300000],[500178,5300000],[500223.5,5300125],[500000,5300125],[500000,5300000]]]";
+    scene.feature("lake.geojson", "Polygon", above);
 }
 
 /// A lake on each of the kinds of cells goes on at rest on each, and keeps its volume up to a share of it.
