@@ -18,3 +18,4 @@ pub mod physics;
 pub mod seeding;
 pub mod solver;
 pub mod terrain;
+pub mod triangulation;

@@ -66,6 +66,7 @@ impl Core {
                     turbulence: numerics.turbulence,
                     constants: numerics.constants.eulerian,
                     sleeps: numerics.sleeps,
+                    moves: false,
                 },
             ))),
             (Formulation::Balanced, Motion::Lagrangian) => {

@@ -88,6 +88,16 @@ impl CellsInPart {
         self.faces.iter().enumerate().flat_map(|(row, faces)| faces.iter().map(move |face| (row, face.column)))
     }
 
+    /// The padded places of cells in part, and of those beside their faces.
+    pub fn places(&self) -> Vec<(usize, usize)> {
+        let of_face = |(row, face): (usize, &Face)| {
+            let other = if face.direction == EAST { (row, face.column + 1) } else { (row + 1, face.column) };
+            [(row, face.column), other]
+        };
+        let faces = self.faces.iter().enumerate().flat_map(|(row, faces)| faces.iter().map(move |face| (row, face)));
+        faces.flat_map(of_face).chain(self.cells.iter().map(|cell| (cell.row, cell.column))).collect()
+    }
+
     /// Whether a padded cell is in part.
     pub fn holds(&self, row: usize, column: usize) -> bool {
         self.find((row, column)).is_some()

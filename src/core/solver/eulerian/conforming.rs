@@ -118,6 +118,11 @@ impl ConformingFaces {
         self.number(place).is_some()
     }
 
+    /// The padded places of cells with such faces.
+    pub fn cells(&self) -> impl Iterator<Item = Place> + '_ {
+        self.cells.iter().map(|cell| cell.place)
+    }
+
     fn number(&self, place: Place) -> Option<usize> {
         self.cells.binary_search_by_key(&place, |cell| cell.place).ok()
     }
@@ -375,6 +380,7 @@ impl Face {
             rise_t: rise(t, n),
             stretch_t: rise(t, t),
             reach: self.reach_on(which),
+            on_bank: 0.0,
         }
     }
 }

@@ -229,6 +229,8 @@ pub(super) struct Numbers {
     shear_mixing: f64,
     fall_fade: f64,
     per_fall: f64,
+    /// Whether cells rest: tips of depth by its root, and (M22), are for these.
+    at_rest: bool,
 }
 
 impl Numbers {
@@ -244,6 +246,7 @@ impl Numbers {
             shear_mixing: constants.shear_mixing,
             fall_fade: constants.fall_fade,
             per_fall: 1.0 / (constants.fall_height * scale.spacing),
+            at_rest: !methods.moves,
         }
     }
 }
@@ -264,6 +267,8 @@ pub(super) struct Half {
     pub stretch_t: f64,
     /// Share of the way between the two particles that lies on this side of the face.
     pub reach: f64,
+    /// What the difference of the surfaces is counted more (m), where a bank rises out of the water of this side.
+    pub on_bank: f64,
 }
 
 /// The share of the way on either side of a face of the lattice.
@@ -307,6 +312,7 @@ impl Half {
             rise_t: dx * slope.v_x[column],
             stretch_t: dx * slope.v_y[column],
             reach: HALF_WAY,
+            on_bank: 0.0,
         }
     }
 
@@ -315,6 +321,7 @@ impl Half {
         Half {
             u: -self.u,
             rise_eta: -self.rise_eta,
+            on_bank: -self.on_bank,
             rise_d: -self.rise_d,
             // Velocity and place turn both: its slope stays.
             rise_t: -self.rise_t,
@@ -435,18 +442,18 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
     numbers: Numbers,
     pass: Sill,
 ) -> (f64, f64, f64, f64) {
-    let Numbers { g, dry_depth, slopes, pressed_kappa, shear_mixing, fall_fade, per_fall, .. } = numbers;
+    let Numbers { g, dry_depth, slopes, pressed_kappa, shear_mixing, fall_fade, per_fall, at_rest, .. } = numbers;
     let jump_eta = if HAS_SILL {
         difference_over_sill((i.d, i.z), (j.d, j.z), pass.lowest, dry_depth)
     } else {
-        surface_difference((i.d, i.z), (j.d, j.z), dry_depth)
+        surface_difference((i.d, i.z), (j.d, j.z), dry_depth) + (i.on_bank + j.on_bank)
     };
     let (share_i, share_j) = (share_of_mean(i), share_of_mean(j));
     // Superbee slopes of the velocity count in full, others as far as the bed lets them be sharp.
     let along = |share: f64| if IS_SHARP { 1.0 } else { share };
     let a_1 = slopes * limited::<IS_SHARP>(i.rise_eta, jump_eta, share_i, CENTRAL, i.reach);
     let a_2 = slopes * limited::<IS_SHARP>(j.rise_eta, jump_eta, share_j, CENTRAL, j.reach);
-    let is_drawn_out = !IS_SHARP && (j.u > i.u || smaller(i.d, j.d) <= dry_depth);
+    let is_drawn_out = at_rest && !IS_SHARP && (j.u > i.u || smaller(i.d, j.d) <= dry_depth);
     let gain = (is_drawn_out, slopes);
     let d_i = clamp(i.d + depth_gained::<IS_SHARP>((i.d, j.d), i.rise_d, share_i, i.reach, gain), 0.0, 2.0 * i.d);
     let d_j = clamp(j.d + depth_gained::<IS_SHARP>((j.d, i.d), -j.rise_d, share_j, j.reach, gain), 0.0, 2.0 * j.d);
@@ -473,7 +480,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
         (1.0 - share * share) * larger(smaller(smaller(crossing, drop), fall), 0.0)
     };
     // A pass sill stands above both beds: nothing falls, and nothing mixes through the ridge.
-    let (raise_l, raise_r) = if HAS_SILL {
+    let (raise_l, raise_r) = if HAS_SILL || !at_rest {
         (0.0, 0.0)
     } else {
         (raise(share_i, crossing, -a_1, fall), raise(share_j, -crossing, a_2, -fall))
@@ -583,6 +590,7 @@ fn row_faces<F: Flux, const IS_SHARP: bool, const DIRECTION: usize>(
                 rise_t: dx * if DIRECTION == EAST { $v.2[k] } else { $v.1[k] },
                 stretch_t: dx * if DIRECTION == EAST { $v.3[k] } else { $v.0[k] },
                 reach: HALF_WAY,
+                on_bank: 0.0,
             }
         }};
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::Scale;
+use super::moving_cells::MovingCells;
 use super::spans::ActiveSet;
 use super::state::State;
 use crate::boundary::{LineSource, PointSource, Rain, Series};
@@ -30,6 +31,8 @@ pub(crate) struct Inputs {
     rain: Option<Rain>,
     /// Volume (m³) that rained.
     rained: f64,
+    /// The cells for whose squares cells that move stand.
+    pub squares_that_move: Vec<usize>,
     /// What falls within a step (m) at each place of rain by frames.
     falling: Vec<f64>,
     /// Whether it rains: water may then come to every cell.
@@ -76,6 +79,7 @@ impl Inputs {
             rain,
             rained: 0.0,
             falling: vec![0.0; places],
+            squares_that_move: Vec::new(),
         }
     }
 
@@ -108,7 +112,7 @@ impl Inputs {
             let (ground, spacing) = (&state.ground, &state.spacing);
             let rows = active.rows_of(&mut state.water).map(|(row, water)| {
                 let mut fallen = 0.0;
-                for column in (1..water.depth.len()).filter(|&column| ground[row].has_terrain(column)) {
+                for column in (1..water.depth.len()).filter(|&column| ground[row].per_area[column] > 0.0) {
                     let cell = (row - 1) * columns + column - 1;
                     let depth = match rain {
                         Rain::Uniform(_) => everywhere,
@@ -129,6 +133,14 @@ impl Inputs {
         volume
     }
 
+    /// Lets the rain between two times (s) fall on cells that move; returns its volume (m³).
+    pub fn rain_on(&mut self, moving: &mut MovingCells, from: f64, to: f64) -> f64 {
+        let Some(rain) = &self.rain else { return 0.0 };
+        let fallen = moving.rain(|cell| rain.depth(cell, from, to));
+        self.rained += fallen;
+        fallen
+    }
+
     /// What came by each source and by rain until a time (s).
     pub fn passages(&self, state: &State, time: f64) -> Vec<Passage> {
         let came = |way: Way, inflow: f64, asked: f64| Passage { way, inflow, outflow: 0.0, asked: Some(asked) };
@@ -137,13 +149,14 @@ impl Inputs {
         let mut passages: Vec<Passage> = springs.collect();
         if let Some(rain) = &self.rain {
             let all = |row: usize| 1..=state.columns(row);
-            let with_terrain = |row: usize| all(row).filter(move |&column| state.has_terrain(row, column));
+            let with_terrain = |row: usize| all(row).filter(move |&column| state.ground[row].per_area[column] > 0.0);
             let cells = (1..=state.rows).flat_map(|row| with_terrain(row).map(move |column| (row, column)));
             let fallen = |(row, column): (usize, usize)| {
                 let depth = rain.depth((row - 1) * self.columns + column - 1, 0.0, time);
                 depth / state.ground[row].per_area[column] * (state.spacing[row] * state.spacing[row])
             };
-            let asked = cells.map(fallen).sum::<f64>();
+            let on_moving = self.squares_that_move.iter().map(|&cell| rain.depth(cell, 0.0, time));
+            let asked = cells.map(fallen).sum::<f64>() + on_moving.sum::<f64>() * state.lattice().cell_area();
             passages.push(came(Way::Rain, self.rained, asked));
         }
         passages

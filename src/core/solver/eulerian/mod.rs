@@ -28,8 +28,10 @@ mod faces;
 mod general_faces;
 mod gradient;
 mod inputs;
+mod methods;
 mod mixing;
 mod moving_bed;
+mod moving_cells;
 pub(super) mod open;
 mod outflow;
 mod passes;
@@ -37,6 +39,7 @@ mod primitive;
 mod reach;
 mod rows;
 mod sections;
+mod setup;
 mod spans;
 mod stairs;
 mod state;
@@ -54,22 +57,23 @@ use super::{
     BedBalance, ChannelSample, DischargeCheck, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice,
     StepLimit, Way,
 };
-use crate::constants::EulerianConstants;
 use crate::failure::{FailurePlace, NumericalFailure};
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
-use crate::methods::{Core, Method, Reconstruction, Stabilisation, Turbulence};
+use crate::methods::{Core, Method};
 use breach::Breaking;
 use cells_in_part::CellsInPart;
 use conforming::ConformingFaces;
 use general_faces::GeneralFaces;
 use inputs::Inputs;
+pub use methods::EulerianMethods;
 use moving_bed::MovingBed;
+use moving_cells::MovingCells;
 use open::OpenBoundaries;
 use passes::Passes;
 use reach::Reaches;
 use sections::Sections;
-use spans::{ActiveSet, Run};
+use spans::ActiveSet;
 use state::State;
 use stepping::Stepping;
 pub use stepping::halvings;
@@ -92,6 +96,8 @@ pub struct EulerianSolver {
     inputs: Inputs,
     breaking: Option<Breaking>,
     moving_bed: Option<MovingBed>,
+    /// The cells that move with their water; none where all rest.
+    moving: Option<MovingCells>,
     /// The cells of both and their bed (m), where there are both.
     bed_out: Vec<(usize, f64)>,
     sections: Sections,
@@ -119,40 +125,20 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
+    /// The numbers of a problem.
+    fn of(problem: &FlowProblem) -> Self {
+        let FlowProblem { gravity, courant, dry_depth, .. } = *problem;
+        Scale { spacing: problem.bed.lattice.spacing, gravity, courant, dry_depth }
+    }
+
     /// The numbers for cells of another spacing (m).
     pub fn on(&self, spacing: f64) -> Scale {
         Scale { spacing, ..*self }
     }
 }
 
-/// The methods of a run with Eulerian particles.
-#[derive(Clone, Copy, Debug)]
-pub struct EulerianMethods {
-    /// The flux: one that Eulerian particles have.
-    pub flux: Stabilisation,
-    /// The states at the faces.
-    pub reconstruction: Reconstruction,
-    /// The mixing in the plane.
-    pub turbulence: Turbulence,
-    /// The constants of all of these.
-    pub constants: EulerianConstants,
-    /// Whether still water sleeps until something reaches it (M102); not where it is to be seen at rest.
-    pub sleeps: bool,
-}
-
-impl Default for EulerianMethods {
-    fn default() -> Self {
-        let flux = Core::Eulerian.usual_stabilisation();
-        EulerianMethods {
-            flux,
-            reconstruction: flux.usual_reconstruction(),
-            turbulence: Turbulence::default(),
-            constants: EulerianConstants::DEFAULT,
-            // Tests of the core see their water at rest.
-            sleeps: !cfg!(test),
-        }
-    }
-}
+/// Steps between two records of cells that move: signals cross half a cell in a step; the recorder draws straight lines between.
+const STEPS_OF_A_RECORD: u64 = 3;
 
 /// Below this step (s) the run has collapsed: a million steps would not reach one second.
 const SMALLEST_STEP: f64 = 1e-6;
@@ -169,13 +155,7 @@ impl EulerianSolver {
     /// With a stabilisation that Eulerian particles do not have; a scenario that asks for it is refused.
     pub fn with_methods(problem: FlowProblem, methods: EulerianMethods) -> Self {
         assert!(methods.flux.is_in(Core::Eulerian), "Eulerian particles have no {}", methods.flux.name());
-        let lattice = problem.bed.lattice.clone();
-        let scale = Scale {
-            spacing: lattice.spacing,
-            gravity: problem.gravity,
-            courant: problem.courant,
-            dry_depth: problem.dry_depth,
-        };
+        let scale = Scale::of(&problem);
         let mut state = State::new(&problem.bed, &problem.initial_depth, problem.gravity);
         let mut breaking = Breaking::new(&problem);
         breaking.iter_mut().for_each(|breaking| breaking.follow(&mut state, 0.0, scale.dry_depth));
@@ -188,14 +168,20 @@ impl EulerianSolver {
         let in_part = CellsInPart::new(&problem, &state);
         let open = OpenBoundaries::new(&problem, &state, (&walls, &in_part), methods.constants.edge_about);
         let reaches = Reaches::new(&problem, &mut state, &walls);
-        let inputs = Inputs::new(&problem, &state);
+        let mut inputs = Inputs::new(&problem, &state);
         let sections = Sections::new(&problem, &state, (&general, &conforming));
-        let (fed, linked) = (fed(&state, &open, &inputs, &reaches), [general.linked(), conforming.linked()].concat());
+        let near = (&open, &inputs, &reaches);
+        let beside = (&walls, &passes, &conforming, &in_part, &sections);
+        let changing = (&breaking, &moving_bed);
+        let moving = methods.moves.then(|| setup::moving_cells(&mut state, &scale, near, beside, changing)).flatten();
+        inputs.squares_that_move = moving.iter().flat_map(MovingCells::squares).collect();
+        let (fed, linked) =
+            (setup::fed(&state, &open, &inputs, &reaches), [general.linked(), conforming.linked()].concat());
         let kept = walls.owners().chain(in_part.owners()).chain(open.cells()).chain(general.places().flatten());
         let active = ActiveSet::new(&state, scale.dry_depth, fed, linked, kept);
         let mut solver = EulerianSolver {
             scale,
-            methods,
+            methods: EulerianMethods { moves: moving.is_some(), ..methods },
             state,
             active,
             walls,
@@ -208,10 +194,11 @@ impl EulerianSolver {
             inputs,
             breaking,
             moving_bed,
+            moving,
             bed_out: Vec::new(),
             sections,
-            stepping: Stepping::new(lattice.level_count()),
-            lattice,
+            stepping: Stepping::new(problem.bed.lattice.level_count()),
+            lattice: problem.bed.lattice,
             time: 0.0,
             steps: 0,
             evaluations: 0,
@@ -236,6 +223,10 @@ impl EulerianSolver {
                 (water.discharge_x[column], water.discharge_y[column]) = (discharge.x, discharge.y);
             }
         }
+        if let Some(moving) = &mut self.moving {
+            moving.set_velocity(velocity, &self.scale);
+            moving.show(&mut self.state);
+        }
         self.evaluate_primitive();
     }
 
@@ -247,7 +238,8 @@ impl EulerianSolver {
 
     /// All water, that of the channels too (m³).
     fn volume(&self) -> f64 {
-        self.in_part.volume(&self.state) + self.reaches.volume(self.scale.spacing)
+        let of_moving = self.moving.as_ref().map_or(0.0, |moving| moving.volume_beside(&self.state));
+        self.in_part.volume(&self.state) + self.reaches.volume(self.scale.spacing) + of_moving
     }
 
     /// Puts the bed of a dam that breaks and of ground that moves into one list, where there are both.
@@ -268,21 +260,6 @@ impl EulerianSolver {
             limiter: StepLimit::Courant.name(),
         }
     }
-}
-
-/// For every padded row the cells to which water comes from elsewhere than their neighbours: all terrain where it rains.
-fn fed(state: &State, open: &OpenBoundaries, inputs: &Inputs, reaches: &Reaches) -> Vec<Vec<Run>> {
-    let mut fed: Vec<Vec<Run>> = vec![Vec::new(); state.rows + 2];
-    if inputs.is_wetted {
-        for (row, runs) in fed.iter_mut().enumerate() {
-            runs.extend(state.bounds(row).map(|[_, columns]| columns));
-        }
-        return fed;
-    }
-    for (row, column) in open.inlets().chain(inputs.cells()).chain(reaches.cells()) {
-        fed[row].push(column..column + 1);
-    }
-    fed
 }
 
 impl FlowSolver for EulerianSolver {
@@ -306,13 +283,18 @@ impl FlowSolver for EulerianSolver {
         self.step(time_step);
         let fastest = self.fastest();
         let in_channels = self.reaches.fastest(&self.scale).0;
-        let signal_speed = reach::larger_or_nan(fastest.signal_speed, in_channels);
+        let of_moving = self.moving.as_ref().map(MovingCells::pace).unwrap_or_default();
+        let in_cells = reach::larger_or_nan(fastest.signal_speed, of_moving.haste * self.scale.spacing);
+        let signal_speed = reach::larger_or_nan(in_cells, in_channels);
         let place = || match self.reaches.place_of(in_channels, &self.scale) {
-            Some((number, distance)) if in_channels > fastest.signal_speed || in_channels.is_nan() => {
+            Some((number, distance)) if in_channels > in_cells || in_channels.is_nan() => {
                 FailurePlace::InChannel { number, distance }
             }
             _ => {
-                let position = self.state.position(fastest.row, fastest.column);
+                let haste = of_moving.haste * self.scale.spacing;
+                let is_moving = haste > fastest.signal_speed || haste.is_nan();
+                let in_rows = self.state.position(fastest.row, fastest.column);
+                let position = if is_moving { of_moving.place } else { in_rows };
                 FailurePlace::OnMap(self.lattice.to_map(position))
             }
         };
@@ -329,7 +311,18 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn water(&mut self) -> WaterOnLattice<'_> {
-        WaterOnLattice { rows: &self.state, lattice: &self.lattice, spans: self.active.recorded() }
+        let spans = self.active.recorded();
+        if let Some(moving) = &mut self.moving {
+            self.phases.start();
+            let (rows, spans) = moving.grid(&self.state, spans);
+            self.phases.end("gridding");
+            return WaterOnLattice { rows, lattice: &self.lattice, spans };
+        }
+        WaterOnLattice { rows: &self.state, lattice: &self.lattice, spans }
+    }
+
+    fn steps_of_a_record(&self) -> u64 {
+        if self.moving.is_some() { STEPS_OF_A_RECORD } else { 1 }
     }
 
     fn ledger(&self) -> Ledger {
@@ -386,7 +379,8 @@ impl FlowSolver for EulerianSolver {
     }
 
     fn particles(&self) -> usize {
-        self.active.wet_cells() + self.reaches.particles().1
+        let of_moving = self.moving.as_ref().map_or(0, |moving| moving.wet_cells(self.scale.dry_depth));
+        self.active.wet_cells() + self.reaches.particles().1 + of_moving
     }
 
     fn particle_evaluations(&self) -> u64 {

@@ -64,6 +64,11 @@ impl MovingBed {
         self.ground.longest_step(scale.courant * scale.spacing, time, step)
     }
 
+    /// The padded cells whose bed may move.
+    pub fn places(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.places.iter().copied()
+    }
+
     /// The cells whose bed may move, and their bed (m) now.
     pub fn bed(&self) -> &[(usize, f64)] {
         self.ground.bed()

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::conforming::ConformingFaces;
 use super::faces::{EAST, NORTH};
 use super::general_faces::GeneralFaces;
+use super::moving_cells::MovingCells;
 use super::spans::{ActiveSet, Run};
 use super::state::{FluxRow, State, sides};
 use super::update::Stage;
@@ -19,7 +20,7 @@ use crate::math::{larger, smaller};
 pub(crate) fn limit(
     state: &mut State,
     (active, levels): (&ActiveSet, &Range<usize>),
-    (general, conforming): (&mut GeneralFaces, &mut ConformingFaces),
+    (general, conforming, moving): (&mut GeneralFaces, &mut ConformingFaces, &mut Option<MovingCells>),
     stage: Stage,
     (time_step, of_coarser): (f64, f64),
 ) {
@@ -54,6 +55,9 @@ pub(crate) fn limit(
     general.limit_outflow(state, (active, levels), stage, (time_step, of_coarser));
     if levels.start == 0 {
         conforming.limit_outflow(state, stage, time_step);
+    }
+    if let Some(moving) = moving {
+        moving.limit_outflow(state, stage, time_step);
     }
 }
 

@@ -98,6 +98,12 @@ impl Passes {
         }
     }
 
+    /// The padded places of cells beside sills.
+    pub fn places(&self) -> Vec<(usize, usize)> {
+        let cells = self.cells.iter().enumerate();
+        cells.flat_map(|(row, cells)| cells.iter().map(move |cell| (row, cell.column))).collect()
+    }
+
     /// The levels (m) of the sills on the ways from a padded cell to its neighbours.
     pub fn sills(&self, row: usize, column: usize) -> [f64; 4] {
         let found = self.cells[row].binary_search_by_key(&column, |cell| cell.column);

@@ -87,6 +87,11 @@ impl WaterRow {
         let zeros = || vec![0.0; len];
         WaterRow { depth: zeros(), discharge_x: zeros(), discharge_y: zeros() }
     }
+
+    /// Takes the water of a column out.
+    pub fn clear(&mut self, column: usize) {
+        (self.depth[column], self.discharge_x[column], self.discharge_y[column]) = (0.0, 0.0, 0.0);
+    }
 }
 
 impl PrimitiveRow {

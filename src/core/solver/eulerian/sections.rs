@@ -66,6 +66,15 @@ impl Sections {
         Sections { cuts, general, conforming, flows: vec![SectionFlow::default(); count], passed: vec![0.0; count] }
     }
 
+    /// The padded places on both sides of faces that sections cut.
+    pub fn places(&self) -> Vec<(usize, usize)> {
+        let of_cut = |cut: &Cut| {
+            let other = if cut.direction == EAST { (cut.row, cut.column + 1) } else { (cut.row + 1, cut.column) };
+            [(cut.row, cut.column), other]
+        };
+        self.cuts.iter().flatten().flat_map(of_cut).collect()
+    }
+
     /// Adds half of a step of `time_step` (s) at the fluxes of now: each of its two stages carries so much.
     pub fn add(
         &mut self,

@@ -12,7 +12,7 @@ use super::rows::find_steps;
 pub(crate) use super::rows::{
     FaceRow, Fastest, FluxRow, GradientRow, GroundRow, PrimitiveRow, Slot, WaterRow, sides, step_of_bed,
 };
-use crate::bed::BedParticles;
+use crate::bed::{BedParticles, SHUT};
 use crate::lattice::{Conforming, Lattice, Level, WaterInRow, WaterRows};
 use crate::math::{MOST_LANES, Vec2};
 
@@ -211,6 +211,13 @@ impl State {
                 component[column] = 0.0;
             }
         }
+    }
+
+    /// Takes a padded cell out of the rows, for which a cell that moves stands.
+    pub fn take_out(&mut self, row: usize, column: usize) {
+        self.water[row].clear(column);
+        self.rest(row, column);
+        (self.ground[row].bed[column], self.ground[row].per_area[column]) = (SHUT, 0.0);
     }
 
     /// Local coordinates of the centre of a padded cell (m).

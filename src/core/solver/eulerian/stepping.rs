@@ -15,6 +15,7 @@
 use std::ops::Range;
 
 use super::breach::Breaking;
+use super::moving_cells::MovingCells;
 use super::state::Fastest;
 use super::update::Stage;
 use super::{EulerianSolver, faces, gradient, mixing, outflow, primitive, update};
@@ -150,25 +151,36 @@ impl EulerianSolver {
                 places[level] = Some(place);
             }
         }
+        let pace = self.moving.as_ref().map(MovingCells::pace).unwrap_or_default();
+        max_speed = max_speed.max(pace.flow_speed);
+        let of_moving = limit(&mut allowed[0], pace.haste * scale.spacing).then_some(pace.place);
         allowed[0] = self.inputs.longest_step(&scale, self.time, allowed[0]);
         let mut time_step = self.stepping.choose(&allowed);
         if let Some(breaking) = &self.breaking {
             time_step = breaking.step_until_change(self.time, time_step);
         }
+        time_step = self.step_of_bed(time_step);
+        let by_level = |a: &usize, b: &usize| allowed[*a].total_cmp(&allowed[*b]);
+        let slowest = (0..allowed.len()).min_by(by_level).unwrap_or(0);
+        let limit = if is_limited { StepLimit::Courant } else { StepLimit::NoWater };
+        let in_rows = places[slowest].map_or(Vec2::ZERO, |(row, column)| self.state.position(row, column));
+        let position = of_moving.unwrap_or(in_rows);
+        self.stepping.scratch = Scratch { allowed, places, over_boundaries };
+        StepChoice { time_step, limit, position, max_speed }
+    }
+
+    /// A step (s), or the one that ground which moves allows.
+    fn step_of_bed(&mut self, time_step: f64) -> f64 {
+        let scale = self.scale;
         if let Some(moving) = &self.moving_bed {
             // A step in which the bed begins to move, or is fast, is one for all levels.
             if moving.longest_step(&scale, self.time, time_step) < time_step {
                 let of_finest = time_step / self.stepping.steps_of_finest();
                 self.stepping.halvings.fill(0);
-                time_step = moving.longest_step(&scale, self.time, of_finest);
+                return moving.longest_step(&scale, self.time, of_finest);
             }
         }
-        let by_level = |a: &usize, b: &usize| allowed[*a].total_cmp(&allowed[*b]);
-        let slowest = (0..allowed.len()).min_by(by_level).unwrap_or(0);
-        let limit = if is_limited { StepLimit::Courant } else { StepLimit::NoWater };
-        let position = places[slowest].map_or(Vec2::ZERO, |(row, column)| self.state.position(row, column));
-        self.stepping.scratch = Scratch { allowed, places, over_boundaries };
-        StepChoice { time_step, limit, position, max_speed }
+        time_step
     }
 
     /// Takes a step (s) of all levels.
@@ -190,7 +202,7 @@ impl EulerianSolver {
 
     /// Lets water at rest sleep: none where it rains or the ground moves.
     fn let_sleep(&mut self) {
-        if self.inputs.is_wetted || self.moving_bed.is_some() {
+        if self.inputs.is_wetted || self.moving_bed.is_some() || self.moving.is_some() {
             return;
         }
         let of_dam = self.breaking.iter().flat_map(Breaking::places);
@@ -219,7 +231,8 @@ impl EulerianSolver {
         } else {
             self.general.begin(&mut self.state, &levels, self.scale.dry_depth);
         }
-        self.active.reach(self.general.getting(&levels));
+        let pinned = self.moving.iter().flat_map(MovingCells::active_pinned);
+        self.active.reach(self.general.getting(&levels).chain(pinned));
         self.active.take_in_hand(self.state.rows_of(&levels));
         let is_finest = levels.start == 0;
         if is_finest && let Some(moving) = &mut self.moving_bed {
@@ -233,11 +246,13 @@ impl EulerianSolver {
         self.stage(Stage::First, &levels, interval, (ahead, of_coarser));
         if is_finest {
             self.reaches.evaluate_primitive(Stage::Second);
+            self.settle_moving(Stage::First, interval);
         }
         self.active.choose(&mut self.state, Stage::Second, self.scale.dry_depth);
         self.phases.end("active cells");
         self.stage(Stage::Second, &levels, interval, (ahead + time_step, of_coarser));
         self.inflow += self.inputs.add(&mut self.state, &self.active, time, time + time_step);
+        self.settle_moving(Stage::Second, (time, time + time_step));
         self.active.follow(&self.state, self.scale.dry_depth);
         self.phases.end("active cells");
         primitive::evaluate(&mut self.state, &self.active, &self.scale);
@@ -283,6 +298,9 @@ impl EulerianSolver {
         if is_finest {
             self.conforming.look(state);
         }
+        if let Some(moving) = &mut self.moving {
+            moving.look(state, scale.dry_depth);
+        }
         self.general.look(state, levels, (stage, ahead), scale.dry_depth);
         if is_mixed || self.methods.reconstruction != Reconstruction::None {
             gradient::evaluate(state, active, scale);
@@ -293,6 +311,10 @@ impl EulerianSolver {
                 self.conforming.evaluate_gradients(state, scale.dry_depth);
                 self.reaches.evaluate_gradients(state, scale);
             }
+        }
+        if let Some(moving) = &mut self.moving {
+            moving.evaluate_gradients(scale.dry_depth, is_mixed || self.methods.reconstruction != Reconstruction::None);
+            moving.show_gradients(state);
         }
         self.phases.end("gradients");
         faces::evaluate(state, active, scale, self.methods);
@@ -306,18 +328,35 @@ impl EulerianSolver {
             self.conforming.apply(state, scale, self.methods, time_step);
         }
         self.in_part.apply(state, active, scale);
+        if let Some(moving) = &mut self.moving {
+            moving.evaluate_fluxes(scale, self.methods, time_step);
+        }
         self.open.apply(state, &rows, scale, self.methods, (from, to));
         if is_finest {
             self.reaches.pass(state, scale, self.methods, stage, (from, to));
         }
         active.hold(&mut state.flux);
         self.phases.end("faces");
-        let special = (&mut self.general, &mut self.conforming);
+        let special = (&mut self.general, &mut self.conforming, &mut self.moving);
         outflow::limit(state, (active, levels), special, stage, (time_step, of_coarser));
+        if let Some(moving) = &mut self.moving {
+            moving.update(state, scale, stage, time_step);
+        }
         update::apply(state, active, scale, stage, time_step);
         self.general.book(levels, time_step);
         self.book(stage, levels, time_step);
         self.phases.end("update");
+    }
+
+    /// Brings the cells that move to the end of a stage of a step between two times (s), with the rain of the step.
+    fn settle_moving(&mut self, stage: Stage, (from, to): (f64, f64)) {
+        let Some(moving) = &mut self.moving else { return };
+        if stage == Stage::Second {
+            self.inflow += self.inputs.rain_on(moving, from, to);
+        }
+        moving.settle(&self.scale, stage);
+        moving.show(&mut self.state);
+        self.phases.end("partition");
     }
 
     /// Adds what came and left over boundaries, edges and channels in a stage of a step (s): each of its two stages carries half of it.
@@ -336,6 +375,8 @@ impl EulerianSolver {
         self.outflow += carried * (over_edges + over_boundaries.outflow + of_channels.outflow);
         self.sections.add(state, (&self.general, &self.conforming), levels, time_step);
         let in_channels = if levels.start == 0 { self.reaches.particles().0 } else { 0 };
-        self.evaluations += (self.active.cells_at_hand() + in_channels) as u64;
+        self.evaluations += (self.active.cells_at_hand()
+            + in_channels
+            + self.moving.as_ref().map_or(0, MovingCells::active_cells)) as u64;
     }
 }

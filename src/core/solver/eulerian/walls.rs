@@ -171,6 +171,13 @@ impl Walls {
         })
     }
 
+    /// The padded places of cells beside special faces.
+    pub fn places(&self) -> Vec<(usize, usize)> {
+        let cells = self.cells.iter().enumerate();
+        let beside = cells.flat_map(|(row, cells)| cells.iter().map(move |cell| (row, cell.column)));
+        beside.chain(self.owners()).collect()
+    }
+
     /// Whether water may leave by an edge without a condition.
     pub fn has_open_edges(&self) -> bool {
         self.open.iter().any(|faces| !faces.is_empty())

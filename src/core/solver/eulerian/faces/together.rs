@@ -57,7 +57,7 @@ macro_rules! halves {
     };
 }
 
-halves!(d z step u v_t rise_eta rise_d rise_u rise_t stretch_t reach);
+halves!(d z step u v_t rise_eta rise_d rise_u rise_t stretch_t reach on_bank);
 
 impl Together {
     /// None yet.

@@ -34,6 +34,7 @@ impl Passing {
 }
 
 /// What is known of a face before its flux.
+#[expect(clippy::large_enum_variant, reason = "most are pairs, and none is kept")]
 pub(in super::super) enum Meeting {
     /// Nothing flows: films, or a wall that pushes back.
     Apart(Passing),

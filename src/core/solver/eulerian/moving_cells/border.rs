@@ -1,0 +1,95 @@
+//! Where the partition meets the rows of the lattice: pinned cells stand in both.
+//!
+//! Before a stage the rows get the water of the pinned cells, and these see that of the squares beside them; what passes the sides between both
+//! is what the rows find, with the gradients of the pinned cells.
+
+use super::super::state::{Slot, State, sides};
+use super::region::Square;
+use super::{Cell, MovingCells};
+use crate::math::Vec2;
+
+impl MovingCells {
+    /// The padded places of pinned cells.
+    pub fn pinned_places(&self) -> impl Iterator<Item = (usize, (usize, usize))> + '_ {
+        self.pinned.iter().filter_map(|&k| match self.cells[k as usize] {
+            Cell::Pinned(place) => Some((k as usize, place)),
+            _ => None,
+        })
+    }
+
+    /// The padded places of pinned cells that are active: what is beside them in the rows may get water of theirs.
+    pub fn active_pinned(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.pinned_places().filter(|&(k, _)| self.is_active[k]).map(|(_, place)| place)
+    }
+
+    /// Puts the water of the pinned cells into the rows.
+    pub fn show(&self, state: &mut State) {
+        for (k, (row, column)) in self.pinned_places() {
+            let seen = self.seen[k];
+            let water = &mut state.water[row];
+            water.depth[column] = seen.depth;
+            water.discharge_x[column] = seen.depth * seen.u;
+            water.discharge_y[column] = seen.depth * seen.v;
+            let primitive = &mut state.primitive[row];
+            primitive.depth[column] = seen.depth;
+            primitive.velocity_x[column] = seen.u;
+            primitive.velocity_y[column] = seen.v;
+        }
+    }
+
+    /// Looks at the squares beside the pinned cells, as they are for a stage; cells beside their water become active.
+    pub fn look(&mut self, state: &State, dry_depth: f64) {
+        let mut is_new = false;
+        for &k in &self.fixed {
+            let Cell::Fixed((row, column)) = self.cells[k as usize] else { continue };
+            let water = &state.primitive[row];
+            let seen = &mut self.seen[k as usize];
+            seen.depth = water.depth[column];
+            seen.bed = state.ground[row].bed[column];
+            (seen.u, seen.v) = (water.velocity_x[column], water.velocity_y[column]);
+            if seen.depth > dry_depth {
+                is_new |= self.mesh.around(k).any(|spoke| {
+                    !self.is_active[spoke.to as usize] && matches!(self.cells[spoke.to as usize], Cell::Pinned(_))
+                });
+            }
+        }
+        if is_new {
+            self.find_active(dry_depth);
+            self.partition(false);
+        }
+    }
+
+    /// Puts the gradients of the pinned cells into the rows.
+    pub fn show_gradients(&self, state: &mut State) {
+        for (k, (row, i)) in self.pinned_places() {
+            let [surface, depth, u, v] = if self.is_active[k] { self.slopes[k].of } else { [Vec2::ZERO; 4] };
+            let out = &mut state.gradient[row];
+            (out.surface_x[i], out.depth_x[i], out.u_x[i], out.v_x[i]) = (surface.x, depth.x, u.x, v.x);
+            (out.surface_y[i], out.depth_y[i], out.u_y[i], out.v_y[i]) = (surface.y, depth.y, u.y, v.y);
+        }
+    }
+
+    /// The sides of a pinned cell's square towards squares that rest: where the rows have what passes them, with the sign of what leaves the cell.
+    pub(super) fn sides(&self, i: usize) -> impl Iterator<Item = (Slot, f64)> + '_ {
+        let of_place = |place: (usize, usize)| {
+            let (row, column) = place;
+            let beside = [(row, column + 1), (row, column - 1), (row + 1, column), (row - 1, column)];
+            let all = sides(place).into_iter().zip(beside);
+            all.filter(|(_, beside)| self.region.at(*beside) == Square::Fixed).map(|(side, _)| side)
+        };
+        let place = if let Cell::Pinned(place) = self.cells[i] { Some(place) } else { None };
+        place.into_iter().flat_map(of_place)
+    }
+
+    /// What leaves a pinned cell over a side per metre: volume and momentum.
+    pub(super) fn over_side(state: &State, (slot, sign): (Slot, f64)) -> (f64, Vec2) {
+        let [mass, tangential, left, right] = state.flux[slot.row][slot.direction].at(slot.column);
+        let normal = if sign > 0.0 { left } else { right };
+        let momentum = if slot.direction == super::super::faces::EAST {
+            Vec2::new(normal, tangential)
+        } else {
+            Vec2::new(tangential, normal)
+        };
+        (sign * mass, momentum * sign)
+    }
+}

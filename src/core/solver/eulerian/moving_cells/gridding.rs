@@ -1,0 +1,240 @@
+//! The water of cells that move on the squares of the lattice: each cell is cut by them.
+//!
+//! A cell gives a square the share of its volume and momentum that its part there has of ∫ [η_i − z]₊ dA, with z the bed of the square, or of its area
+//! where no part lies below its level: so what was level is level on the map, and volume is that of the cells to rounding.
+
+use rayon::prelude::*;
+
+use super::super::rows::WaterRow;
+use super::super::state::State;
+use super::{CHUNK, MovingCells};
+use crate::lattice::{Lattice, Span, WaterInRow, WaterRows};
+use crate::math::Vec2;
+use crate::partition::area_and_centre;
+
+/// The water of all squares, and where it may be.
+pub(super) struct Gridded {
+    rows: Vec<WaterRow>,
+    /// The squares of each row that water of moving cells is on now, by column.
+    touched: Vec<Vec<u32>>,
+    /// Where squares that rest were looked at last.
+    in_rows: Vec<Span>,
+    spans: Vec<Span>,
+}
+
+/// What a part of a cell gives a square.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    row: u32,
+    column: u32,
+    volume: f64,
+    momentum: Vec2,
+}
+
+impl Gridded {
+    pub fn new(state: &State) -> Self {
+        let rows = (1..=state.rows).map(|row| WaterRow::dry(state.columns(row))).collect();
+        Gridded { rows, touched: vec![Vec::new(); state.rows], in_rows: Vec::new(), spans: Vec::new() }
+    }
+}
+
+impl WaterRows for Gridded {
+    fn row(&self, row: usize) -> WaterInRow<'_> {
+        let WaterRow { depth, discharge_x, discharge_y } = &self.rows[row];
+        WaterInRow { depth, discharge_x, discharge_y }
+    }
+}
+
+impl MovingCells {
+    /// Puts the water of all cells on the lattice, that of the rows where they have it in `spans`.
+    pub fn grid(&mut self, state: &State, spans: &[Span]) -> (&dyn WaterRows, &[Span]) {
+        let (this, lattice) = (&*self, self.ground.lattice());
+        let per_square = 1.0 / lattice.cell_area();
+        // Films that rest where they were left, too.
+        let chunks = this.held.par_chunks(CHUNK).enumerate();
+        let parts: Vec<Vec<Part>> = chunks
+            .map(|(number, held)| {
+                let (mut parts, mut scratch) = (Vec::new(), Scratch::default());
+                let wet = (0..held.len()).filter(|&k| held[k].volume > 0.0).map(|k| (number * CHUNK + k) as u32);
+                wet.for_each(|i| this.parts(i, lattice, (&mut scratch, &mut parts)));
+                parts
+            })
+            .collect();
+        let Gridded { rows, touched, in_rows, spans: all } = &mut self.gridded;
+        let region = &self.region;
+        let is_in_rows = |row: usize, column: usize| !region.holds((row + 1, column + 1));
+        // What was looked at before is looked at once more, dry.
+        let mut looked: Vec<Vec<u32>> = std::mem::replace(touched, vec![Vec::new(); rows.len()]);
+        for (row, columns) in looked.iter().enumerate() {
+            for &column in columns {
+                rows[row].clear(column as usize);
+            }
+        }
+        for part in parts.iter().flatten() {
+            let row = &mut rows[part.row as usize];
+            let column = part.column as usize;
+            row.depth[column] += part.volume * per_square;
+            row.discharge_x[column] += part.momentum.x * per_square;
+            row.discharge_y[column] += part.momentum.y * per_square;
+            touched[part.row as usize].push(part.column);
+        }
+        // Squares that have run dry since the last record, too.
+        for span in in_rows.iter().chain(spans) {
+            let (row, water) = (&mut rows[span.row as usize], &state.water[span.row as usize + 1]);
+            for column in (span.from as usize..span.to as usize).filter(|&column| is_in_rows(span.row as usize, column))
+            {
+                row.depth[column] = water.depth[column + 1];
+                row.discharge_x[column] = water.discharge_x[column + 1];
+                row.discharge_y[column] = water.discharge_y[column + 1];
+            }
+        }
+        all.clear();
+        let (mut before, mut of_rows) = (in_rows.iter().peekable(), spans.iter().peekable());
+        for (row, (looked, touched)) in (0..).zip(looked.iter_mut().zip(touched)) {
+            touched.sort_unstable();
+            touched.dedup();
+            looked.extend_from_slice(touched);
+            while let Some(span) =
+                before.next_if(|span| span.row == row).or_else(|| of_rows.next_if(|span| span.row == row))
+            {
+                looked.extend(span.from..span.to);
+            }
+            looked.sort_unstable();
+            for &column in looked.iter() {
+                match all.last_mut() {
+                    Some(span) if span.row == row && span.to >= column => span.to = span.to.max(column + 1),
+                    _ => all.push(Span { row, from: column, to: column + 1 }),
+                }
+            }
+        }
+        in_rows.clear();
+        in_rows.extend_from_slice(spans);
+        (&self.gridded, &self.gridded.spans)
+    }
+
+    /// Cuts a cell by the squares of the lattice.
+    fn parts(&self, i: u32, lattice: &Lattice, (scratch, out): (&mut Scratch, &mut Vec<Part>)) {
+        let held = self.held[i as usize];
+        if self.cells[i as usize].is_fixed() {
+            return;
+        }
+        let [_, _, u, v] = self.slopes_on_map(i);
+        self.cut(i, lattice, scratch);
+        let all = |of: fn(&Cut) -> f64| scratch.parts.iter().map(of).sum::<f64>();
+        let (areas, below) = (all(|part| part.area), all(|part| part.below));
+        let share = |part: &Cut| if below > 0.0 { part.below / below } else { part.area / areas };
+        // Of the middle of the water, from which velocities are counted: momentum is kept.
+        let middle = scratch.parts.iter().map(|part| part.offset * share(part)).fold(Vec2::ZERO, |a, b| a + b);
+        for part in &scratch.parts {
+            let volume = held.volume * share(part);
+            let aside = part.offset - middle;
+            let faster = if below > 0.0 { Vec2::new(u.dot(aside), v.dot(aside)) } else { Vec2::ZERO };
+            let momentum = held.momentum * share(part) + faster * volume;
+            out.push(Part { row: part.row, column: part.column, volume, momentum });
+        }
+    }
+
+    /// The gradients of a cell that is active; films that rest have none.
+    fn slopes_on_map(&self, i: u32) -> [Vec2; 4] {
+        if self.is_active[i as usize] { self.slopes[i as usize].of } else { [Vec2::ZERO; 4] }
+    }
+
+    /// Finds what each square cuts out of a cell.
+    fn cut(&self, i: u32, lattice: &Lattice, scratch: &mut Scratch) {
+        let seen = self.seen[i as usize];
+        let level = seen.bed + seen.depth;
+        let surface = self.slopes_on_map(i)[0];
+        let own = self.mesh.place(i);
+        let spacing = lattice.spacing;
+        self.mesh.cell(i, &mut scratch.cell);
+        // In spacings from the particle: corners on lines of the lattice stay there.
+        scratch.cell.iter_mut().for_each(|corner| *corner = snapped(*corner / spacing));
+        scratch.parts.clear();
+        let bounds = |of: &[Vec2], along: fn(&Vec2) -> f64| {
+            let low = of.iter().map(along).fold(f64::INFINITY, f64::min);
+            let high = of.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+            (low.floor(), high.ceil())
+        };
+        let (south, north) = bounds(&scratch.cell, |corner| corner.y);
+        let mut y = south;
+        while y < north {
+            scratch.strip.clone_from(&scratch.cell);
+            clip(&mut scratch.strip, &mut scratch.other, |corner| corner.y - y);
+            clip(&mut scratch.strip, &mut scratch.other, |corner| y + 1.0 - corner.y);
+            let (west, east) = bounds(&scratch.strip, |corner| corner.x);
+            let mut x = west;
+            while x < east {
+                scratch.piece.clone_from(&scratch.strip);
+                clip(&mut scratch.piece, &mut scratch.other, |corner| corner.x - x);
+                clip(&mut scratch.piece, &mut scratch.other, |corner| x + 1.0 - corner.x);
+                let (area, centre) = area_and_centre(scratch.piece.iter().copied());
+                if area > 1e-12
+                    && let Some(cell) = lattice.cell_at(Vec2::new(x + 0.5, y + 0.5) * spacing)
+                {
+                    let (column, row) = lattice.column_row(cell);
+                    if self.region.holds((row + 1, column + 1)) {
+                        let offset = centre * spacing - own;
+                        let below = (level + surface.dot(offset) - self.ground.level(cell)).max(0.0);
+                        scratch.parts.push(Cut {
+                            row: row as u32,
+                            column: column as u32,
+                            area,
+                            below: area * below,
+                            offset,
+                        });
+                    }
+                }
+                x += 1.0;
+            }
+            y += 1.0;
+        }
+    }
+}
+
+/// Polygons while a cell is cut.
+#[derive(Default)]
+struct Scratch {
+    cell: Vec<Vec2>,
+    strip: Vec<Vec2>,
+    piece: Vec<Vec2>,
+    other: Vec<Vec2>,
+    parts: Vec<Cut>,
+}
+
+/// What a square cuts out of a cell.
+#[derive(Clone, Copy)]
+struct Cut {
+    row: u32,
+    column: u32,
+    /// (squares)
+    area: f64,
+    /// The area times the depth (m) below the level of the cell.
+    below: f64,
+    /// From the particle to its centre (m).
+    offset: Vec2,
+}
+
+/// A place (in spacings) moved onto a line of the lattice which it is on but for rounding.
+fn snapped(place: Vec2) -> Vec2 {
+    let snap = |x: f64| if (x - x.round()).abs() < 1e-9 { x.round() } else { x };
+    Vec2::new(snap(place.x), snap(place.y))
+}
+
+/// Cuts what has a negative distance off a convex polygon.
+fn clip(polygon: &mut Vec<Vec2>, other: &mut Vec<Vec2>, distance: impl Fn(Vec2) -> f64) {
+    if polygon.iter().all(|&corner| distance(corner) >= 0.0) {
+        return;
+    }
+    other.clear();
+    for (k, &from) in polygon.iter().enumerate() {
+        let to = polygon[(k + 1) % polygon.len()];
+        let (a, b) = (distance(from), distance(to));
+        if a >= 0.0 {
+            other.push(from);
+        }
+        if (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0) {
+            other.push(from + (to - from) * (a / (a - b)));
+        }
+    }
+    std::mem::swap(polygon, other);
+}
