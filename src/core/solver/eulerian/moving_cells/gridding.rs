@@ -70,14 +70,7 @@ impl MovingCells {
                 rows[row].clear(column as usize);
             }
         }
-        for part in parts.iter().flatten() {
-            let row = &mut rows[part.row as usize];
-            let column = part.column as usize;
-            row.depth[column] += part.volume * per_square;
-            row.discharge_x[column] += part.momentum.x * per_square;
-            row.discharge_y[column] += part.momentum.y * per_square;
-            touched[part.row as usize].push(part.column);
-        }
+        put(&parts, per_square, (rows, touched));
         // Squares that have run dry since the last record, too.
         for span in in_rows.iter().chain(spans) {
             let (row, water) = (&mut rows[span.row as usize], &state.water[span.row as usize + 1]);
@@ -188,6 +181,18 @@ impl MovingCells {
             }
             y += 1.0;
         }
+    }
+}
+
+/// Puts parts of cells on their squares.
+fn put(parts: &[Vec<Part>], per_square: f64, (rows, touched): (&mut [WaterRow], &mut [Vec<u32>])) {
+    for part in parts.iter().flatten() {
+        let row = &mut rows[part.row as usize];
+        let column = part.column as usize;
+        row.depth[column] += part.volume * per_square;
+        row.discharge_x[column] += part.momentum.x * per_square;
+        row.discharge_y[column] += part.momentum.y * per_square;
+        touched[part.row as usize].push(part.column);
     }
 }
 
