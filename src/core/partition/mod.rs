@@ -68,6 +68,7 @@ pub use crate::lattice::{Cell, Face, Side};
 use crate::lattice::{Conforming, Lattice};
 use crate::math::Vec2;
 pub use mesh::area_and_centre;
+pub use voronoi::keep_left;
 
 /// Places nearer to each other than this (spacings) are one.
 const TOLERANCE: f64 = 1e-9;

@@ -52,7 +52,7 @@ pub fn cell(place: Vec2, seeds: &Seeds) -> Vec<Vec2> {
 }
 
 /// Keeps what has a `beyond` below 0 of a convex polygon.
-fn keep_left(corners: &mut Vec<Vec2>, scratch: &mut Vec<Vec2>, beyond: impl Fn(Vec2) -> f64) {
+pub fn keep_left(corners: &mut Vec<Vec2>, scratch: &mut Vec<Vec2>, beyond: impl Fn(Vec2) -> f64) {
     if corners.iter().all(|corner| beyond(*corner) <= LEAST_CUT) {
         return;
     }

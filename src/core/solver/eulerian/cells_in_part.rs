@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::Scale;
 use super::conforming::shape::Shape;
 use super::faces::{EAST, NORTH, turned_by};
+use super::rows::other;
 use super::spans::ActiveSet;
 use super::state::{Fastest, State};
 use super::walls::mirrored;
@@ -55,8 +56,9 @@ impl CellsInPart {
         let (lattice, cover) = (&problem.bed.lattice, &problem.bed.cover);
         let mut faces = vec![Vec::new(); state.rows + 2];
         let is_between_levels = |(row, column): (usize, usize), direction: usize| {
-            let beyond = if direction == EAST { (row, column + 1) } else { (row + 1, column) };
-            [(row, column), beyond].iter().any(|&(row, column)| state.is_elsewhere(row, column))
+            [(row, column), other((row, column), direction)]
+                .iter()
+                .any(|&(row, column)| state.is_elsewhere(row, column))
         };
         for face in cover.faces() {
             let direction = if face.is_north { NORTH } else { EAST };
@@ -91,8 +93,8 @@ impl CellsInPart {
     /// The padded places of cells in part, and of those beside their faces.
     pub fn places(&self) -> Vec<(usize, usize)> {
         let of_face = |(row, face): (usize, &Face)| {
-            let other = if face.direction == EAST { (row, face.column + 1) } else { (row + 1, face.column) };
-            [(row, face.column), other]
+            let place = (row, face.column);
+            [place, other(place, face.direction)]
         };
         let faces = self.faces.iter().enumerate().flat_map(|(row, faces)| faces.iter().map(move |face| (row, face)));
         faces.flat_map(of_face).chain(self.cells.iter().map(|cell| (cell.row, cell.column))).collect()

@@ -22,8 +22,9 @@ pub(super) mod shape;
 
 use rayon::prelude::*;
 
-use super::faces::{EAST, Half};
-use super::general_faces::{AT_ONCE, Meeting, Passing, Place, Seen, pass};
+use super::faces::EAST;
+use super::general_faces::{AT_ONCE, Meeting, Passing, Place, Seen, changes_along, pass};
+use super::gradient::without_banks;
 use super::mixing::{Mixing, Surroundings};
 use super::rows::sides;
 use super::state::{Slot, State};
@@ -31,9 +32,6 @@ use super::update::Stage;
 use super::{EulerianMethods, Scale};
 use crate::math::Vec2;
 use shape::thrust;
-
-/// The determinant of what banks leave of a gradient, below which it is not solved for: banks all around.
-const LEAST_KEPT: f64 = 0.2;
 
 /// One side of a face.
 #[derive(Clone, Copy, Debug)]
@@ -294,12 +292,7 @@ impl Cell {
                 *slope += vector * difference;
             }
         }
-        let determinant = kept[0].cross(kept[1]);
-        if determinant > LEAST_KEPT {
-            let Vec2 { x, y } = found.slopes[0];
-            let solved = Vec2::new(kept[1].y * x - kept[0].y * y, kept[0].x * y - kept[1].x * x);
-            found.slopes[0] = solved * (1.0 / determinant);
-        }
+        found.slopes[0] = without_banks(kept, found.slopes[0]);
         found
     }
 }
@@ -348,10 +341,11 @@ impl Face {
             return Meeting::Apart(Passing::default());
         };
         let slopes = self.sides.map(|side| &around[side.map_or(0, |side| side.cell)].slopes);
-        let halves = [self.half(i, slopes[0], 0), self.half(j, slopes[1], 1)];
+        let along = (self.normal, self.way);
+        let half = |seen: Seen, which: usize| seen.half(slopes[which], along, self.steps[which], self.reach_on(which));
+        let halves = [half(i, 0), half(j, 1)];
         Meeting::pair(halves, self.way, self.sill, [own_i, own_j], |halves| {
-            let (n, t) = (self.normal, self.normal.perpendicular());
-            let changes = slopes.map(|[.., u, v]| n.x * u.dot(t) + n.y * v.dot(t));
+            let changes = changes_along(slopes, self.normal);
             mixing.map_or([0.0; 2], |mixing| mixing.stress(halves, self.way, changes, self.surroundings))
         })
     }
@@ -359,29 +353,6 @@ impl Face {
     /// The share of the way on a side.
     fn reach_on(&self, which: usize) -> f64 {
         if which == 0 { self.reach } else { 1.0 - self.reach }
-    }
-
-    /// The particle of a side, seen along the normal.
-    fn half(&self, seen: Seen, slopes: &[Vec2; 4], which: usize) -> Half {
-        let (n, t) = (self.normal, self.normal.perpendicular());
-        let velocity = Vec2::new(seen.u, seen.v);
-        let [surface, depth, u, v] = *slopes;
-        // The increment over the way along one direction of the velocity along another.
-        let rise = |of: Vec2, along: Vec2| self.way * (of.x * u.dot(along) + of.y * v.dot(along));
-        Half {
-            d: seen.depth,
-            z: seen.bed,
-            step: self.steps[which],
-            u: velocity.dot(n),
-            v_t: velocity.dot(t),
-            rise_eta: self.way * surface.dot(n),
-            rise_d: self.way * depth.dot(n),
-            rise_u: rise(n, n),
-            rise_t: rise(t, n),
-            stretch_t: rise(t, t),
-            reach: self.reach_on(which),
-            on_bank: 0.0,
-        }
     }
 }
 

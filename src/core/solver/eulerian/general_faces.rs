@@ -42,7 +42,7 @@ use super::{EulerianMethods, Scale};
 use crate::solver::FlowProblem;
 use coarse_water::CoarseWater;
 use face::{Face, WAY};
-pub(super) use face::{Place, Seen};
+pub(super) use face::{Place, Seen, changes_along};
 use hanging::hanging_faces;
 use in_rows::{ByRow, Cell, SideOfCell, cells_beside, sides_of_cells};
 pub(super) use meeting::{Meeting, Passing, pass};

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::Scale;
 use super::spans::ActiveSet;
 use super::state::{GradientRow, GroundRow, PrimitiveRow, State};
-use crate::math::larger;
+use crate::math::{Vec2, larger};
 
 /// The rows south of a row, the row itself and the one north of it.
 #[derive(Clone, Copy)]
@@ -73,6 +73,19 @@ pub(crate) fn difference_over_sill(
     let difference = larger(bed_j + depth_j, sill) - larger(bed_i + depth_i, sill);
     let hill = (depth_j <= dry_depth && difference > 0.0) || (depth_i <= dry_depth && difference < 0.0);
     if hill { 0.0 } else { difference }
+}
+
+/// The determinant of what banks leave of a gradient, below which it is not solved for: banks all around.
+const LEAST_KEPT: f64 = 0.2;
+
+/// The gradient of the surface of which `found` is what faces without a bank make of it; `kept` are the rows of the matrix that they leave (M97).
+pub(super) fn without_banks(kept: [Vec2; 2], found: Vec2) -> Vec2 {
+    let determinant = kept[0].cross(kept[1]);
+    if determinant <= LEAST_KEPT {
+        return found;
+    }
+    let Vec2 { x, y } = found;
+    Vec2::new(kept[1].y * x - kept[0].y * y, kept[0].x * y - kept[1].x * x) * (1.0 / determinant)
 }
 
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]

@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::faces::{EAST, Half, NORTH, Numbers, Side, Sill, over_sill, single};
+use super::rows::other;
 use super::spans::ActiveSet;
 use super::state::{GroundRow, State, datum};
 use super::walls::{Beside, NO_SILLS, SpecialCell, Walls, correct_gradients};
@@ -46,11 +47,6 @@ struct PassFace {
     crest_at_start: f64,
     /// The beds (m) of the two cells at the start.
     beds: [f64; 2],
-}
-
-/// The place (row, column) of the other particle of a face.
-fn other((row, column): (usize, usize), direction: usize) -> (usize, usize) {
-    if direction == EAST { (row, column + 1) } else { (row + 1, column) }
 }
 
 impl Passes {

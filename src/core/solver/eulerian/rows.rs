@@ -185,6 +185,11 @@ pub(crate) fn sides((row, column): (usize, usize)) -> [(Slot, f64); 4] {
     ]
 }
 
+/// The place (row, column) of the other cell of a face that a padded cell owns.
+pub(crate) fn other((row, column): (usize, usize), direction: usize) -> (usize, usize) {
+    if direction == EAST { (row, column + 1) } else { (row + 1, column) }
+}
+
 /// Fills the steps of the bed.
 pub(super) fn find_steps(ground: &mut [GroundRow]) {
     for row in 1..ground.len() - 1 {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::conforming::ConformingFaces;
 use super::faces::{EAST, NORTH};
 use super::general_faces::GeneralFaces;
+use super::rows::other;
 use super::state::State;
 use crate::lattice::Level;
 use crate::math::Vec2;
@@ -69,8 +70,8 @@ impl Sections {
     /// The padded places on both sides of faces that sections cut.
     pub fn places(&self) -> Vec<(usize, usize)> {
         let of_cut = |cut: &Cut| {
-            let other = if cut.direction == EAST { (cut.row, cut.column + 1) } else { (cut.row + 1, cut.column) };
-            [(cut.row, cut.column), other]
+            let place = (cut.row, cut.column);
+            [place, other(place, cut.direction)]
         };
         self.cuts.iter().flatten().flat_map(of_cut).collect()
     }
@@ -126,8 +127,8 @@ fn cuts(line: &[[Vec2; 2]], state: &State, level: Level) -> Vec<Cut> {
             for direction in [EAST, NORTH] {
                 let way = if direction == EAST { Vec2::new(spacing, 0.0) } else { Vec2::new(0.0, spacing) };
                 let sign = signed(line, from, from + way);
-                let other = if direction == EAST { (row, column + 1) } else { (row + 1, column) };
-                if sign != 0.0 && state.has_terrain(row, column) && state.has_terrain(other.0, other.1) {
+                let beyond = other((row, column), direction);
+                if sign != 0.0 && state.has_terrain(row, column) && state.has_terrain(beyond.0, beyond.1) {
                     found.push(Cut { row, column, direction, sign, width: spacing });
                 }
             }

@@ -302,7 +302,8 @@ impl EulerianSolver {
             moving.look(state, scale.dry_depth);
         }
         self.general.look(state, levels, (stage, ahead), scale.dry_depth);
-        if is_mixed || self.methods.reconstruction != Reconstruction::None {
+        let has_slopes = is_mixed || self.methods.reconstruction != Reconstruction::None;
+        if has_slopes {
             gradient::evaluate(state, active, scale);
             self.walls.correct_gradients(state, active, scale);
             self.passes.correct_gradients(state, active, scale);
@@ -313,7 +314,7 @@ impl EulerianSolver {
             }
         }
         if let Some(moving) = &mut self.moving {
-            moving.evaluate_gradients(scale.dry_depth, is_mixed || self.methods.reconstruction != Reconstruction::None);
+            moving.evaluate_gradients(scale.dry_depth, has_slopes);
             moving.show_gradients(state);
         }
         self.phases.end("gradients");

@@ -7,7 +7,14 @@ use super::super::mixing::{Mixing, Surroundings};
 use super::super::state::{GroundRow, PrimitiveRow, Slot, State};
 use super::super::walls::{Differences, mirrored};
 use super::meeting::{Meeting, Passing};
+use crate::math::Vec2;
 use crate::physics::limiter::van_leer;
+
+/// How the velocities along a normal change along the face (1/s), of the particles on both sides, by their gradients.
+pub(in super::super) fn changes_along(slopes: [&[Vec2; 4]; 2], n: Vec2) -> [f64; 2] {
+    let t = n.perpendicular();
+    slopes.map(|[.., u, v]| n.x * u.dot(t) + n.y * v.dot(t))
+}
 
 /// A padded place (row, column).
 pub(in super::super) type Place = (usize, usize);
@@ -63,6 +70,28 @@ impl Seen {
             bed: ground[row].bed[column],
             u: water.velocity_x[column],
             v: water.velocity_y[column],
+        }
+    }
+
+    /// The particle in a pair whose faces have a normal, over a way (m) along it, with the gradients of surface, depth and velocity.
+    #[inline]
+    pub fn half(self, [surface, depth, u, v]: &[Vec2; 4], (n, way): (Vec2, f64), step: f64, reach: f64) -> Half {
+        let (t, velocity) = (n.perpendicular(), Vec2::new(self.u, self.v));
+        // The increment over the way along one direction of the velocity along another.
+        let rise = |of: Vec2, along: Vec2| way * (of.x * u.dot(along) + of.y * v.dot(along));
+        Half {
+            d: self.depth,
+            z: self.bed,
+            step,
+            u: velocity.dot(n),
+            v_t: velocity.dot(t),
+            rise_eta: way * surface.dot(n),
+            rise_d: way * depth.dot(n),
+            rise_u: rise(n, n),
+            rise_t: rise(t, n),
+            stretch_t: rise(t, t),
+            reach,
+            on_bank: 0.0,
         }
     }
 

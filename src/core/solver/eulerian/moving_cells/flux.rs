@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::super::faces::{HALF_WAY, Half};
-use super::super::general_faces::{Meeting, Passing, Seen, pass};
+use super::super::general_faces::{Meeting, Passing, Seen, changes_along, pass};
 use super::super::mixing::{Mixing, Surroundings};
 use super::super::{EulerianMethods, Scale};
 use super::geometry::Face;
@@ -57,15 +57,16 @@ impl Face {
         }
         let speed = self.speed(known.motion);
         let slopes = self.ends.map(|end| &known.slopes[end as usize]);
-        let halves = [0, 1].map(|side| Half {
-            u: self.half(seen[side], slopes[side]).u - speed,
-            ..self.half(seen[side], slopes[side])
-        });
+        let half = |side: usize| {
+            let along = (self.normal, self.distance);
+            let half = seen[side].half(&slopes[side].of, along, slopes[side].step, HALF_WAY);
+            Half { u: half.u - speed, ..half }
+        };
+        let halves = [half(0), half(1)];
         let halves = on_banks(halves, scale.dry_depth);
         Meeting::pair(halves, self.distance, f64::NEG_INFINITY, [0.0; 2], |halves| {
             mixing.map_or([0.0; 2], |mixing| {
-                let (n, t) = (self.normal, self.normal.perpendicular());
-                let changes = slopes.map(|slopes| n.x * slopes.of[2].dot(t) + n.y * slopes.of[3].dot(t));
+                let changes = changes_along(slopes.map(|slopes| &slopes.of), self.normal);
                 let halves = halves.map(|half| Half { u: half.u + speed, ..half });
                 mixing.stress(&halves, self.distance, changes, self.surroundings(known))
             })
@@ -79,29 +80,6 @@ impl Face {
         Surroundings {
             friction: 0.5 * (known.friction[i] + known.friction[j]),
             bears: self.distance * area / (3.0 * FACES * self.length),
-        }
-    }
-
-    /// A particle seen along the normal.
-    #[inline]
-    fn half(&self, seen: Seen, slopes: &Slopes) -> Half {
-        let (n, t) = (self.normal, self.normal.perpendicular());
-        let velocity = Vec2::new(seen.u, seen.v);
-        let [surface, depth, u, v] = slopes.of;
-        let rise = |of: Vec2, along: Vec2| self.distance * (of.x * u.dot(along) + of.y * v.dot(along));
-        Half {
-            d: seen.depth,
-            z: seen.bed,
-            step: slopes.step,
-            u: velocity.dot(n),
-            v_t: velocity.dot(t),
-            rise_eta: self.distance * surface.dot(n),
-            rise_d: self.distance * depth.dot(n),
-            rise_u: rise(n, n),
-            rise_t: rise(t, n),
-            stretch_t: rise(t, t),
-            reach: HALF_WAY,
-            on_bank: 0.0,
         }
     }
 }

@@ -105,8 +105,7 @@ impl MovingCells {
                     let left_centre = mesh.centre(spoke.sides[1]);
                     right = Some(left_centre);
                     let way = mesh.place(spoke.to) - own;
-                    let squared = way.norm_squared();
-                    let distance = squared.sqrt();
+                    let distance = way.norm();
                     let normal = way / distance;
                     let tangent = normal.perpendicular();
                     let length = (left_centre - right_centre).dot(tangent);
@@ -118,9 +117,8 @@ impl MovingCells {
                     let part = length * distance;
                     sum += part;
                     moment += (from + to) * part;
-                    let (is_fixed, is_other_active) = (cells[i].is_fixed(), is_active[spoke.to as usize]);
-                    let is_in_rows = cells[spoke.to as usize].is_fixed() || is_fixed;
-                    let is_own = !is_in_rows && (!is_other_active || (i as u32) < spoke.to);
+                    let to = spoke.to as usize;
+                    let is_own = !cells[to].is_fixed() && (!is_active[to] || i < to);
                     let face = if is_own { chunk.faces.len() as u32 } else { IN_ROWS };
                     if is_own {
                         chunk.faces.push(Face { ends: [i as u32, spoke.to], normal, length, distance, along });
@@ -137,21 +135,17 @@ impl MovingCells {
 
     /// Finds the faces of the ways that do not own theirs.
     fn link(&mut self) {
-        let MovingCells { chunks, links, cells, .. } = self;
-        let (chunks, cells) = (&*chunks, &*cells);
+        let MovingCells { chunks, links, .. } = self;
+        let chunks = &*chunks;
         links.par_iter_mut().zip(chunks.par_iter()).enumerate().for_each(|(number, (links, chunk))| {
             links.clear();
             for k in 0..chunk.starts.len().saturating_sub(1) {
                 let i = (number * CHUNK + k) as u32;
                 for way in chunk.ways(k) {
                     let (of, at) = (way.to as usize / CHUNK, way.to as usize % CHUNK);
-                    let is_in_rows = cells[i as usize].is_fixed() || cells[way.to as usize].is_fixed();
-                    let face = if way.is_own || is_in_rows {
-                        way.face
-                    } else {
-                        let back = chunks[of].ways(at).iter().find(|back| back.to == i);
-                        back.map_or(IN_ROWS, |back| back.face)
-                    };
+                    // Cells that rest in the rows have no ways back.
+                    let back = || chunks[of].ways(at).iter().find(|back| back.to == i);
+                    let face = if way.is_own { way.face } else { back().map_or(IN_ROWS, |back| back.face) };
                     links.push(face);
                 }
             }

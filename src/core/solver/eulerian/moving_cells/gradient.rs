@@ -2,12 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::super::gradient::surface_difference;
+use super::super::gradient::{surface_difference, without_banks};
 use super::{CHUNK, MovingCells, Slopes};
 use crate::math::Vec2;
-
-/// The determinant of what banks leave of a gradient, below which it is not solved for: banks all around.
-const LEAST_KEPT: f64 = 0.2;
 
 impl MovingCells {
     /// Fills the gradients of the active cells; `has_slopes` where they count.
@@ -24,7 +21,6 @@ impl MovingCells {
                 let here = seen[i];
                 let is_wet = here.depth > dry_depth && has_slopes;
                 let mut kept = [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)];
-                let mut has_bank = false;
                 let per_area = 1.0 / area[i];
                 for way in chunk.ways(k) {
                     let there = seen[way.to as usize];
@@ -36,7 +32,6 @@ impl MovingCells {
                     if there.depth <= dry_depth && there.bed + there.depth > here.bed + here.depth {
                         let to = way.normal * way.distance;
                         kept = [kept[0] - to * weight.x, kept[1] - to * weight.y];
-                        has_bank = true;
                     }
                     let surface = surface_difference((here.depth, here.bed), (there.depth, there.bed), dry_depth);
                     slopes.of[0] += weight * surface;
@@ -44,20 +39,8 @@ impl MovingCells {
                     slopes.of[2] += weight * (there.u - here.u);
                     slopes.of[3] += weight * (there.v - here.v);
                 }
-                if has_bank {
-                    slopes.of[0] = solved(kept, slopes.of[0]);
-                }
+                slopes.of[0] = without_banks(kept, slopes.of[0]);
             }
         });
     }
-}
-
-/// The gradient of which the other faces are a part, given by the rows of a matrix.
-fn solved(kept: [Vec2; 2], found: Vec2) -> Vec2 {
-    let determinant = kept[0].cross(kept[1]);
-    if determinant <= LEAST_KEPT {
-        return found;
-    }
-    let Vec2 { x, y } = found;
-    Vec2::new(kept[1].y * x - kept[0].y * y, kept[0].x * y - kept[1].x * x) * (1.0 / determinant)
 }

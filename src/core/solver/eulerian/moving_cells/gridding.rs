@@ -1,7 +1,7 @@
 //! The water of cells that move on the squares of the lattice: each cell is cut by them.
 //!
-//! A cell gives a square the share of its volume and momentum that its part there has of ∫ [η_i − z]₊ dA, with z the bed of the square, or of its area
-//! where no part lies below its level: so what was level is level on the map, and volume is that of the cells to rounding.
+//! A cell gives a square the share of its volume that its part there has of ∫ [η_i + ∇η_i·(x − x_i) − z]₊ dA, z the bed of the square. Where no part
+//! lies below its level it is the share of its area. So what was level is level on the map, and volume is that of the cells to rounding.
 
 use rayon::prelude::*;
 
@@ -10,7 +10,7 @@ use super::super::state::State;
 use super::{CHUNK, MovingCells};
 use crate::lattice::{Lattice, Span, WaterInRow, WaterRows};
 use crate::math::Vec2;
-use crate::partition::area_and_centre;
+use crate::partition::{area_and_centre, keep_left};
 
 /// The water of all squares, and where it may be.
 pub(super) struct Gridded {
@@ -152,14 +152,14 @@ impl MovingCells {
         let mut y = south;
         while y < north {
             scratch.strip.clone_from(&scratch.cell);
-            clip(&mut scratch.strip, &mut scratch.other, |corner| corner.y - y);
-            clip(&mut scratch.strip, &mut scratch.other, |corner| y + 1.0 - corner.y);
+            keep_left(&mut scratch.strip, &mut scratch.other, |corner| y - corner.y);
+            keep_left(&mut scratch.strip, &mut scratch.other, |corner| corner.y - (y + 1.0));
             let (west, east) = bounds(&scratch.strip, |corner| corner.x);
             let mut x = west;
             while x < east {
                 scratch.piece.clone_from(&scratch.strip);
-                clip(&mut scratch.piece, &mut scratch.other, |corner| corner.x - x);
-                clip(&mut scratch.piece, &mut scratch.other, |corner| x + 1.0 - corner.x);
+                keep_left(&mut scratch.piece, &mut scratch.other, |corner| x - corner.x);
+                keep_left(&mut scratch.piece, &mut scratch.other, |corner| corner.x - (x + 1.0));
                 let (area, centre) = area_and_centre(scratch.piece.iter().copied());
                 if area > 1e-12
                     && let Some(cell) = lattice.cell_at(Vec2::new(x + 0.5, y + 0.5) * spacing)
@@ -223,23 +223,4 @@ struct Cut {
 fn snapped(place: Vec2) -> Vec2 {
     let snap = |x: f64| if (x - x.round()).abs() < 1e-9 { x.round() } else { x };
     Vec2::new(snap(place.x), snap(place.y))
-}
-
-/// Cuts what has a negative distance off a convex polygon.
-fn clip(polygon: &mut Vec<Vec2>, other: &mut Vec<Vec2>, distance: impl Fn(Vec2) -> f64) {
-    if polygon.iter().all(|&corner| distance(corner) >= 0.0) {
-        return;
-    }
-    other.clear();
-    for (k, &from) in polygon.iter().enumerate() {
-        let to = polygon[(k + 1) % polygon.len()];
-        let (a, b) = (distance(from), distance(to));
-        if a >= 0.0 {
-            other.push(from);
-        }
-        if (a < 0.0 && b > 0.0) || (a > 0.0 && b < 0.0) {
-            other.push(from + (to - from) * (a / (a - b)));
-        }
-    }
-    std::mem::swap(polygon, other);
 }

@@ -5,8 +5,8 @@
 //!                − ½ f_x (1 − f_x) [(1 − f_y) κ_x0 + f_y κ_x1] − ½ f_y (1 − f_y) [(1 − f_x) κ_y0 + f_x κ_y1]
 //! ```
 //!
-//! with f the place within the square of four bed particles, in spacings, and κ the lesser in size of the second differences of the bed at the
-//! two particles of a side of it, 0 where they differ in sign: z is exact for a paraboloid, continuous, and that of the particle at its place.
+//! with f the place within the square of four bed particles, in spacings. κ is the lesser in size of the second differences of the bed at the
+//! two particles of a side of it, 0 where they differ in sign. z is exact for a paraboloid, continuous, and that of the particle at its place.
 
 use super::super::state::State;
 use crate::lattice::Lattice;

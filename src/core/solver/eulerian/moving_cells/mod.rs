@@ -108,7 +108,7 @@ pub(crate) struct MovingCells {
     mobility: Vec<f64>,
     motion: Vec<Vec2>,
     slopes: Vec<Slopes>,
-    /// The share of its outflow that a cell can give.
+    /// The share of its outflow that a cell can give, while outflows are limited; 1 else.
     share: Vec<f64>,
     /// Wet cells with a rim of two: water passes one cell in a stage.
     is_active: Vec<bool>,

@@ -39,7 +39,6 @@ impl MovingCells {
         if short.is_empty() {
             return;
         }
-        self.share.fill(1.0);
         for &(i, share) in &short {
             self.share[i] = share;
             self.sides(i).for_each(|side| state.reduce(side, share));
@@ -58,6 +57,7 @@ impl MovingCells {
                 passing.gained -= carried;
             }
         }
+        short.iter().for_each(|&(i, _)| share[i] = 1.0);
     }
 
     /// What a cell gains in a second: volume and momentum.
