@@ -7,14 +7,13 @@ use super::print;
 use super::validate::{chosen_cases, make_folder, run_cases, write};
 use crate::error::{Error, Problem, ProblemKind};
 use crate::maps::{ChartLine, ChartPeers, ChartPoint, speed_against_accuracy};
-use crate::scenario::methods::Motion;
 use crate::validation::{Peer, Row, peers_from_csv, rows_as_csv, rows_from_csv};
 
 /// Errors below this (m, m/s) are rounding: nothing to draw.
 const ROUNDING: f64 = 1e-10;
 
 /// What the errors of both motions are means of.
-const NORM: &str = "Mean over the particles where they move, over wet cells where they rest.";
+const NORM: &str = "Mean over wet cells in the balanced formulation, over particles in the variational one.";
 
 /// Runs the cases or reads their rows, and writes `chart.csv` and the figures.
 ///
@@ -110,12 +109,9 @@ fn lines(rows: &[&Row], error: ErrorOf<Row>) -> Vec<ChartLine> {
         [|row| &row.formulation, |row| &row.motion, |row| &row.flux, |row| &row.kernel, |row| &row.integrator];
     // What all rows share needs no mention; which motion it is always does.
     let differs = families.map(|family| rows.iter().any(|row| family(row) != family(rows[0])));
-    // Lagrangian particles may be scored on the map as well, which is a line of its own.
-    let on_map =
-        |row: &Row| (row.motion == Motion::Lagrangian.name() && row.norm == "mean_abs_grid").then_some("on the map");
     let name = |row: &Row| {
         let named = families.iter().enumerate().filter(|(k, _)| *k == 1 || differs[*k]).map(|(_, family)| family(row));
-        named.chain(on_map(row)).map(str::to_owned).chain(other_methods(row)).collect::<Vec<_>>().join(", ")
+        named.map(str::to_owned).chain(other_methods(row)).collect::<Vec<_>>().join(", ")
     };
     let mut lines: Vec<ChartLine> = Vec::new();
     for row in rows {

@@ -1,4 +1,4 @@
-//! Gridding: the water of Lagrangian particles onto the lattice, with volume and momentum conserved.
+//! Gridding: the water of the particles of the variational formulation onto the lattice, with volume and momentum conserved.
 //!
 //! Particle j gives its volume to the cells c under its kernel W, in proportion to the root of the water column that its level leaves
 //! there, and its momentum in the same shares:
@@ -15,7 +15,7 @@
 //! where their distances are up to twice as wide. It is never less than 1.5 cells, so that particles closer together than cells leave
 //! none, either.
 //!
-//! Lagrangian particles are never evenly spaced, and where they crowd together or stand apart, and beside walls, cells would be too full or
+//! Such particles are never evenly spaced, and where they crowd together or stand apart, and beside walls, cells would be too full or
 //! too empty by some percent: maxima would gather that noise. So some sweeps bring the factors m_c, 1 at first, nearer to what gives every
 //! cell the mean column over it, D_c, where the particles cover the cell (S_c near 1):
 //!
@@ -25,7 +25,7 @@
 //! ```
 //!
 //! with κ over the cells that get water from j and those of ground above its level: 1 but beside walls, where A_j / κ_j stands for A_j in
-//! the mean columns, too. Particles beyond open edges count in D_c and S_c, and give nothing. At a front, where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix
+//! the mean columns, too. At a front, where S_c falls to zero, the grid stays as the kernels draw it. The sweeps are those of matrix
 //! scaling, which leave Ŵ² of an unevenness that W smooths by Ŵ; growing ω reach as far in five sweeps as twelve do with ω = 1.
 //!
 //! What a particle has to say about its cells is computed once and kept for all sweeps, for a rectangle of the lattice: four cells of a row
@@ -216,7 +216,7 @@ impl Shares<'_> {
         let mut area = if depth > 0.0 { particles.volume[j] / depth * measures.kernel.at_zero(inverse_h) } else { 0.0 };
         let sight = Sight { place, level, support };
         let mut sum = self.weigh(measures, bed, &patch, &sight);
-        if sum.dry > 0.0 || !walls.is_clear(place, support) || bed.has_ridge_within(place, support) {
+        if sum.dry > 0.0 || !walls.is_clear(place, support) {
             let seen = self.keep_in_sight(measures, &patch, &sight, (bed, walls), &mut sum);
             area /= seen * measures.kernel.at_zero(inverse_h) * measures.cell_area;
         }
@@ -316,8 +316,7 @@ impl Shares<'_> {
                     }
                     continue;
                 }
-                let is_over_ridges = bed.sill(sight.place, lattice.centre(cell)) < sight.level;
-                if is_over_ridges && (is_open || bed.is_in_sight(sight.place, sight.level, cell)) {
+                if is_open || bed.is_in_sight(sight.place, sight.level, cell) {
                     weights += f64::from(*weight);
                     seen += f64::from(*weight) / (sight.level - bed.elevation[cell]).sqrt();
                 } else {
@@ -349,13 +348,11 @@ impl Shares<'_> {
 
 /// Gives each chunk room for the weights that overflow: in the pieces that are lent, one after the other, and the last chunks in memory
 /// of our own, one piece that grows by little more than is needed.
-fn make_room<'a>(chunks: &mut [Shares<'a>], pieces: impl Iterator<Item = &'a mut [Weight]>, own: &'a mut Vec<Weight>) {
+fn make_room<'a>(chunks: &mut [Shares<'a>], mut spare: &'a mut [Weight], own: &'a mut Vec<Weight>) {
     let mut placed = 0;
-    for mut piece in pieces {
-        while let Some(chunk) = chunks.get_mut(placed).filter(|chunk| chunk.overflowing <= piece.len()) {
-            chunk.overflow = piece.split_off_mut(..chunk.overflowing).unwrap_or_default();
-            placed += 1;
-        }
+    while let Some(chunk) = chunks.get_mut(placed).filter(|chunk| chunk.overflowing <= spare.len()) {
+        chunk.overflow = spare.split_off_mut(..chunk.overflowing).unwrap_or_default();
+        placed += 1;
     }
     let rest = &mut chunks[placed..];
     let count = rest.iter().map(|chunk| chunk.overflowing).sum::<usize>();
@@ -497,30 +494,7 @@ struct Band {
     spans: Vec<Span>,
 }
 
-/// Water of a particle beyond an open edge.
-#[derive(Clone, Copy, Debug)]
-pub struct WaterBeyond {
-    /// Local coordinates (m).
-    pub place: Vec2,
-    /// Its level (m).
-    pub level: f64,
-    /// Its plan area (m²; in one dimension length, m).
-    pub area: f64,
-    /// Smoothing length h (m).
-    pub smoothing_length: f64,
-}
-
-/// Memory lent to [`Gridder::grid_within`], whatever is in it.
-pub struct Lent<'a> {
-    /// Twice a line for each particle.
-    pub lines: [&'a mut [Line]; 2],
-    /// A number for each cell.
-    pub factors: &'a mut [f64],
-    /// What else there is.
-    pub pieces: [&'a mut [f32]; 4],
-}
-
-/// Grids Lagrangian particles again and again with the same buffers.
+/// Grids particles again and again with the same buffers.
 #[derive(Clone, Debug)]
 pub struct Gridder {
     measures: Measures,
@@ -528,10 +502,6 @@ pub struct Gridder {
     water: FlatWater,
     /// Whether a cell had water after the call before.
     was_wet: Vec<bool>,
-    /// Depth (m) of each cell that is in no particle; empty where there is none.
-    beside: Vec<f64>,
-    /// Of cells near open edges, in ascending order, what the water beyond adds to the sums of the balance: Σ A w and Σ A w (η − z).
-    beyond: Vec<(usize, f64, f64)>,
     /// The weights for which there is no room in what is lent.
     overflow: Vec<Weight>,
     /// Scratch space of each chunk: the walls near a particle.
@@ -560,8 +530,6 @@ impl Gridder {
             lattice: lattice.clone(),
             water: FlatWater::dry(lattice),
             was_wet: vec![false; cells],
-            beside: Vec::new(),
-            beyond: Vec::new(),
             overflow: Vec::new(),
             near: Vec::new(),
             own: Default::default(),
@@ -571,71 +539,22 @@ impl Gridder {
         }
     }
 
-    /// Takes water at rest that is in no particle, a depth (m) for each cell or none at all, for the calls of `grid` to come.
-    pub fn put_beside(&mut self, depth: &[f64]) {
-        debug_assert!(depth.is_empty() || depth.len() == self.lattice.len());
-        self.beside.clear();
-        self.beside.extend_from_slice(depth);
-    }
-
-    /// Takes the water that stands beyond open edges, for the calls of `grid` to come: it gives nothing to the cells, but has a part in their
-    /// mean columns. Over a slope those of the water on the terrain alone, which stands to one side of the last cells, are off.
-    pub fn put_beyond(&mut self, (bed, walls): (&BedParticles, &Walls), particles: impl Iterator<Item = WaterBeyond>) {
-        let lattice = &bed.lattice;
-        self.beyond.clear();
-        for WaterBeyond { place, level, area, smoothing_length } in particles {
-            let support = support(smoothing_length, lattice.spacing);
-            let inverse_h = CubicSpline::SUPPORT / support;
-            let area = area * self.measures.kernel.at_zero(inverse_h);
-            let (south, north) = cells_within(place.y, support, lattice.spacing, lattice.rows);
-            let (west, east) = cells_within(place.x, support, lattice.spacing, lattice.columns);
-            for cell in (south..north).flat_map(|row| (west..east).map(move |column| lattice.index(column, row))) {
-                let (centre, column) = (lattice.centre(cell), level - bed.elevation[cell]);
-                let covered = area * self.measures.kernel.share((centre - place).norm(), inverse_h);
-                // Not a number (no terrain) compares as false.
-                if covered > 0.0 && column > 0.0 && bed.sill(place, centre) < level && !walls.is_walled(place, centre) {
-                    let weight = covered * column.sqrt();
-                    self.beyond.push((cell, weight, weight * column));
-                }
-            }
-        }
-        self.beyond.sort_by_key(|of_cell| of_cell.0);
-    }
-
     /// Grids the particles over the bed, between the walls. The spans hold every cell with water now or after the call before.
     pub fn grid(&mut self, bed: &BedParticles, walls: &Walls, particles: &FluidParticles) -> WaterOnLattice<'_> {
-        let (mut lines, mut factors) = std::mem::take(&mut self.own);
-        lines.iter_mut().for_each(|lines| lines.resize(particles.len(), Line::default()));
-        factors.resize(self.lattice.len(), 1.0);
-        let lent = Lent {
-            lines: lines.each_mut().map(|lines| &mut lines[..]),
-            factors: &mut factors,
-            pieces: Default::default(),
-        };
-        self.grid_within(bed, walls, particles, lent);
-        self.own = (lines, factors);
-        self.water()
-    }
-
-    /// The same, in memory that is lent.
-    pub fn grid_within(
-        &mut self,
-        bed: &BedParticles,
-        walls: &Walls,
-        particles: &FluidParticles,
-        Lent { lines: [shares, weights], factors, pieces }: Lent<'_>,
-    ) -> WaterOnLattice<'_> {
         debug_assert_eq!(bed.lattice, self.lattice);
-        debug_assert!(shares.len() == particles.len() && weights.len() == particles.len());
-        debug_assert_eq!(factors.len(), self.lattice.len());
+        let ([mut shares, mut weights], mut factors) = std::mem::take(&mut self.own);
+        for lines in [&mut shares, &mut weights] {
+            lines.resize(particles.len(), Line::default());
+        }
+        factors.resize(self.lattice.len(), 1.0);
         let measures = self.measures;
         let (mut overflow, mut near) = (std::mem::take(&mut self.overflow), std::mem::take(&mut self.near));
         near.resize_with(particles.len().div_ceil(CHUNK), Vec::default);
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(shares);
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut shares);
         let (of, beside) = bytes.split_at_mut(particles.len() * size_of::<Share>());
         let of: &mut [Share] = bytemuck::cast_slice_mut(of);
         let chunks = of.par_chunks_mut(CHUNK).zip(weights.par_chunks_mut(CHUNK)).zip(&mut near).enumerate();
-        let mut shares: Vec<Shares<'_>> = chunks
+        let mut all: Vec<Shares<'_>> = chunks
             .map(|(chunk, ((of, weights), near))| {
                 let weights = bytemuck::cast_slice_mut(weights);
                 let mut shares = Shares { of, weights, overflow: &mut [], overflowing: 0, near };
@@ -643,23 +562,22 @@ impl Gridder {
                 shares
             })
             .collect();
-        let pieces = pieces.into_iter().chain([bytemuck::cast_slice_mut(beside)]);
-        make_room(&mut shares, pieces, &mut overflow);
-        shares
-            .par_iter_mut()
+        make_room(&mut all, bytemuck::cast_slice_mut(beside), &mut overflow);
+        all.par_iter_mut()
             .enumerate()
             .with_max_len(CHUNKS_AT_ONCE)
             .for_each(|(chunk, shares)| weigh_chunk(shares, &measures, (bed, walls), particles, chunk * CHUNK));
-        self.sort_into_bands(&shares, particles);
+        self.sort_into_bands(&all, particles);
         for sweep in 0..=RELAXATIONS.len() {
             if sweep > 0 {
-                let factors = (&*factors, bed.lattice.columns);
-                let shares = shares.par_iter_mut().enumerate().with_max_len(CHUNKS_AT_ONCE);
-                shares.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
+                let factors = (&factors[..], bed.lattice.columns);
+                let all = all.par_iter_mut().enumerate().with_max_len(CHUNKS_AT_ONCE);
+                all.for_each(|(chunk, shares)| shares.scale(&measures, particles, factors, chunk * CHUNK));
             }
-            self.fill_bands(&shares, bed, (particles, factors), sweep);
+            self.fill_bands(&all, bed, (particles, &mut factors), sweep);
         }
         (self.overflow, self.near) = (overflow, near);
+        self.own = ([shares, weights], factors);
         self.spans.clear();
         self.bands.iter().for_each(|band| self.spans.extend_from_slice(&band.spans));
         self.water()
@@ -677,7 +595,7 @@ impl Gridder {
         (particles, factors): (&FluidParticles, &mut [f64]),
         sweep: usize,
     ) {
-        let (beside, beyond, columns) = (&self.beside, &self.beyond, bed.lattice.columns);
+        let columns = bed.lattice.columns;
         let cells = BAND * columns.max(1);
         self.bands
             .par_iter_mut()
@@ -693,7 +611,6 @@ impl Gridder {
                 if sweep == 0 {
                     band.touch_all(&mut fields, shares);
                     cover(&band.particles, &mut fields, shares, &bed.elevation);
-                    fields.add_beyond(beyond);
                 } else if sweep < RELAXATIONS.len() {
                     fill(&band.particles, &mut fields, shares);
                 }
@@ -702,7 +619,6 @@ impl Gridder {
                 } else {
                     fill_with_discharges(&band.particles, &mut fields, particles, shares);
                     band.weight_by_factors(&mut fields);
-                    band.add_beside(&mut fields, beside);
                     band.collect_spans(&fields, was_wet);
                 }
             });
@@ -765,19 +681,6 @@ impl Fields<'_> {
     fn cells(&self) -> Range<usize> {
         let first = self.rows.start * self.columns;
         first..first + self.depth.len()
-    }
-
-    /// Adds the part of the water beyond open edges to the sums of the cells that have water.
-    fn add_beyond(&mut self, beyond: &[(usize, f64, f64)]) {
-        let cells = self.cells();
-        let from = beyond.partition_point(|of_cell| of_cell.0 < cells.start);
-        for &(cell, weight, column) in beyond[from..].iter().take_while(|of_cell| of_cell.0 < cells.end) {
-            let place = cell - cells.start;
-            if self.depth[place] > 0.0 {
-                self.weight_or_flow_x[place] += weight;
-                self.column_or_flow_y[place] += column;
-            }
-        }
     }
 }
 
@@ -939,15 +842,6 @@ impl Band {
         }
     }
 
-    /// Adds the water that is in no particle.
-    fn add_beside(&mut self, fields: &mut Fields, beside: &[f64]) {
-        let Some(depths) = beside.get(fields.cells()) else { return };
-        for (place, depth) in depths.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
-            fields.depth[place] += depth;
-            touch(&mut self.touched[place / fields.columns], place % fields.columns);
-        }
-    }
-
     /// Improves the factors of the cells that were filled.
     fn improve(&self, fields: &mut Fields, sweep: usize) {
         for (i, &(from, to)) in self.touched.iter().enumerate() {
@@ -988,11 +882,6 @@ impl Band {
             }
         }
     }
-}
-
-/// Widens a range of columns by one of them.
-fn touch(range: &mut (usize, usize), column: usize) {
-    *range = if range.0 == range.1 { (column, column + 1) } else { (range.0.min(column), range.1.max(column + 1)) };
 }
 
 /// Cells of a line of `count` cells whose centres lie within `reach` of a place on it: first, and one past the last.

@@ -40,9 +40,6 @@ impl Core {
         }
     }
 
-    /// Those whose particles move.
-    pub const MOVING: &[Core] = MOVING;
-
     /// The core of a formulation and a motion.
     pub fn of(formulation: Formulation, motion: Motion) -> Core {
         match (formulation, motion) {
@@ -55,8 +52,7 @@ impl Core {
     /// The stabilisation that it has unless the scenario says otherwise.
     pub fn usual_stabilisation(self) -> Stabilisation {
         match self {
-            Eulerian => Stabilisation::TwoRarefactions,
-            Lagrangian => Stabilisation::TwoShocks,
+            Eulerian | Lagrangian => Stabilisation::TwoRarefactions,
             Variational => Stabilisation::ArtificialViscosity,
         }
     }
@@ -64,8 +60,8 @@ impl Core {
     /// The time integration and the Courant number that it has unless the scenario says otherwise.
     pub fn usual_integration(self) -> (Integrator, f64) {
         match self {
-            Eulerian => (Integrator::Heun, 0.5),
-            Lagrangian | Variational => (Integrator::Leapfrog, 0.4),
+            Eulerian | Lagrangian => (Integrator::Heun, 0.5),
+            Variational => (Integrator::Leapfrog, 0.4),
         }
     }
 }
@@ -84,11 +80,13 @@ pub trait Method: Copy {
     }
 }
 
-/// What only cores have whose particles move.
-const MOVING: &[Core] = &[Lagrangian, Variational];
-const ANY_KERNEL: &str = "with four neighbours at one distance every kernel gives the same faces";
-const STATE_BETWEEN_WAVES: &str =
-    "the faces of Eulerian particles rest in the middle of the waves, and it gives the state between the waves only";
+/// What only the balanced formulation has, for both motions.
+const BALANCED: &[Core] = &[Eulerian, Lagrangian];
+/// What only sums over kernels have.
+const CLASSIC: &[Core] = &[Variational];
+const NO_KERNEL: &str = "the faces of the balanced formulation are those of its cells, without any kernel";
+const STATE_BETWEEN_WAVES: &str = "the faces of the balanced formulation lie in the middle of the waves, and it gives the state between the waves only";
+const FACES: &str = "pairs of particles have no face through which water passes";
 
 macro_rules! family {
     ($(#[$doc:meta])* $family:ident {
@@ -156,7 +154,7 @@ family! {
     Motion {
         #[default]
         Eulerian = "eulerian" (in &[Eulerian], since "the variational formulation sums its depth over particles that move"): "riverbed particles carry the water and exchange it through their faces",
-        Lagrangian = "lagrangian" (in MOVING, since ""): "fluid particles of fixed volume move with the water",
+        Lagrangian = "lagrangian" (in &[Lagrangian, Variational], since ""): "fluid particles move with the water: cells that exchange what moves through their faces, or, in the variational formulation, particles of fixed volume",
     }
 }
 
@@ -164,9 +162,9 @@ family! {
     /// What keeps the flow between a pair of particles stable.
     Stabilisation {
         #[default]
-        TwoRarefactions = "two_rarefactions" (in &[Eulerian], since "it gives the flux through a face at rest, and the faces of Lagrangian particles move with the water"): "state of the rarefaction that the face lies in, exact beside dry ground, mixed with the flux of Harten, Lax and van Leer at shocks; default of Eulerian particles",
-        TwoShocks = "two_shocks" (in MOVING, since STATE_BETWEEN_WAVES): "Riemann solver with two shocks or two rarefactions; default of the balanced formulation with Lagrangian particles",
-        TwoWaves = "two_waves" (in MOVING, since STATE_BETWEEN_WAVES): "pressure and velocity between two waves at the speeds that Toro gives for HLLC, on faces that move with the water",
+        TwoRarefactions = "two_rarefactions" (in BALANCED, since FACES): "state of the rarefaction that the face lies in, exact beside dry ground, mixed with the flux of Harten, Lax and van Leer at shocks; default of the balanced formulation",
+        TwoShocks = "two_shocks" (in CLASSIC, since STATE_BETWEEN_WAVES): "Riemann solver with two shocks or two rarefactions",
+        TwoWaves = "two_waves" (in CLASSIC, since STATE_BETWEEN_WAVES): "pressure and velocity between two waves at the speeds that Toro gives for HLLC",
         LaxFriedrichs = "lax_friedrichs": "Lax-Friedrichs flux with the greatest speed of the pair",
         ArtificialViscosity = "artificial_viscosity" (in &[Variational], since "the pairs of the balanced formulation are Riemann problems"): "viscosity between particles that approach each other; default of the variational formulation, and for it alone",
     }
@@ -177,7 +175,7 @@ family! {
     Reconstruction {
         #[default]
         Limited = "limited": "levels, depths and normal velocities carried to the face along gradients that a limiter bounds",
-        Sharp = "sharp" (in &[Eulerian], since "the faces of Lagrangian particles have no sharper limiter"): "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for Eulerian particles alone",
+        Sharp = "sharp" (in BALANCED, since "the pairs of the variational formulation have no sharper limiter"): "superbee gradients, of velocities beside steps of the bed, too: narrower fronts and jets on coarse lattices, noise in smooth flow; for the balanced formulation alone",
         None = "none": "the values of the two particles; default with artificial viscosity",
     }
 }
@@ -200,11 +198,11 @@ impl Stabilisation {
 }
 
 family! {
-    /// How Lagrangian particles are placed in still water at the start.
+    /// How particles are placed in still water at the start.
     Seeding {
         #[default]
         Lattice = "lattice": "one particle at the centre of each wet cell, with the volume of its water",
-        EqualVolume = "equal_volume" (in MOVING, since "each Eulerian particle takes up one cell, and is as deep as the water there"): "particles of one volume, the mean of the wet cells; closer together where the water is deep",
+        EqualVolume = "equal_volume" (in CLASSIC, since "each particle of the balanced formulation starts as one cell, as deep as the water there"): "particles of one volume, the mean of the wet cells; closer together where the water is deep",
     }
 }
 
@@ -213,14 +211,14 @@ family! {
     Kernel {
         #[default]
         CubicSpline = "cubic_spline": "cubic B-spline, support two smoothing lengths",
-        Quadratic = "quadratic" (in MOVING, since ANY_KERNEL): "parabola whose slope does not vanish at the middle: close particles go on repelling each other",
-        QuarticSpline = "quartic_spline" (in MOVING, since ANY_KERNEL): "quartic B-spline",
-        QuinticSpline = "quintic_spline" (in MOVING, since ANY_KERNEL): "quintic B-spline",
-        Gauss = "gauss" (in MOVING, since ANY_KERNEL): "Gaussian, cut at three smoothing lengths of its own",
-        SuperGauss = "super_gauss" (in MOVING, since ANY_KERNEL): "Gaussian times a parabola, of fourth order and negative outside; cut likewise",
-        Bell = "bell" (in MOVING, since ANY_KERNEL): "Lucy's bell-shaped kernel",
-        WendlandC2 = "wendland_c2" (in MOVING, since ANY_KERNEL): "Wendland's kernel of class C2",
-        WendlandC4 = "wendland_c4" (in MOVING, since ANY_KERNEL): "Wendland's kernel of class C4",
+        Quadratic = "quadratic" (in CLASSIC, since NO_KERNEL): "parabola whose slope does not vanish at the middle: close particles go on repelling each other",
+        QuarticSpline = "quartic_spline" (in CLASSIC, since NO_KERNEL): "quartic B-spline",
+        QuinticSpline = "quintic_spline" (in CLASSIC, since NO_KERNEL): "quintic B-spline",
+        Gauss = "gauss" (in CLASSIC, since NO_KERNEL): "Gaussian, cut at three smoothing lengths of its own",
+        SuperGauss = "super_gauss" (in CLASSIC, since NO_KERNEL): "Gaussian times a parabola, of fourth order and negative outside; cut likewise",
+        Bell = "bell" (in CLASSIC, since NO_KERNEL): "Lucy's bell-shaped kernel",
+        WendlandC2 = "wendland_c2" (in CLASSIC, since NO_KERNEL): "Wendland's kernel of class C2",
+        WendlandC4 = "wendland_c4" (in CLASSIC, since NO_KERNEL): "Wendland's kernel of class C4",
     }
 }
 
@@ -249,16 +247,16 @@ family! {
     Turbulence {
         #[default]
         None = "none": "nothing: the shallow-water equations alone",
-        MixingLength = "mixing_length" (in &[Eulerian], since "no stress acts between pairs of Lagrangian particles but that of the Riemann problem"): "an eddy viscosity of bed friction and of a mixing length of half the depth: where jets, wakes and jumps are many depths wide; for Eulerian particles alone",
+        MixingLength = "mixing_length" (in &[Eulerian], since "it was measured on cells at rest alone"): "an eddy viscosity of bed friction and of a mixing length of half the depth: where jets, wakes and jumps are many depths wide; for Eulerian particles alone",
     }
 }
 
 family! {
-    /// What stands for a wall beside Lagrangian particles.
+    /// What stands for a wall beside particles.
     WallMethod {
         #[default]
         Mirror = "mirror": "mirror images of the particle and its neighbours",
-        VirtualParticles = "virtual_particles" (in MOVING, since "the faces of Eulerian particles at a wall are those of the mirror problem"): "rows of fixed particles along the wall, in each of which a particle is mirrored through the point",
+        VirtualParticles = "virtual_particles" (in CLASSIC, since "the faces of the balanced formulation at a wall are those of the mirror problem"): "rows of fixed particles along the wall, in each of which a particle is mirrored through the point",
     }
 }
 
@@ -266,8 +264,8 @@ family! {
     /// Time integration.
     Integrator {
         #[default]
-        Heun = "heun": "two-stage strong-stability-preserving Runge-Kutta; default of Eulerian particles",
-        Leapfrog = "leapfrog" (in MOVING, since "the faces of Eulerian particles are upwinded, which leapfrog makes unstable"): "kick-drift-kick with predicted velocity; default of Lagrangian particles",
+        Heun = "heun": "two-stage strong-stability-preserving Runge-Kutta; default of the balanced formulation",
+        Leapfrog = "leapfrog" (in CLASSIC, since "the faces of the balanced formulation are upwinded, which leapfrog makes unstable"): "kick-drift-kick with predicted velocity; default of the variational formulation",
     }
 }
 

@@ -14,7 +14,7 @@ pub fn named(name: &str) -> Option<&'static Experiment> {
     all().find(|experiment| experiment.name == name)
 }
 
-const CHANNELS: &str = "channels in one dimension, which it is about, are not for Lagrangian particles";
+const CHANNELS: &str = "it is about channels in one dimension, whose sections rest";
 
 const EXPERIMENTS: &[Experiment] = &[
     Experiment {

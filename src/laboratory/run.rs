@@ -111,7 +111,7 @@ fn data_of(experiment: &Experiment) -> Result<PathBuf, String> {
     }
 }
 
-/// What a scenario may ask for and Lagrangian particles do not have.
+/// What a scenario may ask for and particles that move do not have.
 fn rests_alone(choice: &Choice) -> Option<String> {
     (choice.numerics.motion == Motion::Lagrangian).then(|| "numerics.turbulence=none".to_owned())
 }

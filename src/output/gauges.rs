@@ -15,7 +15,7 @@
 //! with terrain, parts its top from its foot. The other way round, at the foot of the bank, d, q and z_b are those of the cells at the foot
 //! alone, and η takes in the cells on the bank once the water of the gauge's
 //! cell stands above their ground: the ground of a quay is no part of the depth of the harbour. A gauge between two cells does not depend on which of them
-//! happens to hold it, and Lagrangian and Eulerian particles are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
+//! happens to hold it, and particles that move and that rest are read alike. Samples are interpolated in time between compute steps; maxima and arrival follow every
 //! compute step, by the rules of the maps.
 
 use super::frames::{Schedule, share_of_step};

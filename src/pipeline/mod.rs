@@ -32,11 +32,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use crate::calendar::utc_now;
-use crate::error::{Error, NumericalFailure, Problem, sort_problems};
+use crate::error::{Error, NumericalFailure, Problem, ProblemKind, sort_problems};
 use crate::output::{
     ChannelGaugeResult, FieldsWriter, Provenance, RecorderPlan, Recording, RunFolder, RunManifest, SectionResult,
 };
 use crate::prepare::{Runnable, Scene, Setup, in_folder, prepare};
+use crate::scenario::methods::Motion;
 use crate::scenario::{Part, Scenario};
 use crate::seeding::SeededVolume;
 use crate::solver::{FlowSolver, Ledger};
@@ -176,6 +177,10 @@ fn run_once(
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let moving = summary::MovingAtStart::of(&seeds);
     let solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
+    if let Some(problem) = nothing_moves(scenario, solver.as_ref()) {
+        eprintln!("{problem}");
+        warnings.push(problem);
+    }
     let mut manifest = first_manifest(scenario, options, (&inputs, &warnings), (&setup, of_levels));
     let sides = Sides::of(scenario, &setup.bed);
     let Setup { bed, still_water, pixels, scene, .. } = setup;
@@ -198,6 +203,17 @@ fn run_once(
         signal: Arc::clone(signal),
     };
     run.execute(solver, plan, !options.quiet)
+}
+
+/// Warns where cells are to move and none does.
+pub(in crate::pipeline) fn nothing_moves(scenario: &Scenario, solver: &dyn FlowSolver) -> Option<Problem> {
+    let is_in_vain = scenario.numerics.motion == Motion::Lagrangian && !solver.has_moving();
+    is_in_vain.then(|| {
+        let message = "no cell moves, and the run is that of `motion: eulerian`";
+        Problem::warning(ProblemKind::Scenario, "nothing-moves", "numerics.motion", message)
+            .with_cause("cells rest beside walls, edges, sills, boundaries, sources, sections and dams, and here all are as near to one of these")
+            .with_remedy("leave `numerics.motion` out, or choose a finer `resolution`")
+    })
 }
 
 /// The second run that estimates errors, where it is wanted; warns where there is none.

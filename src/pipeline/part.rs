@@ -53,7 +53,7 @@ pub(super) fn choose(scenario: &Scenario) -> Result<Scenario, Vec<Problem>> {
 
 /// Edge of the finest cells (m) and their number on all of the terrain; none where rain falls on all of it, and for what needs all of it.
 fn finest(scenario: &Scenario) -> Option<(f64, f64)> {
-    if scenario.rain.is_some() || scenario.numerics.motion == Motion::Lagrangian {
+    if scenario.rain.is_some() || !scenario.numerics.has_cells() {
         return None;
     }
     let (about, pixel) = outline(scenario)?;
@@ -86,6 +86,8 @@ fn look(scenario: &Scenario, spacing: f64) -> Result<Option<Places>, Vec<Problem
     coarse.outputs.maps_on_terrain = None;
     coarse.start.earlier = None;
     coarse.ground.follows_banks = false;
+    // Where water comes cells at rest show as well.
+    coarse.numerics.motion = Motion::Eulerian;
     let prepared = prepare(&coarse);
     let is_sound = !prepared.has_errors() && scenario.start.earlier.is_none();
     let Some(setup) = prepared.setup else { return Ok(None) };
@@ -161,7 +163,8 @@ impl Sides {
     /// A larger part where there is water near one of the sides; it is looked for after every few steps, in each of which a wave goes a cell
     /// at most.
     pub fn beyond(&self, solver: &mut dyn FlowSolver) -> Option<Part> {
-        if !solver.steps().is_multiple_of(EVERY) {
+        let every = EVERY.next_multiple_of(solver.steps_of_a_record());
+        if !solver.steps().is_multiple_of(every) {
             return None;
         }
         let water = solver.water();

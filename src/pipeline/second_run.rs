@@ -10,6 +10,7 @@
 use crate::error::{Error, Problem, ProblemKind};
 use crate::output::{ErrorRecord, FILL, GridMaps, OutputGrid, Recorder};
 use crate::prepare::{Runnable, prepare};
+use crate::scenario::methods::Motion;
 use crate::scenario::{Levels, Scenario, Sourced};
 use crate::solver::FlowSolver;
 
@@ -61,6 +62,9 @@ pub(super) fn run(scenario: &Scenario) -> Result<SecondRun, Problem> {
     let problem = flow_problem(&wider, &setup, setup.bed.clone());
     let seeds = cores::seeds(&wider, &problem, &setup.still_water, &setup.scene.levels());
     let mut solver = cores::build(&wider, problem, seeds, &setup.initial_velocity);
+    if wider.numerics.motion == Motion::Lagrangian && !solver.has_moving() {
+        return Err(without("no cell moves there, as cells of this run do".to_owned()));
+    }
     let mut recorder = recorder_of(&wider, recorder_plan(&wider, &setup.scene, setup.bed, setup.pixels));
     recorder.leave_out_frames();
     to_the_end(wider.end_time, solver.as_mut(), &mut recorder).map_err(|error| without(error.to_string()))?;

@@ -4,14 +4,13 @@ use crate::error::{Problem, ProblemKind};
 use crate::math::readable;
 use crate::prepare::{Setup, StillBody};
 use crate::scenario::Scenario;
-use crate::scenario::methods::Motion;
 use crate::seeding::SeededVolume;
 
 /// The seeding may miss the integral of level minus terrain by this much, relative, before the planner is warned.
 const SEEDING_TOLERANCE: f64 = crate::seeding::VOLUME_TOLERANCE;
 
-/// Warnings about bodies whose cells hold another volume at their level than the integral of level minus terrain: Eulerian particles keep
-/// the level, Lagrangian ones the volume.
+/// Warnings about bodies whose cells hold another volume at their level than the integral of level minus terrain: cells keep the
+/// level, particles of the variational formulation the volume.
 pub(super) fn seeding_warnings(scenario: &Scenario, setup: &Setup) -> Vec<Problem> {
     let bodies = setup.scene.waters.iter().zip(&setup.still_water.volumes);
     let missed = bodies.filter(|(_, volume)| volume.relative_error().abs() > SEEDING_TOLERANCE);
@@ -20,10 +19,10 @@ pub(super) fn seeding_warnings(scenario: &Scenario, setup: &Setup) -> Vec<Proble
 
 fn warning(scenario: &Scenario, water: &StillBody, volume: &SeededVolume) -> Problem {
     let area = scenario.resolution.value * scenario.resolution.value;
-    let message = if scenario.numerics.motion == Motion::Lagrangian {
+    let message = if !scenario.numerics.has_cells() {
         let rise = (volume.integral_m3 - volume.seeded_m3) / (volume.cells as f64 * area);
         format!(
-            "the level of {} m is not held: Lagrangian particles get the {:.5e} m³ of the integral of level minus terrain, which stand {:.3} m {} it on the mean",
+            "the level of {} m is not held: the particles get the {:.5e} m³ of the integral of level minus terrain, which stand {:.3} m {} it on the mean",
             readable(water.level),
             volume.integral_m3,
             rise.abs(),

@@ -9,7 +9,7 @@ use crate::math::readable;
 use crate::output::{ChannelGaugeResult, Gauge, GaugeResult, RunManifest, Section, SectionResult};
 use crate::seeding::{FluidSeed, SeededVolume};
 
-/// The Lagrangian particles at the start, in short.
+/// The particles of the variational formulation at the start, in short.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingAtStart {
     /// How many there are.
@@ -41,7 +41,7 @@ pub struct RunSummary {
     pub manifest: RunManifest,
     /// Volumes of the bodies of still water.
     pub seeded: Vec<SeededVolume>,
-    /// The Lagrangian particles at the start, where there are any.
+    /// The particles of the variational formulation at the start, where there are any.
     pub moving: Option<MovingAtStart>,
     /// The gauges and what they saw.
     pub gauges: Vec<(Gauge, GaugeResult)>,
@@ -87,7 +87,7 @@ impl RunSummary {
             let Range { start: least, end: greatest } = &moving.range_m3;
             writeln!(
                 f,
-                "Lagrangian particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
+                "particles: {} with {least:.4e} to {greatest:.4e} m3 each, {:.6e} m3 together ({off:.3} % off the integral)",
                 moving.count, moving.volume_m3
             )?;
         }

@@ -24,7 +24,6 @@ use crate::lattice::{Conforming, Face, Lattice};
 use crate::math::Vec2;
 use crate::partition::{Line, LineKind, Partition};
 use crate::scenario::Scenario;
-use crate::scenario::methods::Motion;
 use crate::seeding::StillWater;
 use crate::solver::{Forcing, OpenEdges};
 use crate::terrain::Piece;
@@ -91,11 +90,11 @@ fn check(scenario: &Scenario, findings: &mut Findings) {
     let ground = &scenario.ground;
     let banks = ground.follows_banks.then_some(("terrain.follow_banks", None));
     let lines = ground.followed.first().map(|lines| (lines.key.as_str(), lines.place.clone()));
-    if let (Motion::Lagrangian, Some((key, place))) = (scenario.numerics.motion, lines.or(banks)) {
-        let message = "Lagrangian particles follow no lines";
+    if let (false, Some((key, place))) = (scenario.numerics.has_cells(), lines.or(banks)) {
+        let message = "the particles of the variational formulation follow no lines";
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", "", message)
-            .with_cause("lines are followed by the sides of cells, and Lagrangian particles have none")
-            .with_remedy("leave `numerics.motion` and `numerics.formulation` out, or take the line out");
+            .with_cause("lines are followed by the sides of cells, and these particles have none")
+            .with_remedy("leave `numerics.formulation` out, or take the line out");
         findings.add_at(key, place, problem);
     }
 }
@@ -156,7 +155,7 @@ fn along(
     let lattice = &bed.lattice;
     check(scenario, findings);
     // Cells beside a line need two columns of places.
-    if scenario.numerics.motion == Motion::Lagrangian || lattice.columns < 2 {
+    if !scenario.numerics.has_cells() || lattice.columns < 2 {
         return None;
     }
     let line = |kind: LineKind| move |points: Vec<Vec2>| Line { points, is_closed: false, kind };

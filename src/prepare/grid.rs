@@ -16,7 +16,10 @@ use crate::terrain::{Layer, Terrain};
 
 /// Memory (bytes) that a cell takes in the whole run, at most: riverbed 32, water and its rates about 200, maps and frames about 150.
 pub const BYTES_PER_CELL: f64 = 400.0;
-/// Memory (bytes) that a Lagrangian particle takes: state, rates, neighbours and their sorted copy.
+/// Memory (bytes) that a cell of the lattice takes beside that where cells move: the partition with what passes its faces, by what the allocator is
+/// asked for (`tests/allocations`).
+pub const BYTES_PER_MOVING_CELL: f64 = 900.0;
+/// Memory (bytes) that a particle of the variational formulation takes: state, rates, neighbours and their sorted copy.
 pub const BYTES_PER_FLUID_PARTICLE: f64 = 300.0;
 /// A terrain of fewer cells than this on a side has no flow in it.
 const LEAST_CELLS: f64 = 3.0;

@@ -11,7 +11,6 @@ mod grain;
 mod grid;
 mod ground;
 mod inputs;
-mod lagrangian;
 mod levels;
 mod needs;
 mod on_lattice;

@@ -1,10 +1,11 @@
 //! Particles and memory of a run, before anything large is allocated for it.
 
 use super::findings::Findings;
+use super::grid::BYTES_PER_MOVING_CELL;
 use super::{BYTES_PER_CELL, BYTES_PER_FLUID_PARTICLE, Needs, grid, ground};
 use crate::bed::BedParticles;
 use crate::scenario::Scenario;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Core;
 use crate::seeding::StillWater;
 use crate::solver::Channel;
 
@@ -17,14 +18,16 @@ pub(super) fn needs(
 ) -> Needs {
     let wet_cells = still_water.depth.iter().filter(|&&depth| depth > 0.0).count();
     let bed_particles = bed.elevation.iter().filter(|z| !z.is_nan()).count();
-    let fluid = if scenario.numerics.motion == Motion::Lagrangian { wet_cells } else { 0 };
+    let fluid = if !scenario.numerics.has_cells() { wet_cells } else { 0 };
     let channel_particles = channels.iter().map(|channel| channel.sections.len()).sum();
     let strips = |channel: &Channel| channel.sections.len() * channel.face_widths.first().map_or(0, Vec::len);
     let channel_strips = channels.iter().map(strips).sum();
     // A strip takes no more than a cell.
     // The rows of all levels are as long as those of the finest one.
     let stack = if scenario.levels.is_some() { 2 } else { 1 };
+    let moves = scenario.numerics.core() == Core::Lagrangian;
     let memory = (stack * bed.lattice.len() + channel_strips) as f64 * BYTES_PER_CELL
+        + if moves { bed_particles as f64 * BYTES_PER_MOVING_CELL } else { 0.0 }
         + fluid as f64 * BYTES_PER_FLUID_PARTICLE
         + pixels as f64 * ground::BYTES_PER_PIXEL;
     let counts = [bed_particles, fluid, channel_strips];

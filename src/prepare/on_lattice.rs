@@ -9,7 +9,7 @@ use super::ground::{self, Ground, burn, wall_ends};
 use super::needs::needs;
 use super::water::{self, SourcedBody, earlier, start};
 use super::{Scene, Setup};
-use super::{grid, lagrangian, places};
+use super::{grid, places};
 use crate::bed::BedParticles;
 use crate::geodata::Crs;
 use crate::lattice::Lattice;
@@ -122,7 +122,6 @@ pub(super) fn place_on(
         sections_with_breach(scenario, &mut files, breach.as_ref(), (&ground, &at_start), &mut forcing, findings);
     forcing.breach = breach;
     forcing.moving_bed = moving_beds(scenario, &mut files, (ground.bed(), &forcing), findings);
-    check_lagrangian(scenario, &files, (edges.walls_of_each, &edges.open), (&forcing, &ground, &at_start), findings);
     let stands = (&forcing, &edges.open, &walls[..], (&files.bodies[..], &at_start.still_water));
     let following = following::find(scenario, files.drawn(), &ground, stands, findings);
     let made = (terrain, &ground, following.as_ref());
@@ -164,9 +163,7 @@ pub(super) fn place_on(
 
 /// Walls and open edges.
 struct Edges {
-    /// Of each wall of the scenario its straight pieces (local coordinates, m).
-    walls_of_each: Vec<Vec<[Vec2; 2]>>,
-    /// All of them, and what leads their ends to the edge of the terrain.
+    /// The straight pieces of all walls, and what leads their ends to the edge of the terrain (local coordinates, m).
     walls: Vec<[Vec2; 2]>,
     open: OpenEdges,
 }
@@ -179,18 +176,17 @@ impl Edges {
         findings: &mut Findings,
     ) -> Edges {
         let bed = ground.bed();
-        let mut walls_of_each = Vec::new();
+        let mut walls = Vec::new();
         for (source, drawn) in scenario.walls.iter().zip(std::mem::take(&mut files.walls)) {
             let drawn = drawn.unwrap_or_default();
-            walls_of_each.push(places::on_lattice(source, &drawn, bed, places::NOT_HELD, findings));
+            walls.extend(places::on_lattice(source, &drawn, bed, places::NOT_HELD, findings));
         }
         let pixel = |place: Vec2| ground.terrain().finest_cell_at(bed.lattice.to_map(place)).unwrap_or(0.0);
-        let mut walls = walls_of_each.concat();
         walls.extend(wall_ends::to_edge(&walls, bed, pixel));
         if let Some(breach) = breach {
             breach::check_way(scenario, breach, bed, &walls, findings);
         }
-        Edges { walls_of_each, walls, open: places::open_edges(scenario, &files.open_lines, bed, findings) }
+        Edges { walls, open: places::open_edges(scenario, &files.open_lines, bed, findings) }
     }
 }
 
@@ -310,30 +306,6 @@ fn maps_of_ground(
     let pixels = ground::pixels(scenario, (&surfaces, terrain, &holds), (own, ground.bed()), findings);
     let (pixels, set_by_of_pixels) = pixels.map_or((None, Vec::new()), |(pixels, set_by)| (Some(pixels), set_by));
     (pixels, ground::sources(scenario, ground, set_by_of_pixels))
-}
-
-/// Warns of what Lagrangian particles get wrong.
-fn check_lagrangian(
-    scenario: &Scenario,
-    files: &Files<'_>,
-    (walls, open_edges): (Vec<Vec<[Vec2; 2]>>, &OpenEdges),
-    (forcing, ground, at_start): (&Forcing, &Ground<'_>, &AtStart),
-    findings: &mut Findings,
-) {
-    let is_open = |middle: Vec2, normal: Vec2| {
-        open_edges.is_open(middle, normal) || forcing.boundary_at(middle, normal).is_some()
-    };
-    let scene = lagrangian::Scene {
-        bed: ground.bed(),
-        still: &at_start.still_water,
-        bodies: files.bodies.iter().map(|body| body.source).collect(),
-        velocity: &at_start.velocity,
-        walls,
-        is_open: &is_open,
-        placed: &files.forcing.placed,
-        forcing,
-    };
-    lagrangian::check(&scene, scenario, findings);
 }
 
 /// The cells that a cross-section crosses, ascending.

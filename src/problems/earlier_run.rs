@@ -22,7 +22,7 @@ pub(super) const GROUP: Group = Group {
         ),
         warning(
             "drawn-fields",
-            "The earlier run had Lagrangian particles, and its fields are interpolated. Still water moves a little at first.",
+            "The particles of the earlier run moved, and its fields are drawn from them. Still water may move a little at first.",
             "Run it from its start, or its first part with Eulerian particles, if this matters.",
         ),
         error(

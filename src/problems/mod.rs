@@ -8,7 +8,6 @@ mod channels;
 mod earlier_run;
 mod files;
 mod inflow;
-mod lagrangian;
 mod limits;
 mod outputs;
 mod scenario_file;
@@ -68,7 +67,7 @@ pub struct Group {
 }
 
 /// The groups, in the order of a scenario.
-pub const GROUPS: [Group; 12] = [
+pub const GROUPS: [Group; 11] = [
     scenario_file::GROUP,
     files::GROUP,
     tables::GROUP,
@@ -78,7 +77,6 @@ pub const GROUPS: [Group; 12] = [
     breach::GROUP,
     channels::GROUP,
     outputs::GROUP,
-    lagrangian::GROUP,
     earlier_run::GROUP,
     limits::GROUP,
 ];

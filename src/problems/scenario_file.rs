@@ -26,7 +26,7 @@ pub(super) const GROUP: Group = Group {
         error("folder", "The path names a folder, not a scenario file.", "Name the scenario file in the folder."),
         error(
             "levels-for-eulerian",
-            "Levels of cells are for Eulerian particles. Lagrangian particles have one spacing.",
+            "Levels of cells are for Eulerian particles. Particles that move have one spacing.",
             "Give one length as `resolution`, or leave `numerics.motion` and `numerics.formulation` out.",
         ),
         error(
@@ -58,6 +58,11 @@ pub(super) const GROUP: Group = Group {
             "not-a-quantity",
             "The value is not a number, or not a number with a unit.",
             "Write a number with a decimal point and its unit, such as `1.5 m`.",
+        ),
+        warning(
+            "nothing-moves",
+            "Cells are to move with their water, and none does: all are near to walls, edges or other places where cells rest.",
+            "Leave `numerics.motion` out, or choose a finer `resolution`.",
         ),
         error(
             "range",

@@ -88,7 +88,7 @@ method_choices! {
     Formulation: "a formulation";
     Motion: "a motion";
     Stabilisation: "a stabilisation",
-        "hllc" => "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles: `hllc` was the name of both, and neither is that solver";
+        "hllc" => "write `two_rarefactions`, or `two_waves` with `formulation: variational`: `hllc` was the name of both, and neither is that solver";
     Reconstruction: "a reconstruction";
     Seeding: "a way of seeding";
     Kernel: "a kernel";

@@ -2,11 +2,13 @@
 
 use super::judge::Limits;
 use super::outcome::{Check, Snapshot};
+use crate::bed::BedParticles;
+use crate::lattice::Lattice;
 use crate::math::Vec2;
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::Motion;
-use crate::solver::FlowProblem;
+use crate::scenario::methods::{Core, Motion};
+use crate::solver::{Condition, FlowProblem, Series};
 
 /// A group of cases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,8 +47,6 @@ pub enum Scope {
     Of(Motion),
     /// The better of the motions.
     Better,
-    /// Every run, but only for show: what is found is stated, and nothing is missed by it.
-    Shown,
 }
 
 /// What a case must reach. All that is given must hold.
@@ -99,16 +99,21 @@ pub type Velocity = Box<dyn Fn(Vec2) -> Vec2 + Send + Sync>;
 /// Looks at the start and the end of a run.
 pub type Checks = Box<dyn Fn(&Snapshot, &Snapshot) -> Vec<Check> + Send + Sync>;
 
+/// Rows of a channel whose cells move: those of two on each side rest.
+pub const ROWS: usize = 8;
+
 /// One run, ready to go but for its methods.
 pub struct Setup {
-    /// Bed, walls, and the water of Eulerian particles.
+    /// Bed, walls, and the water of cells.
     pub problem: FlowProblem,
-    /// The water of Lagrangian particles.
+    /// The water of particles of the variational formulation.
     pub seeds: Vec<FluidSeed>,
     /// Velocity at the start; at rest when absent.
     pub velocity: Option<Velocity>,
     /// A channel of unit width, or the plane.
     pub dimension: Dimension,
+    /// Rows of the lattice that stand for one of a channel: 1, or [`ROWS`] where cells move, of which one row has none.
+    pub rows: usize,
     /// The end.
     pub until: Until,
     /// The answer.
@@ -117,7 +122,7 @@ pub struct Setup {
     pub earlier: Vec<(f64, Exact)>,
     /// The places at which errors count.
     pub counts: Box<dyn Fn(Vec2) -> bool + Send + Sync>,
-    /// Greatest depth (m) of the answer: half a per cent of it is the least depth at which the velocity of Eulerian particles counts.
+    /// Greatest depth (m) of the answer: half a per cent of it is the least depth at which the velocity of cells counts.
     pub scale_depth: f64,
     /// Greatest speed (m/s) of the answer, to foresee the number of steps.
     pub scale_speed: f64,
@@ -129,8 +134,6 @@ pub struct Setup {
     pub courant: Option<f64>,
     /// What tells holding from degrading and failing; only in the suite of stability.
     pub limits: Option<Limits>,
-    /// Whether Lagrangian particles are scored on the map, too: what planners see may be worse than what the particles say.
-    pub is_scored_on_map: bool,
 }
 
 impl Setup {
@@ -145,6 +148,7 @@ impl Setup {
             seeds,
             velocity: None,
             dimension,
+            rows: 1,
             until,
             exact,
             earlier: Vec::new(),
@@ -153,8 +157,33 @@ impl Setup {
             is_answer_known: true,
             courant: None,
             limits: None,
-            is_scored_on_map: false,
         }
+    }
+
+    /// The same with a channel as a plane of [`ROWS`] rows, whose cells can move.
+    pub fn in_plane(mut self) -> Setup {
+        if self.dimension == Dimension::Two {
+            return self;
+        }
+        let FlowProblem { bed, initial_depth, forcing, .. } = &mut self.problem;
+        let Lattice { origin, columns, spacing, .. } = bed.lattice;
+        *bed = BedParticles {
+            manning: bed.manning.repeat(ROWS),
+            is_sloped: bed.is_sloped,
+            ..BedParticles::from_elevation(
+                Lattice::new(origin, columns, ROWS, spacing),
+                bed.elevation.repeat(ROWS),
+                0.0,
+            )
+        };
+        *initial_depth = initial_depth.repeat(ROWS);
+        for boundary in &mut forcing.boundaries {
+            if let Condition::Discharge { discharge, .. } = &mut boundary.condition {
+                let points: Vec<(f64, f64)> = discharge.points().map(|(time, q)| (time, q * ROWS as f64)).collect();
+                *discharge = Series::new(&points).unwrap_or_else(|| discharge.clone());
+            }
+        }
+        Setup { dimension: Dimension::Two, rows: ROWS, ..self }
     }
 
     /// Water at rest at the start without an answer to compare with.
@@ -164,7 +193,7 @@ impl Setup {
     }
 }
 
-/// A setup, or why there is none for this motion on this machine.
+/// A setup, or why there is none for this core on this machine.
 pub type SetupResult = Result<Setup, String>;
 
 /// A problem with a known answer.
@@ -183,6 +212,6 @@ pub struct Case {
     pub tested: usize,
     /// What must hold.
     pub acceptance_limits: &'static [AcceptanceLimit],
-    /// The run at a spacing (m) with a motion.
-    pub setup: fn(f64, Motion) -> SetupResult,
+    /// The run at a spacing (m) with a core.
+    pub setup: fn(f64, Core) -> SetupResult,
 }

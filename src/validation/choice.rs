@@ -193,9 +193,9 @@ mod tests {
         let (found, refused) = choices_of(&["formulation=balanced,variational"]).unwrap();
         assert_eq!((found.len(), refused.len()), (3, 0));
         assert!(!found[2].is_default);
-        let (found, refused) = choices_of(&["motion=eulerian,lagrangian", "integrator=leapfrog"]).unwrap();
+        let (found, refused) = choices_of(&["motion=eulerian,lagrangian", "turbulence=mixing_length"]).unwrap();
         assert_eq!((found.len(), refused.len()), (1, 1));
-        assert_eq!(found[0].label(), "lagrangian, leapfrog");
+        assert_eq!(found[0].label(), "eulerian, mixing_length");
         assert!(choices_of(&["motion=eulerian", "integrator=leapfrog"]).is_err());
     }
 
@@ -219,8 +219,8 @@ mod tests {
 
     #[test]
     fn numbers_can_be_varied_too() {
-        let (found, _) = choices_of(&["cfl=0.2,0.4", "motion=lagrangian"]).unwrap();
-        assert_eq!(found.iter().map(Choice::label).collect::<Vec<_>>(), ["cfl 0.2, lagrangian", "cfl 0.4, lagrangian"]);
+        let (found, _) = choices_of(&["cfl=0.2,0.5", "motion=lagrangian"]).unwrap();
+        assert_eq!(found.iter().map(Choice::label).collect::<Vec<_>>(), ["cfl 0.2, lagrangian", "cfl 0.5, lagrangian"]);
         assert!(found[1].is_default && !found[0].is_default);
     }
 }

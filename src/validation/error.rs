@@ -1,40 +1,29 @@
-//! Mean absolute errors: over the particles where they move, over the riverbed particles that are wet where they rest.
+//! Mean absolute errors: over the particles of the variational formulation, over the cells that are wet in the balanced one, as the maps show them.
 //!
 //! ```text
 //! error of the depth = Σ |d − d_exact| / N,   error of the velocity = Σ |v − v_exact| / N
 //! ```
 //!
-//! A Eulerian particle is wet when either depth exceeds a ten-thousandth of the greatest one; its velocity counts as an error of 0 where
+//! A cell is wet when either depth exceeds a ten-thousandth of the greatest one; its velocity counts as an error of 0 where
 //! the exact depth is below half a per cent of the greatest, because the velocity of such a film means nothing.
 
 use super::case::{Exact, Setup};
-use super::outcome::{Errors, Sample, Snapshot};
+use super::outcome::{Errors, Snapshot};
 
-/// Share of the greatest depth from which an Eulerian particle is wet.
+/// Share of the greatest depth from which a cell is wet.
 const WET_SHARE: f64 = 1e-4;
-/// Share of the greatest depth from which the velocity of an Eulerian particle counts.
+/// Share of the greatest depth from which the velocity of a cell counts.
 const THICK_SHARE: f64 = 5e-3;
 
 /// The errors of a snapshot of a setup against an answer; none where no particle counts.
 pub fn errors(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
-    let (wet, thick) = if snapshot.is_moving {
+    let (wet, thick) = if snapshot.is_of_particles {
         (f64::NEG_INFINITY, f64::NEG_INFINITY)
     } else {
         (WET_SHARE * setup.scale_depth, THICK_SHARE * setup.scale_depth)
     };
-    mean_errors(&snapshot.samples, (wet, thick), setup, exact)
-}
-
-/// The errors of Lagrangian particles on the map, judged as those of Eulerian ones.
-pub fn errors_on_map(snapshot: &Snapshot, setup: &Setup, exact: &Exact) -> Errors {
-    let bounds = (WET_SHARE * setup.scale_depth, THICK_SHARE * setup.scale_depth);
-    mean_errors(&snapshot.on_map, bounds, setup, exact)
-}
-
-/// Mean errors of samples of which those count that are deeper than the first bound (m), or should be, and their velocities above the second.
-fn mean_errors(samples: &[Sample], (wet, thick): (f64, f64), setup: &Setup, exact: &Exact) -> Errors {
     let (mut sum, mut number) = (Errors::default(), 0);
-    for sample in samples.iter().filter(|sample| (setup.counts)(sample.place)) {
+    for sample in snapshot.samples.iter().filter(|sample| (setup.counts)(sample.place)) {
         let (depth, velocity) = exact(sample.place);
         if sample.depth <= wet && depth <= wet {
             continue;

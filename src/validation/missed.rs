@@ -67,17 +67,31 @@ impl KnownMiss {
 /// that no other joins and that none stands here without need, and the page of results shows the list.
 pub const KNOWN_MISSES: &[KnownMiss] = &[
     KnownMiss {
-        case: "ritter_plane",
+        case: "ritter",
         motion: Some(Motion::Lagrangian),
         limits: &[0, 1, 4],
-        why: "The front over dry ground stops 30 to 41 % short as soon as particles can leave their line.",
+        why: "Cells that go with the water are few where it thins out: 0.049 m/s at 10 m for 0.021 m/s, order 0.8 to 0.9, the front 6 % \
+              short at 10 m and 4 % at 5 m.",
     },
+    KnownMiss { case: "ritter_plane", motion: Some(Motion::Lagrangian), limits: &[0, 1, 4], why: "As ritter." },
     KnownMiss {
         case: "stoker",
         motion: Some(Motion::Eulerian),
         limits: &[2],
         why: "The order at one moment is 0.953 (0.997 to 2.5 m), not 1: it is also that of the place of the bore within its cell. \
               Averaged over moments it is above 1, see stoker_moments.",
+    },
+    KnownMiss {
+        case: "stoker",
+        motion: Some(Motion::Lagrangian),
+        limits: &[2],
+        why: "The order is 0.8 of depth and 0.87 of velocity, not 1.",
+    },
+    KnownMiss {
+        case: "stoker_moments",
+        motion: Some(Motion::Lagrangian),
+        limits: &[0],
+        why: "The order is 0.90 of depth and 0.95 of velocity, not 1.",
     },
     KnownMiss {
         case: "stoker_plane",
@@ -88,15 +102,39 @@ pub const KNOWN_MISSES: &[KnownMiss] = &[
     KnownMiss {
         case: "stoker_plane",
         motion: Some(Motion::Lagrangian),
+        limits: &[2],
+        why: "The order is 0.88 of both, not 1.",
+    },
+    KnownMiss {
+        case: "circular_dam",
+        motion: Some(Motion::Lagrangian),
+        limits: &[1],
+        why: "Cells that move are split and merged one after the other, so that the water is its mirror image within 1.4 % of its momentum, \
+              not to rounding.",
+    },
+    KnownMiss {
+        case: "thacker_planar",
+        motion: None,
         limits: &[0, 2],
-        why: "Particles that leave their line blur the bore: 0.027 m at 10 m for 0.024 m, order 0.81.",
+        why: "At the finest spacing the depth is 1.2e-4 m off (Lagrangian) and 4.0e-4 m (Eulerian), not 2e-5 m; the energy falls by 0.1 % and 0.5 % there.",
     },
     KnownMiss {
         case: "thacker_axisymmetric",
         motion: None,
-        limits: &[1],
-        why: "At the coarsest spacing the energy falls by 2.5 % (Eulerian) and 0.8 % (Lagrangian), not by 0.1 %; Lagrangian particles \
-              meet it at the finer ones.",
+        limits: &[0, 1],
+        why: "At the finest spacing the depth is 3.2e-4 m off (Lagrangian) and 1.0e-3 m (Eulerian), not 3e-5 m; the energy falls by 0.1 % and 0.3 % there.",
+    },
+    KnownMiss {
+        case: "uniform_subcritical",
+        motion: Some(Motion::Lagrangian),
+        limits: &[0],
+        why: "Where cells slide along those that rest, depth and velocity waver by some thousandths.",
+    },
+    KnownMiss {
+        case: "uniform_supercritical",
+        motion: Some(Motion::Lagrangian),
+        limits: &[0],
+        why: "As uniform_subcritical, and faster: by a hundredth.",
     },
 ];
 
@@ -124,7 +162,7 @@ pub fn missed_limits(runs: &[CaseRun]) -> Vec<Missed> {
             match verdict.scope {
                 Scope::Each | Scope::Of(_) => Some(miss(Some(motion), Some(limit))),
                 Scope::Better if !is_met_by_any(limit) => Some(miss(None, Some(limit))),
-                Scope::Better | Scope::Shown => None,
+                Scope::Better => None,
             }
         });
         let breaks = |row: &Row| row.status == Status::Fails;
@@ -161,7 +199,6 @@ mod tests {
         acceptance_limits: &[
             AcceptanceLimit { scope: Scope::Of(Motion::Eulerian), depth: Some(1e-9), ..AcceptanceLimit::NONE },
             AcceptanceLimit { scope: Scope::Better, velocity: Some(1e-9), ..AcceptanceLimit::NONE },
-            AcceptanceLimit { scope: Scope::Shown, depth: Some(1e-9), ..AcceptanceLimit::NONE },
         ],
         setup: |spacing, _| Ok(channel(spacing, 5.0, 20.0)),
     };
@@ -169,6 +206,14 @@ mod tests {
     fn run(given: &[(&str, &str)]) -> CaseRun {
         let choice = Choice::new(given).unwrap();
         CaseRun { case: &CASE, result: run_case(&CASE, &choice, Resolutions::Test), choice }
+    }
+
+    #[test]
+    fn every_known_miss_names_a_limit_that_exists() {
+        for known in KNOWN_MISSES {
+            let case = crate::validation::cases::named(known.case).unwrap();
+            assert!(known.limits.iter().all(|limit| *limit < case.acceptance_limits.len()), "{}", known.case);
+        }
     }
 
     #[test]

@@ -21,17 +21,14 @@ pub struct Sample {
     pub bed: f64,
 }
 
-/// All particles at one moment: moving ones, or the riverbed's with those that are dry.
+/// All water at one moment: particles of the variational formulation, or the cells of the lattice with those that are dry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
-    /// Whether the particles move.
-    pub is_moving: bool,
-    /// The particles.
+    /// Whether they are particles.
+    pub is_of_particles: bool,
+    /// The particles, or the cells.
     pub samples: Vec<Sample>,
-    /// The cells of the lattice, onto which Lagrangian particles are gridded as for the maps; empty where the setup asks for no score on the
-    /// map, and where particles rest, whose samples are the cells.
-    pub on_map: Vec<Sample>,
-    /// Depth (m) on the lattice, where Lagrangian particles are gridded as for the maps.
+    /// Depth (m) on the lattice, onto which particles are gridded as for the maps; the mean of its rows for a channel in the plane.
     pub depth_on_lattice: Vec<f64>,
     /// Gravity (m/s²).
     pub gravity: f64,
@@ -132,8 +129,6 @@ pub struct Outcome {
     pub end: Snapshot,
     /// Mean errors; without a meaning where there is no answer to compare with.
     pub errors: Errors,
-    /// The same on the map, where particles move and the setup asks for it.
-    pub errors_on_map: Option<Errors>,
     /// What else was looked at.
     pub checks: Vec<Check>,
     /// Volume ledger: relative error.

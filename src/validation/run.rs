@@ -2,7 +2,7 @@
 
 use super::case::{Exact, Setup, Until};
 use super::choice::Choice;
-use super::error::{errors, errors_on_map};
+use super::error::errors;
 use super::judge::Limits;
 use super::outcome::{Broken, Cost, Errors, Excess, Outcome, Sample, Snapshot};
 use crate::lattice::WaterInCell;
@@ -25,7 +25,7 @@ const FILM_SHARE: f64 = 1e-4;
 fn snapshot(core: &mut Core, setup: &Setup) -> Snapshot {
     let gravity = setup.problem.gravity;
     let samples = match core {
-        Core::Moving(solver) => {
+        Core::Variational(solver) => {
             let state = solver.state();
             let particles = &state.particles;
             let sample = |i: usize| Sample {
@@ -37,13 +37,19 @@ fn snapshot(core: &mut Core, setup: &Setup) -> Snapshot {
             };
             (0..particles.len()).map(sample).collect()
         }
-        Core::Resting(_) => samples_on_lattice(core, setup),
+        Core::Balanced(_) => samples_on_lattice(core, setup),
     };
-    let is_moving = matches!(core, Core::Moving(_));
-    let on_map = if is_moving && setup.is_scored_on_map { samples_on_lattice(core, setup) } else { Vec::new() };
-    let depth_on_lattice = core.flow().water().depths();
+    let is_of_particles = matches!(core, Core::Variational(_));
+    let depths = core.flow().water().depths();
+    let depth_on_lattice = if setup.rows > 1 { mean_of_rows(&depths, setup.rows) } else { depths };
     let (time, ledger) = (core.flow().time(), core.flow().ledger());
-    Snapshot { is_moving, samples, on_map, depth_on_lattice, gravity, time, ledger }
+    Snapshot { is_of_particles, samples, depth_on_lattice, gravity, time, ledger }
+}
+
+/// The mean of so many rows of a lattice.
+fn mean_of_rows(values: &[f64], rows: usize) -> Vec<f64> {
+    let columns = values.len() / rows;
+    (0..columns).map(|column| values[column..].iter().step_by(columns).sum::<f64>() / rows as f64).collect()
 }
 
 /// The cells with terrain, with the water that the maps would show there.
@@ -77,17 +83,13 @@ fn run_on_threads(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Brok
     let before = processor_seconds();
     let mut core = Core::new(&choice.numerics, problem, || setup.seeds.clone(), setup.dimension);
     if let Some(velocity) = &setup.velocity {
-        match &mut core {
-            Core::Resting(solver) => solver.set_velocity(velocity),
-            Core::Moving(solver) => solver.set_velocity(velocity),
-        }
+        core.set_velocity(velocity);
     }
     let start = snapshot(&mut core, setup);
     let mut cost = Cost { particles: core.flow().particles(), ..Cost::default() };
-    let (mut found_of_particles, mut found_on_map) = (Vec::new(), Vec::new());
+    let mut found_errors = Vec::new();
     let mut score = |snapshot: &Snapshot, exact: &Exact| {
-        found_of_particles.push(errors(snapshot, setup, exact));
-        found_on_map.extend((!snapshot.on_map.is_empty()).then(|| errors_on_map(snapshot, setup, exact)));
+        found_errors.push(errors(snapshot, setup, exact));
     };
     let mut broken = None;
     for (time, exact) in &setup.earlier {
@@ -106,9 +108,8 @@ fn run_on_threads(setup: &Setup, choice: &Choice) -> (Cost, Result<Outcome, Brok
     let end = snapshot(&mut core, setup);
     let found = setup.checks.as_ref().map_or_else(Vec::new, |checks| checks(&start, &end));
     score(&end, &setup.exact);
-    let errors = Errors::mean(&found_of_particles);
-    let errors_on_map = (!found_on_map.is_empty()).then(|| Errors::mean(&found_on_map));
-    (cost, Ok(Outcome { errors, errors_on_map, start, end, checks: found, volume_error }))
+    let errors = Errors::mean(&found_errors);
+    (cost, Ok(Outcome { errors, start, end, checks: found, volume_error }))
 }
 
 /// Steps of the Courant number over the spacing, at the greatest signal speed of the answer.

@@ -9,7 +9,7 @@ use crate::solver::{FlowProblem, Forcing, OpenEdges};
 
 /// Depth (m) below which water does not move in the made problems, unless they say otherwise: far below what any of them resolves.
 const DRY_DEPTH: f64 = 1e-6;
-/// Lagrangian particles that would be shallower (m) are not seeded.
+/// Particles that would be shallower (m) are not seeded.
 const SHALLOWEST_SEED: f64 = 1e-4;
 
 /// A dry problem on a lattice whose bed follows a function of the place; walls all around, no friction.
@@ -34,7 +34,7 @@ pub fn flat_strip(length: f64, spacing: f64, bed: impl Fn(f64) -> f64) -> FlowPr
     problem((length / spacing).round() as usize, 1, spacing, |place| bed(place.x))
 }
 
-/// One Lagrangian particle on each wet cell of a channel; its volume is per metre of width (m²).
+/// One particle on each wet cell of a channel; its volume is per metre of width (m²).
 pub fn line_seeds(problem: &FlowProblem) -> Vec<FluidSeed> {
     let lattice = &problem.bed.lattice;
     let wet = (0..lattice.len()).filter(|&cell| problem.initial_depth[cell] > 0.0);

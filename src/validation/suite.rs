@@ -6,7 +6,7 @@ use super::judge::{Judgement, judge};
 use super::outcome::{Broken, Check, Cost, Errors, Outcome};
 use super::row::{Row, Status};
 use super::run::run;
-use crate::scenario::methods::Formulation;
+use crate::scenario::methods::Core;
 
 /// Errors below this (m, m/s) are rounding and have no order.
 const ROUNDING: f64 = 1e-10;
@@ -51,17 +51,18 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
         Resolutions::Full => case.spacings.len(),
     };
     let mut result = CaseResult::default();
-    // Of each norm of its own.
-    let (mut coarsest, mut coarser): ([Option<ErrorsAt>; 2], [Option<ErrorsAt>; 2]) = ([None; 2], [None; 2]);
+    let core = choice.numerics.core();
+    let (mut coarsest, mut coarser): (Option<ErrorsAt>, Option<ErrorsAt>) = (None, None);
     for (k, &spacing) in case.spacings[..number].iter().enumerate() {
-        let setup = match (case.setup)(spacing, choice.numerics.motion) {
+        let setup = match (case.setup)(spacing, core) {
+            Ok(setup) if core == Core::Lagrangian => setup.in_plane(),
             Ok(setup) => setup,
             Err(why) => {
                 result.skipped = Some(why);
                 return result;
             }
         };
-        if choice.numerics.formulation == Formulation::Variational && !setup.problem.forcing.is_still() {
+        if core == Core::Variational && !setup.problem.forcing.is_still() {
             result.skipped = Some("the variational formulation has no open boundaries with a condition".to_owned());
             return result;
         }
@@ -69,48 +70,20 @@ pub fn run_case(case: &Case, choice: &Choice, resolutions: Resolutions) -> CaseR
         let (cost, ended) = run(&setup, choice);
         let outcome = ended.as_ref().ok().filter(|_| setup.is_answer_known);
         let is_finest = k + 1 == number && k > 0;
-        let norms =
-            if setup.is_scored_on_map && is_moving(choice) { &[Norm::Usual, Norm::Map][..] } else { &[Norm::Usual] };
-        for &norm in norms {
-            let found = outcome.and_then(|outcome| norm.errors(outcome));
-            // A lake at rest is right or wrong; it has no order.
-            let errors = found.filter(|_| matches!(setup.until, Until::Time(_))).map(|errors| (spacing, errors));
-            let (first, last) = (&mut coarsest[norm as usize], &mut coarser[norm as usize]);
-            let (whole_order, order) = (orders(*first, errors), orders(*last, errors));
-            *first = if k == 0 { errors } else { *first };
-            *last = errors;
-            let judgement = setup.limits.as_ref().map(|limits| judge(limits, &cost, &ended));
-            let whole_order = is_finest.then_some(whole_order);
-            let place = Placed { case, choice, spacing, norm, errors: found, whole_order, judgement };
-            let (row, verdicts) = place.row(cost, &ended, order);
-            result.rows.push(row);
-            result.verdicts.extend(verdicts);
-        }
+        let found = outcome.map(|outcome| outcome.errors);
+        // A lake at rest is right or wrong; it has no order.
+        let errors = found.filter(|_| matches!(setup.until, Until::Time(_))).map(|errors| (spacing, errors));
+        let (whole_order, order) = (orders(coarsest, errors), orders(coarser, errors));
+        coarsest = if k == 0 { errors } else { coarsest };
+        coarser = errors;
+        let judgement = setup.limits.as_ref().map(|limits| judge(limits, &cost, &ended));
+        let whole_order = is_finest.then_some(whole_order);
+        let place = Placed { case, choice, spacing, errors: found, whole_order, judgement };
+        let (row, verdicts) = place.row(cost, &ended, order);
+        result.rows.push(row);
+        result.verdicts.extend(verdicts);
     }
     result
-}
-
-/// What the errors are means of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Norm {
-    /// Particles that move; the cells under those that rest.
-    Usual,
-    /// The map of Lagrangian particles.
-    Map,
-}
-
-impl Norm {
-    fn errors(self, outcome: &Outcome) -> Option<Errors> {
-        match self {
-            Norm::Usual => Some(outcome.errors),
-            Norm::Map => outcome.errors_on_map,
-        }
-    }
-
-    /// The name in a row; `is_moving` says whether the particles do.
-    fn name(self, is_moving: bool) -> &'static str {
-        if self == Norm::Usual && is_moving { "mean_abs_particles" } else { "mean_abs_grid" }
-    }
 }
 
 /// A spacing (m) and the errors at it.
@@ -129,8 +102,6 @@ struct Placed<'a> {
     case: &'a Case,
     choice: &'a Choice,
     spacing: f64,
-    /// What the errors are means of.
-    norm: Norm,
     /// Where there is an answer.
     errors: Option<Errors>,
     /// Orders from the coarsest to this spacing, where it is the finest of several.
@@ -153,7 +124,6 @@ impl Placed<'_> {
                 let whose = match acceptance_limit.scope {
                     Scope::Each | Scope::Of(_) => "",
                     Scope::Better => " (the better motion)",
-                    Scope::Shown => " (for show)",
                 };
                 asked.extend(items.into_iter().map(|item| format!("{}{whose}", item.found)));
             }
@@ -172,7 +142,7 @@ impl Placed<'_> {
             particles: cost.particles,
             particle_evaluations: cost.evaluations,
             cpu_s: cost.cpu_s,
-            norm: self.norm.name(is_moving(self.choice)).to_owned(),
+            norm: if numerics.has_cells() { "mean_abs_grid" } else { "mean_abs_particles" }.to_owned(),
             error_depth: self.errors.map(|errors| errors.depth),
             error_velocity: self.errors.map(|errors| errors.velocity),
             order_depth: orders.0,
@@ -189,7 +159,7 @@ impl Placed<'_> {
     /// What an acceptance limit asks of this run and whether it is so; nothing where the acceptance limit is for other runs.
     fn asked_by(&self, acceptance_limit: &AcceptanceLimit, cost: &Cost, outcome: Option<&Outcome>) -> Vec<Check> {
         let is_for_me = match acceptance_limit.scope {
-            Scope::Each | Scope::Better | Scope::Shown => true,
+            Scope::Each | Scope::Better => true,
             Scope::Of(motion) => motion == self.choice.numerics.motion,
         };
         let mut items = Vec::new();
@@ -240,10 +210,6 @@ impl Placed<'_> {
     }
 }
 
-fn is_moving(choice: &Choice) -> bool {
-    choice.numerics.motion == crate::scenario::methods::Motion::Lagrangian
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -271,7 +237,7 @@ mod tests {
         setup: |spacing, _| Ok(channel(spacing, 5.0, 20.0)),
     };
 
-    fn results(setup: fn(f64, Motion) -> SetupResult) -> [CaseResult; 2] {
+    fn results(setup: fn(f64, Core) -> SetupResult) -> [CaseResult; 2] {
         ["eulerian", "lagrangian"].map(|motion| {
             let choice = Choice::new(&[("motion", motion)]).unwrap();
             run_case(&Case { setup, ..CASE }, &choice, Resolutions::Test)

@@ -8,8 +8,6 @@ mod cases;
 mod channel;
 mod circle;
 mod constants;
-mod grid;
-mod lake;
 mod methods;
 mod resting;
 mod variational;

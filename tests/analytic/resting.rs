@@ -1,6 +1,6 @@
 //! The core with Eulerian particles against exact solutions: errors are means over the grid, and their order is checked.
 
-use floodsim::scenario::methods::Motion;
+use floodsim::scenario::methods::Core;
 use floodsim::validation::cases::circles::circular;
 use floodsim::validation::cases::dam_breaks::{END, channel};
 use floodsim::validation::exact::Accuracy;
@@ -40,7 +40,7 @@ fn strong_bore_over_a_thin_layer_converges() {
 
 #[test]
 fn circular_dam_break_converges_at_first_order() {
-    let run = |spacing| errors(&circular(spacing, Motion::Eulerian, Accuracy::First), &resting());
+    let run = |spacing| errors(&circular(spacing, Core::Eulerian, Accuracy::First), &resting());
     let (coarse, fine) = (run(0.2), run(0.1));
     // Measured .0057/.0245 (.0067/.0306 before decision 0012) within 10 m of the centre.
     assert_below(fine, (0.0061, 0.0258));

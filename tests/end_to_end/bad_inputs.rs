@@ -287,26 +287,26 @@ fn a_resolution_wider_than_the_terrain_is_refused() {
 }
 
 #[test]
-fn a_polygon_that_ends_within_its_water_is_told_as_each_motion_has_it() {
+fn a_polygon_that_ends_within_its_water_is_told_as_each_formulation_has_it() {
     // 30 m by 40 m of a basin of 50 m by 50 m, at 5 m: 6000 m³ over the polygon, and more in the cells beside it that are filled.
     let narrower = "[[[1055,2055],[1085,2055],[1085,2095],[1055,2095],[1055,2055]]]";
-    for (motion, expected, is_held) in [
-        ("eulerian", "off the integral of level minus terrain; the level of 5 m is held", true),
+    for (methods, expected, is_held) in [
+        ("motion: lagrangian", "off the integral of level minus terrain; the level of 5 m is held", true),
         (
-            "lagrangian",
-            "the level of 5 m is not held: Lagrangian particles get the 6.00000e3 m³ of the integral of level minus terrain",
+            "formulation: variational",
+            "the level of 5 m is not held: the particles get the 6.00000e3 m³ of the integral of level minus terrain",
             false,
         ),
     ] {
-        let scene = Scene::with("time: {end: 4 s}", &format!("numerics: {{motion: {motion}}}\ntime: {{end: 1 s}}"));
+        let scene = Scene::with("time: {end: 4 s}", &format!("numerics: {{{methods}}}\ntime: {{end: 1 s}}"));
         scene.polygon(narrower, "{}");
         let run = floodsim(scene.folder.path(), &["s.yaml", "--out", "out"]);
         assert_eq!(run.code, 0, "{}", run.stderr);
         let cause = "the polygon ends within the water: 18 cells beside it";
-        assert!(run.stderr.contains(expected) && run.stderr.contains(cause), "{motion}: {}", run.stderr);
+        assert!(run.stderr.contains(expected) && run.stderr.contains(cause), "{methods}: {}", run.stderr);
         let gauges = std::fs::read_to_string(scene.path("out/tables/gauge_series.csv")).unwrap();
         let level: f64 = gauges.lines().nth(1).unwrap().split(',').nth(3).unwrap().parse().unwrap();
-        assert!(level <= 5.0 && (level > 4.999) == is_held && (level < 4.5) != is_held, "{motion}: {gauges}");
+        assert!(level <= 5.0 && (level > 4.999) == is_held && (level < 4.5) != is_held, "{methods}: {gauges}");
     }
 }
 

@@ -269,7 +269,7 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("stabilisation: two_shocks"),
-        &["Eulerian particles have no `stabilisation: two_shocks`", "rest in the middle", "leave `stabilisation` out"],
+        &["Eulerian particles have no `stabilisation: two_shocks`", "lie in the middle", "leave `stabilisation` out"],
     );
     assert_change_refused(
         "title: Test",
@@ -288,10 +288,7 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
     assert_change_refused(
         "title: Test",
         &numerics("stabilisation: hllc"),
-        &[
-            "`hllc` is not a stabilisation",
-            "write `two_rarefactions` for Eulerian, `two_waves` for Lagrangian particles",
-        ],
+        &["`hllc` is not a stabilisation", "write `two_rarefactions`, or `two_waves` with `formulation: variational`"],
     );
     assert_change_refused("title: Test", &numerics("kernel: wendland"), &["did you mean `wendland_c2`?"]);
     assert_change_refused("title: Test", &numerics("kernel: poly6"), &["use one of cubic_spline, quadratic"]);
@@ -301,7 +298,7 @@ fn methods_that_do_not_exist_or_do_not_go_together_are_refused() {
         &[
             "error[method-combination] numerics.kernel (s.yaml:2:20)",
             "have no `kernel: wendland_c2`",
-            "motion: lagrangian",
+            "formulation: variational",
         ],
     );
 }

@@ -1,4 +1,4 @@
-//! A dam that breaks, through the whole program, before Eulerian and Lagrangian particles.
+//! A dam that breaks, through the whole program, before cells that rest and cells that move.
 
 use std::path::PathBuf;
 
@@ -164,11 +164,13 @@ fn a_whole_dam_that_goes_at_the_start_is_the_run_without_it() {
     // Along the lattice through the middle of cells, along an edge of theirs, and askew.
     for (from, to) in [(102.5, 102.5), (100.0, 100.0), (98.0, 112.0), (80.0, 120.0)] {
         let folder = scene_with_dam(from, to, 0.0);
-        for motion in ["eulerian", "lagrangian"] {
-            let [without, gone] = ["without", "gone"].map(|scenario| found(&folder, scenario, motion));
-            assert_eq!(without, gone, "{from} m to {to} m, {motion}");
-            assert!(without.1 > 100.0, "{} m3/s", without.1);
-        }
+        let [without, gone] = ["without", "gone"].map(|scenario| found(&folder, scenario, "eulerian"));
+        assert_eq!(without, gone, "{from} m to {to} m");
+        assert!(without.1 > 100.0, "{} m3/s", without.1);
+        // Cells that could move rest where a dam was, so that the water goes on otherwise than without it.
+        let [without, gone] = ["without", "gone"].map(|scenario| found(&folder, scenario, "lagrangian"));
+        println!("{from} m to {to} m: peaks {} and {} m3/s", without.1, gone.1);
+        assert!((gone.0 / without.0 - 1.0).abs() < 1e-12 && (gone.1 / without.1 - 1.0).abs() < 0.03);
     }
 }
 
@@ -266,19 +268,6 @@ fn a_breach_that_grows_begins_at_the_same_time_on_every_lattice() {
     let [first, last] =
         [arrivals.iter().copied().fold(f64::INFINITY, f64::min), arrivals.iter().copied().fold(0.0, f64::max)];
     assert!(first > 400.0 && last < first + 10.0, "{arrivals:?} s");
-}
-
-#[test]
-fn a_growing_breach_of_moving_particles_is_warned_of() {
-    let folder = scene();
-    for (settings, is_warned) in [("numerics.motion=lagrangian", true), ("numerics.motion=eulerian", false)] {
-        let check = floodsim(folder.path(), &["check", "s.yaml", "--set", settings]);
-        assert!(
-            check.code == 0 && check.stdout.contains("warning[late-breach] breach") == is_warned,
-            "{}",
-            check.stdout
-        );
-    }
 }
 
 #[test]

@@ -249,16 +249,6 @@ fn a_flood_wall_of_one_pixel_behind_a_quay_holds() {
 }
 
 #[test]
-fn lagrangian_particles_follow_no_banks() {
-    let scene = Scene::new();
-    let moving = [&["check", "s.yaml", "--set", "numerics.motion=lagrangian"][..], &FOUND].concat();
-    let answer = floodsim(scene.folder.path(), &moving);
-    assert!(!answer.stdout.contains("follow no lines"), "{}", answer.stdout);
-    let answer = floodsim(scene.folder.path(), &[&moving[..], &["--set", "terrain.follow_banks=true"]].concat());
-    assert!(answer.code == 3 && answer.stdout.contains("Lagrangian particles follow no lines"), "{}", answer.stdout);
-}
-
-#[test]
 fn the_number_of_threads_does_not_change_cells_that_follow_lines() {
     let scene = Scene::new();
     let short = ["--set", "time.end=3 min", "--set", "outputs.every=3 min"];
@@ -270,7 +260,7 @@ fn the_number_of_threads_does_not_change_cells_that_follow_lines() {
 }
 
 #[test]
-fn lines_that_are_followed_have_no_level_and_need_particles_that_rest() {
+fn lines_that_are_followed_have_no_level() {
     let scene = Scene::new();
     let refused = |changes: &[&str]| {
         let answer = floodsim(scene.folder.path(), &[&["check", "s.yaml"][..], changes].concat());
@@ -279,8 +269,6 @@ fn lines_that_are_followed_have_no_level_and_need_particles_that_rest() {
     };
     let level = refused(&["--set", "terrain.breaklines=[{lines: banks.geojson, mode: follow, z: 3 m}]"]);
     assert!(level.contains("conflict") && level.contains("mode: follow"), "{level}");
-    let moving = refused(&["--set", "numerics.motion=lagrangian"]);
-    assert!(moving.contains("Lagrangian particles follow no lines"), "{moving}");
 }
 
 const JUMP: &str = "\

@@ -198,7 +198,7 @@ fn a_radar_rains_its_volume_in_its_intervals() {
     let bounds = Some(vec![0.0, 1.0, 1.0, 2.5, 2.5, 4.0]);
     let bounded = Scene::new(&Radar { times: vec![0.5, 2.0, 3.5], bounds, ..Radar::sound() }, &[]);
     assert_volume(bounded.run().0, minute(60.0 * 1.5 + 90.0 * 0.5));
-    // On Lagrangian particles as well.
+    // On cells that move as well.
     let moving = Scene::new(&Radar::sound(), &[("resolution: 5 m", "numerics: {motion: lagrangian}\nresolution: 5 m")]);
     assert_volume(moving.run().0, minute(150.0));
 }

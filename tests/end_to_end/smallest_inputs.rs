@@ -185,7 +185,7 @@ fn terrain_and_structures_that_differ_on_the_lattice() {
     let dam = || drawn("lines.geojson", "LineString", &["[[1077.5,2041],[1077.5,2109]]"]);
     assert_found(&[
         (
-            "structures: {walls: [{lines: lines.geojson}]}\nnumerics: {motion: lagrangian}",
+            "structures: {walls: [{lines: lines.geojson}]}\nnumerics: {formulation: variational}",
             &[drawn("lines.geojson", "MultiLineString", &[gap])],
             0,
             "warning[gap-on-lattice] structures.walls[0].lines",

@@ -174,7 +174,7 @@ fn a_lake_rests_behind_a_levee_and_around_a_house() {
 
 #[test]
 fn moving_particles_stay_behind_a_wide_levee_and_a_narrow_one_is_refused() {
-    let moving = ["--set", "numerics.motion=lagrangian"];
+    let moving = ["--set", "numerics.formulation=variational"];
     let narrow = floodsim(Scene::sound().folder.path(), &[&["check", "s.yaml"][..], &moving].concat());
     assert_eq!(narrow.code, 3, "{}", narrow.stdout);
     for text in ["error[method-combination] terrain.breaklines[0].lines (s.yaml:9:15)", "narrower than 20 m"] {

@@ -184,7 +184,10 @@ fn a_suite_without_any_data_is_no_success() {
 fn moving_particles_are_left_out_of_channels() {
     let (code, said, rows) = validate("rajar_a", &data(), "motion=lagrangian");
     assert_eq!((code, rows.len()), (2, 0), "{said}");
-    assert!(said.contains("skipped, because it is for Eulerian particles: channels in one dimension"), "{said}");
+    assert!(
+        said.contains("skipped, because it is for Eulerian particles: it is about channels in one dimension"),
+        "{said}"
+    );
     assert!(said.contains("nothing was run"), "{said}");
 }
 

@@ -11,9 +11,7 @@ const FILE: usize = 400;
 
 /// What may be longer: a room or a file, a function of it where only that is long, and why.
 const LONG: &[(&str, &str)] = &[
-    ("src/core/solver/lagrangian/pairs.rs", "replaced by a later core"),
-    ("src/core/solver/moving/open/", "replaced by a later core"),
-    ("src/core/gridding.rs", "replaced by a later core"),
+    ("src/core/gridding.rs", "the gridding of the variational formulation, to be parted with it"),
     ("src/output/write/projection.rs: method_attributes", "one match: a map projection of CF a line or two"),
     ("src/core/seeding/shore.rs: fit_bed_to_water", "one rule with its exceptions, in one pass over the cells"),
     ("src/core/seeding/still_water/tests.rs", "scenes of still water, 37 lines too many"),

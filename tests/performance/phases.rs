@@ -21,8 +21,8 @@ use floodsim::physics::dimension::Dimension;
 use floodsim::physics::flux::{FaceSolver, LaxFriedrichs, Side, TwoShocks, TwoWaves};
 use floodsim::scenario::methods::Kernel;
 use floodsim::solver::FlowSolver;
-use floodsim::solver::moving::ChosenKernel;
 use floodsim::solver::phases::processor_seconds;
+use floodsim::solver::variational::ChosenKernel;
 use scene::Motion;
 
 /// Particles of the benches of single phases.
@@ -99,7 +99,7 @@ fn physics(criterion: &mut Criterion<ProcessorTime>) {
     group.finish();
 }
 
-/// The search for neighbours on a disordered lattice, and the gridding of Lagrangian particles.
+/// The search for neighbours on a disordered lattice, and the gridding of particles.
 fn search_and_gridding(criterion: &mut Criterion<ProcessorTime>) {
     let mut group = criterion.benchmark_group("particles");
     group.sampling_mode(SamplingMode::Flat).throughput(Throughput::Elements(PARTICLES as u64));
@@ -121,7 +121,7 @@ fn search_and_gridding(criterion: &mut Criterion<ProcessorTime>) {
     group.finish();
 }
 
-/// Each phase of both cores.
+/// Each phase of both motions.
 fn phases(criterion: &mut Criterion<ProcessorTime>) {
     for motion in Motion::ALL {
         let mut solver = scene::solver(motion, PARTICLES);

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 use floodsim::solver::FlowSolver;
-use floodsim::solver::moving::{Formulation, MovingSolver};
+use floodsim::solver::variational::VariationalSolver;
 use floodsim::validation::{Choice, Outcome, Setup, run};
 
 /// The methods of `numerics:` with the given entries.
@@ -12,13 +12,12 @@ pub fn methods(given: &[(&str, &str)]) -> Choice {
     Choice::new(given).unwrap()
 }
 
-/// Lagrangian particles with an integrator and the Courant number that suits it.
-pub fn moving(integrator: &str) -> Choice {
-    let courant = if integrator == "heun" { "0.6" } else { "0.4" };
-    methods(&[("motion", "lagrangian"), ("integrator", integrator), ("cfl", courant)])
+/// Cells that move.
+pub fn moving() -> Choice {
+    methods(&[("motion", "lagrangian")])
 }
 
-/// Eulerian particles.
+/// Cells at rest.
 pub fn resting() -> Choice {
     methods(&[("motion", "eulerian")])
 }
@@ -37,7 +36,7 @@ pub fn errors(setup: &Setup, choice: &Choice) -> (f64, f64) {
 }
 
 /// Runs a number of steps.
-pub fn run_steps<F: Formulation>(solver: &mut MovingSolver<F>, steps: usize) {
+pub fn run_steps(solver: &mut VariationalSolver, steps: usize) {
     for _ in 0..steps {
         let step = solver.choose_step().time_step;
         solver.advance(step).unwrap();
@@ -45,7 +44,7 @@ pub fn run_steps<F: Formulation>(solver: &mut MovingSolver<F>, steps: usize) {
 }
 
 /// Greatest speed of any particle (m/s).
-pub fn max_speed<F: Formulation>(solver: &MovingSolver<F>) -> f64 {
+pub fn max_speed(solver: &VariationalSolver) -> f64 {
     solver.state().particles.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max)
 }
 

@@ -1,7 +1,6 @@
 //! Riverbed particles, one for each cell of the lattice, one `Vec` for each quantity.
 
 use super::cover::Cover;
-use super::ridge::Ridges;
 use super::sill::PassSills;
 use crate::constants::BedConstants;
 use crate::lattice::Lattice;
@@ -22,8 +21,6 @@ pub struct BedParticles {
     pub manning: Vec<f64>,
     /// Cells without terrain whose edge no boundary opens, such as buildings; ascending.
     pub sealed: Vec<usize>,
-    /// Ridges of one cell that hide what is beyond them; see [`BedParticles::sill`].
-    pub ridges: Ridges,
     /// Ridges of the terrain that are narrower than a cell.
     pub passes: PassSills,
     /// Cells that stand for a part of their cell, or for more.
@@ -71,7 +68,6 @@ impl BedParticles {
             curvature: Vec::new(),
             manning: vec![manning; cells],
             sealed: Vec::new(),
-            ridges: Ridges::default(),
             passes: PassSills::default(),
             cover: Cover::default(),
             constants: BedConstants::DEFAULT,

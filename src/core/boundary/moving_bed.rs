@@ -7,7 +7,7 @@
 //! ```
 //!
 //! where o(t) leads from the beginning of the line to the place on it that ∫ v dt has reached: the slide does not turn. Not here:
-//! what the water does (`solver/eulerian/moving_bed.rs`, `solver/moving/bed_motion.rs`); a slide that deforms, or that the water slows down.
+//! what the water does (`solver/eulerian/moving_bed.rs`); a slide that deforms, or that the water slows down.
 
 use super::Series;
 use crate::math::Vec2;

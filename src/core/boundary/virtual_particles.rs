@@ -1,4 +1,4 @@
-//! Virtual boundary particles: walls as rows of fixed particles in which each Lagrangian particle is mirrored through points.
+//! Virtual boundary particles: walls as rows of fixed particles in which each particle is mirrored through points.
 //!
 //! ```text
 //! x' = 2 x_w − x_i + k Δ n,   v' = −v_i,   k = 0, 1, 2
@@ -19,7 +19,7 @@ const PER_SPACING: f64 = 2.0;
 const TRANSFORMS: u32 = 5;
 
 impl Walls {
-    /// The same walls with virtual particles, for Lagrangian particles that start `spacing` (m) apart.
+    /// The same walls with virtual particles, for particles that start `spacing` (m) apart.
     pub fn with_virtual_particles(mut self, spacing: f64) -> Self {
         let mut virtuals =
             VirtualParticles { places: Vec::new(), starts: vec![0], first_transform: self.isometries().len() as u32 };

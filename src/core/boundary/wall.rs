@@ -113,12 +113,6 @@ impl Walls {
         walls
     }
 
-    /// Other edges that act in the same way: by mirror images or by virtual particles.
-    pub fn with_edges(&self, edges: Vec<Edge>, spacing: f64) -> Self {
-        let walls = Walls::new(edges, spacing);
-        if self.virtual_particles.is_some() { walls.with_virtual_particles(spacing) } else { walls }
-    }
-
     /// What images are made with: the identity, the reflection in each edge, the two reflections of each corner.
     #[inline]
     pub fn isometries(&self) -> &[Isometry] {

@@ -96,28 +96,6 @@ fn volume_and_momentum_are_conserved_on_rough_ground_with_nodata() {
 }
 
 #[test]
-fn what_is_in_the_memory_that_is_lent_does_not_matter() {
-    let bed = bed(|p| 0.01 * p.x);
-    let walls = room(&bed.lattice);
-    let (mut lent, mut alone) = (gridder(&bed), gridder(&bed));
-    for east in [60.0, 120.0] {
-        let particles = block(Vec2::new(20.0, 20.0), Vec2::new(east, 100.0), 2.5, 0.2, |_| Some(2.0));
-        let lines = || vec![bytemuck::cast::<[f64; 8], Line>([f64::NAN; 8]); particles.len()];
-        let (mut shares, mut weights, mut factors) = (lines(), lines(), vec![f64::NAN; bed.lattice.len()]);
-        // Room for some of the chunks whose weights overflow, for none, and for the first ones of those left.
-        let mut pieces = [9_000, 0, 100, 20_000].map(|count| vec![f32::NAN; count]);
-        let lent_memory = Lent {
-            lines: [&mut shares, &mut weights],
-            factors: &mut factors,
-            pieces: pieces.each_mut().map(|piece| &mut piece[..]),
-        };
-        let found = lent.grid_within(&bed, &walls, &particles, lent_memory).depths();
-        let expected = alone.grid(&bed, &walls, &particles).depths();
-        assert!(found.iter().zip(&expected).all(|(found, expected)| found.to_bits() == expected.to_bits()), "{east} m");
-    }
-}
-
-#[test]
 fn lake_at_rest_over_a_slope_is_level() {
     let mut bed = bed(|p| 0.1 * p.x + 0.02 * p.y);
     bed.is_sloped = true;

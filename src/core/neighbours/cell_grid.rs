@@ -85,13 +85,6 @@ impl CellGrid {
         &self.order[..self.keys.len()]
     }
 
-    /// Memory that is free when the search is over; the order stays.
-    pub fn spare_memory(&mut self) -> [&mut [f32]; 4] {
-        let CellGrid { starts, x, y, reach_squared, .. } = self;
-        let of_cells = bytemuck::cast_slice_mut(starts);
-        [of_cells, bytemuck::cast_slice_mut(x), bytemuck::cast_slice_mut(y), reach_squared]
-    }
-
     /// Every particle j with |x_j − position| < max(support, support_j), but for a sliver at the rim.
     pub fn within<'a>(&self, position: Vec2, support: f64, found: &'a mut Found) -> &'a mut [u32] {
         self.spans_and_list_within(position, support, found).1

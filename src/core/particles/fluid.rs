@@ -2,8 +2,7 @@
 
 use crate::math::Vec2;
 
-/// Eight numbers of a particle, one cache line, whose meaning is that of whoever works with them at the moment: parts of a step lend
-/// each other memory that none needs while the other is at work.
+/// Eight numbers of a particle, one cache line, whose meaning is that of whoever works with them.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct Line([f64; 8]);
@@ -76,17 +75,6 @@ impl FluidParticles {
         self.smoothing_length.push(particle.smoothing_length);
     }
 
-    /// One of them.
-    pub fn at(&self, i: usize) -> Particle {
-        Particle {
-            position: self.position[i],
-            velocity: self.velocity[i],
-            volume: self.volume[i],
-            depth: self.depth[i],
-            smoothing_length: self.smoothing_length[i],
-        }
-    }
-
     /// Keeps those particles only that are marked, in their order.
     pub fn retain(&mut self, is_kept: &[bool]) {
         retain_marked(&mut self.position, is_kept);
@@ -94,15 +82,6 @@ impl FluidParticles {
         retain_marked(&mut self.volume, is_kept);
         retain_marked(&mut self.depth, is_kept);
         retain_marked(&mut self.smoothing_length, is_kept);
-    }
-
-    /// Keeps the first particles only, so many of them.
-    pub fn truncate(&mut self, count: usize) {
-        self.position.truncate(count);
-        self.velocity.truncate(count);
-        self.volume.truncate(count);
-        self.depth.truncate(count);
-        self.smoothing_length.truncate(count);
     }
 
     /// Number of particles.

@@ -1,4 +1,4 @@
-//! Equal-volume filling: Lagrangian particles that all carry the same volume, closer together where the water is deep.
+//! Equal-volume filling: particles that all carry the same volume, closer together where the water is deep.
 //!
 //! 1. The water is cut into samples smaller than a particle, in the order of Hilbert's curve, along which neighbours stay
 //!    together. Pieces of the curve with equal volumes give the first places: their centroids.

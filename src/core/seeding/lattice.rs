@@ -1,4 +1,4 @@
-//! Lattice filling: one Lagrangian particle at the centre of each cell with still water.
+//! Lattice filling: one particle at the centre of each cell with still water.
 //!
 //! ```text
 //! V = f d Δ²,  f = integral / Σ d Δ²

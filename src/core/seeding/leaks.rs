@@ -1,8 +1,7 @@
 //! Where still water would run out of its polygon: pockets that it fills and stays in, and gaps through which it leaves.
 //!
 //! Water passes from a cell to any of its eight neighbours whose bed lies below the level, unless a wall lies between the
-//! two centres, a ridge inside the two cells ([`PassSills`](crate::bed::PassSills)) stands up to the level, or the step leads over the corner at which two cells of a dam meet: Eulerian particles pass no corner, and a dam of moving
-//! ones has none. Lagrangian particles reach all eight; Eulerian ones fewer, and what is at rest for eight is at rest for them.
+//! two centres, a ridge inside the two cells ([`PassSills`](crate::bed::PassSills)) stands up to the level, or the step leads over the corner at which two cells of a dam meet: cells pass no corner. Particles of the variational formulation reach all eight; cells fewer, and what is at rest for eight is at rest for them.
 //!
 //! Ground below the level that goes on for some cells beyond the polygon ([`SeedingConstants`]) is open: there a dam is taken away, or the
 //! polygon leaks. All else below the level outside the polygon that the water reaches is a pocket, which a rim drawn with

@@ -1,4 +1,4 @@
-//! Water at the start: bodies of still water become depths of Eulerian particles, or Lagrangian particles.
+//! Water at the start: bodies of still water become depths of cells, or particles of the variational formulation.
 
 mod equal_volume;
 mod lattice;

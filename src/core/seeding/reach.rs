@@ -17,8 +17,6 @@ use crate::math::{Vec2, segments_cross};
 pub struct Reach {
     /// How many cells are so many steps away from the water of the start: the first number counts the cells of the start.
     pub cells_at: Vec<usize>,
-    /// Cells beyond the start that are lower than all their neighbours with terrain, by more than a film: pockets that hold water.
-    pub pockets: usize,
 }
 
 impl Reach {
@@ -37,9 +35,8 @@ impl Reach {
     }
 }
 
-/// Finds the cells that still water can reach from its bodies, whose `levels` (m) are given in their order; pockets are deeper than
-/// `film` (m).
-pub fn reach(bed: &BedParticles, still: &StillWater, levels: &[f64], walls: &[[Vec2; 2]], film: f64) -> Reach {
+/// Finds the cells that still water can reach from its bodies, whose `levels` (m) are given in their order.
+pub fn reach(bed: &BedParticles, still: &StillWater, levels: &[f64], walls: &[[Vec2; 2]]) -> Reach {
     let lattice = &bed.lattice;
     let wet = |cell: usize| still.depth[cell] > 0.0;
     let mut steps: Vec<Option<u32>> = (0..lattice.len()).map(|cell| wet(cell).then_some(0)).collect();
@@ -67,14 +64,11 @@ pub fn reach(bed: &BedParticles, still: &StillWater, levels: &[f64], walls: &[[V
         }
     }
     let mut reach = Reach::default();
-    for (cell, steps) in steps.iter().enumerate() {
-        let Some(steps) = steps.map(|steps| steps as usize) else { continue };
+    for steps in steps.into_iter().flatten().map(|steps| steps as usize) {
         if reach.cells_at.len() <= steps {
             reach.cells_at.resize(steps + 1, 0);
         }
         reach.cells_at[steps] += 1;
-        let is_pocket = || around(bed, cell).all(|other| bed.elevation[other] > bed.elevation[cell] + film);
-        reach.pockets += usize::from(steps > 0 && is_pocket());
     }
     reach
 }
@@ -110,7 +104,7 @@ mod tests {
     fn water_runs_below_its_level_and_no_further_than_a_ridge_a_wall_or_the_data() {
         let cells = |elevation, walls: &[[Vec2; 2]]| {
             let (bed, still) = strip(elevation);
-            reach(&bed, &still, &[1.0], walls, 0.0).cells_at
+            reach(&bed, &still, &[1.0], walls).cells_at
         };
         let flat = [0.0; 8];
         assert_eq!(cells(flat, &[]), [2, 1, 1, 1, 1, 1, 1]);
@@ -120,16 +114,9 @@ mod tests {
     }
 
     #[test]
-    fn pockets_lie_beyond_the_start() {
-        let (bed, still) = strip([0.0, 0.0, -1.0, -3.0, -2.0, -2.5, -2.0, -1.0]);
-        let pockets = |film| reach(&bed, &still, &[1.0], &[], film).pockets;
-        assert_eq!((pockets(0.0), pockets(0.6)), (2, 1));
-    }
-
-    #[test]
     fn the_mean_grows_with_the_speed_up_to_all_cells() {
         let (bed, still) = strip([0.0; 8]);
-        let reach = reach(&bed, &still, &[1.0], &[], 0.0);
+        let reach = reach(&bed, &still, &[1.0], &[]);
         // 6 m in 6 s: cells 2, 4 and 6 m away are reached after 2, 4 and 6 s.
         assert!((reach.mean_cells(2.0, 1.0, 6.0) - (2.0 + 2.0 / 3.0 + 1.0 / 3.0)).abs() < 1e-12);
         assert!(reach.mean_cells(2.0, 2.0, 6.0) > reach.mean_cells(2.0, 1.0, 6.0));

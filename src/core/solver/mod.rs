@@ -2,8 +2,6 @@
 
 mod changing_bed;
 mod eulerian;
-pub mod lagrangian;
-pub mod moving;
 mod nested;
 pub mod phases;
 mod scratch;
@@ -35,8 +33,7 @@ pub struct FlowProblem {
     pub walls: Vec<[Vec2; 2]>,
     /// Where water may leave.
     pub open_edges: OpenEdges,
-    /// What brings water in or takes it out, and the sections that measure it. Particles that move know boundaries,
-    /// sources, rain, sections and a bed that changes, in the balanced formulation.
+    /// What brings water in or takes it out, and the sections that measure it. Cells alone know it.
     pub forcing: Forcing,
     /// Still water at the start: depth (m) at each cell of the lattice.
     pub initial_depth: Vec<f64>,
@@ -212,7 +209,7 @@ pub trait FlowSolver: Send {
     /// # Errors
     /// When the state is no longer finite, or the step has collapsed.
     fn advance(&mut self, time_step: f64) -> Result<(), NumericalFailure>;
-    /// The water on the lattice now. Lagrangian particles are gridded here, with their volume conserved.
+    /// The water on the lattice now. Particles, and cells that move, are gridded here, with their volume conserved.
     fn water(&mut self) -> WaterOnLattice<'_>;
     /// After how many steps the water on the lattice is to be recorded: each one, unless it costs about as much as a step to draw it.
     fn steps_of_a_record(&self) -> u64 {
@@ -255,6 +252,10 @@ pub trait FlowSolver: Send {
     /// Inflow and outflow by each way of the problem; nothing where the core keeps no such balance.
     fn passages(&self) -> Vec<Passage> {
         Vec::new()
+    }
+    /// Whether there are cells or particles that move.
+    fn has_moving(&self) -> bool {
+        false
     }
     /// Number of particles that carry water now.
     fn particles(&self) -> usize;

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::FlowProblem;
-use crate::bed::{BedParticles, Cover, PassSills, Ridges};
+use crate::bed::{BedParticles, Cover, PassSills};
 use crate::boundary::{BedMotion, Forcing, LineSource, Rain, RainFrames};
 use crate::lattice::{Conforming, Lattice, Level, Nest};
 
@@ -93,7 +93,6 @@ impl Stack {
             curvature: Vec::new(),
             manning: self.of_cells(0.0, |problem| &problem.bed.manning),
             sealed: self.each().flat_map(of_level).collect(),
-            ridges: Ridges::default(),
             passes: PassSills::stacked(self.each().map(|(problem, level)| (&problem.bed.passes, level)), cell_of),
             cover: Cover::stacked(self.each().map(|(problem, level)| (&problem.bed.cover, level)), cell_of),
             constants: finest.constants,

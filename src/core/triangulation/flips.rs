@@ -21,6 +21,8 @@ pub struct Moved {
     pub flips: usize,
     /// Whether all was triangulated afresh.
     pub is_renewed: bool,
+    /// Whether there is no triangulation of the places any more.
+    pub is_lost: bool,
 }
 
 /// What is wrong with a triangle.
@@ -53,7 +55,7 @@ impl Triangulation {
                         self.go(ways, &starts, 1.0);
                         // Those that were taken out have their places again.
                         ways.iter().for_each(|&(place, _)| self.outgoing[place as usize] = 0);
-                        self.renew();
+                        moved.is_lost = !self.renew();
                         moved.is_renewed = true;
                     }
                     return moved;

@@ -130,17 +130,15 @@ impl Triangulation {
         }
     }
 
-    /// Triangulates all places afresh, with the same numbers.
-    ///
-    /// # Panics
-    /// Where two places are the same, or one is none.
-    pub fn renew(&mut self) {
+    /// Triangulates all places afresh, with the same numbers; whether that could be done: not where two places are the same, or one is none.
+    pub fn renew(&mut self) -> bool {
         let kept: Vec<u32> = (0..self.places.len() as u32).filter(|&k| self.has(k)).collect();
         let fresh = Self::new(kept.iter().map(|&k| self.places[k as usize]).collect());
-        let Some(fresh) = fresh else { panic!("two particles at one place") };
+        let Some(fresh) = fresh else { return false };
         self.corners = fresh.corners.into_iter().map(|corners| corners.map(|k| kept[k as usize])).collect();
         self.free_triangles.clear();
         self.join();
+        true
     }
 
     /// Numbers that places have or had.
@@ -212,6 +210,46 @@ impl Triangulation {
             edge = if on == first { NONE } else { on };
             Some(spoke)
         })
+    }
+
+    /// Calls `act` for each place beside one, at the hull, too.
+    pub fn beside(&self, place: u32, mut act: impl FnMut(u32)) {
+        let first = self.outgoing[place as usize];
+        if first == NONE {
+            return;
+        }
+        // The first one by the hands of the clock.
+        let mut start = first;
+        for _ in 0..self.corners.len() {
+            let twin = self.twins[start as usize];
+            if twin == NONE || next(twin) == first {
+                break;
+            }
+            start = next(twin);
+        }
+        let mut edge = start;
+        for _ in 0..self.corners.len() {
+            act(self.to(edge));
+            let on = self.twins[before(edge) as usize];
+            if on == NONE {
+                act(self.from(before(edge)));
+                return;
+            }
+            if on == start {
+                return;
+            }
+            edge = on;
+        }
+    }
+
+    /// Whether a place has neighbours all around it, and does not lie at the hull.
+    pub fn is_inside(&self, place: u32) -> bool {
+        let first = self.outgoing[place as usize];
+        let on = |edge: &u32| {
+            let twin = *self.twins.get(*edge as usize)?;
+            (twin != NONE).then(|| self.twins[before(*edge) as usize]).filter(|on| *on != NONE)
+        };
+        std::iter::successors(Some(first), on).skip(1).take(self.corners.len()).any(|edge| edge == first)
     }
 
     /// The corners of the cell of a place and its neighbours: each corner lies to the left of the way to the neighbour. Nothing at the hull.

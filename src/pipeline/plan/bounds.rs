@@ -8,16 +8,16 @@ use super::measure::Measured;
 use super::{Cells, MIB, Plan};
 use crate::prepare::Scene;
 use crate::scenario::Scenario;
-use crate::scenario::methods::{Formulation, Motion};
+use crate::scenario::methods::Motion;
 use crate::seeding::{Reach, StillWater};
 
 /// The mean of the fastest signal over a run, over √(g d) of the deepest water at the start: from half of that depth up to the front
 /// of a dam break.
 const SIGNAL: Range<f64> = 0.7..2.0;
-/// An evaluation of Lagrangian particles costs up to so many times what it does at the start: wide particles of thin water have many
+/// An evaluation of particles of the variational formulation costs up to so many times what it does at the start: wide particles of thin water have many
 /// neighbours, and walls show images of each (0.8 million evaluations a CPU second on a plane, 0.2 at Malpasset: decision 0003).
 const DEARER_WHEN_SPREAD: f64 = 4.0;
-/// A Lagrangian particle spreads to so many times its width at most (`LARGEST_SPREAD` of the solver).
+/// Such a particle is taken to spread to so many times its width at most.
 const WIDEST: f64 = 12.0;
 /// Time (s) to write the maps per cell of the output grid: 2.5e-6 in the demonstration, 5e-6 at Malpasset at 40 m.
 const MAP_SECONDS: Range<f64> = 1.5e-6..6e-6;
@@ -28,7 +28,7 @@ const PLAN_BYTES: f64 = 40.0;
 const WRITERS_MIB: f64 = 80.0;
 /// Memory (bytes) that they take per cell of the lattice and of the output grid beyond that, at most.
 const WRITERS_BYTES: f64 = 100.0;
-/// Memory (bytes) that a Lagrangian particle adds as it gets more neighbours.
+/// Memory (bytes) that such a particle adds as it gets more neighbours.
 const NEIGHBOUR_BYTES: f64 = 400.0;
 
 /// Draws the bounds from the measurement, with the greatest memory so far (MiB).
@@ -40,13 +40,15 @@ pub fn draw(
     (cells, memory_now): (Cells, f64),
 ) -> Plan {
     let spacing = scenario.resolution.value;
-    let moves = is_moving(scenario);
+    let moves = are_particles(scenario);
     let wet = reach.cells_at.first().copied().unwrap_or(0);
     let growth = growth(scenario, still, reach, measured.particles);
     let (now, peak) = (measured.particles as f64, measured.most_particles as f64);
     let particles_at_most = match (moves, measured.is_whole) {
         (true, _) | (_, true) => peak..peak,
-        (false, false) => peak..peak.max((reach.cells() + scene.needs.channel_particles) as f64),
+        (false, false) => {
+            peak..peak.max(cells_of_each(scenario) * (reach.cells() + scene.needs.channel_particles) as f64)
+        }
     };
     let steps = steps(scenario, &measured);
     let run_time = run_time(&steps, &measured, if moves { DEARER_WHEN_SPREAD } else { growth }, cells.of_maps);
@@ -68,7 +70,7 @@ pub fn draw(
         part: None,
         levels: Vec::new(),
         motion: scenario.numerics.motion,
-        advice: advice(scene, reach, spread, spacing),
+        advice: advice(scene),
         measured,
         threads: rayon::current_num_threads(),
         warnings: Vec::new(),
@@ -81,8 +83,13 @@ fn memory(of_plan: f64, lattice_cells: usize, map_cells: usize, neighbours: f64)
     of_plan - PLAN_BYTES * lattice_cells as f64 / MIB..of_plan + WRITERS_MIB + written + neighbours
 }
 
-fn is_moving(scenario: &Scenario) -> bool {
-    scenario.numerics.motion == Motion::Lagrangian || scenario.numerics.formulation == Formulation::Variational
+fn are_particles(scenario: &Scenario) -> bool {
+    !scenario.numerics.has_cells()
+}
+
+/// Cells for each square that the water reaches, at most: those that move are merged where they are smaller than half a square.
+fn cells_of_each(scenario: &Scenario) -> f64 {
+    if scenario.numerics.motion == Motion::Lagrangian { 2.0 } else { 1.0 }
 }
 
 /// The mean number of cells with water over the run, at most, over that after the measurement.

@@ -132,7 +132,7 @@ fn plan_on_threads(scenario: &Scenario, layer: Option<&Path>) -> Result<Plan, Er
     let Runnable { setup, mut warnings, .. } = prepare(scenario).into_runnable()?;
     let reach = {
         let (still, levels) = with_flowing_water(&setup, scenario.numerics.gravity);
-        reach(&setup.bed, &still, &levels, &setup.scene.walls, scenario.numerics.dry_depth)
+        reach(&setup.bed, &still, &levels, &setup.scene.walls)
     };
     let (setup, settled) = levels::settle(scenario, setup);
     let of_levels = settled.records(scenario, &setup.bed);
@@ -145,6 +145,7 @@ fn plan_on_threads(scenario: &Scenario, layer: Option<&Path>) -> Result<Plan, Er
     let problem = flow_problem(scenario, &setup, setup.bed.clone());
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let mut solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
+    warnings.extend(super::nothing_moves(scenario, solver.as_ref()));
     let Setup { bed, still_water: still, pixels, scene, .. } = setup;
     let mut recorder = recorder_of(scenario, recorder_plan(scenario, &scene, bed, pixels));
     let preparation = start.elapsed().as_secs_f64();

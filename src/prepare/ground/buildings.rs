@@ -16,7 +16,6 @@ use crate::output::SetBy;
 use crate::prepare::findings::Findings;
 use crate::prepare::polygons::{ValuedArea, cells_inside};
 use crate::prepare::{places, water};
-use crate::scenario::methods::Motion;
 use crate::scenario::{BuildingMode, Buildings, Scenario, Sourced, VectorSource};
 use crate::vector::Feature;
 
@@ -50,7 +49,7 @@ pub fn blocked<'a>(footprints: &'a Footprints, scenario: &Scenario) -> impl Iter
 /// Takes over what the buildings change.
 pub fn shape(footprints: &Footprints, scenario: &Scenario, ground: &mut Ground<'_>, findings: &mut Findings) {
     if let Some(buildings) = &scenario.ground.buildings {
-        let are_followed = buildings.mode == BuildingMode::Block && scenario.numerics.motion == Motion::Eulerian;
+        let are_followed = buildings.mode == BuildingMode::Block && scenario.numerics.has_cells();
         ground.take(changes((buildings, are_followed), footprints, ground.bed(), findings));
     }
 }

@@ -3,13 +3,9 @@
 use super::change::Shaped;
 use crate::bed::{BedParticles, Cover};
 use crate::scenario::Scenario;
-use crate::scenario::methods::Motion;
 use crate::terrain::Terrain;
 
-/// The cells in part. Lagrangian particles know none: they keep to whole cells.
+/// The cells in part. The variational formulation knows none: its particles keep to whole cells.
 pub fn find(scenario: &Scenario, terrain: &Terrain, surface: &Shaped<'_>, bed: &BedParticles) -> Cover {
-    match scenario.numerics.motion {
-        Motion::Eulerian => Cover::find(terrain, surface, bed),
-        Motion::Lagrangian => Cover::default(),
-    }
+    if scenario.numerics.has_cells() { Cover::find(terrain, surface, bed) } else { Cover::default() }
 }

@@ -8,26 +8,22 @@ use crate::math::Vec2;
 use crate::output::{Ridge, SetBy};
 use crate::prepare::findings::Findings;
 use crate::scenario::Scenario;
-use crate::scenario::methods::Motion;
 
 /// Ridges that rise less than this (m) above both beds are the noise of the terrain, and not reported.
 const WORTH_A_WORD: f64 = 0.1;
 
 /// The ground of the gap in cells in gaps of ridges; before anything is built on the terrain, which may close them.
 pub fn lower_gaps(scenario: &Scenario, ground: &Ground<'_>) -> Vec<Change> {
-    let is_known = scenario.numerics.motion == Motion::Eulerian;
+    let is_known = scenario.numerics.has_cells();
     let cells = if is_known { ground_in_gaps(&ground.surface(), ground.bed()) } else { Vec::new() };
     let is_filled = |cell: usize| ground.set_by()[cell] == SetBy::FilledGap.code();
     let by = |cell| if is_filled(cell) { SetBy::FilledGap } else { SetBy::RidgeGap };
     cells.into_iter().map(|(cell, z)| Change { cell, made: Made::Bed(z), by: by(cell) }).collect()
 }
 
-/// The pass sills of a bed. Lagrangian particles know none.
+/// The pass sills of a bed. The variational formulation knows none.
 pub fn find(scenario: &Scenario, surface: &impl Pixels, bed: &BedParticles) -> PassSills {
-    match scenario.numerics.motion {
-        Motion::Eulerian => PassSills::find(surface, bed),
-        Motion::Lagrangian => PassSills::default(),
-    }
+    if scenario.numerics.has_cells() { PassSills::find(surface, bed) } else { PassSills::default() }
 }
 
 /// Finds those anew of the cells whose bed changed.
@@ -39,7 +35,7 @@ pub fn find_again(
     bed: &BedParticles,
     passes: &mut PassSills,
 ) {
-    if scenario.numerics.motion != Motion::Eulerian {
+    if !scenario.numerics.has_cells() {
         return;
     }
     #[expect(clippy::float_cmp, reason = "a bed that did not change is the same number")]
@@ -52,9 +48,9 @@ pub fn find_again(
 
 /// The ridges that are worth a word, as lines; warns of them.
 pub fn report(scenario: &Scenario, surface: &Shaped<'_>, bed: &BedParticles, findings: &mut Findings) -> Vec<Ridge> {
-    let is_moving = scenario.numerics.motion == Motion::Lagrangian;
-    let unseen = if is_moving { PassSills::find(surface, bed) } else { PassSills::default() };
-    let passes = if is_moving { &unseen } else { &bed.passes };
+    let has_cells = scenario.numerics.has_cells();
+    let unseen = if has_cells { PassSills::default() } else { PassSills::find(surface, bed) };
+    let passes = if has_cells { &bed.passes } else { &unseen };
     let ridges: Vec<Ridge> = lines(passes, bed).filter(|ridge| rise(ridge) >= WORTH_A_WORD).collect();
     let Some(highest) = ridges.iter().max_by(|a, b| finite_rise(a).total_cmp(&finite_rise(b))) else { return ridges };
     let (faces, spacing) = (ridges.len(), bed.lattice.spacing);
@@ -73,15 +69,15 @@ pub fn report(scenario: &Scenario, surface: &Shaped<'_>, bed: &BedParticles, fin
     let noise = noise_in_cells(surface, &bed.lattice).map_or(String::new(), |[median, most]| {
         format!("; inside a cell the terrain scatters by {median:.2} m about a plane (median), by {most:.2} m or less in 95 % of the cells")
     });
-    let held = if is_moving {
-        "Lagrangian particles pass them unhindered"
-    } else {
+    let held = if has_cells {
         "water passes them at their lowest place, and gaps by their width"
-    };
-    let remedy = if is_moving {
-        "leave out `motion: lagrangian`, choose a finer `resolution`, or raise them by `terrain.breaklines`"
     } else {
+        "the particles of the variational formulation pass them unhindered"
+    };
+    let remedy = if has_cells {
         "look at the layer `ridges` of results.gpkg; choose a finer `resolution` where a levee or its gaps decide"
+    } else {
+        "leave `numerics.formulation` out, choose a finer `resolution`, or raise them by `terrain.breaklines`"
     };
     let problem = Problem::warning(ProblemKind::Input, "ridge-in-cell", "", message)
         .with_cause(format!(

@@ -5,7 +5,6 @@ mod growth;
 use super::scene::{Scene, Tiff, basin_elevation, centre_of, sourced, vector};
 use crate::error::{Problem, Severity};
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::methods::Motion;
 use crate::scenario::{
     Boundary, BoundaryCondition, Breach, BreachFormula, BreachMethod, BreachMode, BreachShape, BreachTrigger,
     Breakline, BreaklineMode, ColumnUnit, GrowthLaw, LineLevel, OpenBoundary, Side, TableFile, Timed,
@@ -119,41 +118,17 @@ fn what_leaves_the_lake_counts_as_positive_whatever_lies_beside_the_dam_at_the_s
 }
 
 #[test]
-fn a_dam_of_moving_particles_has_no_cells_that_meet_at_a_corner_only() {
-    let chain = |motion: Motion| {
-        let mut scene = dam();
-        scene.scenario.numerics.motion = motion;
-        // A line through corners of cells.
-        scene.line("dam.geojson", &[(1050.0, 2050.0), (1090.0, 2090.0)]);
-        scene.scenario.breach.as_mut().unwrap().shape = None;
-        let prepared = prepare(&scene.scenario);
-        let columns = prepared.setup().bed.lattice.columns;
-        let cells: Vec<usize> =
-            prepared.scene().forcing.breach.clone().unwrap().cells.iter().map(|cell| cell.cell).collect();
-        let beside = |cell: &usize| cells.iter().filter(|other| [1, columns].contains(&other.abs_diff(*cell))).count();
-        cells.iter().map(beside).max().unwrap()
-    };
-    assert_eq!((chain(Motion::Eulerian), chain(Motion::Lagrangian)), (0, 2));
-}
-
-#[test]
 fn water_finds_its_way_through_the_narrowest_opening_of_a_dam_askew_to_the_lattice() {
-    for motion in [Motion::Eulerian, Motion::Lagrangian] {
-        for share in [0.42, 0.44, 0.46, 0.48, 0.5, 0.52, 0.54, 0.56] {
-            let mut scene = dam();
-            scene.scenario.numerics.motion = motion;
-            scene.line("dam.geojson", &[(1060.0, 2041.0), (1095.0, 2109.0)]);
-            let shape = scene.scenario.breach.as_mut().unwrap().shape.as_mut().unwrap();
-            shape.bottom_width.value = 0.5;
-            shape.position = Some(sourced("breach.shape.position", [1060.0 + 35.0 * share, 2041.0 + 68.0 * share]));
-            shape.side_slope = 0.0;
-            let prepared = prepare(&scene.scenario);
-            let codes: Vec<&str> = prepared.problems.iter().map(|problem| problem.code).collect();
-            assert!(
-                !codes.contains(&"opening-blocked") && codes.contains(&"breach-coarse"),
-                "{motion:?} {share}: {codes:?}"
-            );
-        }
+    for share in [0.42, 0.44, 0.46, 0.48, 0.5, 0.52, 0.54, 0.56] {
+        let mut scene = dam();
+        scene.line("dam.geojson", &[(1060.0, 2041.0), (1095.0, 2109.0)]);
+        let shape = scene.scenario.breach.as_mut().unwrap().shape.as_mut().unwrap();
+        shape.bottom_width.value = 0.5;
+        shape.position = Some(sourced("breach.shape.position", [1060.0 + 35.0 * share, 2041.0 + 68.0 * share]));
+        shape.side_slope = 0.0;
+        let prepared = prepare(&scene.scenario);
+        let codes: Vec<&str> = prepared.problems.iter().map(|problem| problem.code).collect();
+        assert!(!codes.contains(&"opening-blocked") && codes.contains(&"breach-coarse"), "{share}: {codes:?}");
     }
 }
 

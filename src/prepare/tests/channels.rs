@@ -3,7 +3,7 @@
 use super::scene::{Scene, sourced, vector};
 use crate::error::{ProblemKind, Severity};
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Formulation;
 use crate::scenario::{Boundary, BoundaryCondition, BuildingMode, Buildings, OpenBoundary, Side, Timed};
 use crate::scenario::{Channel, ChannelShape, ChannelWalls, ChannelWater, Joint};
 
@@ -241,10 +241,10 @@ fn the_limit_of_memory_counts_channels_and_moving_particles() {
             prepared.problems
         );
     }
-    // 1200 cells in 400 bytes each, and 100 Lagrangian particles in 300.
+    // 1200 cells in 400 bytes each, and 100 particles in 300.
     for (memory, is_refused) in [(510_000.0, false), (509_999.0, true)] {
         let mut scene = Scene::sound();
-        scene.scenario.numerics.motion = Motion::Lagrangian;
+        scene.scenario.numerics.formulation = Formulation::Variational;
         scene.scenario.limits.memory = memory;
         assert_eq!(!found(&prepare(&scene.scenario), Severity::Error).is_empty(), is_refused);
     }

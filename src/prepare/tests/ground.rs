@@ -1,5 +1,4 @@
-//! Layers cut and laid over each other, holes, breaklines and buildings on the basin of the scene: what they make of the bed,
-//! and every way in which they may not fit.
+//! Layers, holes, breaklines and buildings on the basin of the scene: what they make of the bed, and all in which they may not fit.
 
 #![expect(clippy::float_cmp, reason = "made values are met exactly")]
 
@@ -7,7 +6,7 @@ use super::scene::{Scene, Tiff, basin_elevation, centre_of, raster_layer, source
 use crate::error::{Problem, Severity};
 use crate::math::Vec2;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Formulation;
 use crate::scenario::{
     Breakline, BreaklineMode, BuildingMode, Buildings, Gaps, LayerMode, LineLevel, OpenBoundary, PointInterpolation,
     Side, TerrainLayer,
@@ -290,11 +289,10 @@ type Unfit = (&'static str, &'static str, fn(&mut Scene));
 fn with_line(scene: &mut Scene, mode: BreaklineMode, level: LineLevel) {
     scene.scenario.ground.breaklines = vec![line(scene, mode, level)];
 }
-
 const LINES: &str = "terrain.breaklines[0].lines";
 const BUILDINGS: &str = "structures.buildings.polygons";
 
-const UNFIT: [Unfit; 12] = [
+const UNFIT: [Unfit; 13] = [
     ("missing-file", LINES, |scene| with_line(scene, BreaklineMode::Raise, constant(9.0))),
     ("no-lines", LINES, |scene| {
         scene.write("line.geojson", r#"{"type":"FeatureCollection","features":[]}"#);
@@ -324,7 +322,12 @@ const UNFIT: [Unfit; 12] = [
         scene.line("line.geojson", &[(1060.0, 2060.0), (1080.0, 2060.0)]);
         with_line(scene, BreaklineMode::Raise, constant(2.0));
         scene.scenario.ground.breaklines[0].width = Some(24.9);
-        scene.scenario.numerics.motion = Motion::Lagrangian;
+        scene.scenario.numerics.formulation = Formulation::Variational;
+    }),
+    ("method-combination", LINES, |scene| {
+        scene.line("line.geojson", &[(1060.0, 2060.0), (1080.0, 2060.0)]);
+        scene.scenario.ground.followed = vec![line(scene, BreaklineMode::Raise, constant(2.0)).lines];
+        scene.scenario.numerics.formulation = Formulation::Variational;
     }),
     ("outside-terrain", BUILDINGS, |scene| {
         scene.polygon("buildings.geojson", &[(5060.0, 2060.0), (5070.0, 2060.0), (5070.0, 2075.0)]);

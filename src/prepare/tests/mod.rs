@@ -5,7 +5,6 @@ mod banks;
 mod breach;
 mod channels;
 mod ground;
-mod lagrangian;
 mod malpasset;
 mod netcdf;
 mod ridges;

@@ -4,7 +4,7 @@ use super::scene::{Scene, Tiff, flow_problem, raster_layer, scenario, sourced, v
 use crate::error::Severity;
 use crate::math::Vec2;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::methods::{BedMethod, Motion};
+use crate::scenario::methods::{BedMethod, Formulation};
 use crate::scenario::{Breach, BreachTrigger, GrowthLaw};
 use crate::solver::{EulerianSolver, FlowSolver};
 
@@ -259,9 +259,13 @@ fn check_warns_of_ridges_that_cells_do_not_see_and_of_moving_particles_that_pass
         assert!(((ridge.line[1] - ridge.line[0]).norm() - 10.0).abs() < 1e-9);
         assert!(ridge.sill.is_some_and(|sill| (2.9..3.01).contains(&sill)), "{ridge:?}");
     }
-    scene.scenario.numerics.motion = Motion::Lagrangian;
+    scene.scenario.numerics.formulation = Formulation::Variational;
     let warnings = ridge_warnings(&prepare(&scene.scenario));
-    assert!(warnings.len() == 1 && warnings[0].contains("Lagrangian particles pass them unhindered"), "{warnings:?}");
+    assert!(
+        warnings.len() == 1
+            && warnings[0].contains("the particles of the variational formulation pass them unhindered"),
+        "{warnings:?}"
+    );
     // The lattice of the pixels sees all.
     let prepared = prepare(&levee.scene(2.0, 1.0).scenario);
     assert!(ridge_warnings(&prepared).is_empty() && prepared.scene().ridges.is_empty());

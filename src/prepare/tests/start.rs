@@ -6,7 +6,7 @@ use super::scene::{Scene, basin_elevation, centre_of, sourced, vector};
 use crate::error::{Problem, Severity};
 use crate::output::FILL;
 use crate::prepare::{Prepared, prepare};
-use crate::scenario::methods::{Motion, Seeding};
+use crate::scenario::methods::{Formulation, Seeding};
 use crate::scenario::{
     Breach, BreachTrigger, Breakline, BreaklineMode, EarlierRun, GrowthLaw, LineLevel, RiverWidth, WaterOfDepth,
 };
@@ -100,7 +100,7 @@ fn what_does_not_fit_is_refused_at_its_key() {
         ("method-combination", "initial[1].river", |scene| {
             scene.line("river.geojson", &[(1101.0, 2077.5), (1199.0, 2077.5)]);
             add(scene, "river.geojson", 0.75, Some(RiverWidth::Cell));
-            scene.scenario.numerics.motion = Motion::Lagrangian;
+            scene.scenario.numerics.formulation = Formulation::Variational;
             scene.scenario.numerics.seeding = Seeding::EqualVolume;
         }),
         ("missing-file", "initial[0].fields", |scene| {

@@ -87,9 +87,9 @@ pub fn how_it_ended(fields: &Path) -> Vec<Problem> {
     if run["methods"]["motion"].as_str() == Some(Motion::Lagrangian.name()) {
         reported.push(warning(
             "drawn-fields",
-            format!("the earlier run had Lagrangian particles, says {name}: its fields are drawn from them"),
-            "each particle is spread over the cells around it: over a curved bed and beside walls a still lake is not level in the \
-             file, by some hundredths of its depth, and moves at first",
+            format!("the particles of the earlier run moved, says {name}: its fields are drawn from them"),
+            "what a particle or a cell that moves has is shared out among the cells of the map: over an uneven bed a still lake may not be \
+             quite level in the file, and move at first",
             "nothing, if that does not matter; otherwise run it whole, or its first part with Eulerian particles",
         ));
     }

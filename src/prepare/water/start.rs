@@ -17,7 +17,7 @@ use crate::prepare::places;
 use crate::prepare::polygons::cells_inside;
 use crate::prepare::water;
 use crate::prepare::water::earlier::how_it_ended;
-use crate::scenario::methods::{Formulation, Motion, Seeding};
+use crate::scenario::methods::Seeding;
 use crate::scenario::{BoundaryCondition, EarlierRun, RiverWidth, Scenario, WaterOfDepth};
 use crate::seeding::StillWater;
 use crate::vector::Feature;
@@ -41,9 +41,9 @@ enum Place {
 #[derive(Debug, Default)]
 pub struct Opened(Vec<Option<Place>>);
 
-/// Opens the files of water with a depth, and refuses what Lagrangian particles do not have.
+/// Opens the files of water with a depth, and refuses what the variational formulation does not have.
 pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> Opened {
-    if scenario.numerics.motion == Motion::Lagrangian {
+    if !scenario.numerics.has_cells() {
         refuse_for_particles(scenario, findings);
     }
     if let Some(earlier) = &scenario.start.earlier {
@@ -52,27 +52,18 @@ pub fn open(scenario: &Scenario, crs: Option<&Crs>, findings: &mut Findings) -> 
     Opened(scenario.start.depths.iter().map(|water| place(water, crs, scenario, findings)).collect())
 }
 
-/// Refuses water of the start that the methods of Lagrangian particles do not have.
+/// Refuses water of the start that the variational formulation does not have.
 fn refuse_for_particles(scenario: &Scenario, findings: &mut Findings) {
     let start = &scenario.start;
     let refused = |message: &str, cause: &str, remedy: &str| {
         Problem::error(ProblemKind::Scenario, "method-combination", "", message).with_cause(cause).with_remedy(remedy)
     };
-    let summed = scenario.numerics.formulation == Formulation::Variational;
     let equal = scenario.numerics.seeding == Seeding::EqualVolume;
-    for earlier in start.earlier.iter().filter(|_| summed) {
+    if let Some(earlier) = &start.earlier {
         let problem = refused(
             "the variational formulation does not go on where another run was",
             "its depths are sums over the particles around, so that those of the file would not come back",
             "leave `numerics.formulation` out (or write `formulation: balanced`)",
-        );
-        findings.add(&earlier.fields, problem);
-    }
-    for earlier in start.earlier.iter().filter(|_| equal) {
-        let problem = refused(
-            "equal-volume filling does not go on where another run was",
-            "it fills bodies of still water to their level, and the file has a depth and a velocity for each cell",
-            "write `seeding: lattice`",
         );
         findings.add(&earlier.fields, problem);
     }

@@ -18,7 +18,7 @@ pub struct Numerics {
     pub stabilisation: Stabilisation,
     /// Reconstruction.
     pub reconstruction: Reconstruction,
-    /// Seeding of Lagrangian particles.
+    /// Seeding of the variational formulation.
     pub seeding: Seeding,
     /// Kernel.
     pub kernel: Kernel,
@@ -30,7 +30,7 @@ pub struct Numerics {
     pub bed_slope: BedSlope,
     /// Turbulence in the plane.
     pub turbulence: Turbulence,
-    /// Walls beside Lagrangian particles.
+    /// Walls of the variational formulation.
     pub wall: WallMethod,
     /// Courant number.
     pub cfl: f64,
@@ -50,10 +50,16 @@ impl Numerics {
         Core::of(self.formulation, self.motion)
     }
 
+    /// Whether they are those of the balanced formulation, whose cells have faces, whether they rest or move; the variational one sums over
+    /// particles alone.
+    pub fn has_cells(&self) -> bool {
+        self.formulation == Formulation::Balanced
+    }
+
     /// Every method that acts, as family and name, and the Courant number.
     pub fn acting(&self) -> Vec<(&'static str, String)> {
         const ALL: &[Core] = Core::ALL;
-        const MOVING: &[Core] = Core::MOVING;
+        const CLASSIC: &[Core] = &[Core::Variational];
         let families: [(&str, &str, &[Core]); 11] = [
             ("formulation", self.formulation.name(), ALL),
             ("motion", self.motion.name(), ALL),
@@ -61,10 +67,10 @@ impl Numerics {
             ("reconstruction", self.reconstruction.name(), ALL),
             ("integrator", self.integrator.name(), ALL),
             ("bed", self.bed.name(), ALL),
-            ("seeding", self.seeding.name(), MOVING),
-            ("kernel", self.kernel.name(), MOVING),
-            ("wall", self.wall.name(), MOVING),
-            ("bed_slope", self.bed_slope.name(), &[Core::Variational]),
+            ("seeding", self.seeding.name(), CLASSIC),
+            ("kernel", self.kernel.name(), CLASSIC),
+            ("wall", self.wall.name(), CLASSIC),
+            ("bed_slope", self.bed_slope.name(), CLASSIC),
             ("turbulence", self.turbulence.name(), &[Core::Eulerian]),
         ];
         let acting = families.into_iter().filter(|(.., cores)| cores.contains(&self.core()));

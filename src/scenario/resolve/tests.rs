@@ -76,9 +76,8 @@ fn defaults_are_filled_in() {
     assert!(exact(scenario.limits.particles, 50e6) && scenario.limits.memory > 1e8);
 
     let moving = loaded(&text, &["numerics.motion=lagrangian"]).unwrap().scenario.numerics;
-    assert_eq!((moving.integrator, moving.stabilisation), (Integrator::Leapfrog, Stabilisation::TwoShocks));
-    assert_eq!(moving.reconstruction, Reconstruction::Limited);
-    assert!(exact(moving.cfl, 0.4));
+    assert_eq!((moving.integrator, moving.stabilisation), (Integrator::Heun, Stabilisation::TwoRarefactions));
+    assert!(exact(moving.cfl, 0.5) && moving.reconstruction == Reconstruction::Limited);
     let classic = loaded(&text, &["numerics.formulation=variational"]).unwrap().scenario.numerics;
     assert_eq!((classic.motion, classic.stabilisation), (Motion::Lagrangian, Stabilisation::ArtificialViscosity));
     assert!(exact(classic.cfl, 0.4) && classic.reconstruction == Reconstruction::None);
@@ -171,10 +170,10 @@ fn exactly_the_combinations_that_a_core_has_are_accepted() {
         }
     }
     let count = |formulation, motion| accepted.iter().filter(|pair| **pair == (formulation, motion)).count();
-    // Eulerian particles have two stabilisations, moving ones three, variational ones four; all with and without
-    // reconstruction, Eulerian ones also with the sharp one. Moving ones have two integrators and two fillings.
+    // Cells have two stabilisations, particles of the variational formulation four; all with and without reconstruction, cells also with
+    // the sharp one. Particles have two integrators and two fillings.
     assert_eq!(count(Formulation::Balanced, Motion::Eulerian), 2 * 3);
-    assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 3 * 2 * 4);
+    assert_eq!(count(Formulation::Balanced, Motion::Lagrangian), 2 * 3);
     assert_eq!(count(Formulation::Variational, Motion::Eulerian), 0);
     assert_eq!(count(Formulation::Variational, Motion::Lagrangian), 4 * 2 * 4);
 }
@@ -196,12 +195,12 @@ fn a_preset_sets_choices_that_single_keys_beside_it_change() {
 
 #[test]
 fn a_preset_goes_with_either_motion() {
-    for preset in [Preset::Balanced, Preset::Accurate] {
+    for preset in Preset::ALL {
         let text = format!("numerics={{preset: {}, motion: lagrangian}}", preset.name());
         let numerics = loaded(TEN_LINES, &[&text]).unwrap().scenario.numerics;
         assert_eq!(
-            (numerics.stabilisation, numerics.integrator),
-            (Stabilisation::TwoShocks, Integrator::Leapfrog),
+            (numerics.motion, numerics.stabilisation),
+            (Motion::Lagrangian, Stabilisation::TwoRarefactions),
             "{text}"
         );
     }
@@ -209,9 +208,10 @@ fn a_preset_goes_with_either_motion() {
 
 #[test]
 fn the_remedy_of_a_preset_that_a_core_does_not_have_is_to_leave_it_out() {
-    let found = problems(&format!("{TEN_LINES}numerics: {{preset: fast, motion: lagrangian}}\n"));
+    let found =
+        problems(&format!("{TEN_LINES}numerics: {{preset: fast, formulation: variational, motion: lagrangian}}\n"));
     let said: Vec<_> = found.iter().map(|p| (p.key.as_str(), p.remedy.as_deref().unwrap())).collect();
-    let remedy = "leave `preset` out, or write `formulation: balanced, motion: eulerian`";
+    let remedy = "leave `preset` out, or write `formulation: balanced, motion: eulerian`, or write `formulation: balanced, motion: lagrangian`";
     assert_eq!(said, [("numerics.preset", remedy)]);
 }
 
@@ -252,19 +252,24 @@ fn every_method_that_acts_has_a_name() {
     for text in ["motion: eulerian", "motion: lagrangian", "formulation: variational"] {
         let numerics = loaded(TEN_LINES, &[&format!("numerics={{{text}}}")]).unwrap().scenario.numerics;
         let acting = numerics.acting();
-        assert!(acting.len() > 7 && acting.iter().all(|(_, name)| !name.is_empty()), "{acting:?}");
-        assert_eq!(acting.iter().any(|(family, _)| *family == "kernel"), text != "motion: eulerian", "{acting:?}");
+        assert!(acting.len() > 6 && acting.iter().all(|(_, name)| !name.is_empty()), "{acting:?}");
+        assert_eq!(
+            acting.iter().any(|(family, _)| *family == "kernel"),
+            text == "formulation: variational",
+            "{acting:?}"
+        );
     }
 }
 
 #[test]
-fn walls_are_a_choice_of_moving_particles() {
+fn walls_are_a_choice_of_the_variational_formulation() {
     let of = |text: &str| loaded(TEN_LINES, &[text]).unwrap().scenario.numerics.wall;
     assert_eq!(of("numerics.motion=lagrangian"), WallMethod::Mirror);
-    assert_eq!(of("numerics={motion: lagrangian, wall: virtual_particles}"), WallMethod::VirtualParticles);
     assert_eq!(of("numerics={formulation: variational, wall: virtual_particles}"), WallMethod::VirtualParticles);
-    let found = problems(&format!("{TEN_LINES}numerics: {{wall: virtual_particles}}\n"));
-    assert_eq!((found[0].code, found[0].key.as_str()), ("method-combination", "numerics.wall"));
+    for cells in ["", "motion: lagrangian, "] {
+        let found = problems(&format!("{TEN_LINES}numerics: {{{cells}wall: virtual_particles}}\n"));
+        assert_eq!((found[0].code, found[0].key.as_str()), ("method-combination", "numerics.wall"));
+    }
 }
 
 #[test]
@@ -283,14 +288,15 @@ fn what_does_not_go_with_a_preset_is_reported_at_the_preset() {
     let found = problems(&format!("{TEN_LINES}numerics: {{preset: fsat}}\n"));
     assert_eq!((found[0].code, found[0].key.as_str()), ("unknown-name", "numerics.preset"));
     assert_eq!(found[0].remedy.as_deref(), Some("did you mean `fast`?"));
-    let found = problems(&format!("{TEN_LINES}numerics: {{motion: lagrangian, preset: fast}}\n"));
+    let found =
+        problems(&format!("{TEN_LINES}numerics: {{formulation: variational, motion: lagrangian, preset: fast}}\n"));
     let place = found[0].place.as_ref().map(|place| (place.line, place.column));
     assert_eq!(
         (found.len(), found[0].code, found[0].key.as_str()),
         (1, "method-combination", "numerics.preset"),
         "{found:?}"
     );
-    assert_eq!(place, Some((12, 40)));
+    assert_eq!(place, Some((12, 66)));
 }
 
 #[test]

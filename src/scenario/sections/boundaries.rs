@@ -29,14 +29,14 @@ section! {
         /// absent. Codes: free-after-earlier-run.
         r#type: Option<Chosen<OpenType>>,
         /// Discharge that comes in over the whole line or side; another condition is required when absent. Codes: huge-discharge,
-        /// lower-ground-beside, lagrangian-dry-front, lagrangian-jump.
+        /// lower-ground-beside.
         discharge: Option<Changing<Discharge>>,
         /// Level of the water at the boundary itself, alone or beside `discharge` for supercritical inflow; another condition is
         /// required when absent. Codes: level-is-at-the-boundary, boundary-dry, level-below-bed, fast-inflow, step-of-level,
         /// drowned-terrain.
         level: Option<Changing<Level>>,
         /// Level of the still water beyond, such as that of a sea, a lake or a tide; another condition is required when absent.
-        /// Codes: boundary-dry, step-of-level, drowned-terrain, implausible-level, lagrangian-stage, lagrangian-held-level.
+        /// Codes: boundary-dry, step-of-level, drowned-terrain, implausible-level.
         stage: Option<Changing<Level>>,
         /// Level of a wave that comes in square to the boundary, while waves from inside leave through it; another condition is
         /// required when absent. Codes: wave-without-still, wave-begins-with-step, high-wave, boundary-dry, drowned-terrain.

@@ -174,7 +174,7 @@ section! {
         /// the series of `share`.
         law: Chosen<GrowthLaw>,
         /// Formation time, from the trigger to the final breach; required with `linear` and `sine` when absent. Codes:
-        /// breach-unfinished, late-breach.
+        /// breach-unfinished.
         duration: Option<Quantity<Duration>>,
         /// Series of the share of the final opening, from 0 to 1 (or in `%`), against the time since the trigger; required with
         /// `series` when absent. Codes: growth-start, growth-end, falling-share, short-table, series-gap, breach-unfinished.

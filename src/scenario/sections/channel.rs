@@ -384,7 +384,7 @@ mod tests {
                 "channels[0].water[0]",
             ),
             (
-                "{id: a, length: 80 m, width: 4 m, bed: 0 m}\nnumerics: {motion: lagrangian}",
+                "{id: a, length: 80 m, width: 4 m, bed: 0 m}\nnumerics: {formulation: variational}",
                 "method-combination",
                 "channels",
             ),

@@ -96,7 +96,7 @@ section! {
     /// A wall of no width: no water crosses it, or only over its crest.
     Wall, example "{lines: dam_line.geojson}", check check_wall {
         /// File of lines that no water crosses; outlines of polygons count as lines. Codes: gap-on-lattice, narrow-gap,
-        /// outside-terrain, no-lines, wall-in-breach, lagrangian-askew-wall.
+        /// outside-terrain, no-lines, wall-in-breach.
         lines: VectorFile,
         /// Level of the crest, over which water flows: a raised breakline of one cell; that of `crest_field` when absent. Codes:
         /// crest-below-terrain, doubtful-level, implausible-level, method-combination.
@@ -115,7 +115,7 @@ section! {
     /// Buildings by their footprints: blocked, raised, or rougher ground.
     BuildingsSection, example "{polygons: buildings.geojson, mode: block}", check check_buildings {
         /// File of footprints; cells follow the outlines of blocked buildings, and a cell belongs to another one when its centre lies in
-        /// it. Codes: building-too-small, building-too-narrow, outside-terrain, empty-polygon, self-crossing, lagrangian-askew-wall.
+        /// it. Codes: building-too-small, building-too-narrow, outside-terrain, empty-polygon, self-crossing.
         polygons: VectorFile,
         /// `block` (no water gets in, there is no terrain), `raise` (the bed is higher) or `roughness` (another n inside); block
         /// when absent.

@@ -20,7 +20,7 @@ section! {
         /// overlapping-water, polygon-beyond-data, seeded-volume, volume-at-banks.
         sea: Option<VectorFile>,
         /// The same as `reservoir`, for any other water; see `reservoir` when absent. Codes: leaking-rim, nodata-in-water,
-        /// overlapping-water, polygon-beyond-data, resolution-too-coarse, lagrangian-dry-front.
+        /// overlapping-water, polygon-beyond-data, resolution-too-coarse.
         water: Option<VectorFile>,
         /// Level of still water; that of `level_field` when absent. Codes: level-below-bed, two-levels, implausible-level, leaking-rim.
         level: Option<Quantity<Level>>,

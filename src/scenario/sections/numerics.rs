@@ -24,20 +24,19 @@ section! {
         /// Codes: method-combination.
         formulation: Option<Chosen<Formulation>>,
         /// Particles fixed on the riverbed (`eulerian`), or that move with the water (`lagrangian`); eulerian, but lagrangian
-        /// with `formulation: variational`, when absent. Codes: lagrangian-dry-front, lagrangian-jump, lagrangian-askew-wall,
-        /// lagrangian-rain, late-breach, method-combination.
+        /// with `formulation: variational`, when absent. Codes: method-combination, nothing-moves.
         motion: Option<Chosen<Motion>>,
-        /// What keeps the flow between a pair of particles stable; `two_rarefactions` for Eulerian, `two_shocks` for Lagrangian
-        /// particles, `artificial_viscosity` in `variational` when absent. Codes: method-combination.
+        /// What keeps the flow between a pair of particles stable; `two_rarefactions`, but `artificial_viscosity` in `variational`, when
+        /// absent. Codes: method-combination.
         stabilisation: Option<Chosen<Stabilisation>>,
         /// States on both sides of a face: along limited gradients, along sharper ones, or those of the particles; limited, but
         /// none with `artificial_viscosity`, when absent. Codes: method-combination.
         reconstruction: Option<Chosen<Reconstruction>>,
-        /// Lagrangian particles at the start: one in each wet cell, or all of one volume; lattice when absent. Codes: method-combination.
+        /// Particles at the start: one in each wet cell, or all of one volume (in `variational`); lattice when absent. Codes: method-combination.
         seeding: Option<Chosen<Seeding>>,
-        /// Smoothing kernel of Lagrangian particles; cubic_spline when absent. Codes: method-combination.
+        /// Smoothing kernel of `variational`; cubic_spline when absent. Codes: method-combination.
         kernel: Option<Chosen<Kernel>>,
-        /// Time integration; `heun` for Eulerian, `leapfrog` for Lagrangian particles when absent. Codes: method-combination.
+        /// Time integration; `heun`, but `leapfrog` in `variational`, when absent. Codes: method-combination.
         integrator: Option<Chosen<Integrator>>,
         /// Bed of a cell: mean of its terrain, elevation at its centre, kernel mean, or best quadratic; mean when absent. Codes:
         /// steps-in-cells.
@@ -48,11 +47,10 @@ section! {
         /// Mixing in the plane: none, or by a mixing length of half the depth (Eulerian particles only); none when absent. Codes:
         /// method-combination.
         turbulence: Option<Chosen<Turbulence>>,
-        /// What stands for a wall beside Lagrangian particles: mirror images, or rows of fixed particles that brake the water;
+        /// What stands for a wall in `variational`: mirror images, or rows of fixed particles that brake the water;
         /// mirror when absent. Codes: method-combination.
         wall: Option<Chosen<WallMethod>>,
-        /// Courant number, at most 0.6 for Eulerian, 1 for Lagrangian particles; 0.5 for Eulerian, 0.4 for Lagrangian particles
-        /// when absent. Codes: method-combination.
+        /// Courant number, at most 0.6, in `variational` 1; 0.5, in `variational` 0.4, when absent. Codes: method-combination.
         cfl: Option<Quantity<Courant>>,
         /// Acceleration of gravity (m/s²); 9.81 m/s² when absent.
         gravity: Option<Quantity<Gravity>>,
@@ -61,8 +59,8 @@ section! {
     }
 }
 
-/// The greatest Courant number at which Eulerian particles hold in the suite of stability (cases `cfl_02` to `cfl_16`).
-const GREATEST_COURANT_OF_EULERIAN: f64 = 0.6;
+/// The greatest Courant number at which the balanced formulation holds in the suite of stability (cases `cfl_02` to `cfl_16`).
+const GREATEST_COURANT_OF_CELLS: f64 = 0.6;
 
 /// A number as it is written; none where there is none, or something that is no number, which is reported elsewhere.
 fn number(node: &Node, key: &str) -> Option<f64> {
@@ -93,10 +91,10 @@ fn check_methods(node: &Node, reader: &mut Reader) -> Option<()> {
         reader.report(method.node, refusal(core, method, &written));
         is_fit = false;
     }
-    let courant = number(node, "cfl").filter(|courant| *courant > GREATEST_COURANT_OF_EULERIAN && *courant <= 1.0);
-    if let (Core::Eulerian, Some(_), Some(value)) = (core, courant, node.get("cfl")) {
+    let courant = number(node, "cfl").filter(|courant| *courant > GREATEST_COURANT_OF_CELLS && *courant <= 1.0);
+    if let (Core::Eulerian | Core::Lagrangian, Some(_), Some(value)) = (core, courant, node.get("cfl")) {
         let message =
-            format!("Eulerian particles are unstable beyond a Courant number of {GREATEST_COURANT_OF_EULERIAN}");
+            format!("the balanced formulation is unstable beyond a Courant number of {GREATEST_COURANT_OF_CELLS}");
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", value.key.clone(), message)
             .with_cause("in two dimensions water leaves through faces of both directions: 0.5 is safe, 0.8 degrades, 1 breaks down")
             .with_remedy("write `cfl: 0.5`, or leave it out");

@@ -13,7 +13,7 @@ section! {
     /// Rain on the whole terrain, by one of `rate`, `raster` and `raster_series`.
     RainSection, example "{rate: 20 mm/h}", check check_rain {
         /// Intensity everywhere, constant or a series; `raster` or `raster_series` is required when absent. Codes: rain-doubtful,
-        /// rain-without-water, lagrangian-rain.
+        /// rain-without-water.
         rate: Option<Changing<Intensity>>,
         /// Raster of intensities, constant in time; `rate` or `raster_series` is required when absent. Codes: rain-gap,
         /// negative-value, rain-doubtful, rain-without-water, other-unit.

@@ -267,7 +267,7 @@ fn refuse_levels(root: &Node, [code, message, cause, otherwise]: [&'static str; 
 pub(super) fn check_lagrangian(root: &Node, reader: &mut Reader) -> bool {
     let problem = [
         "levels-for-eulerian",
-        "Lagrangian particles have one spacing, and no levels",
+        "particles that move have one spacing, and no levels",
         "levels are of cells, and only Eulerian particles stay in theirs",
         "leave `numerics.motion` and `numerics.formulation` out",
     ];

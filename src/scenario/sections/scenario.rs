@@ -47,14 +47,13 @@ section! {
         /// Walls and buildings; none when absent.
         structures: Option<Structures>,
         /// Water at the start; required unless water comes in by a boundary, a source, rain or a channel when absent. Codes:
-        /// bed-of-earlier-run, moving-bed-of-earlier-run, water-without-terrain, drawn-fields, unfinished-run,
-        /// lagrangian-dry-front.
+        /// bed-of-earlier-run, moving-bed-of-earlier-run, water-without-terrain, drawn-fields, unfinished-run.
         initial: Option<NonEmpty<InitialEntry>>,
         /// Parts of the edge of the terrain that let water through; all edges are walls when absent.
         boundaries: Option<Vec<BoundaryEntry>>,
         /// Places and lines at which a given discharge comes out of the ground; none when absent.
         sources: Option<Vec<SourceEntry>>,
-        /// Rain on the whole terrain, which makes every cell active; none when absent. Codes: not-a-row, no-variable, lagrangian-rain.
+        /// Rain on the whole terrain, which makes every cell active; none when absent. Codes: not-a-row, no-variable.
         rain: Option<RainSection>,
         /// A dam that stands at the start and breaks, one in a run; none when absent. Codes: one-breach, method-combination.
         breach: Option<OneBreach>,
@@ -77,17 +76,18 @@ section! {
     }
 }
 
-/// Why Lagrangian particles do not have something, as the end of a sentence.
+/// Why the variational formulation does not have something, as the end of a sentence.
 fn why_not(what: &str) -> &'static str {
     match what {
         "rain" => "lifts the water, and the depths of this formulation are sums over particles of fixed volume",
         "channels" => "meet the plane at the faces of cells, which these particles do not have",
-        "cross-sections" => "are measured in the balanced formulation alone",
+        "cross-sections" => "are measured at the faces of cells, which these particles do not have",
+        "a dam that breaks" | "a moving bed" => "changes the bed in time, and that of this formulation stays the same",
         _ => "would need particles that come and go, and those of this formulation stay the same",
     }
 }
 
-/// Refuses what Lagrangian particles or channels alone do not have, and a scenario without any water.
+/// Refuses what particles that move or channels alone do not have, and a scenario without any water.
 fn check_scenario(node: &Node, reader: &mut Reader) -> Option<()> {
     outputs::tell_of_outputs(node, reader);
     initial::check_alone(node, reader)?;
@@ -114,8 +114,8 @@ fn feeds(entry: &Node) -> bool {
     ["discharge", "level", "stage", "wave"].iter().any(|key| entry.has(key))
 }
 
-/// Whether the particles have all that the scenario asks for, where they are Lagrangian; refuses what they do not have. None where
-/// a method has no known name, which is reported elsewhere.
+/// Whether the particles have all that the scenario asks for, where they move; refuses what they do not have. None where a method has no
+/// known name, which is reported elsewhere.
 fn check_moving_particles(node: &Node, boundaries: &[Node], reader: &mut Reader) -> Option<bool> {
     let empty = Node { value: Value::Section(Vec::new()), ..node.clone() };
     let numerics = node.get("numerics").filter(|n| matches!(n.value, Value::Section(_))).unwrap_or(&empty);
@@ -124,42 +124,50 @@ fn check_moving_particles(node: &Node, boundaries: &[Node], reader: &mut Reader)
     if numerics::meant(numerics, "motion", usual)? == Motion::Eulerian {
         return Some(true);
     }
+    let mut is_fit = resolution::check_lagrangian(node, reader);
+    if formulation == Formulation::Balanced {
+        let alone = node.get("channels").filter(|channels| channels.value != Value::Empty && !node.has("terrain"));
+        let Some(channels) = alone else { return Some(is_fit) };
+        let problem = Problem::error(
+            ProblemKind::Scenario,
+            "method-combination",
+            channels.key.clone(),
+            "nothing moves in channels alone",
+        )
+        .with_cause("the sections of a channel of one dimension rest, whatever the motion")
+        .with_remedy("leave `numerics.motion` out (or write `motion: eulerian`), or add `terrain`");
+        reader.report(channels, problem);
+        return Some(false);
+    }
     // An entry that says nothing of the water beyond is refused by the reader of boundaries.
     let has_condition = |entry: &Node| {
         let is_free = entry.get("type").is_some_and(|kind| kind.value == Value::Text("free".to_owned()));
         is_free || feeds(entry) || ["normal_depth", "rating"].iter().any(|key| entry.has(key))
     };
-    // Summed depths know no water beyond an edge, and none that is added.
-    let is_summed = formulation == Formulation::Variational;
-    let outputs = node.get("outputs").and_then(|outputs| outputs.get("sections"));
+    let sections = node.get("outputs").and_then(|outputs| outputs.get("sections"));
     let foreign = boundaries
         .iter()
-        .filter(|entry| is_summed && matches!(entry.value, Value::Section(_)) && has_condition(entry))
-        .map(|entry| (entry, "a boundary with a condition"))
-        .chain(node.get("sources").filter(|_| is_summed).map(|sources| (sources, "sources")))
-        .chain(node.get("rain").filter(|_| is_summed).map(|rain| (rain, "rain")))
-        .chain(node.get("channels").map(|channels| (channels, "channels")))
-        .chain(outputs.filter(|_| is_summed).map(|sections| (sections, "cross-sections")));
-    let mut is_fit = resolution::check_lagrangian(node, reader);
-    for (key, what, otherwise) in [
-        ("breach", "dam that breaks", "for a dam that is gone at the start, take `breach` out"),
-        ("moving_bed", "moving bed", "or take this out"),
-    ] {
-        let changing = node.get(key).filter(|changing| is_summed && changing.value != Value::Empty);
-        let Some(changing) = changing else { continue };
-        let message = format!("the particles of the variational formulation know no {what}");
-        let problem = Problem::error(ProblemKind::Scenario, "method-combination", changing.key.clone(), message)
-            .with_cause("its bed changes in time, and that of this formulation stays the same")
-            .with_remedy(format!("leave `numerics.formulation` out (or write `formulation: balanced`); {otherwise}"));
-        reader.report(changing, problem);
-        is_fit = false;
-    }
-    for (place, what) in foreign.filter(|(place, _)| place.value != Value::Empty) {
-        let who = if is_summed { "the particles of the variational formulation" } else { "Lagrangian particles" };
-        let message = format!("{who} know no {}", what.trim_start_matches("a "));
+        .filter(|entry| matches!(entry.value, Value::Section(_)) && has_condition(entry))
+        .map(|entry| (Some(entry), "a boundary with a condition"))
+        .chain([
+            (node.get("sources"), "sources"),
+            (node.get("rain"), "rain"),
+            (node.get("channels"), "channels"),
+            (node.get("breach"), "a dam that breaks"),
+            (node.get("moving_bed"), "a moving bed"),
+            (sections, "cross-sections"),
+        ]);
+    for (place, what) in foreign {
+        let Some(place) = place.filter(|place| place.value != Value::Empty) else { continue };
+        let message = format!("the particles of the variational formulation know no {}", what.trim_start_matches("a "));
+        let otherwise = if what == "a dam that breaks" {
+            "; for a dam that is gone at the start, take `breach` out"
+        } else {
+            ", or take this out"
+        };
         let problem = Problem::error(ProblemKind::Scenario, "method-combination", place.key.clone(), message)
             .with_cause(format!("{what} {}", why_not(what)))
-            .with_remedy("leave `numerics.motion` and `numerics.formulation` out (or write `motion: eulerian`), or take this out");
+            .with_remedy(format!("leave `numerics.formulation` out (or write `formulation: balanced`){otherwise}"));
         reader.report(place, problem);
         is_fit = false;
     }
@@ -182,7 +190,7 @@ section! {
     LimitsSection, example "{memory: 8 GB}" {
         /// Memory that the run may take; 80 % of that of the machine or its container when absent. Codes: memory-limit.
         memory: Option<Quantity<Memory>>,
-        /// Number of riverbed particles, Lagrangian particles and strips of channels together; 50 million when absent. Codes:
+        /// Number of riverbed particles, moving particles and strips of channels together; 50 million when absent. Codes:
         /// particle-limit.
         particles: Option<Quantity<Count>>,
     }
@@ -194,7 +202,7 @@ pub(in crate::scenario) fn fill_in(written: ScenarioFile, file: &Path) -> Scenar
     let (resolution, levels, auto) = resolution::resolved(written.resolution);
     let has_terrain = written.terrain.is_some();
     let numerics = numerics::resolved(written.numerics.as_ref());
-    let follows_banks = numerics.motion == Motion::Eulerian;
+    let follows_banks = numerics.has_cells();
     let (layers, reproject, mut ground) =
         written.terrain.map(|terrain| terrain::resolved(terrain, follows_banks)).unwrap_or_default();
     let (walls, buildings) = written.structures.map_or((None, None), |found| (found.walls, found.buildings));

@@ -21,8 +21,7 @@ section! {
         /// File of lines, such as a seam of springs or the outfalls along a road; `at` or `points` is required when absent.
         /// Codes: source-outside, several-lines, not-a-line, no-lines.
         lines: Option<VectorFile>,
-        /// Discharge at each place, or of each line (feature), constant or a series. Codes: huge-discharge, several-lines,
-        /// lagrangian-dry-front.
+        /// Discharge at each place, or of each line (feature), constant or a series. Codes: huge-discharge, several-lines.
         discharge: Changing<Discharge>,
     }
 }

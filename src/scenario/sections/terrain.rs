@@ -61,7 +61,7 @@ section! {
         /// Lines along which the bed is raised (levees) or carved (channels), in the order of the list; none when absent.
         breaklines: Option<Vec<BreaklineEntry>>,
         /// Whether the sides of cells follow steep banks that a raster as fine as the cells shows; `results.gpkg` has them in the layer
-        /// `banks`; true when absent, but for Lagrangian particles. Codes: method-combination.
+        /// `banks`; true when absent, but with `formulation: variational`. Codes: method-combination.
         follow_banks: Option<bool>,
         /// Cells without terrain that terrain encloses: `wall`, `error` (refused), or filled from their rim; wall, with a
         /// warning, when absent. Codes: terrain-gaps, seam-without-data.

@@ -2,7 +2,7 @@
 
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::{Core, Motion};
 use crate::solver::FlowProblem;
 use crate::validation::case::{AcceptanceLimit, Case, Scope, Setup, Suite, Until};
 use crate::validation::exact::Bowl;
@@ -19,7 +19,7 @@ const START_RADIUS: f64 = 0.8;
 const OFFSET: f64 = 0.5;
 /// How far the energy may be off, relatively.
 const ENERGY: f64 = 1e-3;
-/// The riverbed of Lagrangian particles is so many times as fine as they are.
+/// The riverbed of particles of the variational formulation is so many times as fine as they are.
 const BED_CELLS: f64 = 4.0;
 
 const SPACINGS: &[f64] = &[0.1, 0.05, 0.025];
@@ -43,7 +43,7 @@ pub const CASES: &[Case] = &[
             },
             AcceptanceLimit { scope: Scope::Better, spacing: Some(0.025), checks: true, ..AcceptanceLimit::NONE },
         ],
-        setup: |spacing, motion| Ok(planar(spacing, motion, 3.0)),
+        setup: |spacing, core| Ok(planar(spacing, core, 3.0)),
     },
     Case {
         name: "thacker_axisymmetric",
@@ -56,28 +56,28 @@ pub const CASES: &[Case] = &[
             AcceptanceLimit { scope: Scope::Better, spacing: Some(0.025), depth: Some(3e-5), ..AcceptanceLimit::NONE },
             AcceptanceLimit { scope: Scope::Better, spacing: Some(0.025), checks: true, ..AcceptanceLimit::NONE },
         ],
-        setup: |spacing, motion| Ok(axisymmetric(spacing, motion, 1.0)),
+        setup: |spacing, core| Ok(axisymmetric(spacing, core, 1.0)),
     },
 ];
 
 /// The planar oscillation after so many periods.
-pub fn planar(spacing: f64, motion: Motion, periods: f64) -> Setup {
+pub fn planar(spacing: f64, core: Core, periods: f64) -> Setup {
     let end = periods * BOWL.planar_period();
-    let mut setup = oscillation(spacing, motion, end, |place, t| BOWL.planar(OFFSET, place, t));
+    let mut setup = oscillation(spacing, core, end, |place, t| BOWL.planar(OFFSET, place, t));
     setup.velocity = Some(Box::new(|place| BOWL.planar(OFFSET, place, 0.0).1));
     setup
 }
 
 /// The axisymmetric oscillation after so many periods.
-pub fn axisymmetric(spacing: f64, motion: Motion, periods: f64) -> Setup {
+pub fn axisymmetric(spacing: f64, core: Core, periods: f64) -> Setup {
     let end = periods * BOWL.axisymmetric_period();
-    oscillation(spacing, motion, end, |place, t| BOWL.axisymmetric(START_RADIUS, place, t))
+    oscillation(spacing, core, end, |place, t| BOWL.axisymmetric(START_RADIUS, place, t))
 }
 
-fn oscillation(spacing: f64, motion: Motion, end: f64, solution: fn(Vec2, f64) -> (f64, Vec2)) -> Setup {
-    let cell = match motion {
-        Motion::Eulerian => spacing,
-        Motion::Lagrangian => spacing / BED_CELLS,
+fn oscillation(spacing: f64, core: Core, end: f64, solution: fn(Vec2, f64) -> (f64, Vec2)) -> Setup {
+    let cell = match core {
+        Core::Eulerian | Core::Lagrangian => spacing,
+        Core::Variational => spacing / BED_CELLS,
     };
     let cells = (2.0 * HALF / cell).round() as usize;
     let mut problem: FlowProblem = problem(cells, cells, cell, |place| BOWL.bed(place));

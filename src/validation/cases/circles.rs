@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Core;
 use crate::validation::case::{AcceptanceLimit, Case, Exact, Setup, Suite, Until};
 use crate::validation::exact::{Accuracy, Profile, radial_dam_break};
 use crate::validation::outcome::{Check, Sample, Snapshot};
@@ -18,7 +18,7 @@ pub const DAM: f64 = 2.5;
 pub const DEPTHS: (f64, f64) = (2.5, 0.5);
 /// Time of the comparison (s).
 pub const END: f64 = 1.4;
-/// Eulerian particles are compared up to this radius (m), which no wave has reached.
+/// Cells are compared up to this radius (m), which no wave has reached.
 const COMPARED: f64 = 10.0;
 /// Cells of the reference, over 17 m: a twelfth of the finest spacing.
 const REFERENCE_CELLS: usize = 4000;
@@ -40,7 +40,7 @@ pub const CASES: &[Case] = &[
             AcceptanceLimit { order: Some((1.0, Some(1.0))), ..AcceptanceLimit::NONE },
             AcceptanceLimit { checks: true, ..AcceptanceLimit::NONE },
         ],
-        setup: |spacing, motion| Ok(circular(spacing, motion, Accuracy::Second)),
+        setup: |spacing, core| Ok(circular(spacing, core, Accuracy::Second)),
     },
     Case {
         name: "circular_dam_deep",
@@ -60,7 +60,7 @@ pub const CASES: &[Case] = &[
         spacings: &[0.1, 0.05, 0.025],
         tested: 2,
         acceptance_limits: &[],
-        setup: |spacing, motion| Ok(self::spreading(spacing, motion)),
+        setup: |spacing, core| Ok(self::spreading(spacing, core)),
     },
 ];
 
@@ -73,7 +73,7 @@ fn radially(reference: &'static Profile) -> Exact {
 }
 
 /// The circular dam break, against a reference of either order.
-pub fn circular(spacing: f64, motion: Motion, accuracy: Accuracy) -> Setup {
+pub fn circular(spacing: f64, core: Core, accuracy: Accuracy) -> Setup {
     static REFERENCES: [OnceLock<Profile>; 2] = [OnceLock::new(), OnceLock::new()];
     let (slot, cells) = match accuracy {
         Accuracy::First => (0, COARSE_REFERENCE_CELLS),
@@ -82,7 +82,7 @@ pub fn circular(spacing: f64, motion: Motion, accuracy: Accuracy) -> Setup {
     let reference = REFERENCES[slot].get_or_init(|| radial_dam_break(DEPTHS, DAM, (17.0, cells), END, accuracy));
     let level = |place: Vec2| if place.norm() < DAM { DEPTHS.0 } else { DEPTHS.1 };
     let mut setup = quadrant(SIZE, spacing, spacing, level, END, radially(reference));
-    if motion == Motion::Eulerian {
+    if core != Core::Variational {
         setup.counts = Box::new(|place| place.norm() < COMPARED);
     }
     setup.checks = Some(Box::new(|_, end| vec![symmetry(end)]));
@@ -100,14 +100,14 @@ fn deep(spacing: f64) -> Setup {
     quadrant(50.0, spacing, spacing, level, 0.69, Box::new(move |place| exact(place - CENTRE)))
 }
 
-/// The spreading cylinder; the lattice of Lagrangian particles and of their bed are different ones.
-pub fn spreading(spacing: f64, motion: Motion) -> Setup {
+/// The spreading cylinder; the lattice of particles of the variational formulation and of their bed are different ones.
+pub fn spreading(spacing: f64, core: Core) -> Setup {
     static REFERENCE: OnceLock<Profile> = OnceLock::new();
     let reference =
         REFERENCE.get_or_init(|| radial_dam_break((1.0, 1e-9), 1.0, (8.0, REFERENCE_CELLS), 1.0, Accuracy::First));
-    let cell = match motion {
-        Motion::Eulerian => spacing,
-        Motion::Lagrangian => 0.1,
+    let cell = match core {
+        Core::Eulerian | Core::Lagrangian => spacing,
+        Core::Variational => 0.1,
     };
     let level = |place: Vec2| if place.norm() < 1.0 { 1.0 } else { 0.0 };
     quadrant(8.0, cell, spacing, level, 1.0, radially(reference))
@@ -123,11 +123,11 @@ fn quadrant(size: f64, cell: f64, spacing: f64, level: fn(Vec2) -> f64, end: f64
     Setup::new(problem, seeds, Dimension::Two, Until::Time(end), exact)
 }
 
-/// How far the momentum is off the diagonal, and the depths of Eulerian particles off their mirror images.
+/// How far the momentum is off the diagonal, and the depths of cells off their mirror images.
 fn symmetry(end: &Snapshot) -> Check {
     let momentum = end.momentum();
     let mut worst = ((momentum.x - momentum.y) / momentum.x).abs();
-    if !end.is_moving {
+    if !end.is_of_particles {
         let edge = (end.samples.len() as f64).sqrt().round() as usize;
         let depth = |sample: &Sample| sample.depth;
         for (i, sample) in end.samples.iter().enumerate() {

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::{Core, Motion};
 use crate::validation::case::{AcceptanceLimit, Case, Checks, Exact, Scope, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::{Profile, plane_dam_break, ritter, ritter_front, stoker};
 use crate::validation::outcome::{Check, Snapshot};
@@ -76,7 +76,7 @@ const fn in_plane(
     name: &'static str,
     about: &'static str,
     acceptance_limits: &'static [AcceptanceLimit],
-    setup: fn(f64, Motion) -> SetupResult,
+    setup: fn(f64, Core) -> SetupResult,
 ) -> Case {
     Case {
         name,
@@ -104,8 +104,7 @@ pub const CASES: &[Case] = &[
     },
     in_plane(
         "ritter_plane",
-        "The same as ritter in a plane of 20 rows of cells, where Lagrangian particles are scored on the map as well: along a \
-         single row they cannot leave their line.",
+        "The same as ritter in a plane of 20 rows of cells: along a single row particles cannot leave their line.",
         RITTER_BARS,
         |spacing, _| Ok(plane(spacing, 0.0)),
     ),
@@ -121,8 +120,7 @@ pub const CASES: &[Case] = &[
     },
     in_plane(
         "stoker_plane",
-        "The same as stoker in a plane of 20 rows of cells, where Lagrangian particles are scored on the map as well: along a \
-         single row they cannot leave their line.",
+        "The same as stoker in a plane of 20 rows of cells: along a single row particles cannot leave their line.",
         STOKER_BARS,
         |spacing, _| Ok(plane(spacing, 5.0)),
     ),
@@ -232,7 +230,6 @@ fn plane(spacing: f64, right: f64) -> Setup {
     problem.initial_depth = places.iter().map(|&place| depth(place)).collect();
     let seeds = seeds_at(&problem, &places, problem.bed.lattice.cell_area(), depth);
     let mut setup = Setup::new(problem, seeds, Dimension::Two, Until::Time(END), answer(right, END));
-    setup.is_scored_on_map = true;
     setup.checks = checks_of_front(spacing, right, END);
     setup
 }

@@ -7,10 +7,10 @@ use crate::lattice::Lattice;
 use crate::math::{Rectangle, Vec2};
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::{BedMethod, Motion};
+use crate::scenario::methods::{BedMethod, Core};
 use crate::solver::FlowProblem;
 use crate::terrain::{Layer, RasterFile, RasterRequest, Terrain};
-use crate::validation::case::{AcceptanceLimit, Case, Scope, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, Setup, SetupResult, Suite, Until};
 use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{jittered_lattice, problem, seeds_at};
 
@@ -29,14 +29,9 @@ const FLOODED_SHARE: f64 = 0.5;
 
 const MADE: &[f64] = &[0.5, 0.25, 0.125];
 const AT_REST: &[AcceptanceLimit] = &[AcceptanceLimit { max_speed: Some(REST), ..AcceptanceLimit::NONE }];
-/// Pockets must be at rest in the default motion for terrain; what the other one does is shown.
-const AT_REST_ON_TERRAIN: &[AcceptanceLimit] = &[
-    AcceptanceLimit { scope: Scope::Of(Motion::Eulerian), max_speed: Some(REST), ..AcceptanceLimit::NONE },
-    AcceptanceLimit { scope: Scope::Shown, max_speed: Some(REST), ..AcceptanceLimit::NONE },
-];
 
 macro_rules! lakes {
-    ($($name:literal, $disordered:literal, $bed:ident, $acceptance_limits:ident, $what:literal;)+) => {
+    ($($name:literal, $disordered:literal, $bed:ident, $what:literal;)+) => {
         &[$(
             Case {
                 name: $name,
@@ -45,7 +40,7 @@ macro_rules! lakes {
                 is_tuned: true,
                 spacings: MADE,
                 tested: 2,
-                acceptance_limits: $acceptance_limits,
+                acceptance_limits: AT_REST,
                 setup: |spacing, _| Ok(still($bed, spacing, 0.0, STEPS)),
             },
             Case {
@@ -55,10 +50,10 @@ macro_rules! lakes {
                 is_tuned: true,
                 spacings: MADE,
                 tested: 2,
-                acceptance_limits: $acceptance_limits,
-                setup: |spacing, motion| match motion {
-                    Motion::Eulerian => Err("Eulerian particles lie on their lattice".to_owned()),
-                    Motion::Lagrangian => Ok(still($bed, spacing, DISORDER, STEPS)),
+                acceptance_limits: AT_REST,
+                setup: |spacing, core| match core {
+                    Core::Eulerian | Core::Lagrangian => Err("cells start on their lattice".to_owned()),
+                    Core::Variational => Ok(still($bed, spacing, DISORDER, STEPS)),
                 },
             },
         )+
@@ -69,7 +64,7 @@ macro_rules! lakes {
             is_tuned: false,
             spacings: &[80.0, 40.0, 20.0],
             tested: 1,
-            acceptance_limits: AT_REST_ON_TERRAIN,
+            acceptance_limits: AT_REST,
             setup: |spacing, _| on_valley(spacing),
         },
         Case {
@@ -79,7 +74,7 @@ macro_rules! lakes {
             is_tuned: false,
             spacings: &[200.0, 100.0, 50.0],
             tested: 1,
-            acceptance_limits: AT_REST_ON_TERRAIN,
+            acceptance_limits: AT_REST,
             setup: |spacing, _| match std::env::var_os("FLOODSIM_DATA") {
                 Some(folder) => {
                     let file = PathBuf::from(folder).join("malpasset/dem_20m.tif");
@@ -94,11 +89,11 @@ macro_rules! lakes {
 
 /// The cases.
 pub const CASES: &[Case] = lakes! {
-    "lake_bump", "lake_bump_disordered", bump, AT_REST, "a smooth bump";
-    "lake_step", "lake_step_disordered", step, AT_REST, "a vertical step of 0.8 m";
-    "lake_rough", "lake_rough_disordered", rough, AT_REST, "a random bed, 0.8 m from one particle to the next";
-    "lake_island", "lake_island_disordered", island, AT_REST, "a bump that rises above the water";
-    "lake_pockets", "lake_pockets_disordered", pockets, AT_REST_ON_TERRAIN, "a random bed half of which rises above the water, many pockets";
+    "lake_bump", "lake_bump_disordered", bump, "a smooth bump";
+    "lake_step", "lake_step_disordered", step, "a vertical step of 0.8 m";
+    "lake_rough", "lake_rough_disordered", rough, "a random bed, 0.8 m from one particle to the next";
+    "lake_island", "lake_island_disordered", island, "a bump that rises above the water";
+    "lake_pockets", "lake_pockets_disordered", pockets, "a random bed half of which rises above the water, many pockets";
 };
 
 /// A repeatable number in [0, 1) for each place.

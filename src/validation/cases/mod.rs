@@ -38,7 +38,7 @@ pub fn with_companions(name: &str) -> impl Iterator<Item = &'static Case> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::methods::Motion;
+    use crate::scenario::methods::Core;
 
     #[test]
     fn every_case_is_complete() {
@@ -62,24 +62,24 @@ mod tests {
     }
 
     #[test]
-    fn every_setup_holds_the_same_water_for_both_motions() {
+    fn every_setup_holds_the_same_water_for_cells_and_particles() {
         for case in all() {
-            let volume = |motion: Motion| {
-                let setup = (case.setup)(case.spacings[0], motion).ok()?;
+            let volume = |core: Core| {
+                let setup = (case.setup)(case.spacings[0], core).ok()?;
                 let lattice = &setup.problem.bed.lattice;
-                Some(match motion {
-                    Motion::Lagrangian => setup.seeds.iter().map(|seed| seed.volume).sum::<f64>(),
-                    Motion::Eulerian => {
+                Some(match core {
+                    Core::Variational => setup.seeds.iter().map(|seed| seed.volume).sum::<f64>(),
+                    Core::Eulerian | Core::Lagrangian => {
                         let area = if lattice.rows == 1 { lattice.spacing } else { lattice.cell_area() };
                         setup.problem.initial_depth.iter().sum::<f64>() * area
                     }
                 })
             };
-            let (Some(resting), Some(moving)) = (volume(Motion::Eulerian), volume(Motion::Lagrangian)) else {
+            let (Some(cells), Some(particles)) = (volume(Core::Eulerian), volume(Core::Variational)) else {
                 continue;
             };
             // Curved shores are cut by the lattice in different ways.
-            assert!((resting - moving).abs() <= 0.05 * resting, "{}: {resting} and {moving} m3", case.name);
+            assert!((cells - particles).abs() <= 0.05 * cells, "{}: {cells} and {particles} m3", case.name);
         }
     }
 }

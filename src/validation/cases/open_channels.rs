@@ -2,9 +2,9 @@
 
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Core;
 use crate::solver::{Boundary, Condition, FlowProblem, Series};
-use crate::validation::case::{AcceptanceLimit, Case, Setup, SetupResult, Suite, Until};
+use crate::validation::case::{AcceptanceLimit, Case, ROWS, Setup, SetupResult, Suite, Until};
 use crate::validation::exact::normal_velocity;
 use crate::validation::outcome::{Check, Snapshot};
 use crate::validation::scene::{flat_strip, line_seeds};
@@ -103,7 +103,8 @@ fn channel(
     problem.forcing.reach = 0.3 * spacing;
     for (x, condition) in [(0.0, west), (size.x, east)] {
         if let Some(condition) = condition {
-            let segments = vec![[Vec2::new(x, 0.0), Vec2::new(x, size.y)]];
+            // As wide as a channel in the plane (`Setup::in_plane`).
+            let segments = vec![[Vec2::new(x, 0.0), Vec2::new(x, ROWS as f64 * size.y)]];
             problem.forcing.boundaries.push(Boundary { pieces: segments.into(), condition });
         }
     }
@@ -141,7 +142,12 @@ fn uniform(spacing: f64, slope: f64, end: f64) -> SetupResult {
     Ok(setup)
 }
 
-fn hydrograph(spacing: f64, _: Motion) -> SetupResult {
+fn hydrograph(spacing: f64, core: Core) -> SetupResult {
+    if core == Core::Lagrangian {
+        return Err(
+            "a balance over so many steps is that of the cells at rest, which boundaries have beside them".to_owned()
+        );
+    }
     let points: Vec<(f64, f64)> =
         (0..4000).map(|k| (50.0 * f64::from(k), spacing * if k % 2 == 0 { 0.2 } else { 3.0 })).collect();
     let series = Series::new(&points).ok_or("no series")?;
@@ -154,8 +160,8 @@ fn hydrograph(spacing: f64, _: Motion) -> SetupResult {
     let mut setup = Setup::without_answer(problem.clone(), line_seeds(&problem), Dimension::One, Until::Steps(MANY));
     setup.scale_depth = DEPTH;
     setup.checks = Some(Box::new(move |_, end| {
-        // Lagrangian particles carry volumes per metre of width.
-        let width = if end.is_moving { spacing } else { 1.0 };
+        // Particles of the variational formulation carry volumes per metre of width.
+        let width = if end.is_of_particles { spacing } else { 1.0 };
         let wanted = series.integral(0.0, end.time) / width;
         let off = (end.ledger.inflow / wanted - 1.0).abs();
         let found = format!("counted inflow off the integral of the hydrograph by {off:.1e} after {:.0} s", end.time);
@@ -194,7 +200,7 @@ fn waves(spacing: f64, height: f64) -> SetupResult {
 
 /// Small waves in a basin of constant depth, closed at its end: η = a cos(ω t) cos(k (L − x)) / cos(k L), reached from rest at t = 0
 /// by the whole of it: the run starts with its level and its velocity of that moment.
-fn tide(spacing: f64, _: Motion) -> SetupResult {
+fn tide(spacing: f64, _: Core) -> SetupResult {
     let (length, depth, height, period) = (20_000.0, 20.0, 0.1, 12.0 * 3600.0);
     let omega = std::f64::consts::TAU / period;
     let k = omega / (crate::scenario::GRAVITY * depth).sqrt();

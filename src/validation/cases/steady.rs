@@ -76,7 +76,7 @@ fn over_bump(spacing: f64, flow: Bump, (before, behind): (f64, f64), end: f64) -
     steady(problem, before, (2.0, 22.0), end, move |x| state.at(x))
 }
 
-fn macdonald(spacing: f64, _: crate::scenario::methods::Motion) -> SetupResult {
+fn macdonald(spacing: f64, _: crate::scenario::methods::Core) -> SetupResult {
     let (before, behind) = (600.0, 300.0);
     let length = before + 1000.0 + behind;
     let flow = MacDonald::new(-before, 1000.0 + behind, 0.1);

@@ -2,7 +2,7 @@
 
 use floodsim::constants::Constants;
 use floodsim::math::Vec2;
-use floodsim::scenario::methods::Motion;
+use floodsim::scenario::methods::Core;
 use floodsim::solver::threads::in_pool;
 use floodsim::solver::{Boundary, Condition, EulerianMethods, EulerianSolver, FlowProblem, FlowSolver, Series};
 use floodsim::validation::{cases, problem, run};
@@ -71,7 +71,7 @@ pub const CASES: &[Case] = &[
 /// Mean error of the depth (m) of a case of the suites at its coarsest spacing.
 fn of_suite(name: &str, given: &[(&str, &str)], constants: &Constants) -> f64 {
     let case = cases::named(name).unwrap();
-    let setup = (case.setup)(case.spacings[0], Motion::Eulerian).unwrap();
+    let setup = (case.setup)(case.spacings[0], Core::Eulerian).unwrap();
     let mut choice = methods(&[&[("motion", "eulerian")], given].concat());
     choice.numerics.constants = *constants;
     run(&setup, &choice).1.unwrap().errors.depth

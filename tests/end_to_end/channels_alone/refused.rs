@@ -34,7 +34,7 @@ fn what_needs_terrain_is_refused_where_it_stands() {
     }
     let (code, said) =
         Scene::of(&changed(SCENARIO, &[("resolution", "numerics: {motion: lagrangian}\nresolution")])).check();
-    assert!(code == 3 && said.contains("Lagrangian particles know no channels"), "{said}");
+    assert!(code == 3 && said.contains("nothing moves in channels alone"), "{said}");
 }
 
 #[test]

@@ -4,10 +4,8 @@
 
 use floodsim::math::Vec2;
 use floodsim::particles::FluidSeed;
-use floodsim::scenario::methods::Integrator;
-use floodsim::solver::lagrangian::LagrangianSolver;
 use floodsim::solver::phases::PhaseTime;
-use floodsim::solver::{EulerianSolver, FlowProblem, FlowSolver};
+use floodsim::solver::{EulerianMethods, EulerianSolver, FlowProblem, FlowSolver};
 use floodsim::validation::{jittered_lattice, problem};
 
 /// Depth (m) of the water behind the dam, above a bed at 0.
@@ -61,7 +59,7 @@ pub fn dam_break_in(particles: usize, cells_for_each: usize) -> FlowProblem {
     problem
 }
 
-/// One Lagrangian particle on each wet cell.
+/// One particle on each wet cell.
 pub fn seeds(problem: &FlowProblem) -> Vec<FluidSeed> {
     let lattice = &problem.bed.lattice;
     let seed = |cell: usize| {
@@ -78,16 +76,9 @@ pub fn solver(motion: Motion, particles: usize) -> Box<dyn FlowSolver> {
 
 /// A problem in a motion, by the default methods.
 pub fn solver_for(motion: Motion, mut problem: FlowProblem) -> Box<dyn FlowSolver> {
-    match motion {
-        Motion::Eulerian => {
-            problem.courant = 0.5;
-            Box::new(EulerianSolver::new(problem))
-        }
-        Motion::Lagrangian => {
-            let seeds = seeds(&problem);
-            Box::new(LagrangianSolver::new(problem, seeds, Integrator::Leapfrog))
-        }
-    }
+    problem.courant = 0.5;
+    let methods = EulerianMethods { moves: motion == Motion::Lagrangian, ..EulerianMethods::default() };
+    Box::new(EulerianSolver::with_methods(problem, methods))
 }
 
 /// Takes so many steps, and grids the water after each as a run does.

@@ -83,6 +83,16 @@ impl<S: Shape> Smoothing<S> {
         Smoothing { shape: S::new(dimension), sigma, constant, linear, stretch, per_stretch: 1.0 / stretch }
     }
 
+    /// The same so that Σ A W is 1 on the square lattice of particles of area A with h = `factor` √A, where the integral of the kernel makes it
+    /// nearly so (in one dimension 0.2 % off for the cubic spline, 10 % for `Quadratic` with its kink in the middle).
+    pub fn on_lattice(self, dimension: Dimension, factor: f64) -> Self {
+        let reach = (factor * self.support()).ceil() as i32;
+        let rows = if dimension == Dimension::One { 0..=0 } else { -reach..=reach };
+        let places = rows.flat_map(|row| (-reach..=reach).map(move |column| f64::from(row * row + column * column)));
+        let sum: f64 = places.map(|squared| self.value(squared.sqrt(), 1.0 / factor)).sum();
+        Smoothing { sigma: self.sigma / sum, ..self }
+    }
+
     /// s: the kernel's own smoothing length over h.
     pub fn stretch(&self) -> f64 {
         self.stretch

@@ -77,11 +77,6 @@ impl BreakingDam {
         &self.bed
     }
 
-    /// The cells of the dam, and whether each stands above the ground now.
-    pub fn standing(&self) -> impl Iterator<Item = (usize, bool)> + '_ {
-        self.breach.cells.iter().zip(&self.bed).map(|(cell, bed)| (cell.cell, bed.1 > cell.ground))
-    }
-
     /// The time (s) at which the breach began.
     pub fn opened(&self) -> Option<f64> {
         self.opened

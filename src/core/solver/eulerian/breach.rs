@@ -58,6 +58,11 @@ impl Breaking {
         self.dam.step_until_change(time, step)
     }
 
+    /// The padded cell (row, column) whose level opens the dam, where one does.
+    pub fn watched(&self) -> Option<(usize, usize)> {
+        self.watched
+    }
+
     /// The padded cells (row, column) whose bed changes.
     pub fn places(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.places.iter().copied()

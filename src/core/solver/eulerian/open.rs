@@ -36,10 +36,10 @@ use crate::boundary::Condition;
 use crate::math::{Vec2, smaller};
 use crate::methods::Reconstruction;
 use crate::solver::{FlowProblem, Passage, Way};
-pub(in crate::solver) use conditions::{Faces, pass};
+pub(super) use conditions::{Faces, pass};
 pub(super) use inside::Near;
-pub(in crate::solver) use inside::{Inside, Passing};
-pub(in crate::solver) use step::Of;
+pub(super) use inside::{Inside, Passing};
+pub(super) use step::Of;
 
 /// So many parts of 1 m³ are counted where volumes are added up in any order.
 const COUNTED: f64 = (1_u64 << 40) as f64;
@@ -74,7 +74,7 @@ struct Face {
 
 /// What comes in and what leaves: volumes (m³), or rates.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::solver) struct Exchange<T = f64> {
+pub(super) struct Exchange<T = f64> {
     pub inflow: T,
     pub outflow: T,
 }

@@ -15,8 +15,8 @@ use super::spans::Run;
 use super::state::State;
 use super::walls::Walls;
 
-/// The cells that move: none beside walls, sills, lines, cells in part, sections, dams and ground that moves, nor near boundaries, sources and
-/// channels.
+/// The cells that move: none beside walls, sills, lines, cells in part, sections, dams and ground that moves, nor near boundaries, sources,
+/// channels and the place whose level opens a dam.
 pub(super) fn moving_cells(
     state: &mut State,
     scale: &Scale,
@@ -27,7 +27,8 @@ pub(super) fn moving_cells(
     let beside = [walls.places(), passes.places(), in_part.places(), sections.places()].concat();
     let of_dam = breaking.iter().flat_map(Breaking::places);
     let of_bed = moving_bed.iter().flat_map(MovingBed::places);
-    let near = open.cells().chain(inputs.cells()).chain(reaches.cells());
+    let watched = breaking.iter().filter_map(Breaking::watched);
+    let near = open.cells().chain(inputs.cells()).chain(reaches.cells()).chain(watched);
     let beside = beside.into_iter().chain(conforming.cells()).chain(of_dam).chain(of_bed);
     MovingCells::new(state, (beside, near), scale)
 }

@@ -5,11 +5,11 @@
 
 use rayon::prelude::*;
 
-use super::{Density, SLACK, Variational};
+use super::correction::correction;
+use super::{CHUNK, Density, MovingWater, SLACK, Seen, Variational, with_kernel};
 use crate::math::{Sym2, Vec2};
 use crate::methods::Reconstruction;
 use crate::physics::kernel::{Shape, Smoothing};
-use crate::solver::moving::{CHUNK, MovingWater, Seen, correction, with_kernel};
 
 const MOST_ROUNDS: usize = 30;
 const TOLERANCE: f64 = 1e-10;

@@ -11,14 +11,13 @@
 
 use rayon::prelude::*;
 
-use super::{Density, Variational};
+use super::{CHUNK, Density, MovingWater, Rates, Seen, Variational, with_kernel};
 use crate::math::{Sym2, Vec2};
 use crate::methods::{BedSlope, Reconstruction, Stabilisation};
 use crate::physics::celerity;
 use crate::physics::flux::{FaceSolver, LaxFriedrichs, Side, TwoWaves, two_shock};
 use crate::physics::kernel::{Shape, Smoothing};
 use crate::physics::limiter::van_leer;
-use crate::solver::moving::{CHUNK, MovingWater, Rates, Seen, with_kernel};
 
 /// α of the artificial viscosity.
 const VISCOSITY: f64 = 1.0;
@@ -87,7 +86,7 @@ impl Variational {
             BedSlope::Hydrostatic => force - slope * g,
             BedSlope::Steep => on_steep_bed(force, v_i, slope, water.curvature_at(particles.position[i]), g),
         };
-        Rates { acceleration, approach, reach: 1.0 / mine.inverse_h, ..Rates::default() }
+        Rates { acceleration, approach, reach: 1.0 / mine.inverse_h }
     }
 
     /// The states of i and j on both sides of the face between them; `u` are the velocities along e.

@@ -9,18 +9,73 @@
 //! viscosity, or by p* of a Riemann solver in place of both p, as `Wu2020` compare them; with limited reconstruction or without.
 //! **Weak spot**: a lake over an uneven bed does not stay at rest, because nothing balances the slope of the bed exactly.
 
+mod correction;
 mod density;
 mod forces;
+mod kernel;
+mod neighbours;
+mod solver;
+mod step;
+mod water;
 
-use super::moving::{ChosenKernel, Formulation, MovingMethods, MovingSolver, MovingWater, smoothing_factor};
+pub(super) use kernel::with_kernel;
+pub use kernel::{ChosenKernel, smoothing_factor};
+pub use neighbours::{CHUNK, CHUNKS_AT_ONCE, Neighbours, Seen};
+pub use solver::VariationalSolver;
+pub use water::MovingWater;
+
+use bytemuck::{Pod, Zeroable};
+
 use crate::math::Vec2;
-use crate::methods::{BedSlope, Integrator, Reconstruction, Stabilisation};
-use crate::particles::FluidSeed;
+use crate::methods::{BedSlope, Integrator, Kernel, Reconstruction, Stabilisation, WallMethod};
 use crate::physics::dimension::Dimension;
-use crate::solver::FlowProblem;
 
 /// Neighbours are searched with this slack, and h grows by at most as much between two evaluations.
 const SLACK: f64 = 1.1;
+
+/// The methods of moving particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MovingMethods {
+    /// Time integration.
+    pub integrator: Integrator,
+    /// Smoothing kernel.
+    pub kernel: Kernel,
+    /// Treatment of pairs.
+    pub stabilisation: Stabilisation,
+    /// What a pair takes for the states on both sides of its face.
+    pub reconstruction: Reconstruction,
+    /// Effect of the bed's slope.
+    pub bed_slope: BedSlope,
+    /// What stands for walls.
+    pub wall: WallMethod,
+}
+
+impl MovingMethods {
+    /// An integrator and a treatment of pairs, and the usual choice of everything else.
+    pub fn new(integrator: Integrator, stabilisation: Stabilisation) -> Self {
+        let reconstruction = stabilisation.usual_reconstruction();
+        MovingMethods {
+            integrator,
+            kernel: Kernel::default(),
+            stabilisation,
+            reconstruction,
+            bed_slope: BedSlope::default(),
+            wall: WallMethod::default(),
+        }
+    }
+}
+
+/// The rates of one particle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Rates {
+    /// dv/dt (m/s²) without friction.
+    pub acceleration: Vec2,
+    /// Greatest speed (m/s) at which a neighbour approaches or leaves.
+    pub approach: f64,
+    /// Length (m) that a signal must not outrun in a step.
+    pub reach: f64,
+}
 
 /// What the pair sums need of one particle beside its state.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,45 +103,21 @@ pub struct Variational {
     slopes: Vec<Vec2>,
 }
 
-/// Lagrangian particles in the variational formulation.
-pub type VariationalSolver = MovingSolver<Variational>;
-
-impl VariationalSolver {
-    /// Water in the plane.
-    pub fn new(
-        problem: FlowProblem,
-        seeds: Vec<FluidSeed>,
-        integrator: Integrator,
-        stabilisation: Stabilisation,
-    ) -> Self {
-        Self::with_methods(problem, seeds, MovingMethods::new(integrator, stabilisation), Dimension::Two)
-    }
-
-    /// Water in the plane, or in a channel of unit width along x (a lattice of one row, walls at its two ends), by the given methods.
-    pub fn with_methods(
-        problem: FlowProblem,
-        seeds: Vec<FluidSeed>,
-        methods: MovingMethods,
-        dimension: Dimension,
-    ) -> Self {
-        let (factor, kernel) = (smoothing_factor(dimension), ChosenKernel::new(methods.kernel, dimension));
-        let variational = Variational {
+impl Variational {
+    fn new(methods: MovingMethods, dimension: Dimension) -> Self {
+        Variational {
             dimension,
-            kernel,
-            factor,
+            kernel: ChosenKernel::new(methods.kernel, dimension),
+            factor: smoothing_factor(dimension),
             stabilisation: methods.stabilisation,
             reconstruction: methods.reconstruction,
             bed_slope: methods.bed_slope,
             densities: Vec::new(),
             slopes: Vec::new(),
-        };
-        Self::with_formulation(problem, seeds, variational, methods, dimension)
+        }
     }
-}
 
-impl Formulation for Variational {
-    const CARRIES_DEPTH: bool = false;
-
+    /// Chooses the first smoothing lengths; called once, before the first evaluation.
     fn prepare(&mut self, water: &mut MovingWater) {
         let particles = &mut water.particles;
         for i in 0..particles.len() {
@@ -99,13 +130,14 @@ impl Formulation for Variational {
         }
     }
 
+    /// Finds depth, smoothing length and rates of the particles for their present state.
     fn evaluate(&mut self, water: &mut MovingWater) {
         water.phases.end("motion");
         self.slopes.resize(water.particles.len(), Vec2::ZERO);
         water.sample_bed(&mut self.slopes, |slope, bed| *slope = bed.slope);
         water.phases.end("bed");
-        let reach = SLACK * self.kernel.support();
-        water.neighbours.search(&water.particles.position, &water.particles.smoothing_length, reach, &water.walls);
+        let (reach, particles) = (SLACK * self.kernel.support(), &water.particles);
+        water.neighbours.search(&particles.position, &particles.smoothing_length, reach, &water.walls);
         water.phases.end("neighbours");
         self.sum_depths(water);
         water.phases.end("depths");

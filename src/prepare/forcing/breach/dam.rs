@@ -6,11 +6,10 @@ use crate::error::{Problem, ProblemKind, input_error};
 use crate::lattice::Lattice;
 use crate::math::{Vec2, readable};
 use crate::prepare::findings::Findings;
-use crate::prepare::ground::burn::{Foot, crossed, foot_of, strip};
+use crate::prepare::ground::burn::{Foot, crossed, foot_of};
 use crate::prepare::ground::crests::{Buried, length_above_ground};
 use crate::prepare::outside::{Outside, all_outside, partly_outside};
 use crate::scenario::Breach as Written;
-use crate::scenario::methods::Motion;
 use crate::solver::DamCell;
 
 /// A dam on the lattice.
@@ -25,16 +24,10 @@ pub struct Dam {
 
 impl Dam {
     /// Puts a dam on the lattice, and reports what of its line and its crest does not fit the terrain.
-    pub fn of(
-        opened: &Opened,
-        written: &Written,
-        motion: Motion,
-        bed: &BedParticles,
-        findings: &mut Findings,
-    ) -> Option<Dam> {
+    pub fn of(opened: &Opened, written: &Written, bed: &BedParticles, findings: &mut Findings) -> Option<Dam> {
         let (lattice, crest) = (&bed.lattice, opened.crest);
         let line: Vec<Vec2> = opened.line.iter().map(|place| lattice.to_local(*place)).collect();
-        let cells = cells_of(&line, motion, bed);
+        let cells = cells_of(&line, bed);
         let Some(lowest) = cells.iter().min_by(|a, b| a.ground.total_cmp(&b.ground)).copied() else {
             all_outside(&written.dam, opened.line[0], findings);
             return None;
@@ -65,13 +58,8 @@ impl Dam {
 }
 
 /// The cells on terrain below the line of a dam (local coordinates, m).
-fn cells_of(line: &[Vec2], motion: Motion, bed: &BedParticles) -> Vec<DamCell> {
-    // The bed that Lagrangian particles see is lower between two cells that meet at a corner only.
-    let crossed = match motion {
-        Motion::Eulerian => crossed(line, &bed.lattice),
-        Motion::Lagrangian => strip(line, 0.0, &bed.lattice),
-    };
-    let on_terrain = crossed.into_iter().filter(|cell| bed.has_terrain(*cell));
+fn cells_of(line: &[Vec2], bed: &BedParticles) -> Vec<DamCell> {
+    let on_terrain = crossed(line, &bed.lattice).into_iter().filter(|cell| bed.has_terrain(*cell));
     on_terrain.map(|cell| dam_cell(cell, line, &bed.lattice, bed.elevation[cell])).collect()
 }
 

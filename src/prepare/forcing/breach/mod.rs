@@ -15,7 +15,6 @@ use crate::prepare::findings::Findings;
 use crate::prepare::ground::Ground;
 use crate::prepare::places;
 use crate::prepare::tables::series;
-use crate::scenario::methods::Motion;
 use crate::scenario::{
     Breach as Written, BreachFormula, BreachMode, BreachShape, BreachTrigger, GrowthLaw as Law, Scenario, Sourced,
 };
@@ -101,7 +100,7 @@ fn planned(
 ) -> Option<Breach> {
     let (written, opened) = (scenario.breach.as_ref()?, opened?);
     let written = &by_formula(written, opened.crest, scenario.numerics.gravity);
-    let dam = Dam::of(opened, written, scenario.numerics.motion, bed, findings)?;
+    let dam = Dam::of(opened, written, bed, findings)?;
     let opening = match &written.shape {
         None => Some(Opening::Whole),
         Some(shape) => opening::trapezoid(shape, &dam, bed, findings),
@@ -132,7 +131,7 @@ fn planned(
     })
 }
 
-/// Warns of a breach that still grows when the run ends, and of Lagrangian particles that pass it late.
+/// Warns of a breach that still grows when the run ends.
 fn warn_of_growth(scenario: &Scenario, trigger: &BreachTrigger, duration: &Sourced<f64>, findings: &mut Findings) {
     if let BreachTrigger::At(at) = trigger
         && at.value + duration.value > scenario.end_time
@@ -145,14 +144,6 @@ fn warn_of_growth(scenario: &Scenario, trigger: &BreachTrigger, duration: &Sourc
         );
         let problem = Problem::warning(ProblemKind::Scenario, "breach-unfinished", "", message);
         findings.add(duration, problem.with_remedy("let the run last longer, if the final opening matters"));
-    }
-    if scenario.numerics.motion == Motion::Lagrangian {
-        let message = "Lagrangian particles pass a crest that sinks slowly late, and then too many of them at once: the flood may begin many minutes late, and its peak be too high";
-        let problem = Problem::warning(ProblemKind::Scenario, "late-breach", "", message);
-        findings.add(
-            duration,
-            problem.with_remedy("leave out `motion: lagrangian` wherever the hydrograph of a breach counts"),
-        );
     }
 }
 

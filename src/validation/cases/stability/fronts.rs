@@ -5,7 +5,7 @@ use crate::math::Vec2;
 use crate::particles::FluidSeed;
 use crate::physics::dimension::Dimension;
 use crate::scenario::GRAVITY;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Core;
 use crate::validation::case::{Case, Setup, Suite, Until};
 use crate::validation::cases::dam_breaks::{DAM, DEEP, END, LENGTH, channel};
 use crate::validation::exact::{ritter, ritter_front, stoker};
@@ -83,15 +83,15 @@ pub const CASES: &[Case] = &[
     Case {
         name: "standing_jump_unequal",
         suite: Suite::Stability,
-        about: "The same with Lagrangian particles that are equally far apart on both sides at the start, so that those behind the jump \
+        about: "The same with particles of the variational formulation that are equally far apart on both sides at the start, so that those behind the jump \
                 carry 3.77 times the volume of those that come.",
         is_tuned: false,
         spacings: &[1.0, 0.5],
         tested: 1,
         acceptance_limits: &[],
-        setup: |spacing, motion| match motion {
-            Motion::Eulerian => Err("Eulerian particles do not carry their volume along".to_owned()),
-            Motion::Lagrangian => Ok(standing_jump(spacing, false)),
+        setup: |spacing, core| match core {
+            Core::Eulerian | Core::Lagrangian => Err("cells do not carry their volume along".to_owned()),
+            Core::Variational => Ok(standing_jump(spacing, false)),
         },
     },
 ];
@@ -183,7 +183,7 @@ fn restarted(spacing: f64) -> Setup {
     setup
 }
 
-/// A hydraulic jump at rest, behind which Lagrangian particles have the volume of those before it where they are `equal`: such a jump is made
+/// A hydraulic jump at rest, behind which particles of the variational formulation have the volume of those before it where they are `equal`: such a jump is made
 /// of the water that came through it.
 fn standing_jump(spacing: f64, equal: bool) -> Setup {
     const FROUDE: f64 = 3.0;

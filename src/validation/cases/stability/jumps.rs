@@ -4,7 +4,7 @@ use super::{behind_jump, cell_seeds, fastest, fill};
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
 use crate::scenario::GRAVITY;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Core;
 use crate::solver::{Boundary, Condition, Series};
 use crate::validation::case::{Case, Setup, SetupResult, Suite, Until};
 use crate::validation::judge::{Limits, Measure, Share};
@@ -23,7 +23,7 @@ pub const CASES: &[Case] = &[
     jump("wide_jump_8", "The same at Froude number 8.", |s, m| wide(s, m, 8.0)),
 ];
 
-const fn jump(name: &'static str, about: &'static str, setup: fn(f64, Motion) -> SetupResult) -> Case {
+const fn jump(name: &'static str, about: &'static str, setup: fn(f64, Core) -> SetupResult) -> Case {
     Case {
         name,
         suite: Suite::Stability,
@@ -37,7 +37,7 @@ const fn jump(name: &'static str, about: &'static str, setup: fn(f64, Motion) ->
 }
 
 /// A jump in the middle of a channel fed from the west and held at the depth behind the jump in the east.
-fn wide(spacing: f64, motion: Motion, froude: f64) -> SetupResult {
+fn wide(spacing: f64, core: Core, froude: f64) -> SetupResult {
     const SHALLOW: f64 = 1.0;
     const END: f64 = 100.0;
     const LENGTH: f64 = 40.0;
@@ -45,8 +45,8 @@ fn wide(spacing: f64, motion: Motion, froude: f64) -> SetupResult {
     const JUMP: f64 = 0.5 * LENGTH;
     /// Amplitude of the noise of the bed (m).
     const NOISE: f64 = 1e-6;
-    if motion == Motion::Lagrangian {
-        return Err("jumps of Lagrangian particles are known to wander".to_owned());
+    if core == Core::Variational {
+        return Err("jumps of the variational formulation are known to wander".to_owned());
     }
     let speed = froude * (GRAVITY * SHALLOW).sqrt();
     let deep = behind_jump(SHALLOW, froude);

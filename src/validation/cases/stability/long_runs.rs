@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::{DEPTH, cell_seeds, fastest, fill};
 use crate::math::Vec2;
 use crate::physics::dimension::Dimension;
-use crate::scenario::methods::Motion;
+use crate::scenario::methods::Core;
 use crate::validation::case::{Case, Setup, SetupResult, Suite, Until};
 use crate::validation::cases::circles::{DEPTHS, circular};
 use crate::validation::cases::lakes::{LEVEL, SIZE, bump, noise, still};
@@ -55,7 +55,7 @@ macro_rules! courant_numbers {
                 spacings: &[0.2],
                 tested: 1,
                 acceptance_limits: &[],
-                setup: |spacing, motion| Ok(with_courant(spacing, motion, $courant)),
+                setup: |spacing, core| Ok(with_courant(spacing, core, $courant)),
             },
         )+
         ]
@@ -78,11 +78,11 @@ fn steps(spacing: f64) -> usize {
     if spacing < LONG[0] { 100_000 } else { 5_000 }
 }
 
-fn stirred(spacing: f64, motion: Motion) -> SetupResult {
+fn stirred(spacing: f64, core: Core) -> SetupResult {
     const WATER: f64 = 1.0;
     const SPEED: f64 = 0.3;
-    if motion == Motion::Eulerian {
-        return Err("Eulerian particles lie on their lattice".to_owned());
+    if core != Core::Variational {
+        return Err("cells do not stand closer than their partition lets them".to_owned());
     }
     let cells = (SIZE / spacing).round() as usize;
     let mut problem = problem(cells, cells, spacing, |_| 0.0);
@@ -137,8 +137,8 @@ fn calm(spacing: f64) -> Setup {
     setup
 }
 
-fn with_courant(spacing: f64, motion: Motion, courant: f64) -> Setup {
-    let mut setup = circular(spacing, motion, Accuracy::Second);
+fn with_courant(spacing: f64, core: Core, courant: f64) -> Setup {
+    let mut setup = circular(spacing, core, Accuracy::Second);
     setup.checks = None;
     setup.courant = Some(courant);
     let measures = |outcome: &Outcome| {

@@ -50,7 +50,7 @@ fn fill(problem: &mut FlowProblem, depth: impl Fn(Vec2) -> f64) {
     problem.initial_depth = (0..lattice.len()).map(|cell| depth(lattice.centre(cell))).collect();
 }
 
-/// One Lagrangian particle on each wet cell of a problem in two dimensions.
+/// One particle on each wet cell of a problem in two dimensions.
 fn cell_seeds(problem: &FlowProblem) -> Vec<crate::particles::FluidSeed> {
     let lattice = &problem.bed.lattice;
     let wet = (0..lattice.len()).filter(|&cell| problem.initial_depth[cell] > 0.0);

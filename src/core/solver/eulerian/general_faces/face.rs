@@ -95,6 +95,11 @@ impl Seen {
         }
     }
 
+    /// The same with a film that counts as bed.
+    pub fn without_film(self) -> Self {
+        Seen { depth: 0.0, bed: self.bed + self.depth, ..self }
+    }
+
     /// The coarse particle of a face where it meets the fine one (M87), given it and the two along the face from it.
     pub fn aside(self, along: Option<[Seen; 2]>, dry_depth: f64) -> Self {
         let here = self;

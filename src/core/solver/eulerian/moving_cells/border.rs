@@ -39,19 +39,19 @@ impl MovingCells {
 
     /// Looks at the squares beside the pinned cells, as they are for a stage; cells beside their water become active.
     pub fn look(&mut self, state: &State, dry_depth: f64) {
+        if self.is_lost {
+            return;
+        }
         let mut is_new = false;
         for &k in &self.fixed {
             let Cell::Fixed((row, column)) = self.cells[k as usize] else { continue };
             let water = &state.primitive[row];
             let seen = &mut self.seen[k as usize];
+            // Cells two further on have to be active before water comes to the next ones.
+            is_new |= seen.depth <= dry_depth && water.depth[column] > dry_depth;
             seen.depth = water.depth[column];
             seen.bed = state.ground[row].bed[column];
             (seen.u, seen.v) = (water.velocity_x[column], water.velocity_y[column]);
-            if seen.depth > dry_depth {
-                is_new |= self.mesh.around(k).any(|spoke| {
-                    !self.is_active[spoke.to as usize] && matches!(self.cells[spoke.to as usize], Cell::Pinned(_))
-                });
-            }
         }
         if is_new {
             self.find_active(dry_depth);

@@ -68,7 +68,7 @@ impl MovingCells {
     fn merge(&mut self, i: u32, touched: &mut Vec<u32>) {
         let around: Vec<u32> = self.mesh.around(i).map(|spoke| spoke.to).collect();
         let around: Vec<u32> = around.into_iter().filter(|&b| !self.cells[b as usize].is_fixed()).collect();
-        if around.is_empty() {
+        if around.is_empty() || !self.mesh.is_inside(i) {
             return;
         }
         self.mesh.remove(i);

@@ -57,10 +57,14 @@ impl Face {
         }
         let speed = self.speed(known.motion);
         let slopes = self.ends.map(|end| &known.slopes[end as usize]);
+        // A film gives nothing, and a face that comes over it does not push it on.
+        let seen =
+            seen.map(|seen| if speed != 0.0 && seen.depth <= scale.dry_depth { seen.without_film() } else { seen });
         let half = |side: usize| {
             let along = (self.normal, self.distance);
             let half = seen[side].half(&slopes[side].of, along, slopes[side].step, HALF_WAY);
-            Half { u: half.u - speed, ..half }
+            // What is pressed together along a face mixes over faces in a row (M32), and these are in none.
+            Half { u: half.u - speed, stretch_t: 0.0, ..half }
         };
         let halves = [half(0), half(1)];
         let halves = on_banks(halves, scale.dry_depth);

@@ -20,6 +20,8 @@ pub(super) struct Gridded {
     /// Where squares that rest were looked at last.
     in_rows: Vec<Span>,
     spans: Vec<Span>,
+    /// The steps that had been taken when this was drawn; none after a change from outside.
+    pub drawn_at: Option<u64>,
 }
 
 /// What a part of a cell gives a square.
@@ -34,7 +36,17 @@ struct Part {
 impl Gridded {
     pub fn new(state: &State) -> Self {
         let rows = (1..=state.rows).map(|row| WaterRow::dry(state.columns(row))).collect();
-        Gridded { rows, touched: vec![Vec::new(); state.rows], in_rows: Vec::new(), spans: Vec::new() }
+        let touched = vec![Vec::new(); state.rows];
+        Gridded { rows, touched, in_rows: Vec::new(), spans: Vec::new(), drawn_at: None }
+    }
+
+    /// Takes the films of the squares that rest, which lie outside the spans.
+    pub fn take_films(&mut self, state: &State, is_in_rows: impl Fn(usize, usize) -> bool) {
+        for (row, own) in self.rows.iter_mut().enumerate() {
+            for column in (0..own.depth.len()).filter(|&column| is_in_rows(row, column)) {
+                own.depth[column] = state.water[row + 1].depth[column + 1];
+            }
+        }
     }
 }
 
@@ -47,7 +59,10 @@ impl WaterRows for Gridded {
 
 impl MovingCells {
     /// Puts the water of all cells on the lattice, that of the rows where they have it in `spans`.
-    pub fn grid(&mut self, state: &State, spans: &[Span]) -> (&dyn WaterRows, &[Span]) {
+    pub fn grid(&mut self, state: &State, spans: &[Span], steps: u64) -> (&dyn WaterRows, &[Span]) {
+        if self.gridded.drawn_at.replace(steps) == Some(steps) {
+            return (&self.gridded, &self.gridded.spans);
+        }
         let (this, lattice) = (&*self, self.ground.lattice());
         let per_square = 1.0 / lattice.cell_area();
         // Films that rest where they were left, too.
@@ -60,7 +75,7 @@ impl MovingCells {
                 parts
             })
             .collect();
-        let Gridded { rows, touched, in_rows, spans: all } = &mut self.gridded;
+        let Gridded { rows, touched, in_rows, spans: all, .. } = &mut self.gridded;
         let region = &self.region;
         let is_in_rows = |row: usize, column: usize| !region.holds((row + 1, column + 1));
         // What was looked at before is looked at once more, dry.

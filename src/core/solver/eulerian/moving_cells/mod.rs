@@ -121,6 +121,8 @@ pub(crate) struct MovingCells {
     passing: Vec<Vec<Passing>>,
     gridded: Gridded,
     pace: Pace,
+    /// Whether the partition is lost: two cells came to one place. The watch ends the run then.
+    is_lost: bool,
     /// Splits and merges so far, and triangulations made afresh.
     pub counts: Counts,
 }
@@ -216,6 +218,7 @@ impl MovingCells {
             links: Vec::new(),
             passing: Vec::new(),
             pace: Pace::default(),
+            is_lost: false,
             counts: Counts::default(),
         }
     }
@@ -242,6 +245,8 @@ impl MovingCells {
             }
         }
         self.next.clone_from(&self.held);
+        let region = &self.region;
+        self.gridded.take_films(state, |row, column| !region.holds((row + 1, column + 1)));
         self.see(scale.dry_depth);
         self.find_active(scale.dry_depth);
         self.partition(true);
@@ -302,10 +307,12 @@ impl MovingCells {
                 active.push(i);
             }
         };
-        for i in wet.into_iter().chain(fixed.iter().copied().filter(|&i| is_water(i))) {
+        for i in wet {
             take(i, active);
             mesh.around(i).for_each(|spoke| take(spoke.to, active));
         }
+        // Squares that rest may lie at the hull.
+        fixed.iter().filter(|&&i| is_water(i)).for_each(|&i| mesh.beside(i, |to| take(to, active)));
         for k in 0..active.len() {
             if !is_water(active[k]) {
                 mesh.around(active[k]).for_each(|spoke| take(spoke.to, active));
@@ -343,6 +350,7 @@ impl MovingCells {
             }
         }
         self.next.clone_from(&self.held);
+        self.gridded.drawn_at = None;
         self.see(scale.dry_depth);
         self.find_motion(scale);
         self.find_pace(scale);

@@ -41,9 +41,19 @@ impl MovingCells {
         }
         for &(i, share) in &short {
             self.share[i] = share;
-            self.sides(i).for_each(|side| state.reduce(side, share));
+            let velocity = [self.seen[i].u, self.seen[i].v];
+            self.sides(i).for_each(|(slot, sign)| {
+                let mass = |state: &State| state.flux[slot.row][slot.direction].mass[slot.column];
+                let before = mass(state);
+                state.reduce((slot, sign), share);
+                // What does not pass keeps the velocity of its cell.
+                let carried = velocity[slot.direction] * (before - mass(state));
+                let flux = &mut state.flux[slot.row][slot.direction];
+                flux.normal_left[slot.column] -= carried;
+                flux.normal_right[slot.column] -= carried;
+            });
         }
-        let MovingCells { chunks, passing, share, motion, .. } = self;
+        let MovingCells { chunks, passing, share, seen, .. } = self;
         for (passing, face) in
             passing.iter_mut().zip(chunks.iter()).flat_map(|(all, chunk)| all.iter_mut().zip(&chunk.faces))
         {
@@ -51,8 +61,9 @@ impl MovingCells {
             if share[giver as usize] < 1.0 {
                 let before = passing.mass;
                 passing.reduce(share[giver as usize]);
-                // (M107): what does not pass carries nothing with the face.
-                let carried = face.speed(motion) * (before - passing.mass);
+                // What does not pass keeps the velocity of its cell.
+                let velocity = Vec2::new(seen[giver as usize].u, seen[giver as usize].v);
+                let carried = velocity.dot(face.normal) * (before - passing.mass);
                 passing.lost -= carried;
                 passing.gained -= carried;
             }
@@ -86,7 +97,11 @@ impl MovingCells {
 
     /// Takes a stage of a step (s): volumes, momenta and places, and the partition of these.
     pub fn update(&mut self, state: &State, scale: &Scale, stage: Stage, time_step: f64) {
+        if self.is_lost {
+            return;
+        }
         let half = 0.5 * time_step;
+        self.wake_beside_films(state);
         let this = &*self;
         let taken = |&i: &u32| {
             let i = i as usize;
@@ -121,7 +136,12 @@ impl MovingCells {
             let moved = self.mesh.advance(&ways, |place| has_moved[place as usize]);
             self.counts.renewals += u64::from(moved.is_renewed);
             self.sink();
-            self.partition(true);
+            self.is_lost = moved.is_lost;
+            if moved.is_lost {
+                self.next[ways[0].0 as usize].volume = f64::NAN;
+            } else {
+                self.partition(true);
+            }
             ways.iter().for_each(|&(i, _)| self.has_moved[i as usize] = false);
         }
         self.slow(scale, time_step);
@@ -129,6 +149,16 @@ impl MovingCells {
             for &i in &self.active {
                 self.held[i as usize] = self.next[i as usize];
             }
+        }
+    }
+
+    /// Makes those pinned cells active from or to which the rows let a film pass.
+    fn wake_beside_films(&mut self, state: &State) {
+        let has_passed = |k: usize| self.sides(k).any(|side| Self::over_side(state, side).0 != 0.0);
+        let idle = self.pinned.iter().copied().filter(|&k| !self.is_active[k as usize] && has_passed(k as usize));
+        for k in idle.collect::<Vec<u32>>() {
+            self.wake(k);
+            self.is_stale[k as usize / CHUNK] = true;
         }
     }
 
@@ -162,6 +192,9 @@ impl MovingCells {
 
     /// What a stage leaves for the next one: cells are exchanged at the end of a step, and what the faces see is found.
     pub fn settle(&mut self, scale: &Scale, stage: Stage) {
+        if self.is_lost {
+            return self.see(scale.dry_depth);
+        }
         if stage == Stage::Second {
             self.exchange();
             for &i in &self.active {
@@ -169,7 +202,9 @@ impl MovingCells {
             }
         }
         self.see(scale.dry_depth);
-        if stage == Stage::Second {
+        // Cells may have got neighbours that were too far away to be active, or have become active beside films.
+        let is_stale = || self.is_stale.contains(&true) || self.has_idle_beside(scale.dry_depth);
+        if stage == Stage::Second || is_stale() {
             self.find_active(scale.dry_depth);
             self.partition(false);
         }
@@ -177,6 +212,14 @@ impl MovingCells {
         if stage == Stage::Second {
             self.find_pace(scale);
         }
+    }
+
+    /// Whether a cell beside water is not active.
+    fn has_idle_beside(&self, dry_depth: f64) -> bool {
+        let is_idle = |i: u32| !self.is_active[i as usize] && !self.cells[i as usize].is_fixed();
+        let is_beside =
+            |&&i: &&u32| self.seen[i as usize].depth > dry_depth && self.mesh.around(i).any(|spoke| is_idle(spoke.to));
+        self.active.par_iter().with_min_len(CHUNK).find_any(is_beside).is_some()
     }
 
     /// Adds rain: its depth (m) by cell of the lattice; returns its volume (m³).

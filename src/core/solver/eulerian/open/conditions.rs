@@ -10,18 +10,16 @@ use crate::solver::eulerian::Scale;
 
 /// What the faces of a condition are.
 #[derive(Clone, Copy, PartialEq)]
-pub(in crate::solver) enum Faces {
+pub(in crate::solver::eulerian) enum Faces {
     /// Those of an edge of the plane, each with its own water; with the share of what came in by the boundary that left by it again.
     OfAnEdge { returned: f64 },
-    /// Those before which buffer particles of moving water stand: a level is held both ways there (decision 0028).
-    BeforeBuffers,
     /// Strips of one section with one level and one velocity, the lowest ones first.
     OfASection,
 }
 
 /// What passes faces in a step from one time to another (s), by what is known of the water beyond; levels of a condition count from
 /// `datum` (m) less than those of the faces.
-pub(in crate::solver) fn pass(
+pub(in crate::solver::eulerian) fn pass(
     condition: &Condition,
     (faces, inside): (Faces, &[Inside]),
     (scale, datum): (&Scale, f64),
@@ -47,9 +45,7 @@ fn pass_each(
         Condition::Discharge { discharge, level } => {
             let total = step.total(discharge);
             let given = level.as_ref().map(|level| step.level(level));
-            // Buffer particles have widths of their own.
-            let width = |inside: &Inside| if faces == Faces::BeforeBuffers { 1.0 } else { inside.width };
-            let shares = Shares::new((inside, &width), total, g);
+            let shares = Shares::new((inside, &|inside: &Inside| inside.width), total, g);
             passing.extend(inside.iter().map(|inside| {
                 let q = shares.of(inside) * total * inside.facing.0;
                 let held = given.map(|level| (level - inside.sill).max(0.0));
@@ -60,7 +56,6 @@ fn pass_each(
         Condition::Stage(series) | Condition::Level(series) => {
             let level = step.level(series);
             let paid = match (condition, faces) {
-                (_, Faces::BeforeBuffers) => 0.0,
                 (Condition::Level(_), Faces::OfAnEdge { returned }) => returned,
                 _ => 1.0,
             };

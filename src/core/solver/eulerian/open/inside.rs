@@ -18,7 +18,7 @@ pub(in crate::solver::eulerian) struct Near {
 
 /// What is known at a face.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::solver) struct Inside {
+pub(in crate::solver::eulerian) struct Inside {
     /// Depth of the particle (m) and at the face; level at the face less that of the particle.
     pub(super) depth: f64,
     pub(super) face: EdgeState,
@@ -42,7 +42,7 @@ pub(in crate::solver) struct Inside {
 
 /// What passes a face, outwards, the signal speed there, and the state beyond; none where the face is as a wall.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::solver) struct Passing {
+pub(in crate::solver::eulerian) struct Passing {
     pub mass: f64,
     pub momentum: f64,
     pub speed: f64,
@@ -96,38 +96,8 @@ impl Inside {
         Inside { face, rise, sill, invariant: face.invariant(scale.gravity), ..dry }
     }
 
-    /// The water at a face as an interpolation finds it, with its velocity `along` the face (m/s), over a bed at `sill` (m); dry where it finds
-    /// none.
-    pub(in crate::solver) fn at_face(face: Option<EdgeState>, along: f64, sill: f64, gravity: f64) -> Self {
-        let water = face.unwrap_or(EdgeState { depth: 0.0, outwards: 0.0 });
-        Inside {
-            depth: water.depth,
-            face: water,
-            rise: 0.0,
-            sill,
-            bed: sill,
-            friction: 0.0,
-            invariant: if face.is_some() { water.invariant(gravity) } else { 0.0 },
-            is_wet: face.is_some(),
-            rest: None,
-            width: 1.0,
-            facing: (1.0, 0.0),
-            along,
-        }
-    }
-
-    /// The water at the face.
-    pub(in crate::solver) fn state(&self) -> EdgeState {
-        self.face
-    }
-
-    /// Width of the face in spacings.
-    pub(in crate::solver) fn width(&self) -> f64 {
-        self.width
-    }
-
     /// The same face with another width (spacings), roughness g n² (m^(1/3)) and level at rest (m).
-    pub(in crate::solver) fn with(self, width: f64, friction: f64, rest: Option<f64>) -> Self {
+    pub(in crate::solver::eulerian) fn with(self, width: f64, friction: f64, rest: Option<f64>) -> Self {
         Inside { width, friction, rest, ..self }
     }
 

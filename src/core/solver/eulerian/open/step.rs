@@ -5,7 +5,7 @@ use crate::solver::eulerian::Scale;
 
 /// Discharge and level of a boundary: the mean of a step, or the largest in it.
 #[derive(Clone, Copy)]
-pub(in crate::solver) enum Of {
+pub(in crate::solver::eulerian) enum Of {
     Mean,
     Largest,
 }

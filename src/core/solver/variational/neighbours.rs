@@ -15,75 +15,19 @@ pub const CHUNK: usize = 128;
 /// Chunks that a thread takes in one go, at most: what it has taken no other thread can take off it, which waits in the end.
 pub const CHUNKS_AT_ONCE: usize = 16;
 
-/// Neighbours that are worked on side by side.
-pub const LANES: usize = 8;
-
 /// What one particle sees: particles, and their images in walls.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
-    /// Particles, filled up to whole groups with the one that sees them.
     indices: &'a [u32],
-    count: usize,
     /// Under which of `Walls::isometries` each of them is seen; empty far from walls, where all are seen as they are.
     transforms: &'a [u32],
 }
 
 impl<'a> Seen<'a> {
-    /// The first `count` particles of a list, under their isometries or, with none of those, as they are; what follows in the list
-    /// is overwritten with the particle `i` that sees them.
-    #[inline]
-    pub fn filled_up(list: &'a mut Vec<u32>, count: usize, transforms: &'a [u32], i: u32) -> Self {
-        debug_assert!(transforms.is_empty() || transforms.len() == count);
-        let whole = count.next_multiple_of(LANES);
-        if list.len() < whole {
-            list.resize(whole, i);
-        }
-        list[count..whole].fill(i);
-        Seen { indices: &list[..whole], count, transforms }
-    }
-
-    /// Whether images may be among what is seen.
-    #[inline]
-    pub fn has_images(&self) -> bool {
-        !self.transforms.is_empty()
-    }
-
-    /// Under which of `Walls::isometries` the one at place `k` is seen; 0 is the particle itself.
-    #[inline]
-    pub fn transform(&self, k: usize) -> u32 {
-        self.transforms.get(k).copied().unwrap_or(0)
-    }
-
     /// All that is seen.
     pub fn iter(self) -> impl Iterator<Item = Image> + 'a {
         let transforms = self.transforms.iter().copied().chain(std::iter::repeat(0));
-        self.indices[..self.count].iter().zip(transforms).map(|(&index, transform)| Image { index, transform })
-    }
-
-    /// The particles in whole groups, the last one filled up.
-    #[inline]
-    pub fn groups(&self) -> &'a [[u32; LANES]] {
-        self.indices.as_chunks().0
-    }
-
-    /// How many particles are in the last group, without what fills it up.
-    #[inline]
-    pub fn in_last_group(&self) -> usize {
-        LANES - (self.indices.len() - self.count)
-    }
-
-    /// The same in blocks of so many at most, a multiple of a group.
-    #[inline]
-    pub fn blocks(self, size: usize) -> impl Iterator<Item = Seen<'a>> {
-        (0..self.indices.len()).step_by(size).map(move |first| {
-            let block = first..(first + size).min(self.indices.len());
-            let count = block.len().min(self.count - first);
-            Seen {
-                indices: &self.indices[block.clone()],
-                count,
-                transforms: self.transforms.get(first..first + count).unwrap_or(&[]),
-            }
-        })
+        self.indices.iter().zip(transforms).map(|(&index, transform)| Image { index, transform })
     }
 }
 
@@ -185,16 +129,6 @@ impl SearchScratch {
     }
 }
 
-/// What reaches a bare place; scratch space.
-#[derive(Clone, Debug, Default)]
-pub struct Glance {
-    /// The walls near a way.
-    pub near: Vec<u32>,
-    found: Found,
-    seen: Vec<Image>,
-    scratch: ImageScratch,
-}
-
 /// The neighbours of all particles.
 #[derive(Debug, Default)]
 pub struct Neighbours {
@@ -229,38 +163,11 @@ impl Neighbours {
     pub fn of<'a>(&'a self, i: usize, list: &'a mut Vec<u32>) -> Seen<'a> {
         let (chunk, k) = (&self.chunks[i / CHUNK], i % CHUNK);
         if let Some(images) = chunk.images_of(k) {
-            list.clear();
-            list.extend_from_slice(&chunk.indices[images.clone()]);
-            return Seen::filled_up(list, images.len(), &chunk.transforms[images], i as u32);
+            return Seen { indices: &chunk.indices[images.clone()], transforms: &chunk.transforms[images] };
         }
         let first = k.checked_sub(1).map_or(0, |before| chunk.ends[before]);
         let spans = &chunk.spans[first as usize..chunk.ends[k] as usize];
-        let count = self.grid.list(spans, list).len();
-        Seen::filled_up(list, count, &[], i as u32)
-    }
-
-    /// The particles and images that act at a place where no particle stands: those that reach it by their own support.
-    pub fn at<'a>(&self, place: Vec2, positions: &[Vec2], walls: &Walls, glance: &'a mut Glance) -> &'a [Image] {
-        glance.seen.clear();
-        let found = &*self.grid.within(place, 0.0, &mut glance.found);
-        let reach = found.iter().fold(0.0_f64, |reach, &j| reach.max(f64::from(self.supports[j as usize])));
-        if walls.is_clear(place, reach) {
-            glance.seen.extend(found.iter().map(|&index| Image { index, transform: 0 }));
-        } else {
-            let from = Viewpoint { place, support: reach, particle: None };
-            walls.see(&from, found, positions, &self.supports, &mut glance.scratch, &mut glance.seen);
-        }
-        &glance.seen
-    }
-
-    /// The greatest distance (m) at which a particle acts.
-    pub fn largest_support(&self) -> f64 {
-        self.grid.largest_support()
-    }
-
-    /// Memory that is free until the next search.
-    pub fn spare_memory(&mut self) -> [&mut [f32]; 4] {
-        self.grid.spare_memory()
+        Seen { indices: self.grid.list(spans, list), transforms: &[] }
     }
 
     /// Particle indices in the order of the cells of the latest search.

@@ -1,21 +1,19 @@
-//! The core with moving particles: a formulation, an integrator, the books and the watch.
+//! The core of the variational formulation: an integrator, the books and the watch.
 
 use rayon::prelude::*;
 
-use super::bed_motion::ChangingBed;
 use super::step::{Beginning, HalfStep, heun, leapfrog};
-use super::{CHUNK, Formulation, MovingMethods, MovingWater, Rates};
+use super::{CHUNK, MovingMethods, MovingWater, Rates, Variational};
 use crate::failure::{FailurePlace, NumericalFailure};
-use crate::gridding::{Gridder, Lent};
+use crate::gridding::Gridder;
 use crate::lattice::WaterOnLattice;
 use crate::math::Vec2;
-use crate::methods::Integrator;
+use crate::methods::{Integrator, Stabilisation};
 use crate::particles::FluidSeed;
 use crate::physics::celerity;
 use crate::physics::dimension::Dimension;
-use crate::solver::changing_bed::{BreakingDam, MovingGround};
 use crate::solver::phases::Phases;
-use crate::solver::{BedBalance, FlowProblem, FlowSolver, Ledger, Passage, SectionFlow, StepChoice, StepLimit};
+use crate::solver::{FlowProblem, FlowSolver, Ledger, Passage, StepChoice, StepLimit, Way};
 
 /// The acceleration may use so much of the smoothing length in a step of Courant number 1.
 const ACCELERATION_SHARE: f64 = 0.8;
@@ -26,11 +24,10 @@ const STEPS_PER_SORT: u64 = 8;
 /// Steps between two records of the grid. Signals cross 0.6 spacings in a step and water less; the recorder draws straight lines between.
 const STEPS_OF_A_RECORD: u64 = 3;
 
-/// Moving particles in a given formulation.
-pub struct MovingSolver<F: Formulation> {
+/// Particles of the variational formulation.
+pub struct VariationalSolver {
     water: MovingWater,
-    changing_bed: Option<ChangingBed>,
-    formulation: F,
+    formulation: Variational,
     integrator: Integrator,
     courant: f64,
     time: f64,
@@ -46,27 +43,33 @@ pub struct MovingSolver<F: Formulation> {
     is_gridded: bool,
 }
 
-impl<F: Formulation> MovingSolver<F> {
-    /// Particles at rest, with their first rates.
-    pub(in crate::solver) fn with_formulation(
+impl VariationalSolver {
+    /// Water at rest in the plane.
+    pub fn new(
         problem: FlowProblem,
         seeds: Vec<FluidSeed>,
-        formulation: F,
+        integrator: Integrator,
+        stabilisation: Stabilisation,
+    ) -> Self {
+        Self::with_methods(problem, seeds, MovingMethods::new(integrator, stabilisation), Dimension::Two)
+    }
+
+    /// Water at rest in the plane, or in a channel of unit width along x (a lattice of one row, walls at its two ends), by the given methods.
+    pub fn with_methods(
+        problem: FlowProblem,
+        seeds: Vec<FluidSeed>,
         methods: MovingMethods,
         dimension: Dimension,
     ) -> Self {
         let stored = seeds.iter().fold(0.0, |sum, seed| sum + seed.volume);
         let courant = problem.courant;
-        let changes = (BreakingDam::new(&problem), MovingGround::new(&problem));
-        let mut water = MovingWater::new(problem, &seeds, dimension, methods);
+        let water = MovingWater::new(problem, &seeds, dimension, methods);
         // The first evaluation needs memory.
         drop(seeds);
-        let changing_bed = ChangingBed::new(changes, &mut water, dimension);
         let gridder = Gridder::new(&water.bed.lattice, dimension);
-        let mut solver = MovingSolver {
+        let mut solver = VariationalSolver {
             water,
-            changing_bed,
-            formulation,
+            formulation: Variational::new(methods, dimension),
             integrator: methods.integrator,
             courant,
             time: 0.0,
@@ -82,7 +85,6 @@ impl<F: Formulation> MovingSolver<F> {
         };
         solver.formulation.prepare(&mut solver.water);
         solver.evaluations += solver.water.particles.len() as u64;
-        solver.end_change_of_bed();
         solver
     }
 
@@ -104,21 +106,20 @@ impl<F: Formulation> MovingSolver<F> {
         &mut self.water
     }
 
+    /// Gives the water a velocity (m/s) at the start, by place.
+    pub fn set_velocity(&mut self, velocity: impl Fn(Vec2) -> Vec2) {
+        let particles = &mut self.water.particles;
+        for (own, place) in particles.velocity.iter_mut().zip(&particles.position) {
+            *own = velocity(*place);
+        }
+        self.restart();
+    }
+
     /// Evaluates the rates anew after a change of the state from outside.
     pub fn restart(&mut self) {
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
         self.is_gridded = false;
-    }
-
-    /// Sets the bed at the end of a step; where it changes all at once, the rates are those above the new one.
-    fn end_change_of_bed(&mut self) {
-        let (time, water) = (self.time, &mut self.water);
-        if let Some(changing_bed) = &mut self.changing_bed
-            && changing_bed.end_step(water, time)
-        {
-            self.restart();
-        }
     }
 
     fn failure(&self, quantity: &'static str, value: f64, local: Vec2) -> NumericalFailure {
@@ -144,7 +145,6 @@ impl<F: Formulation> MovingSolver<F> {
                 ("the depth", d),
                 ("the smoothing length", particles.smoothing_length[i]),
                 ("the acceleration", rates.acceleration.norm()),
-                ("the rate of the depth", rates.depth_rate),
             ];
             let found = values.into_iter().find(|(_, value)| !value.is_finite());
             found.map(|(quantity, value)| (quantity, value, x))
@@ -153,18 +153,11 @@ impl<F: Formulation> MovingSolver<F> {
         first.map_or(Ok(()), |(quantity, value, x)| Err(self.failure(quantity, value, x)))
     }
 
-    /// Brings particles and rates into the order of the cells. Buffer particles are not among them.
+    /// Brings particles and rates into the order of the cells.
     fn sort(&mut self) {
         let particles = &mut self.water.particles;
         let count = particles.len();
-        let cells = self.water.neighbours.order();
-        let water: Vec<u32>;
-        let order = if cells.len() == count {
-            cells
-        } else {
-            water = cells.iter().copied().filter(|&j| (j as usize) < count).collect();
-            &water
-        };
+        let order = self.water.neighbours.order();
         if order.len() != count {
             return;
         }
@@ -208,7 +201,7 @@ fn sort_numbers(numbers: &mut [f64], of_each: usize, order: &[u32], scratch: &mu
     }
 }
 
-impl<F: Formulation> FlowSolver for MovingSolver<F> {
+impl FlowSolver for VariationalSolver {
     fn time(&self) -> f64 {
         self.time
     }
@@ -246,26 +239,9 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             }
             max_speed_squared = max_speed_squared.max(speed_squared);
         }
-        for (rates, h, depth, position) in self.water.open.signals() {
-            let (time_step, limit) = step_of(rates, h, depth);
-            if time_step < choice.time_step {
-                choice = StepChoice { time_step, limit, position, ..choice };
-            }
-        }
         choice.max_speed = max_speed_squared.sqrt();
-        if self.water.is_fed() {
-            // Without water a step as resting particles take it.
-            let dry = self.water.bed.lattice.spacing / self.water.gravity.sqrt();
-            let step = if choice.limit == StepLimit::NoWater { dry } else { choice.time_step };
-            choice.time_step = self.water.springs.longest_step(self.water.open.longest_step(step));
-        }
         self.first_choice = self.first_choice.or(Some(choice));
         self.last_choice = Some(choice);
-        if let Some(changing_bed) = &self.changing_bed {
-            // Not before the choice is kept: an event may lie as near as it likes.
-            let reach = self.courant * self.water.bed.lattice.spacing;
-            choice.time_step = changing_bed.longest_step(reach, self.time, choice.time_step);
-        }
         self.water.phases.end("choice of the step");
         choice
     }
@@ -281,12 +257,6 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             self.sort();
             self.water.phases.end("order");
         }
-        if let Some(changing_bed) = &mut self.changing_bed
-            && changing_bed.begin_step(&mut self.water, self.time, self.time + time_step)
-        {
-            self.water.phases.end("bed");
-        }
-        self.water.sections.begin(&self.water.particles);
         let (outflow, evaluations) = match self.integrator {
             Integrator::Leapfrog => (leapfrog(&mut self.formulation, &mut self.water, &mut self.halves, time_step), 1),
             Integrator::Heun => {
@@ -295,16 +265,9 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             }
         };
         self.evaluations += evaluations * self.water.particles.len() as u64;
-        if F::CARRIES_DEPTH && self.water.dimension == Dimension::One {
-            self.water.sections.pause(&self.water.particles);
-            self.water.merge();
-            self.water.sections.go_on(&self.water.particles);
-        }
         self.time += time_step;
         self.steps += 1;
         self.ledger.outflow += outflow;
-        self.water.enter(time_step);
-        self.end_change_of_bed();
         self.is_gridded = false;
         let sound = self.watch();
         self.water.phases.end("motion");
@@ -316,23 +279,8 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
             return self.gridder.water();
         }
         self.water.phases.start();
-        let fluid = self.water.lend();
-        self.gridder.put_beside(self.water.on_dry_ground());
-        let MovingWater { bed, walls, particles, open, neighbours, .. } = &mut self.water;
-        let (bed, walls, particles) = (&*bed, &*walls, &*particles);
-        self.gridder.put_beyond((bed, walls), open.water_beyond());
-        match self.formulation.spare_memory(particles.len()) {
-            Some(lines) => {
-                // The half step of before and the search are over here, too.
-                let cells = bed.lattice.len();
-                self.halves.resize(particles.len().max(cells.div_ceil(OF_A_HALF_STEP)), HalfStep::default());
-                let numbers: &mut [f64] = bytemuck::cast_slice_mut(&mut self.halves);
-                let lent = Lent { lines, factors: &mut numbers[..cells], pieces: neighbours.spare_memory() };
-                self.gridder.grid_within(bed, walls, particles, lent)
-            }
-            None => self.gridder.grid(bed, walls, particles),
-        };
-        self.water.take_back(fluid);
+        let MovingWater { bed, walls, particles, .. } = &self.water;
+        self.gridder.grid(bed, walls, particles);
         self.water.phases.end("gridding");
         self.gridder.water()
     }
@@ -342,29 +290,17 @@ impl<F: Formulation> FlowSolver for MovingSolver<F> {
     }
 
     fn ledger(&self) -> Ledger {
-        let (came, left) = self.water.passed();
-        let stored = self.water.particles.volume.iter().sum::<f64>() + self.water.owed();
-        Ledger { inflow: came, outflow: self.ledger.outflow + left, stored, ..self.ledger }
-    }
-
-    fn sections(&self) -> &[SectionFlow] {
-        self.water.sections.flows()
+        Ledger { stored: self.water.particles.volume.iter().sum::<f64>(), ..self.ledger }
     }
 
     fn passages(&self) -> Vec<Passage> {
-        self.water.passages(self.ledger.outflow)
+        let over_edges = Passage { way: Way::OpenEdges, inflow: 0.0, outflow: self.ledger.outflow, asked: None };
+        let has_open_edges = self.water.walls.edges().iter().any(|edge| edge.is_open);
+        has_open_edges.then_some(over_edges).into_iter().collect()
     }
 
-    fn bed_now(&self) -> &[(usize, f64)] {
-        self.changing_bed.as_ref().map_or(&[], ChangingBed::bed)
-    }
-
-    fn breach_began(&self) -> Option<f64> {
-        self.changing_bed.as_ref().and_then(ChangingBed::breach_began)
-    }
-
-    fn bed_balance(&self) -> Option<BedBalance> {
-        self.changing_bed.as_ref().and_then(ChangingBed::balance)
+    fn has_moving(&self) -> bool {
+        true
     }
 
     fn particles(&self) -> usize {

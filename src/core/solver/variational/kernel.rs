@@ -4,7 +4,8 @@
 use crate::methods::Kernel;
 use crate::physics::dimension::Dimension;
 use crate::physics::kernel::{
-    Bell, CubicSpline, Gauss, Quadratic, QuarticSpline, QuinticSpline, Smoothing, SuperGauss, WendlandC2, WendlandC4,
+    Bell, CubicSpline, Gauss, Quadratic, QuarticSpline, QuinticSpline, Shape, Smoothing, SuperGauss, WendlandC2,
+    WendlandC4,
 };
 
 /// k_h of h = k_h A^(1/dim): 1.2 in one dimension and 1.5 in two, where 1.2 cannot tell jitter from an edge.
@@ -15,7 +16,7 @@ pub fn smoothing_factor(dimension: Dimension) -> f64 {
     }
 }
 
-/// One of the kernels, normalised for one dimension.
+/// One of the kernels, normalised on the lattice that particles are laid on.
 #[derive(Clone, Copy, Debug)]
 #[expect(missing_docs, reason = "the names are those of the registry")]
 pub enum ChosenKernel {
@@ -33,7 +34,7 @@ pub enum ChosenKernel {
 /// Evaluates an expression once for the chosen kernel, as a value of its own type: `with_kernel!(chosen, kernel => …)`.
 macro_rules! with_kernel {
     ($chosen:expr, $kernel:ident => $body:expr) => {{
-        use $crate::solver::moving::ChosenKernel;
+        use $crate::solver::variational::ChosenKernel;
         match $chosen {
             ChosenKernel::CubicSpline($kernel) => $body,
             ChosenKernel::Quadratic($kernel) => $body,
@@ -52,36 +53,25 @@ pub(in crate::solver) use with_kernel;
 impl ChosenKernel {
     /// The kernel of that name in the given dimension.
     pub fn new(kernel: Kernel, dimension: Dimension) -> Self {
-        match kernel {
-            Kernel::CubicSpline => ChosenKernel::CubicSpline(Smoothing::new(dimension)),
-            Kernel::Quadratic => ChosenKernel::Quadratic(Smoothing::new(dimension)),
-            Kernel::QuarticSpline => ChosenKernel::QuarticSpline(Smoothing::new(dimension)),
-            Kernel::QuinticSpline => ChosenKernel::QuinticSpline(Smoothing::new(dimension)),
-            Kernel::Gauss => ChosenKernel::Gauss(Smoothing::new(dimension)),
-            Kernel::SuperGauss => ChosenKernel::SuperGauss(Smoothing::new(dimension)),
-            Kernel::Bell => ChosenKernel::Bell(Smoothing::new(dimension)),
-            Kernel::WendlandC2 => ChosenKernel::WendlandC2(Smoothing::new(dimension)),
-            Kernel::WendlandC4 => ChosenKernel::WendlandC4(Smoothing::new(dimension)),
+        fn of<S: Shape>(dimension: Dimension) -> Smoothing<S> {
+            Smoothing::new(dimension).on_lattice(dimension, smoothing_factor(dimension))
         }
-    }
-
-    /// W(0) (m^−dim) for 1/h (1/m).
-    #[inline(always)]
-    pub fn at_zero(&self, inverse_h: f64) -> f64 {
-        match self {
-            // One test instead of a jump, for the usual kernel.
-            ChosenKernel::CubicSpline(kernel) => kernel.at_zero(inverse_h),
-            chosen => with_kernel!(chosen, kernel => kernel.at_zero(inverse_h)),
+        match kernel {
+            Kernel::CubicSpline => ChosenKernel::CubicSpline(of(dimension)),
+            Kernel::Quadratic => ChosenKernel::Quadratic(of(dimension)),
+            Kernel::QuarticSpline => ChosenKernel::QuarticSpline(of(dimension)),
+            Kernel::QuinticSpline => ChosenKernel::QuinticSpline(of(dimension)),
+            Kernel::Gauss => ChosenKernel::Gauss(of(dimension)),
+            Kernel::SuperGauss => ChosenKernel::SuperGauss(of(dimension)),
+            Kernel::Bell => ChosenKernel::Bell(of(dimension)),
+            Kernel::WendlandC2 => ChosenKernel::WendlandC2(of(dimension)),
+            Kernel::WendlandC4 => ChosenKernel::WendlandC4(of(dimension)),
         }
     }
 
     /// W (m^−dim) at distance `r` (m) for 1/h (1/m); for single pairs.
-    #[inline(always)]
     pub fn value(&self, r: f64, inverse_h: f64) -> f64 {
-        match self {
-            ChosenKernel::CubicSpline(kernel) => kernel.value(r, inverse_h),
-            chosen => with_kernel!(chosen, kernel => kernel.value(r, inverse_h)),
-        }
+        with_kernel!(self, kernel => kernel.value(r, inverse_h))
     }
 
     /// Radius of the support in smoothing lengths.
