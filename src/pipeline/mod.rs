@@ -177,10 +177,9 @@ fn run_once(
     let seeds = cores::seeds(scenario, &problem, &setup.still_water, &setup.scene.levels());
     let moving = summary::MovingAtStart::of(&seeds);
     let solver = cores::build(scenario, problem, seeds, &setup.initial_velocity);
-    if let Some(problem) = nothing_moves(scenario, solver.as_ref()) {
-        eprintln!("{problem}");
-        warnings.push(problem);
-    }
+    let in_vain = nothing_moves(scenario, solver.as_ref());
+    in_vain.iter().for_each(|problem| eprintln!("{problem}"));
+    warnings.extend(in_vain);
     let mut manifest = first_manifest(scenario, options, (&inputs, &warnings), (&setup, of_levels));
     let sides = Sides::of(scenario, &setup.bed);
     let Setup { bed, still_water, pixels, scene, .. } = setup;
