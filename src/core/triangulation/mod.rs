@@ -218,7 +218,7 @@ impl Triangulation {
         if first == NONE {
             return;
         }
-        // The first one by the hands of the clock.
+        // The first one clockwise.
         let mut start = first;
         for _ in 0..self.corners.len() {
             let twin = self.twins[start as usize];

@@ -284,15 +284,15 @@ impl FlowSolver for EulerianSolver {
         let fastest = self.fastest();
         let in_channels = self.reaches.fastest(&self.scale).0;
         let of_moving = self.moving.as_ref().map(MovingCells::pace).unwrap_or_default();
-        let in_cells = reach::larger_or_nan(fastest.signal_speed, of_moving.haste * self.scale.spacing);
+        let in_moving = of_moving.haste * self.scale.spacing;
+        let in_cells = reach::larger_or_nan(fastest.signal_speed, in_moving);
         let signal_speed = reach::larger_or_nan(in_cells, in_channels);
         let place = || match self.reaches.place_of(in_channels, &self.scale) {
             Some((number, distance)) if in_channels > in_cells || in_channels.is_nan() => {
                 FailurePlace::InChannel { number, distance }
             }
             _ => {
-                let haste = of_moving.haste * self.scale.spacing;
-                let is_moving = haste > fastest.signal_speed || haste.is_nan();
+                let is_moving = in_moving > fastest.signal_speed || in_moving.is_nan();
                 let in_rows = self.state.position(fastest.row, fastest.column);
                 let position = if is_moving { of_moving.place } else { in_rows };
                 FailurePlace::OnMap(self.lattice.to_map(position))

@@ -1,4 +1,4 @@
-//! The core of the variational formulation: an integrator, the books and the watch.
+//! The core of the variational formulation: an integrator, the water balance and the watch.
 
 use rayon::prelude::*;
 
