@@ -51,7 +51,12 @@ fn the_run_keeps_within_the_bounds_of_its_plan() {
         assert_within(&plan, "/resolution_m", &20.0.into());
         let parts = run["phase_s"].as_object().unwrap().keys().filter(|key| key.starts_with("compute: ")).count();
         assert!(parts > 4, "{}", run["phase_s"]);
-        assert!(plan["motion"]["why"].as_str().unwrap().starts_with("for the same processor time cells at rest"));
+        assert!(
+            plan["motion"]["why"]
+                .as_str()
+                .unwrap()
+                .starts_with("for the same CPU time Eulerian particles have the smaller error")
+        );
         assert_eq!(plan["motion"]["chosen"], motion);
     }
 }

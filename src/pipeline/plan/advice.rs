@@ -12,13 +12,13 @@ pub struct Advice {
     pub why: String,
 }
 
-/// The motion that fits a scene: by the table of docs/validation/README.md cells at rest, for whatever is in it.
+/// The motion that fits a scene: `eulerian`, by the errors and CPU times in docs/validation/analytic/chart.csv, whatever is in the scene.
 pub fn advice(scene: &Scene) -> Advice {
     let why = if scene.forcing.channels.is_empty() {
-        "for the same processor time cells at rest had the smaller error in all cases with an answer; cells that move had half of it on the same \
-         spacing where water swings in a basin, for some fifteen times the processor time"
+        "for the same CPU time Eulerian particles have the smaller error in all cases with an answer but basins where water swings; there cells \
+         that move have a third to a half of the depth error on the same spacing, for 5 to 12 times the CPU time"
     } else {
-        "channels of one dimension have cells at rest alone"
+        "channels of one dimension have Eulerian particles alone"
     };
     Advice { motion: Motion::Eulerian, why: why.to_owned() }
 }

@@ -101,7 +101,7 @@ impl VariationalSolver {
         &self.water
     }
 
-    /// The state, to be changed before the first step: velocities at the start, for instance. Follow with `restart`.
+    /// The particles, to be changed from outside; their rates stay those of before.
     pub fn state_mut(&mut self) -> &mut MovingWater {
         &mut self.water
     }
@@ -116,7 +116,7 @@ impl VariationalSolver {
     }
 
     /// Evaluates the rates anew after a change of the state from outside.
-    pub fn restart(&mut self) {
+    fn restart(&mut self) {
         self.formulation.evaluate(&mut self.water);
         self.evaluations += self.water.particles.len() as u64;
         self.is_gridded = false;

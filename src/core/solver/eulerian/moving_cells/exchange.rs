@@ -18,8 +18,7 @@ const GREATEST: f64 = 2.0;
 impl MovingCells {
     /// Merges and splits cells at the end of a step; none is merged or split that has got something in it before.
     pub(super) fn exchange(&mut self) {
-        let spacing = self.ground.lattice().spacing;
-        let square = spacing * spacing;
+        let square = self.ground.lattice().cell_area();
         let is_free = |this: &Self, i: u32| this.cells[i as usize] == Cell::Free;
         let by_area = |this: &Self, mut cells: Vec<u32>| {
             cells.sort_by(|&a, &b| this.area[a as usize].total_cmp(&this.area[b as usize]).then(a.cmp(&b)));

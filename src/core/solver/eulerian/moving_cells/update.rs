@@ -225,12 +225,11 @@ impl MovingCells {
     /// Adds rain: its depth (m) by cell of the lattice; returns its volume (m³).
     pub fn rain(&mut self, depth: impl Fn(usize) -> f64) -> f64 {
         let (mut fallen, mut is_new) = (0.0, false);
-        let lattice = self.ground.lattice().clone();
         for i in 0..self.cells.len() {
             if matches!(self.cells[i], Cell::Fixed(_) | Cell::Gone) {
                 continue;
             }
-            let Some(cell) = lattice.cell_at(self.mesh.place(i as u32)) else { continue };
+            let Some(cell) = self.ground.lattice().cell_at(self.mesh.place(i as u32)) else { continue };
             let volume = depth(cell) * self.area[i];
             self.held[i].volume += volume;
             fallen += volume;
