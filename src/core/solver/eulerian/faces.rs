@@ -229,7 +229,7 @@ pub(super) struct Numbers {
     shear_mixing: f64,
     fall_fade: f64,
     per_fall: f64,
-    /// Whether cells rest: tips of depth by its root, and (M22), are for these.
+    /// Whether cells rest: tips of depth by its root are for these.
     at_rest: bool,
 }
 
@@ -480,7 +480,7 @@ fn pair<F: Flux, const IS_SHARP: bool, const HAS_SILL: bool>(
         (1.0 - share * share) * larger(smaller(smaller(crossing, drop), fall), 0.0)
     };
     // A pass sill stands above both beds: nothing falls, and nothing mixes through the ridge.
-    let (raise_l, raise_r) = if HAS_SILL || !at_rest {
+    let (raise_l, raise_r) = if HAS_SILL {
         (0.0, 0.0)
     } else {
         (raise(share_i, crossing, -a_1, fall), raise(share_j, -crossing, a_2, -fall))

@@ -1,7 +1,13 @@
 //! The water of cells that move on the squares of the lattice: each cell is cut by them.
 //!
-//! A cell gives a square the share of its volume that its part there has of ∫ [η_i + ∇η_i·(x − x_i) − z]₊ dA, z the bed of the square. Where no part
-//! lies below its level it is the share of its area. So what was level is level on the map, and volume is that of the cells to rounding.
+//! A cell i gives a square s the share of its volume that a_s δ_s has of the sum of all, a_s the area of its part there:
+//!
+//! ```text
+//! δ_s = σ [η_i + ∇η_i·(x_s − x_i) − z_s]₊ + (1 − σ) d_i,  σ = d_i/(d_i + |∇η_i| √A_i)     x_s, z_s middle and bed of the square
+//! ```
+//!
+//! Where all δ are 0 it is the share of the area. So what was level is level on the map, a film that is thinner than its fall over the cell is as deep
+//! as in the cell, and volume is that of the cells to rounding.
 
 use rayon::prelude::*;
 
@@ -129,14 +135,14 @@ impl MovingCells {
         let [_, _, u, v] = self.slopes_on_map(i);
         self.cut(i, lattice, scratch);
         let all = |of: fn(&Cut) -> f64| scratch.parts.iter().map(of).sum::<f64>();
-        let (areas, below) = (all(|part| part.area), all(|part| part.below));
-        let share = |part: &Cut| if below > 0.0 { part.below / below } else { part.area / areas };
+        let (areas, water) = (all(|part| part.area), all(|part| part.water));
+        let share = |part: &Cut| if water > 0.0 { part.water / water } else { part.area / areas };
         // Of the middle of the water, from which velocities are counted: momentum is kept.
         let middle = scratch.parts.iter().map(|part| part.offset * share(part)).fold(Vec2::ZERO, |a, b| a + b);
         for part in &scratch.parts {
             let volume = held.volume * share(part);
             let aside = part.offset - middle;
-            let faster = if below > 0.0 { Vec2::new(u.dot(aside), v.dot(aside)) } else { Vec2::ZERO };
+            let faster = if water > 0.0 { Vec2::new(u.dot(aside), v.dot(aside)) } else { Vec2::ZERO };
             let momentum = held.momentum * share(part) + faster * volume;
             out.push(Part { row: part.row, column: part.column, volume, momentum });
         }
@@ -152,6 +158,8 @@ impl MovingCells {
         let seen = self.seen[i as usize];
         let level = seen.bed + seen.depth;
         let surface = self.slopes_on_map(i)[0];
+        let fall = surface.norm() * self.area[i as usize].sqrt();
+        let as_pool = seen.depth / (seen.depth + fall).max(f64::MIN_POSITIVE);
         let own = self.mesh.place(i);
         let spacing = lattice.spacing;
         self.mesh.cell(i, &mut scratch.cell);
@@ -182,12 +190,14 @@ impl MovingCells {
                     let (column, row) = lattice.column_row(cell);
                     if self.region.holds((row + 1, column + 1)) {
                         let offset = centre * spacing - own;
-                        let below = (level + surface.dot(offset) - self.ground.level(cell)).max(0.0);
+                        let middle = Vec2::new(x + 0.5, y + 0.5) * spacing;
+                        let below = (level + surface.dot(middle - own) - self.ground.level(cell)).max(0.0);
+                        let depth = as_pool * below + (1.0 - as_pool) * seen.depth;
                         scratch.parts.push(Cut {
                             row: row as u32,
                             column: column as u32,
                             area,
-                            below: area * below,
+                            water: area * depth,
                             offset,
                         });
                     }
@@ -228,8 +238,8 @@ struct Cut {
     column: u32,
     /// (squares)
     area: f64,
-    /// The area times the depth (m) below the level of the cell.
-    below: f64,
+    /// The area times δ (m).
+    water: f64,
     /// From the particle to its centre (m).
     offset: Vec2,
 }
